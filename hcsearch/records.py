@@ -1,0 +1,107 @@
+"""What the stages return: frozen batches, each a struct of arrays with one row a circuit or a folding."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Words = NDArray[np.int8]
+Integers = NDArray[np.integer[Any]]
+
+
+@dataclass(frozen=True)
+class CircuitBatch:
+    """Circuits in canonical order, one a row.
+
+    words : shape (n_circuits, n_panels), direction of the step from panel k to panel k + 1 (see `Grid.directions`).
+    symmetry : shape (n_circuits,), order of the symmetry group of each circuit.
+    """
+
+    grid: str
+    words: Words
+    symmetry: Integers
+
+    def __len__(self) -> int:
+        return len(self.words)
+
+    def take(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> CircuitBatch:
+        """The circuits of some rows, as a batch of their own."""
+        return CircuitBatch(self.grid, self.words[rows], self.symmetry[rows])
+
+
+@dataclass(frozen=True)
+class FoldingBatch:
+    """The two-stack foldings of a batch of circuits, ordered by circuit, then by crease.
+
+    row : index of the circuit in its batch.
+    crease : the first of the two flat creases, 0 <= crease < n_panels / 2; the other is crease + n_panels / 2.
+    """
+
+    row: Integers
+    crease: Integers
+
+    def __len__(self) -> int:
+        return len(self.row)
+
+
+@dataclass(frozen=True)
+class DesignBatch:
+    """What the store keeps of a batch: one row a design, and one row a folding where that stage has run.
+
+    circuit, array : text notations (canonical, so equal for congruent circuits and arrays).
+    array_symmetry, symmetry, n_fixed : group orders and the number of fixed copies.
+    n_foldings : None where the stage `foldings` has not run.
+    folding_row, folding_crease : as in `FoldingBatch`.
+    folding_twist, n_untwisted, min_twist : None where the stage `twist` has not run; min_twist is -1 without a folding.
+    """
+
+    grid: str
+    n: int
+    circuit: list[str]
+    array: list[str]
+    array_symmetry: Integers
+    symmetry: Integers
+    n_fixed: Integers
+    n_foldings: Integers | None = None
+    folding_row: Integers | None = None
+    folding_crease: Integers | None = None
+    folding_twist: Integers | None = None
+    n_untwisted: Integers | None = None
+    min_twist: Integers | None = None
+
+    def __len__(self) -> int:
+        return len(self.circuit)
+
+
+@dataclass(frozen=True)
+class Work:
+    """What identifies finished work, beside the search prefix, the stage and its version.
+
+    target : the canonical array notation for a run on one array, '' for a run over all arrays of n cells.
+    keep : 'all', 'two-stack' or 'untwisted'.
+    scene : name of the scene a verdict depends on, '' for stages that need none.
+    """
+
+    grid: str
+    n: int
+    target: str
+    keep: str
+    scene: str = ""
+
+
+@dataclass(frozen=True)
+class StageResult:
+    """What one stage did to one batch.
+
+    passed : designs that passed (circuits: all of them; foldings: two-stack ones; twist: untwisted ones).
+    n_fixed : fixed circuits they stand for.
+    """
+
+    stage: str
+    version: int
+    passed: int
+    n_fixed: int
+    seconds: float
