@@ -1,0 +1,131 @@
+"""Circuits: closed walks through the panels of an array, their notation, canonical form and symmetry."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from hcsearch.errors import NotationError
+from hcsearch.grid import Array, Cell, Grid, Point, grid_named
+
+
+@dataclass(frozen=True)
+class Circuit:
+    """A Hamiltonian circuit of an array, up to translation; read one with `from_notation`.
+
+    word : directions of the n steps; crease k joins panels k and k + 1 (mod n), and word[k] points across it.
+    """
+
+    grid: Grid
+    word: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.word) < 3 or any(not 0 <= d < self.grid.directions for d in self.word):
+            raise NotationError(
+                f"malformed circuit {self.notation!r}: write the grid, a colon and at least three directions "
+                f"0 to {self.grid.directions - 1}, as hex:024"
+            )
+        if any(turn not in self.grid.turns for turn in self.turns):
+            raise NotationError(f"circuit {self.notation!r} makes a turn that the {self.grid.name} grid does not have")
+        end = (sum(self.grid.steps[d][0] for d in self.word), sum(self.grid.steps[d][1] for d in self.word))
+        if end != (0, 0) or len(set(self.points)) < self.n:
+            raise NotationError(f"circuit {self.notation!r} does not close or meets a panel twice: check its steps")
+
+    @staticmethod
+    def from_notation(text: str) -> Circuit:
+        """Read the notation that `notation` writes, such as `hex:002`-like grid and step directions."""
+        name, colon, steps = text.partition(":")
+        grid = grid_named(name)
+        if not colon or not (steps.isascii() and steps.isdigit()):
+            raise NotationError(
+                f"malformed circuit {text!r}: write the grid, a colon and the direction of each step, as hex:024"
+            )
+        return Circuit(grid, tuple(map(int, steps)))
+
+    @property
+    def notation(self) -> str:
+        """Grid and step directions: `from_notation` gives the same circuit back."""
+        return f"{self.grid.name}:" + "".join(map(str, self.word))
+
+    def __str__(self) -> str:
+        return self.notation
+
+    @property
+    def n(self) -> int:
+        """Number of panels, and of creases."""
+        return len(self.word)
+
+    @cached_property
+    def points(self) -> tuple[Point, ...]:
+        """Lattice points of the panels in circuit order, the first near the origin."""
+        x = y = 1 + self.word[0] % 2 if self.grid.is_triangle else 0
+        found = []
+        for d in self.word:
+            found.append((x, y))
+            x, y = x + self.grid.steps[d][0], y + self.grid.steps[d][1]
+        return tuple(found)
+
+    @property
+    def cells(self) -> tuple[Cell, ...]:
+        """Cells of the panels in circuit order."""
+        return tuple(map(self.grid.cell, self.points))
+
+    @property
+    def array(self) -> Array:
+        """The array that the circuit runs through."""
+        return Array.from_cells(self.grid, self.cells)
+
+    @property
+    def turns(self) -> tuple[int, ...]:
+        """Turn at each panel between the steps into and out of it, in units of 2 pi / directions."""
+        m = self.grid.directions
+        return tuple((d - before + m // 2) % m - m // 2 for before, d in zip(self.word[-1:] + self.word, self.word, strict=False))
+
+    @property
+    def creases(self) -> tuple[Point, ...]:
+        """Exact coordinates of the creases (`Grid.edge`): crease k joins panels k and k + 1."""
+        return tuple(self.grid.edge(p, q) for p, q in zip(self.points, self.points[1:] + self.points[:1], strict=True))
+
+    @cached_property
+    def _canonical(self) -> tuple[tuple[int, ...], int]:
+        """The canonical word, and the number of congruences that map the circuit to it."""
+        keys = list(self._keys())
+        least = min(keys)
+        turns, first = least
+        word = [first]
+        for turn in turns[:-1]:
+            word.append((word[-1] + turn) % self.grid.directions)
+        return tuple(word), keys.count(least)
+
+    def _keys(self) -> Iterator[tuple[tuple[int, ...], int]]:
+        """A key for each start and for the circuit and its mirror image, both walked counterclockwise.
+
+        The key is the cyclic word of turns that follows a step, and that step's direction up to rotations of the grid.
+        """
+        n, turns = self.n, self.turns
+        ahead = turns if sum(turns) > 0 else tuple(-t for t in turns)
+        classes = len(self.grid.first_directions)
+        for k in range(n):
+            first = self.word[k] % classes
+            yield ahead[k + 1 :] + ahead[: k + 1], first
+            yield ahead[k::-1] + ahead[:k:-1], first
+
+    def canonical(self) -> Circuit:
+        """The representative of all congruent circuits, the same in order and direction for each of them."""
+        return Circuit(self.grid, self._canonical[0])
+
+    @property
+    def symmetry(self) -> int:
+        """Order of the circuit's symmetry group."""
+        return self._canonical[1]
+
+    @property
+    def n_fixed(self) -> int:
+        """Number of fixed circuits (different up to translation) that are congruent to this one."""
+        return len(self.grid.point_group) // self.symmetry
+
+    @property
+    def orbit_size(self) -> int:
+        """Number of circuits on the same array that the array's symmetries make of this one."""
+        return self.array.symmetry // self.symmetry

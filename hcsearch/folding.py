@@ -1,0 +1,116 @@
+"""Two-stack foldings: which pairs of opposite creases can stay flat while all the other creases fold (thesis 3.2.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from hcsearch.circuit import Circuit
+from hcsearch.errors import NotationError
+from hcsearch.grid import grid_named
+from hcsearch.kernels.folds import fold_words
+from hcsearch.records import CircuitBatch, FoldingBatch
+
+STAGE, VERSION = "foldings", 1
+
+Assignment = Literal["mountain", "valley", "flat"]
+Face = Literal["top", "bottom"]
+
+
+def fold(circuits: CircuitBatch) -> FoldingBatch:
+    """All two-stack foldings of a batch of circuits; none where the number of panels is odd.
+
+    Source: thesis section 3.2.1, with directions of steps instead of drawn edges: reflected across the crease that
+    faces d, the edge that faces r comes to face 2 d + m / 2 - r (mod m directions).
+    """
+    n_circuits, n = circuits.words.shape
+    if n % 2:
+        return FoldingBatch(np.empty(0, np.int32), np.empty(0, np.int16))
+    rows = np.empty(n_circuits * (n // 2), np.int32)
+    creases = np.empty(len(rows), np.int16)
+    found = fold_words(circuits.words, grid_named(circuits.grid).directions, rows, creases)
+    return FoldingBatch(rows[:found].copy(), creases[:found].copy())
+
+
+@dataclass(frozen=True)
+class Folding:
+    """A two-stack folding of a circuit: crease `crease` stays flat in the lowest layer, `opposite` in the highest.
+
+    Seen from above in the flat state, the sheet's top face is up; the two lowest panels keep it up when folded.
+    """
+
+    circuit: Circuit
+    crease: int
+
+    @property
+    def opposite(self) -> int:
+        """The other flat crease, half the circuit further on."""
+        return self.crease + self.circuit.n // 2
+
+    @property
+    def notation(self) -> str:
+        """The circuit's notation, a colon and the crease."""
+        return f"{self.circuit.notation}:{self.crease}"
+
+    def __str__(self) -> str:
+        return self.notation
+
+    @cached_property
+    def stacks(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """Panels of the two stacks, each from the lowest layer to the highest: first the one after `crease`."""
+        n, j = self.circuit.n, self.crease
+        layers = range(n // 2)
+        return tuple((j + 1 + t) % n for t in layers), tuple((j - t) % n for t in layers)
+
+    @cached_property
+    def layers(self) -> tuple[int, ...]:
+        """Layer of each panel in its stack, 0 the lowest."""
+        layer = [0] * self.circuit.n
+        for stack in self.stacks:
+            for t, panel in enumerate(stack):
+                layer[panel] = t
+        return tuple(layer)
+
+    @cached_property
+    def assignment(self) -> tuple[Assignment, ...]:
+        """Mountain, valley or flat, for each crease.
+
+        The lowest panels have their top face up, so the crease to the next layer closes top on top: a valley; from
+        there on mountains and valleys alternate.
+        """
+        return tuple(
+            "flat" if crease % (self.circuit.n // 2) == self.crease else "mountain" if face == "bottom" else "valley"
+            for crease, face in enumerate(self.hinge_faces)
+        )
+
+    @cached_property
+    def hinge_faces(self) -> tuple[Face, ...]:
+        """Face of the panels that carries each hinge: the faces that meet when it closes.
+
+        A flat crease folds nowhere; its entry is the face that continues the alternation, where a hinge would go.
+        """
+        n, faces = self.circuit.n, ("top", "bottom")
+        found: list[Face] = ["top"] * n
+        for t in range(-1, n // 2):
+            found[(self.crease + 1 + t) % n] = found[(self.crease - 1 - t) % n] = faces[t % 2]  # type: ignore[assignment]
+        return tuple(found)
+
+
+def foldings(circuit: Circuit) -> list[Folding]:
+    """The two-stack foldings of one circuit, by crease. Crease numbers are those of the circuit as it is given."""
+    words = np.array([circuit.word], np.int8)
+    batch = fold(CircuitBatch(circuit.grid.name, words, np.ones(1, np.int16)))
+    return [Folding(circuit, int(crease)) for crease in batch.crease]
+
+
+def folding_of(circuit: Circuit, crease: int) -> Folding:
+    """The folding with a given flat crease; NotationError when the circuit does not fold there."""
+    found = foldings(circuit)
+    for folding in found:
+        if crease in (folding.crease, folding.opposite):
+            return folding
+    creases = ", ".join(str(folding.crease) for folding in found) or "none"
+    raise NotationError(f"{circuit.notation} has no two-stack folding at crease {crease}: its creases are {creases}")

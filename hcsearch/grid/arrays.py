@@ -1,0 +1,163 @@
+"""Arrays: finite connected sets of cells, with a text notation and their symmetries."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from hcsearch.errors import ArrayError, NotationError
+from hcsearch.grid.tilings import Cell, Grid, Isometry, Point, grid_named
+
+if TYPE_CHECKING:
+    import networkx as nx
+
+
+@dataclass(frozen=True)
+class Array:
+    """A connected set of cells, up to translation; make one with `from_cells`, `from_notation` or `parse_array`.
+
+    rows : row y of the array as an integer, bottom row first; bit x (triangles: bit 2x + u) is cell x of that row.
+           The array touches x = 0 and y = 0.
+    """
+
+    grid: Grid
+    rows: tuple[int, ...]
+
+    @staticmethod
+    def from_cells(grid: Grid, cells: Iterable[Cell]) -> Array:
+        """The array of some cells; ArrayError when they are empty, repeated or not connected."""
+        listed = list(cells)
+        if not listed:
+            raise ArrayError("an array needs at least one cell")
+        seen = set(listed)
+        if len(seen) < len(listed):
+            twice = next(cell for cell in listed if listed.count(cell) > 1)
+            raise ArrayError(f"cell {' '.join(map(str, twice))} is given twice: list every cell once")
+        array = Array(grid, _rows(grid, listed))
+        parts = array._parts()
+        if parts > 1:
+            raise ArrayError(f"the cells are not connected ({parts} pieces): join them by shared edges")
+        return array
+
+    @staticmethod
+    def from_notation(text: str) -> Array:
+        """Read the notation that `notation` writes, such as `square:f.f.f.f`."""
+        name, colon, body = text.partition(":")
+        grid = grid_named(name)
+        try:
+            if not colon or body != body.strip():
+                raise ValueError
+            rows = tuple(int(row, 16) for row in body.split("."))
+        except ValueError:
+            raise NotationError(
+                f"malformed array notation {text!r}: write the grid, a colon and rows in hexadecimal, as square:f.f"
+            ) from None
+        return Array.from_cells(grid, _cells(grid, rows))
+
+    @cached_property
+    def cells(self) -> tuple[Cell, ...]:
+        """The cells, row by row from the bottom, each row from the left."""
+        return tuple(_cells(self.grid, self.rows))
+
+    @cached_property
+    def points(self) -> tuple[Point, ...]:
+        """Lattice points of the cells, in the same order."""
+        return tuple(map(self.grid.point, self.cells))
+
+    @property
+    def n(self) -> int:
+        """Number of cells."""
+        return sum(row.bit_count() for row in self.rows)
+
+    @property
+    def notation(self) -> str:
+        """Grid and rows in hexadecimal, bottom row first: `from_notation` gives the same array back."""
+        return f"{self.grid.name}:" + ".".join(f"{row:x}" for row in self.rows)
+
+    def __str__(self) -> str:
+        return self.notation
+
+    @cached_property
+    def _images(self) -> tuple[Array, ...]:
+        """The images under the grid's point group, each moved back to the origin."""
+        cell = self.grid.cell
+        return tuple(
+            Array(self.grid, _rows(self.grid, [cell(isometry(p)) for p in self.points]))
+            for isometry in self.grid.point_group
+        )
+
+    def canonical(self) -> Array:
+        """The image with the fewest rows and then the least rows: equal for congruent arrays."""
+        return min(self._images, key=lambda image: (len(image.rows), image.rows))
+
+    @property
+    def symmetry(self) -> int:
+        """Order of the array's symmetry group."""
+        return sum(image.rows == self.rows for image in self._images)
+
+    def symmetries(self) -> list[tuple[Isometry, Point]]:
+        """The isometries that map the array onto itself, each with the translation that goes after it."""
+        least = min(self.points)
+        found = []
+        for isometry, image in zip(self.grid.point_group, self._images, strict=True):
+            if image.rows == self.rows:
+                moved = min(map(isometry, self.points))
+                found.append((isometry, (least[0] - moved[0], least[1] - moved[1])))
+        return found
+
+    def edges(self) -> list[tuple[int, int, int]]:
+        """Pairs of neighbouring cells as (i, j, direction from i to j), i < j, indices into `cells`."""
+        index = {point: i for i, point in enumerate(self.points)}
+        found = []
+        for i, point in enumerate(self.points):
+            for d, to in self.grid.neighbours(point):
+                j = index.get(to, -1)
+                if j > i:
+                    found.append((i, j, d))
+        return found
+
+    def graph(self) -> nx.Graph:
+        """The array's grid graph: cells as nodes, shared edges as edges."""
+        import networkx as nx  # noqa: PLC0415 - only who asks for the graph pays for the import
+
+        graph = nx.Graph()
+        graph.add_nodes_from(self.cells)
+        graph.add_edges_from((self.cells[i], self.cells[j]) for i, j, _ in self.edges())
+        return graph
+
+    def _parts(self) -> int:
+        """Number of connected components."""
+        left = set(self.points)
+        parts = 0
+        while left:
+            parts += 1
+            todo = [left.pop()]
+            while todo:
+                for _, to in self.grid.neighbours(todo.pop()):
+                    if to in left:
+                        left.remove(to)
+                        todo.append(to)
+        return parts
+
+
+def _rows(grid: Grid, cells: Iterable[Cell]) -> tuple[int, ...]:
+    """Rows of cells moved to touch x = 0 and y = 0."""
+    listed = list(cells)
+    x0, y0 = min(c[0] for c in listed), min(c[1] for c in listed)
+    rows = [0] * (max(c[1] for c in listed) - y0 + 1)
+    for cell in listed:
+        x, y = cell[0] - x0, cell[1] - y0
+        rows[y] |= 1 << (2 * x + cell[2] if grid.is_triangle else x)
+    return tuple(rows)
+
+
+def _cells(grid: Grid, rows: Iterable[int]) -> list[Cell]:
+    """Cells of rows, row by row."""
+    found: list[Cell] = []
+    for y, row in enumerate(rows):
+        for bit in range(row.bit_length()):
+            if row >> bit & 1:
+                found.append((bit // 2, y, bit % 2) if grid.is_triangle else (bit, y))
+    return found

@@ -1,0 +1,144 @@
+"""The tilings: directions, cells and symmetries in exact integers.
+
+Every cell has a lattice point (X, Y): hexagons their axial coordinates, squares their column and row, triangles
+(3x + 1 + u, 3y + 1 + u), three times the centroid. Directions count counterclockwise in units of 2 pi / `directions`;
+`steps[d]` is the move from a cell to its neighbour across the edge facing d. A triangle pointing up has neighbours
+in the even directions, one pointing down in the odd ones.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from hcsearch.errors import NotationError
+
+Cell = tuple[int, ...]
+Point = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Isometry:
+    """A symmetry of a tiling that fixes the origin: direction i goes to sign * i + offset.
+
+    matrix : (a, b, c, d), the point (X, Y) goes to (a X + b Y, c X + d Y).
+    """
+
+    sign: int
+    offset: int
+    matrix: tuple[int, int, int, int]
+
+    def __call__(self, point: Point) -> Point:
+        """Image of a lattice point."""
+        a, b, c, d = self.matrix
+        x, y = point
+        return (a * x + b * y, c * x + d * y)
+
+
+@dataclass(frozen=True)
+class Grid:
+    """One of the four grids: `triangle`, `square`, `rectangle`, `hex`.
+
+    directions : number of directions that a full turn is divided into (6 or 4).
+    steps : shape (directions, 2), lattice move of a step in each direction.
+    turns : turns a circuit can make at a panel, ascending, in units of 2 pi / directions.
+    first_directions : representatives of the directions under the grid's rotations; a canonical word begins with one.
+    """
+
+    name: str
+    directions: int
+    steps: tuple[Point, ...]
+    turns: tuple[int, ...]
+    first_directions: tuple[int, ...] = (0,)
+
+    @property
+    def is_triangle(self) -> bool:
+        """Whether cells carry a third coordinate u: 0 points up, 1 points down."""
+        return self.turns == (-1, 1)
+
+    @cached_property
+    def point_group(self) -> tuple[Isometry, ...]:
+        """The tiling's rotations and reflections (8 square, 4 rectangle, 12 hex and triangle), the identity first."""
+        offsets = range(0, self.directions, len(self.first_directions))
+        return tuple(self._isometry(sign, offset) for sign in (1, -1) for offset in offsets)
+
+    def _isometry(self, sign: int, offset: int) -> Isometry:
+        (ax, ay), (bx, by) = self.steps[:2]
+        (px, py), (qx, qy) = self.steps[offset % self.directions], self.steps[(sign + offset) % self.directions]
+        det = ax * by - bx * ay
+        matrix = (px * by - qx * ay, qx * ax - px * bx, py * by - qy * ay, qy * ax - py * bx)
+        return Isometry(sign, offset, tuple(v // det for v in matrix))  # type: ignore[arg-type]
+
+    def point(self, cell: Cell) -> Point:
+        """Lattice point of a cell."""
+        if self.is_triangle:
+            x, y, u = cell
+            return (3 * x + 1 + u, 3 * y + 1 + u)
+        x, y = cell
+        return (x, y)
+
+    def cell(self, point: Point) -> Cell:
+        """The cell at a lattice point."""
+        x, y = point
+        if self.is_triangle:
+            u = x % 3 - 1
+            return ((x - 1 - u) // 3, (y - 1 - u) // 3, u)
+        return (x, y)
+
+    def neighbours(self, point: Point) -> Iterator[tuple[int, Point]]:
+        """Directions and lattice points of the cells that share an edge with the cell at `point`."""
+        parity = (point[0] % 3 - 1, 2) if self.is_triangle else (0, 1)
+        for d in range(parity[0], self.directions, parity[1]):
+            yield d, (point[0] + self.steps[d][0], point[1] + self.steps[d][1])
+
+    @staticmethod
+    def edge(a: Point, b: Point) -> Point:
+        """Exact coordinates of the edge between two neighbouring cells: twice its midpoint."""
+        return (a[0] + b[0], a[1] + b[1])
+
+    def position(self, point: tuple[float, float]) -> tuple[float, float]:
+        """Cartesian coordinates of a lattice point where panels have side 1 (squares, triangles, hexagons alike)."""
+        x, y = point
+        if self.directions == 4:
+            return (x, y)
+        scale = 1 / 3 if self.is_triangle else math.sqrt(3)
+        return (scale * (x + y / 2), scale * y * math.sqrt(3) / 2)
+
+    def corners(self, cell: Cell) -> list[tuple[float, float]]:
+        """Cartesian corners of a panel of side 1, counterclockwise; corner i begins the edge facing the ith neighbour."""
+        point = self.point(cell)
+        cx, cy = self.position(point)
+        faces = [d for d, _ in self.neighbours(point)]
+        radius = {3: 1 / math.sqrt(3), 4: math.sqrt(0.5), 6: 1.0}[len(faces)]
+        turn = 2 * math.pi / self.directions
+        first = math.pi / 6 if self.is_triangle else 0.0
+        half = math.pi / len(faces)
+        return [
+            (cx + radius * math.cos(first + turn * d - half), cy + radius * math.sin(first + turn * d - half))
+            for d in faces
+        ]
+
+
+_AXIAL: tuple[Point, ...] = ((1, 0), (0, 1), (-1, 1), (-1, 0), (0, -1), (1, -1))
+_TRIANGLE: tuple[Point, ...] = ((1, 1), (-1, 2), (-2, 1), (-1, -1), (1, -2), (2, -1))
+_SQUARE: tuple[Point, ...] = ((1, 0), (0, 1), (-1, 0), (0, -1))
+
+GRIDS: dict[str, Grid] = {
+    grid.name: grid
+    for grid in (
+        Grid("triangle", 6, _TRIANGLE, (-1, 1)),
+        Grid("square", 4, _SQUARE, (-1, 0, 1)),
+        Grid("rectangle", 4, _SQUARE, (-1, 0, 1), first_directions=(0, 1)),
+        Grid("hex", 6, _AXIAL, (-2, -1, 0, 1, 2)),
+    )
+}
+
+
+def grid_named(name: str) -> Grid:
+    """The grid of a name; NotationError lists the names there are."""
+    try:
+        return GRIDS[name]
+    except KeyError:
+        raise NotationError(f"unknown grid {name!r}: use one of {', '.join(GRIDS)}") from None

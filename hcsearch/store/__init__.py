@@ -1,0 +1,53 @@
+"""The database: its schema and upgrades, recording finished work, and queries. The only home of SQLAlchemy and Alembic.
+
+The names below are looked up on first use, so that reading `hcsearch.store.columns` (for --help) costs no SQLAlchemy.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hcsearch.store.columns import VIEWS, Quantity, column_names, view_names
+    from hcsearch.store.database import Database, open_database, open_readonly
+    from hcsearch.store.formats import FORMATS, format_result
+    from hcsearch.store.queries import Result, find_design, parse_query, select, select_sql
+    from hcsearch.store.writing import count_arrays, finish_run, finished_batches, record_batch, start_run
+
+_MODULES = {
+    "columns": ("VIEWS", "Quantity", "column_names", "view_names"),
+    "database": ("Database", "open_database", "open_readonly"),
+    "formats": ("FORMATS", "format_result"),
+    "queries": ("Result", "find_design", "parse_query", "select", "select_sql"),
+    "writing": ("count_arrays", "finish_run", "finished_batches", "record_batch", "start_run"),
+}
+_HOMES = {name: module for module, names in _MODULES.items() for name in names}
+
+__all__ = [
+    "FORMATS",
+    "VIEWS",
+    "Database",
+    "Quantity",
+    "Result",
+    "column_names",
+    "count_arrays",
+    "find_design",
+    "finish_run",
+    "finished_batches",
+    "format_result",
+    "open_database",
+    "open_readonly",
+    "parse_query",
+    "record_batch",
+    "select",
+    "select_sql",
+    "start_run",
+    "view_names",
+]
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

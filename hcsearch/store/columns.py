@@ -1,0 +1,119 @@
+"""The one table of quantities that users can query: name, kind, unit and meaning, per view, in the order they print.
+
+It drives the SQL views, the check of queries, and the help of the command line; it imports nothing heavy.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+Kind = Literal["integer", "boolean", "real", "text"]
+
+
+class Quantity(NamedTuple):
+    """One column of a view; `unit` is empty for pure numbers and text, booleans are 0 or 1."""
+
+    name: str
+    kind: Kind
+    unit: str
+    meaning: str
+
+
+_MECHANISM = (
+    Quantity("merged_panels", "integer", "", "panel pairs made one on the mirror axis"),
+    Quantity("kutzbach_merged", "integer", "", "Kutzbach count after the mirror merge"),
+    Quantity("dof_merged", "integer", "", "degrees of freedom after the mirror merge"),
+)
+_VERDICT = (
+    Quantity("deployable", "boolean", "", "1: deploys clear; 0: no folding, twisted or locked; null: not known"),
+    Quantity("min_clearance", "real", "mm", "smallest gap between panels during the deployment"),
+    Quantity("deploy_time", "real", "s", "time from folded to flat"),
+)
+
+DESIGNS = (
+    Quantity("id", "integer", "", "number of the design in this database"),
+    Quantity("grid", "text", "", "tiling: triangle, square, rectangle or hex"),
+    Quantity("n", "integer", "", "number of panels"),
+    Quantity("array", "text", "", "notation of the array, equal for congruent arrays"),
+    Quantity("circuit", "text", "", "notation of the circuit, equal for congruent circuits"),
+    Quantity("array_symmetry", "integer", "", "order of the symmetry group of the array"),
+    Quantity("symmetry", "integer", "", "order of the symmetry group of the circuit"),
+    Quantity("orbit_size", "integer", "", "circuits on this array congruent to this one, itself included"),
+    Quantity("n_fixed", "integer", "", "circuits up to translation alone that this one stands for"),
+    Quantity("n_foldings", "integer", "", "two-stack foldings"),
+    Quantity("two_stack", "boolean", "", "1 when there is a two-stack folding"),
+    Quantity("n_untwisted", "integer", "", "two-stack foldings without twist"),
+    Quantity("untwisted", "boolean", "", "1 when there is an untwisted folding"),
+    Quantity("min_twist", "integer", "", "smallest twist of its foldings; null without a folding"),
+    Quantity("kutzbach", "integer", "", "Kutzbach count 6(n-1)-5j of the best untwisted folding"),
+    Quantity("dof", "integer", "", "degrees of freedom at a generic state of the motion"),
+    *_MECHANISM,
+    *_VERDICT,
+    Quantity("status", "text", "", "deploys, undecided, collides, locked, twisted or no_folding"),
+    Quantity("score", "real", "", "rank of the design, higher is better"),
+)
+
+FOLDINGS = (
+    Quantity("design_id", "integer", "", "id of the design"),
+    Quantity("crease", "integer", "", "first flat crease; crease k joins panels k and k+1"),
+    Quantity("opposite", "integer", "", "second flat crease, crease + n/2"),
+    Quantity("twist", "integer", "", "|Lk| of the band, in full twists"),
+    Quantity("untwisted", "boolean", "", "1 when the twist is zero"),
+    Quantity("kutzbach", "integer", "", "Kutzbach count 6(n-1)-5j, flat pairs hinged"),
+    Quantity("dof", "integer", "", "degrees of freedom at a generic state of the motion, flat pairs hinged"),
+    Quantity("dof_folded", "integer", "", "degrees of freedom at first order, folded"),
+    Quantity("dof_flat", "integer", "", "degrees of freedom at first order, flat"),
+    *_MECHANISM,
+    Quantity("status", "text", "", "deploys, undecided, collides, locked or twisted"),
+    *_VERDICT,
+)
+
+DEPLOYMENTS = (
+    Quantity("design_id", "integer", "", "id of the design"),
+    Quantity("crease", "integer", "", "first flat crease of the folding"),
+    Quantity("scene", "text", "", "name of the scene"),
+    Quantity("scene_values", "text", "", "values of the scene, as JSON"),
+    Quantity("formulation", "text", "", "equations of motion that were integrated"),
+    Quantity("status", "text", "", "deploys, undecided, collides or locked"),
+    Quantity("reason", "text", "", "the sentence behind the status"),
+    Quantity("clearance", "real", "mm", "smallest gap between panels; negative is a penetration"),
+    Quantity("first_contact", "real", "s", "time of the first collision"),
+    Quantity("deploy_time", "real", "s", "time from folded to flat"),
+    Quantity("energy_error", "real", "", "largest relative error of the energy balance"),
+    Quantity("closure_error", "real", "mm", "largest gap of the closed loop"),
+)
+
+RUNS = (
+    Quantity("id", "integer", "", "number of the run"),
+    Quantity("started", "text", "", "start, ISO 8601, UTC"),
+    Quantity("finished", "text", "", "end; null when it was interrupted"),
+    Quantity("grid", "text", "", "tiling"),
+    Quantity("n", "integer", "", "number of panels"),
+    Quantity("target", "text", "", "notation of the array; empty for all arrays of n cells"),
+    Quantity("keep", "text", "", "what was stored: all, two-stack or untwisted"),
+    Quantity("until", "text", "", "last stage asked for"),
+    Quantity("panel", "text", "mm", "size of the panels, length x width x thickness"),
+    Quantity("arguments", "text", "", "arguments of the call, as JSON"),
+    Quantity("versions", "text", "", "version of each stage, as JSON"),
+    Quantity("fixed_circuits", "integer", "", "circuits up to translation"),
+    Quantity("circuits", "integer", "", "non-isomorphic circuits"),
+    Quantity("arrays", "integer", "", "arrays they lie on"),
+    Quantity("two_stack", "integer", "", "designs with a two-stack folding"),
+    Quantity("untwisted", "integer", "", "designs with an untwisted folding"),
+    Quantity("deployable", "integer", "", "designs that deploy clear"),
+    Quantity("stage_times", "text", "s", "time of each stage, as JSON"),
+    Quantity("batches_done", "integer", "", "batches worked out by this run"),
+    Quantity("batches_reused", "integer", "", "batches taken from earlier runs"),
+)
+
+VIEWS = {"designs": DESIGNS, "foldings": FOLDINGS, "deployments": DEPLOYMENTS, "runs": RUNS}
+
+
+def view_names() -> tuple[str, ...]:
+    """Names of the SQL views."""
+    return tuple(VIEWS)
+
+
+def column_names(view: str = "designs") -> tuple[str, ...]:
+    """Names of the columns of a view, in the order they print."""
+    return tuple(quantity.name for quantity in VIEWS[view])

@@ -1,0 +1,169 @@
+"""The tables. What follows from other columns (orbit size, booleans, verdict of a twisted folding) is left to the views.
+
+A change here needs a new migration, the revision raised, and `db/schema.sql` generated again; tests compare all three.
+"""
+
+from __future__ import annotations
+
+from sqlalchemy import (
+    BigInteger,
+    CheckConstraint,
+    Column,
+    Double,
+    ForeignKey,
+    ForeignKeyConstraint,
+    Index,
+    Integer,
+    MetaData,
+    Table,
+    Text,
+    UniqueConstraint,
+)
+from sqlalchemy.types import REAL
+
+REVISION = "0001"
+"""The newest migration. Revisions are numbers of four digits, so that an older one is a smaller text."""
+
+VERSION_TABLE = "hcsearch_version"
+APPLICATION_ID = 0x68635346  # "hcSF", in the header of an SQLite file
+
+FUNNEL = ("fixed_circuits", "circuits", "arrays", "two_stack", "untwisted", "deployable")
+
+# Named constraints can be changed by later migrations.
+metadata = MetaData(
+    naming_convention={
+        "ck": "ck_%(table_name)s_%(constraint_name)s",
+        "fk": "fk_%(table_name)s_%(referred_table_name)s",
+        "ix": "ix_%(table_name)s_%(column_0_N_name)s",
+        "pk": "pk_%(table_name)s",
+        "uq": "uq_%(table_name)s_%(column_0_N_name)s",
+    }
+)
+
+# INTEGER on SQLite: only that spelling makes an id the row number. STRICT tables know REAL, but not DOUBLE.
+_ID = BigInteger().with_variant(Integer, "sqlite")
+_REAL = Double().with_variant(REAL, "sqlite")
+
+
+def _status(name: str, *values: str) -> CheckConstraint:
+    """A CHECK that a column holds one of some words (or NULL)."""
+    return CheckConstraint(f"{name} IN ({', '.join(repr(value) for value in values)})", name=name)
+
+
+_VERDICTS = ("deploys", "undecided", "collides", "locked")
+
+design = Table(
+    "design",
+    metadata,
+    # Given by the writer, which holds the write lock: it must know the ids to insert the foldings.
+    Column("id", _ID, primary_key=True, autoincrement=False),
+    Column("grid", Text, nullable=False),
+    Column("n", Integer, nullable=False),
+    Column("circuit", Text, nullable=False),
+    Column("array", Text, nullable=False),
+    Column("array_symmetry", Integer, nullable=False),
+    Column("symmetry", Integer, nullable=False),
+    Column("n_fixed", Integer, nullable=False),
+    Column("n_foldings", Integer),
+    Column("n_untwisted", Integer),
+    Column("min_twist", Integer),
+    Column("best_crease", Integer),
+    Column("status", Text),
+    Column("score", _REAL),
+    # The notation of a circuit begins with its grid, so it is unique across grids.
+    UniqueConstraint("circuit"),
+    CheckConstraint("symmetry > 0 AND array_symmetry >= symmetry", name="symmetry"),
+    CheckConstraint("n_foldings >= 0 AND n_untwisted >= 0 AND n_untwisted <= n_foldings", name="foldings"),
+    CheckConstraint("min_twist >= 0", name="min_twist"),
+    _status("status", *_VERDICTS, "twisted", "no_folding"),
+    # Ids grow, so within one (grid, n) rows are appended: this index costs inserts little.
+    Index(None, "grid", "n"),
+    sqlite_strict=True,
+)
+
+folding = Table(
+    "folding",
+    metadata,
+    Column("design_id", _ID, ForeignKey("design.id", ondelete="CASCADE"), primary_key=True, autoincrement=False),
+    Column("crease", Integer, primary_key=True, autoincrement=False),
+    Column("opposite", Integer, nullable=False),
+    Column("twist", Integer),
+    Column("kutzbach", Integer),
+    Column("dof", Integer),
+    Column("dof_folded", Integer),
+    Column("dof_flat", Integer),
+    Column("merged_panels", Integer),
+    Column("kutzbach_merged", Integer),
+    Column("dof_merged", Integer),
+    Column("status", Text),
+    Column("min_clearance", _REAL),
+    Column("deploy_time", _REAL),
+    CheckConstraint("crease >= 0 AND opposite > crease", name="crease"),
+    CheckConstraint("twist >= 0", name="twist"),
+    _status("status", *_VERDICTS, "twisted"),
+    sqlite_strict=True,
+    sqlite_with_rowid=False,
+)
+
+deployment = Table(
+    "deployment",
+    metadata,
+    Column("design_id", _ID, primary_key=True, autoincrement=False),
+    Column("crease", Integer, primary_key=True, autoincrement=False),
+    Column("scene", Text, primary_key=True),
+    Column("scene_values", Text, nullable=False),
+    Column("formulation", Text, nullable=False),
+    Column("status", Text, nullable=False),
+    Column("reason", Text, nullable=False),
+    Column("clearance", _REAL),
+    Column("first_contact", _REAL),
+    Column("deploy_time", _REAL),
+    Column("energy_error", _REAL),
+    Column("closure_error", _REAL),
+    ForeignKeyConstraint(["design_id", "crease"], ["folding.design_id", "folding.crease"], ondelete="CASCADE"),
+    _status("status", *_VERDICTS),
+    sqlite_strict=True,
+    sqlite_with_rowid=False,
+)
+
+run = Table(
+    "run",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    Column("started", Text, nullable=False),
+    Column("finished", Text),
+    Column("grid", Text, nullable=False),
+    Column("n", Integer, nullable=False),
+    Column("target", Text, nullable=False),
+    Column("keep", Text, nullable=False),
+    Column("until", Text, nullable=False),
+    Column("panel", Text),
+    Column("arguments", Text, nullable=False),
+    Column("versions", Text, nullable=False),
+    # Fixed circuits outgrow 32 bits long before the others do.
+    *(Column(name, _ID) for name in FUNNEL),
+    Column("stage_times", Text),
+    Column("batches_done", Integer),
+    Column("batches_reused", Integer),
+    sqlite_strict=True,
+)
+
+batch = Table(
+    "batch",
+    metadata,
+    Column("grid", Text, primary_key=True),
+    Column("n", Integer, primary_key=True, autoincrement=False),
+    Column("target", Text, primary_key=True),
+    Column("keep", Text, primary_key=True),
+    Column("scene", Text, primary_key=True),
+    Column("prefix", Text, primary_key=True),
+    Column("stage", Text, primary_key=True),
+    # Not part of the key: newer work takes the place of older.
+    Column("version", Integer, nullable=False),
+    Column("passed", _ID, nullable=False),
+    Column("n_fixed", _ID, nullable=False),
+    Column("seconds", _REAL, nullable=False),
+    Column("run_id", Integer, ForeignKey("run.id"), nullable=False),
+    sqlite_strict=True,
+    sqlite_with_rowid=False,
+)

@@ -1,0 +1,67 @@
+"""The SQL views that users query: `designs`, `foldings`, `deployments`, `runs`, with the columns of `columns.py`.
+
+Plain SQL that SQLite and PostgreSQL both read. NULL where a stage has not run, booleans as 0 or 1.
+"""
+
+from __future__ import annotations
+
+from hcsearch.store.columns import VIEWS
+
+# A folding with twist never deploys, and a design without an untwisted folding neither: known before any later stage.
+_DESIGN_STATUS = (
+    "CASE WHEN d.n_foldings = 0 THEN 'no_folding'"
+    " WHEN d.n_foldings > 0 AND d.n_untwisted = 0 THEN 'twisted' ELSE d.status END"
+)
+_FOLDING_STATUS = "CASE WHEN f.twist > 0 THEN 'twisted' ELSE f.status END"
+
+
+def _flag(condition: str) -> str:
+    """0, 1 or NULL, as an integer in every dialect."""
+    return f"CASE WHEN {condition} THEN 1 WHEN NOT ({condition}) THEN 0 END"
+
+
+def _deployable(status: str) -> str:
+    never = " ".join(f"WHEN '{verdict}' THEN 0" for verdict in ("no_folding", "twisted", "locked"))
+    return f"CASE {status} WHEN 'deploys' THEN 1 {never} END"
+
+
+_BEST_FOLDING = (
+    *("kutzbach", "dof", "merged_panels", "kutzbach_merged", "dof_merged"),
+    *("min_clearance", "deploy_time"),
+)
+
+# Where a column of a view is more than the column of that name in its table.
+_EXPRESSIONS = {
+    "designs": {
+        "orbit_size": "d.array_symmetry / d.symmetry",
+        "two_stack": _flag("d.n_foldings > 0"),
+        "untwisted": _flag("d.n_untwisted > 0"),
+        "deployable": _deployable(_DESIGN_STATUS),
+        "status": _DESIGN_STATUS,
+        **{name: f'f."{name}"' for name in _BEST_FOLDING},
+    },
+    "foldings": {
+        "untwisted": _flag("f.twist = 0"),
+        "deployable": _deployable(_FOLDING_STATUS),
+        "status": _FOLDING_STATUS,
+    },
+    "deployments": {},
+    "runs": {},
+}
+
+# The join of `designs` finds one row at most, so SQLite leaves it out when none of its columns is asked for.
+_SOURCES = {
+    "designs": ("d", "design AS d LEFT JOIN folding AS f ON f.design_id = d.id AND f.crease = d.best_crease"),
+    "foldings": ("f", "folding AS f"),
+    "deployments": ("p", "deployment AS p"),
+    "runs": ("r", "run AS r"),
+}
+
+
+def create_view(view: str) -> str:
+    """Return the CREATE VIEW statement of a view."""
+    alias, source = _SOURCES[view]
+    # Quoted, because `array` is a reserved word of PostgreSQL.
+    columns = {quantity.name: f'{alias}."{quantity.name}"' for quantity in VIEWS[view]} | _EXPRESSIONS[view]
+    lines = ",\n".join(f'    {expression} AS "{name}"' for name, expression in columns.items())
+    return f"CREATE VIEW {view} AS SELECT\n{lines}\nFROM {source}"
