@@ -41,7 +41,6 @@ def walk_polygons(
     turns: NDArray[np.int64],
     moves: NDArray[np.int64],
     distance: NDArray[np.int16],
-    home: int,
     n: int,
     depth: int,
     letters: NDArray[np.int8],
@@ -57,7 +56,7 @@ def walk_polygons(
 
     letters[k] is the turn before step k (k >= 1), as an index into `turns`; letters[0] is unused and the closing
     turn is letters[n]. The words of a unit share letters[1:depth + 1]; `state` holds (step, first, done).
-    With n = 0 ... see `enumeration.polygons`, which owns these arrays.
+    `enumeration.polygons` owns the arrays and sets them up for a prefix.
     """
     n_turns = len(turns)
     capacity = len(found)
@@ -120,7 +119,7 @@ def walk_polygons(
                 last = c
         if last < 0:
             continue
-        if n > 1 and last < letters[n - p]:
+        if last < letters[n - p]:
             continue
         if last > letters[n - p]:
             p = n

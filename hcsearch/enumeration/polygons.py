@@ -1,0 +1,172 @@
+"""Every circuit of n panels on any array, one a congruence class: self-avoiding polygons of n steps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.errors import SizeError
+from hcsearch.grid import Grid
+from hcsearch.kernels.polygons import walk_polygons
+from hcsearch.kernels.words import canonicalise
+from hcsearch.records import CircuitBatch
+
+MAX_PANELS = 120
+FAR = np.iinfo(np.int16).max
+
+# free circuits number about a * mu^n / n^3.5, with mu the lattice's connective constant; (a, mu), fitted at n = 18 to 40
+_GROWTH = {"hex": (0.4, 4.15), "square": (1.8, 2.64), "rectangle": (3.6, 2.64), "triangle": (4.0, 1.85)}
+_UNIT_SIZE = 20_000
+
+
+@dataclass(frozen=True)
+class PolygonSearch:
+    """All circuits of n panels on a grid, split into search prefixes: the first letters of the canonical turn word.
+
+    Odd n and n without circuits are fine: the search is empty. Raises SizeError below 3 and above 120 panels.
+    """
+
+    grid: Grid
+    n: int
+
+    def __post_init__(self) -> None:
+        if self.n < 3:
+            raise SizeError(f"a circuit has at least 3 panels: --n {self.n} is too small, use --n 3 or more")
+        if self.n > MAX_PANELS:
+            raise SizeError(
+                f"--n {self.n} is too large to list: use --n {MAX_PANELS} or less, or `hcsearch count --array` for one array"
+            )
+
+    @property
+    def target(self) -> str:
+        """Name of the array that the search is bound to: none."""
+        return ""
+
+    @cached_property
+    def prefixes(self) -> list[str]:
+        """Keys of the search's units, in order; together they hold every circuit once, about 20,000 or fewer a unit."""
+        first = _Walk(self._plane, self.n, ())
+        if first.impossible:
+            return []
+        amplitude, growth = _GROWTH[self.grid.name]
+        expected = amplitude * growth**self.n / self.n**3.5
+        words: list[tuple[int, ...]] = [()]
+        depth = 0
+        # the largest unit holds a few times the mean, so aim lower
+        while len(words) * _UNIT_SIZE < 4 * expected and depth < self.n - 3:
+            words = [longer for word in words for longer in _Walk(self._plane, self.n, word).extensions()]
+            depth += 1
+        return ["".join(map(str, word)) for word in words]
+
+    def circuits(self, prefix: str, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
+        """The canonical circuits whose turn word begins with a prefix, lazily, at most `batch_size` at a time."""
+        walk = _Walk(self._plane, self.n, tuple(map(int, prefix)))
+        while not walk.done and not walk.impossible:
+            words, symmetry = walk.more(batch_size)
+            if len(words):
+                batch = CircuitBatch(self.grid.name, words, symmetry)
+                yield _split_by_axis(self.grid, batch) if len(self.grid.first_directions) > 1 else batch
+
+    @cached_property
+    def _plane(self) -> _Plane:
+        return _Plane.around_home(self.grid, self.n)
+
+
+@dataclass(frozen=True)
+class _Plane:
+    """Lattice points within reach of home, numbered row by row, with their distance from home in steps."""
+
+    grid: Grid
+    moves: NDArray[np.int64]
+    distance: NDArray[np.int16]
+    home: int
+
+    @staticmethod
+    def around_home(grid: Grid, n: int) -> _Plane:
+        reach = n // 2 + 1
+        radius = (reach + 1) * max(abs(v) for step in grid.steps for v in step)
+        width = 2 * radius + 1
+        distance = np.full(width * width, FAR, np.int16)
+        start = (1, 1) if grid.is_triangle else (0, 0)
+        home = radius * width + radius
+        distance[home] = 0
+        ring = [start]
+        for step in range(1, reach + 1):
+            outer = []
+            for point in ring:
+                for _, to in grid.neighbours(point):
+                    at = home + (to[0] - start[0]) + (to[1] - start[1]) * width
+                    if distance[at] == FAR:
+                        distance[at] = step
+                        outer.append(to)
+            ring = outer
+        return _Plane(grid, np.array([x + y * width for x, y in grid.steps]), distance, home)
+
+
+class _Walk:
+    """The resumable state of one depth-first walk below a prefix of turn letters."""
+
+    def __init__(self, plane: _Plane, n: int, prefix: tuple[int, ...]) -> None:
+        self.plane, self.n, self.prefix = plane, n, prefix
+        self.turns = np.array(plane.grid.turns)
+        self.letters = np.zeros(n + 1, np.int8)
+        self.heading = np.zeros(n, np.int64)
+        self.place = np.zeros(n + 1, np.int64)
+        self.period = np.zeros(n + 1, np.int64)
+        self.visited = np.zeros(len(plane.distance), np.uint8)
+        self.place[0] = plane.home
+        self.place[1] = plane.home + plane.moves[0]
+        self.visited[self.place[:2]] = 1
+        self.impossible = False
+        for k, letter in enumerate(prefix, 1):
+            self.impossible |= not self._step(k, letter)
+        self.state = np.array([len(prefix) + 1, 1, 0])
+
+    @property
+    def done(self) -> bool:
+        return bool(self.state[2])
+
+    def _step(self, k: int, letter: int) -> bool:
+        """Take step k with a turn, unless that leaves the prenecklaces, meets itself or cannot get home."""
+        before = self.period[k - 1]
+        if k > 1 and letter < self.letters[k - before]:
+            return False
+        heading = (self.heading[k - 1] + self.turns[letter]) % self.plane.grid.directions
+        to = self.place[k] + self.plane.moves[heading]
+        if self.plane.distance[to] > self.n - 1 - k or self.visited[to]:
+            return False
+        self.letters[k], self.heading[k], self.place[k + 1] = letter, heading, to
+        self.period[k] = k if k == 1 or letter != self.letters[k - before] else before
+        self.visited[to] = 1
+        return True
+
+    def extensions(self) -> Iterator[tuple[int, ...]]:
+        """The prefixes one letter longer."""
+        k = len(self.prefix) + 1
+        for letter in range(len(self.turns)):
+            if self._step(k, letter):
+                self.visited[self.place[k + 1]] = 0
+                yield (*self.prefix, letter)
+
+    def more(self, size: int) -> tuple[NDArray[np.int8], NDArray[np.int16]]:
+        """The next circuits' words and the orders of their symmetry groups (of the full point group)."""
+        words, symmetry = np.empty((size, self.n), np.int8), np.empty(size, np.int16)
+        written = walk_polygons(
+            *(self.plane.grid.directions, self.turns, self.plane.moves, self.plane.distance, self.n, len(self.prefix)),
+            *(self.letters, self.heading, self.place, self.period, self.visited, self.state, words, symmetry),
+        )
+        return words[:written].copy(), symmetry[:written].copy()
+
+
+def _split_by_axis(grid: Grid, batch: CircuitBatch) -> CircuitBatch:
+    """The classes without quarter turns: each circuit lying and standing, unless those two are congruent."""
+    both = np.concatenate([batch.words, (batch.words + 1) % grid.directions]).astype(np.int8)
+    words, symmetry = np.empty_like(both), np.empty(len(both), np.int16)
+    canonicalise(both, grid.directions, len(grid.first_directions), words, symmetry)
+    lying, standing = words[: len(batch)], words[len(batch) :]
+    keep = np.concatenate([np.ones(len(batch), bool), (lying != standing).any(axis=1)])
+    return CircuitBatch(grid.name, words[keep], symmetry[keep])
