@@ -1,0 +1,61 @@
+"""hcsearch: Hamiltonian-circuit designs of thick-panel arrays that fold into two stacks.
+
+>>> from hcsearch import enumerate_circuits, foldings, twist
+>>> [[twist(folding) for folding in foldings(circuit)] for circuit in enumerate_circuits("hex", n=6)]
+[[0], [], [], []]
+
+Names are looked up on first use, so that the command line starts without loading what it does not need.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hcsearch.circuit import Circuit
+    from hcsearch.enumeration import ArrayCount, ArraySearch, PolygonSearch, count_array, enumerate_circuits
+    from hcsearch.errors import HcsearchError
+    from hcsearch.folding import Folding, foldings
+    from hcsearch.grid import GRIDS, Array, Grid, parse_array
+    from hcsearch.store import open_database, open_readonly, select, select_sql
+    from hcsearch.twisting import gauss_linking, twist
+
+_HOMES = {
+    "circuit": ("Circuit",),
+    "enumeration": ("ArrayCount", "ArraySearch", "PolygonSearch", "count_array", "enumerate_circuits"),
+    "errors": ("HcsearchError",),
+    "folding": ("Folding", "foldings"),
+    "grid": ("GRIDS", "Array", "Grid", "parse_array"),
+    "store": ("open_database", "open_readonly", "select", "select_sql"),
+    "twisting": ("gauss_linking", "twist"),
+}
+_MODULE_OF = {name: module for module, names in _HOMES.items() for name in names}
+
+__all__ = [
+    "GRIDS",
+    "Array",
+    "ArrayCount",
+    "ArraySearch",
+    "Circuit",
+    "Folding",
+    "Grid",
+    "HcsearchError",
+    "PolygonSearch",
+    "count_array",
+    "enumerate_circuits",
+    "foldings",
+    "gauss_linking",
+    "open_database",
+    "open_readonly",
+    "parse_array",
+    "select",
+    "select_sql",
+    "twist",
+]
+
+
+def __getattr__(name: str) -> object:
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"hcsearch.{_MODULE_OF[name]}"), name)

@@ -34,7 +34,7 @@ class Circuit:
 
     @staticmethod
     def from_notation(text: str) -> Circuit:
-        """Read the notation that `notation` writes, such as `hex:002`-like grid and step directions."""
+        """Read the notation that `notation` writes, such as `hex:024`."""
         name, colon, steps = text.partition(":")
         grid = grid_named(name)
         if not colon or not (steps.isascii() and steps.isdigit()):

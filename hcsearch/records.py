@@ -97,7 +97,7 @@ class StageResult:
     """What one stage did to one batch.
 
     passed : designs that passed (circuits: all of them; foldings: two-stack ones; twist: untwisted ones).
-    n_fixed : fixed circuits they stand for.
+    n_fixed : circuits that these are up to symmetry: fixed ones, or those of the one array searched.
     """
 
     stage: str

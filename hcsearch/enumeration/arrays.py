@@ -51,6 +51,11 @@ class ArraySearch:
         return self.array.canonical().notation
 
     @cached_property
+    def group_order(self) -> int:
+        """Order of the array's symmetry group."""
+        return self.array.symmetry
+
+    @cached_property
     def n_circuits(self) -> int:
         """Number of circuits, congruent ones counted each; saturates at 2^61."""
         return 0 if self._dag is None else self._dag.total
@@ -67,10 +72,17 @@ class ArraySearch:
 
     def circuits(self, prefix: str, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
         """The canonical circuits of a unit, lazily, at most `batch_size` at a time."""
+        first = int(prefix)
+        return self._between(first, min(first + _UNIT_SIZE, self.n_circuits), batch_size)
+
+    def batches(self, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
+        """All canonical circuits, lazily, at most `batch_size` at a time."""
+        return self._between(0, self.n_circuits, batch_size)
+
+    def _between(self, first: int, last: int, batch_size: int) -> Iterator[CircuitBatch]:
         if self._dag is None:
             return
-        first = int(prefix)
-        for masks, symmetry in self._dag.masks(first, min(first + _UNIT_SIZE, self._dag.total), batch_size):
+        for masks, symmetry in self._dag.masks(first, last, batch_size):
             words = np.empty((len(masks), self.n), np.int8)
             frontier.trace_masks(masks, self._dag.edges, self.grid.directions, words)
             canonical, order = np.empty_like(words), np.empty(len(words), np.int16)

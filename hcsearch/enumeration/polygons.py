@@ -46,6 +46,11 @@ class PolygonSearch:
         """Name of the array that the search is bound to: none."""
         return ""
 
+    @property
+    def group_order(self) -> int:
+        """Order of the grid's point group: circuits that differ by more than a translation are different."""
+        return len(self.grid.point_group)
+
     @cached_property
     def prefixes(self) -> list[str]:
         """Keys of the search's units, in order; together they hold every circuit once, about 20,000 or fewer a unit."""
@@ -70,6 +75,10 @@ class PolygonSearch:
             if len(words):
                 batch = CircuitBatch(self.grid.name, words, symmetry)
                 yield _split_by_axis(self.grid, batch) if len(self.grid.first_directions) > 1 else batch
+
+    def batches(self, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
+        """All canonical circuits, lazily, at most `batch_size` at a time."""
+        return self.circuits("", batch_size)
 
     @cached_property
     def _plane(self) -> _Plane:

@@ -175,3 +175,22 @@ def write_rows(rows: NDArray[np.uint64], heights: NDArray[np.int64], prefix: NDA
                 at += 1
         longest = max(longest, at)
     return longest
+
+
+@compiled
+def fingerprint_rows(rows: NDArray[np.uint64], heights: NDArray[np.int64], found: NDArray[np.uint64]) -> None:
+    """Write a 128-bit fingerprint of each canonical array; found : shape (n, 2).
+
+    Two different arrays share one with probability 2^-128, so a hundred million of them collide with odds under 2^-74.
+    """
+    for i in range(len(rows)):
+        for half in range(2):
+            h = np.uint64(0x9E3779B97F4A7C15) * np.uint64(2 * half + 1) + np.uint64(heights[i])
+            for y in range(heights[i]):
+                h ^= rows[i, y]
+                h ^= h >> np.uint64(30)
+                h *= np.uint64(0xBF58476D1CE4E5B9)
+                h ^= h >> np.uint64(27)
+                h *= np.uint64(0x94D049BB133111EB) + np.uint64(2 * half)
+                h ^= h >> np.uint64(31)
+            found[i, half] = h

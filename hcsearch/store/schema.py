@@ -1,6 +1,7 @@
-"""The tables. What follows from other columns (orbit size, booleans, verdict of a twisted folding) is left to the views.
+"""The tables. What follows from other columns (orbit size, booleans, the verdict on a twist) is left to the views.
 
 A change here needs a new migration, the revision raised, and `db/schema.sql` generated again; tests compare all three.
+A change of the views needs the same, with an empty migration.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from sqlalchemy import (
     Text,
     UniqueConstraint,
 )
-from sqlalchemy.types import REAL
+from sqlalchemy.types import REAL, TypeEngine
 
 REVISION = "0001"
 """The newest migration. Revisions are numbers of four digits, so that an older one is a smaller text."""
@@ -42,11 +43,11 @@ metadata = MetaData(
 
 # INTEGER on SQLite: only that spelling makes an id the row number. STRICT tables know REAL, but not DOUBLE.
 _ID = BigInteger().with_variant(Integer, "sqlite")
-_REAL = Double().with_variant(REAL, "sqlite")
+_REAL: TypeEngine[float] = Double().with_variant(REAL, "sqlite")
 
 
 def _status(name: str, *values: str) -> CheckConstraint:
-    """A CHECK that a column holds one of some words (or NULL)."""
+    """Check that a column holds one of some words (or NULL)."""
     return CheckConstraint(f"{name} IN ({', '.join(repr(value) for value in values)})", name=name)
 
 

@@ -8,23 +8,29 @@ from __future__ import annotations
 from hcsearch.store.columns import VIEWS
 
 # A folding with twist never deploys, and a design without an untwisted folding neither: known before any later stage.
-_DESIGN_STATUS = (
-    "CASE WHEN d.n_foldings = 0 THEN 'no_folding'"
-    " WHEN d.n_foldings > 0 AND d.n_untwisted = 0 THEN 'twisted' ELSE d.status END"
-)
-_FOLDING_STATUS = "CASE WHEN f.twist > 0 THEN 'twisted' ELSE f.status END"
-
-
-def _flag(condition: str) -> str:
-    """0, 1 or NULL, as an integer in every dialect."""
-    return f"CASE WHEN {condition} THEN 1 WHEN NOT ({condition}) THEN 0 END"
-
-
-def _deployable(status: str) -> str:
-    never = " ".join(f"WHEN '{verdict}' THEN 0" for verdict in ("no_folding", "twisted", "locked"))
-    return f"CASE {status} WHEN 'deploys' THEN 1 {never} END"
-
-
+_DESIGNS = {
+    "orbit_size": "d.array_symmetry / d.symmetry",
+    "two_stack": "CASE WHEN d.n_foldings > 0 THEN 1 WHEN d.n_foldings = 0 THEN 0 END",
+    "untwisted": "CASE WHEN d.n_untwisted > 0 THEN 1 WHEN d.n_untwisted = 0 THEN 0 END",
+    "deployable": """CASE
+        WHEN d.n_foldings = 0 OR (d.n_foldings > 0 AND d.n_untwisted = 0) THEN 0
+        WHEN d.status IN ('no_folding', 'twisted', 'locked') THEN 0
+        WHEN d.status = 'deploys' THEN 1
+    END""",
+    "status": """CASE
+        WHEN d.n_foldings = 0 THEN 'no_folding'
+        WHEN d.n_foldings > 0 AND d.n_untwisted = 0 THEN 'twisted'
+        ELSE d.status
+    END""",
+}
+_FOLDINGS = {
+    "untwisted": "CASE WHEN f.twist = 0 THEN 1 WHEN f.twist > 0 THEN 0 END",
+    "status": "CASE WHEN f.twist > 0 THEN 'twisted' ELSE f.status END",
+    "deployable": """CASE
+        WHEN f.twist > 0 OR f.status IN ('twisted', 'locked') THEN 0
+        WHEN f.status = 'deploys' THEN 1
+    END""",
+}
 _BEST_FOLDING = (
     *("kutzbach", "dof", "merged_panels", "kutzbach_merged", "dof_merged"),
     *("min_clearance", "deploy_time"),
@@ -32,19 +38,8 @@ _BEST_FOLDING = (
 
 # Where a column of a view is more than the column of that name in its table.
 _EXPRESSIONS = {
-    "designs": {
-        "orbit_size": "d.array_symmetry / d.symmetry",
-        "two_stack": _flag("d.n_foldings > 0"),
-        "untwisted": _flag("d.n_untwisted > 0"),
-        "deployable": _deployable(_DESIGN_STATUS),
-        "status": _DESIGN_STATUS,
-        **{name: f'f."{name}"' for name in _BEST_FOLDING},
-    },
-    "foldings": {
-        "untwisted": _flag("f.twist = 0"),
-        "deployable": _deployable(_FOLDING_STATUS),
-        "status": _FOLDING_STATUS,
-    },
+    "designs": _DESIGNS | {name: f'f."{name}"' for name in _BEST_FOLDING},
+    "foldings": _FOLDINGS,
     "deployments": {},
     "runs": {},
 }

@@ -1,4 +1,4 @@
-"""Alembic's entry: runs the migrations on the connection, and in the transaction, that `hcsearch.store.migrate` holds."""
+"""Alembic's entry: runs the migrations in the connection and the transaction that `hcsearch.store.migrate` holds."""
 
 from alembic import context
 

@@ -1,6 +1,6 @@
 """${message}: what it changes and why.
 
-A migration is frozen: it spells out its DDL and imports nothing of hcsearch.
+A migration is frozen: it spells out its DDL and imports nothing of hcsearch. The views are made anew after it.
 """
 
 import sqlalchemy as sa

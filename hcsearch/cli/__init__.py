@@ -1,0 +1,58 @@
+"""The command line: each command reads options, calls the library and prints. Heavy imports wait until a command runs."""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib.metadata import version
+
+import click
+
+from hcsearch.cli.bench import bench
+from hcsearch.cli.count import count
+from hcsearch.cli.enumerate import enumerate_
+from hcsearch.cli.query import query
+from hcsearch.cli.report import report
+from hcsearch.cli.show import show
+from hcsearch.errors import HcsearchError
+
+
+@click.group(
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="Example: hcsearch enumerate --grid hex --n 12, then hcsearch query 'untwisted' -s -symmetry --limit 10",
+)
+@click.version_option(version("hcsearch"), prog_name="hcsearch")
+def hcsearch() -> None:
+    """Search for Hamiltonian-circuit designs of thick-panel arrays that fold into two stacks."""
+
+
+for command in (enumerate_, count, query, show, report, bench):
+    hcsearch.add_command(command)
+
+
+def main() -> None:
+    """Run the command line; wrong input is one line on stderr and exit code 2."""
+    try:
+        hcsearch.main(standalone_mode=False)
+        sys.stdout.flush()
+    except HcsearchError as error:
+        _fail(str(error))
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message(), err=True)
+        sys.exit(2)
+    except click.ClickException as error:
+        context = getattr(error, "ctx", None)
+        remedy = f" (see {context.command_path} --help)" if context else ""
+        _fail(error.format_message() + remedy)
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("hcsearch: interrupted; finished batches are stored, the same command goes on from there", err=True)
+        sys.exit(130)
+    except BrokenPipeError:
+        # the reader has gone; keep the interpreter from flushing into the closed pipe at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(141)
+
+
+def _fail(message: str) -> None:
+    click.echo("hcsearch: " + " ".join(message.split()), err=True)
+    sys.exit(2)

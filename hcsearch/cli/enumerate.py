@@ -1,0 +1,114 @@
+"""`hcsearch enumerate`: the main job."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+import threading
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hcsearch.cli.options import database_option, make_search, target_options
+from hcsearch.errors import HcsearchError
+
+if TYPE_CHECKING:
+    from tqdm import tqdm
+
+    from hcsearch.pipeline import Plan, Summary
+
+_FIRST_BATCH = "working on the first batch (on a new machine kernels are compiled first, up to a minute) ..."
+
+
+@click.command("enumerate", epilog="Example: hcsearch enumerate --grid hex --n 12 --db arrays.sqlite")
+@target_options
+@database_option
+@click.option("--until", metavar="STAGE", help="Last stage: circuits, foldings, twist.  [default: the last one built]")
+@click.option(
+    "--keep",
+    type=click.Choice(("all", "two-stack", "untwisted")),
+    default="all",
+    show_default=True,
+    help="Which designs to store.",
+)
+@click.option("--panel", metavar="LxWxT", help="Panel size in millimetres, kept with the run.")
+@click.option("--jobs", type=click.IntRange(min=1), metavar="K", help="Threads.  [default: all cores]")
+@click.option("--dry-run", is_flag=True, help="List and print the funnel without a database.")
+def enumerate_(
+    grid: str,
+    n: int | None,
+    array_spec: str | None,
+    db: str,
+    until: str | None,
+    keep: str,
+    panel: str | None,
+    jobs: int | None,
+    dry_run: bool,
+) -> None:
+    """List all designs up to symmetry, filter them and store them."""
+    _check_panel(panel)
+    from hcsearch.pipeline import BUILT, Plan, run_dry, run_into  # noqa: PLC0415
+    from hcsearch.store import open_database  # noqa: PLC0415
+
+    search = make_search(grid, n, array_spec)
+    plan = Plan(search, until or list(BUILT)[-1], keep, panel, jobs or os.cpu_count() or 1)
+    if not search.prefixes:
+        click.echo(f"the {search.grid.name} grid has no circuit of {search.n} panels here", err=True)
+    with _Meter() as meter:
+        summary = run_dry(plan, meter) if dry_run else run_into(plan, open_database(db, create=True), meter)
+    _print_summary(plan, summary, None if dry_run else db)
+
+
+def _check_panel(panel: str | None) -> None:
+    if panel is None:
+        return
+    match = re.fullmatch(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)", panel)
+    if not match or min(map(float, match.groups())) <= 0:
+        raise HcsearchError(f"malformed panel {panel!r}: write length x width x thickness in millimetres, as 50x40x6")
+
+
+class _Meter:
+    """Progress on a terminal, with rate and remaining time; silent in a pipe."""
+
+    def __enter__(self) -> _Meter:
+        self._bar: tqdm[Any] | None = None
+        self._hint = threading.Timer(2.0, click.echo, (_FIRST_BATCH,), {"err": True})
+        if sys.stderr.isatty():
+            self._hint.start()
+        return self
+
+    def __call__(self, done: int, total: int, circuits: int) -> None:
+        from tqdm import tqdm  # noqa: PLC0415
+
+        self._hint.cancel()
+        if self._bar is None:
+            self._bar = tqdm(total=total, initial=done - 1, unit="batch", disable=None, leave=False, file=sys.stderr)
+        self._bar.set_postfix_str(f"{circuits:,} circuits", refresh=False)
+        self._bar.update(done - self._bar.n)
+
+    def __exit__(self, *_: object) -> None:
+        self._hint.cancel()
+        if self._bar is not None:
+            self._bar.close()
+
+
+def _print_summary(plan: Plan, summary: Summary, db: str | None) -> None:
+    funnel = summary.funnel
+    target = plan.search.target or f"all arrays of {plan.search.n} cells"
+    click.echo(f"{plan.search.grid.name} grid, {target}, n = {plan.search.n}")
+    arrays = "arrays" if plan.keep == "all" else f"arrays ({plan.keep})"
+    for label, count in (
+        ("fixed circuits", funnel.fixed_circuits),
+        ("non-isomorphic circuits", funnel.circuits),
+        (arrays, funnel.arrays),
+        ("two-stack", funnel.two_stack),
+        ("untwisted", funnel.untwisted),
+        ("deployable", funnel.deployable),
+    ):
+        click.echo(f"  {label:24}{'-' if count is None else f'{count:,}':>16}")
+    times = ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in summary.stage_times.items())
+    click.echo(f"stages: {times or 'nothing to do'}")
+    click.echo(f"batches: {summary.batches_done} done, {summary.batches_reused} taken from before")
+    if db is not None:
+        click.echo(f"database: {db}")

@@ -1,0 +1,52 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hcsearch.errors import HcsearchError
+
+if TYPE_CHECKING:
+    from hcsearch.enumeration import Search
+
+Command = Callable[..., Any]
+
+GRID_NAMES = ("triangle", "square", "rectangle", "hex")
+
+
+def database_option(command: Command) -> Command:
+    """`--db`, by default HCSEARCH_DB, else hcsearch.sqlite in the current folder."""
+    return click.option(
+        "--db",
+        metavar="PATH|URL",
+        default=lambda: os.environ.get("HCSEARCH_DB") or "hcsearch.sqlite",
+        help="Database: a file or any SQLAlchemy URL.  [default: $HCSEARCH_DB, else hcsearch.sqlite]",
+    )(command)
+
+
+def target_options(command: Command) -> Command:
+    """`--grid` with `--n` or `--array`."""
+    for option in (
+        click.option("--array", "array_spec", metavar="SPEC", help="One array: 6x5, 3-4-3, p5x4, t5, h3, @file."),
+        click.option("--n", type=int, metavar="N", help="Every array of N cells."),
+        click.option("--grid", type=click.Choice(GRID_NAMES), required=True, help="Tiling that the panels are cut from."),
+    ):
+        command = option(command)
+    return command
+
+
+def make_search(grid: str, n: int | None, array_spec: str | None) -> Search:
+    """The search that `--grid` with `--n` or `--array` names."""
+    from hcsearch.enumeration import ArraySearch, PolygonSearch  # noqa: PLC0415
+    from hcsearch.grid import grid_named, parse_array  # noqa: PLC0415
+
+    if (n is None) == (array_spec is None):
+        raise HcsearchError("give either --n N (every array of N cells) or --array SPEC (one array)")
+    if array_spec is not None:
+        return ArraySearch(parse_array(grid_named(grid), array_spec))
+    assert n is not None
+    return PolygonSearch(grid_named(grid), n)

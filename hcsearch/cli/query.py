@@ -1,0 +1,39 @@
+"""`hcsearch query`: designs by conditions, or any read-only SQL."""
+
+from __future__ import annotations
+
+import click
+
+from hcsearch.cli.options import database_option
+from hcsearch.errors import QueryError
+from hcsearch.store.columns import column_names
+
+_FORMATS = ("table", "csv", "json", "markdown")
+_COLUMNS = "id,grid,n,array,circuit,symmetry,n_foldings,n_untwisted,min_twist,status"
+
+
+@click.command(
+    epilog="Example: hcsearch query 'grid=hex n=12 untwisted' -c id,array,symmetry -s -symmetry --limit 10. "
+    f"Columns: {', '.join(column_names('designs'))}."
+)
+@click.argument("condition", default="", metavar="[QUERY]")
+@database_option
+@click.option("-c", "--columns", help=f"Columns, separated by commas.  [default: {_COLUMNS}]")
+@click.option("-s", "--sort", help="Sort by columns, separated by commas; -NAME is descending.")
+@click.option("--limit", type=click.IntRange(min=0), help="At most this many rows.")
+@click.option("--format", "style", type=click.Choice(_FORMATS), default="table", show_default=True)
+@click.option("--sql", help="Run one SELECT on the views designs, foldings, deployments and runs instead.")
+def query(
+    condition: str, db: str, columns: str | None, sort: str | None, limit: int | None, style: str, sql: str | None
+) -> None:
+    """Print the designs that satisfy QUERY: terms such as n=12, dof<=6, untwisted, all of which must hold."""
+    from hcsearch.store import format_result, open_readonly, select, select_sql  # noqa: PLC0415
+
+    if sql is not None and (condition or columns or sort or limit is not None):
+        raise QueryError("--sql stands alone: put conditions, columns, order and limit into the SELECT")
+    database = open_readonly(db)
+    if sql is not None:
+        result = select_sql(database, sql)
+    else:
+        result = select(database, condition, columns=columns or _COLUMNS, sort=sort or "", limit=limit)
+    click.echo(format_result(result, style), nl=False)

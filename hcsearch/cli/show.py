@@ -1,0 +1,85 @@
+"""`hcsearch show`: one design or one folding in full."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hcsearch.cli.options import database_option
+from hcsearch.errors import NotationError
+
+if TYPE_CHECKING:
+    from hcsearch.circuit import Circuit
+    from hcsearch.folding import Folding
+
+
+@click.command(epilog="Example: hcsearch show 17:4, or without a database: hcsearch show hex:001132344554")
+@click.argument("design", metavar="DESIGN[:CREASE]")
+@database_option
+def show(design: str, db: str) -> None:
+    """Print a design, named by its id or its circuit notation, and its foldings (or only the one at CREASE).
+
+    A circuit notation needs no database; it may be in any position, order or direction. Creases are numbered in the
+    canonical order that the first lines show.
+    """
+    from hcsearch.circuit import Circuit  # noqa: PLC0415
+    from hcsearch.folding import folding_of, foldings  # noqa: PLC0415
+    from hcsearch.store import find_design, open_readonly  # noqa: PLC0415
+
+    name, crease = _split(design)
+    if ":" in name:
+        circuit = Circuit.from_notation(name).canonical()
+        row: dict[str, Any] = {}
+    else:
+        row = find_design(open_readonly(db), name)
+        circuit = Circuit.from_notation(row["circuit"])
+    _print_circuit(circuit, row)
+    for folding in foldings(circuit) if crease is None else [folding_of(circuit, crease)]:
+        _print_folding(folding)
+
+
+def _split(design: str) -> tuple[str, int | None]:
+    """Name and crease of DESIGN[:CREASE]; a circuit notation has a colon of its own."""
+    parts = design.split(":")
+    notation = not parts[0].isdigit()
+    if len(parts) > 2 + notation or not all(part.isascii() and part.isdigit() for part in parts[notation:]):
+        raise NotationError(f"malformed design {design!r}: write an id or a circuit notation, then :CREASE if wanted")
+    crease = int(parts[1 + notation]) if len(parts) > 1 + notation else None
+    return ":".join(parts[: 1 + notation]), crease
+
+
+def _print_circuit(circuit: Circuit, row: dict[str, Any]) -> None:
+    array = circuit.array
+    slits = len(array.edges()) - circuit.n
+    facts: dict[str, object] = {
+        "circuit": circuit.notation,
+        "array": array.canonical().notation,
+        "panels": circuit.n,
+        "slits": slits,
+        "symmetry": circuit.symmetry,
+        "array symmetry": array.symmetry,
+        "orbit size": circuit.orbit_size,
+        "fixed copies": circuit.n_fixed,
+    }
+    shown = ("id", "kutzbach", "dof", "merged_panels", "deployable", "min_clearance", "deploy_time", "status", "score")
+    facts |= {name.replace("_", " "): row[name] for name in shown if row.get(name) is not None}
+    for label, value in facts.items():
+        click.echo(f"{label:16}{value}")
+    click.echo("cells           " + "  ".join(",".join(map(str, cell)) for cell in circuit.cells))
+
+
+def _print_folding(folding: Folding) -> None:
+    from hcsearch.twisting import twist  # noqa: PLC0415
+
+    n = folding.circuit.n
+    lk = twist(folding)
+    click.echo(f"\nfolding {folding.crease}: flat creases {folding.crease} and {folding.opposite}, twist {lk}")
+    for label, stack in zip(("first", "second"), folding.stacks, strict=True):
+        click.echo(f"  {label} stack, lowest panel first: {' '.join(map(str, stack))}")
+    for kind in ("valley", "mountain"):
+        creases = [str(k) for k, assigned in enumerate(folding.assignment) if assigned == kind]
+        face = "top" if kind == "valley" else "bottom"
+        click.echo(f"  {kind} creases, hinges on the {face} face: {' '.join(creases)}")
+    flats = ", ".join(f"{k % n} ({folding.hinge_faces[k % n]})" for k in (folding.crease, folding.opposite))
+    click.echo(f"  flat creases (face for a hinge, where one is wanted): {flats}")

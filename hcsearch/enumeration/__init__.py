@@ -1,0 +1,84 @@
+"""Enumeration of Hamiltonian circuits up to symmetry: over all arrays of n cells, or on one array."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import islice
+from typing import Protocol
+
+from hcsearch.circuit import Circuit
+from hcsearch.enumeration.arrays import ArraySearch
+from hcsearch.enumeration.counting import ArrayCount, count_array
+from hcsearch.enumeration.polygons import PolygonSearch
+from hcsearch.grid import Array, Grid, grid_named
+from hcsearch.records import CircuitBatch
+
+__all__ = [
+    "STAGE",
+    "VERSION",
+    "ArrayCount",
+    "ArraySearch",
+    "PolygonSearch",
+    "Search",
+    "count_array",
+    "enumerate_circuits",
+]
+
+STAGE, VERSION = "circuits", 1
+
+
+class Search(Protocol):
+    """What the pipeline runs: `PolygonSearch` or `ArraySearch`, split into units named by search prefixes."""
+
+    @property
+    def grid(self) -> Grid:
+        """The grid of all circuits found."""
+
+    @property
+    def n(self) -> int:
+        """Number of panels of all circuits found."""
+
+    @property
+    def target(self) -> str:
+        """Canonical notation of the array searched; '' for all arrays."""
+
+    @property
+    def group_order(self) -> int:
+        """Order of the group that circuits are congruent under; group_order / symmetry circuits make a class."""
+
+    @property
+    def prefixes(self) -> list[str]:
+        """Keys of the units; together they hold every class of circuits once."""
+
+    def circuits(self, prefix: str, batch_size: int = ...) -> Iterator[CircuitBatch]:
+        """The canonical circuits of one unit, lazily."""
+
+    def batches(self, batch_size: int = ...) -> Iterator[CircuitBatch]:
+        """All canonical circuits, lazily."""
+
+
+def enumerate_circuits(
+    grid: str | Grid | None = None,
+    *,
+    n: int | None = None,
+    array: Array | None = None,
+    limit: int | None = None,
+    batch_size: int = 4096,
+) -> Iterator[Circuit]:
+    """Yield one circuit of every congruence class: on all arrays of n cells of a grid, or on one array.
+
+    Lazy: only `batch_size` circuits are held at a time, at any n. Take some with `limit`, hand them on in a loop;
+    whole batches as arrays come from `PolygonSearch(grid, n).batches()` and `ArraySearch(array).batches()`.
+    Raises SizeError for n below 3 or too large, or an array too wide.
+    """
+    search: Search
+    if array is not None and grid is None and n is None:
+        search = ArraySearch(array)
+    elif array is None and grid is not None and n is not None:
+        search = PolygonSearch(grid_named(grid) if isinstance(grid, str) else grid, n)
+    else:
+        raise TypeError("enumerate_circuits needs a grid and n, or an array")
+    found = (
+        Circuit(search.grid, tuple(word)) for batch in search.batches(batch_size) for word in batch.words.tolist()
+    )
+    return islice(found, limit)

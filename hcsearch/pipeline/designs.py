@@ -1,0 +1,147 @@
+"""From a batch of circuits to the rows that the store keeps."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch import folding, twisting
+from hcsearch.enumeration import STAGE, Search
+from hcsearch.grid import Grid
+from hcsearch.kernels.words import array_rows, fingerprint_rows, write_rows
+from hcsearch.records import CircuitBatch, DesignBatch, FoldingBatch, StageResult
+
+
+@dataclass(frozen=True)
+class UnitResult:
+    """What one search unit gave, stage by stage, after the rows not to be kept are dropped.
+
+    twists : None where that stage has not run; foldings likewise.
+    """
+
+    circuits: CircuitBatch
+    foldings: FoldingBatch | None
+    twists: NDArray[np.int16] | None
+    results: tuple[StageResult, ...]
+
+
+def run_unit(search: Search, prefix: str, stages: dict[str, int], keep: str) -> UnitResult:
+    """Run the stages on one unit of a search."""
+    clock = time.perf_counter()
+    circuits = _joined(search, prefix)
+    fixed = search.group_order // circuits.symmetry.astype(np.int64)
+    results: list[StageResult] = []
+
+    def finish(stage: str, passed: NDArray[np.bool_]) -> None:
+        nonlocal clock
+        now = time.perf_counter()
+        results.append(StageResult(stage, stages[stage], int(passed.sum()), int(fixed[passed].sum()), now - clock))
+        clock = now
+
+    passed = np.ones(len(circuits), bool)
+    finish(STAGE, passed)
+    foldings = twists = None
+    if folding.STAGE in stages:
+        foldings = folding.fold(circuits)
+        passed = np.zeros(len(circuits), bool)
+        passed[foldings.row] = True
+        finish(folding.STAGE, passed)
+    kept = passed if keep == "two-stack" else np.ones(len(circuits), bool)
+    if twisting.STAGE in stages and foldings is not None:
+        twists = twisting.twist_batch(circuits, foldings)
+        passed = np.zeros(len(circuits), bool)
+        passed[foldings.row[twists == 0]] = True
+        finish(twisting.STAGE, passed)
+        kept = passed if keep == "untwisted" else kept
+    if kept.all():
+        return UnitResult(circuits, foldings, twists, tuple(results))
+    stay = kept[foldings.row] if foldings is not None else slice(0)
+    if foldings is not None:
+        number = np.cumsum(kept, dtype=np.int32) - 1
+        foldings = FoldingBatch(number[foldings.row[stay]], foldings.crease[stay])
+    return UnitResult(circuits.take(kept), foldings, None if twists is None else twists[stay], tuple(results))
+
+
+def _joined(search: Search, prefix: str) -> CircuitBatch:
+    batches = list(search.circuits(prefix))
+    if not batches:
+        return CircuitBatch(search.grid.name, np.empty((0, search.n), np.int8), np.empty(0, np.int16))
+    words = np.concatenate([batch.words for batch in batches])
+    return CircuitBatch(search.grid.name, words, np.concatenate([batch.symmetry for batch in batches]))
+
+
+def design_rows(search: Search, unit: UnitResult) -> DesignBatch:
+    """The rows of a unit: notations of circuits and arrays, orders of groups, foldings and twists."""
+    circuits, foldings, twists = unit.circuits, unit.foldings, unit.twists
+    array, array_symmetry = _array_texts(search, circuits)
+    n_foldings = n_untwisted = min_twist = None
+    if foldings is not None:
+        n_foldings = np.bincount(foldings.row, minlength=len(circuits))
+    if foldings is not None and twists is not None:
+        n_untwisted = np.bincount(foldings.row[twists == 0], minlength=len(circuits))
+        min_twist = np.full(len(circuits), np.iinfo(np.int16).max, np.int16)
+        np.minimum.at(min_twist, foldings.row, twists)
+        min_twist[n_foldings == 0] = -1
+    return DesignBatch(
+        grid=search.grid.name,
+        n=search.n,
+        circuit=_circuit_texts(search.grid, circuits.words),
+        array=array,
+        array_symmetry=array_symmetry,
+        symmetry=circuits.symmetry,
+        n_fixed=len(search.grid.point_group) // circuits.symmetry.astype(np.int64),
+        n_foldings=n_foldings,
+        folding_row=None if foldings is None else foldings.row,
+        folding_crease=None if foldings is None else foldings.crease,
+        folding_twist=twists,
+        n_untwisted=n_untwisted,
+        min_twist=min_twist,
+    )
+
+
+def array_fingerprints(search: Search, circuits: CircuitBatch) -> NDArray[np.uint64]:
+    """A 128-bit fingerprint of each circuit's array up to congruence, shape (n_circuits, 2)."""
+    rows, heights, _ = _canonical_arrays(search.grid, circuits)
+    found = np.empty((len(circuits), 2), np.uint64)
+    fingerprint_rows(rows, heights, found)
+    return found
+
+
+def _canonical_arrays(
+    grid: Grid, circuits: CircuitBatch
+) -> tuple[NDArray[np.uint64], NDArray[np.int64], NDArray[np.int16]]:
+    rows = np.empty(circuits.words.shape, np.uint64)
+    heights, symmetry = np.empty(len(circuits), np.int64), np.empty(len(circuits), np.int16)
+    signs = np.array([isometry.sign for isometry in grid.point_group])
+    offsets = np.array([isometry.offset for isometry in grid.point_group])
+    array_rows(circuits.words, signs, offsets, np.array(grid.steps), grid.is_triangle, rows, heights, symmetry)
+    return rows, heights, symmetry
+
+
+def _array_texts(search: Search, circuits: CircuitBatch) -> tuple[list[str], NDArray[np.int16]]:
+    grid = search.grid
+    if search.target:  # one array for all of them, of any width
+        symmetry = np.full(len(circuits), search.group_order, np.int16)
+        return [search.target] * len(circuits), symmetry
+    rows, heights, symmetry = _canonical_arrays(grid, circuits)
+    prefix = np.frombuffer(f"{grid.name}:".encode(), np.uint8)
+    # n cells in connected rows: at most n digits and a dot a row
+    text = np.zeros((len(circuits), len(prefix) + 2 * search.n), np.uint8)
+    write_rows(rows, heights, prefix, text)
+    return _texts(text), symmetry
+
+
+def _circuit_texts(grid: Grid, words: NDArray[np.int8]) -> list[str]:
+    prefix = np.frombuffer(f"{grid.name}:".encode(), np.uint8)
+    text = np.empty((len(words), len(prefix) + words.shape[1]), np.uint8)
+    text[:, : len(prefix)] = prefix
+    text[:, len(prefix) :] = words + ord("0")
+    return _texts(text)
+
+
+def _texts(text: NDArray[np.uint8]) -> list[str]:
+    """Rows of ASCII codes, ended by zeros, as strings."""
+    return text.view(f"S{text.shape[1]}").ravel().astype(str).tolist() if len(text) else []

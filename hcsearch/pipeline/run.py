@@ -1,0 +1,178 @@
+"""One run of the pipeline: units of a search through the stages, on several cores, into a database or not."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import asdict, dataclass, field
+from importlib.metadata import version
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.enumeration import Search
+from hcsearch.pipeline.designs import UnitResult, array_fingerprints, design_rows, run_unit
+from hcsearch.pipeline.stages import check_keep, stages_until
+from hcsearch.records import DesignBatch, StageResult, Work
+from hcsearch.store import Database, count_arrays, finish_run, finished_batches, record_batch, start_run
+
+Progress = Callable[[int, int, int], None]
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What to run: a search, the last stage, which designs to keep, the panel (text, millimetres), threads."""
+
+    search: Search
+    until: str
+    keep: str = "all"
+    panel: str | None = None
+    jobs: int = 1
+
+    def __post_init__(self) -> None:
+        check_keep(self.keep, self.until)
+
+    @property
+    def work(self) -> Work:
+        """The key of this plan's finished batches."""
+        return Work(self.search.grid.name, self.search.n, self.search.target, self.keep)
+
+
+@dataclass(frozen=True)
+class Funnel:
+    """How many are left after each stage; None where it has not run."""
+
+    fixed_circuits: int
+    circuits: int
+    arrays: int
+    two_stack: int | None
+    untwisted: int | None
+    deployable: int | None = None
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a run did. Times are those of the kernels, summed over threads; `arrays` counts those of kept designs."""
+
+    funnel: Funnel
+    stage_times: dict[str, float]
+    batches_done: int
+    batches_reused: int
+
+
+@dataclass
+class _Totals:
+    """Sums over the batches of a run."""
+
+    passed: dict[str, int] = field(default_factory=dict)
+    seconds: dict[str, float] = field(default_factory=dict)
+    n_fixed: int = 0
+
+    def add(self, results: tuple[StageResult, ...] | list[StageResult], *, fresh: bool) -> None:
+        for result in results:
+            self.passed[result.stage] = self.passed.get(result.stage, 0) + result.passed
+            self.seconds[result.stage] = self.seconds.get(result.stage, 0.0) + (result.seconds if fresh else 0.0)
+        self.n_fixed += results[0].n_fixed
+
+    def funnel(self, stages: dict[str, int], arrays: int) -> Funnel:
+        return Funnel(
+            fixed_circuits=self.n_fixed,
+            circuits=self.passed.get("circuits", 0),
+            arrays=arrays,
+            two_stack=self.passed.get("foldings", 0) if "foldings" in stages else None,
+            untwisted=self.passed.get("twist", 0) if "twist" in stages else None,
+        )
+
+
+def run_dry(plan: Plan, progress: Progress | None = None) -> Summary:
+    """Run the stages without a database. Memory grows only by 16 bytes an array, to count different ones."""
+    stages = stages_until(plan.until)
+    totals = _Totals()
+    seen = np.empty((0, 2), np.uint64)
+    prefixes = plan.search.prefixes
+
+    def work(prefix: str) -> tuple[UnitResult, NDArray[np.uint64]]:
+        unit = run_unit(plan.search, prefix, stages, plan.keep)
+        if plan.search.target:  # one array only
+            return unit, np.zeros((min(len(unit.circuits), 1), 2), np.uint64)
+        return unit, np.unique(array_fingerprints(plan.search, unit.circuits), axis=0)
+
+    fresh: list[NDArray[np.uint64]] = [seen]
+    for done, (_, (unit, prints)) in enumerate(_in_threads(work, prefixes, plan.jobs), 1):
+        totals.add(unit.results, fresh=True)
+        fresh.append(prints)
+        if sum(map(len, fresh[1:])) > max(len(fresh[0]), 1 << 18):
+            fresh = [np.unique(np.concatenate(fresh), axis=0)]
+        if progress is not None:
+            progress(done, len(prefixes), totals.passed["circuits"])
+    arrays = len(np.unique(np.concatenate(fresh), axis=0))
+    return Summary(totals.funnel(stages, arrays), totals.seconds, len(prefixes), 0)
+
+
+def run_into(plan: Plan, database: Database, progress: Progress | None = None) -> Summary:
+    """Run the stages where results are missing or older, one transaction a batch, and record the run."""
+    stages = stages_until(plan.until)
+    totals = _Totals()
+    prefixes = plan.search.prefixes
+    finished = finished_batches(database, plan.work, stages)
+    reused = [finished[prefix] for prefix in prefixes if prefix in finished]
+    for results in reused:
+        totals.add(results, fresh=False)
+    todo = [prefix for prefix in prefixes if prefix not in finished]
+    run_id = start_run(
+        database,
+        work=plan.work,
+        until=plan.until,
+        panel=plan.panel,
+        arguments={"grid": plan.work.grid, "n": plan.work.n, "array": plan.work.target or None, "until": plan.until}
+        | {"keep": plan.keep, "panel": plan.panel, "jobs": plan.jobs},
+        versions=_versions() | {f"stage {name}": str(number) for name, number in stages.items()},
+    )
+
+    def work(prefix: str) -> tuple[UnitResult, DesignBatch]:
+        unit = run_unit(plan.search, prefix, stages, plan.keep)
+        return unit, design_rows(plan.search, unit)
+
+    for done, (prefix, (unit, rows)) in enumerate(_in_threads(work, todo, plan.jobs), 1):
+        record_batch(database, run_id, plan.work, prefix, rows, list(unit.results))
+        totals.add(unit.results, fresh=True)
+        if progress is not None:
+            progress(len(reused) + done, len(prefixes), totals.passed["circuits"])
+    summary = Summary(
+        totals.funnel(stages, count_arrays(database, plan.work)), totals.seconds, len(todo), len(reused)
+    )
+    finish_run(database, run_id, asdict(summary.funnel), summary.stage_times, summary.batches_done, len(reused))
+    return summary
+
+
+def _in_threads(work: Callable[[str], T], prefixes: list[str], jobs: int) -> Iterator[tuple[str, T]]:
+    """Results as they come; kernels run without the interpreter lock, and few results wait at a time."""
+    with ThreadPoolExecutor(jobs) as pool:
+        waiting: dict[Future[T], str] = {}
+        todo = iter(prefixes)
+        try:
+            for prefix in todo:
+                waiting[pool.submit(work, prefix)] = prefix
+                if len(waiting) < 2 * jobs:
+                    continue
+                yield from _finished(waiting)
+            while waiting:
+                yield from _finished(waiting)
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _finished(waiting: dict[Future[T], str]) -> Iterator[tuple[str, T]]:
+    done, _ = wait(waiting, return_when=FIRST_COMPLETED)
+    for future in done:
+        yield waiting.pop(future), future.result()
+
+
+def _versions() -> dict[str, str]:
+    """What made the results: this program and what it computes with."""
+    return {"hcsearch": version("hcsearch"), "python": platform.python_version()} | {
+        name: version(name) for name in ("numba", "numpy", "sqlalchemy")
+    }

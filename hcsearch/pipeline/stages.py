@@ -1,0 +1,26 @@
+"""The stages of the pipeline, in order, with the versions of their results."""
+
+from __future__ import annotations
+
+from hcsearch import enumeration, folding, twisting
+from hcsearch.errors import StageError
+
+BUILT: dict[str, int] = {module.STAGE: module.VERSION for module in (enumeration, folding, twisting)}
+PLANNED = ("mobility", "deployment")
+
+KEEP_NEEDS = {"all": enumeration.STAGE, "two-stack": folding.STAGE, "untwisted": twisting.STAGE}
+
+
+def stages_until(last: str) -> dict[str, int]:
+    """Name and version of every stage up to `last`; StageError when it is unknown or not built yet."""
+    if last not in BUILT:
+        known = "is not built yet" if last in PLANNED else "is unknown"
+        raise StageError(f"stage {last!r} {known}: use --until {', '.join(BUILT)}")
+    names = list(BUILT)
+    return {name: BUILT[name] for name in names[: names.index(last) + 1]}
+
+
+def check_keep(keep: str, until: str) -> None:
+    """Refuse to keep designs by a stage that does not run."""
+    if KEEP_NEEDS[keep] not in stages_until(until):
+        raise StageError(f"--keep {keep} needs the stage {KEEP_NEEDS[keep]}: use --until {KEEP_NEEDS[keep]}")

@@ -1,0 +1,140 @@
+"""The data of a report, fetched from the database: counts over all that a query selects, and its first designs."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from datetime import UTC, datetime
+from importlib.metadata import version
+
+from hcsearch.report.data import ReportData, Row, Stage
+from hcsearch.store import Database, Result, parse_query, select, select_sql
+
+BEST_FIRST = "-untwisted,-two_stack,-score,-deployable"
+"""Order of the designs on the page, so that a limit cuts off the worst; equal ones by id."""
+
+_IDS_AT_ONCE = 5000
+
+_COUNTS = """
+    count(*) AS circuits, coalesce(sum(n_fixed), 0) AS fixed, count(DISTINCT "array") AS arrays,
+    sum(two_stack) AS two_stack, sum(untwisted) AS untwisted, sum(deployable) AS deployable,
+    sum(CASE WHEN status IN ('deploys', 'undecided', 'collides', 'locked') THEN 1 ELSE 0 END) AS judged
+"""
+
+
+def fetch(database: Database, query: str, limit: int | None, sort: str = BEST_FIRST) -> ReportData:
+    """Read what a report on a query shows; the database must come from `open_readonly`.
+
+    limit : designs on the page, None for all; counts are of all the selected designs in any case.
+    """
+    where = _where(database, query)
+    selected = _rows(select(database, query, sort=sort, limit=limit))
+    counts = _rows(select_sql(database, f"SELECT {_COUNTS} FROM designs WHERE {where}"))[0]
+    kinds = select_sql(database, f"SELECT DISTINCT grid, n FROM designs WHERE {where} ORDER BY grid, n").rows
+    arrays = select_sql(database, f'SELECT DISTINCT "array" FROM designs WHERE {where} LIMIT 2').rows
+    census = "SELECT n_foldings, min_twist, count(*) FROM designs"
+    runs = [run for run in _rows(select(database, view="runs")) if (run["grid"], run["n"]) in kinds]
+    total = _number(counts["circuits"])
+    return ReportData(
+        title=_title(kinds, arrays),
+        meta=[
+            ("grid", _listed(grid for grid, _ in kinds)),
+            ("n", _listed(sorted({_number(n) for _, n in kinds}))),
+            *([("array", arrays[0][0])] if len(arrays) == 1 else []),
+            ("query", query.strip() or "all designs"),
+            ("kept", _listed(run["keep"] for run in runs)),
+            ("hcsearch", version("hcsearch")),
+            ("made", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
+        ],
+        funnel=_funnel(counts, total),
+        census=[tuple(row) for row in select_sql(database, f"{census} WHERE {where} GROUP BY 1, 2").rows],
+        designs=selected,
+        foldings=_foldings(database, [_number(design["id"]) for design in selected]),
+        total=total,
+        notes=_notes(runs),
+        size=_size(runs),
+    )
+
+
+def _where(database: Database, query: str) -> str:
+    """Write the condition of a query as SQL, with its values escaped: `select_sql` takes no parameters."""
+    dialect = database.engine.dialect
+    return str(parse_query(query).compile(dialect=dialect, compile_kwargs={"literal_binds": True}))
+
+
+def _rows(result: Result) -> list[Row]:
+    return [dict(zip(result.columns, row, strict=True)) for row in result.rows]
+
+
+def _number(value: object) -> int:
+    return int(str(value or 0))
+
+
+def _funnel(counts: Row, total: int) -> list[Stage]:
+    """List the numbers of the funnel; None for a stage that ran on none of the designs."""
+
+    def count(name: str) -> int | None:
+        return 0 if not total else None if counts[name] is None else _number(counts[name])
+
+    untwisted, deployable = count("untwisted"), count("deployable")
+    # Twisted designs are known not to deploy before any deployment was tried.
+    if untwisted is None or (untwisted and not counts["judged"]):
+        deployable = None
+    return [
+        Stage("fixed circuits", _number(counts["fixed"])),
+        Stage("array" if counts["arrays"] == 1 else "arrays", _number(counts["arrays"])),
+        Stage("non-isomorphic circuits", total, total),
+        Stage("two-stack", count("two_stack"), total),
+        Stage("untwisted", untwisted, total),
+        Stage("deployable", deployable, total),
+    ]
+
+
+def _foldings(database: Database, ids: Sequence[int]) -> dict[int, list[Row]]:
+    found: dict[int, list[Row]] = defaultdict(list)
+    for first in range(0, len(ids), _IDS_AT_ONCE):
+        listed = ", ".join(map(str, ids[first : first + _IDS_AT_ONCE]))
+        sql = f"SELECT * FROM foldings WHERE design_id IN ({listed}) ORDER BY design_id, crease"
+        for row in _rows(select_sql(database, sql)):
+            found[_number(row["design_id"])].append(row)
+    return dict(found)
+
+
+def _title(kinds: Sequence[Sequence[object]], arrays: Sequence[Sequence[object]]) -> str:
+    if not kinds:
+        return "No designs"
+    if len(arrays) == 1:
+        return f"Designs of array {arrays[0][0]}"
+    sizes = sorted({_number(n) for _, n in kinds})
+    span = f"n = {sizes[0]}" if len(sizes) == 1 else f"n = {sizes[0]} to {sizes[-1]}"
+    return f"Designs: {_listed(grid for grid, _ in kinds)}, {span}"
+
+
+def _listed(values: Iterable[object]) -> str:
+    """Write the different values, in the order they come."""
+    return ", ".join(dict.fromkeys(map(str, values))) or "-"
+
+
+def _notes(runs: Sequence[Row]) -> list[str]:
+    """Say what the numbers do not count: designs that were not kept, searches that were not finished."""
+    notes = []
+    whole = {(run["grid"], run["n"]) for run in runs if run["keep"] == "all" and run["target"] == ""}
+    partial = [run for run in runs if run["keep"] != "all" and (run["grid"], run["n"]) not in whole]
+    if partial:
+        keeps = _listed(run["keep"] for run in partial)
+        notes.append(
+            f"Some runs kept only {keeps} designs: the circuits and arrays counted here are those that were kept."
+        )
+    last = {(run["grid"], run["n"], run["target"], run["keep"]): run for run in runs}
+    open_runs = [str(run["id"]) for run in last.values() if run["finished"] is None]
+    if open_runs:
+        notes.append(f"The search is not finished (run {', '.join(open_runs)}): there may be more designs.")
+    return notes
+
+
+def _size(runs: Sequence[Row]) -> tuple[float, float] | None:
+    """Read length and width of the panels, where all runs agree on them."""
+    sizes = {str(run["panel"]) for run in runs if run["panel"]}
+    match = re.match(r"([\d.]+)x([\d.]+)", sizes.pop()) if len(sizes) == 1 else None
+    return (float(match[1]), float(match[2])) if match else None

@@ -1,0 +1,43 @@
+"""A report on a query, from the database to a file."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from hcsearch.errors import HcsearchError
+from hcsearch.report.fetching import BEST_FIRST, fetch
+from hcsearch.report.page import render
+from hcsearch.store import Database
+
+LIMIT = 2000
+"""Designs on a page unless told otherwise: more make it slow to search."""
+
+
+def write_report(
+    database: Database,
+    query: str,
+    path: Path | str,
+    *,
+    limit: int | None = LIMIT,
+    sort: str = BEST_FIRST,
+    title: str = "",
+) -> Path:
+    """Write the report on the designs that a query selects, and return its path.
+
+    database : from `open_readonly`.
+    limit : designs on the page, None for all; the numbers on the page count all of them in any case.
+    HcsearchError: the file cannot be written.
+    """
+    data = fetch(database, query, limit, sort)
+    page = render(replace(data, title=title) if title else data)
+    target = Path(path)
+    try:
+        # Undecodable bytes of a command line arrive as lone surrogates, which no file holds.
+        target.write_bytes(page.encode(errors="replace"))
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise HcsearchError(
+            f"cannot write the report to {target}: {reason}; name a file in a folder that can be written"
+        ) from error
+    return target

@@ -1,0 +1,169 @@
+"""Opening a database, for writing or read-only, and its transactions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import TracebackType
+
+from sqlalchemy import Connection, Engine, create_engine, text
+from sqlalchemy.exc import NoSuchModuleError
+
+from hcsearch.errors import DatabaseError
+from hcsearch.store import sqlite
+from hcsearch.store.failures import explained
+from hcsearch.store.location import EXAMPLES, Location, check_writable, is_filled, parse_location
+from hcsearch.store.migrate import check_revision, current_revision, foreign, upgrade
+from hcsearch.store.schema import APPLICATION_ID, REVISION
+
+TIMEOUT = 60.0
+"""How long to wait for another program's lock, in seconds."""
+
+
+@dataclass(frozen=True)
+class Database:
+    """An open database. `location` is its name for messages, without any password."""
+
+    engine: Engine
+    location: str
+    readonly: bool
+
+    @contextmanager
+    def reading(self) -> Iterator[Connection]:
+        """Give a connection for reading."""
+        with explained(self.location), self.engine.connect() as connection:
+            yield connection
+
+    @contextmanager
+    def writing(self) -> Iterator[Connection]:
+        """Give a connection in a transaction that holds the write lock; an exception leaves nothing behind."""
+        if self.readonly:
+            raise DatabaseError(f"database {self.location} is open read-only: open it with open_database to write")
+        engine = self.engine.execution_options(hcsearch_begin="IMMEDIATE")
+        with explained(self.location), engine.begin() as connection:
+            yield connection
+
+    def close(self) -> None:
+        """Close all connections."""
+        self.engine.dispose()
+
+    def __enter__(self) -> Database:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.close()
+
+
+def open_database(location: str, *, create: bool, timeout: float = TIMEOUT) -> Database:
+    """Open a database for writing, at the newest schema; made first when there is none and `create` says so.
+
+    location : a path (an SQLite file) or an SQLAlchemy URL of SQLite or PostgreSQL.
+    timeout : longest wait for another program's lock, in seconds.
+    DatabaseError, with nothing changed on disk: missing, not ours, newer, damaged, locked, not writable.
+    """
+    place = parse_location(location)
+    if place.url is not None:
+        return _open_server(place, create=create, readonly=False)
+    assert place.path is not None
+    with explained(place.text):
+        _prepare_file(place, create=create, timeout=timeout)
+        engine = sqlite.writing_engine(place.path, timeout)
+        engine.connect().close()
+    return Database(engine, place.text, readonly=False)
+
+
+def open_readonly(location: str, *, timeout: float = TIMEOUT) -> Database:
+    """Open a database of the newest schema so that no statement can change it; DatabaseError as in `open_database`."""
+    place = parse_location(location)
+    if place.url is not None:
+        return _open_server(place, create=False, readonly=True)
+    assert place.path is not None
+    with explained(place.text):
+        if not is_filled(place):
+            raise _missing(place)
+        check_revision(place.text, _revision(place, timeout) or "", upgradable=False)
+        engine = sqlite.reading_engine(place.path, timeout)
+        engine.connect().close()
+    return Database(engine, place.text, readonly=True)
+
+
+def _prepare_file(place: Location, *, create: bool, timeout: float) -> None:
+    """Create or upgrade a file where needed, and look again: only what is on disk in the end counts."""
+    for _ in range(3):
+        filled = is_filled(place)
+        if not filled and not create:
+            raise _missing(place)
+        revision = _revision(place, timeout) if filled else None
+        if revision is None and not create:
+            raise _missing(place)
+        if revision is not None:
+            check_revision(place.text, revision, upgradable=True)
+        check_writable(place)
+        if revision == REVISION:
+            return
+        _upgrade_file(place, timeout)
+    raise DatabaseError(f"database {place.text} vanishes while it is made: see who removes it, or name another file")
+
+
+def _revision(place: Location, timeout: float) -> str | None:
+    """Return the revision of a filled file; None when it is an SQLite database without any table."""
+    assert place.path is not None
+    found = sqlite.look(place.path, timeout)
+    if found.version is not None:
+        return found.version
+    if not found.empty:
+        raise foreign(place.text)
+    return None
+
+
+def _upgrade_file(place: Location, timeout: float) -> None:
+    assert place.path is not None
+    existed = place.path.exists()
+    engine = sqlite.upgrading_engine(place.path, timeout)
+    try:
+        with engine.execution_options(hcsearch_begin="IMMEDIATE").begin() as connection:
+            upgrade(connection, place.text)
+    except BaseException:
+        engine.dispose()
+        if not existed and place.path.exists() and place.path.stat().st_size == 0:
+            place.path.unlink()
+        raise
+    engine.dispose()
+
+
+def _missing(place: Location) -> DatabaseError:
+    return DatabaseError(
+        f"there is no hcsearch database at {place.text}: make one with `hcsearch enumerate`, or name another with --db"
+    )
+
+
+def _open_server(place: Location, *, create: bool, readonly: bool) -> Database:
+    engine = _server_engine(place)
+    with explained(place.text), engine.begin() as connection:
+        # Held to the end of the transaction, so that two processes do not create the same tables.
+        connection.execute(text(f"SELECT pg_advisory_xact_lock({APPLICATION_ID})"))
+        revision = current_revision(connection)
+        if revision is None and not create:
+            raise _missing(place)
+        if revision is not None:
+            check_revision(place.text, revision, upgradable=not readonly)
+        if revision != REVISION:
+            upgrade(connection, place.text)
+    if readonly:
+        engine = engine.execution_options(postgresql_readonly=True)
+    return Database(engine, place.text, readonly=readonly)
+
+
+def _server_engine(place: Location) -> Engine:
+    assert place.url is not None
+    try:
+        engine = create_engine(place.url)
+    except ImportError as error:
+        remedy = f"install it with pip install {error.name}" if error.name else "install its driver with pip"
+        raise DatabaseError(f"database {place.text} needs a Python module that is missing: {remedy}") from error
+    except NoSuchModuleError as error:
+        raise DatabaseError(f"database {place.text} names an unknown driver: {EXAMPLES}") from error
+    if engine.dialect.is_async:
+        raise DatabaseError(f"database {place.text} names an asynchronous driver, which cannot be used: {EXAMPLES}")
+    return engine

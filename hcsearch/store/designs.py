@@ -1,0 +1,113 @@
+"""Storing a batch of designs with their foldings, in a transaction of the caller; fast where all of them are new."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from sqlalchemy import Connection, Row, Select, bindparam, delete, func, select, text, update
+
+from hcsearch.records import DesignBatch
+from hcsearch.store.schema import design, folding
+from hcsearch.store.upsert import insert_missing, insert_or_update, insert_rows
+
+Columns = dict[str, list[Any]]
+
+_CHUNK = 1000  # values of one IN (...), well below what SQLite and PostgreSQL take
+
+
+def insert_designs(connection: Connection, designs: DesignBatch) -> None:
+    """Store a batch: new designs are added, known ones get the columns of the stages that ran.
+
+    The caller holds the write lock (on PostgreSQL the table is locked here), so the ids can be given beforehand.
+    """
+    if not len(designs):
+        return
+    if connection.dialect.name == "postgresql":
+        connection.execute(text("LOCK TABLE design IN SHARE ROW EXCLUSIVE MODE"))
+    first = (connection.execute(select(func.max(design.c.id))).scalar() or 0) + 1
+    ids = list(range(first, first + len(designs)))
+    columns = _design_columns(designs)
+    insert_rows(connection, insert_missing(connection, design), {"id": ids, **columns})
+    added = connection.execute(select(func.count()).select_from(design).where(design.c.id >= first)).scalar_one()
+    if added < len(designs):
+        ids = _meet(connection, designs, columns, first)
+    if designs.folding_row is not None and len(designs.folding_row):
+        rows = _folding_columns(designs, ids)
+        insert_rows(connection, insert_or_update(connection, folding, _found(rows)), rows)
+
+
+def _design_columns(designs: DesignBatch) -> Columns:
+    columns: Columns = {
+        "grid": [designs.grid] * len(designs),
+        "n": [designs.n] * len(designs),
+        "circuit": designs.circuit,
+        "array": designs.array,
+        "array_symmetry": designs.array_symmetry.tolist(),
+        "symmetry": designs.symmetry.tolist(),
+        "n_fixed": designs.n_fixed.tolist(),
+    }
+    for name in ("n_foldings", "n_untwisted"):
+        if (values := getattr(designs, name)) is not None:
+            columns[name] = values.tolist()
+    if designs.min_twist is not None:
+        columns["min_twist"] = [None if twist < 0 else twist for twist in designs.min_twist.tolist()]
+    return columns
+
+
+def _folding_columns(designs: DesignBatch, ids: Sequence[int]) -> Columns:
+    assert designs.folding_row is not None
+    assert designs.folding_crease is not None
+    creases = designs.folding_crease.tolist()
+    columns: Columns = {
+        "design_id": [ids[row] for row in designs.folding_row.tolist()],
+        "crease": creases,
+        "opposite": [crease + designs.n // 2 for crease in creases],
+    }
+    if designs.folding_twist is not None:
+        columns["twist"] = designs.folding_twist.tolist()
+    return columns
+
+
+def _found(columns: Columns) -> list[str]:
+    """Columns of a folding that a stage found, beyond its place."""
+    return [name for name in columns if name not in ("design_id", "crease", "opposite")]
+
+
+def _meet(connection: Connection, designs: DesignBatch, columns: Columns, first: int) -> list[int]:
+    """Update the designs that were there before id `first`, and return the ids of all designs of the batch."""
+    circuits = design.c.circuit
+    known = _select_in(connection, select(circuits, design.c.id), circuits, designs.circuit)
+    id_of: dict[str, int] = {row.circuit: row.id for row in known}
+    ids = [id_of[circuit] for circuit in designs.circuit]
+    names = [name for name in columns if name not in ("grid", "n", "circuit")]
+    changes = [
+        {"key": key, **{name: columns[name][row] for name in names}} for row, key in enumerate(ids) if key < first
+    ]
+    if changes:
+        # The other keys of the rows are the columns to set.
+        connection.execute(update(design).where(design.c.id == bindparam("key")), changes)
+        _drop_refuted(connection, designs, ids, first)
+    return ids
+
+
+def _drop_refuted(connection: Connection, designs: DesignBatch, ids: Sequence[int], first: int) -> None:
+    """Delete older foldings of known designs that the stage no longer finds (it has a newer version)."""
+    if designs.n_foldings is None or designs.folding_row is None or designs.folding_crease is None:
+        return
+    if int(designs.n_foldings.sum()) != len(designs.folding_row):
+        return  # a search for untwisted foldings alone refutes nothing
+    rows = _folding_columns(designs, ids)
+    found = set(zip(rows["design_id"], rows["crease"], strict=True))
+    key, crease = folding.c.design_id, folding.c.crease
+    stored = _select_in(connection, select(key, crease), key, [known for known in ids if known < first])
+    refuted = [{"key": row.design_id, "at": row.crease} for row in stored if (row.design_id, row.crease) not in found]
+    if refuted:
+        connection.execute(delete(folding).where(key == bindparam("key"), crease == bindparam("at")), refuted)
+
+
+def _select_in(
+    connection: Connection, statement: Select[Any], column: Any, values: Sequence[Any]
+) -> Iterator[Row[Any]]:
+    for start in range(0, len(values), _CHUNK):
+        yield from connection.execute(statement.where(column.in_(values[start : start + _CHUNK]))).all()

@@ -1,0 +1,91 @@
+"""Where a database is: a file of SQLite, or the URL of a server."""
+
+from __future__ import annotations
+
+import os
+import stat
+from dataclasses import dataclass
+from pathlib import Path
+
+from sqlalchemy import URL, make_url
+from sqlalchemy.exc import ArgumentError
+
+from hcsearch.errors import DatabaseError
+
+_SERVERS = ("postgresql",)
+EXAMPLES = "give a path, sqlite:///PATH, or postgresql+psycopg://USER@HOST/NAME"
+
+
+@dataclass(frozen=True)
+class Location:
+    """A database's place; `text` is what users are shown (passwords hidden), and either `path` or `url` is set."""
+
+    text: str
+    path: Path | None = None
+    url: URL | None = None
+
+
+def parse_location(text: str) -> Location:
+    """Read a path or an SQLAlchemy URL; DatabaseError when it is neither."""
+    if not text or "\0" in text or text == ":memory:":
+        raise DatabaseError(f"{text!r} names no database that lasts: {EXAMPLES}")
+    if "://" not in text:
+        return Location(_shown(text), path=Path(text))
+    try:
+        url = make_url(text)
+    except (ArgumentError, ValueError) as error:
+        # The text is not shown: it may hold a password.
+        raise DatabaseError(f"the database URL cannot be read: {EXAMPLES}") from error
+    if url.drivername in ("sqlite", "sqlite+pysqlite"):
+        return _sqlite_file(url)
+    if url.get_backend_name() not in _SERVERS:
+        raise DatabaseError(f"databases of the kind {url.drivername!r} are not supported: {EXAMPLES}")
+    return Location(url.render_as_string(hide_password=True), url=url)
+
+
+def _sqlite_file(url: URL) -> Location:
+    if not url.database or url.database == ":memory:":
+        raise DatabaseError(f"{url} names no database that lasts: {EXAMPLES}")
+    if url.query or url.database.startswith("file:") or url.host:
+        raise DatabaseError(f"{url} has options or a host, which are not supported: give sqlite:///PATH or a path")
+    return Location(_shown(url.database), path=Path(url.database))
+
+
+def _shown(path: str) -> str:
+    """Put a path on one line that every terminal can print."""
+    return path if path.isprintable() else ascii(path)
+
+
+def is_filled(location: Location) -> bool:
+    """Whether the file of a location exists and is not empty; DatabaseError when it is no file."""
+    path = _path(location)
+    try:
+        status = path.stat()
+    except FileNotFoundError:
+        return False
+    except OSError as error:
+        reason = f"cannot be opened ({error.strerror}): name another file"
+        raise DatabaseError(f"database {location.text} {reason}") from error
+    if not stat.S_ISREG(status.st_mode):
+        kind = "a folder: name a file in it" if stat.S_ISDIR(status.st_mode) else "not a file: name another"
+        raise DatabaseError(f"database {location.text} is {kind}")
+    return status.st_size > 0
+
+
+def check_writable(location: Location) -> None:
+    """Refuse, before anything is touched, a file or folder that cannot be written."""
+    path = _path(location)
+    folder = path.absolute().parent
+    if not folder.is_dir():
+        shown = _shown(str(folder))
+        raise DatabaseError(f"database {location.text} cannot be made, there is no folder {shown}: make it first")
+    # SQLite keeps its journal beside the file.
+    for place in (folder, path) if path.exists() else (folder,):
+        if not os.access(place, os.W_OK):
+            remedy = f"allow writing to {_shown(str(place))}, or name another file"
+            raise DatabaseError(f"database {location.text} cannot be written: {remedy}")
+
+
+def _path(location: Location) -> Path:
+    assert location.path is not None, "a server has no file"
+    return location.path

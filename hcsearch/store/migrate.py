@@ -1,0 +1,73 @@
+"""Creating and upgrading the schema, in a transaction of the caller. Alembic is imported only when there is work."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from sqlalchemy import Connection, inspect, text
+
+from hcsearch.errors import DatabaseError
+from hcsearch.store.columns import VIEWS
+from hcsearch.store.schema import APPLICATION_ID, REVISION, VERSION_TABLE
+from hcsearch.store.views import create_view
+
+SCRIPTS = Path(__file__).with_name("migrations")
+
+
+def current_revision(connection: Connection) -> str | None:
+    """Return the revision of the schema behind a connection; None where there is none of ours."""
+    if not inspect(connection).has_table(VERSION_TABLE):
+        return None
+    found: str | None = connection.scalar(text(f"SELECT max(version_num) FROM {VERSION_TABLE}"))
+    return found
+
+
+def check_revision(location: str, revision: str, *, upgradable: bool) -> None:
+    """Refuse a schema that this program cannot use: newer, or older where it may not be upgraded."""
+    if revision > REVISION:
+        raise DatabaseError(
+            f"database {location} was made by a newer hcsearch (schema {revision}, this one knows {REVISION}): "
+            "install that version, or name another database"
+        )
+    if revision < REVISION and not upgradable:
+        raise DatabaseError(
+            f"database {location} has the older schema {revision} and is opened read-only: "
+            "upgrade it first by running `hcsearch enumerate` on it"
+        )
+
+
+def upgrade(connection: Connection, location: str) -> None:
+    """Bring the database behind a connection to the newest revision; the caller holds the write lock."""
+    revision = current_revision(connection)
+    if revision is None and inspect(connection).get_table_names():
+        raise foreign(location)
+    if revision is not None:
+        check_revision(location, revision, upgradable=True)
+    if revision == REVISION:
+        return  # another process was faster
+    # Views hold no data and stand in the way of altering tables: dropped, and made anew as this program knows them.
+    for view in VIEWS:
+        connection.execute(text(f"DROP VIEW IF EXISTS {view}"))
+    _run_migrations(connection)
+    for view in VIEWS:
+        connection.execute(text(create_view(view)))
+    if connection.dialect.name == "sqlite":
+        # Part of the transaction: a file either is ours and complete, or empty.
+        connection.exec_driver_sql(f"PRAGMA application_id={APPLICATION_ID}")
+        if connection.exec_driver_sql("PRAGMA foreign_key_check").first():
+            raise DatabaseError(f"database {location} cannot be upgraded, rows refer to missing ones: restore a copy")
+
+
+def foreign(location: str) -> DatabaseError:
+    """Return the refusal of a database that holds something else."""
+    return DatabaseError(f"database {location} holds tables of another program: name another database")
+
+
+def _run_migrations(connection: Connection) -> None:
+    from alembic import command  # noqa: PLC0415 - 0.1 s that only a new or an old database costs
+    from alembic.config import Config  # noqa: PLC0415
+
+    config = Config(attributes={"connection": connection})
+    config.set_main_option("script_location", str(SCRIPTS).replace("%", "%%"))
+    config.set_main_option("path_separator", "os")
+    command.upgrade(config, "head")

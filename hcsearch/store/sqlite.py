@@ -1,0 +1,138 @@
+"""Connections to SQLite files: read-write with real transactions, read-only behind an authorizer, and a first look."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import quote
+
+from sqlalchemy import Connection, Engine, Pool, QueuePool, create_engine, event
+
+from hcsearch.store.failures import LOCKED, primary_code
+from hcsearch.store.schema import APPLICATION_ID, VERSION_TABLE
+
+_READING = (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ, sqlite3.SQLITE_FUNCTION, sqlite3.SQLITE_RECURSIVE)
+
+
+@dataclass(frozen=True)
+class Look:
+    """What a file holds at first sight: `ours` by the number in its header, `version` of our schema, any tables."""
+
+    ours: bool
+    version: str | None
+    empty: bool
+
+
+def connect(path: Path, mode: str, timeout: float) -> sqlite3.Connection:
+    """Open a file; mode is `ro`, `rw`, `rwc` or `ro&immutable=1`, timeout the wait for locks in seconds."""
+    # Quoted as bytes, so that ?, #, % and names that are not UTF-8 stay part of the path.
+    uri = f"file://{quote(os.fsencode(path.absolute()))}?mode={mode}"
+    # No implicit transactions: they would begin late, and not before DDL. `_begin` begins them.
+    return sqlite3.connect(uri, uri=True, timeout=timeout, isolation_level=None, check_same_thread=False)
+
+
+def look(path: Path, timeout: float) -> Look:
+    """Look at a file without changing anything on disk, if it is not in use."""
+    # An immutable connection leaves no -wal and -shm files behind, but sees only what is in the main file.
+    mode = "ro" if _companions(path) else "ro&immutable=1"
+    try:
+        return _look(path, mode, timeout)
+    except sqlite3.OperationalError as error:
+        if primary_code(error) != sqlite3.SQLITE_READONLY:
+            raise
+        # A writer was killed: SQLite must be let undo its half-written transaction before anyone can read.
+        return _look(path, "rw", timeout)
+
+
+def _companions(path: Path) -> bool:
+    """Whether a journal with content lies beside the file."""
+    names = [path.with_name(path.name + suffix) for suffix in ("-wal", "-journal")]
+    return any(name.exists() and name.stat().st_size > 0 for name in names)
+
+
+def _look(path: Path, mode: str, timeout: float) -> Look:
+    connection = connect(path, mode, timeout)
+    try:
+        ours = connection.execute("PRAGMA application_id").fetchone()[0] == APPLICATION_ID
+        tables = {name for (name,) in connection.execute("SELECT name FROM sqlite_schema")}
+        version = None
+        if ours and VERSION_TABLE in tables:
+            version = connection.execute(f"SELECT max(version_num) FROM {VERSION_TABLE}").fetchone()[0]
+        return Look(ours, version, not tables)
+    finally:
+        connection.close()
+
+
+def writing_engine(path: Path, timeout: float) -> Engine:
+    """Return an engine for reading and writing an existing database of ours: write-ahead log, foreign keys checked."""
+
+    def creator() -> sqlite3.Connection:
+        connection = connect(path, "rw", timeout)
+        _use_write_ahead_log(connection, timeout)
+        connection.execute("PRAGMA synchronous=NORMAL")
+        connection.execute("PRAGMA foreign_keys=ON")
+        connection.execute("PRAGMA cache_size=-65536")  # KiB; the index of circuits is hit all over
+        return connection
+
+    return _engine(creator, QueuePool)
+
+
+def upgrading_engine(path: Path, timeout: float) -> Engine:
+    """Return an engine that may create the file; foreign keys are off, since altering a table may copy and drop it."""
+    return _engine(lambda: connect(path, "rwc", timeout), QueuePool)
+
+
+def reading_engine(path: Path, timeout: float) -> Engine:
+    """Return an engine on which no statement can change anything, here or in any other file."""
+
+    def creator() -> sqlite3.Connection:
+        folder, log = path.absolute().parent, path.with_name(path.name + "-wal")
+        # Where SQLite cannot make its shared memory beside the file, nobody else of this user writes there either.
+        sealed = not os.access(folder, os.W_OK) and not log.exists()
+        connection = connect(path, "ro&immutable=1" if sealed else "ro", timeout)
+        connection.execute("PRAGMA query_only=ON")
+        connection.execute("PRAGMA trusted_schema=OFF")
+        return connection
+
+    # No BEGIN, which the authorizer would refuse: one statement is one snapshot.
+    engine = create_engine("sqlite://", creator=creator, poolclass=QueuePool)
+    # Not in the creator: SQLAlchemy asks a PRAGMA of its first connection, before it calls this listener.
+    event.listen(engine, "connect", lambda connection, _record: connection.set_authorizer(_authorize))
+    return engine
+
+
+def _authorize(action: int, _first: str | None, second: str | None, _database: str | None, _trigger: str | None) -> int:
+    """Allow what a SELECT needs; ATTACH, PRAGMA and every change are refused before they run."""
+    if action not in _READING or (action == sqlite3.SQLITE_FUNCTION and (second or "").lower() == "load_extension"):
+        return sqlite3.SQLITE_DENY
+    return sqlite3.SQLITE_OK
+
+
+def _engine(creator: Callable[[], sqlite3.Connection], pool: type[Pool]) -> Engine:
+    engine = create_engine("sqlite://", creator=creator, poolclass=pool)
+    event.listen(engine, "begin", _begin)
+    return engine
+
+
+def _begin(connection: Connection) -> None:
+    # IMMEDIATE takes the write lock at once: a transaction that read first could not get it after another's commit.
+    connection.exec_driver_sql(f"BEGIN {connection.get_execution_options().get('hcsearch_begin', 'DEFERRED')}")
+
+
+def _use_write_ahead_log(connection: sqlite3.Connection, timeout: float) -> None:
+    """Switch to the write-ahead log; two processes that switch at once may be refused without a wait, so try again."""
+    deadline = time.monotonic() + timeout
+    while True:
+        try:
+            connection.execute("PRAGMA journal_mode=WAL")
+        except sqlite3.OperationalError as error:
+            if primary_code(error) not in LOCKED or time.monotonic() > deadline:
+                connection.close()
+                raise
+            time.sleep(0.01)
+        else:
+            return

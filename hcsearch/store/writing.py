@@ -1,0 +1,137 @@
+"""Recording runs and finished batches. One batch is one transaction: it is in the database whole, or not at all."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import ColumnElement, Connection, and_, distinct, func, select, update
+
+from hcsearch.records import DesignBatch, StageResult, Work
+from hcsearch.store.database import Database
+from hcsearch.store.designs import insert_designs
+from hcsearch.store.schema import FUNNEL, batch, design, run
+from hcsearch.store.upsert import insert_or_update
+
+
+def start_run(
+    database: Database,
+    *,
+    work: Work,
+    until: str,
+    panel: str | None,
+    arguments: Mapping[str, object],
+    versions: Mapping[str, object],
+) -> int:
+    """Record that an enumerate call begins, and return the id of the run.
+
+    panel : length x width x thickness in millimetres, as `50x40x6`; arguments, versions : anything JSON can hold.
+    """
+    values = {
+        "started": _now(),
+        **{name: getattr(work, name) for name in ("grid", "n", "target", "keep")},
+        "until": until,
+        "panel": panel,
+        "arguments": json.dumps(arguments, sort_keys=True),
+        "versions": json.dumps(versions, sort_keys=True),
+    }
+    with database.writing() as connection:
+        run_id: int = connection.execute(run.insert().values(values).returning(run.c.id)).scalar_one()
+    return run_id
+
+
+def finish_run(  # noqa: PLR0917 - the pipeline's one call reads in this order
+    database: Database,
+    run_id: int,
+    funnel: Mapping[str, int | None],
+    stage_times: Mapping[str, float],
+    batches_done: int,
+    batches_reused: int,
+) -> None:
+    """Record the outcome of a run.
+
+    funnel : counts by the names in `schema.FUNNEL`, None or left out where a stage has not run; stage_times : seconds.
+    """
+    if unknown := set(funnel) - set(FUNNEL):
+        raise KeyError(f"no funnel column {sorted(unknown)}; there are {FUNNEL}")
+    values = {
+        "finished": _now(),
+        **{name: None if count is None else int(count) for name, count in funnel.items()},
+        "stage_times": json.dumps({stage: float(seconds) for stage, seconds in stage_times.items()}),
+        "batches_done": batches_done,
+        "batches_reused": batches_reused,
+    }
+    with database.writing() as connection:
+        connection.execute(update(run).where(run.c.id == run_id).values(values))
+
+
+def finished_batches(database: Database, work: Work, versions: Mapping[str, int]) -> dict[str, list[StageResult]]:
+    """Return, by search prefix, the results of the batches that have every asked stage at exactly these versions.
+
+    versions : stage -> its current version; the results of a batch come in this order.
+    """
+    wanted = select(batch).where(_of(work), batch.c.stage.in_(versions))
+    found: dict[str, dict[str, StageResult]] = {}
+    with database.reading() as connection:
+        for row in connection.execute(wanted):
+            if row.version == versions[row.stage]:
+                result = StageResult(row.stage, row.version, row.passed, row.n_fixed, row.seconds)
+                found.setdefault(row.prefix, {})[row.stage] = result
+    return {
+        prefix: [results[stage] for stage in versions]
+        for prefix, results in found.items()
+        if len(results) == len(versions)
+    }
+
+
+def record_batch(  # noqa: PLR0917 - the pipeline's one call reads in this order
+    database: Database, run_id: int, work: Work, prefix: str, designs: DesignBatch, results: Sequence[StageResult]
+) -> None:
+    """Store the designs and foldings of a batch, and that these stages are done for it, in one transaction.
+
+    The same batch twice adds nothing. A design that was there before gets the columns of the stages that ran; what
+    other stages found about it stays.
+    """
+    with database.writing() as connection:
+        insert_designs(connection, designs)
+        _insert_results(connection, run_id, work, prefix, results)
+
+
+def count_arrays(database: Database, work: Work) -> int:
+    """Count the distinct arrays among the stored designs of this grid and n, or of the one array of the work."""
+    found = select(func.count(distinct(design.c.array))).where(design.c.grid == work.grid, design.c.n == work.n)
+    if work.target:
+        found = found.where(design.c.array == work.target)
+    with database.reading() as connection:
+        return connection.execute(found).scalar_one()
+
+
+def _of(work: Work) -> ColumnElement[bool]:
+    return and_(*(batch.c[name] == getattr(work, name) for name in ("grid", "n", "target", "keep", "scene")))
+
+
+def _insert_results(
+    connection: Connection, run_id: int, work: Work, prefix: str, results: Sequence[StageResult]
+) -> None:
+    if not results:
+        return
+    key = {name: getattr(work, name) for name in ("grid", "n", "target", "keep", "scene")} | {"prefix": prefix}
+    rows: list[dict[str, Any]] = [
+        key
+        | {
+            "stage": result.stage,
+            "version": result.version,
+            "passed": int(result.passed),
+            "n_fixed": int(result.n_fixed),
+            "seconds": float(result.seconds),
+            "run_id": run_id,
+        }
+        for result in results
+    ]
+    connection.execute(insert_or_update(connection, batch, ("version", "passed", "n_fixed", "seconds", "run_id")), rows)
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="seconds")

@@ -1,0 +1,167 @@
+import re
+import xml.etree.ElementTree as ET
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hcsearch.circuit import Circuit
+from hcsearch.drawing import STYLES, draw_array, draw_circuit, stylesheet
+from hcsearch.enumeration import enumerate_circuits
+from hcsearch.folding import foldings
+from hcsearch.grid import GRIDS, parse_array
+
+SIZES = {"hex": (6, 8, 10), "square": (8, 10, 12), "rectangle": (8, 10), "triangle": (10, 14, 18)}
+CIRCUITS = [
+    circuit for grid, sizes in SIZES.items() for n in sizes for circuit in enumerate_circuits(grid, n=n, limit=50)
+]
+circuits = st.sampled_from(CIRCUITS)
+
+
+def pieces(svg: str, kind: str) -> list[list[tuple[float, float]]]:
+    """Corners of the subpaths of one class, as a browser reads them."""
+    found = re.search(rf'class="{kind}"[^>]* d="([^"]*)"', svg)
+    lines = []
+    for part in re.findall(r"M[^M]+", found[1] if found else ""):
+        numbers = list(map(int, re.findall(r"-?\d+", part)))
+        x, y = numbers[:2]
+        line = [(x, y)]
+        for dx, dy in zip(numbers[2::2], numbers[3::2], strict=True):
+            x, y = x + dx, y + dy
+            line.append((x, y))
+        lines.append(line)
+    return lines
+
+
+def middle(line):
+    return sum(x for x, _ in line) / len(line), sum(y for _, y in line) / len(line)
+
+
+def extent(line) -> tuple[float, float]:
+    (a, b), (c, d) = line[0], line[-1]
+    return abs(c - a), abs(d - b)
+
+
+def draw(circuit: Circuit, assignment=None, **options) -> str:
+    return draw_circuit(circuit.grid, circuit.cells, assignment, **options)
+
+
+@given(circuits)
+def test_hinges_and_slits_are_those_of_the_circuit(circuit):
+    svg = draw(circuit)
+    ET.fromstring(svg)
+    assert len(pieces(svg, "panel")) == circuit.n
+    assert len(pieces(svg, "hinge")) == circuit.n
+    assert len(pieces(svg, "slit")) == len(circuit.array.edges()) - circuit.n
+    assert len(pieces(svg, "circuit")[0]) == circuit.n
+
+
+@given(circuits)
+def test_every_hinge_lies_where_the_circuit_crosses_it(circuit):
+    svg = draw(circuit)
+    (centres,) = pieces(svg, "circuit")
+    for k, hinge in enumerate(pieces(svg, "hinge")):
+        step = [centres[k], centres[(k + 1) % circuit.n]]
+        assert middle(hinge) == pytest.approx(middle(step), abs=2)
+        if circuit.grid.name != "rectangle":
+            (width, height), (dx, dy) = extent(hinge), extent(step)
+            assert width**2 + height**2 == pytest.approx(1e4, rel=0.05)
+            assert abs(width * dx - height * dy) < 3e2  # at right angles
+
+
+@given(circuits)
+def test_panels_lie_around_their_centres_in_circuit_order(circuit):
+    svg = draw(circuit)
+    (centres,) = pieces(svg, "circuit")
+    for panel, centre in zip(pieces(svg, "panel"), centres, strict=True):
+        assert middle(panel) == pytest.approx(centre, abs=2)
+
+
+@given(circuits, st.booleans())
+def test_a_folding_draws_each_crease_once(circuit, numbers):
+    for folding in foldings(circuit):
+        svg = draw(circuit, folding.assignment, numbers=numbers)
+        for kind in ("mountain", "valley", "flat"):
+            assert len(pieces(svg, kind)) == folding.assignment.count(kind)
+        assert not pieces(svg, "hinge")
+        assert len(pieces(svg, "outer")) == 4
+        assert len(pieces(svg, "panel")) == circuit.n - 4
+        texts = [text.text for text in ET.fromstring(svg).iter("{http://www.w3.org/2000/svg}text")]
+        assert texts == ([str(k) for k in range(circuit.n)] if numbers else [])
+
+
+def test_shaded_panels_are_the_outer_layers():
+    circuit, folding = next((c, f) for c in CIRCUITS if c.n == 10 for f in foldings(c))
+    svg = draw(circuit, folding.assignment)
+    (centres,) = pieces(svg, "circuit")
+    outer = [k for k, layer in enumerate(folding.layers) if layer in (0, circuit.n // 2 - 1)]
+    for k, panel in zip(outer, pieces(svg, "outer"), strict=True):
+        assert middle(panel) == pytest.approx(centres[k], abs=2)
+
+
+@given(circuits)
+def test_everything_is_inside_the_view_box(circuit):
+    svg = draw(circuit)
+    width, height = map(int, re.search(r'viewBox="0 0 (\d+) (\d+)"', svg).groups())
+    for kind in STYLES:
+        for x, y in (corner for line in pieces(svg, kind) for corner in line):
+            assert 0 < x < width
+            assert 0 < y < height
+
+
+@pytest.mark.parametrize(
+    ("grid", "size", "ratio"),
+    [("rectangle", None, 1.25), ("square", None, 1.0), ("rectangle", (60, 30), 2.0), ("rectangle", (30, 60), 0.5)],
+)
+def test_panels_have_the_ratio_of_their_sides(grid, size, ratio):
+    (panel,) = pieces(draw_array(GRIDS[grid], [(0, 0)], size=size), "panel")
+    width, height = (max(v[i] for v in panel) - min(v[i] for v in panel) for i in (0, 1))
+    assert width / height == pytest.approx(ratio, rel=0.02)
+
+
+def test_hexagons_stay_regular_whatever_the_panel_size():
+    cells = [(0, 0)]
+    assert draw_array(GRIDS["hex"], cells, size=(60, 30)) == draw_array(GRIDS["hex"], cells)
+
+
+@pytest.mark.parametrize(
+    ("grid", "spec"), [("hex", "3-4-3"), ("triangle", "t3"), ("square", "3x2"), ("rectangle", "3x2")]
+)
+def test_an_array_draws_its_panels_alone(grid, spec):
+    array = parse_array(GRIDS[grid], spec)
+    svg = draw_array(array.grid, array.cells)
+    assert len(pieces(svg, "panel")) == array.n
+    assert [child.tag.rpartition("}")[2] for child in ET.fromstring(svg)] == ["title", "path"]
+
+
+def test_a_standalone_picture_brings_its_look_and_an_inline_one_leaves_it_to_the_page():
+    circuit = CIRCUITS[0]
+    alone, inline = draw(circuit), draw(circuit, standalone=False)
+    assert 'xmlns="http://www.w3.org/2000/svg"' in alone
+    assert "stroke-dasharray" in alone
+    assert "http" not in inline
+    assert "stroke" not in inline
+    for kind in ("panel", "circuit", "hinge"):
+        assert pieces(alone, kind) == pieces(inline, kind)
+    assert all(f"svg .{kind} {{" in stylesheet() for kind in STYLES)
+
+
+def test_the_title_is_escaped_and_never_restyled():
+    title = '</title><script>x</script> class="panel" & "'
+    for standalone in (True, False):
+        root = ET.fromstring(draw(CIRCUITS[0], title=title, standalone=standalone))
+        assert [child.text for child in root if child.tag.endswith("title")] == [title]
+        assert not [child for child in root.iter() if child.tag.endswith("script")]
+        assert root.get("role") == "img"
+
+
+def test_mountains_and_valleys_differ_in_colour_and_in_dashes():
+    mountain, valley = STYLES["mountain"], STYLES["valley"]
+    assert mountain["stroke"] != valley["stroke"]
+    assert len(mountain["stroke-dasharray"].split()) == 4  # dash-dot
+    assert len(valley["stroke-dasharray"].split()) == 2
+
+
+def test_a_thumbnail_is_small():
+    circuit = next(iter(enumerate_circuits("hex", n=12, limit=1)))
+    assert len(draw(circuit, standalone=False)) < 1300

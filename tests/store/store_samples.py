@@ -1,0 +1,74 @@
+"""Batches of made-up designs, small enough to check by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hcsearch.records import DesignBatch, StageResult, Work
+
+WORK = Work("hex", 12, "", "all")
+VERSIONS = {"circuits": 1, "foldings": 1, "twist": 1}
+RESULTS = [
+    StageResult("circuits", 1, 3, 30, 0.5),
+    StageResult("foldings", 1, 2, 20, 0.25),
+    StageResult("twist", 1, 1, 10, 0.125),
+]
+
+# Of three designs: the first has no folding, the second two twisted ones, the third one twisted and one untwisted.
+CREASES = [[], [1, 4], [0, 3]]
+TWISTS = [[], [1, 2], [1, 0]]
+
+
+def circuits(start, count):
+    """Notations in another order than their numbers, as a real search may give them."""
+    return [f"hex:{(start + k) * 7919 % 100003:06d}" for k in range(count)]
+
+
+def sample(names, until="twist", creases=CREASES, twists=TWISTS):
+    """A batch of these circuits; number k has the foldings of CREASES[k % 3]."""
+    n_designs = len(names)
+    found = [creases[k % len(creases)] for k in range(n_designs)]
+    turns = [twists[k % len(twists)] for k in range(n_designs)]
+    columns = {}
+    if until in ("foldings", "twist"):
+        columns["n_foldings"] = np.array([len(c) for c in found], np.int16)
+        columns["folding_row"] = np.repeat(np.arange(n_designs), columns["n_foldings"])
+        columns["folding_crease"] = np.array([c for cs in found for c in cs], np.int8)
+    if until == "twist":
+        columns["folding_twist"] = np.array([t for ts in turns for t in ts], np.int16)
+        columns["n_untwisted"] = np.array([ts.count(0) for ts in turns], np.int16)
+        columns["min_twist"] = np.array([min(ts, default=-1) for ts in turns], np.int16)
+    return DesignBatch(
+        grid="hex",
+        n=12,
+        circuit=list(names),
+        array=[f"hex:array{k // 2}" for k in range(n_designs)],
+        array_symmetry=np.full(n_designs, 12, np.int64),
+        symmetry=np.resize(np.array([1, 2, 6], np.int8), n_designs),
+        n_fixed=np.resize(np.array([12, 6, 2], np.int8), n_designs),
+        **columns,
+    )
+
+
+def begin(database, work=WORK):
+    """Start a run with nothing special about it."""
+    from hcsearch.store import start_run
+
+    return start_run(database, work=work, until="twist", panel=None, arguments={}, versions={})
+
+
+def record(database, names, prefix="p", until="twist", *, work=WORK, results=RESULTS, **options):
+    """Record a sample batch as a run of its own."""
+    from hcsearch.store import record_batch
+
+    record_batch(database, begin(database, work), work, prefix, sample(names, until, **options), results)
+
+
+def contents(database):
+    """Everything about designs and foldings, without the ids, in an order of its own."""
+    from hcsearch.store import find_design, select
+
+    rows = [find_design(database, circuit) for (circuit,) in select(database, columns="circuit").rows]
+    for row in rows:
+        row["foldings"] = [{**folding, "design_id": 0} for folding in row["foldings"]]
+    return sorted(({**row, "id": 0} for row in rows), key=lambda row: row["circuit"])

@@ -1,0 +1,303 @@
+import os
+import sqlite3
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from store_samples import begin, record
+
+from hcsearch.errors import DatabaseError
+from hcsearch.store import database as database_module
+from hcsearch.store import location, migrate, open_database, open_readonly, select, sqlite
+from hcsearch.store.schema import APPLICATION_ID
+
+
+def refusal(opener, *args, **options):
+    """The message of a refusal: one line, and a remedy after the colon."""
+    with pytest.raises(DatabaseError) as caught:
+        opener(*args, **options)
+    message = str(caught.value)
+    assert "\n" not in message
+    assert ": " in message
+    return message
+
+
+def every_way(place):
+    """The refusals of all three ways to open a database."""
+    return [
+        refusal(open_database, str(place), create=True),
+        refusal(open_database, str(place), create=False),
+        refusal(open_readonly, str(place)),
+    ]
+
+
+def files(folder):
+    return {file.name: file.read_bytes() for file in folder.iterdir() if file.is_file()}
+
+
+@pytest.mark.parametrize("name", ["plain", "a b", "a?mode=memory", "a#b", "100%25", "é", "a'b", "-x", "a&b=c"])
+def test_any_file_name_works(tmp_path, name):
+    place = tmp_path / name
+    with open_database(str(place), create=True) as database:
+        begin(database)
+    with open_database(str(place), create=False) as database, open_readonly(str(place)) as reader:
+        begin(database)
+        assert len(select(reader, view="runs").rows) == 2
+    assert {file for file in files(tmp_path) if not file.endswith(("-wal", "-shm"))} == {name}
+
+
+def test_name_that_is_not_utf8(tmp_path):
+    place = os.fsdecode(os.fsencode(tmp_path) + b"/\xff.sqlite")
+    with open_database(place, create=True) as database:
+        begin(database)
+        database.location.encode()
+    with open_readonly(place) as reader:
+        assert len(select(reader, view="runs").rows) == 1
+
+
+def test_sqlite_url_names_the_same_file(path):
+    with open_database(f"sqlite:///{path}", create=True) as database:
+        assert database.location == str(path)
+        begin(database)
+    with open_readonly(str(path)) as reader:
+        assert len(select(reader, view="runs").rows) == 1
+
+
+def test_settings_of_a_new_file(path):
+    with open_database(str(path), create=True) as database, database.reading() as connection:
+
+        def pragma(name):
+            return connection.exec_driver_sql(f"PRAGMA {name}").scalar()
+
+        assert pragma("journal_mode") == "wal"
+        assert pragma("foreign_keys") == 1
+        assert pragma("synchronous") == 1
+        assert pragma("busy_timeout") == 60_000
+        assert pragma("application_id") == APPLICATION_ID
+    assert path.read_bytes()[68:72] == APPLICATION_ID.to_bytes(4, "big")
+
+
+def test_opening_again_changes_nothing(path):
+    open_database(str(path), create=True).close()
+    before = files(path.parent)
+    open_database(str(path), create=True).close()
+    open_database(str(path), create=False).close()
+    assert files(path.parent) == before
+
+
+def test_empty_file_is_a_place_to_begin(path):
+    path.touch()
+    assert "make one with" in refusal(open_database, str(path), create=False)
+    assert "make one with" in refusal(open_readonly, str(path))
+    open_database(str(path), create=True).close()
+    open_readonly(str(path)).close()
+
+
+def test_missing_file_is_not_made(path):
+    assert "make one with `hcsearch enumerate`" in refusal(open_database, str(path), create=False)
+    assert "make one with `hcsearch enumerate`" in refusal(open_readonly, str(path))
+    assert files(path.parent) == {}
+
+
+def test_folder_and_device(tmp_path):
+    assert all("is a folder: name a file" in message for message in every_way(tmp_path))
+    assert all("is not a file" in message for message in every_way("/dev/null"))
+
+
+def test_below_a_file_and_in_no_folder(tmp_path):
+    (tmp_path / "file").write_text("x")
+    assert all("Not a directory" in message for message in every_way(tmp_path / "file" / "a.sqlite"))
+    messages = every_way(tmp_path / "none" / "a.sqlite")
+    assert f"there is no folder {tmp_path / 'none'}: make it first" in messages[0]
+    assert all("make one with" in message for message in messages[1:])
+    assert not (tmp_path / "none").exists()
+
+
+def test_folder_that_takes_no_files():
+    assert "cannot be" in refusal(open_database, "/proc/hcsearch.sqlite", create=True)
+
+
+@pytest.mark.parametrize("refused", ["designs.sqlite", "folder"])
+def test_no_permission_to_write(tmp_path, monkeypatch, refused):
+    place = tmp_path / "folder" / "designs.sqlite"
+    place.parent.mkdir()
+    open_database(str(place), create=True).close()
+    before = files(place.parent)
+    real = os.access
+    # The superuser, whom tests may run as, is refused nothing; so the answer of the system is made up.
+    monkeypatch.setattr(location.os, "access", lambda path, mode: real(path, mode) and Path(path).name != refused)
+    assert f"{refused}, or name another" in refusal(open_database, str(place), create=True)
+    assert files(place.parent) == before
+
+
+def test_reading_where_nothing_can_be_written(path, monkeypatch):
+    with open_database(str(path), create=True) as database:
+        begin(database)
+    monkeypatch.setattr(sqlite.os, "access", lambda *_: False)
+    with open_readonly(str(path)) as reader:
+        assert len(select(reader, view="runs").rows) == 1
+    assert list(files(path.parent)) == [path.name]
+
+
+@pytest.mark.parametrize("content", [b"id,grid\n1,hex\n", b"\0" * 5000, b"SQLite format 3\0" + b"\x07" * 5000])
+def test_not_a_database(path, content):
+    path.write_bytes(content)
+    assert all("name another file" in message or "damaged" in message for message in every_way(path))
+    assert files(path.parent) == {path.name: content}
+
+
+def test_truncated_and_scrambled(path):
+    with open_database(str(path), create=True) as database:
+        record(database, [f"hex:{k}" for k in range(500)])
+    whole = path.read_bytes()
+    for damaged in (whole[: len(whole) // 2], whole[:100] + b"\xff" * 3000 + whole[3100:]):
+        path.write_bytes(damaged)
+        assert all("is damaged: restore a copy" in message for message in every_way(path))
+        assert files(path.parent) == {path.name: damaged}
+
+
+def test_damage_found_while_reading(path):
+    with open_database(str(path), create=True) as database:
+        record(database, [f"hex:{k}" for k in range(500)])
+    content = bytearray(path.read_bytes())
+    content[20 * 4096 :] = b"\xff" * (len(content) - 20 * 4096)
+    path.write_bytes(content)
+    with open_readonly(str(path)) as reader, pytest.raises(DatabaseError, match="damaged"):
+        [select(reader, view=view) for view in ("foldings", "designs")]
+
+
+@pytest.mark.parametrize("journal", ["delete", "wal"])
+def test_database_of_another_program(path, journal):
+    connection = sqlite3.connect(path)
+    connection.execute(f"PRAGMA journal_mode={journal}")
+    connection.execute("CREATE TABLE designs (id)")
+    connection.commit()
+    connection.close()
+    before = files(path.parent)
+    assert all("tables of another program: name another database" in message for message in every_way(path))
+    assert files(path.parent) == before
+
+
+def test_database_of_another_program_in_use(path):
+    connection = sqlite3.connect(path)
+    connection.execute("PRAGMA journal_mode=wal")
+    connection.execute("CREATE TABLE designs (id)")
+    connection.commit()
+    before = path.read_bytes()
+    assert all("another program" in message for message in every_way(path))
+    assert path.read_bytes() == before
+    connection.close()
+
+
+def test_application_number_of_another_program(path):
+    connection = sqlite3.connect(path)
+    connection.executescript(f"PRAGMA application_id={APPLICATION_ID}; CREATE TABLE t (x);")
+    connection.close()
+    assert all("another program" in message for message in every_way(path))
+
+
+@pytest.mark.parametrize(
+    ("url", "part"),
+    [
+        ("", "names no database"),
+        (":memory:", "names no database"),
+        ("sqlite://", "names no database"),
+        ("a\0b", "names no database"),
+        ("nonsense://host/name", "kind 'nonsense'"),
+        ("mysql+pymysql://host/name", "kind 'mysql+pymysql'"),
+        ("sqlite+aiosqlite:///x", "kind 'sqlite+aiosqlite'"),
+        ("postgresql+nonsense://host/name", "unknown driver"),
+        ("postgresql+pygresql_not://u:secret@host/name", "unknown driver"),
+        ("sqlite:///x?mode=ro", "options"),
+        ("://", "cannot be read"),
+        ("postgresql://u:secret@host:port/name", "cannot be read"),
+    ],
+)
+def test_urls_that_cannot_be_used(url, part, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for message in every_way(url):
+        assert part in message
+        assert "secret" not in message
+    assert files(tmp_path) == {}
+
+
+def test_missing_driver(monkeypatch):
+    monkeypatch.setitem(sys.modules, "psycopg2", None)
+    for message in every_way("postgresql+psycopg2://user:secret@host/name"):
+        assert "pip install psycopg2" in message
+        assert "secret" not in message
+
+
+def test_locked_too_long(path):
+    open_database(str(path), create=True).close()
+    holder = sqlite3.connect(path, isolation_level=None)
+    holder.execute("BEGIN IMMEDIATE")
+    with open_database(str(path), create=False, timeout=0.05) as database:
+        with pytest.raises(DatabaseError, match="locked by another program: wait"):
+            begin(database)
+        holder.execute("ROLLBACK")
+        assert begin(database) == 1
+    holder.close()
+
+
+def test_creation_waits_for_a_lock_only_so_long(path):
+    holder = sqlite3.connect(path, isolation_level=None)
+    holder.execute("BEGIN EXCLUSIVE")
+    assert "locked by another program" in refusal(open_database, str(path), create=True, timeout=0.05)
+    holder.execute("ROLLBACK")
+    holder.close()
+    open_database(str(path), create=True, timeout=0.05).close()
+
+
+def test_failed_creation_leaves_no_file(path, monkeypatch):
+    def fail(_connection):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(migrate, "_run_migrations", fail)
+    with pytest.raises(KeyboardInterrupt):
+        open_database(str(path), create=True)
+    assert files(path.parent) == {}
+
+
+def test_file_removed_while_it_is_made(path, monkeypatch):
+    real = database_module._upgrade_file
+    calls = []
+
+    def upgrade_and_lose(place, timeout):
+        real(place, timeout)
+        calls.append(place)
+        if len(calls) == 1:
+            path.unlink()
+
+    monkeypatch.setattr(database_module, "_upgrade_file", upgrade_and_lose)
+    with open_database(str(path), create=True) as database:
+        begin(database)
+    assert len(calls) == 2
+    assert path.stat().st_size > 0
+
+
+def test_readonly_refuses_to_write(path):
+    open_database(str(path), create=True).close()
+    with open_readonly(str(path)) as reader, pytest.raises(DatabaseError, match="read-only"):
+        begin(reader)
+
+
+def test_importing_costs_no_sqlalchemy_and_opening_no_alembic(path):
+    open_database(str(path), create=True).close()
+    code = (
+        "import sys, hcsearch.store.columns\n"
+        "assert 'sqlalchemy' not in sys.modules\n"
+        "from hcsearch.store import open_database\n"
+        "open_database(sys.argv[1], create=False).close()\n"
+        "assert 'alembic' not in sys.modules and 'pandas' not in sys.modules\n"
+    )
+    subprocess.run([sys.executable, "-c", code, str(path)], check=True)
+
+
+def test_unknown_name_of_the_package():
+    import hcsearch.store
+
+    with pytest.raises(AttributeError, match="nonsense"):
+        hcsearch.store.nonsense  # noqa: B018 - the look-up is the test
+    assert all(getattr(hcsearch.store, name) is not None for name in hcsearch.store.__all__)

@@ -1,0 +1,48 @@
+"""Hypothesis strategies: circuits in any position, order and direction; connected arrays."""
+
+from functools import cache
+
+from hypothesis import strategies as st
+
+from hcsearch.circuit import Circuit
+from hcsearch.enumeration import PolygonSearch
+from hcsearch.grid import GRIDS, Array, Grid
+
+SIZES = {"triangle": (6, 10, 12, 14, 18, 22), "square": (4, 8, 10, 12, 14), "hex": (3, 5, 6, 7, 9, 10)}
+SIZES["rectangle"] = SIZES["square"]
+
+
+@cache
+def words(grid: str, n: int) -> list[tuple[int, ...]]:
+    return [tuple(word) for batch in PolygonSearch(GRIDS[grid], n).batches() for word in batch.words.tolist()]
+
+
+@st.composite
+def circuits(draw: st.DrawFn, grids: tuple[str, ...] = tuple(GRIDS), even: bool = False) -> Circuit:
+    """A canonical circuit."""
+    grid = draw(st.sampled_from(grids))
+    n = draw(st.sampled_from([n for n in SIZES[grid] if not even or n % 2 == 0]))
+    return Circuit(GRIDS[grid], draw(st.sampled_from(words(grid, n))))
+
+
+@st.composite
+def congruences(draw: st.DrawFn, circuit: Circuit) -> Circuit:
+    """The circuit moved by a symmetry of its grid, begun elsewhere, perhaps walked backwards."""
+    isometry = draw(st.sampled_from(circuit.grid.point_group))
+    m = circuit.grid.directions
+    word = [(isometry.sign * d + isometry.offset) % m for d in circuit.word]
+    if draw(st.booleans()):
+        word = [(d + m // 2) % m for d in reversed(word)]
+    start = draw(st.integers(0, circuit.n - 1))
+    return Circuit(circuit.grid, tuple(word[start:] + word[:start]))
+
+
+@st.composite
+def arrays(draw: st.DrawFn, grids: tuple[str, ...] = tuple(GRIDS), max_cells: int = 14) -> Array:
+    """A connected array grown cell by cell."""
+    grid: Grid = GRIDS[draw(st.sampled_from(grids))]
+    points = [grid.point((0, 0, 0) if grid.is_triangle else (0, 0))]
+    for _ in range(draw(st.integers(0, max_cells - 1))):
+        free = sorted({to for p in points for _, to in grid.neighbours(p)} - set(points))
+        points.append(draw(st.sampled_from(free)))
+    return Array.from_cells(grid, map(grid.cell, points))

@@ -1,0 +1,151 @@
+import math
+
+import pytest
+from hypothesis import given
+
+from hcsearch.errors import ArrayError, HcsearchError, NotationError, SizeError
+from hcsearch.grid import GRIDS, Array, grid_named, parse_array
+from tests.strategies import arrays
+
+
+@pytest.mark.parametrize(("grid", "order"), [("triangle", 12), ("square", 8), ("rectangle", 4), ("hex", 12)])
+def test_point_group_maps_steps_to_steps(grid, order):
+    g = GRIDS[grid]
+    assert len({isometry.matrix for isometry in g.point_group}) == order
+    for isometry in g.point_group:
+        for d, step in enumerate(g.steps):
+            assert isometry(step) == g.steps[(isometry.sign * d + isometry.offset) % g.directions]
+
+
+@pytest.mark.parametrize("grid", GRIDS.values(), ids=str)
+def test_steps_lie_at_equal_angles_and_corners_surround_the_cell(grid):
+    first = math.atan2(*reversed(grid.position(grid.steps[0])))
+    for d, step in enumerate(grid.steps):
+        x, y = grid.position(step)
+        assert math.remainder(math.atan2(y, x) - first - 2 * math.pi * d / grid.directions, 2 * math.pi) == pytest.approx(0)
+    cell = grid.cell(grid.point((2, 1, 1) if grid.is_triangle else (2, 1)))
+    corners = grid.corners(cell)
+    for (d, to), a, b in zip(grid.neighbours(grid.point(cell)), corners, corners[1:] + corners[:1], strict=True):
+        assert math.dist(a, b) == pytest.approx(1)
+        middle = grid.position(tuple(v / 2 for v in grid.edge(grid.point(cell), to)))
+        assert ((a[0] + b[0]) / 2, (a[1] + b[1]) / 2) == pytest.approx(middle), d
+
+
+@given(arrays())
+def test_array_notation_round_trips(array):
+    assert Array.from_notation(array.notation) == array
+    assert parse_array(array.grid, array.notation) == array
+
+
+@given(arrays())
+def test_canonical_array_is_the_same_for_all_images_and_symmetries_divide_the_group(array):
+    images = {
+        Array.from_cells(array.grid, [array.grid.cell(isometry(p)) for p in array.points])
+        for isometry in array.grid.point_group
+    }
+    assert {image.canonical() for image in images} == {array.canonical()}
+    assert array.symmetry * len(images) == len(array.grid.point_group)
+    for isometry, (dx, dy) in array.symmetries():
+        assert {(x + dx, y + dy) for x, y in map(isometry, array.points)} == set(array.points)
+
+
+@given(arrays(max_cells=10))
+def test_edges_are_the_neighbouring_pairs(array):
+    graph = array.graph()
+    assert graph.number_of_nodes() == array.n
+    assert graph.number_of_edges() == len(array.edges())
+    for i, j, d in array.edges():
+        (x, y), (sx, sy) = array.points[i], array.grid.steps[d]
+        assert array.points[j] == (x + sx, y + sy)
+
+
+@pytest.mark.parametrize(
+    ("grid", "spec", "cells", "symmetry"),
+    [
+        ("square", "6x5", 30, 4),
+        ("square", "4x4", 16, 8),
+        ("rectangle", "4x4", 16, 4),
+        ("square", "p3x2", 6, 4),
+        ("hex", "3-4-3", 10, 4),
+        ("hex", "4-4-4", 12, 2),
+        ("hex", "p5x4", 20, 2),
+        ("hex", "t4", 10, 6),
+        ("hex", "h3", 19, 12),
+        ("triangle", "t5", 25, 6),
+        ("triangle", "h2", 24, 12),
+        ("triangle", "p3x2", 12, 2),
+        ("square", "2x1000", 2000, 4),
+    ],
+)
+def test_array_specs(grid, spec, cells, symmetry):
+    array = parse_array(grid_named(grid), spec)
+    assert (array.n, array.symmetry) == (cells, symmetry)
+
+
+def test_hexagon_rows_begin_where_the_contract_says():
+    def row_starts(spec):
+        array = parse_array(GRIDS["hex"], spec)
+        top = max(y for _, y in array.cells)
+        return [2 * min(x for x, r in array.cells if r == y) + y for y in range(top, -1, -1)]
+
+    def relative(spec):
+        first, *rest = row_starts(spec)
+        return [start - first for start in rest]
+
+    assert relative("3-4-3") == [-1, 0]
+    assert relative("4-4-4-4") == [-1, 0, -1]
+    assert relative("3-3-4-4") == [-1, -2, -1]
+
+
+@pytest.mark.parametrize(
+    ("grid", "spec", "error"),
+    [
+        ("square", "3-4-3", NotationError),
+        ("hex", "3-5", NotationError),
+        ("hex", "6x5", NotationError),
+        ("square", "t4", NotationError),
+        ("square", "h2", NotationError),
+        ("triangle", "0x3", NotationError),
+        ("square", "0x3", NotationError),
+        ("square", "six by five", NotationError),
+        ("square", "hex:3.1", NotationError),
+        ("square", "square:3.g", NotationError),
+        ("square", "square:5", ArrayError),
+        ("square", "square:0", ArrayError),
+        ("square", "3000x3000", SizeError),
+        ("square", "@no/such/file", ArrayError),
+    ],
+)
+def test_wrong_specs_are_one_clear_line(grid, spec, error):
+    with pytest.raises(error) as caught:
+        parse_array(grid_named(grid), spec)
+    assert isinstance(caught.value, HcsearchError)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("0 0\n5 5\n", "not connected"),
+        ("0 0\n1 0\n0 0\n", "given twice"),
+        ("0 0\n1 x\n", "line 2"),
+        ("0 0 0\n", "line 1"),
+        ("# nothing\n\n", "at least one cell"),
+    ],
+)
+def test_wrong_files(tmp_path, text, message):
+    file = tmp_path / "cells.txt"
+    file.write_text(text)
+    with pytest.raises(ArrayError, match=message):
+        parse_array(GRIDS["hex"], f"@{file}")
+
+
+def test_file_of_cells(tmp_path):
+    file = tmp_path / "cells.txt"
+    file.write_text("# up and down\n0 0 0\n0, 0, 1\n-1 0 1  # left\n")
+    assert parse_array(GRIDS["triangle"], f"@{file}").n == 3
+
+
+def test_unknown_grid():
+    with pytest.raises(NotationError, match="triangle, square, rectangle, hex"):
+        grid_named("octagon")
