@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
+from hcsearch.drawing import draw_circuit
 from hcsearch.errors import NotationError
 from hcsearch.grid import Array, Cell, Grid, Point, grid_named
 
@@ -51,6 +52,9 @@ class Circuit:
     def __str__(self) -> str:
         return self.notation
 
+    def _repr_svg_(self) -> str:
+        return draw_circuit(self.grid, self.cells, numbers=True, title=self.notation)
+
     @property
     def n(self) -> int:
         """Number of panels, and of creases."""
@@ -80,7 +84,9 @@ class Circuit:
     def turns(self) -> tuple[int, ...]:
         """Turn at each panel between the steps into and out of it, in units of 2 pi / directions."""
         m = self.grid.directions
-        return tuple((d - before + m // 2) % m - m // 2 for before, d in zip(self.word[-1:] + self.word, self.word, strict=False))
+        return tuple(
+            (d - before + m // 2) % m - m // 2 for before, d in zip(self.word[-1:] + self.word, self.word, strict=False)
+        )
 
     @property
     def creases(self) -> tuple[Point, ...]:
@@ -92,19 +98,20 @@ class Circuit:
         """The canonical word, and the number of congruences that map the circuit to it."""
         keys = list(self._keys())
         least = min(keys)
-        turns, first = least
+        right_turns, first = least
         word = [first]
-        for turn in turns[:-1]:
-            word.append((word[-1] + turn) % self.grid.directions)
+        for turn in right_turns[:-1]:
+            word.append((word[-1] - turn) % self.grid.directions)
         return tuple(word), keys.count(least)
 
     def _keys(self) -> Iterator[tuple[tuple[int, ...], int]]:
         """A key for each start and for the circuit and its mirror image, both walked counterclockwise.
 
-        The key is the cyclic word of turns that follows a step, and that step's direction up to rotations of the grid.
+        The key is the cyclic word of turns that follows a step, so that sharp left turns come first, and that step's
+        direction up to rotations of the grid.
         """
         n, turns = self.n, self.turns
-        ahead = turns if sum(turns) > 0 else tuple(-t for t in turns)
+        ahead = turns if sum(turns) < 0 else tuple(-t for t in turns)  # turns to the right, counterclockwise
         classes = len(self.grid.first_directions)
         for k in range(n):
             first = self.word[k] % classes

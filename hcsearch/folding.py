@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from hcsearch.circuit import Circuit
+from hcsearch.drawing import draw_circuit
 from hcsearch.errors import NotationError
 from hcsearch.grid import grid_named
 from hcsearch.kernels.folds import fold_words
@@ -58,6 +59,10 @@ class Folding:
     def __str__(self) -> str:
         return self.notation
 
+    def _repr_svg_(self) -> str:
+        circuit = self.circuit
+        return draw_circuit(circuit.grid, circuit.cells, self.assignment, numbers=True, title=self.notation)
+
     @cached_property
     def stacks(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
         """Panels of the two stacks, each from the lowest layer to the highest: first the one after `crease`."""
@@ -92,10 +97,11 @@ class Folding:
 
         A flat crease folds nowhere; its entry is the face that continues the alternation, where a hinge would go.
         """
-        n, faces = self.circuit.n, ("top", "bottom")
+        n = self.circuit.n
         found: list[Face] = ["top"] * n
         for t in range(-1, n // 2):
-            found[(self.crease + 1 + t) % n] = found[(self.crease - 1 - t) % n] = faces[t % 2]  # type: ignore[assignment]
+            face: Face = "bottom" if t % 2 else "top"
+            found[(self.crease + 1 + t) % n] = found[(self.crease - 1 - t) % n] = face
         return tuple(found)
 
 

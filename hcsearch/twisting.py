@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from fractions import Fraction
 
 import numpy as np
@@ -65,7 +66,7 @@ def folded_band(folding: Folding) -> tuple[list[Vector], list[Vector]]:
     frames = _frames(folding)
     layer = folding.layers
     first, second = (0, 0), steps[circuit.word[folding.crease]]
-    origin = {panel: second for panel in folding.stacks[0]} | {panel: first for panel in folding.stacks[1]}
+    origin = dict.fromkeys(folding.stacks[0], second) | dict.fromkeys(folding.stacks[1], first)
 
     def corner(panel: int, direction: int, left: int) -> Vector:
         sign, offset = frames[panel]
@@ -94,7 +95,7 @@ def _frames(folding: Folding) -> dict[int, tuple[int, int]]:
     for stack, crease_after in ((folding.stacks[0], 0), (folding.stacks[1], -1)):
         frame = (1, 0)
         frames[stack[0]] = frame
-        for below, panel in zip(stack, stack[1:], strict=False):
+        for below, panel in itertools.pairwise(stack):
             d = word[(below + crease_after) % n]
             sign, offset = frame
             # reflect panel's own direction i in the crease first (2 d + m/2 - i), then fold as the panel below

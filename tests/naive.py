@@ -1,5 +1,6 @@
 """Obvious twins of the kernels: slow, plain, and written without looking at them."""
 
+import itertools
 from collections.abc import Iterator
 from fractions import Fraction
 
@@ -21,7 +22,7 @@ def hamiltonian_circuits(array: Array) -> set[frozenset[frozenset[int]]]:
         if len(path) == array.n:
             if 0 in neighbours[path[-1]] and array.n > 2:
                 closed = [*path, 0]
-                found.add(frozenset(frozenset(pair) for pair in zip(closed, closed[1:], strict=False)))
+                found.add(frozenset(frozenset(pair) for pair in itertools.pairwise(closed)))
             return
         for to in neighbours[path[-1]] - set(path):
             walk([*path, to])
@@ -59,7 +60,7 @@ def _to_origin(grid: Grid, path: list[Point]) -> frozenset[frozenset[Point]]:
     unit = 3 if grid.is_triangle else 1
     x0, y0 = min(p[0] // unit for p in path) * unit, min(p[1] // unit for p in path) * unit
     moved = [(x - x0, y - y0) for x, y in path]
-    return frozenset(frozenset(pair) for pair in zip(moved, moved[1:], strict=False))
+    return frozenset(frozenset(pair) for pair in itertools.pairwise(moved))
 
 
 def pairs(circuit: Circuit) -> frozenset[frozenset[Point]]:

@@ -57,8 +57,17 @@ def test_kernels_agree_with_the_plain_forms(data):
 
 @pytest.mark.parametrize(
     "text",
-    ["hex", "hex:", "hex:02", "hex:0267", "hex:02x", "octagon:024", "square:0022", "square:0000", "square:00112233x"]
-    + ["square:0123 ", "triangle:000000", "square:012301", "hex:024:1", "hex:\u0660\u0662\u0664"],
+    [
+        *("hex", "hex:", "hex:02", "hex:0267", "hex:02x", "octagon:024", "square:0022", "square:0000"),
+        *(
+            "square:00112233x",
+            "square:0123 ",
+            "triangle:000000",
+            "square:012301",
+            "hex:024:1",
+            "hex:\u0660\u0662\u0664",
+        ),
+    ],
 )
 def test_malformed_notation_is_refused(text):
     with pytest.raises(NotationError) as caught:

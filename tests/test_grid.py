@@ -22,7 +22,9 @@ def test_steps_lie_at_equal_angles_and_corners_surround_the_cell(grid):
     first = math.atan2(*reversed(grid.position(grid.steps[0])))
     for d, step in enumerate(grid.steps):
         x, y = grid.position(step)
-        assert math.remainder(math.atan2(y, x) - first - 2 * math.pi * d / grid.directions, 2 * math.pi) == pytest.approx(0)
+        assert math.remainder(
+            math.atan2(y, x) - first - 2 * math.pi * d / grid.directions, 2 * math.pi
+        ) == pytest.approx(0)
     cell = grid.cell(grid.point((2, 1, 1) if grid.is_triangle else (2, 1)))
     corners = grid.corners(cell)
     for (d, to), a, b in zip(grid.neighbours(grid.point(cell)), corners, corners[1:] + corners[:1], strict=True):

@@ -1,4 +1,4 @@
-"""The command line: each command reads options, calls the library and prints. Heavy imports wait until a command runs."""
+"""The command line: commands read options, call the library and print. Heavy imports wait until a command runs."""
 
 from __future__ import annotations
 

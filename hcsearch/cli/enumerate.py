@@ -56,7 +56,11 @@ def enumerate_(
     if not search.prefixes:
         click.echo(f"the {search.grid.name} grid has no circuit of {search.n} panels here", err=True)
     with _Meter() as meter:
-        summary = run_dry(plan, meter) if dry_run else run_into(plan, open_database(db, create=True), meter)
+        if dry_run:
+            summary = run_dry(plan, meter)
+        else:
+            with open_database(db, create=True) as database:
+                summary = run_into(plan, database, meter)
     _print_summary(plan, summary, None if dry_run else db)
 
 

@@ -33,7 +33,9 @@ def target_options(command: Command) -> Command:
     for option in (
         click.option("--array", "array_spec", metavar="SPEC", help="One array: 6x5, 3-4-3, p5x4, t5, h3, @file."),
         click.option("--n", type=int, metavar="N", help="Every array of N cells."),
-        click.option("--grid", type=click.Choice(GRID_NAMES), required=True, help="Tiling that the panels are cut from."),
+        click.option(
+            "--grid", type=click.Choice(GRID_NAMES), required=True, help="Tiling that the panels are cut from."
+        ),
     ):
         command = option(command)
     return command

@@ -31,9 +31,9 @@ def query(
 
     if sql is not None and (condition or columns or sort or limit is not None):
         raise QueryError("--sql stands alone: put conditions, columns, order and limit into the SELECT")
-    database = open_readonly(db)
-    if sql is not None:
-        result = select_sql(database, sql)
-    else:
-        result = select(database, condition, columns=columns or _COLUMNS, sort=sort or "", limit=limit)
+    with open_readonly(db) as database:
+        if sql is not None:
+            result = select_sql(database, sql)
+        else:
+            result = select(database, condition, columns=columns or _COLUMNS, sort=sort or "", limit=limit)
     click.echo(format_result(result, style), nl=False)

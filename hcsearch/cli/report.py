@@ -13,10 +13,13 @@ from hcsearch.cli.options import database_option
 @click.argument("condition", default="", metavar="[QUERY]")
 @database_option
 @click.option("--output", default="reports/report.html", show_default=True, metavar="FILE", help="File to write.")
-@click.option("--limit", type=click.IntRange(min=0), default=2000, show_default=True, help="At most this many pictures.")
+@click.option(
+    "--limit", type=click.IntRange(min=0), default=2000, show_default=True, help="At most this many pictures."
+)
 def report(condition: str, db: str, output: str, limit: int) -> None:
     """Write a self-contained HTML report of the designs that satisfy QUERY: funnel, gallery, numbers, notation."""
     from hcsearch.report import write_report  # noqa: PLC0415
     from hcsearch.store import open_readonly  # noqa: PLC0415
 
-    click.echo(write_report(open_readonly(db), condition, Path(output), limit=limit))
+    with open_readonly(db) as database:
+        click.echo(write_report(database, condition, Path(output), limit=limit))

@@ -32,7 +32,8 @@ def show(design: str, db: str) -> None:
         circuit = Circuit.from_notation(name).canonical()
         row: dict[str, Any] = {}
     else:
-        row = find_design(open_readonly(db), name)
+        with open_readonly(db) as database:
+            row = find_design(database, name)
         circuit = Circuit.from_notation(row["circuit"])
     _print_circuit(circuit, row)
     for folding in foldings(circuit) if crease is None else [folding_of(circuit, crease)]:

@@ -78,7 +78,5 @@ def enumerate_circuits(
         search = PolygonSearch(grid_named(grid) if isinstance(grid, str) else grid, n)
     else:
         raise TypeError("enumerate_circuits needs a grid and n, or an array")
-    found = (
-        Circuit(search.grid, tuple(word)) for batch in search.batches(batch_size) for word in batch.words.tolist()
-    )
+    found = (Circuit(search.grid, tuple(word)) for batch in search.batches(batch_size) for word in batch.words.tolist())
     return islice(found, limit)

@@ -130,8 +130,17 @@ class _Dag:
         symmetry = np.empty(batch_size, np.int16)
         while rank[0] < rank[1]:
             written = frontier.list_masks(
-                *(self.layer, self.offsets, self.child, self.counts, self.permutations),
-                *(self.start, self.tails, self.tail_images, rank, found, symmetry),
+                self.layer,
+                self.offsets,
+                self.child,
+                self.counts,
+                self.permutations,
+                self.start,
+                self.tails,
+                self.tail_images,
+                rank,
+                found,
+                symmetry,
             )
             if written:
                 yield found[:written].copy(), symmetry[:written].copy()

@@ -86,7 +86,7 @@ def _images(array: Array, symmetry: tuple[Isometry, Point]) -> list[int]:
 
 
 def _count_mirrored(array: Array, image: list[int]) -> int:
-    """Circuits that a reflection fixes: cycles of one half and the axis, through a vertex in place of the other half."""
+    """Circuits that a reflection fixes: cycles of one half and the axis, with a vertex in place of the other half."""
     points = array.points
     axis = [i for i in range(array.n) if image[i] == i]
     if len(axis) > 2:
@@ -170,7 +170,7 @@ def _in_sector(vector: Point, rotation: Isometry) -> bool:
     """Whether a vector from the centre lies between the first lattice axis and its image; the axis belongs to it."""
     x, y = vector
     rx, ry = rotation((1, 0))
-    return (y > 0 or (y == 0 and x > 0)) and x * ry - y * rx > 0 or (y == 0 and x > 0)
+    return ((y > 0 or (y == 0 and x > 0)) and x * ry - y * rx > 0) or (y == 0 and x > 0)
 
 
 def _all_meet_two(edges: list[tuple[int, int]], n_vertices: int) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,9 +19,9 @@ from hcsearch.records import CircuitBatch
 MAX_PANELS = 120
 FAR = np.iinfo(np.int16).max
 
-# free circuits number about a * mu^n / n^3.5, with mu the lattice's connective constant; (a, mu), fitted at n = 18 to 40
+# (a, mu): free circuits number about a * mu^n / n^3.5, with mu the connective constant; a fitted at n = 18 to 40
 _GROWTH = {"hex": (0.4, 4.15), "square": (1.8, 2.64), "rectangle": (3.6, 2.64), "triangle": (4.0, 1.85)}
-_UNIT_SIZE = 20_000
+_UNIT_SIZE = 10_000
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class PolygonSearch:
             raise SizeError(f"a circuit has at least 3 panels: --n {self.n} is too small, use --n 3 or more")
         if self.n > MAX_PANELS:
             raise SizeError(
-                f"--n {self.n} is too large to list: use --n {MAX_PANELS} or less, or `hcsearch count --array` for one array"
+                f"--n {self.n} is too large to list: use --n {MAX_PANELS} or less, or `count --array` for one array"
             )
 
     @property
@@ -53,7 +54,7 @@ class PolygonSearch:
 
     @cached_property
     def prefixes(self) -> list[str]:
-        """Keys of the search's units, in order; together they hold every circuit once, about 20,000 or fewer a unit."""
+        """Keys of the search's units, in order; together they hold every circuit once, about 10,000 or fewer a unit."""
         first = _Walk(self._plane, self.n, ())
         if first.impossible:
             return []
@@ -61,7 +62,7 @@ class PolygonSearch:
         expected = amplitude * growth**self.n / self.n**3.5
         words: list[tuple[int, ...]] = [()]
         depth = 0
-        # the largest unit holds a few times the mean, so aim lower
+        # units differ in size, the largest hold several times the mean, so aim lower
         while len(words) * _UNIT_SIZE < 4 * expected and depth < self.n - 3:
             words = [longer for word in words for longer in _Walk(self._plane, self.n, word).extensions()]
             depth += 1
@@ -134,6 +135,8 @@ class _Walk:
         for k, letter in enumerate(prefix, 1):
             self.impossible |= not self._step(k, letter)
         self.state = np.array([len(prefix) + 1, 1, 0])
+        # so many steps left are worth a look for the way home: a closed-off walk would go on for about 3e5 steps
+        self._trap = round(math.log(3e5) / math.log(_GROWTH[plane.grid.name][1]))
 
     @property
     def done(self) -> bool:
@@ -164,9 +167,23 @@ class _Walk:
     def more(self, size: int) -> tuple[NDArray[np.int8], NDArray[np.int16]]:
         """The next circuits' words and the orders of their symmetry groups (of the full point group)."""
         words, symmetry = np.empty((size, self.n), np.int8), np.empty(size, np.int16)
+        plane = self.plane
         written = walk_polygons(
-            *(self.plane.grid.directions, self.turns, self.plane.moves, self.plane.distance, self.n, len(self.prefix)),
-            *(self.letters, self.heading, self.place, self.period, self.visited, self.state, words, symmetry),
+            plane.grid.directions,
+            self.turns,
+            plane.moves,
+            plane.distance,
+            self.n,
+            len(self.prefix),
+            self._trap,
+            self.letters,
+            self.heading,
+            self.place,
+            self.period,
+            self.visited,
+            self.state,
+            words,
+            symmetry,
         )
         return words[:written].copy(), symmetry[:written].copy()
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from hcsearch.drawing import draw_array
 from hcsearch.errors import ArrayError, NotationError
 from hcsearch.grid.tilings import Cell, Grid, Isometry, Point, grid_named
 
@@ -78,6 +79,9 @@ class Array:
 
     def __str__(self) -> str:
         return self.notation
+
+    def _repr_svg_(self) -> str:
+        return draw_array(self.grid, self.cells, title=self.notation)
 
     @cached_property
     def _images(self) -> tuple[Array, ...]:

@@ -43,7 +43,7 @@ class Grid:
 
     directions : number of directions that a full turn is divided into (6 or 4).
     steps : shape (directions, 2), lattice move of a step in each direction.
-    turns : turns a circuit can make at a panel, ascending, in units of 2 pi / directions.
+    turns : turns a circuit can make at a panel, sharpest left first, in units of 2 pi / directions.
     first_directions : representatives of the directions under the grid's rotations; a canonical word begins with one.
     """
 
@@ -56,7 +56,7 @@ class Grid:
     @property
     def is_triangle(self) -> bool:
         """Whether cells carry a third coordinate u: 0 points up, 1 points down."""
-        return self.turns == (-1, 1)
+        return self.turns == (1, -1)
 
     @cached_property
     def point_group(self) -> tuple[Isometry, ...]:
@@ -107,7 +107,7 @@ class Grid:
         return (scale * (x + y / 2), scale * y * math.sqrt(3) / 2)
 
     def corners(self, cell: Cell) -> list[tuple[float, float]]:
-        """Cartesian corners of a panel of side 1, counterclockwise; corner i begins the edge facing the ith neighbour."""
+        """Cartesian corners of a panel of side 1, counterclockwise; corner i begins the edge to the ith neighbour."""
         point = self.point(cell)
         cx, cy = self.position(point)
         faces = [d for d, _ in self.neighbours(point)]
@@ -128,10 +128,10 @@ _SQUARE: tuple[Point, ...] = ((1, 0), (0, 1), (-1, 0), (0, -1))
 GRIDS: dict[str, Grid] = {
     grid.name: grid
     for grid in (
-        Grid("triangle", 6, _TRIANGLE, (-1, 1)),
-        Grid("square", 4, _SQUARE, (-1, 0, 1)),
-        Grid("rectangle", 4, _SQUARE, (-1, 0, 1), first_directions=(0, 1)),
-        Grid("hex", 6, _AXIAL, (-2, -1, 0, 1, 2)),
+        Grid("triangle", 6, _TRIANGLE, (1, -1)),
+        Grid("square", 4, _SQUARE, (1, 0, -1)),
+        Grid("rectangle", 4, _SQUARE, (1, 0, -1), first_directions=(0, 1)),
+        Grid("hex", 6, _AXIAL, (2, 1, 0, -1, -2)),
     )
 }
 

@@ -13,9 +13,7 @@ from hcsearch.kernels.compiled import compiled
 
 
 @compiled
-def fold_words(
-    words: NDArray[np.int8], directions: int, rows: NDArray[np.int32], creases: NDArray[np.int16]
-) -> int:
+def fold_words(words: NDArray[np.int8], directions: int, rows: NDArray[np.int32], creases: NDArray[np.int16]) -> int:
     """Write circuit and first flat crease of every two-stack folding; return how many there are.
 
     `rows` and `creases` have room for n / 2 foldings a circuit. n is even.

@@ -31,8 +31,8 @@ _LOW_SLOTS = 12
 @compiled
 def _get(lo: np.uint64, hi: np.uint64, slot: int) -> int:
     if slot < _LOW_SLOTS:
-        return np.int64((lo >> (_BITS * np.uint64(slot))) & _MASK)
-    return np.int64((hi >> (_BITS * np.uint64(slot - _LOW_SLOTS))) & _MASK)
+        return int((lo >> (_BITS * np.uint64(slot))) & _MASK)
+    return int((hi >> (_BITS * np.uint64(slot - _LOW_SLOTS))) & _MASK)
 
 
 @compiled
@@ -67,7 +67,7 @@ def _find(
             next_hi[size] = hi
             return size
         if next_lo[index] == lo and next_hi[index] == hi:
-            return np.int64(index)
+            return int(index)
         at = (at + _ONE) & mask
 
 
@@ -92,7 +92,7 @@ def advance(
 ) -> int:
     """Decide one edge for every state; return the number of states after it.
 
-    full_lo, full_hi : the state in which a closing edge completes a cycle (every slot in use at degree 2, parity right).
+    full_lo, full_hi : the state in which a closing edge completes a cycle: all slots in use at degree 2, parity right.
     child : shape (len(lo), 2), the state after 'out' and after 'in', DEAD, or COMPLETE where a cycle closes.
     """
     u, v = step[U], step[V]
@@ -139,7 +139,7 @@ def advance(
 def add_counts(
     child: NDArray[np.int32], counts: NDArray[np.int64], after: NDArray[np.int64], total: NDArray[np.int64]
 ) -> None:
-    """Add the count of each state to its children, and to `total` where a cycle closes; limbs of 32 bits, carries later."""
+    """Add each state's count to its children's, and to `total` where a cycle closes; limbs of 32 bits, uncarried."""
     limbs = counts.shape[1]
     for i in range(len(child)):
         for choice in range(2):
@@ -176,7 +176,7 @@ def count_completions(child: NDArray[np.int32], after: NDArray[np.int64], counts
                 total += after[to]
             elif to == COMPLETE:
                 total += 1
-        counts[i] = min(total, SATURATED)
+        counts[i] = total if total < SATURATED else SATURATED
 
 
 @compiled
@@ -225,7 +225,7 @@ def list_completions(
 
 @compiled
 def permute_masks(masks: NDArray[np.uint64], permutations: NDArray[np.int32], images: NDArray[np.uint64]) -> None:
-    """Write the images of edge sets under permutations of the edges; images : shape (n_masks, n_permutations, words)."""
+    """Write images of edge sets under permutations of the edges; images : shape (n_masks, n_permutations, words)."""
     for i in range(len(masks)):
         for word in range(masks.shape[1]):
             bits = masks[i, word]
@@ -339,9 +339,7 @@ def list_masks(
 
 
 @compiled
-def trace_masks(
-    masks: NDArray[np.uint64], edges: NDArray[np.int64], directions: int, words: NDArray[np.int8]
-) -> None:
+def trace_masks(masks: NDArray[np.uint64], edges: NDArray[np.int64], directions: int, words: NDArray[np.int8]) -> None:
     """Write each cycle, an edge set, as the directions of its steps.
 
     edges : shape (n_edges, 3), the cells (u, v) of each edge and the direction from u to v.

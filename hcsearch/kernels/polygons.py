@@ -2,8 +2,8 @@
 
 A polygon is written as its cyclic word of turns, walked counterclockwise. The walk visits only words that can still
 be the least of their rotations (prenecklaces, kept with one integer a step as by Fredricksen, Kessler and Maiorana)
-and that can still get home; a finished word is kept when it is also not greater than any rotation of its mirror
-image, the reversed word.
+and that can still get home, around what they have visited; a finished word is kept when it is also not greater than
+any rotation of its mirror image, the reversed word.
 """
 
 from __future__ import annotations
@@ -36,6 +36,36 @@ def mirror_rank(letters: NDArray[np.int8], n: int) -> int:
 
 
 @compiled
+def _way_home(
+    start: int,
+    steps: int,
+    moves: NDArray[np.int64],
+    distance: NDArray[np.int16],
+    visited: NDArray[np.uint8],
+    seen: NDArray[np.int64],
+    stamp: int,
+    queue: NDArray[np.int64],
+) -> bool:
+    """Whether home (distance 0) can be reached from a place in `steps` steps or less over unvisited places."""
+    first, last, gone = 0, 1, 0
+    queue[0] = start
+    seen[start] = stamp
+    while first < last and gone < steps:
+        gone += 1
+        for at in range(first, last):
+            for move in moves:
+                to = queue[at] + move
+                if distance[to] == 0:
+                    return True
+                if visited[to] == 0 and seen[to] != stamp and distance[to] <= steps - gone:
+                    seen[to] = stamp
+                    queue[last] = to
+                    last += 1
+            first += 1
+    return False
+
+
+@compiled
 def walk_polygons(
     directions: int,
     turns: NDArray[np.int64],
@@ -43,6 +73,7 @@ def walk_polygons(
     distance: NDArray[np.int16],
     n: int,
     depth: int,
+    trap: int,
     letters: NDArray[np.int8],
     heading: NDArray[np.int64],
     place: NDArray[np.int64],
@@ -55,15 +86,19 @@ def walk_polygons(
     """Go on with a walk until it ends or `found` is full; return how many words were written.
 
     letters[k] is the turn before step k (k >= 1), as an index into `turns`; letters[0] is unused and the closing
-    turn is letters[n]. The words of a unit share letters[1:depth + 1]; `state` holds (step, first, done).
+    turn is letters[n]. With `trap` or more steps left the walk looks for its way home, which costs less than a walk
+    that has walled itself off. The words of a unit share letters[1:depth + 1]; `state` holds (step, first, done).
     `enumeration.polygons` owns the arrays and sets them up for a prefix.
     """
+    seen = np.zeros(len(distance), np.int64)
+    queue = np.empty(len(distance), np.int64)
+    stamp = 0
     n_turns = len(turns)
     capacity = len(found)
     written = 0
     k = state[0]
     fresh = state[1]
-    letter = np.int64(0)
+    letter = 0
     while written < capacity:
         # choose the next letter of step k: on a first visit from the prenecklace bound, else after the last one
         if fresh == 1:
@@ -83,7 +118,13 @@ def walk_polygons(
             to = place[k] + moves[d]
             if distance[to] <= left and (visited[to] == 0 or left == 0):
                 advanced = True
-                break
+                if left >= trap:
+                    visited[to] = 1
+                    stamp += 1
+                    advanced = _way_home(to, left, moves, distance, visited, seen, stamp, queue)
+                    visited[to] = 0
+                if advanced:
+                    break
             letter += 1
         if not advanced:
             k -= 1
@@ -113,7 +154,7 @@ def walk_polygons(
             closing -= directions
         elif closing <= -(directions // 2):
             closing += directions
-        last = np.int64(-1)
+        last = -1
         for c in range(n_turns):
             if turns[c] == closing:
                 last = c

@@ -9,7 +9,9 @@ from hcsearch.kernels.compiled import compiled
 
 
 @compiled
-def _rotation(letters: NDArray[np.int8], first: NDArray[np.int8], best: NDArray[np.int8], score: NDArray[np.int64]) -> None:
+def _rotation(
+    letters: NDArray[np.int8], first: NDArray[np.int8], best: NDArray[np.int8], score: NDArray[np.int64]
+) -> None:
     """Improve `best` by the rotations of a cyclic word.
 
     score : (found, class of the first step, ties) of the best rotation so far; `first` is the class of each start.
@@ -44,7 +46,8 @@ def canonicalise(
 ) -> None:
     """Write the canonical form of each word and the order of its symmetry group.
 
-    The key of a word is its least cyclic sequence of turns, walked counterclockwise, of itself or its mirror image;
+    The key of a word is its least cyclic sequence of turns (left before right), walked counterclockwise, of itself or
+    its mirror image;
     then the class of the first step's direction (`classes` of them; see `Grid.first_directions`).
     """
     n = words.shape[1]
@@ -64,7 +67,7 @@ def canonicalise(
             letters[k] = turn
             first[k] = words[row, k] % classes
             total += turn
-        if total < 0:
+        if total > 0:  # a letter is the turn to the right, so sharp left turns come first
             for k in range(n):
                 letters[k] = -letters[k]
         score[:] = 0
@@ -78,7 +81,7 @@ def canonicalise(
         d = score[1]
         for k in range(n):
             found[row, k] = d
-            d = (d + best[k]) % directions
+            d = (d - best[k]) % directions
             if d < 0:
                 d += directions
         symmetry[row] = score[2]
@@ -138,24 +141,28 @@ def array_rows(
             image[:height] = 0
             for k in range(n):
                 image[y[k] - low_y] |= one << np.uint64(x[k] - low_x)
-            order = height - best_height
-            if order == 0:
+            less = height < best_height
+            equal = height == best_height
+            if equal:
                 for k in range(height):
                     if image[k] != rows[row, k]:
-                        order = -1 if image[k] < rows[row, k] else 1
+                        less = image[k] < rows[row, k]
+                        equal = False
                         break
-            if order < 0:
+            if less:
                 rows[row, :height] = image[:height]
                 best_height = height
                 ties = 1
-            elif order == 0:
+            elif equal:
                 ties += 1
         heights[row] = best_height
         symmetry[row] = ties
 
 
 @compiled
-def write_rows(rows: NDArray[np.uint64], heights: NDArray[np.int64], prefix: NDArray[np.uint8], text: NDArray[np.uint8]) -> int:
+def write_rows(
+    rows: NDArray[np.uint64], heights: NDArray[np.int64], prefix: NDArray[np.uint8], text: NDArray[np.uint8]
+) -> int:
     """Write rows as hexadecimal text after a prefix; return the longest length. `text` is zeroed by the caller."""
     longest = 0
     for i in range(len(rows)):

@@ -141,9 +141,7 @@ def run_into(plan: Plan, database: Database, progress: Progress | None = None) -
         totals.add(unit.results, fresh=True)
         if progress is not None:
             progress(len(reused) + done, len(prefixes), totals.passed["circuits"])
-    summary = Summary(
-        totals.funnel(stages, count_arrays(database, plan.work)), totals.seconds, len(todo), len(reused)
-    )
+    summary = Summary(totals.funnel(stages, count_arrays(database, plan.work)), totals.seconds, len(todo), len(reused))
     finish_run(database, run_id, asdict(summary.funnel), summary.stage_times, summary.batches_done, len(reused))
     return summary
 

@@ -140,7 +140,19 @@ def _missing(place: Location) -> DatabaseError:
 
 def _open_server(place: Location, *, create: bool, readonly: bool) -> Database:
     engine = _server_engine(place)
-    with explained(place.text), engine.begin() as connection:
+    try:
+        with explained(place.text):
+            _prepare_server(engine, place, create=create, readonly=readonly)
+    except BaseException:
+        engine.dispose()
+        raise
+    if readonly:
+        engine = engine.execution_options(postgresql_readonly=True)
+    return Database(engine, place.text, readonly=readonly)
+
+
+def _prepare_server(engine: Engine, place: Location, *, create: bool, readonly: bool) -> None:
+    with engine.begin() as connection:
         # Held to the end of the transaction, so that two processes do not create the same tables.
         connection.execute(text(f"SELECT pg_advisory_xact_lock({APPLICATION_ID})"))
         revision = current_revision(connection)
@@ -150,9 +162,6 @@ def _open_server(place: Location, *, create: bool, readonly: bool) -> Database:
             check_revision(place.text, revision, upgradable=not readonly)
         if revision != REVISION:
             upgrade(connection, place.text)
-    if readonly:
-        engine = engine.execution_options(postgresql_readonly=True)
-    return Database(engine, place.text, readonly=readonly)
 
 
 def _server_engine(place: Location) -> Engine:

@@ -28,6 +28,17 @@ def primary_code(error: BaseException | None) -> int:
     return getattr(error, "sqlite_errorcode", 0) & 0xFF
 
 
+def is_refusal(error: BaseException) -> bool:
+    """Whether a statement was not run because it would change something on a read-only connection."""
+    told = ("not authorized", "authorization denied", "read-only")  # some refusals come without their code
+    return primary_code(error) in (sqlite3.SQLITE_AUTH, sqlite3.SQLITE_READONLY) or any(t in str(error) for t in told)
+
+
+def is_of_database(error: BaseException) -> bool:
+    """Whether the file or the system is at fault, and not a statement."""
+    return primary_code(error) in _CAUSES
+
+
 @contextmanager
 def explained(location: str) -> Iterator[None]:
     """Turn the failures of drivers into DatabaseError; faults of this program pass through as they are."""

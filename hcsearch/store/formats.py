@@ -30,9 +30,16 @@ def format_result(result: Result, style: str) -> str:
     return writers[style](result)
 
 
+class _Lines(io.StringIO):
+    """Takes records that end in CR LF and ends them in LF. Only so does the csv module quote a CR within a value."""
+
+    def write(self, record: str) -> int:
+        return super().write(record.removesuffix("\r\n") + "\n")
+
+
 def _csv(result: Result) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
+    text = _Lines(newline="")
+    writer = csv.writer(text, lineterminator="\r\n")
     writer.writerow(result.columns)
     writer.writerows([_plain(value) for value in row] for row in result.rows)
     return text.getvalue()

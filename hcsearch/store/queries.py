@@ -17,7 +17,7 @@ from hcsearch.errors import HcsearchError, QueryError
 from hcsearch.store.columns import column_names, view_names
 from hcsearch.store.conditions import find_quantity, parse_query, sort_terms, split_names, view_table
 from hcsearch.store.database import Database
-from hcsearch.store.failures import primary_code
+from hcsearch.store.failures import is_of_database, is_refusal
 
 __all__ = ["Result", "find_design", "parse_query", "select", "select_sql"]
 
@@ -106,12 +106,11 @@ def _refusing() -> Iterator[None]:
         raise
     except (DBAPIError, sqlite3.Error, sqlite3.Warning, ValueError) as error:
         cause = (error.orig if isinstance(error, DBAPIError) else None) or error
-        refused = primary_code(cause) in (sqlite3.SQLITE_AUTH, sqlite3.SQLITE_READONLY)
-        if not refused and primary_code(cause) not in (0, sqlite3.SQLITE_ERROR):
-            raise
         detail = (str(cause) or type(cause).__name__).splitlines()[0]
-        if refused or "not authorized" in detail or "read-only" in detail:
+        if is_refusal(cause):
             raise QueryError(f"the database is read-only here, run nothing but SELECT ({detail})") from error
+        if is_of_database(cause):
+            raise
         views = ", ".join(view_names())
         raise QueryError(f"the SQL cannot be run ({detail}): write one SELECT; the views are {views}") from error
 

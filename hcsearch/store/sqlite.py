@@ -75,6 +75,7 @@ def writing_engine(path: Path, timeout: float) -> Engine:
         _use_write_ahead_log(connection, timeout)
         connection.execute("PRAGMA synchronous=NORMAL")
         connection.execute("PRAGMA foreign_keys=ON")
+        connection.execute("PRAGMA wal_autocheckpoint=4000")  # pages; at 1000, bulk inserts wait for the disk
         connection.execute("PRAGMA cache_size=-65536")  # KiB; the index of circuits is hit all over
         return connection
 

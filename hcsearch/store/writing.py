@@ -42,7 +42,7 @@ def start_run(
     return run_id
 
 
-def finish_run(  # noqa: PLR0917 - the pipeline's one call reads in this order
+def finish_run(
     database: Database,
     run_id: int,
     funnel: Mapping[str, int | None],
@@ -86,7 +86,7 @@ def finished_batches(database: Database, work: Work, versions: Mapping[str, int]
     }
 
 
-def record_batch(  # noqa: PLR0917 - the pipeline's one call reads in this order
+def record_batch(
     database: Database, run_id: int, work: Work, prefix: str, designs: DesignBatch, results: Sequence[StageResult]
 ) -> None:
     """Store the designs and foldings of a batch, and that these stages are done for it, in one transaction.
@@ -100,10 +100,12 @@ def record_batch(  # noqa: PLR0917 - the pipeline's one call reads in this order
 
 
 def count_arrays(database: Database, work: Work) -> int:
-    """Count the distinct arrays among the stored designs of this grid and n, or of the one array of the work."""
+    """Count the distinct arrays of the stored designs that this work keeps, also those that other work stored."""
     found = select(func.count(distinct(design.c.array))).where(design.c.grid == work.grid, design.c.n == work.n)
     if work.target:
         found = found.where(design.c.array == work.target)
+    if work.keep != "all":
+        found = found.where({"two-stack": design.c.n_foldings, "untwisted": design.c.n_untwisted}[work.keep] > 0)
     with database.reading() as connection:
         return connection.execute(found).scalar_one()
 

@@ -89,11 +89,23 @@ def test_bytes_of_a_command_line_that_are_no_text_are_no_crash(database, tmp_pat
     write_report(database, "circuit=\udcff", tmp_path / "report.html")
 
 
-@pytest.mark.parametrize("where", ["missing/report.html", "", "bad\0name"])
+@pytest.mark.parametrize("where", ["file/report.html", "", "bad\0name"])
 def test_a_path_that_cannot_be_written_is_one_clear_line(database, tmp_path, where):
+    (tmp_path / "file").touch()
     with pytest.raises(HcsearchError, match="cannot write the report to") as caught:
         write_report(database, "grid=hex n=8", tmp_path / where)
     assert "\n" not in str(caught.value)
+
+
+def test_missing_folders_are_made(database, tmp_path):
+    assert write_report(database, "n=99", tmp_path / "new" / "folder" / "report.html").is_file()
+
+
+def test_a_database_is_never_overwritten(database, database_file):
+    before = database_file.read_bytes()
+    with pytest.raises(HcsearchError, match="it is a database; name another file"):
+        write_report(database, "n=99", database_file)
+    assert database_file.read_bytes() == before
 
 
 def test_data_is_plain(database):

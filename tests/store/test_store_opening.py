@@ -190,6 +190,41 @@ def test_database_of_another_program_in_use(path):
     connection.close()
 
 
+def test_database_that_another_program_left_in_a_crash(path, tmp_path):
+    connection = sqlite3.connect(tmp_path / "in use")
+    connection.execute("PRAGMA journal_mode=wal")
+    connection.execute("CREATE TABLE designs (id)")
+    connection.commit()
+    left = {suffix: (tmp_path / f"in use{suffix}").read_bytes() for suffix in ("", "-wal")}
+    connection.close()
+    for suffix, content in left.items():
+        path.with_name(path.name + suffix).write_bytes(content)
+    assert all("another program" in message for message in every_way(path))
+    # Opening it for writing would move its log into the file.
+    assert {suffix: path.with_name(path.name + suffix).read_bytes() for suffix in left} == left
+
+
+def test_half_written_transaction_is_undone(path, tmp_path):
+    """A crash in a rollback journal, as when a database is made: nobody can read before it is undone."""
+    source = tmp_path / "source"
+    open_database(str(source), create=True).close()
+    connection = sqlite3.connect(source, isolation_level=None)
+    connection.execute("PRAGMA journal_mode=delete")
+    connection.execute("PRAGMA cache_size=1")  # so that pages are written before the end
+    connection.execute("BEGIN")
+    connection.executemany(
+        "INSERT INTO run (started, grid, n, target, keep, until, arguments, versions)"
+        " VALUES (?, '', 1, '', '', '', '', '')",
+        [("x" * 500,)] * 500,
+    )
+    for suffix in ("", "-journal"):
+        content = (tmp_path / f"source{suffix}").read_bytes()
+        path.with_name(path.name + suffix).write_bytes(content)
+    connection.close()
+    with open_database(str(path), create=False) as database:
+        assert begin(database) == 1
+
+
 def test_application_number_of_another_program(path):
     connection = sqlite3.connect(path)
     connection.executescript(f"PRAGMA application_id={APPLICATION_ID}; CREATE TABLE t (x);")

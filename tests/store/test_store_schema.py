@@ -145,6 +145,12 @@ def test_upgrade_keeps_rows_and_their_children(path, next_version):
         assert select_sql(database, "SELECT count(*) FROM folding").rows == ((4,),)
 
 
+def test_second_of_two_upgraders_finds_it_done(database, monkeypatch):
+    monkeypatch.setattr(migrate, "_run_migrations", None)
+    with database.writing() as connection:
+        migrate.upgrade(connection, "here")
+
+
 def test_failed_upgrade_changes_nothing(path, next_version):
     with open_database(str(path), create=True) as database:
         record(database, ["hex:1", "hex:2", "hex:3"])

@@ -1,5 +1,6 @@
 import itertools
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -132,10 +133,10 @@ def test_newer_version_refutes_old_foldings(database):
     }
 
 
-def test_search_for_some_foldings_refutes_nothing(database):
+@pytest.mark.parametrize("n_foldings", [None, np.array([2])])
+def test_search_for_some_foldings_refutes_nothing(database, n_foldings):
     record(database, ["hex:1"], creases=[[0, 1]], twists=[[0, 1]])
-    batch = sample(["hex:1"], creases=[[0]], twists=[[0]])
-    object.__setattr__(batch, "n_foldings", None)
+    batch = replace(sample(["hex:1"], creases=[[0]], twists=[[0]]), n_foldings=n_foldings)
     record_batch(database, begin(database), WORK, "q", batch, RESULTS)
     assert len(select(database, view="foldings").rows) == 2
     assert select(database, columns="n_foldings,n_untwisted").rows == ((2, 1),)
@@ -143,8 +144,7 @@ def test_search_for_some_foldings_refutes_nothing(database):
 
 @pytest.mark.parametrize("size", [100, 200])
 def test_opposite_crease_of_long_circuits(database, size):
-    batch = sample(["hex:1"], creases=[[99]], twists=[[0]])
-    object.__setattr__(batch, "n", size)
+    batch = replace(sample(["hex:1"], creases=[[99]], twists=[[0]]), n=size)
     record_batch(database, begin(database), WORK, "p", batch, RESULTS)
     assert select(database, columns="opposite", view="foldings").rows == ((99 + size // 2,),)
 
@@ -262,7 +262,7 @@ def test_any_batches_store_each_circuit_once(tmp_path_factory, batches, data):
             creases = [[int(name[4:]) % 6] if int(name[4:]) % 2 else [] for name in names] or [[]]
             twists = [[0] * len(c) for c in creases]
             record_batch(database, run, WORK, str(number), sample(names, until, creases, twists), RESULTS)
-            for name, crease in zip(names, creases, strict=False):
+            for name in names:
                 known = expected.get(name, "circuits")
                 latest = max(known, until, key=["circuits", "foldings", "twist"].index)
                 expected[name] = latest

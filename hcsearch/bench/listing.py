@@ -1,0 +1,214 @@
+"""All arrays of n cells: listing, folding and twist in one process, and the whole command on one and two threads."""
+
+from __future__ import annotations
+
+import math
+import re
+import statistics
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from hcsearch.bench.job import OWN_LIMIT, run_job
+from hcsearch.bench.process import Finished, run_measured
+from hcsearch.bench.timing import Row, Stopwatch, repeated, timed
+from hcsearch.errors import HcsearchError
+
+SIZES: dict[str, tuple[int, ...]] = {
+    "hex": (10, 12, 14, 16, 18),
+    "square": (14, 16, 18, 20, 22, 24, 26),
+    "triangle": (24, 26, 28, 30, 32, 34, 36, 38, 40),
+}
+QUICK: dict[str, tuple[int, ...]] = {"hex": (8, 10, 12), "square": (12, 14, 16), "triangle": (20, 22, 24)}
+
+# circuits of n cells grow by about this factor a cell: the connective constants of the cells' adjacency lattices
+CONNECTIVE = {
+    "hex": 4.150797,  # triangular lattice; Jensen, J. Phys. A 37 (2004) 11521
+    "square": 2.638159,  # Clisby and Jensen, J. Phys. A 45 (2012) 115202
+    "triangle": math.sqrt(2 + math.sqrt(2)),  # honeycomb, exact; Duminil-Copin and Smirnov, Ann. Math. 175 (2012) 1653
+}
+
+
+@dataclass(frozen=True)
+class ListingRow:
+    """All circuits of n panels on a grid. Times are processor seconds of the kernels on one core, medians of `runs`.
+
+    fold_twist_us : microseconds a free circuit for the two-stack test and the twist together.
+    """
+
+    grid: str
+    n: int
+    free: int
+    fixed: int
+    two_stack: int
+    untwisted: int
+    list_s: float
+    wall_s: float
+    circuits_per_s: float
+    fold_s: float
+    twist_s: float
+    fold_twist_us: float
+    peak_mib: float
+    runs: int
+
+
+@dataclass(frozen=True)
+class JobsRow:
+    """The whole command `enumerate --dry-run`, start of the interpreter included, on some number of threads.
+
+    wall_s, cpu_s : medians of `runs`; speed_up : wall time on one thread over wall time on these.
+    """
+
+    grid: str
+    n: int
+    jobs: int
+    circuits: int
+    wall_s: float
+    cpu_s: float
+    peak_mib: float
+    speed_up: float
+    runs: int
+
+
+@dataclass(frozen=True)
+class GrowthRow:
+    """Factors by which circuits and seconds grow a cell, fitted to the `points` largest sizes."""
+
+    grid: str
+    points: str
+    connective: float
+    circuits_factor: float
+    seconds_factor: float
+
+
+def list_polygons(grid: str, n: int, repeats: int) -> Row:
+    """List, fold and twist all circuits of n panels; only the making of each is timed."""
+    from hcsearch.enumeration import PolygonSearch  # noqa: PLC0415 - the process that starts jobs stays small
+    from hcsearch.folding import fold  # noqa: PLC0415
+    from hcsearch.grid import grid_named  # noqa: PLC0415
+    from hcsearch.twisting import twist_batch  # noqa: PLC0415
+
+    def run(n: int = n) -> Row:
+        search = PolygonSearch(grid_named(grid), n)
+        listing, folding, twisting = Stopwatch(), Stopwatch(), Stopwatch()
+        free = fixed = two_stack = untwisted = 0
+        for batch in timed(listing, search.batches()):
+            with folding:
+                folds = fold(batch)
+            with twisting:
+                twists = twist_batch(batch, folds)
+            free += len(batch)
+            fixed += int((search.group_order // batch.symmetry).sum())
+            two_stack += _distinct(folds.row)
+            untwisted += _distinct(folds.row[twists == 0])
+        times = {"list_s": listing.cpu, "fold_s": folding.cpu, "twist_s": twisting.cpu}
+        counts = {"free": free, "fixed": fixed, "two_stack": two_stack, "untwisted": untwisted}
+        return counts | times | {"wall_s": listing.wall + folding.wall + twisting.wall}
+
+    run(10)  # load the compiled kernels first
+    return repeated(run, repeats)
+
+
+JOBS: dict[str, Callable[..., Row]] = {"list-polygons": list_polygons}
+
+
+def _distinct(rows: Sequence[int]) -> int:
+    """Number of different values among ascending ones."""
+    import numpy as np  # noqa: PLC0415
+
+    return int(np.count_nonzero(np.diff(rows, prepend=-1)))
+
+
+def measure_listing(
+    sizes: Mapping[str, Sequence[int]], *, repeats: int, say: Callable[[str], None]
+) -> list[ListingRow]:
+    """One row a grid and n; HcsearchError when one does not finish."""
+    rows = []
+    for grid, ns in sizes.items():
+        for n in ns:
+            say(f"{grid} n={n}: list, fold, twist")
+            outcome = run_job("list-polygons", OWN_LIMIT, grid=grid, n=n, repeats=repeats)
+            if outcome.note:
+                raise HcsearchError(
+                    f"listing {grid} n={n}: {outcome.note}; take smaller sizes with --quick, and report this"
+                )
+            row = outcome.row
+            rows.append(
+                ListingRow(
+                    grid=grid,
+                    n=n,
+                    circuits_per_s=row["free"] / row["list_s"],
+                    fold_twist_us=1e6 * (row["fold_s"] + row["twist_s"]) / row["free"],
+                    peak_mib=outcome.peak_mib,
+                    **row,
+                )
+            )
+    return rows
+
+
+def measure_jobs(listed: Sequence[ListingRow], *, repeats: int, say: Callable[[str], None]) -> list[JobsRow]:
+    """The command on one and on two threads, by turns, at each grid's largest n; it must find what the listing found."""
+    rows = []
+    _enumerate("hex", 10, 2)  # on a new machine this compiles the kernels
+    for last in {row.grid: row for row in listed}.values():
+        done: dict[int, list[Finished]] = {1: [], 2: []}
+        for _ in range(repeats):
+            for jobs, runs in done.items():
+                say(f"{last.grid} n={last.n}: enumerate --dry-run --jobs {jobs}")
+                runs.append(_enumerate(last.grid, last.n, jobs))
+        alone = statistics.median(run.wall for run in done[1])
+        for jobs, runs in done.items():
+            wall = statistics.median(run.wall for run in runs)
+            rows.append(
+                JobsRow(
+                    grid=last.grid,
+                    n=last.n,
+                    jobs=jobs,
+                    circuits=_circuits(runs, last),
+                    wall_s=wall,
+                    cpu_s=statistics.median(run.cpu for run in runs),
+                    peak_mib=max(run.peak_mib for run in runs),
+                    speed_up=alone / wall,
+                    runs=len(runs),
+                )
+            )
+    return rows
+
+
+def _enumerate(grid: str, n: int, jobs: int) -> Finished:
+    options = ["--grid", grid, "--n", str(n), "--dry-run", "--jobs", str(jobs)]
+    return run_measured([sys.executable, "-m", "hcsearch", "enumerate", *options], OWN_LIMIT)
+
+
+def _circuits(runs: Sequence[Finished], listed: ListingRow) -> int:
+    for run in runs:
+        match = re.search(r"non-isomorphic circuits\s+([\d,]+)", run.output)
+        count = int(match[1].replace(",", "")) if match else None
+        if count != listed.free:
+            told = f"{count} circuits" if match else run.error.strip() or "no answer"
+            raise HcsearchError(f"enumerate {listed.grid} n={listed.n}: {told}, but the listing found {listed.free}")
+    return listed.free
+
+
+def fit_growth(listed: Sequence[ListingRow], points: int = 4) -> list[GrowthRow]:
+    """Least-squares factors a cell over each grid's `points` largest sizes."""
+    rows = []
+    for grid in dict.fromkeys(row.grid for row in listed):
+        ours = [row for row in listed if row.grid == grid][-points:]
+        ns = [row.n for row in ours]
+        rows.append(
+            GrowthRow(
+                grid=grid,
+                points=f"{ns[0]}..{ns[-1]}",
+                connective=CONNECTIVE[grid],
+                circuits_factor=growth_factor(ns, [row.free for row in ours]),
+                seconds_factor=growth_factor(ns, [row.list_s for row in ours]),
+            )
+        )
+    return rows
+
+
+def growth_factor(ns: Sequence[int], values: Sequence[float]) -> float:
+    """The factor f of the best fit c f^n, by least squares of logarithms."""
+    slope, _ = statistics.linear_regression(ns, [math.log(value) for value in values])
+    return math.exp(slope)

@@ -1,0 +1,90 @@
+"""Tables of a bench: shown on the terminal and in Markdown, saved as CSV and JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hcsearch.bench.machine import Machine
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of one kind (frozen dataclasses), with what a reader must know about them.
+
+    name : also of its CSV file; hidden : columns that are saved but not shown.
+    """
+
+    name: str
+    title: str
+    about: str
+    rows: Sequence[Any]
+    hidden: tuple[str, ...] = ()
+
+    def records(self) -> list[dict[str, Any]]:
+        """The rows as plain dictionaries."""
+        return [asdict(row) for row in self.rows]
+
+
+def frame(table: Table) -> pd.DataFrame:
+    """The table as a data frame, numbers as they were measured; exact integers of any size."""
+    import pandas as pd  # noqa: PLC0415 - the process that starts jobs stays small
+
+    return pd.DataFrame(table.records(), dtype=object)
+
+
+def shown(table: Table) -> pd.DataFrame:
+    """The table as it is shown: three figures, a dash for what there is not."""
+    return frame(table).drop(columns=list(table.hidden)).map(_shown)
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, float):
+        if math.isnan(value):
+            return "-"
+        return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.3g}"
+    return f"{value:,}" if isinstance(value, int) else str(value)
+
+
+def text(table: Table) -> str:
+    """The table for a terminal."""
+    lines = shown(table).to_string(index=False, col_space=2)
+    return f"{table.title}\n{table.about}\n\n{lines}\n"
+
+
+def markdown(table: Table) -> str:
+    """The table as a section of Markdown."""
+    data = shown(table)
+    right = ["left" if table.rows and _is_text(table, name) else "right" for name in data.columns]
+    body = data.to_markdown(index=False, disable_numparse=True, colalign=right)
+    return f"## {table.title}\n\n{table.about}\n\n{body}\n"
+
+
+def _is_text(table: Table, column: str) -> bool:
+    return any(isinstance(getattr(row, column), str) for row in table.rows)
+
+
+def save(tables: Sequence[Table], machine: Machine, folder: Path, name: str, heading: str) -> None:
+    """Write `machine.json`, a CSV file a table and NAME.md into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "machine.json").write_text(json.dumps(asdict(machine), indent=1) + "\n", encoding="utf-8")
+    for table in tables:
+        frame(table).to_csv(folder / f"{table.name}.csv", index=False)
+    sections = "\n".join(map(markdown, tables))
+    (folder / f"{name}.md").write_text(f"{heading}\n\n{machine}\n\n{sections}", encoding="utf-8")
+
+
+def save_json(tables: Sequence[Table], machine: Machine, path: Path) -> None:
+    """Write machine and tables into one JSON file."""
+    data = {"machine": asdict(machine)} | {table.name: table.records() for table in tables}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")

@@ -1,0 +1,147 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hcsearch.circuit import Circuit
+from hcsearch.enumeration import ArraySearch, PolygonSearch, enumerate_circuits
+from hcsearch.errors import NotationError
+from hcsearch.folding import Folding, fold, folding_of, foldings
+from hcsearch.grid import GRIDS, parse_array
+from hcsearch.twisting import gauss_linking, twist, twist_batch
+from tests import golden, naive
+from tests.strategies import circuits, congruences
+
+
+def counts(search):
+    """(fixed or on the array, classes, two-stack, untwisted)."""
+    total = free = two_stack = untwisted = 0
+    for batch in search.batches():
+        found = fold(batch)
+        twists = twist_batch(batch, found)
+        total += int((search.group_order // batch.symmetry).sum())
+        free += len(batch)
+        two_stack += len(np.unique(found.row))
+        untwisted += len(np.unique(found.row[twists == 0]))
+    return total, free, two_stack, untwisted
+
+
+@pytest.mark.parametrize(("grid", "n"), golden.FOLDABLE)
+def test_known_two_stack_and_untwisted_counts(grid, n):
+    assert counts(PolygonSearch(GRIDS[grid], n)) == golden.FOLDABLE[grid, n]
+
+
+@pytest.mark.parametrize("spec", golden.FOLDABLE_ARRAYS)
+def test_known_counts_on_square_arrays(spec):
+    assert counts(ArraySearch(parse_array(GRIDS["square"], spec))) == golden.FOLDABLE_ARRAYS[spec]
+
+
+def test_brick_wall_of_twelve_hexagons_has_two_foldings_both_twisted():
+    # thesis Fig. 3.15 and 3.16
+    search = ArraySearch(parse_array(GRIDS["hex"], "4-4-4"))
+    (batch,) = search.batches()
+    found = fold(batch)
+    assert twist_batch(batch, found).tolist() == [1, 1]
+    assert counts(search) == (12, 6, 2, 0)
+
+
+def test_ten_hexagons_have_a_circuit_with_two_adjacent_untwisted_foldings():
+    # thesis Fig. 3.12
+    (batch,) = ArraySearch(parse_array(GRIDS["hex"], "3-4-3")).batches()
+    creases = [
+        [(f.crease, twist(f)) for f in foldings(Circuit(GRIDS["hex"], tuple(word)))] for word in batch.words.tolist()
+    ]
+    assert any(len(c) == 2 and c[1][0] - c[0][0] in (1, 4) and {t for _, t in c} == {0} for c in creases)
+
+
+@settings(deadline=None)
+@given(st.data())
+def test_foldings_are_those_whose_reflected_edges_coincide(data):
+    circuit = data.draw(congruences(data.draw(circuits())))
+    found = [folding.crease for folding in foldings(circuit)]
+    assert found == naive.folding_creases(circuit)
+    assert found == list(naive.creases_with_opposite_image(circuit))
+
+
+@settings(deadline=None)
+@given(circuits(even=True))
+def test_twist_is_the_gauss_linking_number(circuit):
+    for folding in foldings(circuit):
+        assert abs(gauss_linking(folding)) == twist(folding)
+
+
+@settings(deadline=None)
+@given(st.data())
+def test_number_of_foldings_and_twists_do_not_depend_on_the_way_a_circuit_is_given(data):
+    circuit = data.draw(circuits(even=True))
+    moved = data.draw(congruences(circuit))
+    assert sorted(map(twist, foldings(moved))) == sorted(map(twist, foldings(circuit)))
+
+
+@settings(deadline=None)
+@given(circuits(even=True))
+def test_twist_changes_sign_under_reflection(circuit):
+    mirrored = Circuit(circuit.grid, tuple(-d % circuit.grid.directions for d in circuit.word))
+    signed = [gauss_linking(folding) for folding in foldings(circuit)]
+    assert [gauss_linking(folding) for folding in foldings(mirrored)] == [-lk for lk in signed]
+
+
+@given(circuits(even=True))
+def test_layers_hinges_and_assignment(circuit):
+    half = circuit.n // 2
+    for folding in foldings(circuit):
+        first, second = folding.stacks
+        assert sorted(first + second) == list(range(circuit.n))
+        assert [folding.layers[p] for p in first] == [folding.layers[p] for p in second] == list(range(half))
+        assert [k for k, a in enumerate(folding.assignment) if a == "flat"] == [folding.crease, folding.opposite]
+        for k, (assigned, face) in enumerate(zip(folding.assignment, folding.hinge_faces, strict=True)):
+            low, high = sorted((folding.layers[k], folding.layers[(k + 1) % circuit.n]))
+            if assigned == "flat":
+                assert low == high
+                continue
+            assert high == low + 1
+            # the lowest layer has its top face up, so the faces that meet above layer t are tops for even t
+            assert face == ("top" if low % 2 == 0 else "bottom")
+            assert assigned == ("valley" if face == "top" else "mountain")
+        kinds = folding.assignment
+        # thesis 3.1 says the numbers always differ by two; without the flat creases that holds for n = 0 mod 4 only
+        assert kinds.count("valley") - kinds.count("mountain") == (2 if circuit.n % 4 == 0 else 0)
+        assert {folding.hinge_faces[k] for k in (folding.crease, folding.opposite)} == (
+            {"bottom"} if circuit.n % 4 == 0 else {"top", "bottom"}
+        )
+
+
+@given(circuits(even=True))
+def test_all_foldings_of_a_circuit_have_the_same_twist(circuit):
+    # docs/theory.md, statement 10
+    assert len({twist(folding) for folding in foldings(circuit)}) <= 1
+
+
+@pytest.mark.parametrize("n", [12, 16, 20, 24, 28])
+def test_triangles_never_fold_untwisted_where_four_divides_n(n):
+    # docs/theory.md, statement 14
+    total, _, two_stack, untwisted = counts(PolygonSearch(GRIDS["triangle"], n))
+    assert untwisted == 0
+    assert two_stack > 0 or total < 10
+
+
+def test_full_rectangles_are_untwisted_and_one_of_them_has_circuits_that_do_not_fold():
+    # docs/theory.md, statements 12 and 13, and the counter-example on 8 x 7
+    for spec in ("4x3", "4x4", "5x4", "6x4", "6x6", "8x4", "8x5"):
+        _, free, two_stack, untwisted = counts(ArraySearch(parse_array(GRIDS["square"], spec)))
+        assert free == two_stack == untwisted
+    _, free, two_stack, untwisted = counts(ArraySearch(parse_array(GRIDS["square"], "8x7")))
+    assert (free, two_stack, untwisted) == (75547, 75545, 75545)
+
+
+def test_odd_circuits_do_not_fold():
+    assert len(fold(next(PolygonSearch(GRIDS["hex"], 9).batches()))) == 0
+
+
+def test_folding_by_either_crease_and_a_crease_that_does_not_fold():
+    circuit = next(circuit for circuit in enumerate_circuits("hex", n=6) if foldings(circuit))
+    folding = foldings(circuit)[0]
+    assert folding_of(circuit, folding.opposite) == folding == Folding(circuit, folding.crease)
+    assert str(folding) == f"{circuit}:{folding.crease}"
+    with pytest.raises(NotationError, match="its creases are"):
+        folding_of(Circuit.from_notation("hex:024"), 0)
