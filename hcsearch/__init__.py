@@ -2,7 +2,7 @@
 
 >>> from hcsearch import enumerate_circuits, foldings, twist
 >>> [[twist(folding) for folding in foldings(circuit)] for circuit in enumerate_circuits("hex", n=6)]
-[[0], [], [], []]
+[[], [0], [], []]
 
 Names are looked up on first use, so that the command line starts without loading what it does not need.
 """

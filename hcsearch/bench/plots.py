@@ -23,7 +23,7 @@ def plot_growth(listed: Sequence[ListingRow], growth: Sequence[GrowthRow], path:
         rows = [row for row in listed if row.grid == fit.grid]
         ns = [row.n for row in rows]
         colour = _COLOURS[fit.grid]
-        label = f"{fit.grid}: time ×{fit.seconds_factor:.2f}, circuits ×{fit.circuits_factor:.2f} a cell"
+        label = f"{fit.grid}: time x{fit.seconds_factor:.2f}, circuits x{fit.circuits_factor:.2f} a cell"
         label += f" (connective constant {fit.connective:.2f})"
         total.plot(ns, [row.list_s for row in rows], "o", color=colour, label=label)
         first, last = map(int, fit.points.split(".."))

@@ -57,7 +57,7 @@ def _shown(value: Any) -> str:
 
 def text(table: Table) -> str:
     """The table for a terminal."""
-    lines = shown(table).to_string(index=False, col_space=2)
+    lines = shown(table).to_string(index=False)
     return f"{table.title}\n{table.about}\n\n{lines}\n"
 
 

@@ -21,10 +21,10 @@ def bench() -> None:
     metavar="DIR",
     help="Folder for tables (CSV, Markdown), plots and machine.json.",
 )
-@click.option("--quick", is_flag=True, help="Small sizes, one run each: under a minute.")
+@click.option("--quick", is_flag=True, help="Small sizes, one run each: some seconds.")
 @click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="Runs to take medians of.")
 @click.option(
-    "--limit", type=click.FloatRange(min=0, min_open=True), help="Seconds for a peer.  [default: 60, quick: 3]"
+    "--limit", type=click.FloatRange(min=0, min_open=True), help="Seconds for a peer.  [default: 60, quick: 2]"
 )
 @click.option(
     "--json",

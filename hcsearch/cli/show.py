@@ -35,8 +35,9 @@ def show(design: str, db: str) -> None:
         with open_readonly(db) as database:
             row = find_design(database, name)
         circuit = Circuit.from_notation(row["circuit"])
+    chosen = foldings(circuit) if crease is None else [folding_of(circuit, crease)]
     _print_circuit(circuit, row)
-    for folding in foldings(circuit) if crease is None else [folding_of(circuit, crease)]:
+    for folding in chosen:
         _print_folding(folding)
 
 

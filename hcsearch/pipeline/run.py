@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import platform
+from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
+from itertools import islice
 from typing import TypeVar
 
 import numpy as np
@@ -147,26 +149,22 @@ def run_into(plan: Plan, database: Database, progress: Progress | None = None) -
 
 
 def _in_threads(work: Callable[[str], T], prefixes: list[str], jobs: int) -> Iterator[tuple[str, T]]:
-    """Results as they come; kernels run without the interpreter lock, and few results wait at a time."""
+    """Results in the order of the prefixes, so that a run stores the same whatever the number of threads.
+
+    Kernels run without the interpreter lock; few results wait at a time.
+    """
     with ThreadPoolExecutor(jobs) as pool:
-        waiting: dict[Future[T], str] = {}
+        waiting: deque[tuple[str, Future[T]]] = deque()
         todo = iter(prefixes)
         try:
-            for prefix in todo:
-                waiting[pool.submit(work, prefix)] = prefix
-                if len(waiting) < 2 * jobs:
-                    continue
-                yield from _finished(waiting)
-            while waiting:
-                yield from _finished(waiting)
+            while True:
+                waiting.extend((prefix, pool.submit(work, prefix)) for prefix in islice(todo, 4 * jobs - len(waiting)))
+                if not waiting:
+                    return
+                prefix, future = waiting.popleft()
+                yield prefix, future.result()
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _finished(waiting: dict[Future[T], str]) -> Iterator[tuple[str, T]]:
-    done, _ = wait(waiting, return_when=FIRST_COMPLETED)
-    for future in done:
-        yield waiting.pop(future), future.result()
 
 
 def _versions() -> dict[str, str]:

@@ -1,0 +1,63 @@
+import csv
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from hcsearch.cli import hcsearch
+from tests import golden
+
+
+@pytest.fixture(scope="module")
+def quick(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("bench")
+    arguments = ["bench", "enumeration", "--quick", "--limit", "2", "--output", str(folder / "out")]
+    result = CliRunner().invoke(hcsearch, [*arguments, "--json", str(folder / "all.json")], catch_exceptions=False)
+    assert result.exit_code == 0
+    return folder, result
+
+
+def test_files_are_there(quick):
+    folder, result = quick
+    names = {path.name for path in (folder / "out").iterdir()}
+    tables = {f"{name}.csv" for name in ("arrays", "listing", "growth", "jobs", "counting")}
+    assert names == tables | {"machine.json", "enumeration.md", "arrays.png", "growth.png"}
+    assert (folder / "out" / "growth.png").read_bytes().startswith(b"\x89PNG")
+    assert f"saved in {folder / 'out'}" in result.stdout
+
+
+def test_counts_are_the_published_ones(quick):
+    folder, _ = quick
+    data = json.loads((folder / "all.json").read_text())
+    published = golden.values("A003763", step=2)
+    counts = {(row["array"], row["circuits"]) for row in data["arrays"] + data["counting"] if not row["note"]}
+    assert counts == {("4x4", published[4]), ("6x6", published[6]), ("8x8", published[8])}
+    fixed = {
+        "hex": golden.values("A036418"),
+        "square": golden.values("A002931", step=2),
+        "triangle": golden.values("A006774", step=2),
+    }
+    for row in data["listing"]:
+        assert row["fixed"] == fixed[row["grid"]][row["n"]]
+        _, free, two_stack, untwisted = golden.FOLDABLE.get((row["grid"], row["n"]), (0, *[None] * 3))
+        assert free in (None, row["free"])
+        assert two_stack in (None, row["two_stack"])
+        assert untwisted in (None, row["untwisted"])
+    assert {row["jobs"] for row in data["jobs"]} == {1, 2}
+
+
+def test_a_peer_that_does_not_finish_is_in_the_table(quick):
+    folder, result = quick
+    with (folder / "out" / "arrays.csv").open() as file:
+        rows = {(row["array"], row["engine"]): row for row in csv.DictReader(file)}
+    assert rows["6x6", "networkx"]["note"] == "over 2 s"
+    assert rows["6x6", "networkx"]["circuits"] == ""
+    assert "over 2 s" in result.stdout
+
+
+def test_the_machine_is_named(quick):
+    folder, result = quick
+    machine = json.loads((folder / "out" / "machine.json").read_text())
+    assert {"python", "numba", "numpy", "networkx", "graphillion", "hcsearch"} <= set(machine["versions"])
+    assert machine["processor"] in result.stdout
+    assert machine["processor"] in (folder / "out" / "enumeration.md").read_text()

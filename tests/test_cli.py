@@ -1,0 +1,330 @@
+"""The command line as a person meets it: real processes, real files."""
+
+import csv
+import io
+import json
+import os
+import re
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+ENUMERATE_HEX_10 = ("enumerate", "--grid", "hex", "--n", "10", "--db", "d.sqlite")
+
+
+@pytest.fixture
+def run(tmp_path):
+    def call(*words, code=0, env=None):
+        done = subprocess.run(
+            [sys.executable, "-m", "hcsearch", *words],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=300,
+            env=os.environ | (env or {}),
+            check=False,
+        )
+        assert done.returncode == code, done.stderr + done.stdout
+        assert "Traceback" not in done.stderr
+        return done
+
+    return call
+
+
+@pytest.fixture(scope="session")
+def stored_hexagons(tmp_path_factory):
+    """A database with the designs of ten hexagons."""
+    folder = tmp_path_factory.mktemp("hexagons")
+    subprocess.run([sys.executable, "-m", "hcsearch", *ENUMERATE_HEX_10], cwd=folder, capture_output=True, check=True)
+    return folder / "d.sqlite"
+
+
+@pytest.fixture
+def hexagons(stored_hexagons, tmp_path):
+    """A copy of that database, as d.sqlite in the test's own folder."""
+    return shutil.copy(stored_hexagons, tmp_path)
+
+
+def funnel(output):
+    """Numbers of a funnel by label."""
+    found = re.findall(r"^  ([\w\- ()]+?) {2,}([\d,]+|-)$", output, re.MULTILINE)
+    return {label: None if number == "-" else int(number.replace(",", "")) for label, number in found}
+
+
+def rows(done):
+    return list(csv.reader(io.StringIO(done.stdout)))[1:]
+
+
+def test_the_main_job(run):
+    done = run("enumerate", "--grid", "hex", "--n", "12", "--until", "twist", "--db", "a.sqlite")
+    numbers = funnel(done.stdout)
+    assert list(numbers.values()) == [13265, 1175, 625, 239, 88, None]
+    assert done.stderr == ""
+    sql = "SELECT count(*), sum(n_fixed), sum(two_stack), sum(untwisted), count(DISTINCT array) FROM designs"
+    result = run("query", "--db", "a.sqlite", "--sql", sql, "--format", "csv")
+    assert rows(result) == [["1175", "13265", "239", "88", "625"]]
+
+
+@pytest.mark.parametrize(
+    ("grid", "spec", "expected"),
+    [("square", "6x5", ["44", "154", "43", "43"]), ("hex", "4-4-4", ["6", "12", "2", "0"])],
+)
+def test_one_array(run, grid, spec, expected):
+    run("enumerate", "--grid", grid, "--array", spec, "--db", "a.sqlite", "--panel", "50x40x6")
+    sql = "SELECT count(*), sum(orbit_size), sum(two_stack), sum(untwisted) FROM designs"
+    assert rows(run("query", "--db", "a.sqlite", "--sql", sql, "--format", "csv")) == [expected]
+    sql = "SELECT panel, fixed_circuits FROM runs"
+    assert rows(run("query", "--db", "a.sqlite", "--sql", sql, "--format", "csv")) == [["50x40x6", expected[1]]]
+
+
+def test_runs_add_up_and_repeat_nothing(run):
+    first = run(*ENUMERATE_HEX_10)
+    again = run(*ENUMERATE_HEX_10)
+    assert "0 taken from before" in first.stdout
+    assert re.search(r"batches: 0 done, [1-9]\d* taken from before", again.stdout)
+    assert funnel(first.stdout) == funnel(again.stdout)
+    run("enumerate", "--grid", "hex", "--n", "8", "--db", "d.sqlite")
+    run("enumerate", "--grid", "hex", "--array", "3-4-3", "--db", "d.sqlite")
+    sql = "SELECT n, count(*), count(DISTINCT circuit) FROM designs GROUP BY n"
+    assert rows(run("query", "--db", "d.sqlite", "--sql", sql, "--format", "csv")) == [
+        ["8", "16", "16"],
+        ["10", "120", "120"],
+    ]
+
+
+def test_an_array_first_and_then_all_arrays(run):
+    run("enumerate", "--grid", "hex", "--array", "3-4-3", "--db", "d.sqlite")
+    run(*ENUMERATE_HEX_10)
+    done = run("query", "--db", "d.sqlite", "n=10 untwisted", "-c", "id,n_foldings,n_untwisted", "--format", "csv")
+    assert len(rows(done)) == 25
+    sql = "SELECT count(*), sum(untwisted) FROM foldings"
+    assert rows(run("query", "--db", "d.sqlite", "--sql", sql, "--format", "csv")) == [["48", "40"]]
+
+
+def test_a_later_stage_fills_in_what_is_missing(run):
+    run(*ENUMERATE_HEX_10, "--until", "circuits")
+    sql = "SELECT count(two_stack), count(untwisted), count(status) FROM designs"
+    assert rows(run("query", "--db", "d.sqlite", "--sql", sql, "--format", "csv")) == [["0", "0", "0"]]
+    run(*ENUMERATE_HEX_10, "--until", "foldings")
+    assert rows(run("query", "--db", "d.sqlite", "--sql", sql, "--format", "csv"))[0][:2] == ["120", "0"]
+    run(*ENUMERATE_HEX_10)
+    sql = "SELECT sum(two_stack), sum(untwisted), count(status), count(*) FROM designs"
+    assert rows(run("query", "--db", "d.sqlite", "--sql", sql, "--format", "csv")) == [["32", "25", "95", "120"]]
+
+
+@pytest.mark.parametrize(("keep", "stored", "arrays"), [("two-stack", 32, 32), ("untwisted", 25, 25)])
+def test_keep(run, keep, stored, arrays):
+    done = run(*ENUMERATE_HEX_10, "--keep", keep)
+    dry = run(*ENUMERATE_HEX_10, "--keep", keep, "--dry-run")
+    assert funnel(done.stdout) == funnel(dry.stdout)
+    numbers = funnel(done.stdout)
+    assert numbers["non-isomorphic circuits"] == 120
+    assert 0 < numbers[f"arrays ({keep})"] <= arrays
+    sql = "SELECT count(*), count(DISTINCT array) FROM designs"
+    result = rows(run("query", "--db", "d.sqlite", "--sql", sql, "--format", "csv"))
+    assert result == [[str(stored), str(numbers[f"arrays ({keep})"])]]
+
+
+@pytest.mark.parametrize("jobs", ["1", "3"])
+def test_jobs_and_dry_run_change_no_number(run, tmp_path, jobs):
+    dry = run("enumerate", "--grid", "square", "--n", "16", "--dry-run", "--jobs", jobs)
+    assert not list(tmp_path.iterdir())
+    assert list(funnel(dry.stdout).values())[:3] == [2938, 414, 397]
+
+
+@pytest.mark.parametrize(
+    ("words", "numbers"),
+    [
+        (("--grid", "hex", "--n", "9"), [380, 37, 29, 0, 0, None]),
+        (("--grid", "triangle", "--n", "8"), [0, 0, 0, 0, 0, None]),
+        (("--grid", "square", "--n", "7"), [0, 0, 0, 0, 0, None]),
+        (("--grid", "square", "--array", "5x5"), [0, 0, 0, 0, 0, None]),
+        (("--grid", "square", "--array", "1x1"), [0, 0, 0, 0, 0, None]),
+    ],
+)
+def test_nothing_found_is_a_result(run, words, numbers):
+    assert list(funnel(run("enumerate", *words, "--db", "d.sqlite").stdout).values()) == numbers
+
+
+def test_count(run):
+    assert (
+        "circuits           4638576\nup to symmetry     580717"
+        in run("count", "--grid", "square", "--array", "8x8").stdout
+    )
+    assert "fixed circuits     13265\nup to symmetry     1175" in run("count", "--grid", "hex", "--n", "12").stdout
+
+
+@pytest.mark.usefixtures("hexagons")
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("enumerate", "--grid", "octagon", "--n", "6"), "'octagon' is not one of"),
+        (("enumerate", "--grid", "hex", "--n", "2"), "at least 3 panels"),
+        (("enumerate", "--grid", "hex", "--n", "-4"), "at least 3 panels"),
+        (("enumerate", "--grid", "hex", "--n", "1000"), "too large"),
+        (("enumerate", "--grid", "hex", "--n", "many"), "not a valid integer"),
+        (("enumerate", "--grid", "hex"), "either --n N"),
+        (("enumerate", "--grid", "hex", "--n", "6", "--array", "h2"), "either --n N"),
+        (("enumerate", "--grid", "hex", "--n", "6", "--until", "mobility"), "not built yet"),
+        (("enumerate", "--grid", "hex", "--n", "6", "--until", "magic"), "unknown"),
+        (("enumerate", "--grid", "hex", "--n", "6", "--until", "circuits", "--keep", "untwisted"), "--until twist"),
+        (("enumerate", "--grid", "hex", "--n", "6", "--panel", "50x40"), "length x width x thickness"),
+        (("enumerate", "--grid", "hex", "--n", "6", "--panel", "50x0x6"), "length x width x thickness"),
+        (("enumerate", "--grid", "hex", "--n", "6", "--jobs", "0"), "--jobs"),
+        (("enumerate", "--grid", "square", "--array", "12x12"), "too many to store"),
+        (("enumerate", "--grid", "square", "--array", "40x40"), "too wide"),
+        (("enumerate", "--grid", "square", "--array", "@cells.txt"), "not connected"),
+        (("enumerate", "--grid", "square", "--array", "@twice.txt"), "given twice"),
+        (("enumerate", "--grid", "square", "--array", "@missing.txt"), "cannot read"),
+        (("enumerate", "--grid", "square", "--array", "square:zz"), "malformed array"),
+        (("enumerate", "--grid", "hex", "--n", "6", "--db", "no/such/folder/d.sqlite"), "folder"),
+        (("enumerate", "--grid", "hex", "--n", "6", "--db", "cells.txt"), "database"),
+        (("enumerate", "--grid", "hex", "--n", "6", "--db", "foreign.sqlite"), "foreign.sqlite"),
+        (("query", "--db", "nothing.sqlite"), "nothing.sqlite"),
+        (("query", "--db", "d.sqlite", "size=3"), "size"),
+        (("query", "--db", "d.sqlite", "n=twelve"), "twelve"),
+        (("query", "--db", "d.sqlite", "n=10", "--sql", "SELECT 1"), "--sql stands alone"),
+        (("query", "--db", "d.sqlite", "--sql", "DELETE FROM runs"), "write one SELECT"),
+        (("query", "--db", "d.sqlite", "--sql", "ATTACH 'x.sqlite' AS x"), "read-only"),
+        (("query", "--db", "d.sqlite", "--sql", "PRAGMA writable_schema=1"), "read-only"),
+        (("show", "--db", "d.sqlite", "99999"), "no design"),
+        (("show", "--db", "d.sqlite", "hex:012"), "does not close"),
+        (("show", "--db", "d.sqlite", "one:two:three"), "malformed design"),
+        (("show", "hex:024:1"), "no two-stack folding"),
+        (("report", "--db", "d.sqlite", "--output", "cells.txt/r.html"), "r.html"),
+        (("fold",), "No such command"),
+    ],
+)
+def test_bad_input_is_one_line_and_changes_nothing(run, tmp_path, words, message):
+    (tmp_path / "cells.txt").write_text("0 0\n5 5\n")
+    (tmp_path / "twice.txt").write_text("0 0\n0 1\n0 0\n")
+    foreign = sqlite3.connect(tmp_path / "foreign.sqlite")
+    foreign.execute("CREATE TABLE mine (x)")
+    foreign.close()
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    done = run(*words, code=2)
+    assert message in done.stderr
+    assert done.stderr.startswith("hcsearch: ")
+    assert done.stderr.count("\n") == 1
+    assert done.stdout == ""
+    after = {path.name: path.read_bytes() for path in tmp_path.iterdir() if not path.name.endswith(("-wal", "-shm"))}
+    assert after == before
+
+
+@pytest.mark.usefixtures("hexagons")
+def test_query_formats_and_order(run):
+    words = ("query", "--db", "d.sqlite", "n=10 n_foldings>=0", "-c", "id,min_twist,symmetry")
+    table = run(*words, "-s", "-min_twist,id", "--limit", "200").stdout.splitlines()
+    assert table[0].split() == ["id", "min_twist", "symmetry"]
+    assert table[-1].split()[1] == "-"
+    data = json.loads(run(*words, "-s", "min_twist", "--format", "json").stdout)
+    assert len(data) == 120
+    assert data[0]["min_twist"] == 0
+    assert data[-1]["min_twist"] is None
+    assert run(*words, "--limit", "1", "--format", "markdown").stdout.startswith("|")
+    assert run("query", "min_twist=0", "-c", "n", "--format", "csv", env={"HCSEARCH_DB": "d.sqlite"}).stdout == (
+        "n\n" + "10\n" * 25
+    )
+
+
+@pytest.mark.usefixtures("hexagons")
+def test_show_a_design_and_a_folding(run):
+    (row,) = rows(
+        run(
+            "query", "--db", "d.sqlite", "untwisted n_foldings=2", "-c", "id,circuit", "--limit", "1", "--format", "csv"
+        )
+    )
+    by_id = run("show", "--db", "d.sqlite", row[0]).stdout
+    assert by_id.count("twist 0") == 2
+    assert f"circuit         {row[1]}" in by_id
+    by_notation = run("show", row[1]).stdout
+    assert [line for line in by_id.splitlines() if not line.startswith(("id ", "status", "deployable"))] == (
+        by_notation.splitlines()
+    )
+    crease = re.search(r"folding (\d+)", by_id).group(1)
+    assert run("show", "--db", "d.sqlite", f"{row[0]}:{crease}").stdout.count("folding ") == 1
+
+
+@pytest.mark.usefixtures("hexagons")
+def test_report(run, tmp_path):
+    done = run("report", "n=10 two_stack", "--db", "d.sqlite", "--output", "pages/r.html")
+    page = (tmp_path / done.stdout.strip()).read_text(encoding="utf-8")
+    assert page.count("<svg") >= 32
+
+
+def test_two_enumerations_into_one_new_database_at_the_same_time(tmp_path):
+    command = [sys.executable, "-m", "hcsearch", "enumerate", "--grid", "hex", "--db", "both.sqlite", "--n"]
+    both = [
+        subprocess.Popen([*command, n], cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
+        for n in ("13", "12")
+    ]
+    for process in both:
+        assert process.communicate(timeout=300)[1] == b""
+        assert process.returncode == 0
+    with sqlite3.connect(tmp_path / "both.sqlite") as database:
+        found = database.execute("SELECT n, count(*), sum(n_fixed) FROM designs GROUP BY n ORDER BY n").fetchall()
+    database.close()
+    assert found == [(12, 1175, 13265), (13, 3807, 45144)]
+
+
+def test_a_killed_run_goes_on_where_it_stopped(run, tmp_path):
+    words = ("enumerate", "--grid", "hex", "--n", "16", "--until", "twist", "--db", "k.sqlite", "--jobs", "2")
+    killed = 0
+    while killed < 4:
+        process = subprocess.Popen([sys.executable, "-m", "hcsearch", *words], cwd=tmp_path, stdout=subprocess.DEVNULL)
+        # kill only once this process has stored something new, so that every round gets further
+        wait_for_batches(tmp_path / "k.sqlite", more_than=stored_batches(tmp_path / "k.sqlite"), process=process)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        killed += 1
+    before = stored_batches(tmp_path / "k.sqlite")
+    done = run(*words)
+    assert list(funnel(done.stdout).values())[:2] == [1930635, 161705]
+    reused = int(re.search(r"(\d+) taken from before", done.stdout).group(1))
+    assert reused >= before > 0
+    sql = "SELECT count(*), sum(n_fixed), count(two_stack), count(untwisted) FROM designs"
+    assert rows(run("query", "--db", "k.sqlite", "--sql", sql, "--format", "csv")) == [
+        ["161705", "1930635", "161705", "161705"]
+    ]
+
+
+def stored_batches(path: Path) -> int:
+    if not path.exists():
+        return 0
+    database = sqlite3.connect(path, timeout=30)
+    try:
+        return database.execute("SELECT count(DISTINCT prefix) FROM batch").fetchone()[0]
+    except sqlite3.OperationalError:  # not created yet
+        return 0
+    finally:
+        database.close()
+
+
+def wait_for_batches(path: Path, *, more_than: int, process: subprocess.Popen) -> None:
+    end = time.monotonic() + 120
+    while stored_batches(path) <= more_than:
+        assert process.poll() is None, "the run ended before it could be killed"
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+@pytest.mark.usefixtures("hexagons")
+def test_a_closed_pipe_ends_quietly(tmp_path):
+    command = f"{sys.executable} -m hcsearch query --db d.sqlite -c circuit | head -n 1"
+    done = subprocess.run(command, shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.split() == ["circuit"]
+    assert done.stderr == ""
+
+
+def test_help_and_version_do_not_load_the_engine():
+    code = "import sys, hcsearch.cli; print([m for m in ('numpy', 'numba', 'sqlalchemy') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+    done = subprocess.run([sys.executable, "-m", "hcsearch", "--version"], capture_output=True, text=True, check=True)
+    assert re.fullmatch(r"hcsearch, version \d+\.\d+\.\d+\n", done.stdout)

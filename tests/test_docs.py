@@ -1,0 +1,78 @@
+"""What the documents show is what the program does."""
+
+import doctest
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import hcsearch
+from hcsearch.cli import hcsearch as command_line
+
+ROOT = Path(__file__).parent.parent
+DOCUMENTS = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md"), ROOT / "db" / "README.md"])
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_python_examples(document):
+    failed, _ = doctest.testfile(str(document), module_relative=False, optionflags=doctest.NORMALIZE_WHITESPACE)
+    assert failed == 0
+
+
+def test_examples_in_the_package_docstring():
+    failed, tried = doctest.testmod(hcsearch)
+    assert tried > 0
+    assert failed == 0
+
+
+def shell_examples(document):
+    """(command, expected output) of every ```console block of a document, in order."""
+    for block in re.findall(r"```console\n(.*?)```", document.read_text(encoding="utf-8"), re.DOTALL):
+        for chunk in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
+            command, _, output = chunk.partition("\n")
+            yield command, output
+
+
+def test_shell_examples_of_the_readme(tmp_path):
+    examples = list(shell_examples(ROOT / "README.md"))
+    assert examples
+    for command, expected in examples:
+        words = shlex.split(command)
+        assert words[0] == "hcsearch"
+        done = subprocess.run(
+            [sys.executable, "-m", *words], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=True
+        )
+        # times differ from run to run; everything else is as shown
+        timeless = re.compile(r"\d+\.\d\d s")
+        assert timeless.sub("_", done.stdout) == timeless.sub("_", expected), command
+
+
+@pytest.mark.parametrize("name", [None, *command_line.commands])
+def test_every_command_has_help_with_an_example(name):
+    result = CliRunner().invoke(command_line, [*([name] if name else []), "--help"])
+    assert result.exit_code == 0
+    assert "Example: hcsearch" in " ".join(result.output.split())
+
+
+def test_every_runtime_dependency_is_in_the_readme_with_its_reason():
+    text = (ROOT / "README.md").read_text(encoding="utf-8").lower()
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    listed = re.search(r"^dependencies = \[(.*?)\]", project, re.DOTALL | re.MULTILINE)
+    names = re.findall(r'"([a-z0-9-]+)', listed.group(1))
+    assert names
+    for name in names:
+        assert re.search(rf"^\| {name} \|.+\|$", text, re.MULTILINE), name
+
+
+def test_changelog_names_the_version():
+    assert hcsearch_version() in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+
+
+def hcsearch_version():
+    from importlib.metadata import version
+
+    return version("hcsearch")
