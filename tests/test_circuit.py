@@ -46,8 +46,7 @@ def test_kernels_agree_with_the_plain_forms(data):
     canonicalise(words, grid.directions, len(grid.first_directions), found, symmetry)
     assert (tuple(found[0]), symmetry[0]) == (circuit.canonical().word, circuit.symmetry)
     rows, heights, order = np.empty(words.shape, np.uint64), np.empty(1, np.int64), np.empty(1, np.int16)
-    signs, offsets = np.array([(i.sign, i.offset) for i in grid.point_group]).T
-    array_rows(words, signs.copy(), offsets.copy(), np.array(grid.steps), grid.is_triangle, rows, heights, order)
+    array_rows(words, np.array(grid.row_moves), 2 if grid.is_triangle else 1, rows, heights, order)
     prefix = np.frombuffer(f"{grid.name}:".encode(), np.uint8)
     text = np.zeros((1, len(prefix) + 2 * circuit.n), np.uint8)
     length = write_rows(rows, heights, prefix, text)

@@ -166,7 +166,7 @@ def test_hexagon_of_side_five():
     assert count_array(parse_array(GRIDS["hex"], "h5")).circuits == total
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(arrays(max_cells=16))
 def test_array_listing_and_counting_against_the_naive_walk(array):
     everything = naive.hamiltonian_circuits(array)
@@ -180,7 +180,7 @@ def test_array_listing_and_counting_against_the_naive_walk(array):
     assert all(circuit.array.canonical() == array.canonical() for circuit in listed_circuits)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(arrays(grids=("square", "hex", "triangle"), max_cells=14))
 def test_the_frontier_graph_never_dies_after_its_dead_states_are_left_out(array):
     search = ArraySearch(array)

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hcsearch.circuit import Circuit
@@ -54,7 +54,6 @@ def test_ten_hexagons_have_a_circuit_with_two_adjacent_untwisted_foldings():
     assert any(len(c) == 2 and c[1][0] - c[0][0] in (1, 4) and {t for _, t in c} == {0} for c in creases)
 
 
-@settings(deadline=None)
 @given(st.data())
 def test_foldings_are_those_whose_reflected_edges_coincide(data):
     circuit = data.draw(congruences(data.draw(circuits())))
@@ -63,14 +62,12 @@ def test_foldings_are_those_whose_reflected_edges_coincide(data):
     assert found == list(naive.creases_with_opposite_image(circuit))
 
 
-@settings(deadline=None)
 @given(circuits(even=True))
 def test_twist_is_the_gauss_linking_number(circuit):
     for folding in foldings(circuit):
         assert abs(gauss_linking(folding)) == twist(folding)
 
 
-@settings(deadline=None)
 @given(st.data())
 def test_number_of_foldings_and_twists_do_not_depend_on_the_way_a_circuit_is_given(data):
     circuit = data.draw(circuits(even=True))
@@ -78,7 +75,6 @@ def test_number_of_foldings_and_twists_do_not_depend_on_the_way_a_circuit_is_giv
     assert sorted(map(twist, foldings(moved))) == sorted(map(twist, foldings(circuit)))
 
 
-@settings(deadline=None)
 @given(circuits(even=True))
 def test_twist_changes_sign_under_reflection(circuit):
     mirrored = Circuit(circuit.grid, tuple(-d % circuit.grid.directions for d in circuit.word))

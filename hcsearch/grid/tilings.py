@@ -87,6 +87,22 @@ class Grid:
             return ((x - 1 - u) // 3, (y - 1 - u) // 3, u)
         return (x, y)
 
+    @property
+    def row_moves(self) -> list[list[tuple[int, int, int]]]:
+        """For each element of the point group and each direction: what a step adds to the column of bits and the row.
+
+        Columns are those of `Array.rows`; the third number is the column, modulo the columns of a cell, that a step in
+        the direction leaves from.
+        """
+        if self.is_triangle:
+            moves = [(1 if d % 2 == 0 else -1, {1: 1, 4: -1}.get(d, 0), d % 2) for d in range(6)]
+            moves[2], moves[5] = (-1, 0, 0), (1, 0, 1)
+        else:
+            moves = [(x, y, 0) for x, y in self.steps]
+        return [
+            [moves[(g.sign * d + g.offset) % self.directions] for d in range(self.directions)] for g in self.point_group
+        ]
+
     def neighbours(self, point: Point) -> Iterator[tuple[int, Point]]:
         """Directions and lattice points of the cells that share an edge with the cell at `point`."""
         parity = (point[0] % 3 - 1, 2) if self.is_triangle else (0, 1)

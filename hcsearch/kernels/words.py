@@ -90,72 +90,67 @@ def canonicalise(
 @compiled
 def array_rows(
     words: NDArray[np.int8],
-    signs: NDArray[np.int64],
-    offsets: NDArray[np.int64],
     moves: NDArray[np.int64],
-    triangle: bool,
+    bits: int,
     rows: NDArray[np.uint64],
     heights: NDArray[np.int64],
     symmetry: NDArray[np.int16],
 ) -> None:
     """Write the canonical array of each circuit as rows of bits (`Array.rows`), and the order of its symmetry group.
 
-    signs, offsets : the point group, direction i goes to signs * i + offsets.
-    moves : shape (directions, 2), the lattice move of each direction.
+    moves : shape (order of the point group, directions, 3), `Grid.row_moves`: what a step adds to the column of bits
+            and to the row in each image of the grid, and the column modulo `bits` of a cell that it leaves.
+    bits : columns that a cell coordinate takes, 2 for triangles, else 1.
     """
     n_words, n = words.shape
-    directions = len(moves)
-    x = np.empty(n, np.int64)
-    y = np.empty(n, np.int64)
-    image = np.zeros(n + 1, np.uint64)
+    n_images = len(moves)
+    column = np.empty(n, np.int64)
+    level = np.empty(n, np.int64)
+    low = np.empty(n_images, np.int64)
+    height = np.empty(n_images, np.int64)
+    image = np.zeros(n, np.uint64)
     one = np.uint64(1)
     for row in range(n_words):
-        best_height = np.int64(n + 1)
+        least = n + 1
+        for g in range(n_images):  # rows alone first: few images have the fewest
+            y, bottom, top = 0, 0, 0
+            for k in range(n):
+                y += moves[g, words[row, k], 1]
+                bottom = min(bottom, y)
+                top = max(top, y)
+            low[g] = bottom
+            height[g] = top - bottom + 1
+            least = min(least, height[g])
         ties = 0
-        for g in range(len(signs)):
-            px = py = np.int64(0)
-            if triangle:
-                px = py = 1 + (signs[g] * words[row, 0] + offsets[g]) % 2
-            low_x = high_y = low_y = np.int64(0)
-            for k in range(n):
-                cx, cy, u = px, py, np.int64(0)
-                if triangle:
-                    u = px % 3 - 1
-                    cx = (px - 1 - u) // 3
-                    cy = (py - 1 - u) // 3
-                if k == 0:
-                    low_x, low_y, high_y = cx, cy, cy
-                low_x = min(low_x, cx)
-                low_y = min(low_y, cy)
-                high_y = max(high_y, cy)
-                x[k] = 2 * cx + u if triangle else cx
-                y[k] = cy
-                d = (signs[g] * words[row, k] + offsets[g]) % directions
-                px += moves[d, 0]
-                py += moves[d, 1]
-            height = high_y - low_y + 1
-            if height > best_height:
+        for g in range(n_images):
+            if height[g] != least:
                 continue
-            if triangle:
-                low_x *= 2
-            image[:height] = 0
+            x = moves[g, words[row, 0], 2]
+            left, y = x, 0
             for k in range(n):
-                image[y[k] - low_y] |= one << np.uint64(x[k] - low_x)
-            less = height < best_height
-            equal = height == best_height
+                column[k] = x
+                level[k] = y - low[g]
+                left = min(left, x)
+                x += moves[g, words[row, k], 0]
+                y += moves[g, words[row, k], 1]
+            left -= left % bits
+            image[:least] = 0
+            for k in range(n):
+                image[level[k]] |= one << np.uint64(column[k] - left)
+            less = ties == 0
+            equal = not less
             if equal:
-                for k in range(height):
+                for k in range(least):
                     if image[k] != rows[row, k]:
                         less = image[k] < rows[row, k]
                         equal = False
                         break
             if less:
-                rows[row, :height] = image[:height]
-                best_height = height
+                rows[row, :least] = image[:least]
                 ties = 1
             elif equal:
                 ties += 1
-        heights[row] = best_height
+        heights[row] = least
         symmetry[row] = ties
 
 
@@ -201,3 +196,21 @@ def fingerprint_rows(rows: NDArray[np.uint64], heights: NDArray[np.int64], found
                 h *= np.uint64(0x94D049BB133111EB) + np.uint64(2 * half)
                 h ^= h >> np.uint64(31)
             found[i, half] = h
+
+
+@compiled
+def insert_fingerprints(found: NDArray[np.uint64], table: NDArray[np.uint64]) -> int:
+    """Put fingerprints into a hash table (0, 0 is a free place; room for all); return how many were not there."""
+    mask = np.uint64(len(table) - 1)
+    fresh = 0
+    for i in range(len(found)):
+        at = found[i, 0] & mask
+        while table[at, 0] != 0 or table[at, 1] != 0:
+            if table[at, 0] == found[i, 0] and table[at, 1] == found[i, 1]:
+                break
+            at = (at + np.uint64(1)) & mask
+        else:
+            table[at, 0] = found[i, 0]
+            table[at, 1] = found[i, 1]
+            fresh += 1
+    return fresh

@@ -104,6 +104,8 @@ def design_rows(search: Search, unit: UnitResult) -> DesignBatch:
 
 def array_fingerprints(search: Search, circuits: CircuitBatch) -> NDArray[np.uint64]:
     """A 128-bit fingerprint of each circuit's array up to congruence, shape (n_circuits, 2)."""
+    if search.target:  # one array, of any width
+        return np.ones((min(len(circuits), 1), 2), np.uint64)
     rows, heights, _ = _canonical_arrays(search.grid, circuits)
     found = np.empty((len(circuits), 2), np.uint64)
     fingerprint_rows(rows, heights, found)
@@ -115,9 +117,8 @@ def _canonical_arrays(
 ) -> tuple[NDArray[np.uint64], NDArray[np.int64], NDArray[np.int16]]:
     rows = np.empty(circuits.words.shape, np.uint64)
     heights, symmetry = np.empty(len(circuits), np.int64), np.empty(len(circuits), np.int16)
-    signs = np.array([isometry.sign for isometry in grid.point_group])
-    offsets = np.array([isometry.offset for isometry in grid.point_group])
-    array_rows(circuits.words, signs, offsets, np.array(grid.steps), grid.is_triangle, rows, heights, symmetry)
+    bits = 2 if grid.is_triangle else 1
+    array_rows(circuits.words, np.array(grid.row_moves), bits, rows, heights, symmetry)
     return rows, heights, symmetry
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.enumeration import Search
+from hcsearch.kernels.words import insert_fingerprints
 from hcsearch.pipeline.designs import UnitResult, array_fingerprints, design_rows, run_unit
 from hcsearch.pipeline.stages import check_keep, stages_until
 from hcsearch.records import DesignBatch, StageResult, Work
@@ -90,28 +91,37 @@ class _Totals:
 
 
 def run_dry(plan: Plan, progress: Progress | None = None) -> Summary:
-    """Run the stages without a database. Memory grows only by 16 bytes an array, to count different ones."""
+    """Run the stages without a database. Memory grows only with the number of arrays, to count different ones."""
     stages = stages_until(plan.until)
     totals = _Totals()
-    seen = np.empty((0, 2), np.uint64)
+    arrays = _DistinctArrays()
     prefixes = plan.search.prefixes
 
     def work(prefix: str) -> tuple[UnitResult, NDArray[np.uint64]]:
         unit = run_unit(plan.search, prefix, stages, plan.keep)
-        if plan.search.target:  # one array only
-            return unit, np.zeros((min(len(unit.circuits), 1), 2), np.uint64)
-        return unit, np.unique(array_fingerprints(plan.search, unit.circuits), axis=0)
+        return unit, array_fingerprints(plan.search, unit.circuits)
 
-    fresh: list[NDArray[np.uint64]] = [seen]
     for done, (_, (unit, prints)) in enumerate(_in_threads(work, prefixes, plan.jobs), 1):
         totals.add(unit.results, fresh=True)
-        fresh.append(prints)
-        if sum(map(len, fresh[1:])) > max(len(fresh[0]), 1 << 18):
-            fresh = [np.unique(np.concatenate(fresh), axis=0)]
+        arrays.add(prints)
         if progress is not None:
             progress(done, len(prefixes), totals.passed["circuits"])
-    arrays = len(np.unique(np.concatenate(fresh), axis=0))
-    return Summary(totals.funnel(stages, arrays), totals.seconds, len(prefixes), 0)
+    return Summary(totals.funnel(stages, arrays.count), totals.seconds, len(prefixes), 0)
+
+
+class _DistinctArrays:
+    """Counts different arrays by their fingerprints: 32 to 64 bytes an array."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._table = np.zeros((1 << 12, 2), np.uint64)
+
+    def add(self, prints: NDArray[np.uint64]) -> None:
+        if 2 * (self.count + len(prints)) > len(self._table):
+            old = self._table[self._table.any(axis=1)]
+            self._table = np.zeros((1 << (4 * (self.count + len(prints))).bit_length(), 2), np.uint64)
+            insert_fingerprints(old, self._table)
+        self.count += insert_fingerprints(prints, self._table)
 
 
 def run_into(plan: Plan, database: Database, progress: Progress | None = None) -> Summary:

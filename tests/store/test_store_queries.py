@@ -108,7 +108,7 @@ def test_null_satisfies_no_condition(reader):
 
 
 @given(st.text(max_size=30))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_any_text_is_a_query_or_a_refusal(reader, text):
     try:
         found = select(reader, text).rows
@@ -118,7 +118,7 @@ def test_any_text_is_a_query_or_a_refusal(reader, text):
 
 
 @given(st.text(st.characters(exclude_categories=["Z", "C"]), max_size=30))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_any_value_is_only_compared(reader, value):
     if value and value[0] not in "=<>!":
         expected = sum(row["grid"] == value for row in rows(reader)[:45])
