@@ -1,15 +1,20 @@
 """The command line as a person meets it: real processes, real files."""
 
+import contextlib
 import csv
+import fcntl
 import io
 import json
 import os
+import pty
 import re
 import shutil
 import signal
 import sqlite3
+import struct
 import subprocess
 import sys
+import termios
 import time
 from pathlib import Path
 
@@ -328,3 +333,49 @@ def test_help_and_version_do_not_load_the_engine():
     assert done.stdout.strip() == "[]"
     done = subprocess.run([sys.executable, "-m", "hcsearch", "--version"], capture_output=True, text=True, check=True)
     assert re.fullmatch(r"hcsearch, version \d+\.\d+\.\d+\n", done.stdout)
+
+
+def on_a_terminal(words):
+    """Run the command on a pseudo-terminal of 110 columns; return all it wrote there."""
+    process, terminal = pty.fork()
+    if process == 0:
+        fcntl.ioctl(0, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 110, 0, 0))
+        os.execv(sys.executable, [sys.executable, "-m", "hcsearch", *words])
+    written = b""
+    with contextlib.suppress(OSError):  # the terminal's end
+        while block := os.read(terminal, 4096):
+            written += block
+    assert os.waitpid(process, 0)[1] == 0
+    return written.decode()
+
+
+def test_progress_with_rate_and_remaining_time_on_a_terminal():
+    shown = on_a_terminal(["enumerate", "--grid", "hex", "--n", "16", "--dry-run"])
+    assert re.search(r"\d+%\|.*\| \d+/\d+ \[\d\d:\d\d<\d\d:\d\d, .*batch/s, [\d,]+ circuits\]", shown)
+    assert "161,705" in shown
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_says_how_to_go_on(run, tmp_path, number):
+    words = ("enumerate", "--grid", "hex", "--n", "17", "--db", "i.sqlite")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "hcsearch", *words],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+        # a test run in the background ignores the interrupt, and its children would too
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509 - no threads here
+    )
+    wait_for_batches(tmp_path / "i.sqlite", more_than=3, process=process)
+    process.send_signal(number)
+    _, said = process.communicate(timeout=60)
+    if number == signal.SIGINT:
+        assert process.returncode == 130
+        assert said.strip() == (
+            "hcsearch: interrupted; an enumeration goes on from its finished batches when it is run again"
+        )
+    else:
+        assert process.returncode == -signal.SIGTERM
+    done = run(*words)
+    assert list(funnel(done.stdout).values())[:2] == [6897210, 575325]
+    assert "0 taken from before" not in done.stdout

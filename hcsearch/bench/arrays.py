@@ -56,6 +56,11 @@ class ArrayRow:
     note: str = ""
 
     @property
+    def kind(self) -> str:
+        """`count` or `list`: what it is compared in."""
+        return self.task.split(":")[0]
+
+    @property
     def seconds(self) -> float | None:
         """Build and answer together."""
         return None if self.build_s is None or self.answer_s is None else self.build_s + self.answer_s
@@ -115,11 +120,10 @@ def _check_counts(rows: list[ArrayRow]) -> None:
 
 
 def _with_ratios(rows: list[ArrayRow]) -> Iterator[ArrayRow]:
-    kinds = {(engine.name, engine.task): engine.kind for engine in ENGINES}
     ours: dict[str, float] = {}
     for row in rows:  # the first of ours at each kind of task
         if row.engine == OURS and row.seconds is not None:
-            ours.setdefault(kinds[row.engine, row.task], row.seconds)
+            ours.setdefault(row.kind, row.seconds)
     for row in rows:
-        base = ours.get(kinds[row.engine, row.task])
+        base = ours.get(row.kind)
         yield row if base is None or row.seconds is None else replace(row, times_ours=row.seconds / base)

@@ -14,7 +14,7 @@ from hcsearch.bench.tables import Table, save
 PEERS = ("graphillion", "networkx")
 LIMIT, QUICK_LIMIT = 60.0, 2.0
 
-_TIMES = "Times are processor seconds, medians of `runs`"
+_TIMES = "Times are processor seconds on one core, medians of `runs`"
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Report:
             Table(
                 "listing",
                 "All arrays of n cells",
-                f"{_TIMES} on one core, kernels already compiled: listing, the two-stack test, the twist. "
+                f"{_TIMES}, kernels already compiled: listing, the two-stack test, the twist. "
                 "`fold_twist_us`: both of these, microseconds a free circuit.",
                 self.listed,
                 hidden=("wall_s",),
@@ -63,7 +63,8 @@ class Report:
                 "jobs",
                 "The whole command on one and two threads",
                 "`hcsearch enumerate --dry-run`, start of the interpreter included, by turns; medians of `runs`. "
-                "`speed_up` is of the time on the wall: other work on the same cores lowers it.",
+                "`speed_up` is that of the work done a second on the wall. Two commands of one thread each, started "
+                "together, show what the machine had to give: other work on the same cores lowers both.",
                 self.jobs,
             ),
             Table(

@@ -7,6 +7,7 @@ import re
 import statistics
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -60,12 +61,12 @@ class ListingRow:
 class JobsRow:
     """The whole command `enumerate --dry-run`, start of the interpreter included, on some number of threads.
 
-    wall_s, cpu_s : medians of `runs`; speed_up : wall time on one thread over wall time on these.
+    wall_s, cpu_s : medians of `runs`, a command. speed_up : times the work done a second by one thread.
     """
 
     grid: str
     n: int
-    jobs: int
+    how: str
     circuits: int
     wall_s: float
     cpu_s: float
@@ -149,28 +150,35 @@ def measure_listing(
 
 
 def measure_jobs(listed: Sequence[ListingRow], *, repeats: int, say: Callable[[str], None]) -> list[JobsRow]:
-    """The command on one and on two threads, by turns, at each grid's largest n; its count must be the listing's."""
+    """The command on one and on two threads, by turns, at each grid's largest n; its count must be the listing's.
+
+    Two commands at once, of one thread each, show how much the machine has to give at that time.
+    """
     rows = []
     for last in {row.grid: row for row in listed}.values():
         _enumerate(last.grid, 10, 1)  # on a new machine this compiles the kernels
-        done: dict[int, list[Finished]] = {1: [], 2: []}
+        done: dict[str, list[Finished]] = {"--jobs 1": [], "--jobs 2": [], "two commands": []}
         for _ in range(repeats):
-            for jobs, runs in done.items():
-                say(f"{last.grid} n={last.n}: enumerate --dry-run --jobs {jobs}")
-                runs.append(_enumerate(last.grid, last.n, jobs))
-        alone = statistics.median(run.wall for run in done[1])
-        for jobs, runs in done.items():
+            for how, runs in done.items():
+                say(f"{last.grid} n={last.n}: enumerate --dry-run, {how}")
+                if how == "two commands":
+                    with ThreadPoolExecutor(2) as pool:
+                        runs.extend(pool.map(lambda _, last=last: _enumerate(last.grid, last.n, 1), range(2)))
+                else:
+                    runs.append(_enumerate(last.grid, last.n, int(how[-1])))
+        alone = statistics.median(run.wall for run in done["--jobs 1"])
+        for how, runs in done.items():
             wall = statistics.median(run.wall for run in runs)
             rows.append(
                 JobsRow(
                     grid=last.grid,
                     n=last.n,
-                    jobs=jobs,
+                    how=how,
                     circuits=_circuits(runs, last),
                     wall_s=wall,
                     cpu_s=statistics.median(run.cpu for run in runs),
                     peak_mib=max(run.peak_mib for run in runs),
-                    speed_up=alone / wall,
+                    speed_up=len(runs) / repeats * alone / wall,
                     runs=len(runs),
                 )
             )

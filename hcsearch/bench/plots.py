@@ -71,7 +71,9 @@ def plot_arrays(rows: Sequence[ArrayRow], limit: float, path: Path) -> None:
     seconds.set(xlabel="circuits of the array", ylabel="processor seconds", title="Listing the circuits of one array")
     memory.set(xlabel="circuits of the array", ylabel="peak MiB of the process", title="Memory")
     for axes in (seconds, memory):
-        axes.set(xscale="log", yscale="log")
+        axes.set_xscale("log")
         axes.grid(alpha=0.3)
-    seconds.legend(fontsize="small", loc="lower right")
+    seconds.set_yscale("log")
+    memory.set_ylim(bottom=0)
+    figure.legend(*seconds.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize="small")
     figure.savefig(path, dpi=120)

@@ -31,11 +31,12 @@ class Finished:
     peak_mib: float
 
 
-def run_measured(command: list[str], limit: float) -> Finished:
-    """Run a command for at most `limit` seconds."""
+def run_measured(command: list[str], limit: float, environment: dict[str, str] | None = None) -> Finished:
+    """Run a command for at most `limit` seconds, with these environment variables beside our own."""
     with tempfile.TemporaryFile("w+") as output, tempfile.TemporaryFile("w+") as error:
         begin = time.perf_counter()
-        process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output, stderr=error)
+        variables = os.environ | (environment or {})
+        process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output, stderr=error, env=variables)
         peak = 0.0
         late = False
         try:
