@@ -55,20 +55,30 @@ def plot_arrays(rows: Sequence[ArrayRow], limit: float, path: Path) -> None:
     figure = Figure(figsize=(11, 4.5), layout="constrained")
     seconds, memory = figure.subplots(1, 2)
     circuits = {(row.grid, row.array): row.circuits for row in rows if row.circuits}
+    colours = iter(f"C{k}" for k in range(10))
     for engine in (engine for engine in ENGINES if engine.kind == "list"):
         name = f"{engine.name} ({engine.task.removeprefix('list: ')})"
         ours = [row for row in rows if (row.engine, row.task) == (engine.name, engine.task)]
-        points = [(circuits[row.grid, row.array], row.seconds, row.peak_mib) for row in ours if row.seconds]
-        marker = "s--" if engine.peer else "o-"
-        (line,) = seconds.plot([p[0] for p in points], [p[1] for p in points], marker, label=name)
-        memory.plot([p[0] for p in points], [p[2] for p in points], marker, color=line.get_color())
+        marker, colour = "s--" if engine.peer else "o-", next(colours)
+        for grid in ("square", "hex"):
+            points = [
+                (circuits[row.grid, row.array], row.seconds, row.peak_mib)
+                for row in ours
+                if row.seconds and row.grid == grid
+            ]
+            style = {"color": colour, "mfc": colour if grid == "square" else "white"}
+            label = name if grid == "square" else None
+            seconds.plot([p[0] for p in points], [p[1] for p in points], marker, label=label, **style)
+            memory.plot([p[0] for p in points], [p[2] for p in points], marker, **style)
         late = [circuits.get((row.grid, row.array)) for row in ours if row.note.startswith("over")]
-        seconds.plot([c for c in late if c], [limit] * len([c for c in late if c]), "^", color=line.get_color())
+        seconds.plot([c for c in late if c], [limit] * len([c for c in late if c]), "^", color=colour)
     seconds.axhline(limit, color="grey", lw=0.8, ls=":")
     seconds.annotate(
         f"limit {limit:g} s: ▲ not finished", (0.02, limit), xycoords=("axes fraction", "data"), va="bottom"
     )
-    seconds.set(xlabel="circuits of the array", ylabel="processor seconds", title="Listing the circuits of one array")
+    seconds.set(
+        xlabel="circuits of the array", ylabel="processor seconds", title="One array: squares filled, hexagons hollow"
+    )
     memory.set(xlabel="circuits of the array", ylabel="peak MiB of the process", title="Memory")
     for axes in (seconds, memory):
         axes.set_xscale("log")

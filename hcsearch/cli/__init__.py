@@ -45,7 +45,8 @@ def main() -> None:
         remedy = f" (see {context.command_path} --help)" if context else ""
         _fail(error.format_message() + remedy)
     except (click.Abort, KeyboardInterrupt):
-        click.echo("hcsearch: interrupted; an enumeration goes on from its finished batches when it is run again", err=True)
+        message = "hcsearch: interrupted; an enumeration goes on from its finished batches when it is run again"
+        click.echo(message, err=True)
         sys.exit(130)
     except BrokenPipeError:
         # the reader has gone; keep the interpreter from flushing into the closed pipe at exit

@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 
 from hcsearch.cli.options import make_search, target_options
+from hcsearch.cli.progress import Meter
 
 
 @click.command(epilog="Example: hcsearch count --grid square --array 12x12")
@@ -18,7 +19,8 @@ def count(grid: str, n: int | None, array_spec: str | None) -> None:
 
     search = make_search(grid, n, array_spec)
     if isinstance(search, ArraySearch):
-        counted = count_array(search.array)
+        with Meter("edge") as meter:
+            counted = count_array(search.array, meter)
         click.echo(f"array              {search.array.notation}")
         click.echo(f"cells              {search.array.n}")
         click.echo(f"array symmetry     {counted.symmetry}")
@@ -26,9 +28,12 @@ def count(grid: str, n: int | None, array_spec: str | None) -> None:
         click.echo(f"up to symmetry     {counted.classes}")
         return
     classes = fixed = 0
-    for batch in search.batches():
-        classes += len(batch)
-        fixed += int((search.group_order // batch.symmetry).sum())
+    with Meter("batch") as meter:
+        for done, prefix in enumerate(search.prefixes, 1):
+            for batch in search.circuits(prefix):
+                classes += len(batch)
+                fixed += int((search.group_order // batch.symmetry).sum())
+            meter(done, len(search.prefixes), f"{classes:,} circuits")
     click.echo(f"panels             {search.n}")
     click.echo(f"fixed circuits     {fixed}")
     click.echo(f"up to symmetry     {classes}")

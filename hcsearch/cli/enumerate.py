@@ -4,21 +4,16 @@ from __future__ import annotations
 
 import os
 import re
-import sys
-import threading
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from hcsearch.cli.options import database_option, make_search, target_options
+from hcsearch.cli.progress import Meter
 from hcsearch.errors import HcsearchError
 
 if TYPE_CHECKING:
-    from tqdm import tqdm
-
     from hcsearch.pipeline import Plan, Summary
-
-_FIRST_BATCH = "working on the first batch (on a new machine kernels are compiled first, up to a minute) ..."
 
 
 @click.command("enumerate", epilog="Example: hcsearch enumerate --grid hex --n 12 --db arrays.sqlite")
@@ -55,7 +50,7 @@ def enumerate_(
     plan = Plan(search, until or list(BUILT)[-1], keep, panel, jobs or os.cpu_count() or 1)
     if not search.prefixes:
         click.echo(f"the {search.grid.name} grid has no circuit of {search.n} panels here", err=True)
-    with _Meter() as meter:
+    with Meter("batch") as meter:
         if dry_run:
             summary = run_dry(plan, meter)
         else:
@@ -70,31 +65,6 @@ def _check_panel(panel: str | None) -> None:
     match = re.fullmatch(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)", panel)
     if not match or min(map(float, match.groups())) <= 0:
         raise HcsearchError(f"malformed panel {panel!r}: write length x width x thickness in millimetres, as 50x40x6")
-
-
-class _Meter:
-    """Progress on a terminal, with rate and remaining time; silent in a pipe."""
-
-    def __enter__(self) -> _Meter:
-        self._bar: tqdm[Any] | None = None
-        self._hint = threading.Timer(2.0, click.echo, (_FIRST_BATCH,), {"err": True})
-        if sys.stderr.isatty():
-            self._hint.start()
-        return self
-
-    def __call__(self, done: int, total: int, circuits: int) -> None:
-        from tqdm import tqdm  # noqa: PLC0415
-
-        self._hint.cancel()
-        if self._bar is None:
-            self._bar = tqdm(total=total, initial=done - 1, unit="batch", disable=None, leave=False, file=sys.stderr)
-        self._bar.set_postfix_str(f"{circuits:,} circuits", refresh=False)
-        self._bar.update(done - self._bar.n)
-
-    def __exit__(self, *_: object) -> None:
-        self._hint.cancel()
-        if self._bar is not None:
-            self._bar.close()
 
 
 def _print_summary(plan: Plan, summary: Summary, db: str | None) -> None:

@@ -19,7 +19,7 @@ from hcsearch.enumeration.sweep import Sweep, plan_sweep
 from hcsearch.grid import Array, Isometry, Point
 from hcsearch.kernels import frontier
 
-Progress = Callable[[int, int], None]
+Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
@@ -34,39 +34,37 @@ class ArrayCount:
 def count_array(array: Array, progress: Progress | None = None) -> ArrayCount:
     """Count an array's circuits with exact integers of any size.
 
-    progress : called with the number of symmetries done and of all to do.
+    progress : called after each edge decided with its number, that of all edges, and the number of states.
     Raises SizeError when the array's frontier is wider than 24 cells.
     """
-    circuits = count_cycles(array_sweep(array))
+    circuits = count_cycles(array_sweep(array), progress=progress)
     symmetries = array.symmetries()
     if not circuits:
         return ArrayCount(0, 0, len(symmetries))
     fixed: dict[int, int] = {}  # circuits that the rotations of each order fix
     total = circuits
-    for done, symmetry in enumerate(symmetries[1:], 1):
-        if progress is not None:
-            progress(done, len(symmetries))
+    for symmetry in symmetries[1:]:
         isometry, _ = symmetry
         if isometry.sign < 0:
-            total += _count_mirrored(array, _images(array, symmetry))
+            total += _count_mirrored(array, _images(array, symmetry), progress)
             continue
         order = array.grid.directions // math.gcd(isometry.offset, array.grid.directions)
         if order not in fixed:
             least = next(g for g in symmetries if g[0].sign > 0 and g[0].offset == array.grid.directions // order)
-            fixed[order] = _count_rotated(array, least[0], _images(array, least))
+            fixed[order] = _count_rotated(array, least[0], _images(array, least), progress)
         total += fixed[order]
     classes, rest = divmod(total, len(symmetries))
     assert rest == 0, "the fixed circuits do not add up to whole classes"
     return ArrayCount(circuits, classes, len(symmetries))
 
 
-def count_cycles(sweep: Sweep | None, *, odd: bool = False) -> int:
+def count_cycles(sweep: Sweep | None, *, odd: bool = False, progress: Progress | None = None) -> int:
     """Number of Hamiltonian cycles of a planned graph; of those with an odd number of marked edges where asked."""
     if sweep is None:
         return 0
     counts = np.ones((1, 1), np.int64)
     total = 0
-    for child, size in frontier_layers(sweep, odd=odd):
+    for done, (child, size) in enumerate(frontier_layers(sweep, odd=odd), 1):
         after = np.zeros((size, counts.shape[1]), np.int64)
         closed = np.zeros(counts.shape[1], np.int64)
         frontier.add_counts(child, counts, after, closed)
@@ -75,6 +73,8 @@ def count_cycles(sweep: Sweep | None, *, odd: bool = False) -> int:
             after = np.column_stack([after, np.zeros(size, np.int64)])
             frontier.carry(after)
         counts = after
+        if progress is not None:
+            progress(done, len(sweep.order), f"{size:,} states")
     return total
 
 
@@ -85,7 +85,7 @@ def _images(array: Array, symmetry: tuple[Isometry, Point]) -> list[int]:
     return [index[x + dx, y + dy] for x, y in map(isometry, array.points)]
 
 
-def _count_mirrored(array: Array, image: list[int]) -> int:
+def _count_mirrored(array: Array, image: list[int], progress: Progress | None) -> int:
     """Circuits that a reflection fixes: cycles of one half and the axis, with a vertex in place of the other half."""
     points = array.points
     axis = [i for i in range(array.n) if image[i] == i]
@@ -111,10 +111,10 @@ def _count_mirrored(array: Array, image: list[int]) -> int:
     for rank in sweep_ranks(array.grid, tuple(points[i] for i in kept)):
         ranks.append([*(2 * r for r in rank), -1])
         ranks.append([*(2 * r for r in rank), 2 * len(kept)])
-    return count_cycles(plan_sweep(apex + 1, edges, ranks, forced=forced))
+    return count_cycles(plan_sweep(apex + 1, edges, ranks, forced=forced), progress=progress)
 
 
-def _count_rotated(array: Array, rotation: Isometry, image: list[int]) -> int:
+def _count_rotated(array: Array, rotation: Isometry, image: list[int], progress: Progress | None) -> int:
     """Circuits that a rotation by 2 pi / m fixes: cycles of the quotient graph that wind around the centre once.
 
     A circuit winds 0 or 1 times, so the parity of its crossings of a cut from the centre outwards decides.
@@ -150,7 +150,7 @@ def _count_rotated(array: Array, rotation: Isometry, image: list[int]) -> int:
     if not _all_meet_two(edges, len(orbits)):
         return 0
     ranks = sweep_ranks(array.grid, tuple(points[i] for i in firsts))
-    return count_cycles(plan_sweep(len(orbits), edges, ranks, marked=marked), odd=True)
+    return count_cycles(plan_sweep(len(orbits), edges, ranks, marked=marked), odd=True, progress=progress)
 
 
 def _orbits(image: list[int]) -> list[list[int]]:

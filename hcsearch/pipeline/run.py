@@ -21,7 +21,7 @@ from hcsearch.pipeline.stages import check_keep, stages_until
 from hcsearch.records import DesignBatch, StageResult, Work
 from hcsearch.store import Database, count_arrays, finish_run, finished_batches, record_batch, start_run
 
-Progress = Callable[[int, int, int], None]
+Progress = Callable[[int, int, str], None]  # batches done, all batches, what has been found
 T = TypeVar("T")
 
 
@@ -80,6 +80,10 @@ class _Totals:
             self.seconds[result.stage] = self.seconds.get(result.stage, 0.0) + (result.seconds if fresh else 0.0)
         self.n_fixed += results[0].n_fixed
 
+    @property
+    def note(self) -> str:
+        return f"{self.passed.get('circuits', 0):,} circuits"
+
     def funnel(self, stages: dict[str, int], arrays: int) -> Funnel:
         return Funnel(
             fixed_circuits=self.n_fixed,
@@ -105,7 +109,7 @@ def run_dry(plan: Plan, progress: Progress | None = None) -> Summary:
         totals.add(unit.results, fresh=True)
         arrays.add(prints)
         if progress is not None:
-            progress(done, len(prefixes), totals.passed["circuits"])
+            progress(done, len(prefixes), totals.note)
     return Summary(totals.funnel(stages, arrays.count), totals.seconds, len(prefixes), 0)
 
 
@@ -152,7 +156,7 @@ def run_into(plan: Plan, database: Database, progress: Progress | None = None) -
         record_batch(database, run_id, plan.work, prefix, rows, list(unit.results))
         totals.add(unit.results, fresh=True)
         if progress is not None:
-            progress(len(reused) + done, len(prefixes), totals.passed["circuits"])
+            progress(len(reused) + done, len(prefixes), totals.note)
     summary = Summary(totals.funnel(stages, count_arrays(database, plan.work)), totals.seconds, len(todo), len(reused))
     finish_run(database, run_id, asdict(summary.funnel), summary.stage_times, summary.batches_done, len(reused))
     return summary
