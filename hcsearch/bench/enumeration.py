@@ -63,8 +63,9 @@ class Report:
                 "jobs",
                 "The whole command on one and two threads",
                 "`hcsearch enumerate --dry-run`, start of the interpreter included, by turns; medians of `runs`. "
-                "`speed_up` is that of the work done a second on the wall. Two commands of one thread each, started "
-                "together, show what the machine had to give: other work on the same cores lowers both.",
+                "`speed_up` is that of the work done a second on the wall, `net_speed_up` the same without `start_s`. "
+                "Two commands of one thread each, started together, show what the machine had to give: other work on "
+                "the same cores lowers both.",
                 self.jobs,
             ),
             Table(

@@ -61,7 +61,9 @@ class ListingRow:
 class JobsRow:
     """The whole command `enumerate --dry-run`, start of the interpreter included, on some number of threads.
 
-    wall_s, cpu_s : medians of `runs`, a command. speed_up : times the work done a second by one thread.
+    wall_s, cpu_s : medians of `runs`, a command. start_s : the wall time of 10 cells, nearly all of it start.
+    speed_up : times the work done a second by one thread; net_speed_up : the same without the start, None for
+    runs that are hardly more than that.
     """
 
     grid: str
@@ -70,8 +72,10 @@ class JobsRow:
     circuits: int
     wall_s: float
     cpu_s: float
+    start_s: float
     peak_mib: float
     speed_up: float
+    net_speed_up: float | None
     runs: int
 
 
@@ -157,6 +161,7 @@ def measure_jobs(listed: Sequence[ListingRow], *, repeats: int, say: Callable[[s
     rows = []
     for last in {row.grid: row for row in listed}.values():
         _enumerate(last.grid, 10, 1)  # on a new machine this compiles the kernels
+        start = statistics.median(_enumerate(last.grid, 10, 1).wall for _ in range(repeats))
         done: dict[str, list[Finished]] = {"--jobs 1": [], "--jobs 2": [], "two commands": []}
         for _ in range(repeats):
             for how, runs in done.items():
@@ -169,6 +174,7 @@ def measure_jobs(listed: Sequence[ListingRow], *, repeats: int, say: Callable[[s
         alone = statistics.median(run.wall for run in done["--jobs 1"])
         for how, runs in done.items():
             wall = statistics.median(run.wall for run in runs)
+            at_once = len(runs) / repeats
             rows.append(
                 JobsRow(
                     grid=last.grid,
@@ -177,8 +183,10 @@ def measure_jobs(listed: Sequence[ListingRow], *, repeats: int, say: Callable[[s
                     circuits=_circuits(runs, last),
                     wall_s=wall,
                     cpu_s=statistics.median(run.cpu for run in runs),
+                    start_s=start,
                     peak_mib=max(run.peak_mib for run in runs),
-                    speed_up=len(runs) / repeats * alone / wall,
+                    speed_up=at_once * alone / wall,
+                    net_speed_up=at_once * (alone - start) / (wall - start) if min(alone, wall) > 2 * start else None,
                     runs=len(runs),
                 )
             )

@@ -21,7 +21,8 @@ from hcsearch.kernels import frontier
 from hcsearch.kernels.words import canonicalise
 from hcsearch.records import CircuitBatch
 
-MAX_STATES = 30_000_000
+MAX_STATES = 30_000_000  # of all layers, to list: 0.7 GB
+MAX_LAYER = 40_000_000  # of one layer, to count: 6 GB; 16 x 16 squares stay below, 17 x 18 do not
 _MAX_TAILS = 1 << 16
 _UNIT_SIZE = 1 << 17
 
@@ -224,6 +225,7 @@ def frontier_layers(sweep: Sweep, *, odd: bool = False) -> Iterator[tuple[NDArra
     """Decide edge after edge; yield each layer's children and the number of states after it, until none is left.
 
     odd : whether a cycle must use an odd number of marked edges; otherwise an even one.
+    Raises SizeError beyond MAX_LAYER states.
     """
     lo, hi = np.zeros(1, np.uint64), np.zeros(1, np.uint64)
     for step, (full_lo, full_hi) in zip(sweep.steps, sweep.full, strict=True):
@@ -236,6 +238,10 @@ def frontier_layers(sweep: Sweep, *, odd: bool = False) -> Iterator[tuple[NDArra
         yield child, size
         if size == 0:
             return
+        if size > MAX_LAYER:
+            raise SizeError(
+                f"the array is too wide: over {MAX_LAYER // 10**6} million frontier states at once; take a narrower one"
+            )
         lo, hi = next_lo[:size].copy(), next_hi[:size].copy()
 
 
