@@ -149,6 +149,7 @@ def test_jobs_and_dry_run_change_no_number(run, tmp_path, jobs):
         (("--grid", "hex", "--n", "9"), [380, 37, 29, 0, 0, None]),
         (("--grid", "triangle", "--n", "8"), [0, 0, 0, 0, 0, None]),
         (("--grid", "square", "--n", "7"), [0, 0, 0, 0, 0, None]),
+        (("--grid", "rectangle", "--n", "101"), [0, 0, 0, 0, 0, None]),
         (("--grid", "square", "--array", "5x5"), [0, 0, 0, 0, 0, None]),
         (("--grid", "square", "--array", "1x1"), [0, 0, 0, 0, 0, None]),
     ],
@@ -173,6 +174,13 @@ def test_count(run):
         (("enumerate", "--grid", "hex", "--n", "2"), "at least 3 panels"),
         (("enumerate", "--grid", "hex", "--n", "-4"), "at least 3 panels"),
         (("enumerate", "--grid", "hex", "--n", "1000"), "too large"),
+        (("enumerate", "--grid", "hex", "--n", "40"), "too large to list"),
+        (("count", "--grid", "square", "--n", "60"), "too large to list"),
+        (("count", "--grid", "hex", "--array", "h1000"), "larger than"),
+        (("count", "--grid", "square", "--array", "9" * 5000 + "x1"), "larger than"),
+        (("count", "--grid", "square", "--array", "square:-f.f"), "malformed array"),
+        (("count", "--grid", "square", "--array", "square:0xf.f"), "malformed array"),
+        (("enumerate", "--grid", "hex", "--n", "6", "--until", ""), "unknown"),
         (("enumerate", "--grid", "hex", "--n", "many"), "not a valid integer"),
         (("enumerate", "--grid", "hex"), "either --n N"),
         (("enumerate", "--grid", "hex", "--n", "6", "--array", "h2"), "either --n N"),
@@ -372,7 +380,7 @@ def test_an_interrupted_run_says_how_to_go_on(run, tmp_path, number):
     if number == signal.SIGINT:
         assert process.returncode == 130
         assert said.strip() == (
-            "hcsearch: interrupted; an enumeration goes on from its finished batches when it is run again"
+            "hcsearch: interrupted; an enumeration into a database goes on from there when it is run again"
         )
     else:
         assert process.returncode == -signal.SIGTERM

@@ -34,7 +34,8 @@ def main() -> None:
     """Run the command line; wrong input is one line on stderr and exit code 2."""
     try:
         hcsearch.main(standalone_mode=False)
-        sys.stdout.flush()
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except HcsearchError as error:
         _fail(str(error))
     except click.exceptions.NoArgsIsHelpError as error:
@@ -45,13 +46,20 @@ def main() -> None:
         remedy = f" (see {context.command_path} --help)" if context else ""
         _fail(error.format_message() + remedy)
     except (click.Abort, KeyboardInterrupt):
-        message = "hcsearch: interrupted; an enumeration goes on from its finished batches when it is run again"
+        message = "hcsearch: interrupted; an enumeration into a database goes on from there when it is run again"
         click.echo(message, err=True)
         sys.exit(130)
     except BrokenPipeError:
-        # the reader has gone; keep the interpreter from flushing into the closed pipe at exit
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _discard_output()
         sys.exit(141)
+    except OSError as error:
+        _discard_output()
+        _fail(f"cannot write or read: {error.strerror or error}; make room or choose another place")
+
+
+def _discard_output() -> None:
+    """Keep the interpreter from failing once more when it flushes at its end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _fail(message: str) -> None:

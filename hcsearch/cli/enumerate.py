@@ -47,9 +47,7 @@ def enumerate_(
     from hcsearch.store import open_database  # noqa: PLC0415
 
     search = make_search(grid, n, array_spec)
-    plan = Plan(search, until or list(BUILT)[-1], keep, panel, jobs or os.cpu_count() or 1)
-    if not search.prefixes:
-        click.echo(f"the {search.grid.name} grid has no circuit of {search.n} panels here", err=True)
+    plan = Plan(search, list(BUILT)[-1] if until is None else until, keep, panel, jobs or os.cpu_count() or 1)
     with Meter("batch") as meter:
         if dry_run:
             summary = run_dry(plan, meter)
@@ -62,7 +60,7 @@ def enumerate_(
 def _check_panel(panel: str | None) -> None:
     if panel is None:
         return
-    match = re.fullmatch(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)", panel)
+    match = re.fullmatch(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)", panel, re.ASCII)
     if not match or min(map(float, match.groups())) <= 0:
         raise HcsearchError(f"malformed panel {panel!r}: write length x width x thickness in millimetres, as 50x40x6")
 
@@ -73,7 +71,7 @@ def _print_summary(plan: Plan, summary: Summary, db: str | None) -> None:
     click.echo(f"{plan.search.grid.name} grid, {target}, n = {plan.search.n}")
     arrays = "arrays" if plan.keep == "all" else f"arrays ({plan.keep})"
     for label, count in (
-        ("fixed circuits", funnel.fixed_circuits),
+        ("circuits of the array" if plan.search.target else "fixed circuits", funnel.fixed_circuits),
         ("non-isomorphic circuits", funnel.circuits),
         (arrays, funnel.arrays),
         ("two-stack", funnel.two_stack),

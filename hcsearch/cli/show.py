@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from hcsearch.folding import Folding
 
 
-@click.command(epilog="Example: hcsearch show 17:4, or without a database: hcsearch show hex:001132344554")
+@click.command(epilog="Example: hcsearch show 17:4, or without a database: hcsearch show hex:0234550132")
 @click.argument("design", metavar="DESIGN[:CREASE]")
 @database_option
 def show(design: str, db: str) -> None:

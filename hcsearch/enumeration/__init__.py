@@ -10,6 +10,7 @@ from hcsearch.circuit import Circuit
 from hcsearch.enumeration.arrays import ArraySearch
 from hcsearch.enumeration.counting import ArrayCount, count_array
 from hcsearch.enumeration.polygons import PolygonSearch
+from hcsearch.errors import SizeError
 from hcsearch.grid import Array, Grid, grid_named
 from hcsearch.records import CircuitBatch
 
@@ -71,6 +72,8 @@ def enumerate_circuits(
     whole batches as arrays come from `PolygonSearch(grid, n).batches()` and `ArraySearch(array).batches()`.
     Raises SizeError for n below 3 or too large, or an array too wide.
     """
+    if batch_size < 1 or (limit is not None and limit < 0):
+        raise SizeError(f"batch_size {batch_size} and limit {limit}: use at least 1 and 0")
     search: Search
     if array is not None and grid is None and n is None:
         search = ArraySearch(array)

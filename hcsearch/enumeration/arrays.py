@@ -24,7 +24,7 @@ from hcsearch.records import CircuitBatch
 MAX_STATES = 30_000_000  # of all layers, to list: 0.7 GB
 MAX_LAYER = 40_000_000  # of one layer, to count: 6 GB; 16 x 16 squares stay below, 17 x 18 do not
 _MAX_TAILS = 1 << 16
-_UNIT_SIZE = 1 << 17
+_UNIT_SIZE = 1 << 15
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,8 @@ FAR = np.iinfo(np.int16).max
 # (a, mu): free circuits number about a * mu^n / n^3.5, with mu the connective constant; a fitted at n = 18 to 40
 _GROWTH = {"hex": (0.4, 4.15), "square": (1.8, 2.64), "rectangle": (3.6, 2.64), "triangle": (4.0, 1.85)}
 _UNIT_SIZE = 10_000
+_MAX_UNITS = 20_000
+_MAX_LISTED = 1e11
 
 
 @dataclass(frozen=True)
@@ -54,22 +56,31 @@ class PolygonSearch:
 
     @cached_property
     def prefixes(self) -> list[str]:
-        """Keys of the search's units, in order; together they hold every circuit once, about 10,000 or fewer a unit."""
-        first = _Walk(self._plane, self.n, ())
-        if first.impossible:
+        """Keys of the search's units, in order; together they hold every circuit once.
+
+        Raises SizeError when there are more than about 1e11 circuits, too many to list them all.
+        """
+        if self._empty:
             return []
         amplitude, growth = _GROWTH[self.grid.name]
         expected = amplitude * growth**self.n / self.n**3.5
+        if expected > _MAX_LISTED:
+            raise SizeError(
+                f"--n {self.n} is too large to list: about {expected:.0e} circuits; use a smaller n, or take some of "
+                "them with `enumerate_circuits` in Python"
+            )
         words: list[tuple[int, ...]] = [()]
         depth = 0
         # units differ in size, the largest hold several times the mean, so aim lower
-        while len(words) * _UNIT_SIZE < 4 * expected and depth < self.n - 3:
+        while len(words) < min(4 * expected / _UNIT_SIZE, _MAX_UNITS) and depth < self.n - 3:
             words = [longer for word in words for longer in _Walk(self._plane, self.n, word).extensions()]
             depth += 1
         return ["".join(map(str, word)) for word in words]
 
     def circuits(self, prefix: str, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
         """The canonical circuits whose turn word begins with a prefix, lazily, at most `batch_size` at a time."""
+        if self._empty:
+            return
         walk = _Walk(self._plane, self.n, tuple(map(int, prefix)))
         while not walk.done and not walk.impossible:
             words, symmetry = walk.more(batch_size)
@@ -80,6 +91,11 @@ class PolygonSearch:
     def batches(self, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
         """All canonical circuits, lazily, at most `batch_size` at a time."""
         return self.circuits("", batch_size)
+
+    @property
+    def _empty(self) -> bool:
+        """Whether colouring the cells black and white shows that no circuit has this length."""
+        return self.n % 2 == 1 and self.grid.name != "hex"
 
     @cached_property
     def _plane(self) -> _Plane:

@@ -22,7 +22,6 @@ class Sweep:
     width : most slots in use at a time.
     """
 
-    n_vertices: int
     order: tuple[int, ...]
     steps: NDArray[np.int64]
     full: NDArray[np.uint64]
@@ -67,7 +66,7 @@ def plan_sweep(
         for slot in used:
             full[k, slot // 12] |= np.uint64(1 << 5 * (slot % 12))
         used -= {slots[w] for w in (u, v) if left[w] == 0}
-    return Sweep(n_vertices, tuple(order), steps, full, width)
+    return Sweep(tuple(order), steps, full, width)
 
 
 def _edge_order(edges: Sequence[tuple[int, int]], rank: Sequence[int]) -> list[int]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
@@ -32,29 +34,24 @@ class Array:
         listed = list(cells)
         if not listed:
             raise ArrayError("an array needs at least one cell")
-        seen = set(listed)
-        if len(seen) < len(listed):
-            twice = next(cell for cell in listed if listed.count(cell) > 1)
+        twice = next((cell for cell, times in Counter(listed).items() if times > 1), None)
+        if twice is not None:
             raise ArrayError(f"cell {' '.join(map(str, twice))} is given twice: list every cell once")
-        array = Array(grid, _rows(grid, listed))
-        parts = array._parts()
+        parts = _parts(grid, listed)
         if parts > 1:
             raise ArrayError(f"the cells are not connected ({parts} pieces): join them by shared edges")
-        return array
+        return Array(grid, _rows(grid, listed))
 
     @staticmethod
     def from_notation(text: str) -> Array:
         """Read the notation that `notation` writes, such as `square:f.f.f.f`."""
         name, colon, body = text.partition(":")
         grid = grid_named(name)
-        try:
-            if not colon or body != body.strip():
-                raise ValueError
-            rows = tuple(int(row, 16) for row in body.split("."))
-        except ValueError:
+        if not colon or not re.fullmatch(r"[0-9a-f]+(\.[0-9a-f]+)*", body):
             raise NotationError(
                 f"malformed array notation {text!r}: write the grid, a colon and rows in hexadecimal, as square:f.f"
-            ) from None
+            )
+        rows = tuple(int(row, 16) for row in body.split("."))
         return Array.from_cells(grid, _cells(grid, rows))
 
     @cached_property
@@ -131,19 +128,20 @@ class Array:
         graph.add_edges_from((self.cells[i], self.cells[j]) for i, j, _ in self.edges())
         return graph
 
-    def _parts(self) -> int:
-        """Number of connected components."""
-        left = set(self.points)
-        parts = 0
-        while left:
-            parts += 1
-            todo = [left.pop()]
-            while todo:
-                for _, to in self.grid.neighbours(todo.pop()):
-                    if to in left:
-                        left.remove(to)
-                        todo.append(to)
-        return parts
+
+def _parts(grid: Grid, cells: Iterable[Cell]) -> int:
+    """Number of connected components."""
+    left = set(map(grid.point, cells))
+    parts = 0
+    while left:
+        parts += 1
+        todo = [left.pop()]
+        while todo:
+            for _, to in grid.neighbours(todo.pop()):
+                if to in left:
+                    left.remove(to)
+                    todo.append(to)
+    return parts
 
 
 def _rows(grid: Grid, cells: Iterable[Cell]) -> tuple[int, ...]:

@@ -9,7 +9,7 @@ from hcsearch.errors import ArrayError, NotationError, SizeError
 from hcsearch.grid.arrays import Array
 from hcsearch.grid.tilings import Cell, Grid
 
-MAX_CELLS = 1_000_000
+MAX_CELLS = 20_000
 
 
 def parse_array(grid: Grid, spec: str) -> Array:
@@ -18,7 +18,7 @@ def parse_array(grid: Grid, spec: str) -> Array:
     `6x5` columns x rows (squares, rectangles); `3-4-3` rows of hexagons from the top; `p5x4` parallelogram;
     `t5` triangle of side 5 (triangles, hexagons); `h3` hexagon of side 3 (triangles, hexagons); `@file` with one cell
     a line; or an array's own notation.
-    Raises NotationError for a text that is none of these, SizeError for more than a million cells.
+    Raises NotationError for a text that is none of these, SizeError beyond MAX_CELLS.
     """
     if spec.startswith("@"):
         return Array.from_cells(grid, _read_cells(grid, Path(spec[1:])))
@@ -30,11 +30,12 @@ def parse_array(grid: Grid, spec: str) -> Array:
     for pattern, make in _SHAPES:
         match = re.fullmatch(pattern, spec)
         if match:
-            sizes = [int(group) for group in re.findall(r"\d+", spec)]
+            # more digits than MAX_CELLS has are too large whatever they are
+            sizes = [int(group[:9]) for group in re.findall("[0-9]+", spec)]
             if min(sizes) < 1:
-                raise NotationError(f"array {spec!r} has a size below 1")
-            if (sum(sizes) if "-" in spec else sizes[0] * sizes[-1]) > MAX_CELLS:
-                raise SizeError(f"array {spec!r} is larger than {MAX_CELLS} cells: take a smaller one")
+                raise NotationError(f"array {spec[:80]!r} has a size below 1")
+            if (sum(sizes) if "-" in spec else sizes[0] * sizes[-1] * (3 if spec[0] == "h" else 1)) > MAX_CELLS:
+                raise SizeError(f"array {spec[:80]!r} is larger than {MAX_CELLS} cells: take a smaller one")
             cells = make(grid, sizes)
             if cells is None:
                 raise NotationError(f"the {grid.name} grid has no array {spec!r}: {_HELP[grid.name]}")
@@ -111,18 +112,18 @@ def _hexagon_rows(grid: Grid, sizes: list[int]) -> list[Cell] | None:
 
 
 _SHAPES = (
-    (r"\d+x\d+", _rectangle),
-    (r"p\d+x\d+", _parallelogram),
-    (r"t\d+", _triangle),
-    (r"h\d+", _hexagon),
-    (r"\d+(-\d+)+", _hexagon_rows),
+    ("[0-9]+x[0-9]+", _rectangle),
+    ("p[0-9]+x[0-9]+", _parallelogram),
+    ("t[0-9]+", _triangle),
+    ("h[0-9]+", _hexagon),
+    ("[0-9]+(-[0-9]+)+", _hexagon_rows),
 )
 
 
 def _read_cells(grid: Grid, path: Path) -> list[Cell]:
     """Cells of a text file, one a line; empty lines and lines that begin with # are passed over."""
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else "it is no text file"
         raise ArrayError(f"cannot read the cells in {path}: {reason}") from None
@@ -132,11 +133,9 @@ def _read_cells(grid: Grid, path: Path) -> list[Cell]:
         text = line.split("#")[0].replace(",", " ").split()
         if not text:
             continue
-        try:
-            cell = tuple(int(word) for word in text)
-        except ValueError:
-            cell = ()
-        if len(cell) != wanted or (wanted == 3 and cell[2] not in (0, 1)) or max(map(abs, cell)) > MAX_CELLS:
+        numbers = [int(word) for word in text if re.fullmatch("[+-]?[0-9]{1,9}", word)]
+        cell = tuple(numbers) if len(numbers) == len(text) else ()
+        if len(cell) != wanted or (wanted == 3 and cell[2] not in (0, 1)):
             form = "x y u with u 0 (up) or 1 (down)" if wanted == 3 else ("q r" if grid.name == "hex" else "x y")
             raise ArrayError(f"{path}, line {number}: {line.strip()!r} is no cell: write {form}")
         cells.append(cell)

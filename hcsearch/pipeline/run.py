@@ -172,7 +172,7 @@ def _in_threads(work: Callable[[str], T], prefixes: list[str], jobs: int) -> Ite
         todo = iter(prefixes)
         try:
             while True:
-                waiting.extend((prefix, pool.submit(work, prefix)) for prefix in islice(todo, 4 * jobs - len(waiting)))
+                waiting.extend((prefix, pool.submit(work, prefix)) for prefix in islice(todo, jobs + 2 - len(waiting)))
                 if not waiting:
                     return
                 prefix, future = waiting.popleft()

@@ -63,7 +63,7 @@ def select(
     if limit is not None:
         if limit < 0:
             raise QueryError(f"the limit {limit} is negative: give a number of rows, or leave it out")
-        statement = statement.limit(limit)
+        statement = statement.limit(min(limit, 2**63 - 1))
     with database.reading() as connection, _refusing():
         return _result(connection.execute(statement))
 
