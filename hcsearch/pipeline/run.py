@@ -37,6 +37,7 @@ class Plan:
 
     def __post_init__(self) -> None:
         check_keep(self.keep, self.until)
+        _ = self.search.prefixes  # what is too large to list is refused before a database is touched
 
     @property
     def work(self) -> Work:

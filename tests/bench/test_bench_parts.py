@@ -46,10 +46,13 @@ def test_every_engine_has_a_job():
     assert {engine.job for engine in engines.ENGINES} <= set(jobs())
 
 
-@pytest.mark.parametrize("engine", engines.ENGINES, ids=lambda engine: engine.job)
+@pytest.mark.parametrize(
+    "engine",
+    # an engine that is an extra is tried where the extra is installed, with the slow tests
+    [pytest.param(e, marks=[pytest.mark.slow] if e.package else []) for e in engines.ENGINES],
+    ids=lambda engine: engine.job,
+)
 def test_engines_agree_with_the_published_number(engine):
-    if engine.package:
-        pytest.importorskip(engine.package)
     row = jobs()[engine.job]("square", "6x4", 1)
     (published,) = [entry for entry in golden.table("m x n square grid")["values"] if entry[:2] == [6, 4]]
     circuits, classes = published[2:]
