@@ -358,7 +358,7 @@ def trace_masks(masks: NDArray[np.uint64], edges: NDArray[np.int64], directions:
                 way[u, degree[u]] = d
                 degree[u] += 1
                 to[v, degree[v]] = u
-                way[v, degree[v]] = (d + half) % directions
+                way[v, degree[v]] = d - half if d >= half else d + half
                 degree[v] += 1
         at = 0
         last = -1

@@ -9,35 +9,22 @@ from hcsearch.kernels.compiled import compiled
 
 
 @compiled
-def _rotation(
-    letters: NDArray[np.int8], first: NDArray[np.int8], best: NDArray[np.int8], score: NDArray[np.int64]
-) -> None:
-    """Improve `best` by the rotations of a cyclic word.
-
-    score : (found, class of the first step, ties) of the best rotation so far; `first` is the class of each start.
-    """
-    n = len(letters)
-    for start in range(n):
-        order = 0
-        if score[0] == 0:
-            order = -1
+def _least_rotation(letters: NDArray[np.int8], n: int) -> tuple[int, int]:
+    """Start of the least rotation of a cyclic word, and its period, in O(n); letters holds the word twice."""
+    i, j, k = 0, 1, 0  # two candidates, equal over k letters; all other starts below the greater one are worse
+    while i < n and j < n and k < n:
+        order = letters[i + k] - letters[j + k]
+        if order == 0:
+            k += 1
+            continue
+        if order > 0:
+            i += k + 1
         else:
-            at = start
-            for k in range(n):
-                order = letters[at] - best[k]
-                if order != 0:
-                    break
-                at += 1
-                if at == n:
-                    at = 0
-            if order == 0:
-                order = first[start] - score[1]
-        if order < 0:
-            for k in range(n):
-                best[k] = letters[(start + k) % n]
-            score[0], score[1], score[2] = 1, first[start], 1
-        elif order == 0:
-            score[2] += 1
+            j += k + 1
+        if i == j:
+            j += 1
+        k = 0
+    return min(i, j), abs(i - j) if k == n else n
 
 
 @compiled
@@ -47,44 +34,58 @@ def canonicalise(
     """Write the canonical form of each word and the order of its symmetry group.
 
     The key of a word is its least cyclic sequence of turns (left before right), walked counterclockwise, of itself or
-    its mirror image;
-    then the class of the first step's direction (`classes` of them; see `Grid.first_directions`).
+    its mirror image; then the class of the first step's direction (`classes` of them; see `Grid.first_directions`).
     """
     n = words.shape[1]
     half = directions // 2
-    letters = np.empty(n, np.int8)
-    first = np.empty(n, np.int8)
-    best = np.empty(n, np.int8)
-    score = np.zeros(3, np.int64)
+    ahead = np.empty(2 * n, np.int8)
+    back = np.empty(2 * n, np.int8)
     for row in range(len(words)):
         total = 0
-        for k in range(n):  # letters[k] is the turn after step k
-            turn = words[row, (k + 1) % n] - words[row, k]
+        for k in range(n):  # ahead[k] is the turn after step k
+            turn = words[row, k + 1 if k + 1 < n else 0] - words[row, k]
             if turn >= half:
                 turn -= directions
             elif turn < -half:
                 turn += directions
-            letters[k] = turn
-            first[k] = words[row, k] % classes
+            ahead[k] = turn
             total += turn
         if total > 0:  # a letter is the turn to the right, so sharp left turns come first
             for k in range(n):
-                letters[k] = -letters[k]
-        score[:] = 0
-        _rotation(letters, first, best, score)
-        # the mirror image, counterclockwise: from step k on it meets the turns before step k, backwards
-        for k in range(n // 2):
-            letters[k], letters[n - 1 - k] = letters[n - 1 - k], letters[k]
-        # after reversal the sequence that begins at position i follows step (n - i) mod n
-        first[1:] = first[1:][::-1].copy()
-        _rotation(letters, first, best, score)
-        d = score[1]
+                ahead[k] = -ahead[k]
+        for k in range(n):  # the mirror image, counterclockwise, meets the same turns backwards
+            ahead[n + k] = ahead[k]
+            back[n - 1 - k] = back[2 * n - 1 - k] = ahead[k]
+        start, period = _least_rotation(ahead, n)
+        mirrored, _ = _least_rotation(back, n)
+        order = 0
+        for k in range(n):
+            order = ahead[start + k] - back[mirrored + k]
+            if order != 0:
+                break
+        first = classes
+        ties = 0
+        for at in range(start % period, n, period):  # `ahead` from `at` on follows step at
+            for side in range(2):
+                # `back` from position p on follows step n - p
+                step = at if side == 0 else (n - (mirrored + at - start)) % n
+                if (side == 0 and order > 0) or (side == 1 and order < 0):
+                    continue
+                kind = words[row, step] % classes
+                if kind < first:
+                    first = kind
+                    ties = 0
+                ties += kind == first
+        best, begin = (ahead, start) if order <= 0 else (back, mirrored)
+        d = first
         for k in range(n):
             found[row, k] = d
-            d = (d - best[k]) % directions
+            d -= best[begin + k]
             if d < 0:
                 d += directions
-        symmetry[row] = score[2]
+            elif d >= directions:
+                d -= directions
+        symmetry[row] = ties
 
 
 @compiled
