@@ -1,10 +1,9 @@
-"""Jobs in processes of their own: `python -m hcsearch.bench.job NAME ARGUMENTS` prints one row as JSON."""
+"""Starting jobs in processes of their own (`hcsearch.bench.worker`), with a limit of time and peak memory measured."""
 
 from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -27,21 +26,10 @@ class Outcome:
 
 def run_job(name: str, limit: float, **arguments: Any) -> Outcome:
     """Run a job for at most `limit` seconds on the wall; one that fails or takes longer is an outcome too."""
-    done = run_measured([sys.executable, "-m", __name__, name, json.dumps(arguments)], limit, _ONE_CORE)
+    done = run_measured([sys.executable, "-m", "hcsearch.bench.worker", name, json.dumps(arguments)], limit, _ONE_CORE)
     if done.status is None:
         return Outcome(done.peak_mib, f"over {limit:g} s")
     if done.status:
         last = (done.error.strip().splitlines() or [f"exit code {done.status}"])[-1]
         return Outcome(done.peak_mib, f"failed: {last}")
     return Outcome(done.peak_mib, row=json.loads(done.output.splitlines()[-1]))
-
-
-def jobs() -> dict[str, Callable[..., Row]]:
-    """All jobs by name."""
-    from hcsearch.bench import counting, engines, listing  # noqa: PLC0415 - those start jobs themselves
-
-    return engines.JOBS | listing.JOBS | counting.JOBS
-
-
-if __name__ == "__main__":
-    print(json.dumps(jobs()[sys.argv[1]](**json.loads(sys.argv[2]))))

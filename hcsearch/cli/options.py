@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcsearch.errors import HcsearchError
+from hcsearch.grid import GRIDS, grid_named, parse_array
 
 if TYPE_CHECKING:
     from hcsearch.enumeration import Search
 
 Command = Callable[..., Any]
-
-GRID_NAMES = ("triangle", "square", "rectangle", "hex")
 
 
 def database_option(command: Command) -> Command:
@@ -34,7 +33,7 @@ def target_options(command: Command) -> Command:
         click.option("--array", "array_spec", metavar="SPEC", help="One array: 6x5, 3-4-3, p5x4, t5, h3, @file."),
         click.option("--n", type=int, metavar="N", help="Every array of N cells."),
         click.option(
-            "--grid", type=click.Choice(GRID_NAMES), required=True, help="Tiling that the panels are cut from."
+            "--grid", type=click.Choice(tuple(GRIDS)), required=True, help="Tiling that the panels are cut from."
         ),
     ):
         command = option(command)
@@ -44,7 +43,6 @@ def target_options(command: Command) -> Command:
 def make_search(grid: str, n: int | None, array_spec: str | None) -> Search:
     """The search that `--grid` with `--n` or `--array` names."""
     from hcsearch.enumeration import ArraySearch, PolygonSearch  # noqa: PLC0415
-    from hcsearch.grid import grid_named, parse_array  # noqa: PLC0415
 
     if (n is None) == (array_spec is None):
         raise HcsearchError("give either --n N (every array of N cells) or --array SPEC (one array)")

@@ -7,8 +7,8 @@ import click
 from hcsearch.cli.options import database_option
 from hcsearch.errors import QueryError
 from hcsearch.store.columns import column_names
+from hcsearch.store.formats import FORMATS
 
-_FORMATS = ("table", "csv", "json", "markdown")
 _COLUMNS = "id,grid,n,array,circuit,symmetry,n_foldings,n_untwisted,min_twist,status"
 
 
@@ -21,7 +21,7 @@ _COLUMNS = "id,grid,n,array,circuit,symmetry,n_foldings,n_untwisted,min_twist,st
 @click.option("-c", "--columns", help=f"Columns, separated by commas.  [default: {_COLUMNS}]")
 @click.option("-s", "--sort", help="Sort by columns, separated by commas; -NAME is descending.")
 @click.option("--limit", type=click.IntRange(min=0), help="At most this many rows.")
-@click.option("--format", "style", type=click.Choice(_FORMATS), default="table", show_default=True)
+@click.option("--format", "style", type=click.Choice(FORMATS), default="table", show_default=True)
 @click.option("--sql", help="Run one SELECT on the views designs, foldings, deployments and runs instead.")
 def query(
     condition: str, db: str, columns: str | None, sort: str | None, limit: int | None, style: str, sql: str | None

@@ -46,7 +46,7 @@ class ArraySearch:
         """Number of panels."""
         return self.array.n
 
-    @property
+    @cached_property
     def target(self) -> str:
         """Name of the array that the search is bound to."""
         return self.array.canonical().notation
@@ -61,7 +61,7 @@ class ArraySearch:
         """Number of circuits, congruent ones counted each; saturates at 2^61."""
         return 0 if self._dag is None else self._dag.total
 
-    @property
+    @cached_property
     def prefixes(self) -> list[str]:
         """Keys of the search's units: the number of each unit's first circuit, as text."""
         if self.n_circuits >= 10**12:

@@ -20,9 +20,8 @@ _READING = (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ, sqlite3.SQLITE_FUNCTION,
 
 @dataclass(frozen=True)
 class Look:
-    """What a file holds at first sight: `ours` by the number in its header, `version` of our schema, any tables."""
+    """What a file holds at first sight: `version` of our schema, None where the file is not ours; no tables at all."""
 
-    ours: bool
     version: str | None
     empty: bool
 
@@ -62,7 +61,7 @@ def _look(path: Path, mode: str, timeout: float) -> Look:
         version = None
         if ours and VERSION_TABLE in tables:
             version = connection.execute(f"SELECT max(version_num) FROM {VERSION_TABLE}").fetchone()[0]
-        return Look(ours, version, not tables)
+        return Look(version, not tables)
     finally:
         connection.close()
 

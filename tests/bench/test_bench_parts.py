@@ -5,12 +5,12 @@ import pytest
 
 from hcsearch.bench import arrays, engines
 from hcsearch.bench.backtracker import hamiltonian_circuits
-from hcsearch.bench.job import jobs
 from hcsearch.bench.listing import CONNECTIVE, growth_factor
 from hcsearch.bench.machine import MISSING, this_machine
 from hcsearch.bench.process import run_measured
 from hcsearch.bench.tables import Table, markdown, text
 from hcsearch.bench.timing import repeated
+from hcsearch.bench.worker import jobs
 from hcsearch.errors import HcsearchError
 from hcsearch.grid import GRIDS, parse_array
 from tests import golden, naive
