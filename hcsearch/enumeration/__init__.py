@@ -9,6 +9,7 @@ from typing import Protocol
 from hcsearch.circuit import Circuit
 from hcsearch.enumeration.arrays import ArraySearch
 from hcsearch.enumeration.counting import ArrayCount, count_array
+from hcsearch.enumeration.folded import FoldedSearch
 from hcsearch.enumeration.polygons import PolygonSearch
 from hcsearch.errors import SizeError
 from hcsearch.grid import Array, Grid, grid_named
@@ -19,6 +20,7 @@ __all__ = [
     "VERSION",
     "ArrayCount",
     "ArraySearch",
+    "FoldedSearch",
     "PolygonSearch",
     "Search",
     "count_array",
@@ -29,7 +31,7 @@ STAGE, VERSION = "circuits", 1
 
 
 class Search(Protocol):
-    """What the pipeline runs: `PolygonSearch` or `ArraySearch`, split into units named by search prefixes."""
+    """What the pipeline runs: `PolygonSearch`, `FoldedSearch`, `ArraySearch`; split into units named by prefixes."""
 
     @property
     def grid(self) -> Grid:
@@ -38,6 +40,10 @@ class Search(Protocol):
     @property
     def n(self) -> int:
         """Number of panels of all circuits found."""
+
+    @property
+    def lists(self) -> str:
+        """What is listed, in the words of `--keep`: `all` circuits, or only those that fold, or untwisted ones."""
 
     @property
     def target(self) -> str:

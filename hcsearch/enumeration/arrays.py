@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hcsearch.enumeration.sweep import Sweep, plan_sweep
 from hcsearch.errors import SizeError
-from hcsearch.grid import GRIDS, Array, Grid, Point
+from hcsearch.grid import Array, Grid, Point
 from hcsearch.kernels import frontier
 from hcsearch.kernels.words import canonicalise
 from hcsearch.records import CircuitBatch
@@ -45,6 +45,11 @@ class ArraySearch:
     def n(self) -> int:
         """Number of panels."""
         return self.array.n
+
+    @property
+    def lists(self) -> str:
+        """What is listed, in the words of `--keep`: everything."""
+        return "all"
 
     @cached_property
     def target(self) -> str:
@@ -158,9 +163,8 @@ def array_sweep(array: Array) -> Sweep | None:
 
 def sweep_ranks(grid: Grid, points: tuple[Point, ...]) -> list[list[int]]:
     """Ranks of the points along sweeps by rows and by diagonals, in every direction of the tiling."""
-    full = GRIDS["square"] if grid.directions == 4 else grid
     ranks = []
-    for isometry in full.point_group:
+    for isometry in grid.tiling.point_group:
         moved = [isometry(p) for p in points]
         rows = [(y // 3 if grid.is_triangle else y, x) for x, y in moved]
         diagonals = [(x + y, x) for x, y in moved]

@@ -10,17 +10,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.enumeration.classes import split_by_axis
+from hcsearch.enumeration.growth import connective_constant, expected_circuits
+from hcsearch.enumeration.plane import Plane
 from hcsearch.errors import SizeError
 from hcsearch.grid import Grid
 from hcsearch.kernels.polygons import walk_polygons
-from hcsearch.kernels.words import canonicalise
 from hcsearch.records import CircuitBatch
 
 MAX_PANELS = 120
-FAR = np.iinfo(np.int16).max
 
-# (a, mu): free circuits number about a * mu^n / n^3.5, with mu the connective constant; a fitted at n = 18 to 40
-_GROWTH = {"hex": (0.4, 4.15), "square": (1.8, 2.64), "rectangle": (3.6, 2.64), "triangle": (4.0, 1.85)}
 _UNIT_SIZE = 10_000
 _MAX_UNITS = 20_000
 _MAX_LISTED = 1e11
@@ -45,6 +44,11 @@ class PolygonSearch:
             )
 
     @property
+    def lists(self) -> str:
+        """What is listed, in the words of `--keep`: everything."""
+        return "all"
+
+    @property
     def target(self) -> str:
         """Name of the array that the search is bound to: none."""
         return ""
@@ -62,8 +66,7 @@ class PolygonSearch:
         """
         if self._empty:
             return []
-        amplitude, growth = _GROWTH[self.grid.name]
-        expected = amplitude * growth**self.n / self.n**3.5
+        expected = expected_circuits(self.grid, self.n)
         if expected > _MAX_LISTED:
             raise SizeError(
                 f"--n {self.n} is too large to list: about {expected:.0e} circuits; use a smaller n, or take some of "
@@ -86,7 +89,7 @@ class PolygonSearch:
             words, symmetry = walk.more(batch_size)
             if len(words):
                 batch = CircuitBatch(self.grid.name, words, symmetry)
-                yield _split_by_axis(self.grid, batch) if len(self.grid.first_directions) > 1 else batch
+                yield split_by_axis(self.grid, batch)
 
     def batches(self, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
         """All canonical circuits, lazily, at most `batch_size` at a time."""
@@ -98,45 +101,14 @@ class PolygonSearch:
         return self.n % 2 == 1 and self.grid.name != "hex"
 
     @cached_property
-    def _plane(self) -> _Plane:
-        return _Plane.around_home(self.grid, self.n)
-
-
-@dataclass(frozen=True)
-class _Plane:
-    """Lattice points within reach of home, numbered row by row, with their distance from home in steps."""
-
-    grid: Grid
-    moves: NDArray[np.int64]
-    distance: NDArray[np.int16]
-    home: int
-
-    @staticmethod
-    def around_home(grid: Grid, n: int) -> _Plane:
-        reach = n // 2 + 1
-        radius = (reach + 1) * max(abs(v) for step in grid.steps for v in step)
-        width = 2 * radius + 1
-        distance = np.full(width * width, FAR, np.int16)
-        start = (1, 1) if grid.is_triangle else (0, 0)
-        home = radius * width + radius
-        distance[home] = 0
-        ring = [start]
-        for step in range(1, reach + 1):
-            outer = []
-            for point in ring:
-                for _, to in grid.neighbours(point):
-                    at = home + (to[0] - start[0]) + (to[1] - start[1]) * width
-                    if distance[at] == FAR:
-                        distance[at] = step
-                        outer.append(to)
-            ring = outer
-        return _Plane(grid, np.array([x + y * width for x, y in grid.steps]), distance, home)
+    def _plane(self) -> Plane:
+        return Plane.around_home(self.grid, self.n // 2 + 1)
 
 
 class _Walk:
     """The resumable state of one depth-first walk below a prefix of turn letters."""
 
-    def __init__(self, plane: _Plane, n: int, prefix: tuple[int, ...]) -> None:
+    def __init__(self, plane: Plane, n: int, prefix: tuple[int, ...]) -> None:
         self.plane, self.n, self.prefix = plane, n, prefix
         self.turns = np.array(plane.grid.turns)
         self.letters = np.zeros(n + 1, np.int8)
@@ -152,7 +124,7 @@ class _Walk:
             self.impossible |= not self._step(k, letter)
         self.state = np.array([len(prefix) + 1, 1, 0])
         # so many steps left are worth a look for the way home: a closed-off walk would go on for about 3e5 steps
-        self._trap = round(math.log(3e5) / math.log(_GROWTH[plane.grid.name][1]))
+        self._trap = round(math.log(3e5) / math.log(connective_constant(plane.grid)))
 
     @property
     def done(self) -> bool:
@@ -202,13 +174,3 @@ class _Walk:
             symmetry,
         )
         return words[:written].copy(), symmetry[:written].copy()
-
-
-def _split_by_axis(grid: Grid, batch: CircuitBatch) -> CircuitBatch:
-    """The classes without quarter turns: each circuit lying and standing, unless those two are congruent."""
-    both = np.concatenate([batch.words, (batch.words + 1) % grid.directions]).astype(np.int8)
-    words, symmetry = np.empty_like(both), np.empty(len(both), np.int16)
-    canonicalise(both, grid.directions, len(grid.first_directions), words, symmetry)
-    lying, standing = words[: len(batch)], words[len(batch) :]
-    keep = np.concatenate([np.ones(len(batch), bool), (lying != standing).any(axis=1)])
-    return CircuitBatch(grid.name, words[keep], symmetry[keep])

@@ -58,6 +58,11 @@ class Grid:
         """Whether cells carry a third coordinate u: 0 points up, 1 points down."""
         return self.turns == (1, -1)
 
+    @property
+    def tiling(self) -> Grid:
+        """The grid with all symmetries of its lattice of cells: `square` for rectangles."""
+        return self if len(self.first_directions) == 1 else GRIDS["square"]
+
     @cached_property
     def point_group(self) -> tuple[Isometry, ...]:
         """The tiling's rotations and reflections (8 square, 4 rectangle, 12 hex and triangle), the identity first."""

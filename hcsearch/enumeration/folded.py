@@ -1,0 +1,207 @@
+"""Every circuit of n panels that folds, one a congruence class, joined from half-chains; what does not is never met."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.enumeration.classes import canonical_batch
+from hcsearch.enumeration.growth import connective_constant
+from hcsearch.enumeration.plane import Plane
+from hcsearch.enumeration.polygons import PolygonSearch
+from hcsearch.errors import SizeError
+from hcsearch.grid import Grid
+from hcsearch.kernels import chains
+from hcsearch.records import CircuitBatch
+
+_UNIT_PAIRS = 250_000
+_MAX_UNITS = 20_000
+_MAX_LISTED = 2e12  # pairs; about 1e11 circuits
+_MAX_CHAINS = 2e10
+
+
+@dataclass(frozen=True)
+class FoldedSearch:
+    """All circuits of n panels that fold into two stacks, or only the untwisted ones, split into units.
+
+    A circuit's folding cuts it at its two flat creases into two half-chains, each of which carries one flat crease to
+    the other by itself. So half-chains are listed by key (last place, exit), joined with those of the key that meets
+    it, and kept where their cells are disjoint; for untwisted ones only opposite sums of turns are joined. Of the keys
+    that are images of each other one is enough. A unit is a range of keys, or part of one. Memory holds the
+    half-chains of one key at a time.
+
+    Empty for odd n. Raises SizeError below 3 panels and where a listing of all would have no end.
+    """
+
+    grid: Grid
+    n: int
+    untwisted: bool
+
+    def __post_init__(self) -> None:
+        PolygonSearch(self.grid, self.n)  # refuses what it cannot hold
+        if self.n // 2 * self._letter_bits > 64:
+            most = 64 // self._letter_bits * 2
+            raise SizeError(f"--n {self.n} is too large for half-chains on this grid: use --n {most} or less")
+
+    @property
+    def target(self) -> str:
+        """Name of the array that the search is bound to: none."""
+        return ""
+
+    @property
+    def lists(self) -> str:
+        """What is listed, in the words of `--keep`."""
+        return "untwisted" if self.untwisted else "two-stack"
+
+    @property
+    def group_order(self) -> int:
+        """Order of the grid's point group: circuits that differ by more than a translation are different."""
+        return len(self.grid.point_group)
+
+    @cached_property
+    def prefixes(self) -> list[str]:
+        """Names of the units, in order: `first-last` for whole keys, `key:part/parts` for part of one."""
+        if self.n_pairs > _MAX_LISTED:
+            raise SizeError(
+                f"--n {self.n} is too large to list: about {0.05 * self.n_pairs:.0e} circuits; use a smaller n, or "
+                f"`hcsearch count --keep {self.lists}`"
+            )
+        size = max(_UNIT_PAIRS, int(self.n_pairs / _MAX_UNITS))
+        names: list[str] = []
+        first, joined = 0, 0
+        for key, pairs in enumerate(self.pairs.tolist()):
+            if joined and joined + pairs > size:
+                names.append(f"{first}-{key - 1}")
+                joined = 0
+            if pairs > size:
+                parts = -(-pairs // size)
+                names += [f"{key}:{part}/{parts}" for part in range(parts)]
+                continue
+            if not joined:
+                first = key
+            joined += pairs
+        return [*names, f"{first}-{len(self.pairs) - 1}"] if joined else names
+
+    def circuits(self, prefix: str, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
+        """The canonical circuits of one unit, lazily, at most `batch_size` words of half-chains at a time."""
+        keys, _, part = prefix.partition(":")
+        first, _, last = keys.partition("-")
+        number, _, parts = (part or "0/1").partition("/")
+        chosen = self._keys[int(first) : int(last or first) + 1]
+        return self._join(_Join(self._plane, chosen, self.untwisted, int(number), int(parts)), batch_size)
+
+    def batches(self, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
+        """All canonical circuits, lazily, at most `batch_size` words of half-chains at a time."""
+        return self._join(_Join(self._plane, self._keys, self.untwisted), batch_size)
+
+    def count(self, key: int) -> tuple[int, int]:
+        """Number of classes and of fixed circuits that the key of a number gives, without listing them."""
+        if len(self.grid.first_directions) > 1:  # what quarter turns tell apart needs the words
+            found = list(self.circuits(f"{key}-{key}"))
+            return sum(map(len, found)), sum(int((self.group_order // batch.symmetry).sum()) for batch in found)
+        return _Join(self._plane, self._keys[key : key + 1], self.untwisted).count(self.group_order)
+
+    @property
+    def pairs(self) -> NDArray[np.int64]:
+        """Number of pairs of half-chains for each key: what the search will take is in proportion."""
+        keys: NDArray[np.int64] = self._keys[:, 2] * self._keys[:, 3]
+        return keys
+
+    @property
+    def n_pairs(self) -> float:
+        """Number of pairs of half-chains, all keys together."""
+        return float(self.pairs.sum(dtype=float))
+
+    def _join(self, join: _Join, batch_size: int) -> Iterator[CircuitBatch]:
+        while not join.done:
+            yield canonical_batch(self.grid, join.more(batch_size, self.n))
+
+    @property
+    def _letter_bits(self) -> int:
+        return (len(self.grid.turns) - 1).bit_length()
+
+    @cached_property
+    def _places(self) -> Plane:
+        return Plane.around_home(self.grid.tiling, self.n - 1)
+
+    @cached_property
+    def _plane(self) -> chains.Plane:
+        places, h = self._places, self.n // 2 - 1
+        return chains.Plane(
+            moves=places.moves,
+            turns=np.array(self.grid.turns),
+            bits=self._letter_bits,
+            distance=places.distance,
+            reach=np.flatnonzero(places.distance <= h),
+            home=places.home,
+            h=h,
+            turned=self.grid.is_triangle and h % 2 == 1,
+        )
+
+    @cached_property
+    def _keys(self) -> NDArray[np.int64]:
+        """Keys that are the least of their images, shape (n_keys, 5), as `kernels.chains.join_chains` takes them."""
+        if self.n % 2:
+            return np.empty((0, 5), np.int64)
+        growth = connective_constant(self.grid)
+        if growth ** (self.n // 2 - 1) > _MAX_CHAINS:
+            raise SizeError(f"--n {self.n} is too large: over {_MAX_CHAINS:.0e} half-chains; use a smaller n")
+        sizes = np.zeros((len(self._places.distance), self.grid.directions), np.int64)
+        chains.count_chains(self._plane, sizes)
+        found = []
+        for end, face in np.argwhere(sizes).tolist():
+            images = self._images(end, face)
+            mate = images[1]
+            if min(images) == images[0] and sizes[mate]:
+                stabiliser = sum(1 << root for root, image in enumerate(images) if image == images[0])
+                found.append((end, face, sizes[end, face], sizes[mate], stabiliser))
+        return np.array(found, np.int64).reshape(-1, 5)
+
+    def _images(self, end: int, face: int) -> list[tuple[int, int]]:
+        """The key of each of a folding's eight roots (`kernels.chains`), given that of the first."""
+        places, m = self._places, self.grid.directions
+        turns = {g.offset: g for g in places.grid.point_group if g.sign == 1}
+        mirror = next(g for g in places.grid.point_group if (g.sign, g.offset) == (-1, 0))
+        x, y = places.point(end)
+        back = places.place(turns[-face % m]((-x, -y))), -face % m
+        images = []
+        for key in ((end, face), back):
+            across = 2 * places.home + int(places.moves[0] - places.moves[key[1]]) - key[0]
+            images += [key, (across, key[1])]
+        return images + [(places.place(mirror(places.point(place))), -d % m) for place, d in images]
+
+
+class _Join:
+    """A resumable join of half-chains over some keys."""
+
+    def __init__(
+        self, plane: chains.Plane, keys: NDArray[np.int64], untwisted: bool, part: int = 0, parts: int = 1
+    ) -> None:
+        self.plane, self.keys, self.untwisted, self.part, self.parts = plane, keys, untwisted, part, parts
+        self.state = np.zeros(3, np.int64)
+
+    @property
+    def done(self) -> bool:
+        return bool(self.state[0] == len(self.keys))
+
+    def more(self, size: int, n: int) -> NDArray[np.int8]:
+        """The next words, at most `size`."""
+        words = np.empty((size, n), np.int8)
+        written, _ = self._run(words)
+        return words[:written].copy()
+
+    def count(self, group_order: int) -> tuple[int, int]:
+        """Number of classes and of fixed circuits of all keys."""
+        _, totals = self._run(np.empty((0, 0), np.int8), group_order)
+        return int(totals[0]), int(totals[1])
+
+    def _run(self, words: NDArray[np.int8], group_order: int = 0) -> tuple[int, NDArray[np.int64]]:
+        totals = np.zeros(2, np.int64)
+        written = chains.join_chains(
+            self.plane, self.keys, self.untwisted, self.part, self.parts, group_order, self.state, words, totals
+        )
+        return written, totals

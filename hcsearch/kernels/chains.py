@@ -1,0 +1,455 @@
+"""Circuits that fold, found as pairs of half-chains; each class is written once, from its least rooted word.
+
+A half-chain is the part of a circuit between the two flat creases of a folding: h + 1 panels, h = n / 2 - 1, walked
+outward from the first crease. In its own frame the first panel is at home and the crease faces direction 0; the
+panel on the other side of the crease begins the other half-chain, whose frame is this one turned by a half turn about
+the middle of the crease. Its turns are kept as letters, sharpest left first, packed into one integer, its code.
+
+A circuit can be rooted at either end of any of its foldings, at either half-chain, in two orientations. Its least
+pair of codes (first half-chain, second half-chain) is the one that is written; as many roots attain it as the circuit
+has symmetries. docs/theory.md, section 9, has the proofs.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiled import compiled
+
+FAR = 32767
+
+
+class Plane(NamedTuple):
+    """The tiling around home, as far as two half-chains reach.
+
+    moves : what a step in each direction adds to the number of a place.
+    turns, bits : turns by letter, and bits that a letter takes in a code.
+    distance : steps from home to each place, FAR beyond reach.
+    reach : places within h steps of home.
+    home : the first panel; home + moves[0] lies across the first crease.
+    h : steps of a half-chain.
+    turned : whether a half-chain's last panel is turned by a half turn against the first (triangles, odd h).
+    """
+
+    moves: NDArray[np.int64]
+    turns: NDArray[np.int64]
+    bits: int
+    distance: NDArray[np.int16]
+    reach: NDArray[np.int64]
+    home: int
+    h: int
+    turned: bool
+
+
+class Chains(NamedTuple):
+    """Half-chains of one key, grouped by the alternating sum of their turns.
+
+    codes, back : the code, and the code of the chain walked from its end.
+    sums : sum of turns, with alternating signs, the first with a plus.
+    steps : shape (n_chains, h), directions.
+    masks : shape (words, n_chains), the cells that the other half-chain can meet.
+    carried : shape (3, n_chains), bit planes of h numbers below `directions`: crease k of a first and of a second
+              half-chain is flat in another folding where theirs are equal.
+    """
+
+    codes: NDArray[np.uint64]
+    back: NDArray[np.uint64]
+    sums: NDArray[np.int16]
+    steps: NDArray[np.int8]
+    masks: NDArray[np.uint64]
+    carried: NDArray[np.uint64]
+
+
+@compiled
+def _walk(
+    plane: Plane,
+    exit_face: int,
+    toward: NDArray[np.int16],
+    bit: NDArray[np.int16],
+    blocked: NDArray[np.uint8],
+    sizes: NDArray[np.int64],
+    found: Chains,
+) -> int:
+    """Walk the half-chains that begin at home, in ascending order of their codes; return how many there are.
+
+    toward : steps from a place to where the walk must end, FAR where it must not go.
+    exit_face : face through which it must leave, or -1 for any; then sizes, shape (places, directions), counts the
+                chains by last place and exit, and nothing is written.
+    bit : the bit of each place in a mask, -1 for none.
+    """
+    moves, turns, h, home = plane.moves, plane.turns, plane.h, plane.home
+    directions = len(moves)
+    flip = directions // 2
+    n_turns = len(turns)
+    words = len(found.masks)
+    letters = np.zeros(h + 1, np.int64)
+    heading = np.zeros(h + 1, np.int64)
+    face = np.zeros(h + 1, np.int64)
+    total = np.zeros(h + 1, np.int64)
+    place = np.zeros(h + 1, np.int64)
+    code = np.zeros(h + 1, np.uint64)
+    mask = np.zeros((h + 1, words), np.uint64)
+    width = np.uint64(plane.bits)
+    one = np.uint64(1)
+    written = 0
+    heading[0] = flip
+    place[0] = home
+    letters[0] = -1
+    blocked[home] = 1
+    if exit_face >= 0 and bit[home] >= 0:
+        mask[0, bit[home] >> 6] |= one << np.uint64(bit[home] & 63)
+    k = 0
+    while k >= 0:
+        letter = letters[k] + 1
+        letters[k] = letter
+        if letter == n_turns:
+            blocked[place[k]] = 0
+            k -= 1
+            continue
+        turn = turns[letter]
+        d = heading[k] + turn
+        if d < 0:
+            d += directions
+        elif d >= directions:
+            d -= directions
+        to = place[k] + moves[d]
+        if toward[to] > h - 1 - k or blocked[to] != 0:
+            continue
+        r = (2 * d + flip - face[k] + directions) % directions  # the first crease, carried across this one
+        if k + 1 < h:
+            code[k + 1] = (code[k] << width) | np.uint64(letter)
+            total[k + 1] = total[k] + (turn if k % 2 == 0 else -turn)
+            k += 1
+            heading[k] = d
+            place[k] = to
+            face[k] = r
+            letters[k] = -1
+            blocked[to] = 1
+            if exit_face >= 0:
+                for w in range(words):
+                    mask[k, w] = mask[k - 1, w]
+                if bit[to] >= 0:
+                    mask[k, bit[to] >> 6] |= one << np.uint64(bit[to] & 63)
+            continue
+        if r == (d + flip) % directions:  # back through the last crease
+            continue
+        if exit_face < 0:
+            if blocked[to + moves[r]] == 0:
+                sizes[to, r] += 1
+                written += 1
+            continue
+        if r != exit_face:
+            continue
+        leaving = r - d
+        if leaving > flip:
+            leaving -= directions
+        elif leaving < -flip:
+            leaving += directions
+        last = 0
+        while turns[last] != leaving:
+            last += 1
+        reverse = np.uint64(n_turns - 1 - last)
+        for t in range(h - 1, 0, -1):
+            reverse = (reverse << width) | np.uint64(n_turns - 1 - letters[t])
+        found.codes[written] = (code[k] << width) | np.uint64(letter)
+        found.back[written] = reverse
+        found.sums[written] = total[k] + (turn if k % 2 == 0 else -turn) + (leaving if h % 2 == 0 else -leaving)
+        for t in range(1, h):
+            found.steps[written, t - 1] = heading[t]
+        found.steps[written, h - 1] = d
+        for w in range(words):
+            found.masks[w, written] = mask[h - 1, w]
+        if bit[to] >= 0:
+            found.masks[bit[to] >> 6, written] |= one << np.uint64(bit[to] & 63)
+        written += 1
+    return written
+
+
+@compiled
+def _room(n_chains: int, h: int, words: int) -> Chains:
+    return Chains(
+        np.empty(n_chains, np.uint64),
+        np.empty(n_chains, np.uint64),
+        np.empty(n_chains, np.int16),
+        np.empty((n_chains, h), np.int8),
+        np.empty((words, n_chains), np.uint64),
+        np.zeros((3, n_chains), np.uint64),
+    )
+
+
+@compiled
+def count_chains(plane: Plane, sizes: NDArray[np.int64]) -> int:
+    """Count the half-chains by last place and exit, into sizes of shape (places, directions); return how many."""
+    toward = np.full(len(plane.distance), np.int16(0))
+    blocked = np.zeros(len(plane.distance), np.uint8)
+    blocked[plane.home + plane.moves[0]] = 1
+    bit = np.empty(0, np.int16)
+    return _walk(plane, -1, toward, bit, blocked, sizes, _room(0, plane.h, 1))
+
+
+@compiled
+def _steps_between(plane: Plane, end: int, place: int) -> int:
+    """Steps from a half-chain's last place to another place."""
+    away = end - place if plane.turned else place - end
+    return int(plane.distance[plane.home + away])
+
+
+@compiled
+def _list(plane: Plane, end: int, exit_face: int, n_chains: int, bit: NDArray[np.int16], words: int) -> Chains:
+    """The half-chains of one key."""
+    size = len(plane.distance)
+    toward = np.full(size, np.int16(FAR))
+    blocked = np.zeros(size, np.uint8)
+    for place in plane.reach:
+        away = _steps_between(plane, end, place)
+        if plane.distance[place] + away <= plane.h:
+            toward[place] = away
+    blocked[plane.home + plane.moves[0]] = 1
+    blocked[end + plane.moves[exit_face]] = 1
+    found = _room(n_chains, plane.h, words)
+    _walk(plane, exit_face, toward, bit, blocked, np.empty((0, 0), np.int64), found)
+    return found
+
+
+@compiled
+def _carry(chains: Chains, directions: int, mate: bool) -> None:
+    """Fill `carried`, of a first half-chain or of its mate.
+
+    With e_k = D_k-1 + D_k, where D_k sums steps 1 .. k with alternating signs, crease k of the first half-chain is
+    flat when its e_k and e_h+1-k of the second one add up to (h + 1) m / 2, mod m (docs/theory.md, 23).
+    """
+    n_chains, h = chains.steps.shape
+    goal = (h + 1) * (directions // 2) % directions
+    one = np.uint64(1)
+    for i in range(n_chains):
+        before = np.int64(0)
+        for k in range(1, h + 1):
+            d = np.int64(chains.steps[i, k - 1])
+            after = before + (d if k % 2 == 0 else -d)
+            e = (before + after) % directions
+            before = after
+            at = np.uint64(k)
+            if mate:
+                e = (goal - e) % directions
+                at = np.uint64(h + 1 - k)
+            for plane in range(3):
+                if (e >> plane) & 1:
+                    chains.carried[plane, i] |= one << at
+
+
+@compiled
+def _grouped(chains: Chains, starts: NDArray[np.int64], offset: int) -> Chains:
+    """The chains by ascending sums; those of sum s are at starts[s + offset] .. starts[s + offset + 1] - 1."""
+    n_chains = len(chains.codes)
+    starts[:] = 0
+    for s in chains.sums:
+        starts[s + offset + 1] += 1
+    for i in range(1, len(starts)):
+        starts[i] += starts[i - 1]
+    free = starts.copy()
+    ordered = _room(n_chains, chains.steps.shape[1], len(chains.masks))
+    for i in range(n_chains):
+        to = free[chains.sums[i] + offset]
+        free[chains.sums[i] + offset] += 1
+        ordered.codes[to] = chains.codes[i]
+        ordered.back[to] = chains.back[i]
+        ordered.sums[to] = chains.sums[i]
+        ordered.steps[to] = chains.steps[i]
+        ordered.masks[:, to] = chains.masks[:, i]
+    return ordered
+
+
+@compiled
+def _least_root(
+    a: np.uint64, b: np.uint64, ra: np.uint64, rb: np.uint64, flips: np.uint64
+) -> tuple[np.uint64, np.uint64, int]:
+    """The least of the eight roots of a folding, and how many attain it.
+
+    a, b : codes of the folding's half-chains; ra, rb : the same walked from the other flat crease.
+    flips : the code that adds up with a code to that of its mirror image.
+    """
+    code, mate, equal = a, b, 0
+    for root in range(8):
+        x, y = _root(root, a, b, ra, rb, flips)
+        if x < code or (x == code and y < mate):
+            code, mate, equal = x, y, 0
+        if x == code and y == mate:
+            equal += 1
+    return code, mate, equal
+
+
+@compiled
+def _root(
+    root: int, a: np.uint64, b: np.uint64, ra: np.uint64, rb: np.uint64, flips: np.uint64
+) -> tuple[np.uint64, np.uint64]:
+    """One of the eight: bit 0 of its number exchanges the half-chains, bit 1 the flat creases, bit 2 reflects."""
+    x, y = (ra, rb) if root & 2 else (a, b)
+    if root & 1:
+        x, y = y, x
+    if root & 4:
+        x, y = flips - x, flips - y
+    return x, y
+
+
+@compiled
+def _order(
+    a: np.uint64,
+    b: np.uint64,
+    ra: np.uint64,
+    rb: np.uint64,
+    flat: np.uint64,
+    stabiliser: int,
+    letters: tuple[int, int, np.uint64, np.uint64],
+) -> int:
+    """Order of the circuit's symmetry group when this is the root to write it from, else 0.
+
+    a, b, ra, rb : as in `_least_root`, of the folding that the root belongs to.
+    flat : bit k is set where crease k of the first half-chain is flat in another folding.
+    stabiliser : bit i is set where root i of the folding has the same key.
+    letters : h, bits of a letter, the highest letter, and the code of h highest letters.
+    """
+    h, bits, top, flips = letters
+    for root in range(1, 8):
+        if (stabiliser >> root) & 1:
+            x, y = _root(root, a, b, ra, rb, flips)
+            if x < a or (x == a and y < b):
+                return 0
+    code, mate, order = _least_root(a, b, ra, rb, flips)
+    if flat == 0:
+        return order
+    # the letters of the panels, walked forward (ahead: first half-chain, then second) and backward
+    width = np.uint64(bits)
+    shift = np.uint64(bits * (h - 1))
+    ahead_a = (a << width) | (top - (ra >> shift))
+    ahead_b = (rb << width) | (top - (b >> shift))
+    behind_b = (b << width) | (top - (rb >> shift))
+    behind_a = (ra << width) | (top - (a >> shift))
+    k = 0
+    while flat != 0:
+        if flat & np.uint64(1):
+            other, other_mate, equal = _least_root(
+                _window(ahead_a, ahead_b, k, h, bits),
+                _window(behind_a, behind_b, h + 1 - k, h, bits),
+                _window(behind_b, behind_a, h + 1 - k, h, bits),
+                _window(ahead_b, ahead_a, k, h, bits),
+                flips,
+            )
+            if other < code or (other == code and other_mate < mate):
+                return 0
+            if other == code and other_mate == mate:
+                order += equal
+        flat >>= np.uint64(1)
+        k += 1
+    return order
+
+
+@compiled
+def _window(first: np.uint64, second: np.uint64, skip: int, h: int, bits: int) -> np.uint64:
+    """The h letters out of two words of h + 1 letters each, after the first `skip` ones; 0 < skip < h + 1."""
+    rest = np.uint64(bits * (h + 1 - skip))
+    more = np.uint64(bits * (skip - 1))
+    kept = first & ((np.uint64(1) << rest) - np.uint64(1))
+    return (kept << more) | (second >> (np.uint64(bits * (h + 1)) - more))
+
+
+@compiled
+def join_chains(
+    plane: Plane,
+    keys: NDArray[np.int64],
+    untwisted: bool,
+    part: int,
+    parts: int,
+    group_order: int,
+    state: NDArray[np.int64],
+    words: NDArray[np.int8],
+    totals: NDArray[np.int64],
+) -> int:
+    """Join half-chains to circuits that fold, one a class, until the keys end or `words` is full; return how many.
+
+    keys : shape (n_keys, 5), last place and exit of the first half-chain, number of chains with that key and with
+           the key of the other half-chain, and the key's stabiliser (see `_order`).
+    part, parts : of the first half-chains only every parts-th is taken, from number `part` on.
+    state : (key, first half-chain, second half-chain) to go on with; key is len(keys) at the end.
+    words : shape (capacity, n); without room, circuits are only counted.
+    totals : adds the number of classes and of circuits up to translation, which are group_order / symmetry a class.
+    """
+    h, home, moves, bits = plane.h, plane.home, plane.moves, plane.bits
+    directions = len(moves)
+    half = h + 1
+    n = 2 * half
+    top = len(plane.turns) - 1
+    flips = np.uint64(0)
+    for _ in range(h):
+        flips = (flips << np.uint64(bits)) | np.uint64(top)
+    letters = (h, bits, np.uint64(top), flips)
+    mate_home = home + moves[0]
+    capacity = len(words)
+    full = (np.uint64(1) << np.uint64(half)) - np.uint64(2)  # bits 1 .. h
+    offset = 2 * n
+    starts = np.zeros(2 * offset + 2, np.int64)
+    bit, mate_bit = np.full(len(plane.distance), np.int16(-1)), np.full(len(plane.distance), np.int16(-1))
+    written = 0
+    while state[0] < len(keys):
+        end, face, stabiliser = keys[state[0], 0], keys[state[0], 1], keys[state[0], 4]
+        mate_end = home + mate_home - end - moves[face]  # in the other half-chain's frame
+        n_bits = 0
+        for place in plane.reach:
+            other = home + mate_home - place
+            bit[place] = -1
+            mate_bit[other] = -1
+            if plane.distance[place] + _steps_between(plane, end, place) > h or plane.distance[other] > h:
+                continue
+            if plane.distance[other] + _steps_between(plane, mate_end, other) <= h:
+                bit[place] = n_bits
+                mate_bit[other] = n_bits
+                n_bits += 1
+        n_words = max(1, (n_bits + 63) // 64)
+        first = _list(plane, end, face, keys[state[0], 2], bit, n_words)
+        _carry(first, directions, False)
+        second = _list(plane, mate_end, face, keys[state[0], 3], mate_bit, n_words)
+        second = _grouped(second, starts, offset)
+        _carry(second, directions, True)
+        for i in range(state[1], len(first.codes)):
+            if i % parts != part:
+                continue
+            lo, hi = np.int64(0), np.int64(len(second.codes))
+            if untwisted:
+                lo, hi = starts[offset - first.sums[i]], starts[offset - first.sums[i] + 1]
+            mask = first.masks[0, i]
+            for j in range(max(lo, state[2]), hi):
+                if mask & second.masks[0, j] != 0:
+                    continue
+                meet = np.uint64(0)
+                for w in range(1, n_words):
+                    meet |= first.masks[w, i] & second.masks[w, j]
+                if meet != 0:
+                    continue
+                flat = full
+                for p in range(3):
+                    flat &= ~(first.carried[p, i] ^ second.carried[p, j])
+                order = _order(
+                    first.codes[i], second.codes[j], first.back[i], second.back[j], flat, stabiliser, letters
+                )
+                if order == 0:
+                    continue
+                totals[0] += 1
+                totals[1] += group_order // order
+                if capacity == 0:
+                    continue
+                words[written, 0] = directions // 2
+                words[written, half] = face
+                for t in range(h):
+                    words[written, 1 + t] = first.steps[i, t]
+                    words[written, half + 1 + t] = second.steps[j, h - 1 - t]
+                written += 1
+                if written == capacity:
+                    state[1] = i
+                    state[2] = j + 1
+                    return written
+            state[2] = 0
+        state[0] += 1
+        state[1] = 0
+    return written

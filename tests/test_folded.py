@@ -1,0 +1,145 @@
+"""Fold-first search against listing everything and filtering, and the laws it rests on."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hcsearch.enumeration import FoldedSearch, PolygonSearch
+from hcsearch.errors import SizeError
+from hcsearch.folding import fold, foldings
+from hcsearch.grid import GRIDS
+from hcsearch.twisting import twist_batch
+from tests.strategies import circuits
+
+NEAR = {"hex": range(3, 15), "square": range(4, 21, 2), "rectangle": range(4, 19, 2), "triangle": range(6, 31, 2)}
+FAR = {"hex": (16, 18), "square": (22, 24, 26), "rectangle": (20, 22), "triangle": (32, 34, 36, 38)}
+
+# counted by this search, and once each by listing and filtering
+UNTWISTED = {"hex": {18: 218_086, 20: 2_328_698}, "square": {26: 642_693}, "triangle": {38: 116_979}}
+
+
+@cache
+def filtered(grid, n):
+    """Circuits that fold, and untwisted ones, as sets of words with their symmetry, by listing all."""
+    two_stack, untwisted = set(), set()
+    for batch in PolygonSearch(GRIDS[grid], n).batches():
+        found = fold(batch)
+        twists = twist_batch(batch, found)
+        named = [(word.tobytes(), int(order)) for word, order in zip(batch.words, batch.symmetry, strict=True)]
+        two_stack |= {named[row] for row in found.row}
+        untwisted |= {named[row] for row in found.row[twists == 0]}
+    return {"two-stack": two_stack, "untwisted": untwisted}
+
+
+def joined(search, batch_size=1000):
+    """The same by joining half-chains, unit by unit; nothing may come twice."""
+    found = [
+        (word.tobytes(), int(order))
+        for prefix in search.prefixes
+        for batch in search.circuits(prefix, batch_size)
+        for word, order in zip(batch.words, batch.symmetry, strict=True)
+    ]
+    assert len(found) == len(set(found))
+    return set(found)
+
+
+def counted(search):
+    counts = [search.count(key) for key in range(len(search.pairs))]
+    return sum(classes for classes, _ in counts), sum(fixed for _, fixed in counts)
+
+
+def check(grid, n, untwisted):
+    search = FoldedSearch(GRIDS[grid], n, untwisted)
+    expected = filtered(grid, n)[search.lists]
+    assert joined(search) == expected
+    assert counted(search) == (len(expected), sum(search.group_order // order for _, order in expected))
+
+
+@pytest.mark.parametrize("untwisted", [False, True])
+@pytest.mark.parametrize(("grid", "n"), [(grid, n) for grid in NEAR for n in NEAR[grid]])
+def test_joining_finds_what_filtering_finds(grid, n, untwisted):
+    check(grid, n, untwisted)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("untwisted", [False, True])
+@pytest.mark.parametrize(("grid", "n"), [(grid, n) for grid in FAR for n in FAR[grid]])
+def test_joining_finds_what_filtering_finds_far_out(grid, n, untwisted):
+    check(grid, n, untwisted)
+
+
+@pytest.mark.parametrize(("grid", "n"), [(grid, n) for grid, counts in UNTWISTED.items() for n in counts])
+def test_untwisted_counts_out_of_reach_of_listing(grid, n):
+    assert counted(FoldedSearch(GRIDS[grid], n, untwisted=True))[0] == UNTWISTED[grid][n]
+
+
+@pytest.mark.parametrize("batch_size", [1, 7, 1 << 16])
+def test_batches_do_not_depend_on_their_size(batch_size):
+    search = FoldedSearch(GRIDS["hex"], 12, untwisted=False)
+    words = [word.tobytes() for batch in search.batches(batch_size) for word in batch.words]
+    assert words == [word.tobytes() for batch in search.batches(100) for word in batch.words]
+
+
+def test_units_split_keys_and_join_them(monkeypatch):
+    monkeypatch.setattr("hcsearch.enumeration.folded._UNIT_PAIRS", 500)
+    search = FoldedSearch(GRIDS["hex"], 14, untwisted=True)
+    assert any(":" in prefix for prefix in search.prefixes)
+    assert any(":" not in prefix for prefix in search.prefixes)
+    assert joined(search) == filtered("hex", 14)["untwisted"]
+
+
+def image(circuit, crease, steps):
+    """Face to which `steps` creases, one after the other, carry a crease's face by reflection."""
+    m = circuit.grid.directions
+    face = crease
+    for d in steps:
+        face = (2 * d + m // 2 - face) % m
+    return face
+
+
+@given(st.data())
+def test_each_half_chain_carries_one_flat_crease_to_the_other(data):
+    circuit = data.draw(circuits(even=True))
+    m, n, word = circuit.grid.directions, circuit.n, circuit.word
+    for folding in foldings(circuit):
+        for start in (folding.crease, folding.opposite):
+            inner = [word[(start + i) % n] for i in range(1, n // 2)]
+            assert image(circuit, (word[start] + m // 2) % m, inner) == word[(start + n // 2) % n]
+
+
+@given(st.data())
+def test_given_one_folding_one_congruence_tells_the_others(data):
+    circuit = data.draw(circuits(even=True))
+    m, half, found = circuit.grid.directions, circuit.n // 2, foldings(circuit)
+    for folding in found:
+        word = np.roll(circuit.word, -folding.crease)
+        word = word - word[0] + m // 2  # the frame of the first half-chain; that of the other is turned by a half turn
+        mine, mate = carried(word[1:half]), carried(word[:half:-1])
+        flat = {
+            (k + folding.crease) % half
+            for k in range(1, half)
+            if (mine[k - 1] + mate[half - k - 1] - half * (m // 2)) % m == 0
+        }
+        assert flat == {f.crease % half for f in found} - {folding.crease % half}
+
+
+def carried(steps):
+    """e_1 .. e_h of a half-chain (docs/theory.md, statement 23)."""
+    sums = np.concatenate([[0], np.cumsum([(-1) ** k * d for k, d in enumerate(steps, 1)])])
+    return sums[1:] + sums[:-1]
+
+
+@pytest.mark.parametrize(("grid", "n"), [("hex", 2), ("hex", 44), ("square", 66), ("triangle", 122), ("hex", 40)])
+def test_sizes_out_of_reach_are_refused(grid, n):
+    with pytest.raises(SizeError, match="use"):
+        len(FoldedSearch(GRIDS[grid], n, untwisted=True).prefixes)
+
+
+def test_too_many_to_list_can_still_be_counted():
+    search = FoldedSearch(GRIDS["square"], 38, untwisted=True)
+    with pytest.raises(SizeError, match="hcsearch count --keep untwisted"):
+        len(search.prefixes)
+    assert search.n_pairs > 2e12
