@@ -27,3 +27,7 @@ class DatabaseError(HcsearchError):
 
 class QueryError(HcsearchError):
     """A query that cannot be read, or that would change the database."""
+
+
+class ClusterError(HcsearchError):
+    """Worker processes, or a cluster of them, that cannot be reached or have failed."""

@@ -4,36 +4,44 @@ from __future__ import annotations
 
 import click
 
-from hcsearch.cli.options import make_search, target_options
+from hcsearch.cli.options import crew_options, make_crew, make_search, target_options
 from hcsearch.cli.progress import Meter
 
 
-@click.command(epilog="Example: hcsearch count --grid square --array 12x12")
+@click.command(
+    epilog="Example: hcsearch count --grid square --array 12x12, or hcsearch count --grid hex --n 20 --keep untwisted"
+)
 @target_options
-def count(grid: str, n: int | None, array_spec: str | None) -> None:
-    """Count circuits exactly: all of them, and up to symmetry.
+@crew_options
+def count(grid: str, n: int | None, array_spec: str | None, keep: str, jobs: int | None, scheduler: str | None) -> None:
+    """Count circuits exactly, or with --keep designs that fold: all of them, and up to symmetry.
 
-    On an array they are counted by frontier states, without listing; over all arrays of N cells by listing.
+    On an array circuits are counted by frontier states, without listing; designs that fold, over all arrays of N
+    cells, by joining half-chains; everything else by listing.
     """
     from hcsearch.enumeration import ArraySearch, count_array  # noqa: PLC0415
+    from hcsearch.pipeline import Counted, count_designs, counting_seconds, duration  # noqa: PLC0415
 
-    search = make_search(grid, n, array_spec)
+    search = make_search(grid, n, array_spec, keep)
+    crew = make_crew(jobs, scheduler)
+    if keep != "all":
+        seconds = counting_seconds(search)
+        if seconds is not None:
+            click.echo(f"about {duration(seconds)} of core time to count", err=True)
+    with Meter("edge" if isinstance(search, ArraySearch) and keep == "all" else "batch") as meter:
+        if isinstance(search, ArraySearch) and keep == "all":
+            found = count_array(search.array, meter)
+            counted = Counted(found.classes, found.circuits)
+        else:
+            counted = count_designs(search, keep, crew, meter)
     if isinstance(search, ArraySearch):
-        with Meter("edge") as meter:
-            counted = count_array(search.array, meter)
         click.echo(f"array              {search.array.notation}")
         click.echo(f"cells              {search.array.n}")
-        click.echo(f"array symmetry     {counted.symmetry}")
-        click.echo(f"circuits           {counted.circuits}")
-        click.echo(f"up to symmetry     {counted.classes}")
-        return
-    classes = fixed = 0
-    with Meter("batch") as meter:
-        for done, prefix in enumerate(search.prefixes, 1):
-            for batch in search.circuits(prefix):
-                classes += len(batch)
-                fixed += int((search.group_order // batch.symmetry).sum())
-            meter(done, len(search.prefixes), f"{classes:,} circuits")
-    click.echo(f"panels             {search.n}")
-    click.echo(f"fixed circuits     {fixed}")
-    click.echo(f"up to symmetry     {classes}")
+        click.echo(f"array symmetry     {search.group_order}")
+    else:
+        click.echo(f"panels             {search.n}")
+    circuits = "circuits" if isinstance(search, ArraySearch) else "fixed circuits"
+    if keep != "all":
+        circuits += f", {keep}"
+    click.echo(f"{circuits:<19}{counted.circuits}")
+    click.echo(f"{'up to symmetry':<19}{counted.classes}")

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import re
 from typing import TYPE_CHECKING
 
 import click
 
-from hcsearch.cli.options import database_option, make_search, target_options
+from hcsearch.cli.options import crew_options, database_option, make_crew, make_search, target_options
 from hcsearch.cli.progress import Meter
 from hcsearch.errors import HcsearchError
 
@@ -20,34 +19,34 @@ if TYPE_CHECKING:
 @target_options
 @database_option
 @click.option("--until", metavar="STAGE", help="Last stage: circuits, foldings, twist.  [default: the last one built]")
-@click.option(
-    "--keep",
-    type=click.Choice(("all", "two-stack", "untwisted")),
-    default="all",
-    show_default=True,
-    help="Which designs to store.",
-)
 @click.option("--panel", metavar="LxWxT", help="Panel size in millimetres, kept with the run.")
-@click.option("--jobs", type=click.IntRange(min=1), metavar="K", help="Threads.  [default: all cores]")
+@crew_options
 @click.option("--dry-run", is_flag=True, help="List and print the funnel without a database.")
 def enumerate_(
     grid: str,
     n: int | None,
     array_spec: str | None,
+    keep: str,
     db: str,
     until: str | None,
-    keep: str,
     panel: str | None,
     jobs: int | None,
+    scheduler: str | None,
     dry_run: bool,
 ) -> None:
     """List all designs up to symmetry, filter them and store them."""
     _check_panel(panel)
-    from hcsearch.pipeline import BUILT, Plan, run_dry, run_into  # noqa: PLC0415
+    from hcsearch.pipeline import BUILT, Plan, check_keep, check_room, estimate, run_dry, run_into  # noqa: PLC0415
     from hcsearch.store import open_database  # noqa: PLC0415
 
-    search = make_search(grid, n, array_spec)
-    plan = Plan(search, list(BUILT)[-1] if until is None else until, keep, panel, jobs or os.cpu_count() or 1)
+    last = list(BUILT)[-1] if until is None else until
+    check_keep(keep, last)
+    plan = Plan(make_search(grid, n, array_spec, keep), last, keep, panel, make_crew(jobs, scheduler))
+    expected = estimate(plan, stored=not dry_run)
+    if expected is not None:
+        click.echo(expected.sentence(plan.crew.jobs, stored=not dry_run), err=True)
+        if not dry_run:
+            check_room(expected, db)
     with Meter("batch") as meter:
         if dry_run:
             summary = run_dry(plan, meter)

@@ -13,6 +13,7 @@ from hcsearch.grid import GRIDS, grid_named, parse_array
 
 if TYPE_CHECKING:
     from hcsearch.enumeration import Search
+    from hcsearch.pipeline import Crew
 
 Command = Callable[..., Any]
 
@@ -28,8 +29,15 @@ def database_option(command: Command) -> Command:
 
 
 def target_options(command: Command) -> Command:
-    """`--grid` with `--n` or `--array`."""
+    """`--grid` with `--n` or `--array`, and `--keep`."""
     for option in (
+        click.option(
+            "--keep",
+            type=click.Choice(("all", "two-stack", "untwisted")),
+            default="all",
+            show_default=True,
+            help="Which designs; what is not kept is not even listed where it can be helped.",
+        ),
         click.option("--array", "array_spec", metavar="SPEC", help="One array: 6x5, 3-4-3, p5x4, t5, h3, @file."),
         click.option("--n", type=int, metavar="N", help="Every array of N cells."),
         click.option(
@@ -40,13 +48,32 @@ def target_options(command: Command) -> Command:
     return command
 
 
-def make_search(grid: str, n: int | None, array_spec: str | None) -> Search:
-    """The search that `--grid` with `--n` or `--array` names."""
-    from hcsearch.enumeration import ArraySearch, PolygonSearch  # noqa: PLC0415
+def crew_options(command: Command) -> Command:
+    """`--jobs` and `--scheduler`: who works."""
+    for option in (
+        click.option("--scheduler", metavar="ADDRESS", help="Work on a Dask cluster instead, as tcp://HOST:8786."),
+        click.option("--jobs", type=click.IntRange(min=1), metavar="K", help="Processes.  [default: all cores]"),
+    ):
+        command = option(command)
+    return command
+
+
+def make_crew(jobs: int | None, scheduler: str | None) -> Crew:
+    """Who `--jobs` or `--scheduler` names."""
+    from hcsearch.pipeline import Crew  # noqa: PLC0415
+
+    if jobs is not None and scheduler is not None:
+        raise HcsearchError("give either --jobs K (this machine) or --scheduler ADDRESS (a cluster)")
+    return Crew(jobs or os.cpu_count() or 1, scheduler)
+
+
+def make_search(grid: str, n: int | None, array_spec: str | None, keep: str) -> Search:
+    """The search that `--grid` with `--n` or `--array` names, for the designs that `--keep` names."""
+    from hcsearch.enumeration import ArraySearch, search_all  # noqa: PLC0415
 
     if (n is None) == (array_spec is None):
         raise HcsearchError("give either --n N (every array of N cells) or --array SPEC (one array)")
     if array_spec is not None:
         return ArraySearch(parse_array(grid_named(grid), array_spec))
     assert n is not None
-    return PolygonSearch(grid_named(grid), n)
+    return search_all(grid_named(grid), n, keep)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import islice
-from typing import Protocol
+from typing import Any, ClassVar, Protocol
 
 from hcsearch.circuit import Circuit
 from hcsearch.enumeration.arrays import ArraySearch
@@ -25,13 +25,21 @@ __all__ = [
     "Search",
     "count_array",
     "enumerate_circuits",
+    "search_all",
 ]
 
 STAGE, VERSION = "circuits", 1
 
+_FEW = 100_000
+
 
 class Search(Protocol):
     """What the pipeline runs: `PolygonSearch`, `FoldedSearch`, `ArraySearch`; split into units named by prefixes."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    def __hash__(self) -> int:
+        """Searches for the same thing are equal."""
 
     @property
     def grid(self) -> Grid:
@@ -54,6 +62,10 @@ class Search(Protocol):
         """Order of the group that circuits are congruent under; group_order / symmetry circuits make a class."""
 
     @property
+    def expected(self) -> float | None:
+        """About how many circuits it lists; None where only a look at some units can tell."""
+
+    @property
     def prefixes(self) -> list[str]:
         """Keys of the units; together they hold every class of circuits once."""
 
@@ -62,6 +74,18 @@ class Search(Protocol):
 
     def batches(self, batch_size: int = ...) -> Iterator[CircuitBatch]:
         """All canonical circuits, lazily."""
+
+
+def search_all(grid: Grid, n: int, keep: str = "all") -> Search:
+    """The search over all arrays of n cells for the designs that `--keep` names: all, two-stack or untwisted.
+
+    What folds is joined from half-chains, unless all circuits are so few that listing them takes no time: then they
+    are listed, and counted too.
+    """
+    everything = PolygonSearch(grid, n)
+    if keep == "all" or everything.expected < _FEW:
+        return everything
+    return FoldedSearch(grid, n, untwisted=keep == "untwisted")
 
 
 def enumerate_circuits(

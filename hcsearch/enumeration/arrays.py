@@ -66,6 +66,11 @@ class ArraySearch:
         """Number of circuits, congruent ones counted each; saturates at 2^61."""
         return 0 if self._dag is None else self._dag.total
 
+    @property
+    def expected(self) -> float:
+        """About how many circuits it lists: most have no symmetry."""
+        return self.n_circuits / self.group_order
+
     @cached_property
     def prefixes(self) -> list[str]:
         """Keys of the search's units: the number of each unit's first circuit, as text."""

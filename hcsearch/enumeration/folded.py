@@ -62,6 +62,11 @@ class FoldedSearch:
         """Order of the grid's point group: circuits that differ by more than a translation are different."""
         return len(self.grid.point_group)
 
+    @property
+    def expected(self) -> None:
+        """Unknown: the share of pairs that become circuits differs from grid to grid."""
+        return
+
     @cached_property
     def prefixes(self) -> list[str]:
         """Names of the units, in order: `first-last` for whole keys, `key:part/parts` for part of one."""

@@ -58,6 +58,11 @@ class PolygonSearch:
         """Order of the grid's point group: circuits that differ by more than a translation are different."""
         return len(self.grid.point_group)
 
+    @property
+    def expected(self) -> float:
+        """About how many circuits it lists, by the published growth of their number."""
+        return 0.0 if self._empty else expected_circuits(self.grid, self.n)
+
     @cached_property
     def prefixes(self) -> list[str]:
         """Keys of the search's units, in order; together they hold every circuit once.
@@ -66,16 +71,15 @@ class PolygonSearch:
         """
         if self._empty:
             return []
-        expected = expected_circuits(self.grid, self.n)
-        if expected > _MAX_LISTED:
+        if self.expected > _MAX_LISTED:
             raise SizeError(
-                f"--n {self.n} is too large to list: about {expected:.0e} circuits; use a smaller n, or take some of "
-                "them with `enumerate_circuits` in Python"
+                f"--n {self.n} is too large to list: about {self.expected:.0e} circuits; use a smaller n, or take some "
+                "of them with `enumerate_circuits` in Python"
             )
         words: list[tuple[int, ...]] = [()]
         depth = 0
         # units differ in size, the largest hold several times the mean, so aim lower
-        while len(words) < min(4 * expected / _UNIT_SIZE, _MAX_UNITS) and depth < self.n - 3:
+        while len(words) < min(4 * self.expected / _UNIT_SIZE, _MAX_UNITS) and depth < self.n - 3:
             words = [longer for word in words for longer in _Walk(self._plane, self.n, word).extensions()]
             depth += 1
         return ["".join(map(str, word)) for word in words]

@@ -65,12 +65,12 @@ def twist_words(words: NDArray[np.int8], directions: int, rows: NDArray[np.int32
     n = words.shape[1]
     flip = directions // 2
     known = -1
-    linking = 0
+    linking = np.int64(0)
     for i in range(len(rows)):
         row = rows[i]
         if row != known:
             known = row
-            total = 0
+            total = np.int64(0)
             before = np.int64(words[row, n - 1])
             for k in range(n):  # turn at panel k, between steps k - 1 and k
                 d = np.int64(words[row, k])

@@ -1,6 +1,26 @@
 """The pipeline: runs a stage where its result is missing or older, one transaction a batch."""
 
+from hcsearch.pipeline.counting import Counted, count_designs, counting_seconds
+from hcsearch.pipeline.estimate import check_room, duration, estimate
 from hcsearch.pipeline.run import Funnel, Plan, Summary, run_dry, run_into
 from hcsearch.pipeline.stages import BUILT, PLANNED, check_keep, stages_until
+from hcsearch.pipeline.workers import Crew
 
-__all__ = ["BUILT", "PLANNED", "Funnel", "Plan", "Summary", "check_keep", "run_dry", "run_into", "stages_until"]
+__all__ = [
+    "BUILT",
+    "PLANNED",
+    "Counted",
+    "Crew",
+    "Funnel",
+    "Plan",
+    "Summary",
+    "check_keep",
+    "check_room",
+    "count_designs",
+    "counting_seconds",
+    "duration",
+    "estimate",
+    "run_dry",
+    "run_into",
+    "stages_until",
+]

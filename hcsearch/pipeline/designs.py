@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,48 @@ from hcsearch.enumeration import STAGE, Search
 from hcsearch.grid import Grid
 from hcsearch.kernels.words import array_rows, fingerprint_rows, write_rows
 from hcsearch.records import CircuitBatch, DesignBatch, FoldingBatch, StageResult
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is done with every unit of a run; travels to other processes.
+
+    stages : name and version of those to run; keep : which designs to keep.
+    rows : whether the rows for the store are wanted, or only the fingerprints of the arrays.
+    """
+
+    search: Search
+    stages: dict[str, int]
+    keep: str
+    rows: bool
+
+    def __call__(self, prefix: str) -> Output:
+        """Work on one unit."""
+        search = warm(self.search)
+        unit = run_unit(search, prefix, self.stages, self.keep)
+        rows = design_rows(search, unit) if self.rows else None
+        arrays = None if self.rows else array_fingerprints(search, unit.circuits)
+        return Output(unit.results, len(unit.circuits), rows, arrays)
+
+    def __getstate__(self) -> dict[str, object]:
+        """Without what the search has worked out for itself: it may be large, and the other side makes it anew."""
+        return self.__dict__ | {"search": replace(self.search)}
+
+
+@lru_cache(maxsize=2)
+def warm(search: Search) -> Search:
+    """The first search equal to this one that came by, which has its tables ready."""
+    return search
+
+
+@dataclass(frozen=True)
+class Output:
+    """What a unit gives back: the stages' results, how many designs are kept, and either rows or fingerprints."""
+
+    results: tuple[StageResult, ...]
+    kept: int
+    rows: DesignBatch | None
+    arrays: NDArray[np.uint64] | None
 
 
 @dataclass(frozen=True)

@@ -3,41 +3,51 @@
 from __future__ import annotations
 
 import platform
-from collections import deque
-from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
-from itertools import islice
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.enumeration import Search
 from hcsearch.kernels.words import insert_fingerprints
-from hcsearch.pipeline.designs import UnitResult, array_fingerprints, design_rows, run_unit
+from hcsearch.pipeline.designs import Job
 from hcsearch.pipeline.stages import check_keep, stages_until
-from hcsearch.records import DesignBatch, StageResult, Work
+from hcsearch.pipeline.workers import Crew
+from hcsearch.records import StageResult, Work
 from hcsearch.store import Database, count_arrays, finish_run, finished_batches, record_batch, start_run
 
+_SMALL = 5_000_000  # circuits
+_UNIT_SIZE = 10_000  # circuits, where a search cannot say how many it has
+
 Progress = Callable[[int, int, str], None]  # batches done, all batches, what has been found
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What to run: a search, the last stage, which designs to keep, the panel (text, millimetres), threads."""
+    """What to run: a search, the last stage, which designs to keep, the panel (text, millimetres), who works."""
 
     search: Search
     until: str
     keep: str = "all"
     panel: str | None = None
-    jobs: int = 1
+    crew: Crew = field(default_factory=Crew)
 
     def __post_init__(self) -> None:
         check_keep(self.keep, self.until)
         _ = self.search.prefixes  # what is too large to list is refused before a database is touched
+
+    @property
+    def small(self) -> bool:
+        """Whether the run takes seconds: other processes would take longer to start, and a probe to answer."""
+        expected = self.search.expected
+        return (len(self.search.prefixes) * _UNIT_SIZE if expected is None else expected) < _SMALL
+
+    @property
+    def hands(self) -> Crew:
+        """Who works in fact: not several processes where one is done before the others have started."""
+        return Crew() if self.small and self.crew.scheduler is None else self.crew
 
     @property
     def work(self) -> Work:
@@ -47,10 +57,10 @@ class Plan:
 
 @dataclass(frozen=True)
 class Funnel:
-    """How many are left after each stage; None where it has not run."""
+    """How many are left after each stage; None where it has not run, or where only later ones are listed."""
 
-    fixed_circuits: int
-    circuits: int
+    fixed_circuits: int | None
+    circuits: int | None
     arrays: int
     two_stack: int | None
     untwisted: int | None
@@ -59,7 +69,7 @@ class Funnel:
 
 @dataclass(frozen=True)
 class Summary:
-    """What a run did. Times are those of the kernels, summed over threads; `arrays` counts those of kept designs."""
+    """What a run did. Times are those of the kernels, summed over processes; `arrays` counts those of kept designs."""
 
     funnel: Funnel
     stage_times: dict[str, float]
@@ -85,33 +95,31 @@ class _Totals:
     def note(self) -> str:
         return f"{self.passed.get('circuits', 0):,} circuits"
 
-    def funnel(self, stages: dict[str, int], arrays: int) -> Funnel:
+    def funnel(self, plan: Plan, arrays: int) -> Funnel:
+        stages = stages_until(plan.until)
+        lists = plan.search.lists
         return Funnel(
-            fixed_circuits=self.n_fixed,
-            circuits=self.passed.get("circuits", 0),
+            fixed_circuits=self.n_fixed if lists == "all" else None,
+            circuits=self.passed.get("circuits", 0) if lists == "all" else None,
             arrays=arrays,
-            two_stack=self.passed.get("foldings", 0) if "foldings" in stages else None,
+            two_stack=self.passed.get("foldings", 0) if "foldings" in stages and lists != "untwisted" else None,
             untwisted=self.passed.get("twist", 0) if "twist" in stages else None,
         )
 
 
 def run_dry(plan: Plan, progress: Progress | None = None) -> Summary:
     """Run the stages without a database. Memory grows only with the number of arrays, to count different ones."""
-    stages = stages_until(plan.until)
     totals = _Totals()
     arrays = _DistinctArrays()
     prefixes = plan.search.prefixes
-
-    def work(prefix: str) -> tuple[UnitResult, NDArray[np.uint64]]:
-        unit = run_unit(plan.search, prefix, stages, plan.keep)
-        return unit, array_fingerprints(plan.search, unit.circuits)
-
-    for done, (_, (unit, prints)) in enumerate(_in_threads(work, prefixes, plan.jobs), 1):
-        totals.add(unit.results, fresh=True)
-        arrays.add(prints)
+    job = Job(plan.search, stages_until(plan.until), plan.keep, rows=False)
+    for done, (_, output) in enumerate(plan.hands.work(job, prefixes), 1):
+        totals.add(output.results, fresh=True)
+        assert output.arrays is not None
+        arrays.add(output.arrays)
         if progress is not None:
             progress(done, len(prefixes), totals.note)
-    return Summary(totals.funnel(stages, arrays.count), totals.seconds, len(prefixes), 0)
+    return Summary(totals.funnel(plan, arrays.count), totals.seconds, len(prefixes), 0)
 
 
 class _DistinctArrays:
@@ -145,41 +153,20 @@ def run_into(plan: Plan, database: Database, progress: Progress | None = None) -
         until=plan.until,
         panel=plan.panel,
         arguments={"grid": plan.work.grid, "n": plan.work.n, "array": plan.work.target or None, "until": plan.until}
-        | {"keep": plan.keep, "panel": plan.panel, "jobs": plan.jobs},
+        | {"keep": plan.keep, "panel": plan.panel, **asdict(plan.crew)},
         versions=_versions() | {f"stage {name}": str(number) for name, number in stages.items()},
     )
 
-    def work(prefix: str) -> tuple[UnitResult, DesignBatch]:
-        unit = run_unit(plan.search, prefix, stages, plan.keep)
-        return unit, design_rows(plan.search, unit)
-
-    for done, (prefix, (unit, rows)) in enumerate(_in_threads(work, todo, plan.jobs), 1):
-        record_batch(database, run_id, plan.work, prefix, rows, list(unit.results))
-        totals.add(unit.results, fresh=True)
+    job = Job(plan.search, stages, plan.keep, rows=True)
+    for done, (prefix, output) in enumerate(plan.hands.work(job, todo), 1):
+        assert output.rows is not None
+        record_batch(database, run_id, plan.work, prefix, output.rows, list(output.results))
+        totals.add(output.results, fresh=True)
         if progress is not None:
             progress(len(reused) + done, len(prefixes), totals.note)
-    summary = Summary(totals.funnel(stages, count_arrays(database, plan.work)), totals.seconds, len(todo), len(reused))
+    summary = Summary(totals.funnel(plan, count_arrays(database, plan.work)), totals.seconds, len(todo), len(reused))
     finish_run(database, run_id, asdict(summary.funnel), summary.stage_times, summary.batches_done, len(reused))
     return summary
-
-
-def _in_threads(work: Callable[[str], T], prefixes: list[str], jobs: int) -> Iterator[tuple[str, T]]:
-    """Results in the order of the prefixes, so that a run stores the same whatever the number of threads.
-
-    Kernels run without the interpreter lock; few results wait at a time.
-    """
-    with ThreadPoolExecutor(jobs) as pool:
-        waiting: deque[tuple[str, Future[T]]] = deque()
-        todo = iter(prefixes)
-        try:
-            while True:
-                waiting.extend((prefix, pool.submit(work, prefix)) for prefix in islice(todo, jobs + 2 - len(waiting)))
-                if not waiting:
-                    return
-                prefix, future = waiting.popleft()
-                yield prefix, future.result()
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
 
 
 def _versions() -> dict[str, str]:

@@ -1,0 +1,73 @@
+"""Counting designs without storing or even listing them, where half-chains make that possible."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from hcsearch.enumeration import FoldedSearch, Search
+from hcsearch.pipeline.designs import run_unit, warm
+from hcsearch.pipeline.stages import KEEP_NEEDS, stages_until
+from hcsearch.pipeline.workers import Crew
+
+_SMALL_PAIRS = 2e9  # counted by one process in seconds
+_PROBE_PAIRS = 3e7
+
+
+@dataclass(frozen=True)
+class Counted:
+    """Number of designs up to symmetry, and of circuits that these stand for: fixed ones, or those of the array."""
+
+    classes: int
+    circuits: int
+
+
+@dataclass(frozen=True)
+class _Task:
+    """Count the designs of one unit; travels to other processes."""
+
+    search: Search
+    keep: str
+
+    def __call__(self, unit: str) -> tuple[int, int]:
+        search = warm(self.search)
+        if isinstance(search, FoldedSearch):
+            return search.count(int(unit))
+        result = run_unit(search, unit, stages_until(KEEP_NEEDS[self.keep]), "all").results[-1]
+        return result.passed, result.n_fixed
+
+    def __getstate__(self) -> dict[str, object]:
+        """Without what the search has worked out for itself."""
+        return self.__dict__ | {"search": replace(self.search)}
+
+
+def count_designs(
+    search: Search, keep: str, crew: Crew, progress: Callable[[int, int, str], None] | None = None
+) -> Counted:
+    """Count the designs that `--keep` names, exactly. Half-chains are joined without writing a circuit down."""
+    if isinstance(search, FoldedSearch):
+        units = [str(key) for key in (-search.pairs).argsort(kind="stable")]  # large ones last would leave workers idle
+        if search.n_pairs < _SMALL_PAIRS and crew.scheduler is None:
+            crew = Crew()
+    else:
+        units = search.prefixes
+    classes = circuits = 0
+    for done, (_, (more, fixed)) in enumerate(crew.work(_Task(search, keep), units), 1):
+        classes += more
+        circuits += fixed
+        if progress is not None:
+            progress(done, len(units), f"{classes:,} designs")
+    return Counted(classes, circuits)
+
+
+def counting_seconds(search: Search) -> float | None:
+    """About how many core seconds `count_designs` takes; None where that is a matter of seconds, or unknown."""
+    if not isinstance(search, FoldedSearch) or search.n_pairs < _SMALL_PAIRS:
+        return None
+    pairs = search.pairs
+    search.count(int(pairs.argmin()))  # compiles
+    probe = int(abs(pairs - _PROBE_PAIRS).argmin())
+    begun = time.perf_counter()
+    search.count(probe)
+    return float((time.perf_counter() - begun) / pairs[probe] * search.n_pairs)

@@ -1,0 +1,92 @@
+"""What a run will take, before it begins: circuits by the published growth of their number, the rest by a probe."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+from hcsearch.errors import SizeError
+from hcsearch.pipeline.designs import Job
+from hcsearch.pipeline.run import Plan
+from hcsearch.pipeline.stages import stages_until
+from hcsearch.store import room_at
+
+_PROBE = 8  # units
+_ROW_SECONDS = 1e-5  # measured: 100,000 designs a second go into a database
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """About how many circuits are listed and designs kept, core seconds to find them, bytes and seconds to store."""
+
+    circuits: float
+    designs: float
+    core_seconds: float
+    stored_bytes: float
+    store_seconds: float
+
+    def seconds(self, workers: int) -> float:
+        """Time of the whole run: one process writes while the others work."""
+        return max(self.core_seconds / workers, self.store_seconds)
+
+    def sentence(self, workers: int, *, stored: bool) -> str:
+        """One line for people."""
+        size = f", {_bytes(self.stored_bytes)} in the database" if stored else ""
+        return (
+            f"about {self.circuits:.2g} circuits to list, {self.designs:.2g} designs to keep: "
+            f"about {duration(self.seconds(workers))} on {workers} core{'s' if workers > 1 else ''}{size}"
+        )
+
+
+def estimate(plan: Plan, *, stored: bool) -> Estimate | None:
+    """What a plan will take; None where that is a matter of seconds.
+
+    A few units, spread over the search, are worked on as a probe; the first one is not timed, since it compiles.
+    """
+    if plan.small:
+        return None
+    search, units = plan.search, plan.search.prefixes
+    expected = search.expected
+    job = Job(search, stages_until(plan.until), plan.keep, rows=stored)
+    job(units[-1])
+    sample = units[:: -(-len(units) // _PROBE)]
+    begun = time.perf_counter()
+    outputs = [job(unit) for unit in sample]
+    seconds = time.perf_counter() - begun
+    listed = sum(output.results[0].passed for output in outputs)
+    kept = sum(output.kept for output in outputs)
+    share = len(units) / len(sample) if expected is None else expected / max(listed, 1)
+    designs = kept * share
+    return Estimate(
+        circuits=listed * share,
+        designs=designs,
+        core_seconds=seconds * share,
+        stored_bytes=designs * (60 + 5 * search.n) if stored else 0.0,
+        store_seconds=designs * _ROW_SECONDS if stored else 0.0,
+    )
+
+
+def check_room(found: Estimate, location: str) -> None:
+    """SizeError when a database file would not find room on its disk; what it holds already counts as room."""
+    room = room_at(location)
+    if room is not None and found.stored_bytes > room:
+        raise SizeError(
+            f"about {found.designs:.2g} designs need {_bytes(found.stored_bytes)} and {location} has room for "
+            f"{_bytes(room)}: keep fewer with --keep untwisted, name a database elsewhere with --db, or do without: "
+            "--dry-run, `hcsearch count`"
+        )
+
+
+def duration(seconds: float) -> str:
+    """A time for people, to two digits."""
+    for unit, size in (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
+        if seconds > 1.5 * size:
+            return f"{seconds / size:.2g} {unit}"
+    return f"{seconds:.2g} seconds"
+
+
+def _bytes(size: float) -> str:
+    for unit, scale in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6)):
+        if size > scale:
+            return f"{size / scale:.2g} {unit}"
+    return f"{size / 1e3:.2g} kB"

@@ -1,0 +1,142 @@
+"""Who works on the units of a search: this process, other processes of this machine, or the workers of a Dask cluster.
+
+Results come in the order of the units whoever works on them, so a run stores the same rows with the same ids.
+"""
+
+from __future__ import annotations
+
+import logging
+import multiprocessing
+import os
+import signal
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.metadata import version
+from itertools import islice
+from typing import Any, TypeVar
+
+from hcsearch.errors import ClusterError
+
+T = TypeVar("T")
+
+_AHEAD = 8  # units in work or waiting for each worker: more even out their sizes, fewer take less memory
+_PATIENCE = 10.0  # seconds
+
+
+@dataclass(frozen=True)
+class Crew:
+    """`jobs` processes of this machine, or, where a scheduler's address is given, all workers of its cluster."""
+
+    jobs: int = 1
+    scheduler: str | None = None
+
+    def work(self, task: Callable[[str], T], units: Sequence[str]) -> Iterator[tuple[str, T]]:
+        """Yield each unit with its result, in order; a task is pickled where other processes work on it.
+
+        Raises ClusterError when workers die or the scheduler cannot be reached; what was yielded before stays good.
+        """
+        if self.scheduler is None and (self.jobs == 1 or len(units) < 2):
+            for unit in units:
+                yield unit, task(unit)
+            return
+        with self._executor() as (executor, workers):
+            yield from _in_order(executor, task, units, _AHEAD * workers)
+
+    @contextmanager
+    def _executor(self) -> Iterator[tuple[Executor, int]]:
+        if self.scheduler is not None:
+            with _cluster(self.scheduler) as found:
+                yield found
+            return
+        # spawned, not forked: this process has threads
+        pool = ProcessPoolExecutor(self.jobs, multiprocessing.get_context("spawn"), initializer=_begin_worker)
+        try:
+            yield pool, self.jobs
+        except BrokenProcessPool as error:
+            raise ClusterError(
+                "a worker process died, perhaps for want of memory: run it again, with fewer --jobs; finished batches "
+                "are kept"
+            ) from error
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _in_order(
+    executor: Executor, task: Callable[[str], T], units: Sequence[str], ahead: int
+) -> Iterator[tuple[str, T]]:
+    waiting: deque[tuple[str, Future[T]]] = deque()
+    todo = iter(units)
+    try:
+        while True:
+            waiting.extend((unit, executor.submit(task, unit)) for unit in islice(todo, ahead - len(waiting)))
+            if not waiting:
+                return
+            unit, future = waiting.popleft()
+            yield unit, future.result()
+    finally:
+        for _, future in waiting:
+            future.cancel()
+
+
+def _begin_worker() -> None:
+    """Leave Ctrl-C to the process that started this one, and end with it, however it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def watch() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@contextmanager
+def _cluster(address: str) -> Iterator[tuple[Executor, int]]:
+    """An executor on the workers of a Dask scheduler, and how many threads they have."""
+    try:
+        from distributed import Client, KilledWorker  # noqa: PLC0415 - an extra
+    except ImportError as error:
+        raise ClusterError("--scheduler needs Dask: pip install 'hcsearch[cluster]'") from error
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what it has to say comes as an exception
+    connect: Any = Client  # untyped
+    try:
+        client = connect(address, timeout=_PATIENCE, set_as_default=False, direct_to_workers=True)
+    except (OSError, ValueError, TypeError) as error:
+        raise ClusterError(
+            f"no Dask scheduler answers at {address}: start one with `dask scheduler` and give its address, such as "
+            "tcp://HOST:8786"
+        ) from error
+    try:
+        yield client.get_executor(pure=False), _check_workers(client, address)
+    except (KilledWorker, CancelledError) as error:
+        raise ClusterError(
+            f"the Dask cluster at {address} lost its scheduler, or the same batch on several workers: see their logs, "
+            "start them again and run the same command; finished batches are kept"
+        ) from error
+    finally:
+        client.close(timeout=_PATIENCE)
+
+
+def _check_workers(client: Any, address: str) -> int:
+    """Number of threads of the workers; ClusterError when there are none, or when they run another hcsearch."""
+    try:
+        client.wait_for_workers(1, timeout=_PATIENCE)
+    except TimeoutError as error:
+        remedy = f"start some with `dask worker {address}`"
+        raise ClusterError(f"the Dask scheduler at {address} has no workers: {remedy}") from error
+    try:
+        found = set(client.run(version, "hcsearch").values())
+    except Exception as error:
+        raise ClusterError(
+            f"the Dask workers at {address} cannot import hcsearch: install it where they run"
+        ) from error
+    if found != {version("hcsearch")}:
+        others = ", ".join(sorted(found))
+        raise ClusterError(f"the Dask workers at {address} run hcsearch {others}: install {version('hcsearch')} there")
+    return sum(client.nthreads().values())
