@@ -1,6 +1,6 @@
 """Fold-first search against listing everything and filtering, and the laws it rests on."""
 
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -15,13 +15,13 @@ from hcsearch.twisting import twist_batch
 from tests.strategies import circuits
 
 NEAR = {"hex": range(3, 15), "square": range(4, 21, 2), "rectangle": range(4, 19, 2), "triangle": range(6, 31, 2)}
-FAR = {"hex": (16, 18), "square": (22, 24, 26), "rectangle": (20, 22), "triangle": (32, 34, 36, 38)}
+FAR = {"hex": (16, 18), "square": (22, 24), "rectangle": (20,), "triangle": (34, 38)}
 
 # counted by this search, and once each by listing and filtering
 UNTWISTED = {"hex": {18: 218_086, 20: 2_328_698}, "square": {26: 642_693}, "triangle": {38: 116_979}}
 
 
-@cache
+@lru_cache(1)
 def filtered(grid, n):
     """Circuits that fold, and untwisted ones, as sets of words with their symmetry, by listing all."""
     two_stack, untwisted = set(), set()

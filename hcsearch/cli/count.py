@@ -42,6 +42,6 @@ def count(grid: str, n: int | None, array_spec: str | None, keep: str, jobs: int
         click.echo(f"panels             {search.n}")
     circuits = "circuits" if isinstance(search, ArraySearch) else "fixed circuits"
     if keep != "all":
-        circuits += f", {keep}"
+        click.echo(f"kept               {keep}")
     click.echo(f"{circuits:<19}{counted.circuits}")
     click.echo(f"{'up to symmetry':<19}{counted.classes}")

@@ -47,6 +47,7 @@ def enumerate_(
         click.echo(expected.sentence(plan.crew.jobs, stored=not dry_run), err=True)
         if not dry_run:
             check_room(expected, db)
+    plan.crew.check()
     with Meter("batch") as meter:
         if dry_run:
             summary = run_dry(plan, meter)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import logging
 import multiprocessing
 import os
+import re
 import signal
 import threading
 from collections import deque
@@ -26,6 +27,7 @@ T = TypeVar("T")
 
 _AHEAD = 8  # units in work or waiting for each worker: more even out their sizes, fewer take less memory
 _PATIENCE = 10.0  # seconds
+_VERSION = version("hcsearch")
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,16 @@ class Crew:
 
     jobs: int = 1
     scheduler: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.scheduler is not None and not re.fullmatch(r"((tcp|tls|ws|wss)://)?[^\s/:]+:\d+", self.scheduler):
+            raise ClusterError(f"{self.scheduler!r} is not the address of a scheduler: write it as tcp://HOST:8786")
+
+    def check(self) -> None:
+        """Refuse a cluster that cannot be used, before anything else is touched."""
+        if self.scheduler is not None:
+            with _cluster(self.scheduler):
+                pass
 
     def work(self, task: Callable[[str], T], units: Sequence[str]) -> Iterator[tuple[str, T]]:
         """Yield each unit with its result, in order; a task is pickled where other processes work on it.
@@ -103,7 +115,8 @@ def _cluster(address: str) -> Iterator[tuple[Executor, int]]:
         from distributed import Client, KilledWorker  # noqa: PLC0415 - an extra
     except ImportError as error:
         raise ClusterError("--scheduler needs Dask: pip install 'hcsearch[cluster]'") from error
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what it has to say comes as an exception
+    for name in ("distributed.client", "distributed.core", "distributed.comm"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # what they have to say comes as an exception
     connect: Any = Client  # untyped
     try:
         client = connect(address, timeout=_PATIENCE, set_as_default=False, direct_to_workers=True)
@@ -136,7 +149,7 @@ def _check_workers(client: Any, address: str) -> int:
         raise ClusterError(
             f"the Dask workers at {address} cannot import hcsearch: install it where they run"
         ) from error
-    if found != {version("hcsearch")}:
+    if found != {_VERSION}:
         others = ", ".join(sorted(found))
-        raise ClusterError(f"the Dask workers at {address} run hcsearch {others}: install {version('hcsearch')} there")
+        raise ClusterError(f"the Dask workers at {address} run hcsearch {others}: install {_VERSION} there")
     return sum(client.nthreads().values())

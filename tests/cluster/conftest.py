@@ -1,0 +1,66 @@
+"""A Dask cluster of separate processes, started by the commands that docs/scale.md gives."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+QUIET = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+
+
+def until(condition, seconds=60.0):
+    """The first true value of a condition; a failed test when there is none in time."""
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        if value := condition():
+            return value
+        time.sleep(0.02)
+    raise AssertionError("nothing happened in time")
+
+
+class Cluster:
+    """A scheduler with two workers, each a process group of its own."""
+
+    def __init__(self, folder: Path, workers: int = 2):
+        dask = [sys.executable, "-m", "dask"]
+        told = folder / "scheduler.json"
+        words = ["--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(told)]
+        self.scheduler = subprocess.Popen([*dask, "scheduler", *words], cwd=folder, start_new_session=True, **QUIET)
+        self.address = until(lambda: told.exists() and told.stat().st_size and json.loads(told.read_text())["address"])
+        self.worker = None
+        if workers:
+            words = [self.address, "--nworkers", str(workers), "--nthreads", "1", "--no-dashboard"]
+            self.worker = subprocess.Popen([*dask, "worker", *words], cwd=folder, start_new_session=True, **QUIET)
+
+    def working(self):
+        """Process ids of the workers themselves, children of the one that was started."""
+        found = subprocess.run(
+            ["pgrep", "-P", str(self.worker.pid), "-f", "spawn_main"], check=False, capture_output=True, text=True
+        )
+        return [int(line) for line in found.stdout.split()]
+
+    def stop(self):
+        for process in (self.worker, self.scheduler):
+            if process is not None and process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
+                process.wait(30)
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    running = Cluster(tmp_path)
+    yield running
+    running.stop()
+
+
+@pytest.fixture
+def lonely(tmp_path):
+    """A scheduler without workers."""
+    running = Cluster(tmp_path, workers=0)
+    yield running
+    running.stop()

@@ -1,0 +1,133 @@
+"""The same work on a Dask cluster: the same rows with the same ids, whoever dies meanwhile."""
+
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+
+import pytest
+
+from hcsearch.errors import ClusterError
+from hcsearch.pipeline import Crew
+from hcsearch.store import open_readonly, select_sql
+from tests.cluster.conftest import until
+from tests.postgresql import running_server
+
+pytestmark = pytest.mark.slow
+
+DESIGNS = "SELECT * FROM designs ORDER BY id"
+FOLDINGS = "SELECT * FROM foldings ORDER BY design_id, crease"
+
+
+def start(folder, *words):
+    command = [sys.executable, "-m", "hcsearch", "enumerate", "--grid", "hex", *words]
+    return subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def run(folder, *words):
+    """Output of a run that succeeds and says nothing else."""
+    process = start(folder, *words)
+    output, errors = process.communicate(timeout=300)
+    assert (process.returncode, errors) == (0, "")
+    return output
+
+
+def content(location):
+    with open_readonly(str(location)) as database:
+        return select_sql(database, DESIGNS).rows, select_sql(database, FOLDINGS).rows
+
+
+def batches(path):
+    """Batches of a database file that are finished by now."""
+    if not path.exists():
+        return 0
+    link = sqlite3.connect(path)
+    try:
+        return link.execute("SELECT count(DISTINCT prefix) FROM batch").fetchone()[0]
+    except sqlite3.OperationalError:
+        return 0
+    finally:
+        link.close()
+
+
+def test_a_worker_killed_in_the_middle_changes_nothing(tmp_path, cluster):
+    process = start(tmp_path, "--n", "16", "--scheduler", cluster.address, "--db", "cluster.sqlite")
+    until(lambda: batches(tmp_path / "cluster.sqlite") >= 10)
+    victim = until(cluster.working)[0]
+    os.kill(victim, signal.SIGKILL)
+    assert batches(tmp_path / "cluster.sqlite") < 142, "the run was over before the worker died"
+    _, errors = process.communicate(timeout=300)
+    assert (process.returncode, errors) == (0, "")
+    run(tmp_path, "--n", "16", "--jobs", "1", "--db", "alone.sqlite")
+    assert content(tmp_path / "cluster.sqlite") == content(tmp_path / "alone.sqlite")
+    assert "142 taken from before" in run(tmp_path, "--n", "16", "--jobs", "1", "--db", "cluster.sqlite")
+
+
+def test_a_lost_scheduler_is_one_line_and_finished_batches_stay(tmp_path, cluster):
+    process = start(tmp_path, "--n", "16", "--scheduler", cluster.address, "--db", "d.sqlite")
+    finished = until(lambda: batches(tmp_path / "d.sqlite"))
+    os.killpg(cluster.scheduler.pid, signal.SIGKILL)
+    _, errors = process.communicate(timeout=120)
+    assert process.returncode == 2
+    assert errors.count("\n") == 1
+    assert "finished batches are kept" in errors
+    kept = batches(tmp_path / "d.sqlite")
+    assert finished <= kept < 142
+    assert f"{kept} taken from before" in run(tmp_path, "--n", "16", "--jobs", "1", "--db", "d.sqlite")
+    run(tmp_path, "--n", "16", "--jobs", "1", "--db", "alone.sqlite")
+    assert content(tmp_path / "d.sqlite") == content(tmp_path / "alone.sqlite")
+
+
+def test_sqlite_postgresql_and_a_cluster_into_postgresql_hold_the_same(tmp_path, cluster):
+    with running_server() as server:
+        name = server.create_database()
+        alone, shared = server.url(server.create_database()), server.url(name)
+        process = start(tmp_path, "--n", "16", "--scheduler", cluster.address, "--db", shared)
+        has_begun = "SELECT 1 FROM pg_tables WHERE tablename = 'batch'"
+        until(lambda: server.run(has_begun, name) and server.run("SELECT 1 FROM batch LIMIT 1", name))
+        os.kill(cluster.working()[0], signal.SIGKILL)
+        _, errors = process.communicate(timeout=300)
+        assert (process.returncode, errors) == (0, "")
+        run(tmp_path, "--n", "16", "--jobs", "1", "--db", alone)
+        run(tmp_path, "--n", "16", "--jobs", "1", "--db", "d.sqlite")
+        expected = content(tmp_path / "d.sqlite")
+        assert len(expected[0]) == 161_705
+        assert content(alone) == expected
+        assert content(shared) == expected
+
+
+def test_counting_on_a_cluster(tmp_path, cluster):
+    words = ["count", "--grid", "hex", "--n", "18", "--keep", "untwisted", "--scheduler", cluster.address]
+    command = [sys.executable, "-m", "hcsearch", *words]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert done.stderr == ""
+    assert "up to symmetry     218086" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("address", "remedy"),
+    [("tcp://127.0.0.1:9", "start one with `dask scheduler`"), ("nowhere", "write it as tcp://HOST:8786")],
+)
+def test_no_scheduler_is_one_line_and_no_database(tmp_path, address, remedy):
+    process = start(tmp_path, "--n", "6", "--scheduler", address, "--db", "d.sqlite")
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert errors.count("\n") == 1
+    assert remedy in errors
+    assert not (tmp_path / "d.sqlite").exists()
+
+
+def test_a_scheduler_without_workers_is_one_line(tmp_path, lonely):
+    process = start(tmp_path, "--n", "6", "--scheduler", lonely.address, "--db", "d.sqlite")
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert errors.count("\n") == 1
+    assert f"start some with `dask worker {lonely.address}`" in errors
+
+
+def test_workers_of_another_version_are_refused(tmp_path, cluster, monkeypatch):
+    until(cluster.working)
+    monkeypatch.setattr("hcsearch.pipeline.workers._VERSION", "0.0.0")
+    with pytest.raises(ClusterError, match=r"install 0\.0\.0 there"):
+        Crew(scheduler=cluster.address).check()

@@ -1,0 +1,144 @@
+"""Who works, in which order results come, and what a run says about itself before it begins."""
+
+import os
+
+import numpy as np
+import pytest
+
+from hcsearch.enumeration import ArraySearch, FoldedSearch, PolygonSearch, search_all
+from hcsearch.enumeration.growth import expected_circuits
+from hcsearch.errors import ClusterError, SizeError
+from hcsearch.grid import GRIDS, parse_array
+from hcsearch.pipeline import Crew, Plan, check_room, count_designs, counting_seconds, estimate, run_dry
+from hcsearch.pipeline.designs import Job
+from hcsearch.pipeline.estimate import Estimate, duration
+from hcsearch.pipeline.stages import stages_until
+from tests import golden
+
+HEX = GRIDS["hex"]
+
+
+def die(unit):
+    os._exit(9)
+
+
+def test_results_come_in_order_whoever_works():
+    units = [str(i) for i in range(200)]
+    expected = [(unit, int(unit)) for unit in units]
+    assert list(Crew().work(int, units)) == expected
+    assert list(Crew(2).work(int, units)) == expected
+
+
+def test_a_worker_that_dies_is_one_line():
+    with pytest.raises(ClusterError, match="fewer --jobs"):
+        list(Crew(2).work(die, ["a", "b"]))
+
+
+def test_what_a_worker_raises_comes_through():
+    with pytest.raises(ValueError, match="invalid literal"):
+        list(Crew(2).work(int, ["1", "two"]))
+
+
+@pytest.mark.parametrize("address", ["", "host", "tcp://host", "http://host:1", "tcp://host:port", "a b:1"])
+def test_an_address_that_cannot_be_one_is_refused(address):
+    with pytest.raises(ClusterError, match="tcp://HOST:8786"):
+        Crew(scheduler=address)
+
+
+def test_processes_find_what_one_process_finds(monkeypatch):
+    plans = [
+        Plan(search, "twist", keep)
+        for search, keep in (
+            (PolygonSearch(HEX, 12), "all"),
+            (FoldedSearch(HEX, 14, untwisted=True), "untwisted"),
+            (ArraySearch(parse_array(GRIDS["square"], "6x6")), "two-stack"),
+        )
+    ]
+    monkeypatch.setattr("hcsearch.pipeline.run._SMALL", 0)
+    monkeypatch.setattr("hcsearch.enumeration.folded._UNIT_PAIRS", 500)
+    for plan in plans:
+        alone = run_dry(plan)
+        shared = run_dry(Plan(plan.search, plan.until, plan.keep, crew=Crew(2)))
+        assert shared.funnel == alone.funnel
+        assert shared.batches_done == alone.batches_done
+
+
+def test_a_job_travels_without_its_tables():
+    search = PolygonSearch(HEX, 16)
+    assert len(search.prefixes) > 1
+    job = Job(search, stages_until("twist"), "all", rows=True)
+    assert "prefixes" not in job.__getstate__()["search"].__dict__
+
+
+@pytest.mark.parametrize("keep", ["all", "two-stack", "untwisted"])
+@pytest.mark.parametrize(("grid", "n"), [("hex", 12), ("hex", 16), ("square", 18), ("triangle", 26), ("rectangle", 14)])
+def test_counting_agrees_with_the_funnel(grid, n, keep):
+    search = search_all(GRIDS[grid], n, keep)
+    funnel = run_dry(Plan(PolygonSearch(GRIDS[grid], n), "twist", "all")).funnel
+    classes = {"all": funnel.circuits, "two-stack": funnel.two_stack, "untwisted": funnel.untwisted}[keep]
+    assert count_designs(search, keep, Crew()).classes == classes
+
+
+def test_counting_on_an_array_lists_what_folds():
+    counted = count_designs(ArraySearch(parse_array(HEX, "4-4-4")), "two-stack", Crew())
+    assert counted.classes == 2
+    assert count_designs(ArraySearch(parse_array(HEX, "4-4-4")), "untwisted", Crew()).classes == 0
+
+
+def test_few_circuits_are_all_listed():
+    assert search_all(HEX, 12, "untwisted").lists == "all"
+    assert search_all(HEX, 18, "untwisted").lists == "untwisted"
+    assert search_all(HEX, 18, "two-stack").lists == "two-stack"
+    assert search_all(HEX, 18).lists == "all"
+
+
+@pytest.mark.parametrize("grid", ["hex", "square", "triangle"])
+def test_expected_numbers_of_circuits_are_good_to_five_per_cent(grid):
+    published = {
+        "hex": golden.values("A284869") | golden.values("free triangular-lattice SAPs"),
+        "square": golden.values("A266549", step=2),
+        "triangle": golden.values("A258206 honeycomb", step=2),
+    }[grid]
+    far = [n for n, count in published.items() if n >= 16 and count]
+    errors = [abs(expected_circuits(GRIDS[grid], n) / published[n] - 1) for n in far[-5:]]
+    assert max(errors) < 0.05
+
+
+def test_small_runs_are_not_estimated():
+    assert estimate(Plan(PolygonSearch(HEX, 12), "twist"), stored=True) is None
+    assert counting_seconds(FoldedSearch(HEX, 18, untwisted=True)) is None
+
+
+def test_an_estimate_is_near_what_is_found(monkeypatch):
+    monkeypatch.setattr("hcsearch.pipeline.run._SMALL", 0)
+    plan = Plan(FoldedSearch(HEX, 20, untwisted=True), "twist", "untwisted")
+    found = estimate(plan, stored=True)
+    assert found is not None
+    assert found.designs == pytest.approx(2_328_698, rel=0.5)
+    assert found.circuits == pytest.approx(found.designs)
+    assert found.core_seconds > 0
+    sentence = found.sentence(4, stored=True)
+    assert "on 4 cores" in sentence
+    assert "in the database" in sentence
+
+
+def test_a_database_that_finds_no_room_is_refused(tmp_path):
+    huge = Estimate(1e15, 1e15, 1.0, 1e17, 1.0)
+    with pytest.raises(SizeError, match="--keep untwisted"):
+        check_room(huge, str(tmp_path / "d.sqlite"))
+    check_room(huge, "postgresql://server/name")
+    check_room(Estimate(1.0, 1.0, 1.0, 100.0, 1.0), str(tmp_path / "no" / "such" / "d.sqlite"))
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(12.34, "12 seconds"), (300, "5 minutes"), (9000, "2.5 hours"), (864000, "10 days")]
+)
+def test_durations_for_people(seconds, text):
+    assert duration(seconds) == text
+
+
+def test_units_hold_every_design_once(monkeypatch):
+    monkeypatch.setattr("hcsearch.enumeration.folded._UNIT_PAIRS", 2000)
+    search = FoldedSearch(HEX, 16, untwisted=True)
+    words = np.concatenate([batch.words for unit in search.prefixes for batch in search.circuits(unit)])
+    assert len(np.unique(words, axis=0)) == len(words) == 13_144
