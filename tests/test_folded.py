@@ -47,7 +47,7 @@ def joined(search, batch_size=1000):
 
 
 def counted(search):
-    counts = [search.count(key) for key in range(len(search.pairs))]
+    counts = [search.count(unit) for unit in search.counting_units]
     return sum(classes for classes, _ in counts), sum(fixed for _, fixed in counts)
 
 
@@ -89,6 +89,9 @@ def test_units_split_keys_and_join_them(monkeypatch):
     assert any(":" in prefix for prefix in search.prefixes)
     assert any(":" not in prefix for prefix in search.prefixes)
     assert joined(search) == filtered("hex", 14)["untwisted"]
+    monkeypatch.setattr("hcsearch.enumeration.folded._COUNTED_PAIRS", 800)
+    assert any(":" in unit for unit in search.counting_units)
+    assert counted(search)[0] == len(filtered("hex", 14)["untwisted"])
 
 
 def image(circuit, crease, steps):

@@ -18,7 +18,8 @@ from hcsearch.grid import Grid
 from hcsearch.kernels import chains
 from hcsearch.records import CircuitBatch
 
-_UNIT_PAIRS = 250_000
+_UNIT_PAIRS = 250_000  # about 10,000 circuits
+_COUNTED_PAIRS = 100_000_000  # less than a second
 _MAX_UNITS = 20_000
 _MAX_LISTED = 2e12  # pairs; about 1e11 circuits
 _MAX_CHAINS = 2e10
@@ -75,7 +76,16 @@ class FoldedSearch:
                 f"--n {self.n} is too large to list: about {0.05 * self.n_pairs:.0e} circuits; use a smaller n, or "
                 f"`hcsearch count --keep {self.lists}`"
             )
-        size = max(_UNIT_PAIRS, int(self.n_pairs / _MAX_UNITS))
+        return self._units(_UNIT_PAIRS)
+
+    @property
+    def counting_units(self) -> list[str]:
+        """Names of larger units, for `count`, the largest first: small ones last leave no worker idle for long."""
+        return sorted(self._units(_COUNTED_PAIRS), key=lambda unit: -self.pairs[_range(unit)].sum())
+
+    def _units(self, least: int) -> list[str]:
+        """Cut the keys into units of about `least` pairs, or more where they would be too many."""
+        size = max(least, int(self.n_pairs / _MAX_UNITS))
         names: list[str] = []
         first, joined = 0, 0
         for key, pairs in enumerate(self.pairs.tolist()):
@@ -92,23 +102,19 @@ class FoldedSearch:
         return [*names, f"{first}-{len(self.pairs) - 1}"] if joined else names
 
     def circuits(self, prefix: str, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
-        """The canonical circuits of one unit, lazily, at most `batch_size` words of half-chains at a time."""
-        keys, _, part = prefix.partition(":")
-        first, _, last = keys.partition("-")
-        number, _, parts = (part or "0/1").partition("/")
-        chosen = self._keys[int(first) : int(last or first) + 1]
-        return self._join(_Join(self._plane, chosen, self.untwisted, int(number), int(parts)), batch_size)
+        """The canonical circuits of one unit, lazily, at most `batch_size` at a time."""
+        return self._listed(self._join(prefix), batch_size)
 
     def batches(self, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
-        """All canonical circuits, lazily, at most `batch_size` words of half-chains at a time."""
-        return self._join(_Join(self._plane, self._keys, self.untwisted), batch_size)
+        """All canonical circuits, lazily, at most `batch_size` at a time."""
+        return self._listed(_Join(self._plane, self._keys, self.untwisted), batch_size)
 
-    def count(self, key: int) -> tuple[int, int]:
-        """Number of classes and of fixed circuits that the key of a number gives, without listing them."""
+    def count(self, unit: str) -> tuple[int, int]:
+        """Number of classes and of fixed circuits of a unit, without listing them."""
         if len(self.grid.first_directions) > 1:  # what quarter turns tell apart needs the words
-            found = list(self.circuits(f"{key}-{key}"))
+            found = list(self.circuits(unit))
             return sum(map(len, found)), sum(int((self.group_order // batch.symmetry).sum()) for batch in found)
-        return _Join(self._plane, self._keys[key : key + 1], self.untwisted).count(self.group_order)
+        return self._join(unit).count(self.group_order)
 
     @property
     def pairs(self) -> NDArray[np.int64]:
@@ -121,7 +127,11 @@ class FoldedSearch:
         """Number of pairs of half-chains, all keys together."""
         return float(self.pairs.sum(dtype=float))
 
-    def _join(self, join: _Join, batch_size: int) -> Iterator[CircuitBatch]:
+    def _join(self, unit: str) -> _Join:
+        part, _, parts = (unit.partition(":")[2] or "0/1").partition("/")
+        return _Join(self._plane, self._keys[_range(unit)], self.untwisted, int(part), int(parts))
+
+    def _listed(self, join: _Join, batch_size: int) -> Iterator[CircuitBatch]:
         while not join.done:
             yield canonical_batch(self.grid, join.more(batch_size, self.n))
 
@@ -178,6 +188,12 @@ class FoldedSearch:
             across = 2 * places.home + int(places.moves[0] - places.moves[key[1]]) - key[0]
             images += [key, (across, key[1])]
         return images + [(places.place(mirror(places.point(place))), -d % m) for place, d in images]
+
+
+def _range(unit: str) -> slice:
+    """The keys that a unit takes from."""
+    first, _, last = unit.partition(":")[0].partition("-")
+    return slice(int(first), int(last or first) + 1)
 
 
 class _Join:

@@ -33,7 +33,7 @@ class _Task:
     def __call__(self, unit: str) -> tuple[int, int]:
         search = warm(self.search)
         if isinstance(search, FoldedSearch):
-            return search.count(int(unit))
+            return search.count(unit)
         result = run_unit(search, unit, stages_until(KEEP_NEEDS[self.keep]), "all").results[-1]
         return result.passed, result.n_fixed
 
@@ -47,7 +47,7 @@ def count_designs(
 ) -> Counted:
     """Count the designs that `--keep` names, exactly. Half-chains are joined without writing a circuit down."""
     if isinstance(search, FoldedSearch):
-        units = [str(key) for key in (-search.pairs).argsort(kind="stable")]  # large ones last would leave workers idle
+        units = search.counting_units
         if search.n_pairs < _SMALL_PAIRS and crew.scheduler is None:
             crew = Crew()
     else:
@@ -66,8 +66,8 @@ def counting_seconds(search: Search) -> float | None:
     if not isinstance(search, FoldedSearch) or search.n_pairs < _SMALL_PAIRS:
         return None
     pairs = search.pairs
-    search.count(int(pairs.argmin()))  # compiles
+    search.count(str(pairs.argmin()))  # compiles
     probe = int(abs(pairs - _PROBE_PAIRS).argmin())
     begun = time.perf_counter()
-    search.count(probe)
+    search.count(str(probe))
     return float((time.perf_counter() - begun) / pairs[probe] * search.n_pairs)
