@@ -130,7 +130,7 @@ def test_given_one_folding_one_congruence_tells_the_others(data):
 
 
 def carried(steps):
-    """e_1 .. e_h of a half-chain (docs/theory.md, statement 23)."""
+    """u_1 .. u_h of a half-chain (docs/theory.md, statement 23)."""
     sums = np.concatenate([[0], np.cumsum([(-1) ** k * d for k, d in enumerate(steps, 1)])])
     return sums[1:] + sums[:-1]
 

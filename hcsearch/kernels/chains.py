@@ -218,8 +218,8 @@ def _list(plane: Plane, end: int, exit_face: int, n_chains: int, bit: NDArray[np
 def _carry(chains: Chains, directions: int, mate: bool) -> None:
     """Fill `carried`, of a first half-chain or of its mate.
 
-    With e_k = D_k-1 + D_k, where D_k sums steps 1 .. k with alternating signs, crease k of the first half-chain is
-    flat when its e_k and e_h+1-k of the second one add up to (h + 1) m / 2, mod m (docs/theory.md, 23).
+    With u_k = D_k-1 + D_k, where D_k sums steps 1 .. k with alternating signs, crease k of the first half-chain is
+    flat when its u_k and u_h+1-k of the second one add up to (h + 1) m / 2, mod m (docs/theory.md, 23).
     """
     n_chains, h = chains.steps.shape
     goal = (h + 1) * (directions // 2) % directions
@@ -229,14 +229,14 @@ def _carry(chains: Chains, directions: int, mate: bool) -> None:
         for k in range(1, h + 1):
             d = np.int64(chains.steps[i, k - 1])
             after = before + (d if k % 2 == 0 else -d)
-            e = (before + after) % directions
+            u = (before + after) % directions
             before = after
             at = np.uint64(k)
             if mate:
-                e = (goal - e) % directions
+                u = (goal - u) % directions
                 at = np.uint64(h + 1 - k)
             for plane in range(3):
-                if (e >> plane) & 1:
+                if (u >> plane) & 1:
                     chains.carried[plane, i] |= one << at
 
 
