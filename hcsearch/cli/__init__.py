@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import signal
 import sys
 from importlib.metadata import version
+from typing import Any
 
 import click
 
@@ -16,8 +19,28 @@ from hcsearch.cli.report import report
 from hcsearch.cli.show import show
 from hcsearch.errors import HcsearchError
 
+_INTERRUPTED = "hcsearch: interrupted; an enumeration into a database goes on from there when it is run again"
+_INTERRUPT_CODE = 128 + signal.SIGINT
+_PIPE_CODE = 128 + 13  # SIGPIPE, as shells say it
+
+
+class _UnreadError(Exception):
+    """Nobody reads the output any more."""
+
+
+class _Commands(click.Group):
+    """The group of all commands; click itself would make a broken pipe a plain failure."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command."""
+        try:
+            return super().invoke(ctx)
+        except BrokenPipeError as error:
+            raise _UnreadError from error
+
 
 @click.group(
+    cls=_Commands,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Example: hcsearch enumerate --grid hex --n 12, then hcsearch query 'untwisted' -s -symmetry --limit 10",
 )
@@ -32,6 +55,7 @@ for command in (enumerate_, count, query, show, report, bench):
 
 def main() -> None:
     """Run the command line; wrong input is one line on stderr and exit code 2."""
+    signal.signal(signal.SIGINT, _interrupt)
     try:
         hcsearch.main(standalone_mode=False)
         if sys.stdout is not None:
@@ -39,29 +63,48 @@ def main() -> None:
     except HcsearchError as error:
         _fail(str(error))
     except click.exceptions.NoArgsIsHelpError as error:
-        click.echo(error.format_message(), err=True)
+        _tell(error.format_message())
         sys.exit(2)
     except click.ClickException as error:
         context = getattr(error, "ctx", None)
         remedy = f" (see {context.command_path} --help)" if context else ""
         _fail(error.format_message() + remedy)
     except (click.Abort, KeyboardInterrupt):
-        message = "hcsearch: interrupted; an enumeration into a database goes on from there when it is run again"
-        click.echo(message, err=True)
-        sys.exit(130)
-    except BrokenPipeError:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        _tell(_INTERRUPTED)
+        sys.exit(_INTERRUPT_CODE)
+    except (_UnreadError, BrokenPipeError):
         _discard_output()
-        sys.exit(141)
+        sys.exit(_PIPE_CODE)
     except OSError as error:
         _discard_output()
         _fail(f"cannot write or read: {error.strerror or error}; make room or choose another place")
 
 
+def _interrupt(_number: int, _frame: object) -> None:
+    """Stop in good order at the first Ctrl-C, and at once at the next: the database is safe either way."""
+    signal.signal(signal.SIGINT, _leave)
+    raise KeyboardInterrupt
+
+
+def _leave(_number: int, _frame: object) -> None:
+    with contextlib.suppress(OSError):
+        os.write(2, f"{_INTERRUPTED}\n".encode())
+    os._exit(_INTERRUPT_CODE)
+
+
 def _discard_output() -> None:
     """Keep the interpreter from failing once more when it flushes at its end."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    if sys.stdout is not None:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _fail(message: str) -> None:
-    click.echo("hcsearch: " + " ".join(message.split()), err=True)
+    _tell("hcsearch: " + " ".join(message.split()))
     sys.exit(2)
+
+
+def _tell(message: str) -> None:
+    """Print to stderr, if anyone is there to read it."""
+    with contextlib.suppress(OSError):
+        click.echo(message, err=True)

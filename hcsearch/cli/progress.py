@@ -24,7 +24,7 @@ class Meter:
         self._hint = threading.Timer(2.0, click.echo, (_FIRST,), {"err": True})
 
     def __enter__(self) -> Meter:
-        if sys.stderr.isatty():
+        if sys.stderr is not None and sys.stderr.isatty():
             self._hint.start()
         return self
 
@@ -33,6 +33,8 @@ class Meter:
         from tqdm import tqdm  # noqa: PLC0415
 
         self._hint.cancel()
+        if sys.stderr is None:
+            return
         if self._bar is None or self._bar.total != total:
             self._close()
             # `disable=None` is tqdm's word for silence where there is no terminal

@@ -68,6 +68,9 @@ class Crew:
         # spawned, not forked: this process has threads
         pool = ProcessPoolExecutor(self.jobs, multiprocessing.get_context("spawn"), initializer=_begin_worker)
         try:
+            with _ctrl_c_held_back():
+                for _ in range(self.jobs):
+                    pool.submit(int)
             yield pool, self.jobs
         except BrokenProcessPool as error:
             raise ClusterError(
@@ -93,6 +96,19 @@ def _in_order(
     finally:
         for _, future in waiting:
             future.cancel()
+
+
+@contextmanager
+def _ctrl_c_held_back() -> Iterator[None]:
+    """Start processes that Ctrl-C does not reach before they have come to `_begin_worker`."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _begin_worker() -> None:

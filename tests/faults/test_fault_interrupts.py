@@ -1,0 +1,51 @@
+"""Ctrl-C: one line, exit code 130, and the same command goes on."""
+
+import signal
+import time
+
+import pytest
+
+from tests.faults.fault_tools import INTERRUPTED, MANY, MOST, Running, assert_one_line, look, progress, seeded, wait_for
+
+
+def interrupt(path, job, more, delay=0.0, *, times=1):
+    """Start a job and interrupt it, as a terminal does, once it has finished some batches; what was finished then."""
+    begun = progress(path)
+    with Running(*job.into(path)) as running:
+        wait_for(running, path, more, begun)
+        time.sleep(delay)
+        seen = progress(path)[1]
+        for _ in range(times - 1):
+            running.signal(signal.SIGINT)
+            time.sleep(0.01)
+        code, _, err = running.end(signal.SIGINT, whole_group=True)
+    state = look(path, rows=False)
+    assert len(state.finished) >= seen
+    return code, err.removeprefix("\n"), state.finished  # an empty line ends that of a terminal's ^C
+
+
+@pytest.mark.parametrize("times", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_ctrl_c_in_the_middle_is_one_line_and_goes_on(tmp_path, law, times):
+    path = tmp_path / "designs.sqlite"
+    code, err, finished = interrupt(path, MANY, 1, times=times)
+    assert code == INTERRUPTED
+    assert_one_line(err)
+    law("SIGINT", path, MANY, injected=1, before=finished)
+
+
+@pytest.mark.slow
+def test_ctrl_c_again_and_again_loses_nothing(tmp_path, law):
+    path = tmp_path / "designs.sqlite"
+    chance = seeded("interrupts")
+    finished = frozenset()
+    injected = 0
+    for _ in range(12):
+        more, delay = chance.choice([0, 1, 3]), chance.uniform(0, 0.02)
+        code, err, now = interrupt(path, MOST, more, delay, times=injected % 2 + 1)
+        assert now >= finished
+        assert code in (0, INTERRUPTED)
+        if code:
+            assert_one_line(err)
+        injected += code != 0
+        finished = now
+    law("SIGINT", path, MOST, injected=injected, before=finished)
