@@ -71,8 +71,7 @@ def main() -> None:
         _fail(error.format_message() + remedy)
     except (click.Abort, KeyboardInterrupt):
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        _tell(_INTERRUPTED)
-        sys.exit(_INTERRUPT_CODE)
+        _leave()
     except (_UnreadError, BrokenPipeError):
         _discard_output()
         sys.exit(_PIPE_CODE)
@@ -87,7 +86,8 @@ def _interrupt(_number: int, _frame: object) -> None:
     raise KeyboardInterrupt
 
 
-def _leave(_number: int, _frame: object) -> None:
+def _leave(*_signal: object) -> None:
+    """End without the interpreter's own end, in which objects that the interrupt left half made would complain."""
     with contextlib.suppress(OSError):
         os.write(2, f"{_INTERRUPTED}\n".encode())
     os._exit(_INTERRUPT_CODE)

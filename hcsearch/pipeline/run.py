@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hcsearch.enumeration import Search
 from hcsearch.kernels.words import insert_fingerprints
 from hcsearch.pipeline.designs import Job
-from hcsearch.pipeline.stages import check_keep, stages_until
+from hcsearch.pipeline.stages import KEEP_NEEDS, check_keep, stages_until
 from hcsearch.pipeline.workers import Crew
 from hcsearch.records import StageResult, Work
 from hcsearch.store import Database, count_arrays, finish_run, finished_batches, record_batch, start_run
@@ -164,7 +164,8 @@ def run_into(plan: Plan, database: Database, progress: Progress | None = None) -
         totals.add(output.results, fresh=True)
         if progress is not None:
             progress(len(reused) + done, len(prefixes), totals.note)
-    summary = Summary(totals.funnel(plan, count_arrays(database, plan.work)), totals.seconds, len(todo), len(reused))
+    arrays = count_arrays(database, plan.work, designs=totals.passed.get(KEEP_NEEDS[plan.keep], 0))
+    summary = Summary(totals.funnel(plan, arrays), totals.seconds, len(todo), len(reused))
     finish_run(database, run_id, asdict(summary.funnel), summary.stage_times, summary.batches_done, len(reused))
     return summary
 
