@@ -20,6 +20,7 @@ from hcsearch.records import CircuitBatch
 
 _UNIT_PAIRS = 250_000  # about 10,000 circuits
 _COUNTED_PAIRS = 100_000_000  # less than a second
+_MAX_COUNTED = 2_000
 _MAX_UNITS = 20_000
 _MAX_LISTED = 2e12  # pairs; about 1e11 circuits
 _MAX_CHAINS = 2e10
@@ -76,16 +77,16 @@ class FoldedSearch:
                 f"--n {self.n} is too large to list: about {0.05 * self.n_pairs:.0e} circuits; use a smaller n, or "
                 f"`hcsearch count --keep {self.lists}`"
             )
-        return self._units(_UNIT_PAIRS)
+        return self.units(max(_UNIT_PAIRS, int(self.n_pairs / _MAX_UNITS)))
 
     @property
     def counting_units(self) -> list[str]:
         """Names of larger units, for `count`, the largest first: small ones last leave no worker idle for long."""
-        return sorted(self._units(_COUNTED_PAIRS), key=lambda unit: -self.pairs[_range(unit)].sum())
+        size = max(_COUNTED_PAIRS, int(self.n_pairs / _MAX_COUNTED))
+        return sorted(self.units(size), key=lambda unit: -self.pairs[_range(unit)].sum())
 
-    def _units(self, least: int) -> list[str]:
-        """Cut the keys into units of about `least` pairs, or more where they would be too many."""
-        size = max(least, int(self.n_pairs / _MAX_UNITS))
+    def units(self, size: int) -> list[str]:
+        """Cut the keys into units of about `size` pairs."""
         names: list[str] = []
         first, joined = 0, 0
         for key, pairs in enumerate(self.pairs.tolist()):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -12,7 +13,8 @@ from hcsearch.pipeline.stages import KEEP_NEEDS, stages_until
 from hcsearch.pipeline.workers import Crew
 
 _SMALL_PAIRS = 2e9  # counted by one process in seconds
-_PROBE_PAIRS = 3e7
+_PROBE_PAIRS = 100_000_000  # of one unit: enough to hide the time to list its half-chains
+_PROBE_SECONDS = 3.0
 
 
 @dataclass(frozen=True)
@@ -65,9 +67,12 @@ def counting_seconds(search: Search) -> float | None:
     """About how many core seconds `count_designs` takes; None where that is a matter of seconds, or unknown."""
     if not isinstance(search, FoldedSearch) or search.n_pairs < _SMALL_PAIRS:
         return None
-    pairs = search.pairs
-    search.count(str(pairs.argmin()))  # compiles
-    probe = int(abs(pairs - _PROBE_PAIRS).argmin())
-    begun = time.perf_counter()
-    search.count(str(probe))
-    return float((time.perf_counter() - begun) / pairs[probe] * search.n_pairs)
+    units = search.units(max(_PROBE_PAIRS, int(search.n_pairs / 20_000)))
+    random.Random(0).shuffle(units)
+    search.count(str(search.pairs.argmin()))  # compiles
+    begun, done, elapsed = time.perf_counter(), 0, 0.0
+    while elapsed < _PROBE_SECONDS and done < len(units):
+        search.count(units[done])
+        done += 1
+        elapsed = time.perf_counter() - begun
+    return elapsed * len(units) / done
