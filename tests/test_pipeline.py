@@ -117,9 +117,10 @@ def test_an_estimate_is_near_what_is_found(monkeypatch):
     assert found.designs == pytest.approx(2_328_698, rel=0.5)
     assert found.circuits == pytest.approx(found.designs)
     assert found.core_seconds > 0
-    sentence = found.sentence(4, stored=True)
-    assert "on 4 cores" in sentence
+    sentence = found.sentence(Crew(4))
+    assert "with --jobs 4" in sentence
     assert "in the database" in sentence
+    assert "core time on the cluster" in found.sentence(Crew(scheduler="tcp://host:8786"))
 
 
 def test_a_database_that_finds_no_room_is_refused(tmp_path):

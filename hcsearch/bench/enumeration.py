@@ -26,7 +26,6 @@ class Report:
     one_array: list[arrays.ArrayRow]
     listed: list[listing.ListingRow]
     growth: list[listing.GrowthRow]
-    jobs: list[listing.JobsRow]
     counted: list[counting.CountRow]
 
     @property
@@ -60,15 +59,6 @@ class Report:
                 self.growth,
             ),
             Table(
-                "jobs",
-                "The whole command on one and two threads",
-                "`hcsearch enumerate --dry-run`, start of the interpreter included, by turns; medians of `runs`. "
-                "`speed_up` is that of the work done a second on the wall, `net_speed_up` the same without `start_s`. "
-                "Two commands of one thread each, started together, show what the machine had to give: other work on "
-                "the same cores lowers both.",
-                self.jobs,
-            ),
-            Table(
                 "counting",
                 "Counting square arrays",
                 f"{_TIMES}; {limit}. `states`: frontier states of all steps of ours, for all circuits; its time "
@@ -90,11 +80,10 @@ def measure(
     limit = limit or (QUICK_LIMIT if quick else LIMIT)
     one_array = arrays.measure_arrays(arrays.QUICK if quick else arrays.ARRAYS, limit=limit, repeats=repeats, say=say)
     listed = listing.measure_listing(listing.QUICK if quick else listing.SIZES, repeats=repeats, say=say)
-    jobs = listing.measure_jobs(listed[:2] if quick else listed, repeats=repeats, say=say)
     counted = counting.measure_counting(
         counting.QUICK if quick else counting.SIZES, limit=limit, repeats=repeats, say=say
     )
-    return Report(machine, limit, one_array, listed, listing.fit_growth(listed), jobs, counted)
+    return Report(machine, limit, one_array, listed, listing.fit_growth(listed), counted)
 
 
 def save_report(report: Report, folder: Path) -> None:

@@ -17,18 +17,22 @@ _ONE_CORE = {"OMP_NUM_THREADS": "1"}
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a job gave: its row, and the most memory its process held; `note` says why there is no row."""
+    """What a job gave: its row, and the most memory its process held; `note` says why there is no row.
+
+    late : whether it took longer than it was allowed.
+    """
 
     peak_mib: float
     note: str = ""
     row: Row = field(default_factory=dict)
+    late: bool = False
 
 
 def run_job(name: str, limit: float, **arguments: Any) -> Outcome:
     """Run a job for at most `limit` seconds on the wall; one that fails or takes longer is an outcome too."""
     done = run_measured([sys.executable, "-m", "hcsearch.bench.worker", name, json.dumps(arguments)], limit, _ONE_CORE)
     if done.status is None:
-        return Outcome(done.peak_mib, f"over {limit:g} s")
+        return Outcome(done.peak_mib, f"over {limit:g} s", late=True)
     if done.status:
         last = (done.error.strip().splitlines() or [f"exit code {done.status}"])[-1]
         return Outcome(done.peak_mib, f"failed: {last}")

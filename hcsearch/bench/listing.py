@@ -1,18 +1,14 @@
-"""All arrays of n cells: listing, folding and twist in one process, and the whole command on one and two threads."""
+"""All arrays of n cells: listing, folding and twist in one process."""
 
 from __future__ import annotations
 
 import math
-import re
 import statistics
-import sys
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from hcsearch.bench.job import OWN_LIMIT, run_job
-from hcsearch.bench.process import Finished, run_measured
 from hcsearch.bench.timing import Row, Stopwatch, repeated, timed
 from hcsearch.errors import HcsearchError
 
@@ -54,28 +50,6 @@ class ListingRow:
     twist_s: float
     fold_twist_us: float
     peak_mib: float
-    runs: int
-
-
-@dataclass(frozen=True)
-class JobsRow:
-    """The whole command `enumerate --dry-run`, start of the interpreter included, on some number of threads.
-
-    wall_s, cpu_s : medians of `runs`, a command. start_s : the wall time of 10 cells, nearly all of it start.
-    speed_up : times the work done a second by one thread; net_speed_up : the same without the start, None for
-    runs that are hardly more than that.
-    """
-
-    grid: str
-    n: int
-    how: str
-    circuits: int
-    wall_s: float
-    cpu_s: float
-    start_s: float
-    peak_mib: float
-    speed_up: float
-    net_speed_up: float | None
     runs: int
 
 
@@ -151,61 +125,6 @@ def measure_listing(
                 )
             )
     return rows
-
-
-def measure_jobs(listed: Sequence[ListingRow], *, repeats: int, say: Callable[[str], None]) -> list[JobsRow]:
-    """The command on one and on two threads, by turns, at each grid's largest n; its count must be the listing's.
-
-    Two commands at once, of one thread each, show how much the machine has to give at that time.
-    """
-    rows = []
-    for last in {row.grid: row for row in listed}.values():
-        _enumerate(last.grid, 10, 1)  # on a new machine this compiles the kernels
-        start = statistics.median(_enumerate(last.grid, 10, 1).wall for _ in range(repeats))
-        done: dict[str, list[Finished]] = {"--jobs 1": [], "--jobs 2": [], "two commands": []}
-        for _ in range(repeats):
-            for how, runs in done.items():
-                say(f"{last.grid} n={last.n}: enumerate --dry-run, {how}")
-                if how == "two commands":
-                    with ThreadPoolExecutor(2) as pool:
-                        runs.extend(pool.map(lambda _, last=last: _enumerate(last.grid, last.n, 1), range(2)))
-                else:
-                    runs.append(_enumerate(last.grid, last.n, int(how[-1])))
-        alone = statistics.median(run.wall for run in done["--jobs 1"])
-        for how, runs in done.items():
-            wall = statistics.median(run.wall for run in runs)
-            at_once = len(runs) / repeats
-            rows.append(
-                JobsRow(
-                    grid=last.grid,
-                    n=last.n,
-                    how=how,
-                    circuits=_circuits(runs, last),
-                    wall_s=wall,
-                    cpu_s=statistics.median(run.cpu for run in runs),
-                    start_s=start,
-                    peak_mib=max(run.peak_mib for run in runs),
-                    speed_up=at_once * alone / wall,
-                    net_speed_up=at_once * (alone - start) / (wall - start) if min(alone, wall) > 2 * start else None,
-                    runs=len(runs),
-                )
-            )
-    return rows
-
-
-def _enumerate(grid: str, n: int, jobs: int) -> Finished:
-    options = ["--grid", grid, "--n", str(n), "--dry-run", "--jobs", str(jobs)]
-    return run_measured([sys.executable, "-m", "hcsearch", "enumerate", *options], OWN_LIMIT)
-
-
-def _circuits(runs: Sequence[Finished], listed: ListingRow) -> int:
-    for run in runs:
-        match = re.search(r"non-isomorphic circuits\s+([\d,]+)", run.output)
-        count = int(match[1].replace(",", "")) if match else None
-        if count != listed.free:
-            told = f"{count} circuits" if match else run.error.strip() or "no answer"
-            raise HcsearchError(f"enumerate {listed.grid} n={listed.n}: {told}, but the listing found {listed.free}")
-    return listed.free
 
 
 def fit_growth(listed: Sequence[ListingRow], points: int = 4) -> list[GrowthRow]:

@@ -5,10 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hcsearch.bench.arrays import ArrayRow
 from hcsearch.bench.engines import ENGINES
 from hcsearch.bench.listing import GrowthRow, ListingRow
+
+if TYPE_CHECKING:
+    from hcsearch.bench.folding import FoldingRow
 
 _COLOURS = {"hex": "tab:blue", "square": "tab:orange", "triangle": "tab:green"}
 
@@ -86,4 +90,28 @@ def plot_arrays(rows: Sequence[ArrayRow], limit: float, path: Path) -> None:
     seconds.set_yscale("log")
     memory.set_ylim(bottom=0)
     figure.legend(*seconds.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize="small")
+    figure.savefig(path, dpi=120)
+
+
+def plot_folding(rows: Sequence[FoldingRow], path: Path) -> None:
+    """Seconds of the three ways to designs that fold against n, a picture a grid."""
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    grids = list(dict.fromkeys(row.grid for row in rows))
+    figure = Figure(figsize=(12, 4.5), layout="constrained")
+    pictures = figure.subplots(1, len(grids), squeeze=False, sharey=True)[0]
+    for axes, grid in zip(pictures, grids, strict=True):
+        for keep, marker in (("two-stack", "o-"), ("untwisted", "s--")):
+            ours = [row for row in rows if (row.grid, row.keep) == (grid, keep)]
+            ways = [("joined", "tab:blue", "join_s"), ("counted", "tab:green", "count_s")]
+            if keep == "two-stack":  # the same run as for untwisted ones
+                ways.insert(0, ("all circuits listed and filtered", "tab:red", "filter_s"))
+            for way, colour, column in ways:
+                points = [(row.n, getattr(row, column)) for row in ours if getattr(row, column)]
+                label = way if column == "filter_s" else f"{keep} designs {way}"
+                axes.plot([n for n, _ in points], [s for _, s in points], marker, color=colour, ms=4, label=label)
+        axes.set(xlabel="panels n", yscale="log", title=grid)
+        axes.grid(alpha=0.3)
+    pictures[0].set_ylabel("processor seconds, one core")
+    figure.legend(*pictures[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize="small")
     figure.savefig(path, dpi=120)

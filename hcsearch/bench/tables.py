@@ -73,12 +73,13 @@ def _is_text(table: Table, column: str) -> bool:
     return any(isinstance(getattr(row, column), str) for row in table.rows)
 
 
-def save(tables: Sequence[Table], machine: Machine, folder: Path, name: str, heading: str) -> None:
-    """Write `machine.json`, a CSV file a table and NAME.md into a folder."""
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "machine.json").write_text(json.dumps(asdict(machine), indent=1) + "\n", encoding="utf-8")
+def save(tables: Sequence[Table], machine: Machine, folder: Path, name: str, heading: str, *, data: str = ".") -> None:
+    """Write NAME.md into a folder, and `machine.json` and a CSV file a table into the folder `data` below it."""
+    below = folder / data
+    below.mkdir(parents=True, exist_ok=True)
+    (below / "machine.json").write_text(json.dumps(asdict(machine), indent=1) + "\n", encoding="utf-8")
     for table in tables:
-        frame(table).to_csv(folder / f"{table.name}.csv", index=False)
+        frame(table).to_csv(below / f"{table.name}.csv", index=False)
     sections = "\n".join(map(markdown, tables))
     (folder / f"{name}.md").write_text(f"{heading}\n\n{machine}\n\n{sections}", encoding="utf-8")
 

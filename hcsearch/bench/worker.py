@@ -6,13 +6,13 @@ import json
 import sys
 from collections.abc import Callable
 
-from hcsearch.bench import counting, engines, listing
+from hcsearch.bench import counting, engines, folding, listing
 from hcsearch.bench.timing import Row
 
 
 def jobs() -> dict[str, Callable[..., Row]]:
     """All jobs by name."""
-    return engines.JOBS | listing.JOBS | counting.JOBS
+    return engines.JOBS | listing.JOBS | folding.JOBS | counting.JOBS
 
 
 if __name__ == "__main__":

@@ -2,9 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
 
 import click
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from hcsearch.bench.funnels import Pipeline
+    from hcsearch.bench.machine import Machine
+    from hcsearch.bench.tables import Table
+
+Command = Callable[..., Any]
+
+
+class _Report(Protocol):
+    """What every bench gives."""
+
+    @property
+    def machine(self) -> Machine: ...
+    @property
+    def tables(self) -> Sequence[Table]: ...
 
 
 @click.group(epilog="Example: hcsearch bench enumeration --quick")
@@ -12,40 +32,120 @@ def bench() -> None:
     """Measure and compare: tables and plots of speed and memory, with machine and versions."""
 
 
+def _common(name: str) -> Callable[[Command], Command]:
+    """`--output`, `--quick` and `--json`, which every bench has."""
+    output = click.option(
+        "--output",
+        type=click.Path(file_okay=False, path_type=Path),
+        default=Path(f"reports/bench-{name}"),
+        show_default=True,
+        metavar="DIR",
+        help="Folder for tables (CSV, Markdown), plots and machine.json.",
+    )
+    quick = click.option("--quick", is_flag=True, help="Small sizes, one run each: some seconds.")
+    json_file = click.option(
+        "--json",
+        "json_file",
+        type=click.Path(dir_okay=False, path_type=Path),
+        metavar="FILE",
+        help="All tables in one file.",
+    )
+    return lambda command: output(quick(json_file(command)))
+
+
+_repeats = click.option(
+    "--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="Runs to take medians of."
+)
+
+
+def _limit(default: str, what: str) -> Callable[[Command], Command]:
+    return click.option(
+        "--limit", type=click.FloatRange(min=0, min_open=True), help=f"Seconds for {what}.  [default: {default}]"
+    )
+
+
+def _say(step: str) -> None:
+    click.echo(step, err=True)
+
+
+def _finish(report: _Report, save: Callable[[Path], None], output: Path, json_file: Path | None) -> None:
+    """Print a report's tables, and save it."""
+    from hcsearch.bench.tables import save_json, text  # noqa: PLC0415
+
+    click.echo(f"{report.machine}\n")
+    for table in report.tables:
+        click.echo(text(table))
+    save(output)
+    if json_file is not None:
+        save_json(report.tables, report.machine, json_file)
+    click.echo(f"saved in {output}")
+
+
 @bench.command(epilog="Example: hcsearch bench enumeration --output reports/bench-enumeration --json bench.json")
-@click.option(
-    "--output",
-    type=click.Path(file_okay=False, path_type=Path),
-    default=Path("reports/bench-enumeration"),
-    show_default=True,
-    metavar="DIR",
-    help="Folder for tables (CSV, Markdown), plots and machine.json.",
-)
-@click.option("--quick", is_flag=True, help="Small sizes, one run each: some seconds.")
-@click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="Runs to take medians of.")
-@click.option(
-    "--limit", type=click.FloatRange(min=0, min_open=True), help="Seconds for a peer.  [default: 60, quick: 2]"
-)
-@click.option(
-    "--json",
-    "json_file",
-    type=click.Path(dir_okay=False, path_type=Path),
-    metavar="FILE",
-    help="All tables in one file.",
-)
+@_common("enumeration")
+@_repeats
+@_limit("60, quick: 2", "a peer")
 def enumeration(output: Path, quick: bool, repeats: int, limit: float | None, json_file: Path | None) -> None:
     """Circuits a second and memory against Graphillion, networkx and a plain backtracker, and cost as n grows.
 
     Every engine runs in a process of its own. Graphillion is an extra: pip install 'hcsearch[bench]'.
     """
     from hcsearch.bench.enumeration import measure, save_report  # noqa: PLC0415
-    from hcsearch.bench.tables import save_json, text  # noqa: PLC0415
 
-    report = measure(quick=quick, repeats=repeats, limit=limit, say=lambda step: click.echo(step, err=True))
-    click.echo(f"{report.machine}\n")
-    for table in report.tables:
-        click.echo(text(table))
-    save_report(report, output)
-    if json_file is not None:
-        save_json(report.tables, report.machine, json_file)
-    click.echo(f"saved in {output}")
+    report = measure(quick=quick, repeats=repeats, limit=limit, say=_say)
+    _finish(report, lambda folder: save_report(report, folder), output, json_file)
+
+
+@bench.command(epilog="Example: hcsearch bench folding --quick")
+@_common("folding")
+@_repeats
+@_limit("180, quick: 60", "a process")
+def folding(output: Path, quick: bool, repeats: int, limit: float | None, json_file: Path | None) -> None:
+    """Designs that fold, joined from half-chains, against listing all circuits and filtering them."""
+    from hcsearch.bench.folding import measure, save_report  # noqa: PLC0415
+
+    report = measure(quick=quick, repeats=repeats, limit=limit, say=_say)
+    _finish(report, lambda folder: save_report(report, folder), output, json_file)
+
+
+@bench.command(epilog="Example: hcsearch bench scale --postgresql postgresql://USER@HOST/postgres")
+@_common("scale")
+@_repeats
+@click.option(
+    "--postgresql",
+    envvar="HCSEARCH_BENCH_POSTGRESQL",
+    show_envvar=True,
+    metavar="URL",
+    help="A server to store into, where databases may be made and dropped.",
+)
+def scale(output: Path, quick: bool, repeats: int, postgresql: str | None, json_file: Path | None) -> None:
+    """The whole command with one and two processes, on a Dask cluster of two workers, and into databases.
+
+    The cluster is started for it; Dask is an extra: pip install 'hcsearch[cluster]'.
+    """
+    from hcsearch.bench.scale import measure, save_report  # noqa: PLC0415
+
+    report = measure(quick=quick, repeats=repeats, postgresql=postgresql, say=_say)
+    _finish(report, lambda folder: save_report(report, folder), output, json_file)
+
+
+@bench.command(epilog="Example: hcsearch bench tables --output docs")
+@_common("tables")
+@_limit("600, quick: 10", "a search")
+def tables(output: Path, quick: bool, limit: float | None, json_file: Path | None) -> None:
+    """How many designs there are, on all arrays of n cells and on single arrays: docs/tables.md."""
+    from hcsearch.bench.reference import measure, save_report  # noqa: PLC0415
+
+    report = measure(_pipeline(), quick=quick, limit=limit, say=_say)
+    _finish(report, lambda folder: save_report(report, folder), output, json_file)
+
+
+def _pipeline() -> Pipeline:
+    """What the rows of `tables` are made with."""
+    from hcsearch.bench.funnels import Pipeline  # noqa: PLC0415
+    from hcsearch.pipeline import Crew, Plan, count_designs, run_dry  # noqa: PLC0415
+
+    return Pipeline(
+        funnel=lambda search, keep, progress: run_dry(Plan(search, "twist", keep), progress).funnel,
+        count=lambda search, keep, progress: count_designs(search, keep, Crew(), progress).classes,
+    )

@@ -44,17 +44,17 @@ def enumerate_(
     plan = Plan(make_search(grid, n, array_spec, keep), last, keep, panel, make_crew(jobs, scheduler))
     expected = estimate(plan, stored=not dry_run)
     if expected is not None:
-        click.echo(expected.sentence(plan.crew.jobs, stored=not dry_run), err=True)
+        click.echo(expected.sentence(plan.crew), err=True)
         if not dry_run:
             check_room(expected, db)
     plan.crew.check()
     with Meter("batch") as meter:
         if dry_run:
-            summary = run_dry(plan, meter)
+            summary, place = run_dry(plan, meter), None
         else:
             with open_database(db, create=True) as database:
-                summary = run_into(plan, database, meter)
-    _print_summary(plan, summary, None if dry_run else db)
+                summary, place = run_into(plan, database, meter), database.location
+    _print_summary(plan, summary, place)
 
 
 def _check_panel(panel: str | None) -> None:
@@ -65,7 +65,7 @@ def _check_panel(panel: str | None) -> None:
         raise HcsearchError(f"malformed panel {panel!r}: write length x width x thickness in millimetres, as 50x40x6")
 
 
-def _print_summary(plan: Plan, summary: Summary, db: str | None) -> None:
+def _print_summary(plan: Plan, summary: Summary, place: str | None) -> None:
     funnel = summary.funnel
     target = plan.search.target or f"all arrays of {plan.search.n} cells"
     click.echo(f"{plan.search.grid.name} grid, {target}, n = {plan.search.n}")
@@ -82,5 +82,5 @@ def _print_summary(plan: Plan, summary: Summary, db: str | None) -> None:
     times = ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in summary.stage_times.items())
     click.echo(f"stages: {times or 'nothing to do'}")
     click.echo(f"batches: {summary.batches_done} done, {summary.batches_reused} taken from before")
-    if db is not None:
-        click.echo(f"database: {db}")
+    if place is not None:
+        click.echo(f"database: {place}")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 
 from hcsearch.cli.options import database_option
@@ -22,18 +24,33 @@ _COLUMNS = "id,grid,n,array,circuit,symmetry,n_foldings,n_untwisted,min_twist,st
 @click.option("-s", "--sort", help="Sort by columns, separated by commas; -NAME is descending.")
 @click.option("--limit", type=click.IntRange(min=0), help="At most this many rows.")
 @click.option("--format", "style", type=click.Choice(FORMATS), default="table", show_default=True)
+@click.option("--output", metavar="FILE", help="File to write; parquet needs one.  [default: standard output]")
 @click.option("--sql", help="Run one SELECT on the views designs, foldings, deployments and runs instead.")
 def query(
-    condition: str, db: str, columns: str | None, sort: str | None, limit: int | None, style: str, sql: str | None
+    condition: str,
+    db: str,
+    columns: str | None,
+    sort: str | None,
+    limit: int | None,
+    style: str,
+    output: str | None,
+    sql: str | None,
 ) -> None:
     """Print the designs that satisfy QUERY: terms such as n=12, dof<=6, untwisted, all of which must hold."""
-    from hcsearch.store import format_result, open_readonly, select, select_sql  # noqa: PLC0415
+    from hcsearch.store import format_rows, open_readonly, save_rows, stream, stream_sql  # noqa: PLC0415
 
     if sql is not None and (condition or columns or sort or limit is not None):
         raise QueryError("--sql stands alone: put conditions, columns, order and limit into the SELECT")
     with open_readonly(db) as database:
         if sql is not None:
-            result = select_sql(database, sql)
+            selected = stream_sql(database, sql)
         else:
-            result = select(database, condition, columns=columns or _COLUMNS, sort=sort or "", limit=limit)
-    click.echo(format_result(result, style), nl=False)
+            selected = stream(database, condition, columns=columns or _COLUMNS, sort=sort or "", limit=limit)
+        with selected as rows:
+            if output is None:
+                for text in format_rows(rows, style):
+                    click.echo(text, nl=False)
+            else:
+                save_rows(rows, style, Path(output))
+    if output is not None:
+        click.echo(output)

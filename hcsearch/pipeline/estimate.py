@@ -9,6 +9,7 @@ from hcsearch.errors import SizeError
 from hcsearch.pipeline.designs import Job
 from hcsearch.pipeline.run import Plan
 from hcsearch.pipeline.stages import stages_until
+from hcsearch.pipeline.workers import Crew
 from hcsearch.store import room_at
 
 _PROBE = 8  # units
@@ -25,17 +26,14 @@ class Estimate:
     stored_bytes: float
     store_seconds: float
 
-    def seconds(self, workers: int) -> float:
-        """Time of the whole run: one process writes while the others work."""
-        return max(self.core_seconds / workers, self.store_seconds)
-
-    def sentence(self, workers: int, *, stored: bool) -> str:
-        """One line for people."""
-        size = f", {_bytes(self.stored_bytes)} in the database" if stored else ""
-        return (
-            f"about {self.circuits:.2g} circuits to list, {self.designs:.2g} designs to keep: "
-            f"about {duration(self.seconds(workers))} on {workers} core{'s' if workers > 1 else ''}{size}"
-        )
+    def sentence(self, crew: Crew) -> str:
+        """One line for people; one process writes while the others work."""
+        if crew.scheduler is not None:
+            time = f"{duration(self.core_seconds)} of core time on the cluster, {duration(self.store_seconds)} to store"
+        else:
+            time = f"{duration(max(self.core_seconds / crew.jobs, self.store_seconds))} with --jobs {crew.jobs}"
+        size = f", {_bytes(self.stored_bytes)} in the database" if self.stored_bytes else ""
+        return f"about {_number(self.circuits)} circuits to list, {_number(self.designs)} to keep: {time}{size}"
 
 
 def estimate(plan: Plan, *, stored: bool) -> Estimate | None:
@@ -71,7 +69,7 @@ def check_room(found: Estimate, location: str) -> None:
     room = room_at(location)
     if room is not None and found.stored_bytes > room:
         raise SizeError(
-            f"about {found.designs:.2g} designs need {_bytes(found.stored_bytes)} and {location} has room for "
+            f"about {_number(found.designs)} designs need {_bytes(found.stored_bytes)} and {location} has room for "
             f"{_bytes(room)}: keep fewer with --keep untwisted, name a database elsewhere with --db, or do without: "
             "--dry-run, `hcsearch count`"
         )
@@ -83,6 +81,11 @@ def duration(seconds: float) -> str:
         if seconds > 1.5 * size:
             return f"{seconds / size:.2g} {unit}"
     return f"{seconds:.2g} seconds"
+
+
+def _number(count: float) -> str:
+    """A number to two digits, written out."""
+    return f"{float(f'{count:.2g}'):,.0f}"
 
 
 def _bytes(size: float) -> str:

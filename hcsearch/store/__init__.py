@@ -11,15 +11,21 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from hcsearch.store.columns import VIEWS, Quantity, column_names, view_names
     from hcsearch.store.database import Database, open_database, open_readonly
-    from hcsearch.store.formats import FORMATS, format_result
-    from hcsearch.store.queries import Result, find_design, parse_query, select, select_sql
+    from hcsearch.store.formats import FORMATS, format_rows
+    from hcsearch.store.location import room_at
+    from hcsearch.store.queries import find_design, parse_query, select, select_sql, stream, stream_sql
+    from hcsearch.store.rows import Result, Rows
+    from hcsearch.store.saving import save_rows
     from hcsearch.store.writing import count_arrays, finish_run, finished_batches, record_batch, start_run
 
 _MODULES = {
     "columns": ("VIEWS", "Quantity", "column_names", "view_names"),
     "database": ("Database", "open_database", "open_readonly"),
-    "formats": ("FORMATS", "format_result"),
-    "queries": ("Result", "find_design", "parse_query", "select", "select_sql"),
+    "formats": ("FORMATS", "format_rows"),
+    "location": ("room_at",),
+    "queries": ("find_design", "parse_query", "select", "select_sql", "stream", "stream_sql"),
+    "rows": ("Result", "Rows"),
+    "saving": ("save_rows",),
     "writing": ("count_arrays", "finish_run", "finished_batches", "record_batch", "start_run"),
 }
 _HOMES = {name: module for module, names in _MODULES.items() for name in names}
@@ -30,19 +36,24 @@ __all__ = [
     "Database",
     "Quantity",
     "Result",
+    "Rows",
     "column_names",
     "count_arrays",
     "find_design",
     "finish_run",
     "finished_batches",
-    "format_result",
+    "format_rows",
     "open_database",
     "open_readonly",
     "parse_query",
     "record_batch",
+    "room_at",
+    "save_rows",
     "select",
     "select_sql",
     "start_run",
+    "stream",
+    "stream_sql",
     "view_names",
 ]
 

@@ -11,13 +11,21 @@ Kind = Literal["integer", "boolean", "real", "text"]
 
 
 class Quantity(NamedTuple):
-    """One column of a view; `unit` is empty for pure numbers and text, booleans are 0 or 1."""
+    """One column of a view; `unit` is empty for pure numbers and text, booleans are 0 or 1.
+
+    words : all values that a text may have; empty where it may have any.
+    """
 
     name: str
     kind: Kind
     unit: str
     meaning: str
+    words: tuple[str, ...] = ()
 
+
+_GRIDS = ("triangle", "square", "rectangle", "hex")
+_KEEPS = ("all", "two-stack", "untwisted")
+_VERDICTS = ("deploys", "undecided", "collides", "locked")
 
 _MECHANISM = (
     Quantity("merged_panels", "integer", "", "panel pairs made one on the mirror axis"),
@@ -32,7 +40,7 @@ _VERDICT = (
 
 DESIGNS = (
     Quantity("id", "integer", "", "number of the design in this database"),
-    Quantity("grid", "text", "", "tiling: triangle, square, rectangle or hex"),
+    Quantity("grid", "text", "", "tiling: triangle, square, rectangle or hex", _GRIDS),
     Quantity("n", "integer", "", "number of panels"),
     Quantity("array", "text", "", "notation of the array, equal for congruent arrays"),
     Quantity("circuit", "text", "", "notation of the circuit, equal for congruent circuits"),
@@ -49,7 +57,10 @@ DESIGNS = (
     Quantity("dof", "integer", "", "degrees of freedom at a generic state of the motion"),
     *_MECHANISM,
     *_VERDICT,
-    Quantity("status", "text", "", "deploys, undecided, collides, locked, twisted or no_folding"),
+    Quantity(
+        *("status", "text", "", "deploys, undecided, collides, locked, twisted or no_folding"),
+        words=(*_VERDICTS, "twisted", "no_folding"),
+    ),
     Quantity("score", "real", "", "rank of the design, higher is better"),
 )
 
@@ -64,7 +75,7 @@ FOLDINGS = (
     Quantity("dof_folded", "integer", "", "degrees of freedom at first order, folded"),
     Quantity("dof_flat", "integer", "", "degrees of freedom at first order, flat"),
     *_MECHANISM,
-    Quantity("status", "text", "", "deploys, undecided, collides, locked or twisted"),
+    Quantity("status", "text", "", "deploys, undecided, collides, locked or twisted", (*_VERDICTS, "twisted")),
     *_VERDICT,
 )
 
@@ -74,7 +85,7 @@ DEPLOYMENTS = (
     Quantity("scene", "text", "", "name of the scene"),
     Quantity("scene_values", "text", "", "values of the scene, as JSON"),
     Quantity("formulation", "text", "", "equations of motion that were integrated"),
-    Quantity("status", "text", "", "deploys, undecided, collides or locked"),
+    Quantity("status", "text", "", "deploys, undecided, collides or locked", _VERDICTS),
     Quantity("reason", "text", "", "the sentence behind the status"),
     Quantity("clearance", "real", "mm", "smallest gap between panels; negative is a penetration"),
     Quantity("first_contact", "real", "s", "time of the first collision"),
@@ -87,10 +98,10 @@ RUNS = (
     Quantity("id", "integer", "", "number of the run"),
     Quantity("started", "text", "", "start, ISO 8601, UTC"),
     Quantity("finished", "text", "", "end; null when it was interrupted"),
-    Quantity("grid", "text", "", "tiling"),
+    Quantity("grid", "text", "", "tiling", _GRIDS),
     Quantity("n", "integer", "", "number of panels"),
     Quantity("target", "text", "", "notation of the array; empty for all arrays of n cells"),
-    Quantity("keep", "text", "", "what was stored: all, two-stack or untwisted"),
+    Quantity("keep", "text", "", "what was stored: all, two-stack or untwisted", _KEEPS),
     Quantity("until", "text", "", "last stage asked for"),
     Quantity("panel", "text", "mm", "size of the panels, length x width x thickness"),
     Quantity("arguments", "text", "", "arguments of the call, as JSON"),

@@ -67,14 +67,17 @@ def _term(source: TableClause, view: str, text: str) -> ColumnElement[bool]:
         if quantity.kind != "boolean":
             raise QueryError(f"{name} is not a yes/no column: compare it, as in {name}=VALUE, without spaces")
         return source.c[name] == literal(1)
-    condition: ColumnElement[bool] = _OPERATORS[sign](source.c[name], literal(_value(quantity, text, value)))
+    condition: ColumnElement[bool] = _OPERATORS[sign](source.c[name], literal(_value(quantity, text, sign, value)))
     return condition
 
 
-def _value(quantity: Quantity, text: str, value: str) -> str | int | float:
+def _value(quantity: Quantity, text: str, sign: str, value: str) -> str | int | float:
     if not value or value[0] in "=<>!":
         raise QueryError(f"no value in {text!r}: the comparisons are = != < <= > >=, each followed by a value")
     if quantity.kind == "text":
+        if quantity.words and sign in ("=", "!=") and value not in quantity.words:
+            words = ", ".join(quantity.words)
+            raise QueryError(f"{quantity.name} is never {value!r}{_close(value, quantity.words)}: it is one of {words}")
         # Undecodable bytes of a command line arrive as lone surrogates, which no database stores.
         return value.encode(errors="replace").decode()
     if not _NUMBER.fullmatch(value):

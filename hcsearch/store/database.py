@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from types import TracebackType
 
-from sqlalchemy import Connection, Engine, create_engine, text
-from sqlalchemy.exc import NoSuchModuleError
+from sqlalchemy import Connection, Engine
+from sqlalchemy.exc import ProgrammingError
 
 from hcsearch.errors import DatabaseError
-from hcsearch.store import sqlite
+from hcsearch.store import postgresql, sqlite
 from hcsearch.store.failures import explained
 from hcsearch.store.location import EXAMPLES, Location, check_writable, is_filled, parse_location
-from hcsearch.store.migrate import check_revision, current_revision, foreign, upgrade
-from hcsearch.store.schema import APPLICATION_ID, REVISION
+from hcsearch.store.migrate import check_revision, current_revision, foreign, refuse_foreign, upgrade
+from hcsearch.store.schema import REVISION
 
 TIMEOUT = 60.0
 """How long to wait for another program's lock, in seconds."""
@@ -23,11 +24,12 @@ TIMEOUT = 60.0
 
 @dataclass(frozen=True)
 class Database:
-    """An open database. `location` is its name for messages, without any password."""
+    """An open database. `location` is its name for messages, without any password; `path` is its file, if it is one."""
 
     engine: Engine
     location: str
     readonly: bool
+    path: Path | None = None
 
     @contextmanager
     def reading(self) -> Iterator[Connection]:
@@ -47,6 +49,8 @@ class Database:
     def close(self) -> None:
         """Close all connections."""
         self.engine.dispose()
+        if self.readonly and self.path is not None:
+            sqlite.tidy(self.path)
 
     def __enter__(self) -> Database:
         return self
@@ -64,20 +68,20 @@ def open_database(location: str, *, create: bool, timeout: float = TIMEOUT) -> D
     """
     place = parse_location(location)
     if place.url is not None:
-        return _open_server(place, create=create, readonly=False)
+        return _open_server(place, create=create, readonly=False, timeout=timeout)
     assert place.path is not None
     with explained(place.text):
         _prepare_file(place, create=create, timeout=timeout)
         engine = sqlite.writing_engine(place.path, timeout)
         engine.connect().close()
-    return Database(engine, place.text, readonly=False)
+    return Database(engine, place.text, readonly=False, path=place.path)
 
 
 def open_readonly(location: str, *, timeout: float = TIMEOUT) -> Database:
     """Open a database of the newest schema so that no statement can change it; DatabaseError as in `open_database`."""
     place = parse_location(location)
     if place.url is not None:
-        return _open_server(place, create=False, readonly=True)
+        return _open_server(place, create=False, readonly=True, timeout=timeout)
     assert place.path is not None
     with explained(place.text):
         if not is_filled(place):
@@ -85,7 +89,7 @@ def open_readonly(location: str, *, timeout: float = TIMEOUT) -> Database:
         check_revision(place.text, _revision(place, timeout) or "", upgradable=False)
         engine = sqlite.reading_engine(place.path, timeout)
         engine.connect().close()
-    return Database(engine, place.text, readonly=True)
+    return Database(engine, place.text, readonly=True, path=place.path)
 
 
 def _prepare_file(place: Location, *, create: bool, timeout: float) -> None:
@@ -138,41 +142,41 @@ def _missing(place: Location) -> DatabaseError:
     )
 
 
-def _open_server(place: Location, *, create: bool, readonly: bool) -> Database:
-    engine = _server_engine(place)
+def _open_server(place: Location, *, create: bool, readonly: bool, timeout: float) -> Database:
+    assert place.url is not None
+    try:
+        engine = postgresql.server_engine(place.url, timeout, readonly=readonly)
+    except ImportError as error:
+        remedy = "install it with pip install 'hcsearch[postgresql]'"
+        raise DatabaseError(f"database {place.text} needs the Python module psycopg: {remedy}") from error
     try:
         with explained(place.text):
+            _try_server(engine, place)
             _prepare_server(engine, place, create=create, readonly=readonly)
     except BaseException:
         engine.dispose()
         raise
-    if readonly:
-        engine = engine.execution_options(postgresql_readonly=True)
     return Database(engine, place.text, readonly=readonly)
 
 
-def _prepare_server(engine: Engine, place: Location, *, create: bool, readonly: bool) -> None:
-    with engine.begin() as connection:
-        # Held to the end of the transaction, so that two processes do not create the same tables.
-        connection.execute(text(f"SELECT pg_advisory_xact_lock({APPLICATION_ID})"))
-        revision = current_revision(connection)
-        if revision is None and not create:
-            raise _missing(place)
-        if revision is not None:
-            check_revision(place.text, revision, upgradable=not readonly)
-        if revision != REVISION:
-            upgrade(connection, place.text)
-
-
-def _server_engine(place: Location) -> Engine:
-    assert place.url is not None
+def _try_server(engine: Engine, place: Location) -> None:
     try:
-        engine = create_engine(place.url)
-    except ImportError as error:
-        remedy = f"install it with pip install {error.name}" if error.name else "install its driver with pip"
-        raise DatabaseError(f"database {place.text} needs a Python module that is missing: {remedy}") from error
-    except NoSuchModuleError as error:
-        raise DatabaseError(f"database {place.text} names an unknown driver: {EXAMPLES}") from error
-    if engine.dialect.is_async:
-        raise DatabaseError(f"database {place.text} names an asynchronous driver, which cannot be used: {EXAMPLES}")
-    return engine
+        engine.connect().close()
+    except ProgrammingError as error:
+        detail = str(error.orig).splitlines()[0]
+        raise DatabaseError(f"the URL {place.text} has an option that cannot be used ({detail}): {EXAMPLES}") from error
+
+
+def _prepare_server(engine: Engine, place: Location, *, create: bool, readonly: bool) -> None:
+    """Create or upgrade the schema where needed. Who finds it there takes no lock, and waits for no writer."""
+    with engine.connect() as connection:
+        revision = current_revision(connection)
+        if revision is None:
+            refuse_foreign(connection, place.text)
+    if revision is None and not create:
+        raise _missing(place)
+    if revision is not None:
+        check_revision(place.text, revision, upgradable=not readonly)
+    if revision != REVISION:
+        with engine.execution_options(hcsearch_begin="IMMEDIATE").begin() as connection:
+            upgrade(connection, place.text)

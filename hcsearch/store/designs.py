@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from sqlalchemy import Connection, Row, Select, bindparam, delete, func, select, text, update
+from sqlalchemy import Connection, Row, Select, bindparam, delete, func, select, update
 
 from hcsearch.records import DesignBatch
 from hcsearch.store.schema import design, folding
-from hcsearch.store.upsert import insert_missing, insert_or_update, insert_rows
+from hcsearch.store.upsert import insert_rows
 
 Columns = dict[str, list[Any]]
 
@@ -19,22 +19,18 @@ _CHUNK = 1000  # values of one IN (...), well below what SQLite and PostgreSQL t
 def insert_designs(connection: Connection, designs: DesignBatch) -> None:
     """Store a batch: new designs are added, known ones get the columns of the stages that ran.
 
-    The caller holds the write lock (on PostgreSQL the table is locked here), so the ids can be given beforehand.
+    The caller holds the write lock, so the ids can be given beforehand.
     """
     if not len(designs):
         return
-    if connection.dialect.name == "postgresql":
-        connection.execute(text("LOCK TABLE design IN SHARE ROW EXCLUSIVE MODE"))
     first = (connection.execute(select(func.max(design.c.id))).scalar() or 0) + 1
     ids = list(range(first, first + len(designs)))
     columns = _design_columns(designs)
-    insert_rows(connection, insert_missing(connection, design), {"id": ids, **columns})
-    added = connection.execute(select(func.count()).select_from(design).where(design.c.id >= first)).scalar_one()
-    if added < len(designs):
+    if insert_rows(connection, design, {"id": ids, **columns}) < len(designs):
         ids = _meet(connection, designs, columns, first)
     if designs.folding_row is not None and len(designs.folding_row):
         rows = _folding_columns(designs, ids)
-        insert_rows(connection, insert_or_update(connection, folding, _found(rows)), rows)
+        insert_rows(connection, folding, rows, _found(rows))
 
 
 def _design_columns(designs: DesignBatch) -> Columns:

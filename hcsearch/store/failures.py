@@ -12,8 +12,9 @@ from hcsearch.errors import DatabaseError
 
 LOCKED = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 
-_CAUSES = {
-    **dict.fromkeys(LOCKED, "is locked by another program: wait until that has finished, then try again"),
+_WAIT = "is locked by another program: wait until that has finished, then try again"
+_FILE_CAUSES = {
+    **dict.fromkeys(LOCKED, _WAIT),
     sqlite3.SQLITE_CORRUPT: "is damaged: restore a copy of it, or salvage its rows with `sqlite3 FILE .recover`",
     sqlite3.SQLITE_NOTADB: "is not an SQLite database: name another file",
     sqlite3.SQLITE_READONLY: "cannot be written: allow writing to the file and its folder, or name another file",
@@ -21,6 +22,26 @@ _CAUSES = {
     sqlite3.SQLITE_FULL: "cannot grow, the disk is full: make room, or name a file on another disk",
     sqlite3.SQLITE_IOERR: "cannot be read or written, the disk reports an error: name a file on another disk",
 }
+
+_LOST = "has lost its connection ({detail}): see that the server runs, then give the same command again"
+# SQLSTATE codes and their classes, the first two characters.
+_SERVER_CAUSES: dict[str, str | None] = {
+    "08": _LOST,
+    "08P01": None,  # a placeholder in a statement
+    "25006": "cannot be written, its server only reads ({detail}): name the primary server",
+    "28": "refuses the user ({detail}): check the user and the password",
+    "3D000": "does not exist ({detail}): make it with createdb, or name another",
+    "40": "refuses the transaction ({detail}): try again",
+    "42501": "refuses the user ({detail}): grant the right, or name another user in the URL",
+    "53100": "cannot grow, the disk of the server is full: make room there",
+    "53": "cannot be used, the server is short of resources ({detail}): try again later",
+    "55P03": _WAIT,
+    "57": _LOST,
+    "57014": "has stopped the statement ({detail}): raise the limit of the server, or ask for less",
+    "58": "cannot be read or written, the server reports an error ({detail}): see its log",
+    "XX": "is damaged, or its server has a fault ({detail}): see the log of the server",
+}
+_UNREACHED = "cannot be used ({detail}): check that the server runs, has this database, and takes the user and password"
 
 
 def primary_code(error: BaseException | None) -> int:
@@ -34,9 +55,9 @@ def is_refusal(error: BaseException) -> bool:
     return primary_code(error) in (sqlite3.SQLITE_AUTH, sqlite3.SQLITE_READONLY) or any(t in str(error) for t in told)
 
 
-def is_of_database(error: BaseException) -> bool:
-    """Whether the file or the system is at fault, and not a statement."""
-    return primary_code(error) in _CAUSES
+def is_of_database(error: BaseException | None) -> bool:
+    """Whether the file, the server, the system or an interrupt is at fault, and not a statement."""
+    return _cause(error) is not None or primary_code(error) == sqlite3.SQLITE_INTERRUPT
 
 
 @contextmanager
@@ -44,21 +65,31 @@ def explained(location: str) -> Iterator[None]:
     """Turn the failures of drivers into DatabaseError; faults of this program pass through as they are."""
     try:
         yield
-    except (IntegrityError, ProgrammingError):
-        raise
     except sqlite3.Error as error:
         raise _explain(location, error) from error
     except DBAPIError as error:
+        if isinstance(error, IntegrityError | ProgrammingError) and not is_of_database(error.orig):
+            raise
         raise _explain(location, error.orig) from error
 
 
-def _explain(location: str, error: BaseException | None) -> DatabaseError:
-    cause = _CAUSES.get(primary_code(error))
+def _explain(location: str, error: BaseException | None) -> BaseException:
+    if primary_code(error) == sqlite3.SQLITE_INTERRUPT:
+        return KeyboardInterrupt()  # which the driver has swallowed, see `sqlite.connect`
+    detail = (str(error).strip() or type(error).__name__).splitlines()[0]
+    cause = _cause(error)
     if cause is None:
-        detail = (str(error).strip() or type(error).__name__).splitlines()[0]
-        is_file = isinstance(error, sqlite3.Error)
-        remedy = (
-            "restore a copy, or name another file" if is_file else "check that the server runs and the URL is right"
+        cause = "cannot be used ({detail}): restore a copy, or name another" + " file" * isinstance(
+            error, sqlite3.Error
         )
-        cause = f"cannot be used ({detail}): {remedy}"
-    return DatabaseError(f"database {location} {cause}")
+    return DatabaseError(f"database {location} {cause.format(detail=detail)}")
+
+
+def _cause(error: BaseException | None) -> str | None:
+    state = getattr(error, "sqlstate", None)
+    if state:
+        return _SERVER_CAUSES.get(state, _SERVER_CAUSES.get(state[:2]))
+    if hasattr(error, "sqlstate") and "Operational" in type(error).__name__:
+        # The connection failed, so there is no code of the server. (The driver is an extra, and not imported here.)
+        return _UNREACHED
+    return _FILE_CAUSES.get(primary_code(error))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import stat
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,8 @@ from sqlalchemy.exc import ArgumentError
 
 from hcsearch.errors import DatabaseError
 
-_SERVERS = ("postgresql",)
+_SERVERS = ("postgresql", "postgresql+psycopg")
+_SECRETS = ("password", "sslpassword")
 EXAMPLES = "give a path, sqlite:///PATH, or postgresql+psycopg://USER@HOST/NAME"
 
 
@@ -38,9 +40,10 @@ def parse_location(text: str) -> Location:
         raise DatabaseError(f"the database URL cannot be read: {EXAMPLES}") from error
     if url.drivername in ("sqlite", "sqlite+pysqlite"):
         return _sqlite_file(url)
-    if url.get_backend_name() not in _SERVERS:
+    if url.drivername not in _SERVERS:
         raise DatabaseError(f"databases of the kind {url.drivername!r} are not supported: {EXAMPLES}")
-    return Location(url.render_as_string(hide_password=True), url=url)
+    hidden = url.update_query_dict({name: "***" for name in _SECRETS if name in url.query})
+    return Location(_shown(hidden.render_as_string(hide_password=True)), url=url.set(drivername=_SERVERS[-1]))
 
 
 def _sqlite_file(url: URL) -> Location:
@@ -89,3 +92,14 @@ def check_writable(location: Location) -> None:
 def _path(location: Location) -> Path:
     assert location.path is not None, "a server has no file"
     return location.path
+
+
+def room_at(location: str) -> int | None:
+    """Bytes that a database file can take in all, those it has included; None for a server."""
+    path = parse_location(location).path
+    if path is None:
+        return None
+    folder = path.absolute().parent
+    while not folder.is_dir():
+        folder = folder.parent
+    return shutil.disk_usage(folder).free + (path.stat().st_size if path.is_file() else 0)

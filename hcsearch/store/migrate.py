@@ -39,8 +39,8 @@ def check_revision(location: str, revision: str, *, upgradable: bool) -> None:
 def upgrade(connection: Connection, location: str) -> None:
     """Bring the database behind a connection to the newest revision; the caller holds the write lock."""
     revision = current_revision(connection)
-    if revision is None and inspect(connection).get_table_names():
-        raise foreign(location)
+    if revision is None:
+        refuse_foreign(connection, location)
     if revision is not None:
         check_revision(location, revision, upgradable=True)
     if revision == REVISION:
@@ -56,6 +56,12 @@ def upgrade(connection: Connection, location: str) -> None:
         connection.exec_driver_sql(f"PRAGMA application_id={APPLICATION_ID}")
         if connection.exec_driver_sql("PRAGMA foreign_key_check").first():
             raise DatabaseError(f"database {location} cannot be upgraded, rows refer to missing ones: restore a copy")
+
+
+def refuse_foreign(connection: Connection, location: str) -> None:
+    """Refuse a database without a revision of ours, unless it is empty."""
+    if inspect(connection).get_table_names():
+        raise foreign(location)
 
 
 def foreign(location: str) -> DatabaseError:

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import re
-import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Connection, CursorResult
+from sqlalchemy import Select
 from sqlalchemy import select as sql_select
-from sqlalchemy.exc import DBAPIError
 
-from hcsearch.errors import HcsearchError, QueryError
-from hcsearch.store.columns import column_names, view_names
+from hcsearch.errors import QueryError
+from hcsearch.store.columns import column_names
 from hcsearch.store.conditions import find_quantity, parse_query, sort_terms, split_names, view_table
 from hcsearch.store.database import Database
-from hcsearch.store.failures import is_of_database, is_refusal
+from hcsearch.store.rows import CHUNK, Result, Rows, chunks_of, refusing
 
-__all__ = ["Result", "find_design", "parse_query", "select", "select_sql"]
+__all__ = ["find_design", "parse_query", "select", "select_sql", "stream", "stream_sql"]
 
 # What tells the rows of a view apart: the last resort of every order, so that results are the same each time.
 _IDENTITY = {
@@ -29,13 +26,52 @@ _IDENTITY = {
     "runs": ("id",),
 }
 
+# On a server, rows wait there until they are fetched.
+_CURSOR = {"yield_per": CHUNK}
 
-@dataclass(frozen=True)
-class Result:
-    """Names of the columns, and rows of plain values (None for NULL)."""
 
-    columns: tuple[str, ...]
-    rows: tuple[tuple[Any, ...], ...]
+@contextmanager
+def stream(
+    database: Database,
+    query: str = "",
+    *,
+    columns: str | Sequence[str] = "",
+    sort: str = "",
+    limit: int | None = None,
+    view: str = "designs",
+) -> Iterator[Rows]:
+    """Give the rows of a view that satisfy a query (see `conditions`) as they are read, in little memory.
+
+    columns : names, a sequence or separated by commas; all where empty.
+    sort : names separated by commas, `-` before a name for descending; NULL comes last either way.
+    """
+    view_table(view)  # refuses an unknown view before its columns are looked up
+    quantities = [find_quantity(view, name) for name in split_names(columns) or column_names(view)]
+    names = tuple(quantity.name for quantity in quantities)
+    statement = _statement(view, names, query, sort, limit)
+    with database.reading() as connection:
+        with refusing():
+            cursor = connection.execute(statement, execution_options=_CURSOR)
+        yield Rows(names, tuple(quantity.kind for quantity in quantities), chunks_of(cursor))
+
+
+@contextmanager
+def stream_sql(database: Database, sql: str) -> Iterator[Rows]:
+    """Give the rows of one SQL statement that only reads, as they are read; the database is from `open_readonly`.
+
+    QueryError: a statement that would change something, several statements, or a mistake in the SQL.
+    """
+    if not database.readonly:
+        raise QueryError("SQL is run on read-only databases: open this one with open_readonly")
+    with database.reading() as connection:
+        with refusing():
+            # The text goes to the driver as it is: no parameters, so neither `:` nor `%` mean anything. On a server it
+            # becomes the query of a cursor, which can be nothing but one SELECT: COPY could write files there.
+            cursor = connection.exec_driver_sql(sql, execution_options={**_CURSOR, "no_parameters": True})
+            if not cursor.returns_rows:
+                raise QueryError("the SQL returns no rows, and the database is read-only: write a SELECT")
+            names = tuple(cursor.keys())
+        yield Rows(names, (None,) * len(names), chunks_of(cursor))
 
 
 def select(
@@ -47,15 +83,20 @@ def select(
     limit: int | None = None,
     view: str = "designs",
 ) -> Result:
-    """Return the rows of a view that satisfy a query (see `conditions`).
+    """Return the rows of a view that satisfy a query, with columns, order and limit as in `stream`."""
+    with stream(database, query, columns=columns, sort=sort, limit=limit, view=view) as rows:
+        return rows.gathered()
 
-    columns : names, a sequence or separated by commas; all where empty.
-    sort : names separated by commas, `-` before a name for descending; NULL comes last either way.
-    """
+
+def select_sql(database: Database, sql: str) -> Result:
+    """Return the rows of one SQL statement that only reads, as in `stream_sql`."""
+    with stream_sql(database, sql) as rows:
+        return rows.gathered()
+
+
+def _statement(view: str, names: Sequence[str], query: str, sort: str, limit: int | None) -> Select[Any]:
     source = view_table(view)
-    names = split_names(columns) or list(column_names(view))
-    statement = sql_select(*(source.c[find_quantity(view, name).name] for name in names))
-    statement = statement.where(parse_query(query, view))
+    statement = sql_select(*(source.c[name] for name in names)).where(parse_query(query, view))
     for name, descending in sort_terms(view, sort):
         key = source.c[name]
         statement = statement.order_by((key.desc() if descending else key.asc()).nulls_last())
@@ -64,55 +105,7 @@ def select(
         if limit < 0:
             raise QueryError(f"the limit {limit} is negative: give a number of rows, or leave it out")
         statement = statement.limit(min(limit, 2**63 - 1))
-    with database.reading() as connection, _refusing():
-        return _result(connection.execute(statement))
-
-
-def select_sql(database: Database, sql: str) -> Result:
-    """Return the rows of one SQL statement that only reads; the database must come from `open_readonly`.
-
-    QueryError: a statement that would change something, several statements, or a mistake in the SQL.
-    """
-    if not database.readonly:
-        raise QueryError("SQL is run on read-only databases: open this one with open_readonly")
-    with database.reading() as connection, _refusing():
-        if connection.dialect.name != "sqlite":
-            _begin_reading(connection, sql)
-        # The text goes to the driver as it is: no parameters, so neither `:` nor `%` mean anything.
-        cursor = connection.execution_options(no_parameters=True).exec_driver_sql(sql)
-        if not cursor.returns_rows:
-            raise QueryError("the SQL returns no rows, and the database is read-only: write a SELECT")
-        return _result(cursor)
-
-
-def _result(cursor: CursorResult[Any]) -> Result:
-    return Result(tuple(cursor.keys()), tuple(tuple(row) for row in cursor))
-
-
-def _begin_reading(connection: Connection, sql: str) -> None:
-    """Make the transaction of a server read-only for good: it cannot be loosened after its first statement."""
-    if ";" in sql.strip().rstrip(";"):
-        raise QueryError("several statements, or a semicolon in a text: write one SELECT, the database is read-only")
-    connection.exec_driver_sql("SET TRANSACTION READ ONLY")
-    connection.exec_driver_sql("SELECT 1")
-
-
-@contextmanager
-def _refusing() -> Iterator[None]:
-    """Turn a mistake in a statement into QueryError; a damaged or locked database is not the statement's fault."""
-    try:
-        yield
-    except HcsearchError:
-        raise
-    except (DBAPIError, sqlite3.Error, sqlite3.Warning, ValueError) as error:
-        cause = (error.orig if isinstance(error, DBAPIError) else None) or error
-        detail = (str(cause) or type(cause).__name__).splitlines()[0]
-        if is_refusal(cause):
-            raise QueryError(f"the database is read-only here, run nothing but SELECT ({detail})") from error
-        if is_of_database(cause):
-            raise
-        views = ", ".join(view_names())
-        raise QueryError(f"the SQL cannot be run ({detail}): write one SELECT; the views are {views}") from error
+    return statement
 
 
 def find_design(database: Database, text: str) -> dict[str, Any]:

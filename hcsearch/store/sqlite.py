@@ -6,6 +6,7 @@ import os
 import sqlite3
 import time
 from collections.abc import Callable
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
@@ -16,6 +17,8 @@ from hcsearch.store.failures import LOCKED, primary_code
 from hcsearch.store.schema import APPLICATION_ID, VERSION_TABLE
 
 _READING = (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ, sqlite3.SQLITE_FUNCTION, sqlite3.SQLITE_RECURSIVE)
+
+_STEPS = 100_000  # of SQLite's virtual machine
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,10 @@ def connect(path: Path, mode: str, timeout: float) -> sqlite3.Connection:
     # Quoted as bytes, so that ?, #, % and names that are not UTF-8 stay part of the path.
     uri = f"file://{quote(os.fsencode(path.absolute()))}?mode={mode}"
     # No implicit transactions: they would begin late, and not before DDL. `_begin` begins them.
-    return sqlite3.connect(uri, uri=True, timeout=timeout, isolation_level=None, check_same_thread=False)
+    connection = sqlite3.connect(uri, uri=True, timeout=timeout, isolation_level=None, check_same_thread=False)
+    # A look at signals every few milliseconds: Ctrl-C in it ends a long statement with SQLITE_INTERRUPT.
+    connection.set_progress_handler(lambda: 0, _STEPS)
+    return connection
 
 
 def look(path: Path, timeout: float) -> Look:
@@ -103,6 +109,18 @@ def reading_engine(path: Path, timeout: float) -> Engine:
     # Not in the creator: SQLAlchemy asks a PRAGMA of its first connection, before it calls this listener.
     event.listen(engine, "connect", lambda connection, _record: connection.set_authorizer(_authorize))
     return engine
+
+
+def tidy(path: Path) -> None:
+    """Let SQLite remove the empty -wal and the -shm that a reader leaves, unless someone uses the file."""
+    log = path.with_name(path.name + "-wal")
+    with suppress(OSError, sqlite3.Error):
+        # A log with content is what a killed writer left: moving it into the file is up to the next writer.
+        if log.stat().st_size > 0 or not os.access(path, os.W_OK):
+            return
+        # Who closes the file last removes them, if allowed to write; SQLite's locks tell who that is.
+        with closing(connect(path, "rw", timeout=0)) as connection:
+            connection.execute("SELECT name FROM sqlite_schema").fetchone()
 
 
 def _authorize(action: int, _first: str | None, second: str | None, _database: str | None, _trigger: str | None) -> int:

@@ -1,41 +1,51 @@
-"""Bulk inserts, and inserts that meet rows which are there already; SQLite and PostgreSQL share the syntax."""
+"""Bulk inserts that meet rows which are there already; SQLite and PostgreSQL share the syntax, not the way of rows."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from sqlalchemy import Connection, Table
+from sqlalchemy import Connection, Table, select
 from sqlalchemy.dialects import postgresql, sqlite
 
-Insert = sqlite.Insert | postgresql.Insert
+from hcsearch.store.postgresql import stage_rows
+
+Columns = Mapping[str, Sequence[Any]]
+
+_COUNTED = {"preserve_rowcount": True}  # which SQLAlchemy drops after an INSERT
 
 
-def insert_rows(connection: Connection, statement: Insert, columns: Mapping[str, Sequence[Any]]) -> None:
-    """Insert rows given as columns of equal length, by name."""
-    compiled = statement.compile(dialect=connection.dialect, column_keys=list(columns))
-    order = compiled.positiontup
-    if order is None:
-        rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-        connection.execute(statement, rows)
-    else:
+def insert_rows(connection: Connection, table: Table, columns: Columns, changed: Sequence[str] = ()) -> int:
+    """Insert rows one after the other, given as columns of equal length, by name; return how many are new or changed.
+
+    changed : columns to set in a row whose primary key is there already. Where empty, a row is passed over when any
+    of its unique columns is taken.
+    """
+    keys = [column.name for column in table.primary_key]
+    if connection.dialect.name == "sqlite":
+        statement = _meeting(sqlite.insert(table), keys, changed)
+        compiled = statement.compile(dialect=connection.dialect, column_keys=list(columns))
+        assert compiled.positiontup is not None
         # The same statement with plain tuples: twice as fast as dictionaries through `execute`.
-        connection.exec_driver_sql(str(compiled), list(zip(*(columns[name] for name in order), strict=True)))
+        rows = list(zip(*(columns[name] for name in compiled.positiontup), strict=True))
+        return connection.exec_driver_sql(str(compiled), rows, execution_options=_COUNTED).rowcount
+    staged = stage_rows(connection, table, _last_of_each(keys, columns) if changed else columns)
+    rows_in_order = select(*staged.c).order_by(*(staged.c[key] for key in keys))
+    into = postgresql.insert(table).from_select(list(columns), rows_in_order)
+    return connection.execute(_meeting(into, keys, changed), execution_options=_COUNTED).rowcount
 
 
-def insert_missing(connection: Connection, table: Table) -> Insert:
-    """Return an insert that passes over rows whose unique columns are taken."""
-    return _insert(connection, table).on_conflict_do_nothing()
-
-
-def insert_or_update(connection: Connection, table: Table, columns: Sequence[str]) -> Insert:
-    """Return an insert that, where the primary key is taken, sets these columns (none: leaves the row alone)."""
-    statement = _insert(connection, table)
-    if not columns:
+def _meeting(
+    statement: sqlite.Insert | postgresql.Insert, keys: Sequence[str], changed: Sequence[str]
+) -> sqlite.Insert | postgresql.Insert:
+    if not changed:
         return statement.on_conflict_do_nothing()
-    changed = {name: statement.excluded[name] for name in columns}
-    return statement.on_conflict_do_update(index_elements=[column.name for column in table.primary_key], set_=changed)
+    return statement.on_conflict_do_update(
+        index_elements=list(keys), set_={name: statement.excluded[name] for name in changed}
+    )
 
 
-def _insert(connection: Connection, table: Table) -> Insert:
-    return sqlite.insert(table) if connection.dialect.name == "sqlite" else postgresql.insert(table)
+def _last_of_each(keys: Sequence[str], columns: Columns) -> Columns:
+    """Leave out rows whose key comes once more: PostgreSQL updates no row twice in one statement."""
+    last = {key: row for row, key in enumerate(zip(*(columns[name] for name in keys), strict=True))}
+    return {name: [values[row] for row in last.values()] for name, values in columns.items()}

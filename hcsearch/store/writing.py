@@ -9,11 +9,12 @@ from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, and_, distinct, func, select, update
 
+from hcsearch.errors import DatabaseError
 from hcsearch.records import DesignBatch, StageResult, Work
 from hcsearch.store.database import Database
 from hcsearch.store.designs import insert_designs
 from hcsearch.store.schema import FUNNEL, batch, design, run
-from hcsearch.store.upsert import insert_or_update
+from hcsearch.store.upsert import insert_rows
 
 
 def start_run(
@@ -30,6 +31,8 @@ def start_run(
     panel : length x width x thickness in millimetres, as `50x40x6`; arguments, versions : anything JSON can hold.
     """
     values = {
+        # Not from a sequence, which would lose numbers to failed transactions.
+        "id": select(func.coalesce(func.max(run.c.id), 0) + 1).scalar_subquery(),
         "started": _now(),
         **{name: getattr(work, name) for name in ("grid", "n", "target", "keep")},
         "until": until,
@@ -99,15 +102,26 @@ def record_batch(
         _insert_results(connection, run_id, work, prefix, results)
 
 
-def count_arrays(database: Database, work: Work) -> int:
-    """Count the distinct arrays of the stored designs that this work keeps, also those that other work stored."""
-    found = select(func.count(distinct(design.c.array))).where(design.c.grid == work.grid, design.c.n == work.n)
+def count_arrays(database: Database, work: Work, *, designs: int = 0) -> int:
+    """Count the distinct arrays of the stored designs that this work keeps, also those that other work stored.
+
+    designs : how many designs the finished batches of this work gave. DatabaseError when fewer are found: SQLite does
+    not notice all damage to a file.
+    """
+    wanted = select(func.count(distinct(design.c.array)), func.count())
+    found = wanted.where(design.c.grid == work.grid, design.c.n == work.n)
     if work.target:
         found = found.where(design.c.array == work.target)
     if work.keep != "all":
         found = found.where({"two-stack": design.c.n_foldings, "untwisted": design.c.n_untwisted}[work.keep] > 0)
     with database.reading() as connection:
-        return connection.execute(found).scalar_one()
+        arrays, stored = connection.execute(found).one()
+    if stored < designs:
+        raise DatabaseError(
+            f"database {database.location} is damaged, it holds {stored} of {designs} designs: restore a copy, or "
+            "salvage its rows with `sqlite3 FILE .recover`"
+        )
+    return int(arrays)
 
 
 def _of(work: Work) -> ColumnElement[bool]:
@@ -120,19 +134,16 @@ def _insert_results(
     if not results:
         return
     key = {name: getattr(work, name) for name in ("grid", "n", "target", "keep", "scene")} | {"prefix": prefix}
-    rows: list[dict[str, Any]] = [
-        key
-        | {
-            "stage": result.stage,
-            "version": result.version,
-            "passed": int(result.passed),
-            "n_fixed": int(result.n_fixed),
-            "seconds": float(result.seconds),
-            "run_id": run_id,
-        }
-        for result in results
-    ]
-    connection.execute(insert_or_update(connection, batch, ("version", "passed", "n_fixed", "seconds", "run_id")), rows)
+    columns: dict[str, list[Any]] = {name: [value] * len(results) for name, value in key.items()}
+    columns["stage"] = [result.stage for result in results]
+    found: dict[str, list[Any]] = {
+        "version": [result.version for result in results],
+        "passed": [int(result.passed) for result in results],
+        "n_fixed": [int(result.n_fixed) for result in results],
+        "seconds": [float(result.seconds) for result in results],
+        "run_id": [run_id] * len(results),
+    }
+    insert_rows(connection, batch, columns | found, tuple(found))
 
 
 def _now() -> str:

@@ -20,7 +20,7 @@ def quick(tmp_path_factory):
 def test_files_are_there(quick):
     folder, result = quick
     names = {path.name for path in (folder / "out").iterdir()}
-    tables = {f"{name}.csv" for name in ("arrays", "listing", "growth", "jobs", "counting")}
+    tables = {f"{name}.csv" for name in ("arrays", "listing", "growth", "counting")}
     assert names == tables | {"machine.json", "enumeration.md", "arrays.png", "growth.png"}
     assert (folder / "out" / "growth.png").read_bytes().startswith(b"\x89PNG")
     assert f"saved in {folder / 'out'}" in result.stdout
@@ -43,7 +43,6 @@ def test_counts_are_the_published_ones(quick):
         assert free in (None, row["free"])
         assert two_stack in (None, row["two_stack"])
         assert untwisted in (None, row["untwisted"])
-    assert [row["how"] for row in data["jobs"]] == ["--jobs 1", "--jobs 2", "two commands"]
 
 
 def test_every_engine_is_in_the_table_finished_or_not(quick):

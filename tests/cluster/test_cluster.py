@@ -12,7 +12,7 @@ from hcsearch.errors import ClusterError
 from hcsearch.pipeline import Crew
 from hcsearch.store import open_readonly, select_sql
 from tests.cluster.conftest import until
-from tests.postgresql import running_server
+from tests.postgresql import PASSWORD, running_server
 
 pytestmark = pytest.mark.slow
 
@@ -89,7 +89,7 @@ def test_sqlite_postgresql_and_a_cluster_into_postgresql_hold_the_same(tmp_path,
         os.kill(cluster.working()[0], signal.SIGKILL)
         _, errors = process.communicate(timeout=300)
         assert (process.returncode, errors) == (0, "")
-        run(tmp_path, "--n", "16", "--jobs", "1", "--db", alone)
+        assert PASSWORD not in run(tmp_path, "--n", "16", "--jobs", "1", "--db", alone)
         run(tmp_path, "--n", "16", "--jobs", "1", "--db", "d.sqlite")
         expected = content(tmp_path / "d.sqlite")
         assert len(expected[0]) == 161_705

@@ -64,6 +64,14 @@ def record(database, names, prefix="p", until="twist", *, work=WORK, results=RES
     record_batch(database, begin(database, work), work, prefix, sample(names, until, **options), results)
 
 
+def as_rows(result, kinds=None, chunk=2):
+    """A result as it would come from a database, in chunks."""
+    from hcsearch.store import Rows
+
+    chunks = [result.rows[at : at + chunk] for at in range(0, len(result.rows), chunk)]
+    return Rows(result.columns, kinds or (None,) * len(result.columns), iter(chunks))
+
+
 def contents(database):
     """Everything about designs and foldings, without the ids, in an order of its own."""
     from hcsearch.store import find_design, select

@@ -5,9 +5,12 @@ import json
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from store_samples import as_rows
 
 from hcsearch.errors import QueryError
-from hcsearch.store import FORMATS, Result, format_result
+from hcsearch.store import FORMATS, Result, format_rows
+
+TEXTS = [style for style in FORMATS if style != "parquet"]
 
 RESULT = Result(
     ("id", "score", "circuit", "status"),
@@ -21,6 +24,11 @@ RESULTS = st.integers(1, 4).flatmap(
         st.lists(st.tuples(*[CELLS] * width), max_size=5).map(tuple),
     )
 )
+
+
+def format_result(result, style, chunk=2):
+    """The text of a result that comes in chunks."""
+    return "".join(format_rows(as_rows(result, chunk=chunk), style))
 
 
 def test_table():
@@ -49,7 +57,7 @@ def test_json():
     ]
 
 
-@pytest.mark.parametrize("style", FORMATS)
+@pytest.mark.parametrize("style", TEXTS)
 def test_integers_beside_null_stay_integers(style):
     text = format_result(Result(("n", "m"), ((12, None), (None, 10**15), (0, 7))), style)
     assert "12" in text
@@ -57,7 +65,7 @@ def test_integers_beside_null_stay_integers(style):
     assert "." not in text
 
 
-@pytest.mark.parametrize("style", FORMATS)
+@pytest.mark.parametrize("style", TEXTS)
 def test_texts_that_look_like_numbers_stay_texts(style):
     assert "0123" in format_result(Result(("circuit",), (("0123",), ("1e5",))), style)
     assert "1e5" in format_result(Result(("circuit",), (("0123",), ("1e5",))), style)
@@ -71,7 +79,7 @@ def test_no_rows(style, lines):
     assert ("id" in text) == (style != "json")
 
 
-@pytest.mark.parametrize("style", FORMATS)
+@pytest.mark.parametrize("style", TEXTS)
 def test_values_that_only_sql_knows(style):
     text = format_result(Result(("x", "y"), ((b"\x01\xff", float("inf")),)), style)
     assert "01ff" in text
@@ -87,8 +95,18 @@ def test_json_needs_different_names():
 
 
 def test_unknown_format():
-    with pytest.raises(QueryError, match="choose one of table, csv, json, markdown"):
+    with pytest.raises(QueryError, match="choose one of table, csv, json, markdown, parquet"):
         format_result(RESULT, "xml")
+
+
+def test_parquet_is_no_text():
+    with pytest.raises(QueryError, match="name a file for it with --output FILE"):
+        format_result(RESULT, "parquet")
+
+
+@given(RESULTS, st.sampled_from(TEXTS), st.integers(1, 6))
+def test_chunks_do_not_show(result, style, chunk):
+    assert format_result(result, style, chunk) == format_result(result, style, 100)
 
 
 @given(RESULTS)

@@ -242,8 +242,8 @@ def test_application_number_of_another_program(path):
         ("nonsense://host/name", "kind 'nonsense'"),
         ("mysql+pymysql://host/name", "kind 'mysql+pymysql'"),
         ("sqlite+aiosqlite:///x", "kind 'sqlite+aiosqlite'"),
-        ("postgresql+nonsense://host/name", "unknown driver"),
-        ("postgresql+pygresql_not://u:secret@host/name", "unknown driver"),
+        ("postgresql+nonsense://host/name", "kind 'postgresql+nonsense'"),
+        ("postgresql+psycopg_async://u:secret@host/name", "kind 'postgresql+psycopg_async'"),
         ("sqlite:///x?mode=ro", "options"),
         ("://", "cannot be read"),
         ("postgresql://u:secret@host:port/name", "cannot be read"),
@@ -257,10 +257,11 @@ def test_urls_that_cannot_be_used(url, part, tmp_path, monkeypatch):
     assert files(tmp_path) == {}
 
 
-def test_missing_driver(monkeypatch):
-    monkeypatch.setitem(sys.modules, "psycopg2", None)
-    for message in every_way("postgresql+psycopg2://user:secret@host/name"):
-        assert "pip install psycopg2" in message
+@pytest.mark.parametrize("url", ["postgresql://u:secret@host/name", "postgresql+psycopg://host/n?password=secret"])
+def test_missing_driver(monkeypatch, url):
+    monkeypatch.setitem(sys.modules, "psycopg", None)
+    for message in every_way(url):
+        assert "pip install 'hcsearch[postgresql]'" in message
         assert "secret" not in message
 
 

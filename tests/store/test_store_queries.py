@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 from store_samples import circuits, record
 
 from hcsearch.errors import QueryError
+from hcsearch.grid import GRIDS
+from hcsearch.pipeline import check_keep
 from hcsearch.store import open_database, open_readonly, schema, select, select_sql
 from hcsearch.store.columns import VIEWS, column_names
 
@@ -35,7 +37,7 @@ def reader(tmp_path_factory):
                     "score": None if k % 4 == 0 else (k * 7 % 10) / 4 - 1,
                     "status": [None, "deploys", "locked", "collides"][k % 4],
                     "best_crease": [None, 3][k % 2],
-                    "grid": ["hex", "12", "é'\"%"][k % 3],
+                    "array": ["hex", "12", "é'\"%"][k % 3],
                 }
                 connection.execute(schema.design.update().where(schema.design.c.id == k).values(values))
             connection.execute(schema.folding.update().values(dof=schema.folding.c.design_id % 5))
@@ -73,6 +75,8 @@ NUMBERS = st.one_of(
 def terms(draw, view):
     quantity = draw(st.sampled_from(VIEWS[view]))
     sign = draw(st.sampled_from(sorted(OPERATORS)))
+    if quantity.words and sign in ("=", "!="):
+        return quantity.name, sign, draw(st.sampled_from(quantity.words))
     return quantity.name, sign, draw(TEXTS if quantity.kind == "text" else NUMBERS)
 
 
@@ -103,7 +107,7 @@ def test_bare_names(reader, name):
 def test_null_satisfies_no_condition(reader):
     for sign in OPERATORS:
         assert not select(reader, f"n_foldings{sign}0 id>40").rows
-        assert all(status for (status,) in select(reader, f"status{sign}x", columns="status").rows)
+        assert all(status for (status,) in select(reader, f"status{sign}locked", columns="status").rows)
     assert len(select(reader, "id>40").rows) == 5
 
 
@@ -121,15 +125,15 @@ def test_any_text_is_a_query_or_a_refusal(reader, text):
 @settings(max_examples=100)
 def test_any_value_is_only_compared(reader, value):
     if value and value[0] not in "=<>!":
-        expected = sum(row["grid"] == value for row in rows(reader)[:45])
-        assert len(select(reader, f"grid={value}").rows) == expected
-        assert len(select(reader, f"grid!={value}").rows) == 45 - expected
+        expected = sum(row["array"] == value for row in rows(reader)[:45])
+        assert len(select(reader, f"array={value}").rows) == expected
+        assert len(select(reader, f"array!={value}").rows) == 45 - expected
 
 
 @pytest.mark.parametrize("value", ["';DROP", "x'--", '"', "1)OR(1=1", "\\", "?", ":a", "%s", "\udcff", "NULL"])
 def test_injections_are_values(reader, value):
-    assert select(reader, f"grid={value}").rows == ()
-    assert len(select(reader, f"grid!={value}").rows) == 45
+    assert select(reader, f"array={value}").rows == ()
+    assert len(select(reader, f"array!={value}").rows) == 45
 
 
 @pytest.mark.parametrize(
@@ -157,6 +161,10 @@ def test_injections_are_values(reader, value):
         ("1=1", "cannot read"),
         ("n=12 OR n=13", "no column 'OR'"),
         ("grid", "not a yes/no column"),
+        ("grid=hexagon", "grid is never 'hexagon' (did you mean hex?): it is one of triangle, square, rectangle, hex"),
+        ("grid!=hexx", "did you mean hex?"),
+        ("status=deploy", "did you mean deploys"),
+        ("status=open", "one of deploys, undecided, collides, locked, twisted, no_folding"),
         ("rowid=1", "no column 'rowid'"),
         ("best_crease=1", "no column 'best_crease'"),
         ("n=6 " * 1500, "cannot be run"),
@@ -193,7 +201,7 @@ def naive_order(table, sort, identity):
 
 
 @pytest.mark.parametrize(
-    "sort", ["score", "-score", "-score,n_foldings", "grid,-score", "-status,-id", "dof", "-dof,grid"]
+    "sort", ["score", "-score", "-score,n_foldings", "array,-score", "-status,-id", "dof", "-dof,array"]
 )
 def test_order_with_null_last_and_ties_by_id(reader, sort):
     found = [row[0] for row in select(reader, columns="id", sort=sort).rows]
@@ -224,6 +232,18 @@ def test_one_table_of_quantities():
         assert all(
             quantity.meaning and quantity.kind in ("integer", "boolean", "real", "text") for quantity in quantities
         )
+
+
+def test_words_are_those_that_the_program_and_the_schema_know():
+    words = {(view, quantity.name): quantity.words for view in VIEWS for quantity in VIEWS[view] if quantity.words}
+    assert set(words["designs", "grid"]) == set(words["runs", "grid"]) == set(GRIDS)
+    for (view, name), known in words.items():
+        if name == "status":
+            table = schema.metadata.tables[view.removesuffix("s")]
+            (check,) = (c for c in table.constraints if c.name == f"ck_{table.name}_status")
+            assert set(re.findall(r"'(\w+)'", str(check.sqltext))) == set(known)
+    for keep in words["runs", "keep"]:
+        check_keep(keep, "twist")
 
 
 def test_kinds_are_those_of_the_stored_values(reader):

@@ -195,7 +195,7 @@ def test_tables_are_valid_for_postgresql():
     engine = create_mock_engine("postgresql://", lambda sql, *_, **__: statements.append(str(sql.compile(engine))))
     schema.metadata.create_all(engine, checkfirst=False)
     text = "\n".join(statements)
-    assert '"array" TEXT NOT NULL' in text
+    assert '"array" TEXT COLLATE "C" NOT NULL' in text
     assert "DOUBLE PRECISION" in text
     assert "STRICT" not in text
 

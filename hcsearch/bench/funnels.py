@@ -1,0 +1,158 @@
+"""How many designs there are on all arrays of n cells: a row a grid and n, with the laws it must obey."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, TypeVar
+
+from hcsearch.enumeration import PolygonSearch, Search, search_all
+from hcsearch.errors import HcsearchError
+from hcsearch.grid import Grid, grid_named
+
+if TYPE_CHECKING:
+    from hcsearch.pipeline import Funnel
+
+T = TypeVar("T")
+Progress = Callable[[int, int, str], None]
+
+# first n, last n with the whole funnel, last n of all; squares and triangles have no circuits of odd length
+SIZES = {"triangle": (6, 44, 50), "square": (4, 28, 34), "rectangle": (4, 26, 30), "hex": (3, 20, 24)}
+QUICK = {"triangle": (6, 18, 20), "square": (4, 12, 14), "rectangle": (4, 10, 10), "hex": (3, 11, 12)}
+
+
+@dataclass(frozen=True)
+class FunnelRow:
+    """All designs of n cells; None where it was not computed.
+
+    fixed : circuits up to translation; free : up to congruence, as are all numbers that follow.
+    arrays : those with a circuit; untwisted_arrays : those with an untwisted design.
+    """
+
+    grid: str
+    n: int
+    fixed: int | None
+    free: int | None
+    arrays: int | None
+    two_stack: int | None
+    untwisted: int | None
+    untwisted_arrays: int | None
+
+
+@dataclass(frozen=True)
+class Pipeline:
+    """What rows are made with; the pipeline stands beside this package, so the command hands it in.
+
+    funnel : run a search through all stages for the designs to keep; count : only count these.
+    """
+
+    funnel: Callable[[Search, str, Progress], Funnel]
+    count: Callable[[Search, str, Progress], int]
+
+
+class LateError(Exception):
+    """A cell of a table takes longer than its limit."""
+
+
+class Patience:
+    """Does each kind of task as long as it stays within a limit of seconds, and never again once it has not."""
+
+    def __init__(self, limit: float) -> None:
+        self.limit = limit
+        self._beaten: set[str] = set()
+
+    def run(self, task: str, work: Callable[[Progress], T]) -> T | None:
+        """The result of some work, which reports its progress; None when it is late, or was before."""
+        if task in self._beaten:
+            return None
+        begin = time.perf_counter()
+
+        def check(*_: object) -> None:
+            if time.perf_counter() - begin > self.limit:
+                raise LateError
+
+        try:
+            return work(check)
+        except LateError:
+            self._beaten.add(task)
+            return None
+
+
+def measure_funnels(
+    sizes: Mapping[str, tuple[int, int, int]], pipeline: Pipeline, *, limit: float, say: Callable[[str], None]
+) -> list[FunnelRow]:
+    """One row a grid and n, in this process; HcsearchError when a law is broken.
+
+    limit : seconds for each of a row's searches; one that takes longer is not tried on larger n.
+    """
+    return [
+        row
+        for name, (first, full, last) in sizes.items()
+        for row in _grid(name, first, full, last, pipeline, limit, say)
+    ]
+
+
+def _grid(
+    name: str, first: int, full: int, last: int, pipeline: Pipeline, limit: float, say: Callable[[str], None]
+) -> Iterator[FunnelRow]:
+    patience = Patience(limit)
+    for n in range(first, last + 1, 1 if name == "hex" else 2):
+        grid = grid_named(name)
+        say(f"{name} n={n}: {'funnel' if n <= full else 'two-stack and untwisted designs'}")
+        row = _funnel(grid, n, pipeline, patience) if n <= full else None
+        yield row or _counted(grid, n, pipeline, patience)
+
+
+def _funnel(grid: Grid, n: int, pipeline: Pipeline, patience: Patience) -> FunnelRow | None:
+    """All columns; None when that takes too long."""
+    found = patience.run("all", partial(pipeline.funnel, PolygonSearch(grid, n), "all"))
+    if found is None:
+        return None
+    row = FunnelRow(
+        *(grid.name, n, found.fixed_circuits, found.circuits),
+        *(found.arrays, found.two_stack, found.untwisted, None),
+    )
+    kept = patience.run("untwisted arrays", partial(pipeline.funnel, search_all(grid, n, "untwisted"), "untwisted"))
+    if kept is not None:
+        row = replace(row, untwisted_arrays=kept.arrays)
+        _check(row, {f"untwisted designs are {kept.untwisted} when searched alone": kept.untwisted == row.untwisted})
+    check_laws(row)
+    return row
+
+
+def _counted(grid: Grid, n: int, pipeline: Pipeline, patience: Patience) -> FunnelRow:
+    """Only the numbers of designs that fold."""
+    two_stack, untwisted = (
+        patience.run(f"count {keep}", partial(pipeline.count, search_all(grid, n, keep), keep))
+        for keep in ("two-stack", "untwisted")
+    )
+    row = FunnelRow(grid.name, n, None, None, None, two_stack, untwisted, None)
+    check_laws(row)
+    return row
+
+
+def check_laws(row: FunnelRow) -> None:
+    """HcsearchError, with the row and the law, when the row breaks a law (docs/theory.md, 5 and 14)."""
+    narrowing = [row.fixed, row.free, row.two_stack, row.untwisted]
+    left = [number for number in narrowing if number is not None]
+    _check(
+        row,
+        {
+            "fixed >= free >= two-stack >= untwisted": left == sorted(left, reverse=True),
+            "free >= arrays >= arrays of untwisted designs": (row.untwisted_arrays or 0)
+            <= (row.arrays or 0)
+            <= (row.free or 0),
+            "nothing folds when n is odd": row.n % 2 == 0 or not (row.two_stack or row.untwisted),
+            "no untwisted design on triangles when 4 divides n": row.grid != "triangle"
+            or row.n % 4 != 0
+            or not row.untwisted,
+        },
+    )
+
+
+def _check(row: FunnelRow, laws: Mapping[str, bool]) -> None:
+    for law, holds in laws.items():
+        if not holds:
+            raise HcsearchError(f"{row} breaks a law: {law}; report this")

@@ -1,0 +1,55 @@
+"""Connections to PostgreSQL servers through psycopg: writers that take turns, and bulk transfer of rows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from sqlalchemy import URL, Connection, Engine, TableClause, create_engine, event
+from sqlalchemy import Table as SchemaTable
+from sqlalchemy import column as column_named
+from sqlalchemy import table as table_named
+from sqlalchemy.exc import DBAPIError
+
+from hcsearch.store.schema import APPLICATION_ID
+
+CONNECT_TIMEOUT = 10
+"""How long to wait for a server to answer at first, in seconds, unless the URL says otherwise."""
+
+
+def server_engine(url: URL, timeout: float, *, readonly: bool) -> Engine:
+    """Return an engine on a server; ImportError when psycopg is not there.
+
+    timeout : longest wait for a lock, in seconds; readonly : the server refuses every change in its transactions.
+    """
+    wait = {} if "connect_timeout" in url.query else {"connect_timeout": CONNECT_TIMEOUT}
+    engine = create_engine(url, connect_args={"fallback_application_name": "hcsearch", **wait})
+
+    def begin(connection: Connection) -> None:
+        first = f"SET LOCAL lock_timeout = {max(1, round(timeout * 1000))}"
+        if connection.get_execution_options().get("hcsearch_begin") == "IMMEDIATE":
+            # As in SQLite one transaction writes at a time, so that two of them neither deadlock nor give an id twice.
+            first += f"; SELECT pg_advisory_xact_lock({APPLICATION_ID})"
+        connection.exec_driver_sql(first)
+
+    event.listen(engine, "begin", begin)
+    return engine.execution_options(postgresql_readonly=True) if readonly else engine
+
+
+def stage_rows(connection: Connection, table: SchemaTable, columns: Mapping[str, Sequence[Any]]) -> TableClause:
+    """Bring rows, given as columns of equal length, into a temporary table of this transaction, and return it."""
+    import psycopg  # noqa: PLC0415 - an extra
+
+    name, listed = f"new_{table.name}", ", ".join(f'"{column}"' for column in columns)
+    connection.exec_driver_sql(
+        f"CREATE TEMPORARY TABLE IF NOT EXISTS {name} (LIKE {table.name}) ON COMMIT DELETE ROWS; DELETE FROM {name}"
+    )
+    copying = f"COPY {name} ({listed}) FROM STDIN"
+    driver: Any = connection.connection.driver_connection
+    try:
+        with driver.cursor() as cursor, cursor.copy(copying) as copy:
+            for row in zip(*columns.values(), strict=True):
+                copy.write_row(row)
+    except psycopg.Error as error:  # as every other statement fails, those that go through SQLAlchemy
+        raise DBAPIError(copying, None, error) from error
+    return table_named(name, *map(column_named, columns))

@@ -1,0 +1,89 @@
+"""Results of queries: as they come from the database, chunk by chunk, or gathered. Values are those SQLite knows."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from decimal import Decimal
+from itertools import chain
+from typing import Any
+
+from sqlalchemy import CursorResult
+from sqlalchemy.exc import DBAPIError
+
+from hcsearch.errors import HcsearchError, QueryError
+from hcsearch.store.columns import Kind, view_names
+from hcsearch.store.failures import is_of_database, is_refusal
+
+Row = tuple[Any, ...]
+
+CHUNK = 1000
+"""Rows fetched at once."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """Names of the columns, and rows of plain values (None for NULL)."""
+
+    columns: tuple[str, ...]
+    rows: tuple[Row, ...]
+
+
+@dataclass(frozen=True)
+class Rows:
+    """A result while it is read: its chunks come once, and only while the query is open.
+
+    kinds : of the columns; None where only the values can tell.
+    """
+
+    columns: tuple[str, ...]
+    kinds: tuple[Kind | None, ...]
+    chunks: Iterator[Sequence[Row]]
+
+    def gathered(self) -> Result:
+        """All rows at once."""
+        return Result(self.columns, tuple(chain.from_iterable(self.chunks)))
+
+
+def chunks_of(cursor: CursorResult[Any]) -> Iterator[Sequence[Row]]:
+    """Fetch the rows of a cursor; QueryError where its statement fails on the way."""
+    while True:
+        with refusing():
+            fetched = cursor.fetchmany(CHUNK)
+        if not fetched:
+            return
+        if cursor.dialect.name == "sqlite":
+            yield [tuple(row) for row in fetched]
+        else:
+            yield [tuple(map(_plain, row)) for row in fetched]
+
+
+def _plain(value: Any) -> Any:
+    """Bring a value of a server to one that SQLite could have given."""
+    if value is None or type(value) in (int, str, float, bytes):
+        return value
+    if isinstance(value, bool):
+        return int(value)
+    if isinstance(value, Decimal):  # sums are whole, averages are not
+        return int(value) if value.is_finite() and value.as_tuple().exponent == 0 else float(value)
+    return str(value)
+
+
+@contextmanager
+def refusing() -> Iterator[None]:
+    """Turn a mistake in a statement into QueryError; a damaged or locked database is not the statement's fault."""
+    try:
+        yield
+    except HcsearchError:
+        raise
+    except (DBAPIError, sqlite3.Error, sqlite3.Warning, ValueError) as error:
+        cause = (error.orig if isinstance(error, DBAPIError) else None) or error
+        detail = (str(cause) or type(cause).__name__).splitlines()[0]
+        if is_refusal(cause):
+            raise QueryError(f"the database is read-only here, run nothing but SELECT ({detail})") from error
+        if is_of_database(cause):
+            raise
+        views = ", ".join(view_names())
+        raise QueryError(f"the SQL cannot be run ({detail}): write one SELECT; the views are {views}") from error

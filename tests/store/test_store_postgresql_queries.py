@@ -1,0 +1,69 @@
+"""Every kind of query prints the same from a PostgreSQL server as from an SQLite file."""
+
+import re
+
+import pytest
+from click.testing import CliRunner
+from store_samples import circuits, record
+
+from hcsearch.cli import hcsearch
+from hcsearch.store import find_design, open_database, open_readonly, schema
+
+pytestmark = pytest.mark.slow
+
+QUERIES = [
+    *([], ["untwisted"], ["n_foldings>=0 score>=-0.5"], ["id>=99999999999999999999"], ["score<1e999 id!=2.5"]),
+    *(["circuit<hex:05"], ["circuit>=hex:05 array!=hex:array3"], ["deployable=0"], ["status=locked"], ["array=x'--"]),
+    *(["-s", "score"], ["-s", "-score,array"], ["-s", "-status,-id"], ["-s", "circuit"], ["-s", "-array,circuit"]),
+    *(["--limit", "3"], ["--limit", "0"], ["-c", "score,dof,min_clearance,status", "-s", "-dof"]),
+    ["--sql", "SELECT min_twist, count(*) AS k FROM designs GROUP BY min_twist ORDER BY k, min_twist"],
+    ["--sql", "SELECT sum(n_fixed) AS a, avg(id) AS b, 0.5 AS c, 7.0 / 2 AS d, max(score) AS e FROM designs"],
+    ["--sql", "SELECT n > 3 AS a, n < 3 AS b, 'a:b %s %(x)s;' AS c, NULL AS d FROM designs LIMIT 2"],
+    ["--sql", "SELECT * FROM runs -- all of them"],
+    ["--sql", "SELECT circuit, array_symmetry FROM designs ORDER BY circuit DESC LIMIT 5;"],
+    ["--sql", 'SELECT DISTINCT "array" FROM designs ORDER BY "array"'],
+    ["--sql", "SELECT id, crease, twist FROM designs JOIN foldings ON design_id = id ORDER BY id, crease"],
+]
+
+
+@pytest.fixture(scope="module")
+def filled(server, tmp_path_factory):
+    """The same designs, with every kind of value, on the server and in a file."""
+    name = server.create_database()
+    places = server.url(name), str(tmp_path_factory.mktemp("filled") / "designs.sqlite")
+    for place in places:
+        with open_database(place, create=True) as database:
+            for chunk in range(3):
+                record(database, circuits(1 + 700 * chunk, 700), prefix=str(chunk))
+            record(database, ["hex:a.b", "hex:ab", "hex:A.c", "hex:-z"], prefix="x", until="circuits")
+            with database.writing() as connection:
+                table, folding = schema.design, schema.folding
+                for k in range(1, 12):
+                    values = {"score": None if k % 4 == 0 else k / 7 - 1, "best_crease": [None, 3][k % 2]}
+                    values["status"] = [None, "deploys", "locked", "collides"][k % 4]
+                    connection.execute(table.update().where(table.c.id % 11 == k).values(values))
+                connection.execute(folding.update().values(dof=folding.c.design_id % 5, min_clearance=1e-7))
+                connection.execute(schema.run.update().values(started="2026-01-01T00:00:00+00:00"))
+    yield places
+    server.drop_database(name)
+
+
+@pytest.mark.parametrize("words", QUERIES, ids=lambda words: " ".join(words)[:40] or "all")
+def test_every_query_prints_what_sqlite_prints(filled, words):
+    for style in ("csv", "json", "table", "markdown"):
+        done = [CliRunner().invoke(hcsearch, ["query", "--db", p, *words, "--format", style]) for p in filled]
+        assert done[0].exception is None
+        assert done[0].output == done[1].output
+        assert done[0].output
+
+
+def test_find_design_and_report(filled, tmp_path):
+    with open_readonly(filled[0]) as remote, open_readonly(filled[1]) as local:
+        for text in ("3", "hex:a.b", "hex:023757"):
+            assert find_design(remote, text) == find_design(local, text)
+    pages = []
+    for number, place in enumerate(filled):
+        words = ["report", "id<4", "--db", place, "--output", str(tmp_path / f"{number}.html")]
+        assert CliRunner().invoke(hcsearch, words).exception is None
+        pages.append(re.sub(r"\d\d:\d\d UTC", "", (tmp_path / f"{number}.html").read_text()))
+    assert pages[0] == pages[1]
