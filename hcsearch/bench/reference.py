@@ -78,7 +78,7 @@ def measure(
     limit: float | None = None,
     say: Callable[[str], None] = print,
 ) -> Report:
-    """Count everything, in this process: most of an hour, or seconds when `quick`.
+    """Count everything, in this process: half an hour, or seconds when `quick`.
 
     Raises HcsearchError when the numbers break a law. limit : seconds for a search.
     """

@@ -115,7 +115,7 @@ class Report:
 def measure(
     *, quick: bool = False, repeats: int = 3, postgresql: str | None = None, say: Callable[[str], None] = print
 ) -> Report:
-    """Run the whole bench: half an hour, or seconds when `quick`; HcsearchError when a command fails.
+    """Run the whole bench: half an hour, or half a minute when `quick`; HcsearchError when a command fails.
 
     postgresql : URL of a server on which databases may be made and dropped.
     """
