@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,8 @@ from hcsearch.errors import SizeError
 from hcsearch.grid import Grid
 from hcsearch.kernels import chains
 from hcsearch.records import CircuitBatch
+
+Lists = tuple[chains.Chains, chains.Chains, NDArray[np.int64]]
 
 _UNIT_PAIRS = 250_000  # about 10,000 circuits
 _COUNTED_PAIRS = 100_000_000  # less than a second
@@ -83,7 +86,7 @@ class FoldedSearch:
     def counting_units(self) -> list[str]:
         """Names of larger units, for `count`, the largest first: small ones last leave no worker idle for long."""
         size = max(_COUNTED_PAIRS, int(self.n_pairs / _MAX_COUNTED))
-        return sorted(self.units(size), key=lambda unit: -self.pairs[_range(unit)].sum())
+        return sorted(self.units(size), key=lambda unit: -self.pairs[list(_range(unit))].sum())
 
     def units(self, size: int) -> list[str]:
         """Cut the keys into units of about `size` pairs."""
@@ -108,20 +111,20 @@ class FoldedSearch:
 
     def batches(self, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
         """All canonical circuits, lazily, at most `batch_size` at a time."""
-        return self._listed(_Join(self._plane, self._keys, self.untwisted), batch_size)
+        return self._listed(_Join(self, range(len(self.keys))), batch_size)
 
     def count(self, unit: str) -> tuple[int, int]:
         """Number of classes and of fixed circuits of a unit, without listing them."""
         if len(self.grid.first_directions) > 1:  # what quarter turns tell apart needs the words
             found = list(self.circuits(unit))
             return sum(map(len, found)), sum(int((self.group_order // batch.symmetry).sum()) for batch in found)
-        return self._join(unit).count(self.group_order)
+        return self._join(unit).count()
 
     @property
     def pairs(self) -> NDArray[np.int64]:
         """Number of pairs of half-chains for each key: what the search will take is in proportion."""
-        keys: NDArray[np.int64] = self._keys[:, 2] * self._keys[:, 3]
-        return keys
+        pairs: NDArray[np.int64] = self.keys[:, 2] * self.keys[:, 3]
+        return pairs
 
     @property
     def n_pairs(self) -> float:
@@ -130,11 +133,11 @@ class FoldedSearch:
 
     def _join(self, unit: str) -> _Join:
         part, _, parts = (unit.partition(":")[2] or "0/1").partition("/")
-        return _Join(self._plane, self._keys[_range(unit)], self.untwisted, int(part), int(parts))
+        return _Join(self, _range(unit), int(part), int(parts))
 
     def _listed(self, join: _Join, batch_size: int) -> Iterator[CircuitBatch]:
-        while not join.done:
-            yield canonical_batch(self.grid, join.more(batch_size, self.n))
+        while len(words := join.more(batch_size)):
+            yield canonical_batch(self.grid, words)
 
     @property
     def _letter_bits(self) -> int:
@@ -145,7 +148,8 @@ class FoldedSearch:
         return Plane.around_home(self.grid.tiling, self.n - 1)
 
     @cached_property
-    def _plane(self) -> chains.Plane:
+    def plane(self) -> chains.Plane:
+        """The lattice around home, as kernels walk it."""
         places, h = self._places, self.n // 2 - 1
         return chains.Plane(
             moves=places.moves,
@@ -158,8 +162,19 @@ class FoldedSearch:
             turned=self.grid.is_triangle and h % 2 == 1,
         )
 
+    def half_chains(self, key: int) -> Lists:
+        """The half-chains of a key and of the one that it meets; those of the last key asked for are kept."""
+        if self._kept.get("key") != key:
+            self._kept.update(key=key, lists=chains.list_chains(self.plane, self.keys[key]))
+        lists: Lists = self._kept["lists"]
+        return lists
+
     @cached_property
-    def _keys(self) -> NDArray[np.int64]:
+    def _kept(self) -> dict[str, Any]:
+        return {}
+
+    @cached_property
+    def keys(self) -> NDArray[np.int64]:
         """Keys that are the least of their images, shape (n_keys, 5), as `kernels.chains.join_chains` takes them."""
         if self.n % 2:
             return np.empty((0, 5), np.int64)
@@ -167,7 +182,7 @@ class FoldedSearch:
         if growth ** (self.n // 2 - 1) > _MAX_CHAINS:
             raise SizeError(f"--n {self.n} is too large: over {_MAX_CHAINS:.0e} half-chains; use a smaller n")
         sizes = np.zeros((len(self._places.distance), self.grid.directions), np.int64)
-        chains.count_chains(self._plane, sizes)
+        chains.count_chains(self.plane, sizes)
         found = []
         for end, face in np.argwhere(sizes).tolist():
             images = self._images(end, face)
@@ -191,39 +206,52 @@ class FoldedSearch:
         return images + [(places.place(mirror(places.point(place))), -d % m) for place, d in images]
 
 
-def _range(unit: str) -> slice:
+def _range(unit: str) -> range:
     """The keys that a unit takes from."""
     first, _, last = unit.partition(":")[0].partition("-")
-    return slice(int(first), int(last or first) + 1)
+    return range(int(first), int(last or first) + 1)
 
 
 class _Join:
     """A resumable join of half-chains over some keys."""
 
-    def __init__(
-        self, plane: chains.Plane, keys: NDArray[np.int64], untwisted: bool, part: int = 0, parts: int = 1
-    ) -> None:
-        self.plane, self.keys, self.untwisted, self.part, self.parts = plane, keys, untwisted, part, parts
-        self.state = np.zeros(3, np.int64)
+    def __init__(self, search: FoldedSearch, keys: range, part: int = 0, parts: int = 1) -> None:
+        self.search, self.keys, self.part, self.parts = search, iter(keys), part, parts
+        self.state = np.zeros(2, np.int64)
+        self.key = next(self.keys, None)
 
-    @property
-    def done(self) -> bool:
-        return bool(self.state[0] == len(self.keys))
-
-    def more(self, size: int, n: int) -> NDArray[np.int8]:
-        """The next words, at most `size`."""
-        words = np.empty((size, n), np.int8)
-        written, _ = self._run(words)
+    def more(self, size: int) -> NDArray[np.int8]:
+        """The next words, at most `size`; fewer only at the end."""
+        words = np.empty((size, self.search.n), np.int8)
+        written = 0
+        while self.key is not None and written < size:
+            written += self._run(self.key, words[written:], np.zeros(2, np.int64))
         return words[:written].copy()
 
-    def count(self, group_order: int) -> tuple[int, int]:
+    def count(self) -> tuple[int, int]:
         """Number of classes and of fixed circuits of all keys."""
-        _, totals = self._run(np.empty((0, 0), np.int8), group_order)
+        totals = np.zeros(2, np.int64)
+        while self.key is not None:
+            self._run(self.key, np.empty((0, self.search.n), np.int8), totals)
         return int(totals[0]), int(totals[1])
 
-    def _run(self, words: NDArray[np.int8], group_order: int = 0) -> tuple[int, NDArray[np.int64]]:
-        totals = np.zeros(2, np.int64)
+    def _run(self, key: int, words: NDArray[np.int8], totals: NDArray[np.int64]) -> int:
+        search = self.search
+        lists = search.half_chains(key)
+        order = search.group_order
         written = chains.join_chains(
-            self.plane, self.keys, self.untwisted, self.part, self.parts, group_order, self.state, words, totals
+            search.plane,
+            search.keys[key],
+            lists,
+            search.untwisted,
+            self.part,
+            self.parts,
+            order,
+            self.state,
+            words,
+            totals,
         )
-        return written, totals
+        if self.state[0] == len(lists[0].codes):
+            self.key = next(self.keys, None)
+            self.state[:] = 0
+        return written

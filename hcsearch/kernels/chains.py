@@ -356,9 +356,41 @@ def _window(first: np.uint64, second: np.uint64, skip: int, h: int, bits: int) -
 
 
 @compiled
+def list_chains(plane: Plane, key: NDArray[np.int64]) -> tuple[Chains, Chains, NDArray[np.int64]]:
+    """The half-chains of a key, those of the key they meet, and where each sum begins among the latter.
+
+    key : last place and exit of the first half-chains, their number, and that of the others. Sum s of the others is at
+    starts[s + 2 n] .. starts[s + 2 n + 1] - 1.
+    """
+    h, home, moves = plane.h, plane.home, plane.moves
+    end, face = key[0], key[1]
+    mate_home = home + moves[0]
+    mate_end = home + mate_home - end - moves[face]  # in the other half-chain's frame
+    bit, mate_bit = np.full(len(plane.distance), np.int16(-1)), np.full(len(plane.distance), np.int16(-1))
+    n_bits = 0
+    for place in plane.reach:
+        other = home + mate_home - place
+        if plane.distance[place] + _steps_between(plane, end, place) > h or plane.distance[other] > h:
+            continue
+        if plane.distance[other] + _steps_between(plane, mate_end, other) <= h:
+            bit[place] = n_bits
+            mate_bit[other] = n_bits
+            n_bits += 1
+    n_words = max(1, (n_bits + 63) // 64)
+    first = _list(plane, end, face, key[2], bit, n_words)
+    _carry(first, len(moves), False)
+    offset = 4 * (h + 1)
+    starts = np.zeros(2 * offset + 2, np.int64)
+    second = _grouped(_list(plane, mate_end, face, key[3], mate_bit, n_words), starts, offset)
+    _carry(second, len(moves), True)
+    return first, second, starts
+
+
+@compiled
 def join_chains(
     plane: Plane,
-    keys: NDArray[np.int64],
+    key: NDArray[np.int64],
+    lists: tuple[Chains, Chains, NDArray[np.int64]],
     untwisted: bool,
     part: int,
     parts: int,
@@ -367,89 +399,62 @@ def join_chains(
     words: NDArray[np.int8],
     totals: NDArray[np.int64],
 ) -> int:
-    """Join half-chains to circuits that fold, one a class, until the keys end or `words` is full; return how many.
+    """Join the half-chains of a key to circuits that fold, one a class, until `words` is full; return how many.
 
-    keys : shape (n_keys, 5), last place and exit of the first half-chain, number of chains with that key and with
-           the key of the other half-chain, and the key's stabiliser (see `_order`).
+    key : as for `list_chains`, and the key's stabiliser (see `_order`); lists : what that returned.
     part, parts : of the first half-chains only every parts-th is taken, from number `part` on.
-    state : (key, first half-chain, second half-chain) to go on with; key is len(keys) at the end.
+    state : (first half-chain, second half-chain) to go on with; the first is their number at the end.
     words : shape (capacity, n); without room, circuits are only counted.
     totals : adds the number of classes and of circuits up to translation, which are group_order / symmetry a class.
     """
-    h, home, moves, bits = plane.h, plane.home, plane.moves, plane.bits
-    directions = len(moves)
+    first, second, starts = lists
+    h, bits = plane.h, plane.bits
+    face, stabiliser = key[1], key[4]
     half = h + 1
-    n = 2 * half
+    offset = 4 * half
     top = len(plane.turns) - 1
     flips = np.uint64(0)
     for _ in range(h):
         flips = (flips << np.uint64(bits)) | np.uint64(top)
     letters = (h, bits, np.uint64(top), flips)
-    mate_home = home + moves[0]
     capacity = len(words)
     full = (np.uint64(1) << np.uint64(half)) - np.uint64(2)  # bits 1 .. h
-    offset = 2 * n
-    starts = np.zeros(2 * offset + 2, np.int64)
-    bit, mate_bit = np.full(len(plane.distance), np.int16(-1)), np.full(len(plane.distance), np.int16(-1))
     written = 0
-    while state[0] < len(keys):
-        end, face, stabiliser = keys[state[0], 0], keys[state[0], 1], keys[state[0], 4]
-        mate_end = home + mate_home - end - moves[face]  # in the other half-chain's frame
-        n_bits = 0
-        for place in plane.reach:
-            other = home + mate_home - place
-            bit[place] = -1
-            mate_bit[other] = -1
-            if plane.distance[place] + _steps_between(plane, end, place) > h or plane.distance[other] > h:
+    for i in range(state[0], len(first.codes)):
+        if i % parts != part:
+            continue
+        lo, hi = np.int64(0), np.int64(len(second.codes))
+        if untwisted:
+            lo, hi = starts[offset - first.sums[i]], starts[offset - first.sums[i] + 1]
+        mask = first.masks[0, i]
+        for j in range(max(lo, state[1]), hi):
+            if mask & second.masks[0, j] != 0:
                 continue
-            if plane.distance[other] + _steps_between(plane, mate_end, other) <= h:
-                bit[place] = n_bits
-                mate_bit[other] = n_bits
-                n_bits += 1
-        n_words = max(1, (n_bits + 63) // 64)
-        first = _list(plane, end, face, keys[state[0], 2], bit, n_words)
-        _carry(first, directions, False)
-        second = _list(plane, mate_end, face, keys[state[0], 3], mate_bit, n_words)
-        second = _grouped(second, starts, offset)
-        _carry(second, directions, True)
-        for i in range(state[1], len(first.codes)):
-            if i % parts != part:
+            meet = np.uint64(0)
+            for w in range(1, len(first.masks)):
+                meet |= first.masks[w, i] & second.masks[w, j]
+            if meet != 0:
                 continue
-            lo, hi = np.int64(0), np.int64(len(second.codes))
-            if untwisted:
-                lo, hi = starts[offset - first.sums[i]], starts[offset - first.sums[i] + 1]
-            mask = first.masks[0, i]
-            for j in range(max(lo, state[2]), hi):
-                if mask & second.masks[0, j] != 0:
-                    continue
-                meet = np.uint64(0)
-                for w in range(1, n_words):
-                    meet |= first.masks[w, i] & second.masks[w, j]
-                if meet != 0:
-                    continue
-                flat = full
-                for p in range(3):
-                    flat &= ~(first.carried[p, i] ^ second.carried[p, j])
-                order = _order(
-                    first.codes[i], second.codes[j], first.back[i], second.back[j], flat, stabiliser, letters
-                )
-                if order == 0:
-                    continue
-                totals[0] += 1
-                totals[1] += group_order // order
-                if capacity == 0:
-                    continue
-                words[written, 0] = directions // 2
-                words[written, half] = face
-                for t in range(h):
-                    words[written, 1 + t] = first.steps[i, t]
-                    words[written, half + 1 + t] = second.steps[j, h - 1 - t]
-                written += 1
-                if written == capacity:
-                    state[1] = i
-                    state[2] = j + 1
-                    return written
-            state[2] = 0
-        state[0] += 1
+            flat = full
+            for p in range(3):
+                flat &= ~(first.carried[p, i] ^ second.carried[p, j])
+            order = _order(first.codes[i], second.codes[j], first.back[i], second.back[j], flat, stabiliser, letters)
+            if order == 0:
+                continue
+            totals[0] += 1
+            totals[1] += group_order // order
+            if capacity == 0:
+                continue
+            words[written, 0] = len(plane.moves) // 2
+            words[written, half] = face
+            for t in range(h):
+                words[written, 1 + t] = first.steps[i, t]
+                words[written, half + 1 + t] = second.steps[j, h - 1 - t]
+            written += 1
+            if written == capacity:
+                state[0] = i
+                state[1] = j + 1
+                return written
         state[1] = 0
+    state[0] = len(first.codes)
     return written

@@ -219,17 +219,30 @@ def fingerprint_rows(rows: NDArray[np.uint64], heights: NDArray[np.int64], found
 
 @compiled
 def insert_fingerprints(found: NDArray[np.uint64], table: NDArray[np.uint64]) -> int:
-    """Put fingerprints into a hash table (0, 0 is a free place; room for all); return how many were not there."""
+    """Put fingerprints into a hash table (0, 0 is a free place; room for all); return how many were not there.
+
+    Free places among them, as in an old table, are passed over. A large table is far from the processor: looking a
+    block up at first sight, before anything depends on it, lets the ways there overlap.
+    """
     mask = np.uint64(len(table) - 1)
+    block = 32
+    known = np.empty(block, np.bool_)
     fresh = 0
-    for i in range(len(found)):
-        at = found[i, 0] & mask
-        while table[at, 0] != 0 or table[at, 1] != 0:
-            if table[at, 0] == found[i, 0] and table[at, 1] == found[i, 1]:
-                break
-            at = (at + np.uint64(1)) & mask
-        else:
-            table[at, 0] = found[i, 0]
-            table[at, 1] = found[i, 1]
-            fresh += 1
+    for start in range(0, len(found), block):
+        stop = min(start + block, len(found))
+        for i in range(start, stop):
+            at = found[i, 0] & mask
+            known[i - start] = (table[at, 0] == found[i, 0]) & (table[at, 1] == found[i, 1])
+        for i in range(start, stop):
+            if known[i - start] or (found[i, 0] == 0 and found[i, 1] == 0):
+                continue
+            at = found[i, 0] & mask
+            while table[at, 0] != 0 or table[at, 1] != 0:
+                if table[at, 0] == found[i, 0] and table[at, 1] == found[i, 1]:
+                    break
+                at = (at + np.uint64(1)) & mask
+            else:
+                table[at, 0] = found[i, 0]
+                table[at, 1] = found[i, 1]
+                fresh += 1
     return fresh

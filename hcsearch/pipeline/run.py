@@ -131,7 +131,7 @@ class _DistinctArrays:
 
     def add(self, prints: NDArray[np.uint64]) -> None:
         if 2 * (self.count + len(prints)) > len(self._table):
-            old = self._table[self._table.any(axis=1)]
+            old = self._table
             self._table = np.zeros((1 << (4 * (self.count + len(prints))).bit_length(), 2), np.uint64)
             insert_fingerprints(old, self._table)
         self.count += insert_fingerprints(prints, self._table)
