@@ -127,12 +127,26 @@ def array_rows(
     level = np.empty(n, np.int64)
     low = np.empty(n_images, np.int64)
     height = np.empty(n_images, np.int64)
+    # images that differ by mirroring columns or rows take the same number of rows: of these one is measured
+    measured = np.empty(n_images, np.int64)
+    upright = np.ones(n_images, np.bool_)
+    for g in range(n_images):
+        for other in range(g + 1):
+            same = (moves[g, :, 1] == moves[other, :, 1]).all()
+            if same or (moves[g, :, 1] == -moves[other, :, 1]).all():
+                measured[g] = other
+                upright[g] = same
+                break
     image = np.zeros(n, np.uint64)
     one = np.uint64(1)
     for row in range(n_words):
         least = n + 1
         for g in range(n_images):  # rows alone first: few images have the fewest
-            y, bottom, top = 0, 0, 0
+            if measured[g] != g:
+                height[g] = height[measured[g]]
+                low[g] = low[measured[g]] if upright[g] else 1 - height[g] - low[measured[g]]
+                continue
+            y, bottom, top = np.int64(0), np.int64(0), np.int64(0)
             for k in range(n):
                 y += moves[g, words[row, k], 1]
                 bottom = min(bottom, y)
@@ -145,7 +159,7 @@ def array_rows(
             if height[g] != least:
                 continue
             x = moves[g, words[row, 0], 2]
-            left, y = x, 0
+            left, y = x, np.int64(0)
             for k in range(n):
                 column[k] = x
                 level[k] = y - low[g]
