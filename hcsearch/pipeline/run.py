@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 
@@ -12,15 +13,18 @@ from numpy.typing import NDArray
 
 from hcsearch.enumeration import Search
 from hcsearch.kernels.words import insert_fingerprints
-from hcsearch.pipeline.designs import Job
+from hcsearch.pipeline.designs import Job, Output
 from hcsearch.pipeline.stages import KEEP_NEEDS, check_keep, stages_until
 from hcsearch.pipeline.workers import Crew
-from hcsearch.records import StageResult, Work
-from hcsearch.store import Database, count_arrays, finish_run, finished_batches, record_batch, start_run
+from hcsearch.records import DesignBatch, StageResult, Work
+from hcsearch.store import Database, count_arrays, finish_run, finished_batches, record_batches, start_run
 
 _SMALL = 5_000_000  # circuits
+_GROUPS = 25
+_MAX_WAITING = 200_000  # designs, of about 500 bytes
 _UNIT_SIZE = 10_000  # circuits, where a search cannot say how many it has
 
+Batch = tuple[str, DesignBatch, tuple[StageResult, ...]]
 Progress = Callable[[int, int, str], None]  # batches done, all batches, what has been found
 
 
@@ -158,16 +162,39 @@ def run_into(plan: Plan, database: Database, progress: Progress | None = None) -
     )
 
     job = Job(plan.search, stages, plan.keep, rows=True)
-    for done, (prefix, output) in enumerate(plan.hands.work(job, todo), 1):
-        assert output.rows is not None
-        record_batch(database, run_id, plan.work, prefix, output.rows, list(output.results))
-        totals.add(output.results, fresh=True)
+    done = len(reused)
+    for batches in _grouped(plan.hands.work(job, todo)):
+        record_batches(database, run_id, plan.work, batches)
+        for _, _, fresh in batches:
+            totals.add(fresh, fresh=True)
+        done += len(batches)
         if progress is not None:
-            progress(len(reused) + done, len(prefixes), totals.note)
+            progress(done, len(prefixes), totals.note)
     arrays = count_arrays(database, plan.work, designs=totals.passed.get(KEEP_NEEDS[plan.keep], 0))
     summary = Summary(totals.funnel(plan, arrays), totals.seconds, len(todo), len(reused))
     finish_run(database, run_id, asdict(summary.funnel), summary.stage_times, summary.batches_done, len(reused))
     return summary
+
+
+def _grouped(outputs: Iterable[tuple[str, Output]]) -> Iterator[list[Batch]]:
+    """Batches to be recorded together.
+
+    Designs come in no order that an index of circuits could follow, so that each transaction writes nearly all of a
+    large one: a group holds a share of what went before, but no more than a second's work waits.
+    """
+    group: list[Batch] = []
+    before = waiting = 0
+    begun = time.monotonic()
+    for prefix, output in outputs:
+        assert output.rows is not None
+        group.append((prefix, output.rows, output.results))
+        waiting += output.kept
+        if waiting >= min(before // _GROUPS, _MAX_WAITING) or time.monotonic() > begun + 1.0:
+            yield group
+            before += waiting
+            group, waiting, begun = [], 0, time.monotonic()
+    if group:
+        yield group
 
 
 def _versions() -> dict[str, str]:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from hcsearch.store.queries import find_design, parse_query, select, select_sql, stream, stream_sql
     from hcsearch.store.rows import Result, Rows
     from hcsearch.store.saving import save_rows
-    from hcsearch.store.writing import count_arrays, finish_run, finished_batches, record_batch, start_run
+    from hcsearch.store.writing import count_arrays, finish_run, finished_batches, record_batches, start_run
 
 _MODULES = {
     "columns": ("VIEWS", "Quantity", "column_names", "view_names"),
@@ -26,7 +26,7 @@ _MODULES = {
     "queries": ("find_design", "parse_query", "select", "select_sql", "stream", "stream_sql"),
     "rows": ("Result", "Rows"),
     "saving": ("save_rows",),
-    "writing": ("count_arrays", "finish_run", "finished_batches", "record_batch", "start_run"),
+    "writing": ("count_arrays", "finish_run", "finished_batches", "record_batches", "start_run"),
 }
 _HOMES = {name: module for module, names in _MODULES.items() for name in names}
 
@@ -46,7 +46,7 @@ __all__ = [
     "open_database",
     "open_readonly",
     "parse_query",
-    "record_batch",
+    "record_batches",
     "room_at",
     "save_rows",
     "select",

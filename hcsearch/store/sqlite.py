@@ -81,7 +81,7 @@ def writing_engine(path: Path, timeout: float) -> Engine:
         connection.execute("PRAGMA synchronous=NORMAL")
         connection.execute("PRAGMA foreign_keys=ON")
         connection.execute("PRAGMA wal_autocheckpoint=4000")  # pages; at 1000, bulk inserts wait for the disk
-        connection.execute("PRAGMA cache_size=-65536")  # KiB; the index of circuits is hit all over
+        connection.execute("PRAGMA cache_size=-262144")  # KiB; the index of circuits is hit all over
         return connection
 
     return _engine(creator, QueuePool)

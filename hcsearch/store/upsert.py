@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 from sqlalchemy import Connection, Table, select
@@ -12,6 +13,7 @@ from hcsearch.store.postgresql import stage_rows
 
 Columns = Mapping[str, Sequence[Any]]
 
+_ROWS = 50  # of one statement: more gain nothing, and old builds of SQLite take 999 values
 _COUNTED = {"preserve_rowcount": True}  # which SQLAlchemy drops after an INSERT
 
 
@@ -26,13 +28,26 @@ def insert_rows(connection: Connection, table: Table, columns: Columns, changed:
         statement = _meeting(sqlite.insert(table), keys, changed)
         compiled = statement.compile(dialect=connection.dialect, column_keys=list(columns))
         assert compiled.positiontup is not None
-        # The same statement with plain tuples: twice as fast as dictionaries through `execute`.
-        rows = list(zip(*(columns[name] for name in compiled.positiontup), strict=True))
-        return connection.exec_driver_sql(str(compiled), rows, execution_options=_COUNTED).rowcount
+        return _insert_tuples(connection, str(compiled), [columns[name] for name in compiled.positiontup])
     staged = stage_rows(connection, table, _last_of_each(keys, columns) if changed else columns)
     rows_in_order = select(*staged.c).order_by(*(staged.c[key] for key in keys))
     into = postgresql.insert(table).from_select(list(columns), rows_in_order)
     return connection.execute(_meeting(into, keys, changed), execution_options=_COUNTED).rowcount
+
+
+def _insert_tuples(connection: Connection, statement: str, columns: Sequence[Sequence[Any]]) -> int:
+    """Run an SQLite insert of one row for all rows, many to a statement: each costs as much as several rows."""
+    n_rows, width = len(columns[0]), len(columns)
+    values = list(chain.from_iterable(zip(*columns, strict=True)))
+    row = f"({', '.join('?' * width)})"
+    changed = 0
+    for size, first, last in ((_ROWS, 0, n_rows - n_rows % _ROWS), (1, n_rows - n_rows % _ROWS, n_rows)):
+        step = size * width
+        parameters = [tuple(values[at : at + step]) for at in range(first * width, last * width, step)]
+        if parameters:
+            text = statement.replace(row, ", ".join([row] * size))
+            changed += connection.exec_driver_sql(text, parameters, execution_options=_COUNTED).rowcount
+    return changed
 
 
 def _meeting(

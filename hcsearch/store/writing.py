@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
@@ -89,17 +89,18 @@ def finished_batches(database: Database, work: Work, versions: Mapping[str, int]
     }
 
 
-def record_batch(
-    database: Database, run_id: int, work: Work, prefix: str, designs: DesignBatch, results: Sequence[StageResult]
+def record_batches(
+    database: Database, run_id: int, work: Work, batches: Iterable[tuple[str, DesignBatch, Sequence[StageResult]]]
 ) -> None:
-    """Store the designs and foldings of a batch, and that these stages are done for it, in one transaction.
+    """Store batches in one transaction: designs and foldings, and that these stages are done for the search prefix.
 
     The same batch twice adds nothing. A design that was there before gets the columns of the stages that ran; what
     other stages found about it stays.
     """
     with database.writing() as connection:
-        insert_designs(connection, designs)
-        _insert_results(connection, run_id, work, prefix, results)
+        for prefix, designs, results in batches:
+            insert_designs(connection, designs)
+            _insert_results(connection, run_id, work, prefix, results)
 
 
 def count_arrays(database: Database, work: Work, *, designs: int = 0) -> int:

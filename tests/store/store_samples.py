@@ -59,9 +59,9 @@ def begin(database, work=WORK):
 
 def record(database, names, prefix="p", until="twist", *, work=WORK, results=RESULTS, **options):
     """Record a sample batch as a run of its own."""
-    from hcsearch.store import record_batch
+    from hcsearch.store import record_batches
 
-    record_batch(database, begin(database, work), work, prefix, sample(names, until, **options), results)
+    record_batches(database, begin(database, work), work, [(prefix, sample(names, until, **options), results)])
 
 
 def as_rows(result, kinds=None, chunk=2):

@@ -7,7 +7,7 @@ import signal
 import pytest
 from store_samples import RESULTS, VERSIONS, WORK, begin, circuits, contents, record, sample
 
-from hcsearch.store import designs, finished_batches, open_database, record_batch, select, select_sql
+from hcsearch.store import designs, finished_batches, open_database, record_batches, select, select_sql
 from hcsearch.store.database import open_readonly
 
 PROCESSES = 2
@@ -26,7 +26,7 @@ def record_own(path, ready, number):
         ready.wait(30)
         for k in range(20):
             batch = sample(circuits(1 + 10 * (2 * k + number), 10))
-            record_batch(database, run, WORK, f"{number}.{k}", batch, RESULTS)
+            record_batches(database, run, WORK, [(f"{number}.{k}", batch, RESULTS)])
 
 
 def record_same(path, ready, number):
@@ -34,7 +34,7 @@ def record_same(path, ready, number):
         run = begin(database)
         ready.wait(30)
         for k in range(20):
-            record_batch(database, run, WORK, str(k), sample(circuits(1 + 9 * k, 9)), RESULTS)
+            record_batches(database, run, WORK, [(str(k), sample(circuits(1 + 9 * k, 9)), RESULTS)])
 
 
 def record_and_hang(path, ready, number):

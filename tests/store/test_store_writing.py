@@ -17,7 +17,7 @@ from hcsearch.store import (
     finish_run,
     finished_batches,
     open_database,
-    record_batch,
+    record_batches,
     schema,
     select,
     start_run,
@@ -137,7 +137,7 @@ def test_newer_version_refutes_old_foldings(database):
 def test_search_for_some_foldings_refutes_nothing(database, n_foldings):
     record(database, ["hex:1"], creases=[[0, 1]], twists=[[0, 1]])
     batch = replace(sample(["hex:1"], creases=[[0]], twists=[[0]]), n_foldings=n_foldings)
-    record_batch(database, begin(database), WORK, "q", batch, RESULTS)
+    record_batches(database, begin(database), WORK, [("q", batch, RESULTS)])
     assert len(select(database, view="foldings").rows) == 2
     assert select(database, columns="n_foldings,n_untwisted").rows == ((2, 1),)
 
@@ -145,7 +145,7 @@ def test_search_for_some_foldings_refutes_nothing(database, n_foldings):
 @pytest.mark.parametrize("size", [100, 200])
 def test_opposite_crease_of_long_circuits(database, size):
     batch = replace(sample(["hex:1"], creases=[[99]], twists=[[0]]), n=size)
-    record_batch(database, begin(database), WORK, "p", batch, RESULTS)
+    record_batches(database, begin(database), WORK, [("p", batch, RESULTS)])
     assert select(database, columns="opposite", view="foldings").rows == ((99 + size // 2,),)
 
 
@@ -169,7 +169,7 @@ def test_failure_in_the_middle_leaves_nothing(database, monkeypatch):
 
 def test_results_without_their_run_leave_nothing(database):
     with pytest.raises(IntegrityError, match="FOREIGN KEY"):
-        record_batch(database, 99, WORK, "p", sample(circuits(1, 3)), RESULTS)
+        record_batches(database, 99, WORK, [("p", sample(circuits(1, 3)), RESULTS)])
     assert select(database).rows == ()
 
 
@@ -261,7 +261,7 @@ def test_any_batches_store_each_circuit_once(tmp_path_factory, batches, data):
             # Foldings follow from the circuit, as they do in truth.
             creases = [[int(name[4:]) % 6] if int(name[4:]) % 2 else [] for name in names] or [[]]
             twists = [[0] * len(c) for c in creases]
-            record_batch(database, run, WORK, str(number), sample(names, until, creases, twists), RESULTS)
+            record_batches(database, run, WORK, [(str(number), sample(names, until, creases, twists), RESULTS)])
             for name in names:
                 known = expected.get(name, "circuits")
                 latest = max(known, until, key=["circuits", "foldings", "twist"].index)
