@@ -14,7 +14,7 @@ from hcsearch.pipeline.workers import Crew
 
 _SMALL_PAIRS = 2e9  # counted by one process in seconds
 _PROBE_PAIRS = 100_000_000  # of one unit: enough to hide the time to list its half-chains
-_PROBE_SECONDS = 3.0
+_PROBE_SECONDS = 1.0
 
 
 @dataclass(frozen=True)

@@ -17,15 +17,18 @@ from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExec
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import version
 from itertools import islice
 from typing import Any, TypeVar
 
 from hcsearch.errors import ClusterError
 
+P = TypeVar("P")
 T = TypeVar("T")
 
-_AHEAD = 8  # units in work or waiting for each worker: more even out their sizes, fewer take less memory
+_PARCEL = 4  # units that travel together: fewer journeys
+_AHEAD = 4  # parcels in work or waiting for each worker: more even out their sizes, fewer take less memory
 _PATIENCE = 10.0  # seconds
 _VERSION = version("hcsearch")
 
@@ -57,7 +60,10 @@ class Crew:
                 yield unit, task(unit)
             return
         with self._executor() as (executor, workers):
-            yield from _in_order(executor, task, units, _AHEAD * workers)
+            size = max(1, min(_PARCEL, len(units) // (2 * _AHEAD * workers)))
+            parcels = [units[at : at + size] for at in range(0, len(units), size)]
+            for parcel, results in _in_order(executor, partial(_unpack, task), parcels, _AHEAD * workers):
+                yield from zip(parcel, results, strict=True)
 
     @contextmanager
     def _executor(self) -> Iterator[tuple[Executor, int]]:
@@ -81,18 +87,20 @@ class Crew:
             pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _in_order(
-    executor: Executor, task: Callable[[str], T], units: Sequence[str], ahead: int
-) -> Iterator[tuple[str, T]]:
-    waiting: deque[tuple[str, Future[T]]] = deque()
-    todo = iter(units)
+def _unpack(task: Callable[[str], T], parcel: Sequence[str]) -> list[T]:
+    return [task(unit) for unit in parcel]
+
+
+def _in_order(executor: Executor, task: Callable[[P], T], parcels: Sequence[P], ahead: int) -> Iterator[tuple[P, T]]:
+    waiting: deque[tuple[P, Future[T]]] = deque()
+    todo = iter(parcels)
     try:
         while True:
-            waiting.extend((unit, executor.submit(task, unit)) for unit in islice(todo, ahead - len(waiting)))
+            waiting.extend((parcel, executor.submit(task, parcel)) for parcel in islice(todo, ahead - len(waiting)))
             if not waiting:
                 return
-            unit, future = waiting.popleft()
-            yield unit, future.result()
+            parcel, future = waiting.popleft()
+            yield parcel, future.result()
     finally:
         for _, future in waiting:
             future.cancel()
