@@ -26,6 +26,7 @@ _COUNTED_PAIRS = 100_000_000  # less than a second
 _MAX_COUNTED = 2_000
 _MAX_UNITS = 20_000
 _MAX_LISTED = 2e12  # pairs; about 1e11 circuits
+_CODE_BITS = 63
 _MAX_CHAINS = 2e10
 
 
@@ -48,8 +49,8 @@ class FoldedSearch:
 
     def __post_init__(self) -> None:
         PolygonSearch(self.grid, self.n)  # refuses what it cannot hold
-        if self.n // 2 * self._letter_bits > 64:
-            most = 64 // self._letter_bits * 2
+        if self.n // 2 * self._letter_bits > _CODE_BITS:
+            most = _CODE_BITS // self._letter_bits * 2
             raise SizeError(f"--n {self.n} is too large for half-chains on this grid: use --n {most} or less")
 
     @property

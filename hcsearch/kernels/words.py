@@ -10,25 +10,7 @@ from hcsearch.kernels.compiled import compiled
 
 @compiled
 def _least_rotation(letters: NDArray[np.int8], n: int) -> tuple[int, int]:
-    """Start of the least rotation of a cyclic word, and its period, in O(n); letters holds the word twice.
-
-    Letters are -2 to 2. Packed into an integer, the letters of a window of up to 21 settle most words quickly: where
-    the least window comes once, the least rotation begins with it.
-    """
-    window = min(n, 21)
-    mask = (np.uint64(1) << np.uint64(3 * window)) - np.uint64(1)
-    value = np.uint64(0)
-    for k in range(window):
-        value = (value << np.uint64(3)) | np.uint64(letters[k] + 2)
-    best, start, ties = value, 0, 1
-    for k in range(1, n):
-        value = ((value << np.uint64(3)) | np.uint64(letters[k + window - 1] + 2)) & mask
-        if value < best:
-            best, start, ties = value, k, 1
-        elif value == best:
-            ties += 1
-    if ties == 1:
-        return start, n
+    """Start of the least rotation of a cyclic word, and its period, in O(n); letters holds the word twice."""
     i, j, k = 0, 1, 0  # two candidates, equal over k letters; all other starts below the greater one are worse
     while i < n and j < n and k < n:
         order = letters[i + k] - letters[j + k]
@@ -43,6 +25,43 @@ def _least_rotation(letters: NDArray[np.int8], n: int) -> tuple[int, int]:
             j += 1
         k = 0
     return min(i, j), abs(i - j) if k == n else n
+
+
+@compiled
+def _least_rotations(ahead: NDArray[np.int8], back: NDArray[np.int8], n: int) -> tuple[int, int, int]:
+    """Start and period of the least rotation of a word, and start of that of the word read backwards.
+
+    Letters are -2 to 2. Packed into an integer, the letters of a window of up to 21 settle most words quickly: where
+    the least window comes once, the least rotation begins with it.
+    """
+    window = min(n, 21)
+    top = np.uint64(3 * (window - 1))
+    mask = (np.uint64(1) << np.uint64(3 * window)) - np.uint64(1)
+    forward, backward = np.uint64(0), np.uint64(0)
+    for k in range(window - 1):
+        letter = np.uint64(ahead[k] + 2)
+        forward = (forward << np.uint64(3)) | letter
+        backward = (backward >> np.uint64(3)) | (letter << top)
+    least, least_back = ~np.uint64(0), ~np.uint64(0)
+    start, start_back, ties, ties_back = 0, 0, 0, 0
+    for k in range(n):
+        letter = np.uint64(ahead[k + window - 1] + 2)
+        forward = ((forward << np.uint64(3)) | letter) & mask
+        backward = (backward >> np.uint64(3)) | (letter << top)
+        if forward < least:
+            least, start, ties = forward, k, 1
+        elif forward == least:
+            ties += 1
+        if backward < least_back:
+            least_back, start_back, ties_back = backward, k, 1
+        elif backward == least_back:
+            ties_back += 1
+    period = n
+    if ties > 1:
+        start, period = _least_rotation(ahead, n)
+    if ties_back > 1:
+        return start, period, _least_rotation(back, n)[0]
+    return start, period, n - 1 - (start_back + window - 1) % n
 
 
 @compiled
@@ -74,8 +93,7 @@ def canonicalise(
         for k in range(n):  # the mirror image, counterclockwise, meets the same turns backwards
             ahead[n + k] = ahead[k]
             back[n - 1 - k] = back[2 * n - 1 - k] = ahead[k]
-        start, period = _least_rotation(ahead, n)
-        mirrored, _ = _least_rotation(back, n)
+        start, period, mirrored = _least_rotations(ahead, back, n)
         order = 0
         for k in range(n):
             order = ahead[start + k] - back[mirrored + k]
