@@ -39,10 +39,26 @@ def test_what_a_worker_raises_comes_through():
         list(Crew(2).work(int, ["1", "two"]))
 
 
-@pytest.mark.parametrize("address", ["", "host", "tcp://host", "http://host:1", "tcp://host:port", "a b:1"])
+@pytest.mark.parametrize(
+    "address", ["", "host", "tcp://host", "http://host:1", "tcp://host:port", "a b:1", "tls://host:1"]
+)
 def test_an_address_that_cannot_be_one_is_refused(address):
     with pytest.raises(ClusterError, match="tcp://HOST:8786"):
         Crew(scheduler=address)
+
+
+def test_addresses_of_all_kinds_are_taken():
+    for address in ("host:1", "tcp://host.name:8786", "tcp://[::1]:8786", "10.0.0.1:8786"):
+        assert Crew(scheduler=address).scheduler == address
+
+
+def test_an_estimate_leaves_out_what_is_finished(monkeypatch):
+    monkeypatch.setattr("hcsearch.pipeline.run.SMALL", 0)
+    plan = Plan(PolygonSearch(HEX, 16), "twist")
+    units = plan.search.prefixes
+    whole, half = estimate(plan, stored=True), estimate(plan, stored=True, finished=set(units[::2]))
+    assert half.circuits == pytest.approx(whole.circuits / 2, rel=0.01)
+    assert estimate(plan, stored=True, finished=set(units)) is None
 
 
 def test_processes_find_what_one_process_finds(monkeypatch):
@@ -54,7 +70,7 @@ def test_processes_find_what_one_process_finds(monkeypatch):
             (ArraySearch(parse_array(GRIDS["square"], "6x6")), "two-stack"),
         )
     ]
-    monkeypatch.setattr("hcsearch.pipeline.run._SMALL", 0)
+    monkeypatch.setattr("hcsearch.pipeline.run.SMALL", 0)
     monkeypatch.setattr("hcsearch.enumeration.folded._UNIT_PAIRS", 500)
     for plan in plans:
         alone = run_dry(plan)
@@ -110,7 +126,7 @@ def test_small_runs_are_not_estimated():
 
 
 def test_an_estimate_is_near_what_is_found(monkeypatch):
-    monkeypatch.setattr("hcsearch.pipeline.run._SMALL", 0)
+    monkeypatch.setattr("hcsearch.pipeline.run.SMALL", 0)
     plan = Plan(FoldedSearch(HEX, 20, untwisted=True), "twist", "untwisted")
     found = estimate(plan, stored=True)
     assert found is not None
@@ -125,7 +141,7 @@ def test_an_estimate_is_near_what_is_found(monkeypatch):
 
 def test_a_database_that_finds_no_room_is_refused(tmp_path):
     huge = Estimate(1e15, 1e15, 1.0, 1e17, 1.0)
-    with pytest.raises(SizeError, match="--keep untwisted"):
+    with pytest.raises(SizeError, match="keep fewer with --keep"):
         check_room(huge, str(tmp_path / "d.sqlite"))
     check_room(huge, "postgresql://server/name")
     check_room(Estimate(1.0, 1.0, 1.0, 100.0, 1.0), str(tmp_path / "no" / "such" / "d.sqlite"))

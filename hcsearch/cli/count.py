@@ -6,6 +6,7 @@ import click
 
 from hcsearch.cli.options import crew_options, make_crew, make_search, target_options
 from hcsearch.cli.progress import Meter
+from hcsearch.errors import HcsearchError
 
 
 @click.command(
@@ -24,6 +25,9 @@ def count(grid: str, n: int | None, array_spec: str | None, keep: str, jobs: int
 
     search = make_search(grid, n, array_spec, keep)
     crew = make_crew(jobs, scheduler)
+    if scheduler is not None and isinstance(search, ArraySearch) and keep == "all":
+        raise HcsearchError("circuits of one array are counted in this process: leave out --scheduler")
+    crew.check()
     if keep != "all":
         seconds = counting_seconds(search)
         if seconds is not None:

@@ -36,18 +36,18 @@ def enumerate_(
 ) -> None:
     """List all designs up to symmetry, filter them and store them."""
     _check_panel(panel)
-    from hcsearch.pipeline import BUILT, Plan, check_keep, check_room, estimate, run_dry, run_into  # noqa: PLC0415
+    from hcsearch.pipeline import BUILT, Plan, check_keep, check_room, estimate, finished_units, run_dry, run_into  # noqa: PLC0415
     from hcsearch.store import open_database  # noqa: PLC0415
 
     last = list(BUILT)[-1] if until is None else until
     check_keep(keep, last)
     plan = Plan(make_search(grid, n, array_spec, keep), last, keep, panel, make_crew(jobs, scheduler))
-    expected = estimate(plan, stored=not dry_run)
+    plan.crew.check()
+    expected = estimate(plan, stored=not dry_run, finished=() if dry_run or plan.small else finished_units(plan, db))
     if expected is not None:
         click.echo(expected.sentence(plan.crew), err=True)
         if not dry_run:
             check_room(expected, db)
-    plan.crew.check()
     with Meter("batch") as meter:
         if dry_run:
             summary, place = run_dry(plan, meter), None

@@ -64,7 +64,12 @@ def make_crew(jobs: int | None, scheduler: str | None) -> Crew:
 
     if jobs is not None and scheduler is not None:
         raise HcsearchError("give either --jobs K (this machine) or --scheduler ADDRESS (a cluster)")
-    return Crew(jobs or os.cpu_count() or 1, scheduler)
+    return Crew(jobs or _cores(), scheduler)
+
+
+def _cores() -> int:
+    """Cores that this process may use, which can be fewer than the machine has."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def make_search(grid: str, n: int | None, array_spec: str | None, keep: str) -> Search:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -24,7 +25,7 @@ Lists = tuple[chains.Chains, chains.Chains, NDArray[np.int64]]
 _UNIT_PAIRS = 250_000  # about 10,000 circuits
 _COUNTED_PAIRS = 100_000_000  # less than a second
 _MAX_COUNTED = 2_000
-_MAX_UNITS = 20_000
+_MAX_UNITS = 200_000
 _MAX_LISTED = 2e12  # pairs; about 1e11 circuits
 _CODE_BITS = 63
 _MAX_CHAINS = 2e10
@@ -49,9 +50,10 @@ class FoldedSearch:
 
     def __post_init__(self) -> None:
         PolygonSearch(self.grid, self.n)  # refuses what it cannot hold
-        if self.n // 2 * self._letter_bits > _CODE_BITS:
-            most = _CODE_BITS // self._letter_bits * 2
-            raise SizeError(f"--n {self.n} is too large for half-chains on this grid: use --n {most} or less")
+        longest = int(math.log(_MAX_CHAINS) / math.log(connective_constant(self.grid)))
+        most = 2 * min(longest + 1, _CODE_BITS // self._letter_bits)
+        if self.n % 2 == 0 and self.n > most:
+            raise SizeError(f"--n {self.n} has too many half-chains on this grid: use --n {most} or less")
 
     @property
     def target(self) -> str:
@@ -117,8 +119,11 @@ class FoldedSearch:
     def count(self, unit: str) -> tuple[int, int]:
         """Number of classes and of fixed circuits of a unit, without listing them."""
         if len(self.grid.first_directions) > 1:  # what quarter turns tell apart needs the words
-            found = list(self.circuits(unit))
-            return sum(map(len, found)), sum(int((self.group_order // batch.symmetry).sum()) for batch in found)
+            classes = fixed = 0
+            for batch in self.circuits(unit):
+                classes += len(batch)
+                fixed += int((self.group_order // batch.symmetry).sum())
+            return classes, fixed
         return self._join(unit).count()
 
     @property
@@ -179,9 +184,6 @@ class FoldedSearch:
         """Keys that are the least of their images, shape (n_keys, 5), as `kernels.chains.join_chains` takes them."""
         if self.n % 2:
             return np.empty((0, 5), np.int64)
-        growth = connective_constant(self.grid)
-        if growth ** (self.n // 2 - 1) > _MAX_CHAINS:
-            raise SizeError(f"--n {self.n} is too large: over {_MAX_CHAINS:.0e} half-chains; use a smaller n")
         sizes = np.zeros((len(self._places.distance), self.grid.directions), np.int64)
         chains.count_chains(self.plane, sizes)
         found = []

@@ -2,7 +2,7 @@
 
 from hcsearch.pipeline.counting import Counted, count_designs, counting_seconds
 from hcsearch.pipeline.estimate import check_room, duration, estimate
-from hcsearch.pipeline.run import Funnel, Plan, Summary, run_dry, run_into
+from hcsearch.pipeline.run import Funnel, Plan, Summary, finished_units, run_dry, run_into
 from hcsearch.pipeline.stages import BUILT, PLANNED, check_keep, stages_until
 from hcsearch.pipeline.workers import Crew
 
@@ -20,6 +20,7 @@ __all__ = [
     "counting_seconds",
     "duration",
     "estimate",
+    "finished_units",
     "run_dry",
     "run_into",
     "stages_until",

@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 
 from hcsearch.enumeration import FoldedSearch, Search
 from hcsearch.pipeline.designs import run_unit, warm
+from hcsearch.pipeline.run import SMALL
 from hcsearch.pipeline.stages import KEEP_NEEDS, stages_until
 from hcsearch.pipeline.workers import Crew
 
 _SMALL_PAIRS = 2e9  # counted by one process in seconds
-_PROBE_PAIRS = 100_000_000  # of one unit: enough to hide the time to list its half-chains
+_PROBE_PAIRS = 100_000_000  # of one part of a key
 _PROBE_SECONDS = 1.0
 
 
@@ -54,6 +55,8 @@ def count_designs(
             crew = Crew()
     else:
         units = search.prefixes
+        if search.expected is not None and search.expected < SMALL and crew.scheduler is None:
+            crew = Crew()
     classes = circuits = 0
     for done, (_, (more, fixed)) in enumerate(crew.work(_Task(search, keep), units), 1):
         classes += more
@@ -67,12 +70,16 @@ def counting_seconds(search: Search) -> float | None:
     """About how many core seconds `count_designs` takes; None where that is a matter of seconds, or unknown."""
     if not isinstance(search, FoldedSearch) or search.n_pairs < _SMALL_PAIRS:
         return None
-    units = search.units(max(_PROBE_PAIRS, int(search.n_pairs / 20_000)))
-    random.Random(0).shuffle(units)
+    pairs = search.pairs.tolist()
     search.count(str(search.pairs.argmin()))  # compiles
-    begun, done, elapsed = time.perf_counter(), 0, 0.0
-    while elapsed < _PROBE_SECONDS and done < len(units):
-        search.count(units[done])
-        done += 1
-        elapsed = time.perf_counter() - begun
-    return elapsed * len(units) / done
+    chance = random.Random(0)
+    tried = elapsed = 0.0
+    while elapsed < _PROBE_SECONDS:
+        key = chance.choices(range(len(pairs)), weights=pairs)[0]
+        parts = max(1, pairs[key] // _PROBE_PAIRS)
+        search.half_chains(key)  # listed once for all parts
+        begun = time.perf_counter()
+        search.count(f"{key}:{chance.randrange(parts)}/{parts}")
+        elapsed += time.perf_counter() - begun
+        tried += pairs[key] / parts
+    return elapsed / tried * search.n_pairs

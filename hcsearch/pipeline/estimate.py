@@ -1,8 +1,9 @@
-"""What a run will take, before it begins: circuits by the published growth of their number, the rest by a probe."""
+"""What a run will take, before it begins: all circuits by the published growth, everything else by a probe."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from hcsearch.errors import SizeError
@@ -36,15 +37,17 @@ class Estimate:
         return f"about {_number(self.circuits)} circuits to list, {_number(self.designs)} to keep: {time}{size}"
 
 
-def estimate(plan: Plan, *, stored: bool) -> Estimate | None:
-    """What a plan will take; None where that is a matter of seconds.
+def estimate(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> Estimate | None:
+    """What is left of a plan will take; None where that is a matter of seconds.
 
-    A few units, spread over the search, are worked on as a probe; the first one is not timed, since it compiles.
+    finished : units that are done already. A few of the others, spread over the search, are worked on as a probe; the
+    first one is not timed, since it compiles.
     """
-    if plan.small:
+    search = plan.search
+    units = [unit for unit in search.prefixes if unit not in finished]
+    if plan.small or not units:
         return None
-    search, units = plan.search, plan.search.prefixes
-    expected = search.expected
+    expected = None if search.expected is None else search.expected * len(units) / len(search.prefixes)
     job = Job(search, stages_until(plan.until), plan.keep, rows=stored)
     job(units[-1])
     sample = units[:: -(-len(units) // _PROBE)]
@@ -53,7 +56,7 @@ def estimate(plan: Plan, *, stored: bool) -> Estimate | None:
     seconds = time.perf_counter() - begun
     listed = sum(output.results[0].passed for output in outputs)
     kept = sum(output.kept for output in outputs)
-    share = len(units) / len(sample) if expected is None else expected / max(listed, 1)
+    share = len(units) / len(sample) if expected is None or not listed else expected / listed
     designs = kept * share
     return Estimate(
         circuits=listed * share,
@@ -70,7 +73,7 @@ def check_room(found: Estimate, location: str) -> None:
     if room is not None and found.stored_bytes > room:
         raise SizeError(
             f"about {_number(found.designs)} designs need {_bytes(found.stored_bytes)} and {location} has room for "
-            f"{_bytes(room)}: keep fewer with --keep untwisted, name a database elsewhere with --db, or do without: "
+            f"{_bytes(room)}: name a database elsewhere with --db, keep fewer with --keep or --n, or do without one: "
             "--dry-run, `hcsearch count`"
         )
 

@@ -12,14 +12,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.enumeration import Search
+from hcsearch.errors import DatabaseError
 from hcsearch.kernels.words import insert_fingerprints
 from hcsearch.pipeline.designs import Job, Output
 from hcsearch.pipeline.stages import KEEP_NEEDS, check_keep, stages_until
 from hcsearch.pipeline.workers import Crew
 from hcsearch.records import DesignBatch, StageResult, Work
-from hcsearch.store import Database, count_arrays, finish_run, finished_batches, record_batches, start_run
+from hcsearch.store import (
+    Database,
+    count_arrays,
+    finish_run,
+    finished_batches,
+    open_readonly,
+    record_batches,
+    start_run,
+)
 
-_SMALL = 5_000_000  # circuits
+SMALL = 5_000_000  # circuits
 _GROUPS = 25
 _MAX_WAITING = 200_000  # designs, of about 500 bytes
 _UNIT_SIZE = 10_000  # circuits, where a search cannot say how many it has
@@ -46,7 +55,7 @@ class Plan:
     def small(self) -> bool:
         """Whether the run takes seconds: other processes would take longer to start, and a probe to answer."""
         expected = self.search.expected
-        return (len(self.search.prefixes) * _UNIT_SIZE if expected is None else expected) < _SMALL
+        return (len(self.search.prefixes) * _UNIT_SIZE if expected is None else expected) < SMALL
 
     @property
     def hands(self) -> Crew:
@@ -139,6 +148,15 @@ class _DistinctArrays:
             self._table = np.zeros((1 << (4 * (self.count + len(prints))).bit_length(), 2), np.uint64)
             insert_fingerprints(old, self._table)
         self.count += insert_fingerprints(prints, self._table)
+
+
+def finished_units(plan: Plan, location: str) -> set[str]:
+    """Units of a plan that are finished in a database; none where it cannot be read, which opening it will explain."""
+    try:
+        with open_readonly(location) as database:
+            return set(finished_batches(database, plan.work, stages_until(plan.until)))
+    except DatabaseError:
+        return set()
 
 
 def run_into(plan: Plan, database: Database, progress: Progress | None = None) -> Summary:

@@ -13,7 +13,7 @@ import signal
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor
+from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -27,6 +27,7 @@ from hcsearch.errors import ClusterError
 P = TypeVar("P")
 T = TypeVar("T")
 
+_ADDRESS = r"(tcp://)?([^\s/:\[\]]+|\[[0-9a-fA-F:]+\]):\d+"
 _PARCEL = 4  # units that travel together: fewer journeys
 _AHEAD = 4  # parcels in work or waiting for each worker: more even out their sizes, fewer take less memory
 _PATIENCE = 10.0  # seconds
@@ -41,7 +42,7 @@ class Crew:
     scheduler: str | None = None
 
     def __post_init__(self) -> None:
-        if self.scheduler is not None and not re.fullmatch(r"((tcp|tls|ws|wss)://)?[^\s/:]+:\d+", self.scheduler):
+        if self.scheduler is not None and not re.fullmatch(_ADDRESS, self.scheduler):
             raise ClusterError(f"{self.scheduler!r} is not the address of a scheduler: write it as tcp://HOST:8786")
 
     def check(self) -> None:
@@ -56,8 +57,13 @@ class Crew:
         Raises ClusterError when workers die or the scheduler cannot be reached; what was yielded before stays good.
         """
         if self.scheduler is None and (self.jobs == 1 or len(units) < 2):
-            for unit in units:
-                yield unit, task(unit)
+            # in a thread, so that Ctrl-C finds this one waiting and not within a kernel
+            pool = ThreadPoolExecutor(1)
+            try:
+                for unit in units:
+                    yield unit, pool.submit(task, unit).result()
+            finally:
+                pool.shutdown(wait=False, cancel_futures=True)
             return
         with self._executor() as (executor, workers):
             size = max(1, min(_PARCEL, len(units) // (2 * _AHEAD * workers)))
@@ -72,11 +78,14 @@ class Crew:
                 yield found
             return
         # spawned, not forked: this process has threads
-        pool = ProcessPoolExecutor(self.jobs, multiprocessing.get_context("spawn"), initializer=_begin_worker)
         try:
+            pool = ProcessPoolExecutor(self.jobs, multiprocessing.get_context("spawn"), initializer=_begin_worker)
             with _ctrl_c_held_back():
                 for _ in range(self.jobs):
                     pool.submit(int)
+        except OSError as error:
+            raise ClusterError(f"cannot start {self.jobs} processes ({error.strerror}): use fewer --jobs") from error
+        try:
             yield pool, self.jobs
         except BrokenProcessPool as error:
             raise ClusterError(
