@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.grid import Grid, Point
-
-FAR = np.iinfo(np.int16).max
+from hcsearch.kernels.chains import FAR
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import random
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from hcsearch.enumeration import FoldedSearch, Search
-from hcsearch.pipeline.designs import run_unit, warm
+from hcsearch.pipeline.designs import Travelling, run_unit, warm
 from hcsearch.pipeline.run import SMALL
 from hcsearch.pipeline.stages import KEEP_NEEDS, stages_until
 from hcsearch.pipeline.workers import Crew
@@ -27,8 +27,8 @@ class Counted:
 
 
 @dataclass(frozen=True)
-class _Task:
-    """Count the designs of one unit; travels to other processes."""
+class _Task(Travelling):
+    """Count the designs of one unit."""
 
     search: Search
     keep: str
@@ -39,10 +39,6 @@ class _Task:
             return search.count(unit)
         result = run_unit(search, unit, stages_until(KEEP_NEEDS[self.keep]), "all").results[-1]
         return result.passed, result.n_fixed
-
-    def __getstate__(self) -> dict[str, object]:
-        """Without what the search has worked out for itself."""
-        return self.__dict__ | {"search": replace(self.search)}
 
 
 def count_designs(

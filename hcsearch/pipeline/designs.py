@@ -16,9 +16,19 @@ from hcsearch.kernels.words import array_rows, fingerprint_rows, write_rows
 from hcsearch.records import CircuitBatch, DesignBatch, FoldingBatch, StageResult
 
 
+class Travelling:
+    """A task that goes to other processes."""
+
+    search: Search
+
+    def __getstate__(self) -> dict[str, object]:
+        """Without what the search has worked out for itself: it may be large, and the other side makes it anew."""
+        return self.__dict__ | {"search": replace(self.search)}
+
+
 @dataclass(frozen=True)
-class Job:
-    """What is done with every unit of a run; travels to other processes.
+class Job(Travelling):
+    """What is done with every unit of a run.
 
     stages : name and version of those to run; keep : which designs to keep.
     rows : whether the rows for the store are wanted, or only the fingerprints of the arrays.
@@ -36,10 +46,6 @@ class Job:
         rows = design_rows(search, unit) if self.rows else None
         arrays = None if self.rows else array_fingerprints(search, unit.circuits)
         return Output(unit.results, len(unit.circuits), rows, arrays)
-
-    def __getstate__(self) -> dict[str, object]:
-        """Without what the search has worked out for itself: it may be large, and the other side makes it anew."""
-        return self.__dict__ | {"search": replace(self.search)}
 
 
 @lru_cache(maxsize=2)
