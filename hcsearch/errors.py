@@ -13,6 +13,10 @@ class ArrayError(HcsearchError):
     """Cells that are no array: empty, repeated or not connected."""
 
 
+class PatternError(HcsearchError):
+    """A flat pattern that cannot be made: facets that overlap, creases without an edge, hinges within a panel."""
+
+
 class SizeError(HcsearchError):
     """A request beyond what the chosen representation holds."""
 

@@ -13,6 +13,7 @@ from hcsearch.drawing import draw_circuit
 from hcsearch.errors import NotationError
 from hcsearch.grid import grid_named
 from hcsearch.kernels.folds import fold_words
+from hcsearch.pattern import RIGID, Crease, Pair, Pattern
 from hcsearch.records import CircuitBatch, FoldingBatch
 
 STAGE, VERSION = "foldings", 1
@@ -103,6 +104,47 @@ class Folding:
             face: Face = "bottom" if t % 2 else "top"
             found[(self.crease + 1 + t) % n] = found[(self.crease - 1 - t) % n] = face
         return tuple(found)
+
+    @cached_property
+    def mirror_pairs(self) -> tuple[tuple[int, int], ...]:
+        """Pairs of panels that share an edge on a mirror axis of the circuit through both flat creases.
+
+        Empty where there is no such axis. The panels of the lowest layer come first; a pair lies in one layer, so it
+        can be made one panel (thesis 3.2.1 and 4.1.1).
+        """
+        word, n, m = self.circuit.word, self.circuit.n, self.circuit.grid.directions
+        pairs = list(zip(*self.stacks, strict=True))  # panels j + 1 + t and j - t
+        across = word[self.crease]
+        # the mirror takes direction d to 2 a + m/2 - d, where a faces across the axis, and turns the walk around
+        if any((word[a] + word[b - 1] - 2 * across) % m for a, b in pairs):
+            return ()
+        points, steps = self.circuit.points, self.circuit.grid.steps
+        step = steps[across]
+        found = []
+        for a, b in pairs:
+            apart = (points[a][0] - points[b][0], points[a][1] - points[b][1])
+            if apart in (step, (-step[0], -step[1])):
+                found.append((b, a))
+        return tuple(found)
+
+    def pattern(self, size: tuple[float, float, float], *, hinged: bool = False, merged: bool = False) -> Pattern:
+        """The flat pattern of thick panels that folds so; facets are the panels of the circuit, in its order.
+
+        size : length, width and thickness of a panel in metres; the side, twice, where cells are regular.
+        hinged : whether the two flat pairs have hinges, on the faces that continue the alternation, or are rigid.
+        merged : whether panels that meet on a mirror axis through the flat creases are made one.
+        """
+        circuit, n = self.circuit, self.circuit.n
+        length, width, thickness = size
+        facets = tuple(tuple((length * x, width * y) for x, y in circuit.grid.corners(cell)) for cell in circuit.cells)
+        creases: dict[Pair, Crease] = {}
+        for k, face in enumerate(self.hinge_faces):
+            flat = k % (n // 2) == self.crease
+            pair = (min(k, (k + 1) % n), max(k, (k + 1) % n))
+            creases[pair] = Crease(face, closes=not flat) if hinged or not flat else RIGID
+        if merged:
+            creases |= {(min(pair), max(pair)): RIGID for pair in self.mirror_pairs}
+        return Pattern(facets, creases, thickness)
 
 
 def foldings(circuit: Circuit) -> list[Folding]:

@@ -1,0 +1,1 @@
+"""Named assemblies of the thesis, and the general operations that make them."""

@@ -1,0 +1,168 @@
+"""Closure of loops of revolute hinges: where a walk around a loop ends, and how it moves with each fold angle.
+
+A hinge is a line of the flat state: a unit direction and a point. Folding hinges h_1, ..., h_k by angles turns what
+comes after them by the product of the rotations about those lines, taken in order (product of exponentials), so a loop
+is closed when the product is the identity. Loops are concatenated: loop l is `hinges[starts[k3]:starts[l + 1]]`, each
+with +1 or -1 as the walk crosses it from its first panel to its second or back.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiled import compiled
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+
+@compiled
+def _fold_on(pose: Reals, direction: Reals, point: Reals, angle: float) -> None:
+    """Multiply a pose (3 x 4, rotation and translation) by the rotation about a line, from the right."""
+    s = math.sin(angle)
+    c = 2.0 * math.sin(0.5 * angle) ** 2  # 1 - cos, exact for small angles
+    ux, uy, uz = direction[0], direction[1], direction[2]
+    turn = np.empty((3, 3))
+    turn[0, 0], turn[0, 1], turn[0, 2] = -c * (uy * uy + uz * uz), c * ux * uy - s * uz, c * ux * uz + s * uy
+    turn[1, 0], turn[1, 1], turn[1, 2] = c * ux * uy + s * uz, -c * (ux * ux + uz * uz), c * uy * uz - s * ux
+    turn[2, 0], turn[2, 1], turn[2, 2] = c * ux * uz - s * uy, c * uy * uz + s * ux, -c * (ux * ux + uy * uy)
+    # `turn` is the rotation less the identity, so that what does not move stays exact
+    for i in range(3):
+        a, b, d = pose[i, 0], pose[i, 1], pose[i, 2]
+        x = a * turn[0, 0] + b * turn[1, 0] + d * turn[2, 0]
+        y = a * turn[0, 1] + b * turn[1, 1] + d * turn[2, 1]
+        z = a * turn[0, 2] + b * turn[1, 2] + d * turn[2, 2]
+        pose[i, 0] = a + x
+        pose[i, 1] = b + y
+        pose[i, 2] = d + z
+        pose[i, 3] -= x * point[0] + y * point[1] + z * point[2]
+
+
+@compiled
+def _rotation_vector(pose: Reals, vector: Reals) -> None:
+    """Axis times angle of the rotation of a pose, for angles up to pi."""
+    x = pose[2, 1] - pose[1, 2]
+    y = pose[0, 2] - pose[2, 0]
+    z = pose[1, 0] - pose[0, 1]
+    sine = 0.5 * math.sqrt(x * x + y * y + z * z)
+    cosine = 0.5 * (pose[0, 0] + pose[1, 1] + pose[2, 2] - 1.0)
+    angle = math.atan2(sine, cosine)
+    if cosine > -0.9:
+        scale = 0.5 if sine < 1e-300 else 0.5 * angle / sine
+        vector[0], vector[1], vector[2] = scale * x, scale * y, scale * z
+        return
+    # near pi the skew part vanishes: the axis is the largest column of R + R^T - 2 cos I, the skew part says its sign
+    best = 0
+    for k in range(1, 3):
+        if pose[k, k] > pose[best, best]:
+            best = k
+    norm = 0.0
+    for i in range(3):
+        vector[i] = pose[i, best] + pose[best, i] - (2.0 * cosine if i == best else 0.0)
+        norm += vector[i] * vector[i]
+    scale = angle / math.sqrt(norm)
+    if x * vector[0] + y * vector[1] + z * vector[2] < 0.0:
+        scale = -scale
+    for i in range(3):
+        vector[i] *= scale
+
+
+@compiled
+def close_loops(
+    directions: Reals,
+    points: Reals,
+    starts: Whole,
+    hinges: Whole,
+    signs: Whole,
+    angles: Reals,
+    size: float,
+    residual: Reals,
+    jacobian: Reals,
+) -> None:
+    """Write the closure residual of every loop, and its derivative by the fold angles.
+
+    residual : shape (6 n_loops,), for each loop the rotation vector (rad) and the gap divided by `size`.
+    jacobian : shape (6 n_loops, n_hinges), columns the screws of the hinges where they lie now, seen from the first
+        panel of the loop; exact where the loop is closed, else up to terms of the size of the residual.
+    """
+    jacobian[:] = 0.0
+    pose = np.empty((3, 4))
+    for loop in range(len(starts) - 1):
+        pose[:] = 0.0
+        pose[0, 0] = pose[1, 1] = pose[2, 2] = 1.0
+        row = 6 * loop
+        for k in range(starts[loop], starts[loop + 1]):
+            h, sign = hinges[k], float(signs[k])
+            u, q = directions[h], points[h]
+            wx = sign * (pose[0, 0] * u[0] + pose[0, 1] * u[1] + pose[0, 2] * u[2])
+            wy = sign * (pose[1, 0] * u[0] + pose[1, 1] * u[1] + pose[1, 2] * u[2])
+            wz = sign * (pose[2, 0] * u[0] + pose[2, 1] * u[1] + pose[2, 2] * u[2])
+            px = pose[0, 0] * q[0] + pose[0, 1] * q[1] + pose[0, 2] * q[2] + pose[0, 3]
+            py = pose[1, 0] * q[0] + pose[1, 1] * q[1] + pose[1, 2] * q[2] + pose[1, 3]
+            pz = pose[2, 0] * q[0] + pose[2, 1] * q[1] + pose[2, 2] * q[2] + pose[2, 3]
+            jacobian[row, h] += wx
+            jacobian[row + 1, h] += wy
+            jacobian[row + 2, h] += wz
+            jacobian[row + 3, h] += (py * wz - pz * wy) / size
+            jacobian[row + 4, h] += (pz * wx - px * wz) / size
+            jacobian[row + 5, h] += (px * wy - py * wx) / size
+            _fold_on(pose, u, q, sign * angles[h])
+        _rotation_vector(pose, residual[row : row + 3])
+        for i in range(3):
+            residual[row + 3 + i] = pose[i, 3] / size
+
+
+@compiled
+def bend_loops(starts: Whole, hinges: Whole, jacobian: Reals, velocity: Reals, bend: Reals) -> None:
+    """Write the second-order closure error of moving with a velocity: the sum over i < j of v_i v_j [S_i, S_j].
+
+    S_i are the columns of the Jacobian in the order of the loop. With accelerations w of the fold angles, a loop
+    stays closed to second order when J w + bend = 0. No hinge comes twice in a loop. Linear time: the sum over i is
+    carried along.
+    """
+    before = np.empty(6)
+    for loop in range(len(starts) - 1):
+        row = 6 * loop
+        before[:] = 0.0
+        bend[row : row + 6] = 0.0
+        for k in range(starts[loop], starts[loop + 1]):
+            h = hinges[k]
+            s = jacobian[row : row + 6, h] * velocity[h]
+            for i in range(3):
+                j, k3 = (i + 1) % 3, (i + 2) % 3
+                bend[row + i] += before[j] * s[k3] - before[k3] * s[j]
+                bend[row + 3 + i] += before[j] * s[3 + k3] - before[k3] * s[3 + j]
+                bend[row + 3 + i] += before[3 + j] * s[k3] - before[3 + k3] * s[j]
+            before += s
+
+
+@compiled
+def place_panels(
+    directions: Reals,
+    points: Reals,
+    order: Whole,
+    parents: Whole,
+    hinges: Whole,
+    signs: Whole,
+    angles: Reals,
+    poses: Reals,
+) -> None:
+    """Write the pose of every panel of a tree of hinges.
+
+    order : the panels, parents before those that hang on them.
+    parents, hinges, signs : of each panel: the panel it hangs on (-1: held in its flat position), by which hinge,
+        crossed in which sense.
+    poses : shape (n_panels, 3, 4), rotation and translation from the flat position.
+    """
+    for panel in order:
+        pose = poses[panel]
+        if parents[panel] < 0:
+            pose[:] = 0.0
+            pose[0, 0] = pose[1, 1] = pose[2, 2] = 1.0
+        else:
+            pose[:] = poses[parents[panel]]
+            h = hinges[panel]
+            _fold_on(pose, directions[h], points[h], signs[panel] * angles[h])

@@ -1,0 +1,1 @@
+"""Mobility and motion of linkages: ranks, closed states, paths, branches and locks."""

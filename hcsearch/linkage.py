@@ -1,0 +1,203 @@
+"""Linkages: the panels and hinges of a flat pattern in space, their loops, closure and its derivative.
+
+The flat state is the reference: every fold angle is 0 there and pi where a hinge is closed, so the dihedral angle of
+the thesis is phi = pi - angle. Positive angles close the face that carries the hinge. Top faces of the flat state lie
+at z = thickness, bottom faces at z = 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.loops import bend_loops, close_loops, place_panels
+from hcsearch.pattern import Pattern
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+Walk = tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True)
+class Linkage:
+    """Panels and hinges of a pattern as a spatial linkage; fold angles in rad, lengths in metres.
+
+    base : the panel that stays where it is.
+    """
+
+    pattern: Pattern
+    base: int = 0
+
+    @property
+    def n_panels(self) -> int:
+        """Number of panels."""
+        return len(self.pattern.panels)
+
+    @property
+    def n_hinges(self) -> int:
+        """Number of hinges, which is the number of fold angles."""
+        return len(self.pattern.hinges)
+
+    @cached_property
+    def directions(self) -> Reals:
+        """Unit directions of the hinge lines in the flat state, shape (n_hinges, 3).
+
+        The second panel of a hinge turns about it by the fold angle, right-handed, as seen from the first.
+        """
+        found = np.zeros((self.n_hinges, 3))
+        for k, hinge in enumerate(self.pattern.hinges):
+            # the second panel lies on the right from start to end: it turns down, which closes the bottom face
+            sign = -1.0 if hinge.face == "top" else 1.0
+            dx, dy = hinge.end[0] - hinge.start[0], hinge.end[1] - hinge.start[1]
+            length = math.hypot(dx, dy)
+            found[k, :2] = sign * dx / length, sign * dy / length
+        return found
+
+    @cached_property
+    def points(self) -> Reals:
+        """A point of each hinge line in the flat state: the middle of the hinge, shape (n_hinges, 3)."""
+        height = {"top": self.pattern.thickness, "bottom": 0.0}
+        return np.array(
+            [
+                (0.5 * (h.start[0] + h.end[0]), 0.5 * (h.start[1] + h.end[1]), height[h.face])
+                for h in self.pattern.hinges
+            ]
+        ).reshape(-1, 3)
+
+    @cached_property
+    def flat(self) -> Reals:
+        """Fold angles of the flat state: all 0."""
+        return np.zeros(self.n_hinges)
+
+    @cached_property
+    def folded(self) -> Reals:
+        """Fold angles of the folded state: pi, but 0 where a hinge stays flat."""
+        return np.array([math.pi if hinge.closes else 0.0 for hinge in self.pattern.hinges])
+
+    @cached_property
+    def _tree(self) -> tuple[Whole, Whole, Whole, Whole]:
+        """A breadth-first tree from the base: order, and for each panel its parent, hinge and sign."""
+        n = self.n_panels
+        joined: list[list[tuple[int, int, int]]] = [[] for _ in range(n)]
+        for k, hinge in enumerate(self.pattern.hinges):
+            joined[hinge.first].append((hinge.second, k, 1))
+            joined[hinge.second].append((hinge.first, k, -1))
+        parents, hinges, signs = np.full(n, -2), np.full(n, -1), np.zeros(n, np.int64)
+        order: list[int] = []
+        for root in (self.base, *range(n)):  # a pattern in several parts has a tree for each
+            if parents[root] != -2:
+                continue
+            parents[root] = -1
+            waiting = deque([root])
+            while waiting:
+                panel = waiting.popleft()
+                order.append(panel)
+                for to, hinge_number, sign in joined[panel]:
+                    if parents[to] == -2:
+                        parents[to], hinges[to], signs[to] = panel, hinge_number, sign
+                        waiting.append(to)
+        return np.array(order), parents, hinges, signs
+
+    @cached_property
+    def loops(self) -> tuple[Walk, ...]:
+        """Independent loops: walks of (hinge, +1 from its first panel to its second or -1), back to where they began.
+
+        Those of the pattern where it names enough of them, else one for each hinge that the tree leaves out.
+        """
+        _, parents, hinges, signs = self._tree
+        in_tree = {int(h) for h in hinges if h >= 0}
+
+        def way(panel: int) -> list[tuple[int, int]]:
+            steps = []
+            while parents[panel] >= 0:
+                steps.append((int(hinges[panel]), int(signs[panel])))
+                panel = int(parents[panel])
+            return steps[::-1]
+
+        own = tuple(self.walk([self.pattern.hinge_of(pair) for pair in loop]) for loop in self.pattern.loops)
+        needed = self.n_hinges - len(in_tree)
+        if own and len(own) == needed:
+            return own
+        found = []
+        for k, hinge in enumerate(self.pattern.hinges):
+            if k in in_tree:
+                continue
+            out, back = way(hinge.first), way(hinge.second)
+            common = next((i for i, (a, b) in enumerate(zip(out, back, strict=False)) if a != b), None)
+            shared = min(len(out), len(back)) if common is None else common
+            found.append((*out[shared:], (k, 1), *((h, -s) for h, s in reversed(back[shared:]))))
+        return tuple(found)
+
+    def walk(self, hinges: Sequence[int]) -> Walk:
+        """A closed walk across hinges given in order, with the sense in which each is crossed.
+
+        It begins at the panel before the first hinge.
+        """
+        joints = [self.pattern.hinges[h] for h in hinges]
+        after = {joints[1].first, joints[1].second}
+        # of two panels joined twice, the walk goes from the first to the second and back
+        panel = joints[0].first if joints[0].second in after else joints[0].second
+        steps = []
+        for h, joint in zip(hinges, joints, strict=True):
+            sign = 1 if joint.first == panel else -1
+            panel = joint.second if sign == 1 else joint.first
+            steps.append((h, sign))
+        return tuple(steps)
+
+    @cached_property
+    def _loop_arrays(self) -> tuple[Whole, Whole, Whole]:
+        starts = np.cumsum([0, *map(len, self.loops)])
+        steps = np.array([step for loop in self.loops for step in loop], np.int64).reshape(-1, 2)
+        return starts, steps[:, 0].copy(), steps[:, 1].copy()
+
+    @property
+    def n_rows(self) -> int:
+        """Number of closure equations: six a loop."""
+        return 6 * len(self.loops)
+
+    def closure(self, angles: Reals) -> tuple[Reals, Reals]:
+        """Closure residual (n_rows,) and its Jacobian (n_rows, n_hinges) in the screw form.
+
+        For each loop the rotation (rad) and the gap, divided by the pattern's size, that going around it leaves; the
+        Jacobian's columns are the screws of the hinges, as seen from the first panel of the loop.
+        """
+        residual, jacobian = np.empty(self.n_rows), np.empty((self.n_rows, self.n_hinges))
+        self.closure_into(angles, residual, jacobian)
+        return residual, jacobian
+
+    def closure_into(self, angles: Reals, residual: Reals, jacobian: Reals) -> None:
+        """Write what `closure` returns into arrays of the caller."""
+        lines = (self.directions, self.points)
+        close_loops(*lines, *self._loop_arrays, angles, self.pattern.size, residual, jacobian)
+
+    def bend(self, jacobian: Reals, velocity: Reals) -> Reals:
+        """Second-order closure error of a velocity of the fold angles, shape (n_rows,).
+
+        Moving by t v + t^2 w / 2 keeps the loops closed to second order when J v = 0 and J w + bend = 0.
+        """
+        found = np.empty(self.n_rows)
+        starts, hinges, _ = self._loop_arrays
+        bend_loops(starts, hinges, jacobian, velocity, found)
+        return found
+
+    def poses(self, angles: Reals) -> Reals:
+        """Rotation and translation of each panel from the flat state, along a tree of hinges, shape (n_panels, 3, 4)."""
+        found = np.empty((self.n_panels, 3, 4))
+        place_panels(self.directions, self.points, *self._tree, np.asarray(angles, float), found)
+        return found
+
+    def solids(self, angles: Reals) -> list[Reals]:
+        """Corners of each facet's prism, shape (2, n_corners, 3): bottom face, top face."""
+        poses = self.poses(angles)
+        found = []
+        for facet, panel in zip(self.pattern.facets, self.pattern.panel_of, strict=True):
+            flat = np.array([[(x, y, z) for x, y in facet] for z in (0.0, self.pattern.thickness)])
+            pose = poses[panel]
+            found.append(flat @ pose[:, :3].T + pose[:, 3])
+        return found

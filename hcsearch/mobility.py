@@ -1,0 +1,1 @@
+"""Stage `mobility`: degrees of freedom and locks of whole batches of foldings."""
