@@ -109,22 +109,23 @@ class Folding:
     def mirror_pairs(self) -> tuple[tuple[int, int], ...]:
         """Pairs of panels that share an edge on a mirror axis of the circuit through both flat creases.
 
-        Empty where there is no such axis. The panels of the lowest layer come first; a pair lies in one layer, so it
-        can be made one panel (thesis 3.2.1 and 4.1.1).
+        They share it flat and folded, so that a pair can be made one panel (thesis 3.2.1 and 4.1.1). Empty where
+        there is no such axis. The panels of the lowest layer come first.
         """
         word, n, m = self.circuit.word, self.circuit.n, self.circuit.grid.directions
-        pairs = list(zip(*self.stacks, strict=True))  # panels j + 1 + t and j - t
         across = word[self.crease]
-        # the mirror takes direction d to 2 a + m/2 - d, where a faces across the axis, and turns the walk around
-        if any((word[a] + word[b - 1] - 2 * across) % m for a, b in pairs):
+        inwards = (across + m // 2) % m  # from the first stack to the second
+        # the mirror takes direction d to 2 across + m/2 - d, and turns the walk around
+        if any((word[a] + word[b - 1] - 2 * across) % m for a, b in zip(*self.stacks, strict=True)):
             return ()
         points, steps = self.circuit.points, self.circuit.grid.steps
-        step = steps[across]
         found = []
-        for a, b in pairs:
-            apart = (points[a][0] - points[b][0], points[a][1] - points[b][1])
-            if apart in (step, (-step[0], -step[1])):
+        turn, offset = 1, 0  # folded, a panel's own direction i has come to face turn * i + offset
+        for a, b in zip(*self.stacks, strict=True):
+            to = (points[b][0] - points[a][0], points[b][1] - points[a][1])
+            if any(to == steps[d] and (turn * d + offset - inwards) % m == 0 for d in (across, inwards)):
                 found.append((b, a))
+            turn, offset = -turn, turn * (2 * word[a % n] + m // 2) + offset
         return tuple(found)
 
     def pattern(self, size: tuple[float, float, float], *, hinged: bool = False, merged: bool = False) -> Pattern:

@@ -121,8 +121,7 @@ class Linkage:
             return steps[::-1]
 
         own = tuple(self.walk([self.pattern.hinge_of(pair) for pair in loop]) for loop in self.pattern.loops)
-        needed = self.n_hinges - len(in_tree)
-        if own and len(own) == needed:
+        if len(own) == self.n_hinges - len(in_tree) and self._independent(own):
             return own
         found = []
         for k, hinge in enumerate(self.pattern.hinges):
@@ -133,6 +132,14 @@ class Linkage:
             shared = min(len(out), len(back)) if common is None else common
             found.append((*out[shared:], (k, 1), *((h, -s) for h, s in reversed(back[shared:]))))
         return tuple(found)
+
+    def _independent(self, walks: Sequence[Walk]) -> bool:
+        """Whether none of some closed walks is made of the others: else closing them would not close all loops."""
+        crossed = np.zeros((len(walks), self.n_hinges))
+        for row, walk in enumerate(walks):
+            for hinge, sign in walk:
+                crossed[row, hinge] += sign
+        return int(np.linalg.matrix_rank(crossed)) == len(walks) if walks else True
 
     def walk(self, hinges: Sequence[int]) -> Walk:
         """A closed walk across hinges given in order, with the sense in which each is crossed.
@@ -187,7 +194,7 @@ class Linkage:
         return found
 
     def poses(self, angles: Reals) -> Reals:
-        """Rotation and translation of each panel from the flat state, along a tree of hinges, shape (n_panels, 3, 4)."""
+        """Rotation and translation of each panel from the flat state, shape (n_panels, 3, 4), by a tree of hinges."""
         found = np.empty((self.n_panels, 3, 4))
         place_panels(self.directions, self.points, *self._tree, np.asarray(angles, float), found)
         return found

@@ -1,1 +1,166 @@
-"""Stage `mobility`: degrees of freedom and locks of whole batches of foldings."""
+"""Stage `mobility`: degrees of freedom and locks of whole batches of foldings, in the scene `default`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.circuit import Circuit
+from hcsearch.folding import Folding
+from hcsearch.grid import Grid, grid_named
+from hcsearch.kernels.cones import LOCKED, OPEN, settle
+from hcsearch.kernels.lines import survey
+from hcsearch.kernels.loops import generic_states
+from hcsearch.kinematics.closing import CLOSED
+from hcsearch.kinematics.generic import TRIES, generic_rank, heading
+from hcsearch.kinematics.locks import lock_at
+from hcsearch.kinematics.rank import decide_rank
+from hcsearch.linkage import Linkage
+from hcsearch.records import NONE, CircuitBatch, FoldingBatch, MobilityBatch
+from hcsearch.scenes import default_panel
+
+STAGE, VERSION = "mobility", 1
+
+_TOGETHER = 4000  # foldings: their hinge lines and Jacobians take some 3 kB each
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class _Lattice:
+    """A grid as `survey` takes it: steps, edges (start and end, counterclockwise), whole units to a step, metres."""
+
+    steps: NDArray[np.int64]
+    edges: NDArray[np.int64]
+    scale: int
+    basis: Reals
+    thickness: float
+    size: float
+
+
+@lru_cache(maxsize=8)
+def _lattice(grid: Grid) -> _Lattice:
+    length, width, thickness = default_panel(grid.name)
+    steps = np.array(grid.steps)
+    before, after = np.roll(steps, 1, axis=0), np.roll(steps, -1, axis=0)
+    if grid.is_triangle:  # a corner of a triangle lies opposite a face, and its point counts in thirds
+        scale, edges = 1, np.hstack([before, after])
+    else:
+        scale, edges = (2 if grid.directions == 4 else 3), np.hstack([before + steps, steps + after])
+    unit = np.array([grid.position((1, 0)), grid.position((0, 1))]).T
+    basis = np.diag([length, width]) @ unit / scale
+    corners = np.array(grid.corners((0, 0, 0) if grid.is_triangle else (0, 0)))
+    x, y = corners.T
+    area = 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+    return _Lattice(steps, edges, scale, basis, thickness, math.sqrt(area * length * width))
+
+
+def mobility(circuits: CircuitBatch, foldings: FoldingBatch, twists: NDArray[np.int16]) -> MobilityBatch:
+    """Degrees of freedom, and proofs of locks, of a batch of foldings.
+
+    Flat pairs are hinged for the freedoms and rigid for the locks, as the scene `default` has them; `dof` is the least
+    found at generic closed states near the folded one. The ranks at the two ends and first-order locks are exact: they
+    do not depend on the size of panels (docs/theory.md). Source: thesis 2.3.3, 3.2.2.
+    """
+    parts = []
+    for at in range(0, max(len(foldings), 1), _TOGETHER):
+        some = slice(at, at + _TOGETHER)
+        parts.append(_part(circuits, FoldingBatch(foldings.row[some], foldings.crease[some]), twists[some] == 0))
+    columns: dict[str, Any] = {
+        field.name: np.concatenate([getattr(part, field.name) for part in parts])
+        for field in fields(MobilityBatch)
+        if field.name != "kutzbach"
+    }
+    return replace(parts[0], **columns)
+
+
+def best_foldings(n_circuits: int, foldings: FoldingBatch, twists: NDArray[np.int16], found: MobilityBatch) -> Whole:
+    """Index of the untwisted folding with the lowest dof, then the lowest crease, of each circuit; -1 without one."""
+    chosen = np.flatnonzero(twists == 0)
+    order = chosen[np.lexsort((foldings.crease[chosen], found.dof[chosen], foldings.row[chosen]))]
+    best = np.full(n_circuits, -1)
+    best[foldings.row[order[::-1]]] = order[::-1]
+    return best
+
+
+def _part(circuits: CircuitBatch, foldings: FoldingBatch, untwisted: NDArray[np.bool_]) -> MobilityBatch:
+    grid, words = grid_named(circuits.grid), circuits.words
+    lattice = _lattice(grid)
+    count, n = len(foldings), words.shape[1]
+    rows, creases = foldings.row.astype(np.int32), foldings.crease.astype(np.int16)
+    steps, edges, scale = lattice.steps, lattice.edges, lattice.scale
+    basis, thickness, size = lattice.basis, lattice.thickness, lattice.size
+    ranks, mirrors = np.empty((count, 2), np.int64), np.empty((count, 2), np.int64)
+    lines, screws = np.empty((count, 2, n, 5), np.int64), np.empty((count, 2, n, 6))
+    survey(words, rows, creases, steps, edges, scale, basis, thickness, size, ranks, mirrors, lines, screws)
+    pairs, joints = mirrors.T
+    dof, dof_merged, locked = np.full(count, NONE), np.full(count, NONE), np.zeros(count, bool)
+    dof[untwisted] = _generic(screws[untwisted, 1])
+    for i in np.flatnonzero(untwisted & (pairs > 0)).tolist():
+        nullity = generic_rank(_linkage(grid, words[rows[i]], creases[i], merged=True)).nullity
+        dof_merged[i] = NONE if nullity is None else nullity
+    ends = _settled(lines[untwisted], screws[untwisted])
+    for i, found in zip(np.flatnonzero(untwisted).tolist(), ends.tolist(), strict=True):
+        locked[i] = LOCKED in found
+        if not locked[i] and OPEN in found:
+            linkage = _linkage(grid, words[rows[i]], creases[i], merged=False)
+            ways = zip(found, (linkage.folded, linkage.flat), strict=True)
+            locked[i] = any(state == OPEN and lock_at(linkage, angles).locked for state, angles in ways)
+    return MobilityBatch(
+        kutzbach=6 * (n - 1) - 5 * n,
+        dof=dof,
+        dof_folded=n - ranks[:, 0],
+        dof_flat=n - ranks[:, 1],
+        merged_panels=pairs,
+        kutzbach_merged=np.where(pairs > 0, 6 * (n - pairs - 1) - 5 * (n - 2 - joints), NONE),
+        dof_merged=dof_merged,
+        locked=locked,
+    )
+
+
+def _settled(lines: Whole, screws: Reals) -> NDArray[np.int8]:
+    """What is known of the two ends of foldings with rigid flat pairs, shape (n_foldings, 2)."""
+    count, _, n, _ = lines.shape
+    folding = [i for i in range(n) if i not in (n // 2 - 1, n - 1)]
+    found = np.empty(2 * count, np.int8)
+    some_lines = np.ascontiguousarray(lines[:, :, folding]).reshape(-1, n - 2, 5)
+    some_screws = np.ascontiguousarray(screws[:, :, folding]).reshape(-1, n - 2, 6)
+    settle(some_lines, some_screws, found)
+    return found.reshape(count, 2)
+
+
+def _linkage(grid: Grid, word: NDArray[np.int8], crease: int, *, merged: bool) -> Linkage:
+    folding = Folding(Circuit(grid, tuple(word.tolist())), int(crease))
+    return Linkage(folding.pattern(default_panel(grid.name), merged=merged))
+
+
+def _generic(screws: Reals) -> Whole:
+    """Least nullity at closed states reached from the folded one; NONE where no rank is decided.
+
+    screws : shape (n_loops, n, 6), of the flat state, moments divided by the panel's size.
+    """
+    count, n, _ = screws.shape
+    directions = np.ascontiguousarray(screws[:, :, :3])
+    points = np.cross(directions, screws[:, :, 3:])
+    folded = np.full(n, math.pi)
+    folded[[n // 2 - 1, n - 1]] = 0.0
+    found = np.full(count, NONE)
+    todo = np.arange(count)
+    for attempt in range(TRIES):
+        jacobians, residuals = np.empty((len(todo), 6, n)), np.empty(len(todo))
+        generic_states(directions[todo], points[todo], folded, heading(folded, attempt), 1.0, jacobians, residuals)
+        values = np.linalg.svd(jacobians, compute_uv=False)
+        for i, singular, residual in zip(todo, values, residuals, strict=True):
+            nullity = decide_rank(singular, n, float(residual)).nullity if residual <= CLOSED else None
+            if nullity is not None and (found[i] == NONE or nullity < found[i]):
+                found[i] = nullity
+        todo = todo[(found[todo] == NONE) | (found[todo] > max(n - 6, 0))]  # no rank is greater than 6
+        if not len(todo):
+            break
+    return found

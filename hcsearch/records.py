@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 Words = NDArray[np.int8]
 Integers = NDArray[np.integer[Any]]
+
+NONE = np.iinfo(np.int32).min
+"""In a batch of integers: there is no such number."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,9 @@ class DesignBatch:
     n_foldings : None where the stage `foldings` has not run.
     folding_row, folding_crease : as in `FoldingBatch`.
     folding_twist, n_untwisted, min_twist : None where the stage `twist` has not run; min_twist is -1 without a folding.
+    mobility, best_crease, locked : None where the stage `mobility` has not run. `mobility` has a row a folding;
+        best_crease is that of the untwisted folding with the lowest dof, then crease, or -1; locked tells whether all
+        untwisted foldings are.
     """
 
     grid: str
@@ -71,9 +77,35 @@ class DesignBatch:
     folding_twist: Integers | None = None
     n_untwisted: Integers | None = None
     min_twist: Integers | None = None
+    mobility: MobilityBatch | None = None
+    best_crease: Integers | None = None
+    locked: NDArray[np.bool_] | None = None
 
     def __len__(self) -> int:
         return len(self.circuit)
+
+
+@dataclass(frozen=True)
+class MobilityBatch:
+    """Degrees of freedom and locks of a batch of foldings, one entry each; NONE where there is no such number.
+
+    kutzbach : of all of them. dof, locked : of untwisted ones. kutzbach_merged, dof_merged : of those that have panels
+    to merge. locked : whether rigid flat pairs and one-sided hinges lock an end of the motion, which is proved.
+    """
+
+    kutzbach: int
+    dof: Integers
+    dof_folded: Integers
+    dof_flat: Integers
+    merged_panels: Integers
+    kutzbach_merged: Integers
+    dof_merged: Integers
+    locked: NDArray[np.bool_]
+
+    def take(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> MobilityBatch:
+        """Return some of the foldings."""
+        columns = {f.name: getattr(self, f.name)[chosen] for f in fields(self) if f.name != "kutzbach"}
+        return replace(self, **columns)
 
 
 @dataclass(frozen=True)

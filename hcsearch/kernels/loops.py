@@ -2,7 +2,7 @@
 
 A hinge is a line of the flat state: a unit direction and a point. Folding hinges h_1, ..., h_k by angles turns what
 comes after them by the product of the rotations about those lines, taken in order (product of exponentials), so a loop
-is closed when the product is the identity. Loops are concatenated: loop l is `hinges[starts[k3]:starts[l + 1]]`, each
+is closed when the product is the identity. Loops are concatenated: loop l is `hinges[starts[l]:starts[l + 1]]`, each
 with +1 or -1 as the walk crosses it from its first panel to its second or back.
 """
 
@@ -166,3 +166,84 @@ def place_panels(
             pose[:] = poses[parents[panel]]
             h = hinges[panel]
             _fold_on(pose, directions[h], points[h], signs[panel] * angles[h])
+
+
+@compiled
+def _solve_six(matrix: Reals, right: Reals) -> None:
+    """Solve a symmetric positive definite system of six equations in place (Cholesky)."""
+    for j in range(6):
+        for i in range(j, 6):
+            value = matrix[i, j]
+            for k in range(j):
+                value -= matrix[i, k] * matrix[j, k]
+            matrix[i, j] = math.sqrt(max(value, 1e-300)) if i == j else value / matrix[j, j]
+    for i in range(6):
+        for k in range(i):
+            right[i] -= matrix[i, k] * right[k]
+        right[i] /= matrix[i, i]
+    for i in range(5, -1, -1):
+        for k in range(i + 1, 6):
+            right[i] -= matrix[k, i] * right[k]
+        right[i] /= matrix[i, i]
+
+
+@compiled
+def _close_one(
+    directions: Reals,
+    points: Reals,
+    walk: tuple[Whole, Whole, Whole],
+    angles: Reals,
+    size: float,
+    residual: Reals,
+    jacobian: Reals,
+    steps: int,
+) -> float:
+    """Close one loop by damped Newton steps of least length; return the greatest residual that is left."""
+    n = len(angles)
+    product = np.empty((6, 6))
+    right = np.empty(6)
+    worst = 0.0
+    for step in range(steps + 1):
+        close_loops(directions, points, walk[0], walk[1], walk[2], angles, size, residual, jacobian)
+        worst = 0.0
+        damping = 1e-14  # keeps the equations of redundant loops solvable
+        for i in range(6):
+            worst = max(worst, abs(residual[i]))
+            damping += residual[i] * residual[i]
+        if worst < 1e-13 or step == steps:
+            break
+        for i in range(6):
+            right[i] = -residual[i]
+            for j in range(6):
+                product[i, j] = np.dot(jacobian[i], jacobian[j]) + (damping if i == j else 0.0)
+        _solve_six(product, right)
+        for k in range(n):
+            for i in range(6):
+                angles[k] += jacobian[i, k] * right[i]
+    return worst
+
+
+@compiled
+def generic_states(
+    directions: Reals, points: Reals, folded: Reals, heading: Reals, size: float, jacobians: Reals, residuals: Reals
+) -> None:
+    """Move each of many single loops away from its folded state, and write the Jacobian where it has come to.
+
+    directions, points : shape (n_loops, n, 3), hinges in the order of the loop. folded : shape (n,), angles that close
+    every loop. heading : shape (n,), what each of six steps adds to the angles before the loop is closed again.
+    jacobians : shape (n_loops, 6, n). residuals : shape (n_loops,), the greatest residual that is left; infinite
+    where the loop has come back to its folded state.
+    """
+    n = len(folded)
+    walk = (np.array([0, n]), np.arange(n), np.ones(n, np.int64))
+    residual = np.empty(6)
+    for loop in range(len(directions)):
+        angles = folded.copy()
+        for _ in range(6):
+            angles += heading
+            _close_one(directions[loop], points[loop], walk, angles, size, residual, jacobians[loop], 3)
+        worst = _close_one(directions[loop], points[loop], walk, angles, size, residual, jacobians[loop], 40)
+        away = 0.0
+        for k in range(n):
+            away = max(away, abs(angles[k] - folded[k]))
+        residuals[loop] = worst if away > 1e-3 else np.inf

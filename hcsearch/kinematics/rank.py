@@ -55,5 +55,5 @@ def rank_at(linkage: Linkage, angles: Reals) -> Rank:
     residual, jacobian = linkage.closure(angles)
     if not len(residual):
         return decide_rank(np.zeros(0), linkage.n_hinges)
-    values: Reals = np.linalg.svd(jacobian, compute_uv=False)
+    values = np.asarray(np.linalg.svd(jacobian, compute_uv=False), float)
     return decide_rank(values, linkage.n_hinges, float(np.abs(residual).max()))

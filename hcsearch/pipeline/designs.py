@@ -9,11 +9,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch import folding, twisting
+from hcsearch import folding, mobility, twisting
 from hcsearch.enumeration import STAGE, Search
 from hcsearch.grid import Grid
 from hcsearch.kernels.words import array_rows, fingerprint_rows, write_rows
-from hcsearch.records import CircuitBatch, DesignBatch, FoldingBatch, StageResult
+from hcsearch.records import CircuitBatch, DesignBatch, FoldingBatch, MobilityBatch, StageResult
 
 
 class Travelling:
@@ -68,12 +68,13 @@ class Output:
 class UnitResult:
     """What one search unit gave, stage by stage, after the rows not to be kept are dropped.
 
-    twists : None where that stage has not run; foldings likewise.
+    twists : None where that stage has not run; foldings and mobility likewise.
     """
 
     circuits: CircuitBatch
     foldings: FoldingBatch | None
     twists: NDArray[np.int16] | None
+    mobility: MobilityBatch | None
     results: tuple[StageResult, ...]
 
 
@@ -105,13 +106,19 @@ def run_unit(search: Search, prefix: str, stages: dict[str, int], keep: str) -> 
         passed[foldings.row[twists == 0]] = True
         finish(twisting.STAGE, passed)
         kept = passed if keep == "untwisted" else kept
-    if kept.all():
-        return UnitResult(circuits, foldings, twists, tuple(results))
-    stay = kept[foldings.row] if foldings is not None else slice(0)
-    if foldings is not None:
-        number = np.cumsum(kept, dtype=np.int32) - 1
-        foldings = FoldingBatch(number[foldings.row[stay]], foldings.crease[stay])
-    return UnitResult(circuits.take(kept), foldings, None if twists is None else twists[stay], tuple(results))
+    if not kept.all():
+        stay = kept[foldings.row] if foldings is not None else slice(0)
+        if foldings is not None:
+            number = np.cumsum(kept, dtype=np.int32) - 1
+            foldings = FoldingBatch(number[foldings.row[stay]], foldings.crease[stay])
+        circuits, fixed, twists = circuits.take(kept), fixed[kept], None if twists is None else twists[stay]
+    found = None
+    if mobility.STAGE in stages and foldings is not None and twists is not None:
+        found = mobility.mobility(circuits, foldings, twists)
+        passed = np.zeros(len(circuits), bool)
+        passed[foldings.row[(twists == 0) & ~found.locked]] = True
+        finish(mobility.STAGE, passed)
+    return UnitResult(circuits, foldings, twists, found, tuple(results))
 
 
 def _joined(search: Search, prefix: str) -> CircuitBatch:
@@ -126,6 +133,9 @@ def design_rows(search: Search, unit: UnitResult) -> DesignBatch:
     """The rows of a unit: notations of circuits and arrays, orders of groups, foldings and twists."""
     circuits, foldings, twists = unit.circuits, unit.foldings, unit.twists
     array, array_symmetry = _array_texts(search, circuits)
+    best_crease = locked = None
+    if foldings is not None and twists is not None and unit.mobility is not None:
+        best_crease, locked = _best(circuits, foldings, twists, unit.mobility)
     n_foldings = n_untwisted = min_twist = None
     if foldings is not None:
         n_foldings = np.bincount(foldings.row, minlength=len(circuits))
@@ -148,7 +158,21 @@ def design_rows(search: Search, unit: UnitResult) -> DesignBatch:
         folding_twist=twists,
         n_untwisted=n_untwisted,
         min_twist=min_twist,
+        mobility=unit.mobility,
+        best_crease=best_crease,
+        locked=locked,
     )
+
+
+def _best(
+    circuits: CircuitBatch, foldings: FoldingBatch, twists: NDArray[np.int16], found: MobilityBatch
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Crease of the best untwisted folding of each circuit, or -1, and whether all its untwisted ones are locked."""
+    best = mobility.best_foldings(len(circuits), foldings, twists, found)
+    crease = np.where(best < 0, -1, foldings.crease[best] if len(foldings) else -1)
+    free = np.zeros(len(circuits), bool)
+    free[foldings.row[(twists == 0) & ~found.locked]] = True
+    return crease, (best >= 0) & ~free
 
 
 def array_fingerprints(search: Search, circuits: CircuitBatch) -> NDArray[np.uint64]:

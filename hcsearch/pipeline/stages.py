@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from hcsearch import enumeration, folding, twisting
+from hcsearch import enumeration, folding, mobility, twisting
 from hcsearch.errors import StageError
 
-BUILT: dict[str, int] = {module.STAGE: module.VERSION for module in (enumeration, folding, twisting)}
-PLANNED = ("mobility", "deployment")
+BUILT: dict[str, int] = {module.STAGE: module.VERSION for module in (enumeration, folding, twisting, mobility)}
+PLANNED = ("deployment",)
 
 KEEP_NEEDS = {"all": enumeration.STAGE, "two-stack": folding.STAGE, "untwisted": twisting.STAGE}
 

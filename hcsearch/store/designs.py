@@ -7,7 +7,7 @@ from typing import Any
 
 from sqlalchemy import Connection, Row, Select, bindparam, delete, func, select, update
 
-from hcsearch.records import DesignBatch
+from hcsearch.records import NONE, DesignBatch, MobilityBatch
 from hcsearch.store.schema import design, folding
 from hcsearch.store.upsert import insert_rows
 
@@ -48,6 +48,13 @@ def _design_columns(designs: DesignBatch) -> Columns:
             columns[name] = values.tolist()
     if designs.min_twist is not None:
         columns["min_twist"] = [None if twist < 0 else twist for twist in designs.min_twist.tolist()]
+    if designs.best_crease is not None and designs.locked is not None:
+        creases = [None if crease < 0 else crease for crease in designs.best_crease.tolist()]
+        columns["best_crease"] = creases
+        columns["status"] = [
+            None if crease is None else _status(locked)
+            for crease, locked in zip(creases, designs.locked.tolist(), strict=True)
+        ]
     return columns
 
 
@@ -62,7 +69,24 @@ def _folding_columns(designs: DesignBatch, ids: Sequence[int]) -> Columns:
     }
     if designs.folding_twist is not None:
         columns["twist"] = designs.folding_twist.tolist()
+        if designs.mobility is not None:
+            columns |= _mobility_columns(designs.mobility, columns["twist"])
     return columns
+
+
+def _mobility_columns(found: MobilityBatch, twists: list[int]) -> Columns:
+    columns: Columns = {"kutzbach": [found.kutzbach] * len(twists)}
+    for name in ("dof", "dof_folded", "dof_flat", "merged_panels", "kutzbach_merged", "dof_merged"):
+        columns[name] = [None if value == NONE else value for value in getattr(found, name).tolist()]
+    # of a twisted folding the views know the status
+    locked = zip(found.locked.tolist(), twists, strict=True)
+    columns["status"] = [None if twist else _status(shut) for shut, twist in locked]
+    return columns
+
+
+def _status(locked: bool) -> str:
+    """What is known before a deployment is tried."""
+    return "locked" if locked else "undecided"
 
 
 def _found(columns: Columns) -> list[str]:

@@ -1,0 +1,46 @@
+"""The rank of a linkage at a generic closed state of its motion."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kinematics.closing import CLOSED, close
+from hcsearch.kinematics.rank import Rank, rank_at
+from hcsearch.linkage import Linkage
+
+Reals = NDArray[np.float64]
+
+STEPS = 6
+TRIES = 3
+
+
+def heading(folded: Reals, attempt: int) -> Reals:
+    """What each of `STEPS` steps away from the folded state adds to the fold angles, all of them into their stops.
+
+    No two hinges of a linkage open equally, and no two attempts are alike: 0.075 to 0.225 rad, equally spread.
+    """
+    share = (0.5 + np.arange(len(folded)) * 0.6180339887498949 + attempt * 0.7548776662466927) % 1.0
+    steps: Reals = np.where(folded > 0.0, -0.15, 0.15) * (0.5 + share)
+    return steps
+
+
+def generic_rank(linkage: Linkage) -> Rank:
+    """The greatest rank found at closed states on the way from the folded state, with hinges two-sided.
+
+    A linkage may leave its folded state in several ways, with more freedom in some (all of its parallel hinges first,
+    say) than in others; the rank is that of the way with the least. Where no attempt gets away, it is the folded one.
+    """
+    best = rank_at(linkage, linkage.folded)
+    moved = False
+    for attempt in range(TRIES):
+        angles = linkage.folded
+        for _ in range(STEPS):
+            state = close(linkage, angles + heading(linkage.folded, attempt))
+            angles = state.angles
+        if state.residual > CLOSED or np.abs(angles - linkage.folded).max(initial=0.0) < 1e-3:
+            continue
+        found = rank_at(linkage, angles)
+        if found.rank is not None and (not moved or best.rank is None or found.rank > best.rank):
+            best, moved = found, True
+    return best
