@@ -209,7 +209,7 @@ def cone_rays(columns: Reals, rays: Reals) -> int:
                 supports[kept] = supports[k]
                 kept += 1
         count = kept
-    return count
+    return int(count)
 
 
 @compiled

@@ -142,12 +142,12 @@ def true_screws(lines: Whole, basis: Reals, thickness: float, size: float, screw
 def _mirror(word: Words, crease: int, steps: Whole) -> tuple[int, int]:
     """How many pairs of panels meet on a mirror axis, flat and folded, and how often two pairs follow each other."""
     n, m = len(word), len(steps)
-    across = int(word[crease])
+    across = np.int64(word[crease])
     for t in range(n // 2):
         if (word[(crease + 1 + t) % n] + word[(crease - t - 1) % n] - 2 * across) % m != 0:
             return 0, 0
     x, y = steps[across, 0], steps[across, 1]  # from the second stack's panel to the first's, in the flat state
-    turn, offset = 1, 0  # folded, the first's own direction i has come to face turn * i + offset
+    turn, offset = 1, np.int64(0)  # folded, the first's own direction i has come to face turn * i + offset
     pairs = joints = 0
     met_before = False
     for t in range(n // 2):
@@ -158,7 +158,7 @@ def _mirror(word: Words, crease: int, steps: Whole) -> tuple[int, int]:
         pairs += meets
         joints += meets and met_before
         met_before = meets
-        ahead, back = int(word[(crease + 1 + t) % n]), word[(crease - t - 1) % n]
+        ahead, back = np.int64(word[(crease + 1 + t) % n]), word[(crease - t - 1) % n]
         x += steps[ahead, 0] + steps[back, 0]
         y += steps[ahead, 1] + steps[back, 1]
         offset = (turn * (2 * ahead + m // 2) + offset) % m
