@@ -10,7 +10,7 @@ import numpy as np
 
 from hcsearch.circuit import Circuit
 from hcsearch.drawing import draw_circuit
-from hcsearch.errors import NotationError
+from hcsearch.errors import NotationError, PatternError
 from hcsearch.grid import grid_named
 from hcsearch.kernels.folds import fold_words
 from hcsearch.pattern import RIGID, Crease, Pair, Pattern
@@ -137,6 +137,8 @@ class Folding:
         """
         circuit, n = self.circuit, self.circuit.n
         length, width, thickness = size
+        if length != width and circuit.grid.directions != 4:
+            raise PatternError(f"panels of the {circuit.grid.name} grid are regular: give the same length and width")
         facets = tuple(tuple((length * x, width * y) for x, y in circuit.grid.corners(cell)) for cell in circuit.cells)
         creases: dict[Pair, Crease] = {}
         for k, face in enumerate(self.hinge_faces):

@@ -1,8 +1,11 @@
 """Obvious twins of the kernels: slow, plain, and written without looking at them."""
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
 
 from hcsearch.circuit import Circuit
 from hcsearch.grid import Array, Grid, Point
@@ -133,3 +136,49 @@ def creases_with_opposite_image(circuit: Circuit) -> Iterator[int]:
         p, q = points[(j + n // 2) % n], points[(j + n // 2 + 1) % n]
         if image == (Fraction(p[0] + q[0], 2), Fraction(p[1] + q[1], 2)):
             yield j
+
+
+def rotation(vector: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rotation matrix of a rotation vector, by the exponential series of its cross product matrix."""
+    x, y, z = vector
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    found, term = np.eye(3), np.eye(3)
+    for k in range(1, 60):
+        term = term @ cross / k
+        found = found + term
+    return found
+
+
+def around_the_loop(
+    directions: NDArray[np.float64],
+    points: NDArray[np.float64],
+    loop: Sequence[tuple[int, int]],
+    angles: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Product of the 4 x 4 matrices of the rotations about the hinges of a loop."""
+    product = np.eye(4)
+    for hinge, sign in loop:
+        matrix = np.eye(4)
+        matrix[:3, :3] = rotation(sign * angles[hinge] * directions[hinge])
+        matrix[:3, 3] = points[hinge] - matrix[:3, :3] @ points[hinge]
+        product = product @ matrix
+    return product
+
+
+def cone_corners(columns: NDArray[np.float64]) -> set[tuple[float, ...]]:
+    """Extreme rays of x >= 0 with sum x_i columns_i = 0, of sum 1, by trying all sets of hinges."""
+    n = len(columns)
+    found: dict[frozenset[int], tuple[float, ...]] = {}
+    for size in range(1, n + 1):
+        for chosen in itertools.combinations(range(n), size):
+            if any(known <= set(chosen) for known in found):
+                continue
+            singular, vt = np.linalg.svd(columns[list(chosen)].T)[1:]
+            if size - np.count_nonzero(singular > 1e-9) != 1:
+                continue
+            x = vt[-1] / vt[-1].sum() if abs(vt[-1].sum()) > 1e-9 else vt[-1]
+            if x.min() > 1e-9:
+                ray = np.zeros(n)
+                ray[list(chosen)] = x
+                found[frozenset(chosen)] = tuple(ray.tolist())
+    return set(found.values())

@@ -120,7 +120,7 @@ def test_a_later_stage_fills_in_what_is_missing(run):
     assert rows(run("query", "--db", "d.sqlite", "--sql", sql, "--format", "csv"))[0][:2] == ["120", "0"]
     run(*ENUMERATE_HEX_10)
     sql = "SELECT sum(two_stack), sum(untwisted), count(status), count(*) FROM designs"
-    assert rows(run("query", "--db", "d.sqlite", "--sql", sql, "--format", "csv")) == [["32", "25", "95", "120"]]
+    assert rows(run("query", "--db", "d.sqlite", "--sql", sql, "--format", "csv")) == [["32", "25", "120", "120"]]
 
 
 @pytest.mark.parametrize(("keep", "stored", "arrays"), [("two-stack", 32, 32), ("untwisted", 25, 25)])
@@ -184,7 +184,7 @@ def test_count(run):
         (("enumerate", "--grid", "hex", "--n", "many"), "not a valid integer"),
         (("enumerate", "--grid", "hex"), "either --n N"),
         (("enumerate", "--grid", "hex", "--n", "6", "--array", "h2"), "either --n N"),
-        (("enumerate", "--grid", "hex", "--n", "6", "--until", "mobility"), "not built yet"),
+        (("enumerate", "--grid", "hex", "--n", "6", "--until", "deployment"), "not built yet"),
         (("enumerate", "--grid", "hex", "--n", "6", "--until", "magic"), "unknown"),
         (("enumerate", "--grid", "hex", "--n", "6", "--until", "circuits", "--keep", "untwisted"), "--until twist"),
         (("enumerate", "--grid", "hex", "--n", "6", "--panel", "50x40"), "length x width x thickness"),

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 def show(design: str, db: str) -> None:
     """Print a design, named by its id or its circuit notation, and its foldings (or only the one at CREASE).
 
+    Untwisted ones with their degrees of freedom, and whether an end of the motion is proved locked.
+
     A circuit notation needs no database; it may be in any position, order or direction. Creases are numbered in the
     canonical order that the first lines show.
     """
@@ -64,7 +66,7 @@ def _print_circuit(circuit: Circuit, row: dict[str, Any]) -> None:
         "orbit size": circuit.orbit_size,
         "fixed copies": circuit.n_fixed,
     }
-    shown = ("id", "kutzbach", "dof", "merged_panels", "deployable", "min_clearance", "deploy_time", "status", "score")
+    shown = ("id", "deployable", "min_clearance", "deploy_time", "status", "score")
     facts |= {name.replace("_", " "): row[name] for name in shown if row.get(name) is not None}
     for label, value in facts.items():
         click.echo(f"{label:16}{value}")
@@ -85,3 +87,30 @@ def _print_folding(folding: Folding) -> None:
         click.echo(f"  {kind} creases, hinges on the {face} face: {' '.join(creases)}")
     flats = ", ".join(f"{k % n} ({folding.hinge_faces[k % n]})" for k in (folding.crease, folding.opposite))
     click.echo(f"  flat creases (face for a hinge, where one is wanted): {flats}")
+    if lk == 0:
+        _print_mechanism(folding)
+
+
+def _print_mechanism(folding: Folding) -> None:
+    from hcsearch.kinematics.generic import generic_rank  # noqa: PLC0415
+    from hcsearch.kinematics.locks import lock_at  # noqa: PLC0415
+    from hcsearch.kinematics.rank import rank_at  # noqa: PLC0415
+    from hcsearch.linkage import Linkage  # noqa: PLC0415
+    from hcsearch.scenes import default_panel  # noqa: PLC0415
+
+    panel = default_panel(folding.circuit.grid.name)
+
+    def freedoms(linkage: Linkage) -> str:
+        ranks = (generic_rank(linkage), rank_at(linkage, linkage.folded), rank_at(linkage, linkage.flat))
+        moving, folded, flat = ("undecided" if rank.nullity is None else rank.nullity for rank in ranks)
+        kutzbach = linkage.pattern.kutzbach
+        return f"{moving} moving, {folded} folded, {flat} flat at first order; Kutzbach {kutzbach}"
+
+    click.echo(f"  freedoms, flat pairs hinged: {freedoms(Linkage(folding.pattern(panel, hinged=True)))}")
+    if folding.mirror_pairs:
+        pairs = ", ".join(f"{a} {b}" for a, b in folding.mirror_pairs)
+        click.echo(f"  freedoms, panels {pairs} merged: {freedoms(Linkage(folding.pattern(panel, merged=True)))}")
+    rigid = Linkage(folding.pattern(panel))
+    for name, angles in (("folded", rigid.folded), ("flat", rigid.flat)):
+        lock = lock_at(rigid, angles)
+        click.echo(f"  {name}, flat pairs rigid: {'locked' if lock.locked else 'undecided'}, {lock.reason}")

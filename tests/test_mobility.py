@@ -1,0 +1,117 @@
+"""The stage `mobility`: whole batches against one linkage at a time, and published freedoms."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hcsearch import mobility
+from hcsearch.circuit import Circuit
+from hcsearch.enumeration import ArraySearch, FoldedSearch, PolygonSearch
+from hcsearch.folding import Folding, fold, foldings
+from hcsearch.grid import GRIDS, parse_array
+from hcsearch.kinematics.generic import generic_rank
+from hcsearch.kinematics.locks import lock_at
+from hcsearch.kinematics.rank import rank_at
+from hcsearch.linkage import Linkage
+from hcsearch.records import NONE, CircuitBatch
+from hcsearch.scenes import default_panel
+from hcsearch.twisting import twist_batch
+from tests.strategies import circuits, congruences
+
+
+def run(search):
+    """All circuits of a search through the stages."""
+    batches = list(search.batches())
+    words = np.concatenate([batch.words for batch in batches])
+    batch = CircuitBatch(search.grid.name, words, np.ones(len(words), np.int16))
+    return stages(batch)
+
+
+def stages(batch):
+    found = fold(batch)
+    twists = twist_batch(batch, found)
+    return batch, found, twists, mobility.mobility(batch, found, twists)
+
+
+@pytest.mark.parametrize(("grid", "n"), [("hex", 8), ("hex", 10), ("square", 12), ("triangle", 14), ("rectangle", 10)])
+def test_batches_agree_with_one_linkage_at_a_time(grid, n):
+    batch, found, twists, freedoms = run(PolygonSearch(GRIDS[grid], n))
+    panel = default_panel(grid)
+    for i, (row, crease, twist) in enumerate(zip(found.row, found.crease, twists, strict=True)):
+        folding = Folding(Circuit(GRIDS[grid], tuple(batch.words[row].tolist())), int(crease))
+        hinged = Linkage(folding.pattern(panel, hinged=True))
+        assert freedoms.kutzbach == hinged.pattern.kutzbach
+        assert freedoms.dof_folded[i] == rank_at(hinged, hinged.folded).nullity
+        assert freedoms.dof_flat[i] == rank_at(hinged, hinged.flat).nullity
+        assert freedoms.merged_panels[i] == len(folding.mirror_pairs)
+        merged = Linkage(folding.pattern(panel, merged=True))
+        if folding.mirror_pairs:
+            assert freedoms.kutzbach_merged[i] == merged.pattern.kutzbach
+        else:
+            assert freedoms.kutzbach_merged[i] == freedoms.dof_merged[i] == NONE
+        if twist:
+            assert freedoms.dof[i] == NONE
+            assert not freedoms.locked[i]
+            continue
+        assert freedoms.dof[i] == generic_rank(hinged).nullity
+        rigid = Linkage(folding.pattern(panel))
+        assert freedoms.locked[i] == any(lock_at(rigid, angles).locked for angles in (rigid.folded, rigid.flat))
+
+
+def test_freedoms_of_the_thesis():
+    """6 x 5 rectangles: 24; merged 19 where one loop is left, 14 where two are; 4 x 4: 6 (thesis 3.2.2, 4.1.1)."""
+    *_, freedoms = run(ArraySearch(parse_array(GRIDS["rectangle"], "6x5")))
+    assert freedoms.kutzbach == 24
+    merged = Counter(zip(freedoms.kutzbach_merged.tolist(), freedoms.merged_panels.tolist(), strict=True))
+    assert {key: merged[key] for key in merged if key[1]} == {(19, 5): 3, (14, 5): 4}
+    *_, freedoms = run(ArraySearch(parse_array(GRIDS["rectangle"], "4x4")))
+    assert {6, 1} <= set(freedoms.kutzbach_merged.tolist())
+
+
+def test_the_cut_hinge_of_the_thesis_4x4():
+    """Merged: 12 hinges, six loop rows of rank 5 folded and 4 flat; of the cut hinge's five rows one less each."""
+    folding = foldings(Circuit.from_notation("rectangle:0122233300012210"))[-1]
+    assert len(folding.mirror_pairs) == 4
+    linkage = Linkage(folding.pattern((0.05, 0.04, 0.006), merged=True))
+    assert [rank_at(linkage, angles).nullity for angles in (linkage.folded, linkage.flat)] == [7, 8]
+    assert generic_rank(linkage).nullity == 6
+
+
+@pytest.mark.parametrize(
+    ("grid", "n", "untwisted", "locked"),
+    [("hex", 10, 40, 14), ("hex", 12, 131, 10), ("square", 12, 42, 2), ("triangle", 10, 2, 0), ("triangle", 14, 5, 1)],
+)
+def test_how_many_foldings_are_locked(grid, n, untwisted, locked):
+    _, _, twists, freedoms = run(FoldedSearch(GRIDS[grid], n, untwisted=True))
+    assert (int((twists == 0).sum()), int(freedoms.locked.sum())) == (untwisted, locked)
+
+
+@given(st.data())
+def test_freedoms_and_locks_do_not_depend_on_the_way_a_circuit_is_given(data):
+    circuit = data.draw(circuits(even=True).filter(foldings))
+    moved = data.draw(congruences(circuit))
+    outcomes = []
+    for one in (circuit, moved):
+        _, _, twists, found = stages(CircuitBatch(one.grid.name, np.array([one.word], np.int8), np.ones(1, np.int16)))
+        columns = (found.dof_folded, found.dof_flat, found.merged_panels, found.kutzbach_merged, found.locked, twists)
+        outcomes.append(sorted(zip(*(column.tolist() for column in columns), strict=True)))
+    assert outcomes[0] == outcomes[1]
+
+
+def test_an_empty_batch_has_no_rows():
+    *_, freedoms = stages(CircuitBatch("hex", np.empty((0, 6), np.int8), np.empty(0, np.int16)))
+    assert len(freedoms.dof) == len(freedoms.locked) == 0
+
+
+def test_best_foldings_have_the_lowest_dof_then_crease():
+    batch, found, twists, freedoms = run(PolygonSearch(GRIDS["square"], 12))
+    best = mobility.best_foldings(len(batch), found, twists, freedoms)
+    for row, chosen in enumerate(best):
+        own = [i for i in range(len(found)) if found.row[i] == row and twists[i] == 0]
+        if not own:
+            assert chosen == -1
+            continue
+        assert chosen == min(own, key=lambda i: (freedoms.dof[i], found.crease[i]))

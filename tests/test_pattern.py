@@ -1,0 +1,134 @@
+"""Flat patterns: facets, panels, hinges, moving and laying together."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hcsearch.errors import PatternError
+from hcsearch.folding import foldings
+from hcsearch.linkage import Linkage
+from hcsearch.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pattern, overlay
+from tests.strategies import circuits
+
+
+def size(grid, unit=1.0):
+    """Panels of 50 mm, or 50 x 40 mm, and 6 mm thick."""
+    return (0.05 * unit, (0.04 if grid.name == "rectangle" else 0.05) * unit, 0.006 * unit)
+
+
+def square(x, y, side=1.0):
+    return ((x, y), (x + side, y), (x + side, y + side), (x, y + side))
+
+
+def row(n, creases, thickness=0.1):
+    """Squares side by side, joined in turn."""
+    return Pattern(
+        tuple(square(float(k), 0.0) for k in range(n)), {(k, k + 1): c for k, c in enumerate(creases)}, thickness
+    )
+
+
+def test_rigid_creases_make_panels():
+    pattern = row(4, [RIGID, VALLEY, RIGID])
+    assert pattern.panels == ((0, 1), (2, 3))
+    assert pattern.panel_of == (0, 0, 1, 1)
+    (hinge,) = pattern.hinges
+    assert (hinge.first, hinge.second, hinge.face) == (0, 1, "top")
+    assert {hinge.start, hinge.end} == {(2.0, 0.0), (2.0, 1.0)}
+    assert pattern.kutzbach == 1
+    assert pattern.area == pytest.approx(4.0)
+
+
+def test_creases_between_two_panels_on_one_line_are_one_hinge():
+    facets = (*(square(float(x), 0.0) for x in range(2)), *(square(float(x), 1.0) for x in range(2)))
+    pattern = Pattern(facets, {(0, 1): RIGID, (2, 3): RIGID, (0, 2): VALLEY, (1, 3): VALLEY}, 0.1)
+    (hinge,) = pattern.hinges
+    assert math.dist(hinge.start, hinge.end) == pytest.approx(2.0)
+    assert pattern.hinge_of((0, 2)) == pattern.hinge_of((3, 1)) == 0
+    other_faces = pattern.with_creases({(1, 3): MOUNTAIN})
+    assert len(other_faces.hinges) == 2
+
+
+def test_the_first_panel_of_a_hinge_lies_on_its_left():
+    for hinge in (row(2, [VALLEY]).hinges[0], row(2, [MOUNTAIN]).moved(math.pi).hinges[0]):
+        assert (hinge.first, hinge.second) == (0, 1)
+    up = row(2, [VALLEY]).hinges[0]
+    assert up.end[1] > up.start[1]
+    down = row(2, [VALLEY]).moved(math.pi).hinges[0]
+    assert down.end[1] < down.start[1]
+
+
+@pytest.mark.parametrize(
+    ("make", "remedy"),
+    [
+        (lambda: row(2, [VALLEY], thickness=0.0), "positive thickness"),
+        (lambda: Pattern((square(0.0, 0.0), square(5.0, 0.0)), {(0, 1): VALLEY}, 0.1), "neighbours only"),
+        (lambda: overlay([row(2, [VALLEY]), row(2, [MOUNTAIN])]), "different ways"),
+        (lambda: overlay([row(2, [VALLEY]), row(2, [VALLEY], thickness=0.2)]), "one"),
+        (lambda: Pattern((square(0.0, 0.0), square(0.0, 0.0)), {}, 0.1).edges, "overlap"),
+    ],
+)
+def test_what_cannot_be_made_is_one_line_with_a_remedy(make, remedy):
+    with pytest.raises(PatternError, match=remedy) as caught:
+        make()
+    assert "\n" not in str(caught.value)
+
+
+def test_a_hinge_within_a_panel_is_refused():
+    facets = (square(0.0, 0.0), square(1.0, 0.0), square(1.0, 1.0), square(0.0, 1.0))
+    rigid = {(0, 1): RIGID, (1, 2): RIGID, (2, 3): RIGID}
+    with pytest.raises(PatternError, match="one panel"):
+        Pattern(facets, {**rigid, (0, 3): VALLEY}, 0.1)
+
+
+def test_laying_a_pattern_onto_itself_changes_nothing():
+    pattern = row(3, [VALLEY, MOUNTAIN])
+    assert overlay([pattern, pattern]) == pattern
+
+
+def test_overlay_merges_what_coincides():
+    first = row(3, [VALLEY, RIGID])
+    second = row(3, [RIGID, MOUNTAIN]).moved(shift=(1.0, 0.0))
+    union = overlay([first, second])
+    assert union.panels == ((0,), (1, 2), (3,))
+    assert [hinge.face for hinge in union.hinges] == ["top", "bottom"]
+
+
+@given(st.data())
+def test_panels_of_a_folding_follow_its_circuit(data):
+    circuit = data.draw(circuits(even=True).filter(foldings))
+    folding = data.draw(st.sampled_from(foldings(circuit)))
+    hinged = folding.pattern(size(circuit.grid), hinged=True)
+    assert len(hinged.panels) == len(hinged.hinges) == circuit.n
+    assert hinged.kutzbach == 6 * (circuit.n - 1) - 5 * circuit.n
+    assert [hinge.face for hinge in hinged.hinges] == list(folding.hinge_faces)
+    rigid = folding.pattern(size(circuit.grid))
+    assert len(rigid.panels) == circuit.n - 2
+    # two dominoes of squares meet along one line
+    assert len(rigid.hinges) == (circuit.n - 2 if circuit.n > 4 else 1)
+
+
+@given(st.data())
+def test_moving_a_pattern_moves_its_panels_along(data):
+    """The sheet turned, shifted or turned over is the same linkage: folded alike, all distances are the same."""
+    circuit = data.draw(circuits(even=True).filter(foldings))
+    pattern = data.draw(st.sampled_from(foldings(circuit))).pattern(size(circuit.grid))
+    shift = data.draw(st.tuples(st.floats(-1, 1), st.floats(-1, 1)))
+    moved = pattern.moved(data.draw(st.floats(-4, 4)), shift, over=data.draw(st.booleans()))
+    angles = np.linspace(0.1, 1.0, len(pattern.hinges))
+    one, two = (_centres(Linkage(p).solids(angles)) for p in (pattern, moved))
+    assert one == pytest.approx(two, abs=1e-9)
+
+
+def _centres(solids):
+    """Distances between the middles of all facets."""
+    middles = np.array([solid.mean(axis=(0, 1)) for solid in solids])
+    return np.linalg.norm(middles[:, None] - middles, axis=2)
+
+
+def test_a_crease_turned_over_twice_is_itself():
+    for crease in (VALLEY, MOUNTAIN, RIGID, Crease("top", closes=False)):
+        assert crease.inverted.inverted == crease
+    assert VALLEY.inverted == MOUNTAIN
