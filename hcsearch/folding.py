@@ -123,7 +123,7 @@ class Folding:
         turn, offset = 1, 0  # folded, a panel's own direction i has come to face turn * i + offset
         for a, b in zip(*self.stacks, strict=True):
             to = (points[b][0] - points[a][0], points[b][1] - points[a][1])
-            if any(to == steps[d] and (turn * d + offset - inwards) % m == 0 for d in (across, inwards)):
+            if to == steps[inwards] and (turn * inwards + offset - inwards) % m == 0:
                 found.append((b, a))
             turn, offset = -turn, turn * (2 * word[a % n] + m // 2) + offset
         return tuple(found)

@@ -61,8 +61,10 @@ def _lattice(grid: Grid) -> _Lattice:
     return _Lattice(steps, edges, scale, basis, thickness, math.sqrt(area * length * width))
 
 
-def mobility(circuits: CircuitBatch, foldings: FoldingBatch, twists: NDArray[np.int16]) -> MobilityBatch:
-    """Degrees of freedom, and proofs of locks, of a batch of foldings.
+def mobility(
+    circuits: CircuitBatch, foldings: FoldingBatch, twists: NDArray[np.int16], *, locks: bool = True
+) -> MobilityBatch:
+    """Degrees of freedom, and proofs of locks unless they are not wanted, of a batch of foldings.
 
     Flat pairs are hinged for the freedoms and rigid for the locks, as the scene `default` has them; `dof` is the least
     found at generic closed states near the folded one. The ranks at the two ends and first-order locks are exact: they
@@ -71,7 +73,8 @@ def mobility(circuits: CircuitBatch, foldings: FoldingBatch, twists: NDArray[np.
     parts = []
     for at in range(0, max(len(foldings), 1), _TOGETHER):
         some = slice(at, at + _TOGETHER)
-        parts.append(_part(circuits, FoldingBatch(foldings.row[some], foldings.crease[some]), twists[some] == 0))
+        part = FoldingBatch(foldings.row[some], foldings.crease[some])
+        parts.append(_part(circuits, part, twists[some] == 0, locks))
     columns: dict[str, Any] = {
         field.name: np.concatenate([getattr(part, field.name) for part in parts])
         for field in fields(MobilityBatch)
@@ -89,7 +92,7 @@ def best_foldings(n_circuits: int, foldings: FoldingBatch, twists: NDArray[np.in
     return best
 
 
-def _part(circuits: CircuitBatch, foldings: FoldingBatch, untwisted: NDArray[np.bool_]) -> MobilityBatch:
+def _part(circuits: CircuitBatch, foldings: FoldingBatch, untwisted: NDArray[np.bool_], locks: bool) -> MobilityBatch:
     grid, words = grid_named(circuits.grid), circuits.words
     lattice = _lattice(grid)
     count, n = len(foldings), words.shape[1]
@@ -105,8 +108,8 @@ def _part(circuits: CircuitBatch, foldings: FoldingBatch, untwisted: NDArray[np.
     for i in np.flatnonzero(untwisted & (pairs > 0)).tolist():
         nullity = generic_rank(_linkage(grid, words[rows[i]], creases[i], merged=True)).nullity
         dof_merged[i] = NONE if nullity is None else nullity
-    ends = _settled(lines[untwisted], screws[untwisted])
-    for i, found in zip(np.flatnonzero(untwisted).tolist(), ends.tolist(), strict=True):
+    ends = _settled(lines[untwisted], screws[untwisted]) if locks else np.zeros((0, 2), np.int8)
+    for i, found in zip(np.flatnonzero(untwisted).tolist(), ends.tolist(), strict=locks):
         locked[i] = LOCKED in found
         if not locked[i] and OPEN in found:
             linkage = _linkage(grid, words[rows[i]], creases[i], merged=False)

@@ -129,6 +129,28 @@ def scale(output: Path, quick: bool, repeats: int, postgresql: str | None, json_
     _finish(report, lambda folder: save_report(report, folder), output, json_file)
 
 
+@bench.command(epilog="Example: hcsearch bench kinematics --quick")
+@_common("kinematics")
+@_repeats
+def kinematics(output: Path, quick: bool, repeats: int, json_file: Path | None) -> None:
+    """Motions of linkages: error against time of path methods, branches, descents, extreme scenes."""
+    from hcsearch.bench.kinematics import measure, save_report  # noqa: PLC0415
+
+    report = measure(quick=quick, repeats=repeats, say=_say)
+    _finish(report, lambda folder: save_report(report, folder), output, json_file)
+
+
+@bench.command(epilog="Example: hcsearch bench mobility --quick")
+@_common("mobility")
+@_repeats
+def mobility(output: Path, quick: bool, repeats: int, json_file: Path | None) -> None:
+    """The stage mobility: time of a folding, which foldings are locked, and what frees them."""
+    from hcsearch.bench.mobility import measure, save_report  # noqa: PLC0415
+
+    report = measure(quick=quick, repeats=repeats, say=_say)
+    _finish(report, lambda folder: save_report(report, folder), output, json_file)
+
+
 @bench.command(epilog="Example: hcsearch bench tables --output docs")
 @_common("tables")
 @_limit("600, quick: 10", "a search")

@@ -113,4 +113,4 @@ def _print_mechanism(folding: Folding) -> None:
     rigid = Linkage(folding.pattern(panel))
     for name, angles in (("folded", rigid.folded), ("flat", rigid.flat)):
         lock = lock_at(rigid, angles)
-        click.echo(f"  {name}, flat pairs rigid: {'locked' if lock.locked else 'undecided'}, {lock.reason}")
+        click.echo(f"  {name}, flat pairs rigid: {'locked' if lock.locked else 'not proved locked'}, {lock.reason}")

@@ -146,15 +146,15 @@ def _mirror(word: Words, crease: int, steps: Whole) -> tuple[int, int]:
     for t in range(n // 2):
         if (word[(crease + 1 + t) % n] + word[(crease - t - 1) % n] - 2 * across) % m != 0:
             return 0, 0
+    inwards = across + m // 2  # from the first stack to the second
     x, y = steps[across, 0], steps[across, 1]  # from the second stack's panel to the first's, in the flat state
     turn, offset = 1, np.int64(0)  # folded, the first's own direction i has come to face turn * i + offset
     pairs = joints = 0
     met_before = False
     for t in range(n // 2):
-        meets = False
-        for towards in (across, across + m // 2):
-            apart = x == -steps[towards % m, 0] and y == -steps[towards % m, 1]
-            meets |= apart and (turn * towards + offset - across - m // 2) % m == 0
+        # the walk stays on its side of the axis
+        meets = x == steps[across, 0] and y == steps[across, 1]
+        meets = meets and (turn * inwards + offset - inwards) % m == 0
         pairs += meets
         joints += meets and met_before
         met_before = meets

@@ -36,8 +36,9 @@ def generic_rank(linkage: Linkage) -> Rank:
     for attempt in range(TRIES):
         angles = linkage.folded
         for _ in range(STEPS):
-            state = close(linkage, angles + heading(linkage.folded, attempt))
-            angles = state.angles
+            angles = close(linkage, angles + heading(linkage.folded, attempt), max_steps=3).angles
+        state = close(linkage, angles)
+        angles = state.angles
         if state.residual > CLOSED or np.abs(angles - linkage.folded).max(initial=0.0) < 1e-3:
             continue
         found = rank_at(linkage, angles)

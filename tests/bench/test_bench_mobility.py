@@ -1,0 +1,42 @@
+"""The bench `mobility`: its numbers are those of the stage, and its bounds hold."""
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+from hcsearch.bench.mobility import _ends, _play, measure_mobility
+from hcsearch.circuit import Circuit
+from hcsearch.folding import folding_of
+from hcsearch.linkage import Linkage
+from hcsearch.scenes import default_panel
+
+
+@pytest.fixture(scope="module")
+def tables():
+    return measure_mobility({"hex": (10,), "triangle": (14, 16)}, repeats=1, say=lambda _: None)
+
+
+def test_rows_are_those_of_the_stage(tables):
+    speed, locks = tables
+    assert [(row.grid, row.n, row.designs, row.foldings) for row in speed] == [
+        ("hex", 10, 25, 40),
+        ("triangle", 14, 2, 5),
+    ]
+    assert min(min(row.freedom_us, row.folding_us, row.stage_s) for row in speed) > 0
+    hexagons, triangles = locks
+    assert (hexagons.locked, hexagons.folded_1, hexagons.folded_2, hexagons.flat_1, hexagons.flat_2) == (14, 5, 4, 7, 2)
+    assert (hexagons.hinged, hexagons.thin, hexagons.thick) == (2, 14, 14)
+    assert (triangles.locked, triangles.merged) == (1, "1 -> 1 of 1")
+
+
+def test_play_bounds_what_a_gap_at_the_stops_lets_a_hinge_turn():
+    folding = folding_of(Circuit.from_notation("hex:0234550132"), 3)
+    panel = default_panel("hex")
+    play = _play(folding, panel, ("folded", _ends(folding, panel)["folded"]))
+    linkage = Linkage(folding.pattern(panel))
+    _, jacobian = linkage.closure(linkage.folded)
+    turns = []
+    for hinge in range(linkage.n_hinges):
+        result = linprog(-np.eye(linkage.n_hinges)[hinge], A_eq=jacobian, b_eq=np.zeros(6), bounds=(-1.0, None))
+        turns.append(-result.fun)
+    assert 0 < max(turns) <= play * (1 + 1e-9)
