@@ -217,8 +217,9 @@ class Pattern:
 def overlay(patterns: Sequence[Pattern]) -> Pattern:
     """The union of patterns drawn on one plane: facets that coincide are one, and so are their creases.
 
-    A crease that is rigid in one pattern merges its panels in the union. PatternError where facets overlap partly,
-    where hinges lie on different faces, or where a hinge of one pattern runs through a panel of another.
+    A crease that is rigid in one pattern merges its panels in the union. PatternError where hinges lie on different
+    faces, where a hinge of one pattern runs through a panel of another, or where two facets lie on one side of an
+    edge; facets that overlap without sharing an edge are for the caller to exclude.
     """
     tolerance = min(pattern._tolerance for pattern in patterns)
     centres = _Places(tolerance)
@@ -237,7 +238,9 @@ def overlay(patterns: Sequence[Pattern]) -> Pattern:
                     f"facets {pair[0]} and {pair[1]} are joined in different ways by patterns laid together"
                 )
         for loop in pattern.loops:
-            loops.append(tuple((min(number[i], number[j]), max(number[i], number[j])) for i, j in loop))
+            walk = tuple((min(number[i], number[j]), max(number[i], number[j])) for i, j in loop)
+            if walk not in loops:
+                loops.append(walk)
     thicknesses = {pattern.thickness for pattern in patterns}
     if len(thicknesses) > 1:
         raise PatternError("patterns of different thickness cannot be laid together: give them one")

@@ -14,6 +14,9 @@ Reals = NDArray[np.float64]
 GAP = 1e3
 """A rank is decided when no singular value lies within this factor above the noise."""
 
+MOST_NOISE = 1e-7
+"""No rank is decided where more than this share of the greatest singular value is noise."""
+
 
 @dataclass(frozen=True)
 class Rank:
@@ -42,6 +45,8 @@ def decide_rank(singular_values: Reals, n_columns: int, residual: float = 0.0) -
     largest = float(singular_values[0]) if len(singular_values) else 0.0
     shape = max(n_columns, len(singular_values))
     noise = (8 * shape * np.finfo(float).eps + 10 * residual) * max(largest, 1.0)
+    if noise > MOST_NOISE * max(largest, 1.0):  # not a closed state: small values say nothing
+        return Rank(singular_values, n_columns, noise, None, 0.0)
     above = int(np.count_nonzero(singular_values > noise))
     if above == 0:
         return Rank(singular_values, n_columns, noise, 0, np.inf)

@@ -1,0 +1,200 @@
+"""Laying copies of patterns onto one another: hinges to coincide fix the isometry, `overlay` makes the union."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.errors import PatternError
+from hcsearch.pattern import Facet, Pair, Pattern, Point, overlay
+
+Reals = NDArray[np.float64]
+
+SAME = 1e-7
+"""Points nearer than this share of a panel's size are the same, overlaps narrower than it are none."""
+
+Match = tuple[Pair, Pair]
+"""A crease of the pattern that lies still, and the crease of the moving pattern that is laid onto it."""
+
+
+@dataclass(frozen=True)
+class Placement:
+    """An isometry of the plane, as in `Pattern.moved`: perhaps turn the sheet over, then turn (rad), then shift (m)."""
+
+    turn: float
+    shift: Point
+    over: bool = False
+
+    def of(self, pattern: Pattern) -> Pattern:
+        """The pattern moved there."""
+        return pattern.moved(self.turn, self.shift, over=self.over)
+
+    def image(self, point: Point) -> Point:
+        """Where a point comes to lie."""
+        x, y = point[0], -point[1] if self.over else point[1]
+        c, s = math.cos(self.turn), math.sin(self.turn)
+        return (c * x - s * y + self.shift[0], s * x + c * y + self.shift[1])
+
+
+def placements(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> list[Placement]:
+    """All ways to lay a pattern so that its creases coincide with those of another one, on the same faces.
+
+    One crease leaves four isometries at most: either end on either end, the sheet turned over or not.
+    """
+    (on, of), *_ = matches
+    found = []
+    for over in (False, True):
+        for ends in (moving.edges[of], moving.edges[of][::-1]):
+            placement = _carrying(ends, still.edges[on], over)
+            if all(_coincide(still, moving, placement, match) for match in matches):
+                found.append(placement)
+    return found
+
+
+def joinings(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> list[tuple[Placement, Pattern]]:
+    """The placements that make sense, with the union of the patterns: they add panels and agree about every crease."""
+    found = ((placement, _union(still, moving, placement)) for placement in placements(still, moving, matches))
+    return [(placement, union) for placement, union in found if union is not None]
+
+
+def join(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> Pattern:
+    """The union of two patterns, where the creases to coincide leave exactly one way; PatternError otherwise."""
+    found = joinings(still, moving, matches)
+    if len(found) != 1:
+        raise PatternError(f"{len(found)} ways lay these creases onto each other: name creases that leave one")
+    return found[0][1]
+
+
+def neighbours(still: Pattern, moving: Pattern) -> Iterator[tuple[Placement, list[Match], Pattern]]:
+    """All ways to lay a pattern onto another one so that hinges merge: what merges, and the union."""
+    ways: list[tuple[Placement, list[Match]]] = []
+    for match in _hinge_pairs(still, moving):
+        for placement in placements(still, moving, [match]):
+            known = next((merged for other, merged in ways if _same(placement, other, still.edges[match[0]])), None)
+            if known is None:
+                ways.append((placement, [match]))
+            else:
+                known.append(match)
+    for placement, merged in ways:
+        union = _union(still, moving, placement)
+        if union is not None:
+            yield placement, merged, union
+
+
+def congruent(one: Pattern, two: Pattern) -> bool:
+    """Whether an isometry takes one pattern to another, with all creases; the sheet may be turned over.
+
+    Patterns that mirror each other are congruent when `two.inverted()` is.
+    """
+    sizes = (len(one.facets), len(one.creases)), (len(two.facets), len(two.creases))
+    if sizes[0] != sizes[1]:
+        return False
+    of = next(iter(two.creases))
+    tolerance = SAME * one.size
+    corners = np.array([point for facet in one.facets for point in facet])
+    for on in one.creases:
+        if abs(math.dist(*one.edges[on]) - math.dist(*two.edges[of])) > tolerance:
+            continue
+        for placement in placements(one, two, [(on, of)]):
+            images = np.array([placement.image(point) for facet in two.facets for point in facet])
+            if np.linalg.norm(corners[:, None] - images, axis=2).min(axis=0).max() > tolerance:
+                continue
+            try:
+                union = overlay([one, placement.of(two)])
+            except PatternError:
+                continue
+            if (len(union.facets), len(union.creases)) == sizes[0]:
+                return True
+    return False
+
+
+def _union(still: Pattern, moving: Pattern, placement: Placement) -> Pattern | None:
+    """The union with a pattern that is laid somewhere; None where they disagree, or it adds nothing."""
+    moved = [tuple(map(placement.image, facet)) for facet in moving.facets]
+    if _clash(still.facets, moved, SAME * still.size):
+        return None
+    try:
+        union = overlay([still, placement.of(moving)])
+    except PatternError:
+        return None
+    return union if len(union.facets) > len(still.facets) else None
+
+
+def _carrying(source: tuple[Point, Point], target: tuple[Point, Point], over: bool) -> Placement:
+    """The isometry that carries one segment onto another of the same length, start on start."""
+    (c, d), (a, b) = source, target
+    if over:
+        c, d = (c[0], -c[1]), (d[0], -d[1])
+    turn = math.remainder(math.atan2(b[1] - a[1], b[0] - a[0]) - math.atan2(d[1] - c[1], d[0] - c[0]), math.tau)
+    cos, sin = math.cos(turn), math.sin(turn)
+    # the middles are laid on each other: no end is favoured by rounding
+    x, y = 0.5 * (c[0] + d[0]), 0.5 * (c[1] + d[1])
+    shift = (0.5 * (a[0] + b[0]) - cos * x + sin * y, 0.5 * (a[1] + b[1]) - sin * x - cos * y)
+    return Placement(turn, shift, over)
+
+
+def _same(one: Placement, two: Placement, segment: tuple[Point, Point]) -> bool:
+    """Whether two isometries are one up to rounding: alike on both faces, and on a segment."""
+    tolerance = 1e-4 * math.dist(*segment)
+    return one.over == two.over and all(math.dist(one.image(end), two.image(end)) < tolerance for end in segment)
+
+
+def _coincide(still: Pattern, moving: Pattern, placement: Placement, match: Match) -> bool:
+    """Whether two creases lie on each other and are the same."""
+    on, of = match
+    crease = moving.creases[of]
+    if still.creases[on] != (crease.inverted if placement.over else crease):
+        return False
+    a, b = still.edges[on]
+    c, d = map(placement.image, moving.edges[of])
+    apart = min(max(math.dist(a, c), math.dist(b, d)), max(math.dist(a, d), math.dist(b, c)))
+    return apart < SAME * still.size
+
+
+def _hinge_pairs(still: Pattern, moving: Pattern) -> Iterator[Match]:
+    """Every hinged crease of one pattern with every one of another that is as long."""
+    for on, crease in still.creases.items():
+        length = math.dist(*still.edges[on])
+        for of, other in moving.creases.items():
+            if crease.face is None or other.face is None or crease.closes != other.closes:
+                continue
+            if abs(length - math.dist(*moving.edges[of])) < SAME * still.size:
+                yield on, of
+
+
+def _clash(still: Sequence[Facet], moved: Sequence[Facet], tolerance: float) -> bool:
+    """Whether facets of two patterns overlap without being the same."""
+    one, two = _padded(still), _padded(moved)
+    centres, others = one.mean(axis=1), two.mean(axis=1)
+    reach, other = (np.linalg.norm(x - c[:, None], axis=2).max(axis=1) for x, c in ((one, centres), (two, others)))
+    distance = np.linalg.norm(centres[:, None] - others, axis=2)
+    i, j = np.nonzero(distance < reach[:, None] + other)
+    gaps = np.linalg.norm(one[i, :, None] - two[j, None], axis=3) if one.shape[1] == two.shape[1] else None
+    overlapping = ~(_outside(one[i], two[j], tolerance) | _outside(two[j], one[i], tolerance))
+    if gaps is not None:
+        overlapping &= np.maximum(gaps.min(axis=2).max(axis=1), gaps.min(axis=1).max(axis=1)) > tolerance
+    return bool(overlapping.any())
+
+
+def _padded(facets: Sequence[Facet]) -> Reals:
+    """Corners of all facets, counterclockwise, with the last one repeated where others have more."""
+    most = max(map(len, facets))
+    corners = np.array([[*facet, *[facet[-1]] * (most - len(facet))] for facet in facets])
+    x, y = corners[..., 0], corners[..., 1]
+    turned = np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1) < 0
+    corners[turned] = corners[turned, ::-1]
+    return corners
+
+
+def _outside(one: Reals, two: Reals, tolerance: float) -> NDArray[np.bool_]:
+    """Of pairs of convex polygons, shape (k, n, 2), whether an edge of the first has the second on its other side."""
+    edges = np.roll(one, -1, axis=1) - one
+    lengths = np.linalg.norm(edges, axis=2)
+    normals = np.stack([edges[..., 1], -edges[..., 0]], axis=2) / np.where(lengths > 0, lengths, 1.0)[..., None]
+    heights = np.einsum("kaj,kbj->kab", normals, two) - np.einsum("kaj,kaj->ka", normals, one)[..., None]
+    beyond = heights.min(axis=2) > -tolerance
+    return np.asarray((beyond & (lengths > 0)).any(axis=1))

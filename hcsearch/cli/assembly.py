@@ -1,0 +1,170 @@
+"""`hcsearch assembly`: the named assemblies of the thesis, with everything computed for one."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hcsearch.errors import HcsearchError
+
+if TYPE_CHECKING:
+    from hcsearch.assemblies import Assembly, Parameters
+
+_UNITS = {"_mm": "mm", "_mm2": "mm2", "_mm3": "mm3", "_deg": "degrees"}
+_LENGTHS = ("base", "thickness", "side", "width")
+
+
+@click.command(
+    epilog="Example: hcsearch assembly unit-ii --alpha 70 --base 30 --thickness 10 --picture unit-ii.svg; "
+    "hcsearch assembly array-6r 3x2 --json; hcsearch assembly list"
+)
+@click.argument("name", metavar="NAME|list")
+@click.argument("size", required=False)
+@click.option("--alpha", type=float, metavar="DEGREES", help="Base angle of the isosceles triangles, in degrees.")
+@click.option("--base", type=float, metavar="MM", help="Base of the isosceles triangles, in mm.")
+@click.option("--thickness", type=float, metavar="MM", help="Thickness of all panels, in mm.")
+@click.option("--side", type=float, metavar="MM", help="Side of squares, length of rectangles, in mm.")
+@click.option("--width", type=float, metavar="MM", help="Width of rectangles, in mm.")
+@click.option("--json", "as_json", is_flag=True, help="Print plain data; values not decided are null, with the reason.")
+@click.option("--picture", type=click.Path(dir_okay=False), metavar="FILE", help="Draw the flat pattern as SVG, too.")
+def assembly(
+    name: str, size: str | None, alpha: float | None, as_json: bool, picture: str | None, **lengths: float | None
+) -> None:
+    """Print what is known of an assembly of the thesis, or the list of them.
+
+    SIZE is columns x rows, such as 3x2, where an assembly is an array of any size. What is not given has the value
+    that `hcsearch assembly list` shows.
+    """
+    from hcsearch.assemblies.description import describe  # noqa: PLC0415
+
+    given = {name: length for name, length in lengths.items() if length is not None}
+    if name == "list":
+        if size is not None or alpha is not None or given or picture:
+            raise HcsearchError("the list has no parameters: give them with the name of an assembly")
+        _print_list(as_json)
+        return
+    found = _named(name)
+    parameters = _parameters(found, size, alpha, given)
+    if picture is not None:
+        from hcsearch.pattern_drawing import draw_pattern  # noqa: PLC0415
+
+        Path(picture).write_text(draw_pattern(found.build(parameters), found.title), encoding="utf-8")
+    facts = describe(found, parameters)
+    if as_json:
+        click.echo(json.dumps(facts, indent=2, allow_nan=False))
+    else:
+        _print_facts(facts)
+
+
+def _named(name: str) -> Assembly:
+    from hcsearch.assemblies import ASSEMBLIES  # noqa: PLC0415
+
+    if name not in ASSEMBLIES:
+        raise HcsearchError(f"there is no assembly {name!r}: see hcsearch assembly list")
+    return ASSEMBLIES[name]
+
+
+def _parameters(found: Assembly, size: str | None, alpha: float | None, lengths: dict[str, float]) -> Parameters:
+    """The assembly's own parameters, with those changed that are given in degrees and millimetres."""
+    from dataclasses import replace  # noqa: PLC0415
+
+    changes: dict[str, Any] = {name: length * 1e-3 for name, length in lengths.items()}
+    if alpha is not None:
+        changes["alpha"] = math.radians(alpha)
+    if size is not None:
+        changes["size"] = _size(size)
+    for name in changes:
+        if name not in found.uses:
+            option = "SIZE" if name == "size" else f"--{name}"
+            raise HcsearchError(f"{found.name} does not depend on {option}: leave it out")
+    return replace(found.defaults, **changes)
+
+
+def _size(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"([0-9]{1,4})x([0-9]{1,4})", text)
+    if match is None:
+        raise HcsearchError(f"{text!r} is no size: write columns x rows, such as 3x2")
+    return int(match[1]), int(match[2])
+
+
+def _print_list(as_json: bool) -> None:
+    from hcsearch.assemblies import ASSEMBLIES  # noqa: PLC0415
+    from hcsearch.assemblies.description import stated_parameters  # noqa: PLC0415
+
+    rows = [
+        {
+            "name": found.name,
+            "title": found.title,
+            "source": found.source,
+            "parameters": stated_parameters(found, found.defaults),
+        }
+        for found in ASSEMBLIES.values()
+    ]
+    if as_json:
+        click.echo(json.dumps(rows, indent=2))
+        return
+    table = [(row["name"], row["title"], row["source"], _text(row["parameters"])) for row in rows]
+    widths = [max(len(str(row[k])) for row in table) for k in range(3)]
+    for row in table:
+        left = "  ".join(str(text).ljust(width) for text, width in zip(row, widths, strict=False))
+        click.echo(f"{left}  {row[3]}")
+
+
+def _print_facts(facts: dict[str, Any]) -> None:
+    """The facts, one a line with its unit; what the thesis states stands below."""
+    for name, value in facts.items():
+        if name in {"published", "undecided", "notes", "slit", "hindrances"}:
+            continue
+        if value is None and name not in facts["undecided"]:
+            continue  # says nothing about this assembly
+        label, unit = _label(name)
+        text = f"undecided: {facts['undecided'][name]}" if value is None else f"{_text(value)}{unit}"
+        click.echo(f"{label:21}{text}")
+    for reason in facts["hindrances"]:
+        click.echo(f"{'':21}{reason}")
+    for row in facts["slit"] or ():
+        click.echo(
+            f"{'slit distance':21}{row['measured_mm']:.6g} mm at phi_1 = {row['phi_1_deg']} degrees, "
+            f"{row['stated_mm']:.6g} mm by eq. 5.27"
+        )
+    for name, row in facts["published"].items():
+        label, unit = _label(name)
+        verdict = {True: "agrees", False: "DIFFERS", None: "undecided"}[row["agree"]]
+        click.echo(f"{'the thesis':21}{label} {_text(row['thesis'])}{unit}: {verdict}")
+    for note in facts["notes"]:
+        click.echo(f"{'note':21}{note}")
+
+
+def _label(name: str) -> tuple[str, str]:
+    """A fact's name as words, and its unit."""
+    for ending, unit in _UNITS.items():
+        if name.endswith(ending):
+            return name.removesuffix(ending).replace("_", " "), f" {unit}"
+    return name.replace("_", " "), ""
+
+
+def _text(value: object) -> str:
+    """A value in words: lists with spaces, named values with units."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, list | tuple):
+        return " ".join(map(_text, value))
+    if isinstance(value, dict):
+        parts = []
+        for name, part in value.items():
+            label, unit = _label(name)
+            if name == "size":
+                parts.append("size any" if part is None else f"size {part[0]}x{part[1]}")
+            elif name.isdigit():
+                parts.append(f"{part} of {name}")
+            else:
+                parts.append(f"{label} {_text(part)}{unit}")
+        return ", ".join(parts)
+    return str(value)

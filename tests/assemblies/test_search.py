@@ -1,0 +1,306 @@
+import itertools
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hcsearch.assemblies.assembly import Parameters
+from hcsearch.assemblies.contacts import penetration
+from hcsearch.assemblies.copies import STILL, Motion, Sheet
+from hcsearch.assemblies.eight_r import eight_r
+from hcsearch.assemblies.elements import RigidPair, elements, rigid_pairs, untwisted
+from hcsearch.assemblies.isosceles import KITE, PARALLELOGRAM, isosceles_elements, isosceles_shapes, with_triangles
+from hcsearch.assemblies.joining import neighbours
+from hcsearch.assemblies.proofs import freedom, prove
+from hcsearch.assemblies.rings import Rings, congruence_key, least_kutzbach, marks_of
+from hcsearch.assemblies.search import Limits, search_elements, search_units
+from hcsearch.assemblies.squares import array_6r, element_6r
+from hcsearch.assemblies.units import unit_i, unit_ii
+from hcsearch.circuit import Circuit
+from hcsearch.cli import hcsearch as command_line
+from hcsearch.errors import HcsearchError
+from hcsearch.linkage import Linkage
+from hcsearch.pattern import VALLEY, Pattern, overlay
+from hcsearch.store import open_readonly, select
+
+DEGREES = Parameters(alpha=math.radians(70))
+SQUARES = Parameters()
+TEN = Circuit.from_notation("triangle:0123434501")
+angles = st.floats(0.0, math.tau)
+motions = st.builds(
+    lambda reflects, exchange, angle, x, y: Motion(
+        reflects, exchange, complex(math.cos(angle), math.sin(angle)), x + 1j * y
+    ),
+    st.booleans(),
+    st.sampled_from((1, -1)),
+    angles,
+    st.floats(-3, 3),
+    st.floats(-3, 3),
+)
+
+
+def same_class(pattern):
+    return congruence_key(marks_of(Sheet(pattern, lattice=False)))
+
+
+@pytest.fixture(scope="module")
+def ten():
+    """The search over the element of ten triangles, with a base angle of 70 degrees."""
+    (found, other) = search_elements(isosceles_elements(10, 70.0))
+    assert other.skipped.startswith("as ")
+    return found
+
+
+# copies
+
+
+@given(motions, motions, st.complex_numbers(max_magnitude=3))
+def test_motions_compose_and_turn_back(one, two, point):
+    assert (one @ two)(point) == pytest.approx(one(two(point)))
+    assert (one.inverse @ one)(point) == pytest.approx(point)
+    assert (one @ two).exchange == one.exchange * two.exchange
+    assert (one @ one.inverse).key == STILL.key
+
+
+@settings(max_examples=25)
+@given(motions)
+def test_a_motion_moves_a_pattern_as_it_moves_points(motion):
+    element = eight_r(DEGREES)
+    sheet = Sheet(element, lattice=False)
+    moved = Sheet(motion.of(element, sheet.unit), lattice=False)
+    assert moved.centres == pytest.approx(np.array([motion(z) for z in sheet.centres]))
+    assert {code for *_, code in moved.creases} == {motion.exchange * code for *_, code in sheet.creases}
+    assert (moved.codes[0, 9], moved.codes[0, 2]) == (motion.exchange * sheet.codes[0, 9], sheet.codes[0, 2])
+    assert same_class(moved.pattern) == same_class(element)
+
+
+def test_placements_are_those_of_joining():
+    element = eight_r(DEGREES)
+    rings = Rings(Sheet(element, lattice=False), strict=False)
+    unit = rings.sheet.unit
+    joined = set()
+    for placement, _, _ in neighbours(element, element):
+        turn = complex(math.cos(placement.turn), math.sin(placement.turn))
+        shift = complex(*placement.shift) / unit
+        joined.add(rings.key(Motion(placement.over, -1 if placement.over else 1, turn, shift)))
+    # turned by pi and inverted the 8R element is itself, so that every inverted copy is a real one too
+    assert len(rings.own) == 2
+    assert {rings.key(motion) for motion in rings.placements} == joined
+    assert len(joined) == 12
+
+
+def test_overlap_of_a_copy_with_itself():
+    sheet = Sheet(eight_r(DEGREES), lattice=False)
+    found = sheet.overlap(STILL)
+    assert (found.facets, found.hinges, found.crossed, found.agrees) == (10, 8, 0, True)
+    assert not sheet.overlap(Motion(False, -1, 1 + 0j, 0j)).agrees
+    assert not sheet.overlap(Motion(False, 1, 1 + 0j, 0.1 + 0j)).agrees
+    assert sheet.overlap(Motion(False, 1, 1 + 0j, 100 + 0j)).facets == 0
+
+
+def test_kutzbach_of_marks_is_a_lower_bound():
+    for build in (eight_r, unit_i, unit_ii):
+        pattern = build(DEGREES)
+        assert least_kutzbach(marks_of(Sheet(pattern, lattice=False))) == pattern.kutzbach
+
+
+# elements
+
+
+def test_rigid_creases_are_the_flat_ones():
+    assert rigid_pairs(TEN) == [
+        RigidPair(0, 5, "no fold"),
+        RigidPair(1, 6, "element", 2),
+        RigidPair(2, 7, "no fold"),
+        RigidPair(3, 8, "element", 2),
+        RigidPair(4, 9, "no fold"),
+    ]
+    assert {pair.verdict for pair in rigid_pairs(Circuit.from_notation("triangle:012345"))} <= {"no fold", "twisted"}
+    assert "locked" in {pair.verdict for pair in rigid_pairs(Circuit.from_notation("triangle:01234343450101"))}
+
+
+def test_any_other_rigid_crease_loses_the_fold():
+    element = next(iter(elements("triangle", 10)))
+    linkage = element.linkage
+    for hinge in range(linkage.n_hinges):
+        held = linkage.folded.copy()
+        held[hinge] = 0.0
+        assert np.abs(linkage.closure(held)[0]).max() > 0.1
+
+
+def test_elements_of_ten_triangles_are_the_8r_element():
+    (first, second) = elements("triangle", 10)
+    regular = eight_r(Parameters(alpha=math.pi / 3))
+    assert same_class(first.pattern) == same_class(second.pattern) == same_class(regular)
+    assert (first.dof, first.locked, first.name) == (2, False, "triangle:0123434501:1")
+    with pytest.raises(HcsearchError, match="even number"):
+        list(elements("triangle", 9))
+
+
+# isosceles triangles
+
+
+def test_isosceles_element_is_the_8r_element_for_every_base_angle():
+    for alpha in (30.0, 46.0, 70.0, 85.0):
+        found = list(isosceles_elements(10, alpha))
+        expected = same_class(eight_r(Parameters(alpha=math.radians(alpha))))
+        assert [element.shape for element in found] == ["parallelogram right", "parallelogram left"]
+        assert all(same_class(element.pattern) == expected for element in found)
+
+
+def test_scalene_triangles_fold_no_circuit_of_ten_but_one_of_eighteen():
+    # (5.28) excludes them for ten panels; with eighteen there are as many of each angle around every inner corner
+    scalene = [tuple(map(math.radians, angles)) for angles in itertools.permutations((50.0, 61.0, 69.0))]
+    kinds = {}
+    for n in (10, 14, 18):
+        for folding in untwisted("triangle", n):
+            for angles, kind in itertools.product(scalene, (PARALLELOGRAM, KITE)):
+                pattern = with_triangles(folding, angles, kind)
+                if pattern is not None:
+                    assert freedom(pattern) == 10
+                    kinds.setdefault(folding.notation, set()).add(kind)
+    assert kinds == {"triangle:012323434345050101:3": {PARALLELOGRAM}}
+
+
+def test_equilateral_triangles_are_the_regular_grid():
+    for folding in untwisted("triangle", 14):
+        regular = same_class(folding.pattern((0.05, 0.05, 0.006)))
+        assert all(same_class(with_triangles(folding, a, kind)) == regular for _, kind, a in isosceles_shapes(60.0))
+
+
+@pytest.mark.parametrize("alpha", [0.0, 90.0, math.nan, -20.0])
+def test_there_is_no_isosceles_triangle_with_such_an_angle(alpha):
+    with pytest.raises(HcsearchError, match="between 0 and 90"):
+        list(isosceles_elements(10, alpha))
+
+
+# the search
+
+
+def test_units_of_the_thesis_come_out_of_the_search_and_one_more(ten):
+    assert ten.complete
+    fours = [unit for unit in ten.units if len(unit.copies) == 4]
+    assert sorted(unit.known for unit in fours) == ["", "unit-i", "unit-ii"]
+    for unit in fours:
+        assert (len(unit.pattern.panels), len(unit.pattern.hinges), unit.pattern.kutzbach) == (21, 24, 0)
+        assert same_class(unit.pattern) in {same_class(unit_i(DEGREES)), same_class(unit_ii(DEGREES))} or not unit.known
+        proof = unit.proof
+        assert (proof.dof, proof.dof_folded, proof.dof_flat, proof.ways) == (1, 4, 4, 1)
+        assert (proof.path, proof.path_dof, proof.contact) == ("flat", (1,), False)
+        assert proof.deployment_ratio == pytest.approx(7)
+        assert proof.closure_error < 1e-12
+        assert proof.rank_gap > 1e6
+
+
+def test_two_8r_elements_that_share_three_hinges_have_one_degree_of_freedom(ten):
+    (pair,) = (unit for unit in ten.units if len(unit.copies) == 2)
+    assert (len(pair.pattern.panels), len(pair.pattern.hinges), pair.pattern.kutzbach) == (12, 13, 1)
+    assert pair.proof.holds
+    assert pair.proof.contact is False
+
+
+def test_units_are_unions_of_their_copies(ten):
+    for unit in ten.units:
+        placements = json.loads(unit.placements)
+        assert len(placements) == len(unit.copies)
+        # none has to be inverted: every copy is the element itself, as it is or turned over
+        assert not any(placement["inverted"] for placement in placements)
+        moved = [
+            unit.element.pattern.moved(
+                math.radians(placement["turn"]), tuple(1e-3 * v for v in placement["shift"]), over=placement["over"]
+            )
+            for placement in placements
+        ]
+        assert same_class(overlay(moved)) == same_class(unit.pattern)
+
+
+def test_a_crease_in_a_slit_leaves_no_folded_state():
+    element = next(iter(isosceles_elements(10, 70.0)))
+    sheet = Sheet(element.pattern, lattice=False)
+    strict, loose = (
+        {congruence_key(rings.marks(ring)): ring for ring in rings.rings()}
+        for rings in (Rings(sheet), Rings(sheet, strict=False))
+    )
+    assert len(strict) == 3
+    assert set(strict) < set(loose)
+    for key in set(loose) - set(strict):
+        union = overlay([motion.of(element.pattern, sheet.unit) for motion in loose[key]])
+        assert freedom(union) is None
+
+
+def test_panels_cut_through_each_other_below_45_degrees():
+    # thesis 5.3.1: the slit's distance p changes its sign there
+    found = {alpha: prove(unit_i(Parameters(alpha=math.radians(alpha)))) for alpha in (43.0, 47.0)}
+    assert [proof.contact for proof in found.values()] == [True, False]
+    assert all(proof.holds for proof in found.values())
+
+
+def test_limits_stop_a_search_and_say_so():
+    element = next(iter(elements("triangle", 14)))
+    assert not search_units(element, limits=Limits(unions=5)).complete
+    assert not search_units(element, limits=Limits(seconds=0.0)).complete
+    (found, *_) = search_elements([element], max_dof=3)
+    assert found.skipped == "more than 3 degrees of freedom"
+
+
+def test_circuits_of_fourteen_triangles_make_no_units():
+    found = list(search_elements(elements("triangle", 14)))
+    searched = [result for result in found if not result.skipped]
+    assert [result.element.dof for result in searched] == [6, 6]
+    assert all(result.complete and not result.units for result in searched)
+    assert "locked" in {result.skipped for result in found}
+
+
+def test_two_6r_elements_in_a_column_are_no_unit():
+    element = next(iter(elements("square", 8)))
+    assert same_class(element.pattern) == same_class(element_6r(SQUARES))
+    found = search_units(element, copies=(2,))
+    assert not found.units
+    columns = [unit for unit in found.refuted if unit.proof.overlap == 0]
+    assert [same_class(unit.pattern) for unit in columns] == [same_class(array_6r(replace(SQUARES, size=(1, 2))))]
+    # it has one degree of freedom near the folded state and one a row near the flat one, with a stage between
+    assert [unit.proof.verdict for unit in columns] == ["no motion found"]
+
+
+# contacts
+
+
+def test_two_panels_cut_into_each_other_beyond_their_stop():
+    squares = tuple(((x, 0.0), (x + 1, 0.0), (x + 1, 1.0), (x, 1.0)) for x in (0.0, 1.0))
+    linkage = Linkage(Pattern(squares, {(0, 1): VALLEY}, 0.1))
+    for angle in (0.0, 0.5, 2.0, math.pi):
+        assert penetration(linkage, np.array([angle])) == pytest.approx(0.0, abs=1e-12)
+    assert penetration(linkage, np.array([math.pi + 0.05])) == pytest.approx(math.sin(0.05), rel=0.1)
+    assert penetration(linkage, np.array([-0.1])) > 1e-3
+
+
+# the command line
+
+
+def run(*words):
+    result = CliRunner().invoke(command_line, ["units", *words])
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+def test_command_prints_and_stores_units_once(tmp_path):
+    words = ("--grid", "triangle", "--n", "10", "--copies", "2", "--db", str(tmp_path / "units.sqlite"))
+    assert "1 units, 1 of them new" in run(*words)
+    (line,) = run(*words, "--json").splitlines()
+    printed = json.loads(line)
+    assert "1 units, 0 of them new" in run(*words)
+    with open_readonly(str(tmp_path / "units.sqlite")) as database:
+        found = select(database, view="units")
+    (row,) = found.rows
+    assert dict(zip(found.columns, row, strict=True)) == {"id": 1, **printed}
+
+
+def test_command_refuses_base_angles_of_other_cells():
+    result = CliRunner().invoke(command_line, ["units", "--grid", "square", "--n", "8", "--alpha", "70"])
+    assert isinstance(result.exception, HcsearchError)
+    assert run("--grid", "triangle", "--n", "12") == "0 units\n"
