@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -93,7 +94,7 @@ def _pictures(
         circuit = Circuit.from_notation(notation)
     except NotationError:
         return Markup('<p class="nothing">no picture</p>'), []
-    best = min(foldings, key=lambda row: (not row.get("untwisted"), row["crease"]), default=None)
+    best = min(foldings, key=_rank, default=None)
     assignments = [Folding(circuit, int(str(row["crease"]))).assignment for row in foldings]
     chips = [
         FoldingChip(
@@ -108,6 +109,12 @@ def _pictures(
     svg = draw_circuit(circuit.grid, circuit.cells, shown, size=size, title=notation, standalone=False)
     # Trusted: integers and fixed words, and a title that `draw_circuit` escapes.
     return Markup(svg), chips
+
+
+def _rank(folding: Row) -> tuple[bool, float, int]:
+    """Order foldings as the database does: untwisted ones first, of these the one with the lowest dof, then crease."""
+    dof = folding.get("dof")
+    return not folding.get("untwisted"), math.inf if dof is None else float(str(dof)), int(str(folding["crease"]))
 
 
 def _badge(design: Row) -> tuple[str, str]:
