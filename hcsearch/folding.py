@@ -133,7 +133,8 @@ class Folding:
 
         size : length, width and thickness of a panel in metres; the side, twice, where cells are regular.
         hinged : whether the two flat pairs have hinges, on the faces that continue the alternation, or are rigid.
-        merged : whether panels that meet on a mirror axis through the flat creases are made one.
+        merged : whether panels that meet on a mirror axis through the flat creases are made one; flat pairs are among
+            them, and rigid then.
         """
         circuit, n = self.circuit, self.circuit.n
         length, width, thickness = size

@@ -86,7 +86,8 @@ def mobility(
 def best_foldings(n_circuits: int, foldings: FoldingBatch, twists: NDArray[np.int16], found: MobilityBatch) -> Whole:
     """Index of the untwisted folding with the lowest dof, then the lowest crease, of each circuit; -1 without one."""
     chosen = np.flatnonzero(twists == 0)
-    order = chosen[np.lexsort((foldings.crease[chosen], found.dof[chosen], foldings.row[chosen]))]
+    dof = np.where(found.dof == NONE, np.iinfo(np.int32).max, found.dof)  # undecided ones come last
+    order = chosen[np.lexsort((foldings.crease[chosen], dof[chosen], foldings.row[chosen]))]
     best = np.full(n_circuits, -1)
     best[foldings.row[order[::-1]]] = order[::-1]
     return best

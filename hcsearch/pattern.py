@@ -87,7 +87,9 @@ class Pattern:
             raise PatternError(f"panels {self.thickness * 1e3:g} mm thick do not exist: give a positive thickness")
         for pair in self.creases:
             if pair not in self.edges:
-                raise PatternError(f"facets {pair[0]} and {pair[1]} share no edge: a crease joins neighbours only")
+                raise PatternError(
+                    f"facets {pair[0]} and {pair[1]} share no edge: a crease joins neighbours, given in rising order"
+                )
         for first, second in (pair for pair, crease in self.creases.items() if crease.face is not None):
             if self.panel_of[first] == self.panel_of[second]:
                 raise PatternError(
@@ -231,6 +233,8 @@ def overlay(patterns: Sequence[Pattern]) -> Pattern:
         for facet, k in zip(pattern.facets, number, strict=True):
             if k == len(facets):
                 facets.append(facet)
+            elif not _same(facet, facets[k], tolerance):
+                raise PatternError(f"a facet laid onto facet {k} has another outline: facets coincide, or lie apart")
         for (i, j), crease in pattern.creases.items():
             pair = (min(number[i], number[j]), max(number[i], number[j]))
             if creases.setdefault(pair, crease) != crease:
@@ -276,6 +280,11 @@ def _area(facet: Facet) -> float:
 def _centre(facet: Iterable[Point]) -> Point:
     x, y = np.mean(list(facet), axis=0)
     return (float(x), float(y))
+
+
+def _same(one: Facet, two: Facet, tolerance: float) -> bool:
+    """Whether two facets have the same corners."""
+    return len(one) == len(two) and all(min(math.dist(p, q) for q in two) < 4 * tolerance for p in one)
 
 
 def _one_line(one: Hinge, two: Hinge, tolerance: float) -> bool:

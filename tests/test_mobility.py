@@ -1,6 +1,7 @@
 """The stage `mobility`: whole batches against one linkage at a time, and published freedoms."""
 
 from collections import Counter
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from hcsearch.kinematics.generic import generic_rank
 from hcsearch.kinematics.locks import lock_at
 from hcsearch.kinematics.rank import rank_at
 from hcsearch.linkage import Linkage
-from hcsearch.records import NONE, CircuitBatch
+from hcsearch.records import NONE, CircuitBatch, FoldingBatch, MobilityBatch
 from hcsearch.scenes import default_panel
 from hcsearch.twisting import twist_batch
 from tests.strategies import circuits, congruences
@@ -96,7 +97,16 @@ def test_freedoms_and_locks_do_not_depend_on_the_way_a_circuit_is_given(data):
     outcomes = []
     for one in (circuit, moved):
         _, _, twists, found = stages(CircuitBatch(one.grid.name, np.array([one.word], np.int8), np.ones(1, np.int16)))
-        columns = (found.dof_folded, found.dof_flat, found.merged_panels, found.kutzbach_merged, found.locked, twists)
+        columns = (
+            found.dof,
+            found.dof_merged,
+            found.dof_folded,
+            found.dof_flat,
+            found.merged_panels,
+            found.kutzbach_merged,
+            found.locked,
+            twists,
+        )
         outcomes.append(sorted(zip(*(column.tolist() for column in columns), strict=True)))
     assert outcomes[0] == outcomes[1]
 
@@ -107,11 +117,10 @@ def test_an_empty_batch_has_no_rows():
 
 
 def test_best_foldings_have_the_lowest_dof_then_crease():
-    batch, found, twists, freedoms = run(PolygonSearch(GRIDS["square"], 12))
-    best = mobility.best_foldings(len(batch), found, twists, freedoms)
-    for row, chosen in enumerate(best):
-        own = [i for i in range(len(found)) if found.row[i] == row and twists[i] == 0]
-        if not own:
-            assert chosen == -1
-            continue
-        assert chosen == min(own, key=lambda i: (freedoms.dof[i], found.crease[i]))
+    """Four circuits: a tie, an undecided dof, a twisted folding with the lowest dof, and no untwisted one."""
+    found = FoldingBatch(np.array([0, 0, 0, 1, 1, 2, 2, 3]), np.array([5, 3, 1, 0, 2, 0, 4, 0]))
+    twists = np.array([0, 0, 0, 0, 0, 1, 0, 2], np.int16)
+    dof = np.array([4, 4, 5, NONE, 6, 1, 7, 1])
+    columns = {field.name: dof for field in fields(MobilityBatch)} | {"kutzbach": 4, "locked": dof > 0}
+    best = mobility.best_foldings(4, found, twists, MobilityBatch(**columns))
+    assert best.tolist() == [1, 4, 6, -1]

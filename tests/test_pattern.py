@@ -23,6 +23,9 @@ def square(x, y, side=1.0):
     return ((x, y), (x + side, y), (x + side, y + side), (x, y + side))
 
 
+DIAMOND = ((0.5, 0.0), (1.0, 0.5), (0.5, 1.0), (0.0, 0.5))
+
+
 def row(n, creases, thickness=0.1):
     """Squares side by side, joined in turn."""
     return Pattern(
@@ -64,9 +67,13 @@ def test_the_first_panel_of_a_hinge_lies_on_its_left():
     ("make", "remedy"),
     [
         (lambda: row(2, [VALLEY], thickness=0.0), "positive thickness"),
-        (lambda: Pattern((square(0.0, 0.0), square(5.0, 0.0)), {(0, 1): VALLEY}, 0.1), "neighbours only"),
+        (
+            lambda: Pattern((square(0.0, 0.0), square(5.0, 0.0)), {(0, 1): VALLEY}, 0.1),
+            "neighbours, given in rising order",
+        ),
         (lambda: overlay([row(2, [VALLEY]), row(2, [MOUNTAIN])]), "different ways"),
         (lambda: overlay([row(2, [VALLEY]), row(2, [VALLEY], thickness=0.2)]), "one"),
+        (lambda: overlay([row(1, []), Pattern((DIAMOND,), {}, 0.1)]), "coincide, or lie apart"),
         (lambda: Pattern((square(0.0, 0.0), square(0.0, 0.0)), {}, 0.1).edges, "overlap"),
     ],
 )

@@ -57,8 +57,9 @@ class LockRow:
 
     folded_1, folded_2, flat_1, flat_2 : at which end and by which order. locked : by any. designs_locked : designs
     all untwisted foldings of which are. Of those `tried`: still locked with flat pairs hinged, with panels a tenth and
-    ten times as thick. merged : untwisted foldings with a mirror axis that are locked, and still so when merged. play :
-    what a gap at every stop lets the freest hinge turn, in gaps, at most, for the tightest first-order lock.
+    ten times as thick. merged : untwisted foldings with a mirror axis that are locked, and still so when merged.
+    play_least, play_most : what a gap at every stop lets the freest hinge turn, in gaps, at most and to first order:
+    at the tightest and at the loosest first-order lock. margin : the least by which a proof's inequalities hold.
     """
 
     grid: str
@@ -76,7 +77,9 @@ class LockRow:
     thin: int
     thick: int
     merged: str
-    play: float | None
+    play_least: float | None
+    play_most: float | None
+    margin: float | None
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,9 @@ class Report:
                 "first or second order (a folding may be in several columns); of those `tried`, how many are still "
                 "proved locked with flat pairs hinged, or with panels a tenth or ten times as thick; `merged`: of "
                 "foldings with a mirror axis, how many are locked without and with their panels merged; `play`: the "
-                "most a hinge can turn, in multiples of the gap, when every stop has a gap, at the tightest lock.",
+                "most a hinge can turn to first order, in multiples of the gap, when every stop has a gap, at the "
+                "tightest and the loosest first-order lock; `margin`: the least by which an inequality of a proof "
+                "holds, screws and wrench being of about unit length.",
                 self.locks,
             ),
         ]
@@ -176,6 +181,7 @@ def _locks(circuits: CircuitBatch, foldings: FoldingBatch) -> LockRow:
         for factor in THICKNESSES
     )
     plays = [_play(folding, panel, end) for folding, pair in zip(locked, ends, strict=True) for end in pair.items()]
+    known = [play for play in plays if play is not None]
     return LockRow(
         grid=grid,
         n=n,
@@ -192,7 +198,9 @@ def _locks(circuits: CircuitBatch, foldings: FoldingBatch) -> LockRow:
         thin=thin,
         thick=thick,
         merged=f"{before} -> {after} of {len(mirrored)}",
-        play=min((play for play in plays if play is not None), default=None),
+        play_least=min(known, default=None),
+        play_most=max(known, default=None),
+        margin=min((lock.margin for pair in ends for lock in pair.values() if lock.locked), default=None),
     )
 
 

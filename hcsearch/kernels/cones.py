@@ -15,11 +15,12 @@ Whole = NDArray[np.int64]
 Reals = NDArray[np.float64]
 
 MOST_RAYS = 2048
-"""A cone with more extreme rays is taken for one that moves: nothing is claimed about it."""
+"""Nothing is claimed about a cone with more extreme rays."""
 
 
-LOCKED, MOVES, OPEN = 1, 2, 0
-"""What `settle` finds at an end of the motion: locked at first order; not locked at second order; left open."""
+LOCKED, PASSED, OPEN = 1, 2, 0
+"""What `settle` finds at an end: locked at first order; not to be locked at second order either, or with too many
+motions to tell; or open, as no motion was found that second order allows."""
 
 
 @compiled
@@ -316,7 +317,7 @@ def yields(screws: Reals, rays: Reals) -> bool:
 
 @compiled
 def settle(lines: Whole, screws: Reals, ends: NDArray[np.int8]) -> None:
-    """Write LOCKED, MOVES or OPEN for each of many loops.
+    """Write LOCKED, PASSED or OPEN for each of many loops.
 
     lines : shape (n_loops, n, 5), whole; screws : shape (n_loops, n, 6), the same hinges in metres.
     """
@@ -331,7 +332,7 @@ def settle(lines: Whole, screws: Reals, ends: NDArray[np.int8]) -> None:
         level[:, :2], level[:, 2:] = screws[i, :, :2], screws[i, :, 3:]
         _some_corners(level, corners)  # mostly enough, and far cheaper than all rays
         if yields(screws[i], corners):
-            ends[i] = MOVES
+            ends[i] = PASSED
             continue
         count = cone_rays(level, rays)
-        ends[i] = MOVES if count < 0 or yields(screws[i], rays[:count]) else OPEN
+        ends[i] = PASSED if count < 0 or yields(screws[i], rays[:count]) else OPEN

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,10 +31,9 @@ def generic_rank(linkage: Linkage) -> Rank:
     """The greatest rank found at closed states on the way from the folded state, with hinges two-sided.
 
     A linkage may leave its folded state in several ways, with more freedom in some (all of its parallel hinges first,
-    say) than in others; the rank is that of the way with the least. Where no attempt gets away, it is the folded one.
+    say) than in others; the rank is that of the way with the least. Undecided where no attempt gets away.
     """
-    best = rank_at(linkage, linkage.folded)
-    moved = False
+    best = replace(rank_at(linkage, linkage.folded), rank=None, gap=0.0)
     for attempt in range(TRIES):
         angles = linkage.folded
         for _ in range(STEPS):
@@ -42,6 +43,6 @@ def generic_rank(linkage: Linkage) -> Rank:
         if state.residual > CLOSED or np.abs(angles - linkage.folded).max(initial=0.0) < 1e-3:
             continue
         found = rank_at(linkage, angles)
-        if found.rank is not None and (not moved or best.rank is None or found.rank > best.rank):
-            best, moved = found, True
+        if found.rank is not None and (best.rank is None or found.rank > best.rank):
+            best = found
     return best

@@ -7,7 +7,8 @@ First order: a wrench y with y . A_i > 0 for every hinge i holds them all shut, 
 (Gordan's theorem). Second order: where some x in the cone K = {x >= 0, A x = 0} are possible to first order, a
 wrench with y . A_i >= 0 and y . bend(x) > 0 on all of K but 0 excludes them: along a motion the loops would ask
 y . A x + y . bend(x) / 2 = 0 up to third order, a sum of which no term is negative and one is not zero.
-Neither says that a linkage moves: that is for a path to show.
+Locked means that the state is isolated: panels, hinges and stops are exact. Others may lie near it, behind a gap of
+micrometres. Nothing here says that a linkage moves: that is for a path to show.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ Reals = NDArray[np.float64]
 MARGIN = 1e-7
 """A proof counts when its inequalities hold by this much, with screws and wrench of unit length; rounding is 1e-13."""
 
-_MOST_PRODUCTS = 60  # rays whose products make inequalities of the second-order proof
+MOST_PRODUCTS = 60
+"""Rays up to which a second-order proof is looked for: it has an inequality for every two of them."""
 
 
 @dataclass(frozen=True)
@@ -38,12 +40,14 @@ class Lock:
     """What is known about leaving one state.
 
     order : 1 or 2 where it is proved locked, by first or by second order; None where it is not proved.
+    tried : whether a proof by second order was looked for; there may be too many motions at first order to try.
     wrench : of a proof, shape (n_rows,), of greatest entry 1; margin : the least of what it proves positive.
     motion : turns of the hinges to first order that stops and loops allow, summing to 1; None where there are none.
     stuck : hinges that no motion turns at first order.
     """
 
     order: Literal[1, 2] | None
+    tried: bool
     wrench: Reals | None
     margin: float
     motion: Reals | None
@@ -61,7 +65,9 @@ class Lock:
             return "a wrench in the loops loads every hinge onto its stop, so none can open"
         if self.order == 2:
             return "what the hinges can do at first order drives the loops apart at second order"
-        return "the stops allow a motion at first order, and no wrench excludes it at second order"
+        if self.tried:
+            return "the stops allow a motion at first order, and no wrench was found that excludes it at second order"
+        return "the stops allow many motions at first order, too many to look for what excludes them at second order"
 
 
 def lock_at(linkage: Linkage, angles: Reals) -> Lock:
@@ -81,22 +87,23 @@ def lock_at(linkage: Linkage, angles: Reals) -> Lock:
     if not len(columns) or not columns.shape[1] or lengths.min() == 0.0:  # a hinge in no loop is free
         free = lengths == 0.0 if columns.shape[1] else np.ones(len(columns), bool)
         motion = free / max(free.sum(), 1)
-        return Lock(None, None, 0.0, motion, ())
+        return Lock(None, True, None, 0.0, motion, ())
     first = _first_order(columns / lengths[:, None])
     if first is not None:
         return first
     rays = np.empty((MOST_RAYS, len(columns)))
     count = cone_rays(columns / lengths[:, None], rays)
-    if count <= 0:  # too many to list
-        return Lock(None, None, 0.0, _motion(columns / lengths[:, None]) / lengths, ())
+    if not 0 < count <= MOST_PRODUCTS:
+        motion = _motion(columns / lengths[:, None]) / lengths
+        return Lock(None, False, None, 0.0, motion / motion.sum(), ())
     found = rays[:count] / lengths
     found /= found.sum(axis=1)[:, None]
     proof = second_order(columns, found, _products(found, bend))
     stuck = tuple(int(k) for k in np.flatnonzero(found.max(axis=0) <= 1e-9))
     motion = found.mean(axis=0)
     if proof is None:
-        return Lock(None, None, 0.0, motion, stuck)
-    return Lock(2, proof[0], proof[1], motion, stuck)
+        return Lock(None, True, None, 0.0, motion, stuck)
+    return Lock(2, True, proof[0], proof[1], motion, stuck)
 
 
 def _motion(columns: Reals) -> Reals:
@@ -116,7 +123,7 @@ def _first_order(columns: Reals) -> Lock | None:
         return None
     wrench /= largest
     margin = float((columns @ wrench).min())
-    return Lock(1, wrench, margin, None, tuple(range(n))) if margin > MARGIN else None
+    return Lock(1, True, wrench, margin, None, tuple(range(n))) if margin > MARGIN else None
 
 
 def _products(rays: Reals, bend: Callable[[Reals], Reals]) -> Reals:
@@ -135,8 +142,6 @@ def second_order(columns: Reals, rays: Reals, products: Reals) -> tuple[Reals, f
     On hinges that can turn at first order y has no power; it is asked to hold the others shut, that y . bend of every
     ray is positive, and y . bend of every two rays not negative, which suffices for all their sums.
     """
-    if len(rays) > _MOST_PRODUCTS:
-        return None
     turning = rays.max(axis=0) > 1e-9
     basis = null_space(columns[turning])  # shape (n_rows, freedom of y)
     if not basis.shape[1]:
