@@ -69,7 +69,9 @@ def test_text_holds_the_same_facts_with_units():
 
 def test_where_the_thesis_differs_it_is_said():
     assert "the thesis           merged joints 14: DIFFERS" in call("fig-5.11b")
-    assert "cut through each other at a base angle of 30 degrees: give one from 45 up" in call("element-8r", "--alpha", "30")
+    assert "cut through each other at a base angle of 30 degrees: give one from 45 up" in call(
+        "element-8r", "--alpha", "30"
+    )
 
 
 def test_sizes():
