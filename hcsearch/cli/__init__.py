@@ -11,12 +11,14 @@ from typing import Any
 
 import click
 
+from hcsearch.cli.assembly import assembly
 from hcsearch.cli.bench import bench
 from hcsearch.cli.count import count
 from hcsearch.cli.enumerate import enumerate_
 from hcsearch.cli.query import query
 from hcsearch.cli.report import report
 from hcsearch.cli.show import show
+from hcsearch.cli.units import units
 from hcsearch.errors import HcsearchError
 
 _INTERRUPTED = "hcsearch: interrupted; an enumeration into a database goes on from there when it is run again"
@@ -49,7 +51,7 @@ def hcsearch() -> None:
     """Search for Hamiltonian-circuit designs of thick-panel arrays that fold into two stacks."""
 
 
-for command in (enumerate_, count, query, show, report, bench):
+for command in (enumerate_, count, query, show, report, assembly, units, bench):
     hcsearch.add_command(command)
 
 

@@ -26,6 +26,7 @@ class Quantity(NamedTuple):
 _GRIDS = ("triangle", "square", "rectangle", "hex")
 _KEEPS = ("all", "two-stack", "untwisted")
 _VERDICTS = ("deploys", "undecided", "collides", "locked")
+_PATHS = ("flat", "stopped", "stepwise", "none", "locked")
 
 _MECHANISM = (
     Quantity("merged_panels", "integer", "", "panel pairs made one on the mirror axis"),
@@ -117,7 +118,36 @@ RUNS = (
     Quantity("batches_reused", "integer", "", "batches taken from earlier runs"),
 )
 
-VIEWS = {"designs": DESIGNS, "foldings": FOLDINGS, "deployments": DEPLOYMENTS, "runs": RUNS}
+UNITS = (
+    Quantity("id", "integer", "", "number of the unit in this database"),
+    Quantity("grid", "text", "", "tiling of the element", _GRIDS),
+    Quantity("n", "integer", "", "number of panels of the element's circuit"),
+    Quantity("circuit", "text", "", "notation of the element's circuit"),
+    Quantity("crease", "integer", "", "first flat crease of its folding, rigid as its opposite is"),
+    Quantity("alpha", "real", "deg", "base angle of isosceles triangles; null on regular grids"),
+    Quantity("shape", "text", "", "apex and outer panels of isosceles triangles; empty on regular grids"),
+    Quantity("merged", "boolean", "", "1 when panels that meet on the mirror axis are one"),
+    Quantity("element_dof", "integer", "", "degrees of freedom of the element alone"),
+    Quantity("copies", "integer", "", "copies of the element that are laid together"),
+    Quantity("placements", "text", "", "where they lie, as JSON: over, inverted, turn (degrees), shift (mm)"),
+    Quantity("panels", "integer", "", "panels of the unit"),
+    Quantity("hinges", "integer", "", "hinges of the unit"),
+    Quantity("directions", "integer", "", "directions of hinges; 1 when all are parallel, a planar linkage"),
+    Quantity("loops", "integer", "", "independent loops"),
+    Quantity("kutzbach", "integer", "", "Kutzbach count 6(n-1)-5j"),
+    Quantity("dof", "integer", "", "degrees of freedom at a generic state of the motion"),
+    Quantity("dof_folded", "integer", "", "degrees of freedom at first order, folded"),
+    Quantity("dof_flat", "integer", "", "degrees of freedom at first order, flat"),
+    Quantity("rank_gap", "real", "", "least singular value that counts, over the noise"),
+    Quantity("deployment_ratio", "real", "", "flat area over footprint of the folded package"),
+    Quantity("ways", "integer", "", "finite motions found out of the folded state, within the stops"),
+    Quantity("path", "text", "", "how the motion from folded ends: flat, stopped, stepwise, none or locked", _PATHS),
+    Quantity("closure_error", "real", "", "greatest closure residual on that motion, rad or gap over panel size"),
+    Quantity("contact", "boolean", "", "1: panels cut through each other on the way; 0: they do not; null: not looked"),
+    Quantity("known", "text", "", "name in the thesis, unit-i or unit-ii; empty where it has none"),
+)
+
+VIEWS = {"designs": DESIGNS, "foldings": FOLDINGS, "deployments": DEPLOYMENTS, "runs": RUNS, "units": UNITS}
 
 
 def view_names() -> tuple[str, ...]:

@@ -24,6 +24,7 @@ _IDENTITY = {
     "foldings": ("design_id", "crease"),
     "deployments": ("design_id", "crease", "scene"),
     "runs": ("id",),
+    "units": ("id",),
 }
 
 # On a server, rows wait there until they are fetched.

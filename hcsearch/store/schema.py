@@ -22,7 +22,7 @@ from sqlalchemy import (
 )
 from sqlalchemy.types import REAL, TypeEngine
 
-REVISION = "0001"
+REVISION = "0002"
 """The newest migration. Revisions are numbers of four digits, so that an older one is a smaller text."""
 
 VERSION_TABLE = "hcsearch_version"
@@ -169,4 +169,46 @@ batch = Table(
     Column("run_id", Integer, ForeignKey("run.id"), nullable=False),
     sqlite_strict=True,
     sqlite_with_rowid=False,
+)
+
+# No reference to `design`: units can be searched for without a database of designs, and those of isosceles triangles
+# belong to no design of a grid.
+unit = Table(
+    "unit",
+    metadata,
+    Column("id", _ID, primary_key=True, autoincrement=False),
+    Column("grid", _TEXT, nullable=False),
+    Column("n", Integer, nullable=False),
+    Column("circuit", _TEXT, nullable=False),
+    Column("crease", Integer, nullable=False),
+    Column("alpha", _REAL),
+    Column("shape", _TEXT, nullable=False),
+    Column("merged", Integer, nullable=False),
+    Column("element_dof", Integer),
+    Column("copies", Integer, nullable=False),
+    Column("placements", _TEXT, nullable=False),
+    Column("panels", Integer, nullable=False),
+    Column("hinges", Integer, nullable=False),
+    Column("directions", Integer, nullable=False),
+    Column("loops", Integer, nullable=False),
+    Column("kutzbach", Integer, nullable=False),
+    Column("dof", Integer, nullable=False),
+    Column("dof_folded", Integer),
+    Column("dof_flat", Integer),
+    Column("rank_gap", _REAL, nullable=False),
+    Column("deployment_ratio", _REAL, nullable=False),
+    Column("ways", Integer, nullable=False),
+    Column("path", _TEXT, nullable=False),
+    Column("closure_error", _REAL),
+    Column("contact", Integer),
+    Column("known", _TEXT, nullable=False),
+    # Names the element and where its copies lie; a search that is run again finds the same.
+    Column("key", _TEXT, nullable=False),
+    UniqueConstraint("key"),
+    CheckConstraint("copies > 1 AND panels > 0 AND hinges > 0", name="copies"),
+    CheckConstraint("merged IN (0, 1) AND contact IN (0, 1)", name="flags"),
+    CheckConstraint("alpha > 0 AND alpha < 90", name="alpha"),
+    _status("path", "flat", "stopped", "stepwise", "none", "locked"),
+    Index(None, "grid", "n"),
+    sqlite_strict=True,
 )

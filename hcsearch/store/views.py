@@ -1,4 +1,4 @@
-"""The SQL views that users query: `designs`, `foldings`, `deployments`, `runs`, with the columns of `columns.py`.
+"""The SQL views that users query, `designs` to `units`, with the columns of `columns.py`.
 
 Plain SQL that SQLite and PostgreSQL both read. NULL where a stage has not run, booleans as 0 or 1.
 """
@@ -42,6 +42,7 @@ _EXPRESSIONS = {
     "foldings": _FOLDINGS,
     "deployments": {},
     "runs": {},
+    "units": {},
 }
 
 # The join of `designs` finds one row at most, so SQLite leaves it out when none of its columns is asked for.
@@ -50,6 +51,7 @@ _SOURCES = {
     "foldings": ("f", "folding AS f"),
     "deployments": ("p", "deployment AS p"),
     "runs": ("r", "run AS r"),
+    "units": ("u", "unit AS u"),
 }
 
 

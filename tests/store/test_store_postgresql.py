@@ -181,16 +181,18 @@ def test_old_schema_is_upgraded_on_open(url, monkeypatch, tmp_path):
         before = everything(database)
     scripts = tmp_path / "migrations"
     (scripts / "versions").mkdir(parents=True)
-    for file in ("env.py", "versions/0001_first_schema.py"):
-        (scripts / file).write_text((migrate.SCRIPTS / file).read_text())
-    (scripts / "versions" / "0002_more.py").write_text(
-        "import sqlalchemy as sa\nfrom alembic import op\nrevision = '0002'\ndown_revision = '0001'\n"
+    following = f"{int(schema.REVISION) + 1:04d}"
+    for file in (migrate.SCRIPTS / "env.py", *(migrate.SCRIPTS / "versions").glob("0*.py")):
+        (scripts / file.relative_to(migrate.SCRIPTS)).write_text(file.read_text())
+    (scripts / "versions" / f"{following}_more.py").write_text(
+        f"import sqlalchemy as sa\nfrom alembic import op\nrevision = {following!r}\n"
+        f"down_revision = {schema.REVISION!r}\n"
         "def upgrade():\n    op.add_column('design', sa.Column('colour', sa.Text()))\n"
     )
     monkeypatch.setattr(migrate, "SCRIPTS", scripts)
-    monkeypatch.setattr(migrate, "REVISION", "0002")
-    monkeypatch.setattr("hcsearch.store.database.REVISION", "0002")
-    assert "older schema 0001" in refusal(open_readonly, url)
+    monkeypatch.setattr(migrate, "REVISION", following)
+    monkeypatch.setattr("hcsearch.store.database.REVISION", following)
+    assert f"older schema {schema.REVISION}" in refusal(open_readonly, url)
     with open_database(url, create=False) as database:
         assert everything(database) == before
     with open_readonly(url) as reader:

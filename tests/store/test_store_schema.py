@@ -19,6 +19,7 @@ from hcsearch.store.schema_dump import schema_sql
 from hcsearch.store.views import create_view
 
 ROOT = Path(__file__).parents[2]
+NEXT = f"{int(schema.REVISION) + 1:04d}"
 OLD = sorted(Path(__file__).with_name("old").glob("*.sql"))
 
 
@@ -115,10 +116,10 @@ def next_version(tmp_path, monkeypatch):
     """A program that knows one more migration."""
     scripts = tmp_path / "100% migrations"
     (scripts / "versions").mkdir(parents=True)
-    for file in ("env.py", "versions/0001_first_schema.py"):
-        (scripts / file).write_text((migrate.SCRIPTS / file).read_text())
-    (scripts / "versions" / "0002_more.py").write_text(
-        "import sqlalchemy as sa\nfrom alembic import op\nrevision = '0002'\ndown_revision = '0001'\n"
+    for file in (migrate.SCRIPTS / "env.py", *(migrate.SCRIPTS / "versions").glob("0*.py")):
+        (scripts / file.relative_to(migrate.SCRIPTS)).write_text(file.read_text())
+    (scripts / "versions" / f"{NEXT}_more.py").write_text(
+        f"import sqlalchemy as sa\nfrom alembic import op\nrevision = {NEXT!r}\ndown_revision = {schema.REVISION!r}\n"
         "def upgrade():\n"
         "    with op.batch_alter_table('design', recreate='always') as table:\n"
         "        table.add_column(sa.Column('colour', sa.Text()))\n"
@@ -126,8 +127,8 @@ def next_version(tmp_path, monkeypatch):
 
     def install():
         monkeypatch.setattr(migrate, "SCRIPTS", scripts)
-        monkeypatch.setattr(migrate, "REVISION", "0002")
-        monkeypatch.setattr("hcsearch.store.database.REVISION", "0002")
+        monkeypatch.setattr(migrate, "REVISION", NEXT)
+        monkeypatch.setattr("hcsearch.store.database.REVISION", NEXT)
 
     return install
 
@@ -136,7 +137,7 @@ def test_upgrade_keeps_rows_and_their_children(path, next_version):
     with open_database(str(path), create=True) as database:
         record(database, ["hex:1", "hex:2", "hex:3"])
     next_version()
-    with pytest.raises(DatabaseError, match="older schema 0001"):
+    with pytest.raises(DatabaseError, match=f"older schema {schema.REVISION}"):
         open_readonly(str(path))
     with open_database(str(path), create=False):
         pass
@@ -156,7 +157,7 @@ def test_failed_upgrade_changes_nothing(path, next_version):
         record(database, ["hex:1", "hex:2", "hex:3"])
     before = path.read_bytes()
     next_version()
-    file = migrate.SCRIPTS / "versions" / "0002_more.py"
+    file = migrate.SCRIPTS / "versions" / f"{NEXT}_more.py"
     file.write_text(file.read_text() + "    op.execute('SELECT 1 FROM nowhere')\n")
     with pytest.raises(DatabaseError, match="nowhere"):
         open_database(str(path), create=False)
@@ -169,7 +170,7 @@ def test_newer_schema_is_refused(path, next_version, monkeypatch):
     monkeypatch.undo()
     before = path.read_bytes()
     for attempt in (lambda: open_database(str(path), create=True), lambda: open_readonly(str(path))):
-        with pytest.raises(DatabaseError, match=r"newer hcsearch .schema 0002.*install"):
+        with pytest.raises(DatabaseError, match=rf"newer hcsearch .schema {NEXT}.*install"):
             attempt()
     assert path.read_bytes() == before
 

@@ -1,0 +1,213 @@
+"""Copies of an element on one plane: their isometries, and whether two copies agree where they overlap.
+
+A copy is carried by an isometry of the plane and may have its faces exchanged. A reflection that exchanges them is
+the element turned over; one that does not, and an exchange alone, make its mirror image in space (the inversion of
+thesis 6.1). Points are complex numbers, lengths divided by the size of a facet.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from hcsearch.pattern import Crease, Pattern
+
+Complex = NDArray[np.complex128]
+Whole = NDArray[np.int64]
+
+NEAR = 1e-6
+"""Points nearer than this share of a facet's size are the same."""
+SLIT = 99
+"""Code of two facets without a crease; the codes of hinges change sign with the face, that of a rigid crease is 0."""
+
+_STEP, _SHIFT = 1e-4, 0.3771
+_TURN = 1e-3
+
+
+class Motion(NamedTuple):
+    """An isometry of the plane, z to turn * z + shift, with conj(z) in the place of z where it reflects.
+
+    exchange : -1 where top and bottom faces are exchanged, else 1.
+    """
+
+    reflects: bool
+    exchange: int
+    turn: complex
+    shift: complex
+
+    def __matmul__(self, first: Motion) -> Motion:
+        """The motion that comes of `first`, then this one."""
+        return Motion(
+            self.reflects != first.reflects, self.exchange * first.exchange, self._spin(first.turn), self(first.shift)
+        )
+
+    def __call__(self, point: complex) -> complex:
+        """Image of a point."""
+        return self._spin(point) + self.shift
+
+    def _spin(self, vector: complex) -> complex:
+        return self.turn * (vector.conjugate() if self.reflects else vector)
+
+    @property
+    def inverse(self) -> Motion:
+        """The motion that takes this one back."""
+        turn = self.turn if self.reflects else self.turn.conjugate()
+        back = self.shift.conjugate() if self.reflects else self.shift
+        return Motion(self.reflects, self.exchange, turn, -turn * back)
+
+    @property
+    def inverts(self) -> bool:
+        """Whether the copy is the element's mirror image in space: no rigid motion takes the element there."""
+        return self.reflects == (self.exchange > 0)
+
+    @property
+    def key(self) -> int:
+        """A number that tells motions apart, whatever the rounding of where they come from."""
+        around = round(math.tau / _TURN)
+        angle = math.floor(math.atan2(self.turn.imag, self.turn.real) / _TURN + _SHIFT) % around
+        x, y = (math.floor(v / _STEP + _SHIFT) + (1 << 21) for v in (self.shift.real, self.shift.imag))
+        return ((((x << 22) | y) << 13) | angle) << 2 | self.reflects << 1 | (self.exchange < 0)
+
+    def of(self, pattern: Pattern, unit: float) -> Pattern:
+        """The pattern moved so; `unit` is the length (m) that shifts are counted in."""
+        turned = pattern.inverted() if self.inverts else pattern
+        angle = math.atan2(self.turn.imag, self.turn.real)
+        return turned.moved(angle, (unit * self.shift.real, unit * self.shift.imag), over=self.reflects)
+
+
+STILL = Motion(False, 1, 1.0 + 0.0j, 0.0j)
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """Where two copies lie on each other.
+
+    facets, hinges : number that they share. crossed : number of creases of one that lie in a slit of the other.
+    agrees : whether no facets overlap in part and no creases differ.
+    """
+
+    facets: int
+    hinges: int
+    crossed: int
+    agrees: bool
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """The facets and creases of an element, as copies of it are compared.
+
+    unit : length (m) that everything is divided by. lattice : whether the facets are cells of a regular tiling, so that
+        copies that share an edge never overlap in part.
+    """
+
+    pattern: Pattern
+    lattice: bool
+
+    @cached_property
+    def unit(self) -> float:
+        """Side of a square of a facet's mean area, in metres."""
+        return math.sqrt(self.pattern.area / len(self.pattern.facets))
+
+    @cached_property
+    def corners(self) -> list[Complex]:
+        """Corners of the facets."""
+        return [np.array([complex(x, y) / self.unit for x, y in facet], complex) for facet in self.pattern.facets]
+
+    @cached_property
+    def centres(self) -> Complex:
+        """Middles of the facets, shape (n_facets,)."""
+        return np.array([points.mean() for points in self.corners])
+
+    @cached_property
+    def codes(self) -> Whole:
+        """Codes of the creases between facets, shape (n_facets, n_facets)."""
+        found = np.full((len(self.centres),) * 2, SLIT)
+        for (i, j), crease in self.pattern.creases.items():
+            found[i, j] = found[j, i] = code_of(crease)
+        return found
+
+    @cached_property
+    def creases(self) -> list[tuple[complex, complex, int]]:
+        """Both ends of each crease, and its code."""
+        ends = ((self.pattern.edges[pair], code_of(crease)) for pair, crease in self.pattern.creases.items())
+        return [(complex(*a) / self.unit, complex(*b) / self.unit, code) for (a, b), code in ends]
+
+    def overlap(self, motion: Motion) -> Overlap:
+        """How a copy lies on the element itself."""
+        centres = _image(motion, self.centres)
+        same = np.abs(self.centres[:, None] - centres) < NEAR
+        still, moved = np.nonzero(same)
+        own, other = self.codes[np.ix_(still, still)], self.codes[np.ix_(moved, moved)]
+        other = np.where(other == SLIT, SLIT, motion.exchange * other)
+        both = (own != SLIT) & (other != SLIT)
+        hinges = int(np.count_nonzero(both & (own == other) & (own != 0))) // 2
+        crossed = int(np.count_nonzero((own != SLIT) != (other != SLIT))) // 2
+        agrees = bool((own == other)[both].all()) and (self.lattice or not self._clash(motion, centres, same))
+        return Overlap(len(still), hinges, crossed, agrees)
+
+    def _clash(self, motion: Motion, centres: Complex, same: NDArray[np.bool_]) -> bool:
+        """Whether facets overlap in part."""
+        reach = self._reach
+        near = np.abs(self.centres[:, None] - centres) < reach[:, None] + reach
+        i, j = np.nonzero(near & ~same)
+        if not len(i):
+            return False
+        moved = shapely.polygons([_ring(_image(motion, points)) for points in self.corners])
+        return bool((shapely.area(shapely.intersection(self._shapes[i], moved[j])) > NEAR).any())
+
+    @cached_property
+    def _reach(self) -> NDArray[np.float64]:
+        return np.array(
+            [np.abs(points - centre).max() for points, centre in zip(self.corners, self.centres, strict=True)]
+        )
+
+    @cached_property
+    def _shapes(self) -> NDArray[np.object_]:
+        return np.asarray(shapely.polygons([_ring(points) for points in self.corners]))
+
+    def placements(self) -> Iterator[Motion]:
+        """All motions that lay a hinge of a copy onto a hinge of the element, each once; the element's own too."""
+        known = set()
+        hinges = [crease for crease in self.creases if crease[2]]
+        for a, b, code in hinges:
+            for c, d, other in hinges:
+                if abs(code) != abs(other) or abs(abs(b - a) - abs(d - c)) > NEAR:
+                    continue
+                for motion in _carrying((a, b), (c, d), 1 if code == other else -1):
+                    if motion.key not in known:
+                        known.add(motion.key)
+                        yield motion
+
+
+def code_of(crease: Crease) -> int:
+    """0 for a rigid crease, else 1 or 2 (for hinges that stay flat), negative on the bottom face."""
+    if crease.face is None:
+        return 0
+    return (1 if crease.closes else 2) * (1 if crease.face == "top" else -1)
+
+
+def _carrying(target: tuple[complex, complex], source: tuple[complex, complex], exchange: int) -> Iterator[Motion]:
+    """The four isometries that lay one segment onto another."""
+    (a, b), (c, d) = target, source
+    for reflects in (False, True):
+        p, q = (c.conjugate(), d.conjugate()) if reflects else (c, d)
+        turn = (b - a) / (q - p)
+        turn /= abs(turn)
+        for sense in (turn, -turn):
+            yield Motion(reflects, exchange, sense, (a + b) / 2 - sense * (p + q) / 2)
+
+
+def _image(motion: Motion, points: Complex) -> Complex:
+    found: Complex = motion.turn * (points.conj() if motion.reflects else points) + motion.shift
+    return found
+
+
+def _ring(points: Complex) -> NDArray[np.float64]:
+    return np.column_stack([points.real, points.imag])

@@ -1,0 +1,129 @@
+"""Elements: designs of the search whose opposite flat creases are made rigid (thesis 5.1.1), with few freedoms or many.
+
+Of all pairs of opposite creases only the flat ones of a two-stack folding can be rigid without losing the fold: any
+other crease is closed in the stacks, its panels lie on each other there and beside each other in the flat state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from hcsearch.assemblies.proofs import closes, locked
+from hcsearch.circuit import Circuit
+from hcsearch.enumeration import PolygonSearch, search_all
+from hcsearch.errors import SizeError
+from hcsearch.folding import Folding, foldings
+from hcsearch.grid import grid_named
+from hcsearch.kinematics.generic import generic_rank
+from hcsearch.linkage import Linkage
+from hcsearch.pattern import Pattern
+from hcsearch.scenes import default_panel
+
+
+@dataclass(frozen=True)
+class Element:
+    """A folding with rigid flat creases.
+
+    merged : whether panels that meet on a mirror axis through the flat creases are made one.
+    shape : of isosceles triangles, which corner is the apex and how the outer triangles lie; empty on regular grids.
+    alpha : base angle of isosceles triangles in degrees; None on regular grids.
+    """
+
+    folding: Folding
+    merged: bool
+    pattern: Pattern
+    shape: str = ""
+    alpha: float | None = None
+
+    @property
+    def name(self) -> str:
+        """The folding's notation, with what else makes the element."""
+        parts = [self.folding.notation, "merged" if self.merged else "", self.shape]
+        if self.alpha is not None:
+            parts.append(f"alpha={self.alpha:g}")
+        return " ".join(filter(None, parts))
+
+    @cached_property
+    def linkage(self) -> Linkage:
+        """The element as a linkage."""
+        return Linkage(self.pattern)
+
+    @cached_property
+    def dof(self) -> int | None:
+        """Degrees of freedom at a generic state; None undecided."""
+        return generic_rank(self.linkage).nullity
+
+    @cached_property
+    def locked(self) -> bool:
+        """Whether its folded or its flat state is proved locked."""
+        return locked(self.linkage)
+
+
+@dataclass(frozen=True)
+class RigidPair:
+    """What becomes of a design when two opposite creases are made rigid.
+
+    verdict : `no fold` where other creases are flat or none are, `twisted`, `locked`, or `element`.
+    dof : degrees of freedom with the pair rigid; dof_merged : with mirror pairs of panels made one too; None where
+        there is no such element, or it is undecided.
+    """
+
+    crease: int
+    opposite: int
+    verdict: str
+    dof: int | None = None
+    dof_merged: int | None = None
+
+
+def rigid_pairs(circuit: Circuit) -> list[RigidPair]:
+    """Each pair of opposite creases of a design: whether both can be rigid, and what freedom that leaves."""
+    half = circuit.n // 2
+    known = {folding.crease: folding for folding in foldings(circuit)}
+    return [_rigid_pair(known.get(crease), crease, half) for crease in range(half if circuit.n % 2 == 0 else 0)]
+
+
+def _rigid_pair(folding: Folding | None, crease: int, half: int) -> RigidPair:
+    if folding is None:
+        return RigidPair(crease, crease + half, "no fold")
+    if _twisted(folding):
+        return RigidPair(crease, crease + half, "twisted")
+    plain, *merged = elements_of(folding)
+    verdict = "locked" if plain.locked else "element"
+    return RigidPair(crease, crease + half, verdict, plain.dof, merged[0].dof if merged else None)
+
+
+def elements_of(folding: Folding) -> list[Element]:
+    """The element of a folding on its regular grid, and the one with mirror pairs merged where there are some."""
+    size = default_panel(folding.circuit.grid.name)
+    found = [Element(folding, False, folding.pattern(size))]
+    if folding.mirror_pairs:
+        found.append(Element(folding, True, folding.pattern(size, merged=True)))
+    return found
+
+
+def elements(grid: str, n: int) -> Iterator[Element]:
+    """The elements of all untwisted foldings of all designs of n panels, those without a folded state left out."""
+    for folding in untwisted(grid, n):
+        for element in elements_of(folding):
+            if element.linkage.n_hinges and closes(element.linkage):
+                yield element
+
+
+def untwisted(grid: str, n: int) -> Iterator[Folding]:
+    """The untwisted foldings of all designs of n panels."""
+    found = grid_named(grid)
+    if n % 2 or n < 4:
+        raise SizeError(f"{n} panels do not fold into two stacks: give an even number from 4 up")
+    search = PolygonSearch(found, n) if n < 14 else search_all(found, n, "untwisted")
+    for batch in search.batches():
+        for word in batch.words.tolist():
+            circuit = Circuit(found, tuple(word))
+            yield from (folding for folding in foldings(circuit) if not _twisted(folding))
+
+
+def _twisted(folding: Folding) -> bool:
+    """Whether the twist is not 0: the alternating sum of the circuit's turns (docs/theory.md, statement 10)."""
+    turns = folding.circuit.turns
+    return sum(turns[::2]) != sum(turns[1::2])

@@ -1,0 +1,208 @@
+"""What proves that a union of elements is a unit: its folded package, its rank, and its motion from folded to flat."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.assemblies.contacts import cuts_through
+from hcsearch.assemblies.packages import package
+from hcsearch.errors import PatternError
+from hcsearch.kinematics.branches import branches
+from hcsearch.kinematics.closing import CLOSED, close
+from hcsearch.kinematics.descent import find_motion
+from hcsearch.kinematics.generic import generic_rank
+from hcsearch.kinematics.local import local_at
+from hcsearch.kinematics.locks import lock_at
+from hcsearch.kinematics.motions import Path
+from hcsearch.kinematics.paths import follow
+from hcsearch.kinematics.rank import rank_at
+from hcsearch.linkage import Linkage
+from hcsearch.pattern import Pattern
+
+Reals = NDArray[np.float64]
+
+STARTS = 400
+"""Of the search for motions out of the folded state, which may miss some."""
+NEAR = 1e-3
+"""Middles of folded facets nearer than this share of the thickness are in one place; layers are a thickness apart."""
+BETWEEN = (1 / 3, 2 / 3)
+"""Where contact is looked for between two states of a motion, as shares of the step."""
+
+
+@dataclass(frozen=True)
+class Proof:
+    """The kinematics of one pattern.
+
+    dof, dof_folded, dof_flat : nullity at a generic state of the motion and at its ends; None undecided.
+    rank_gap : least singular value that counts over the noise, at the generic state.
+    deployment_ratio : flat area over footprint of the folded package; overlap : volume that panels fill twice (m^3).
+    ways : finite motions found out of the folded state within the stops.
+    path : `flat` where one smooth motion leads from folded to flat; `stopped` where those found out of the folded state
+        come to stops, from where others may go on; `stepwise` where springs find a way that is no smooth motion; `none`
+        where nothing was found; `locked` where nothing moves.
+    path_dof : nullities between its ends, each once. closure_error : greatest residual on it (rad, or gap over size).
+    contact : whether panels cut through each other at a state of it; None without such a motion.
+    """
+
+    dof: int | None
+    dof_folded: int | None
+    dof_flat: int | None
+    rank_gap: float
+    deployment_ratio: float
+    overlap: float
+    ways: int = 0
+    path: str = "none"
+    path_dof: tuple[int, ...] = ()
+    closure_error: float | None = None
+    contact: bool | None = None
+
+    @property
+    def verdict(self) -> str:
+        """`unit` where it moves from folded to flat with one degree of freedom all the way, else what is against it.
+
+        `no motion found` proves nothing; `stopped` and `several motions` prove it as far as all motions were found.
+        """
+        if self.dof != 1:
+            return "undecided" if self.dof is None else f"{self.dof} degrees of freedom"
+        if self.overlap:
+            return "overlaps folded"
+        if self.path != "flat":
+            return {"stepwise": "several motions", "none": "no motion found"}.get(self.path, self.path)
+        return "unit" if self.path_dof == (1,) else "freer on the way"
+
+    @property
+    def holds(self) -> bool:
+        """Whether it is a unit."""
+        return self.verdict == "unit"
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """A motion from folded to flat, or what became of the search for one."""
+
+    ways: int
+    path: str
+    nullities: tuple[int, ...] = ()
+    residual: float | None = None
+    states: Reals | None = None
+
+
+def freedom(pattern: Pattern) -> int | None:
+    """Degrees of freedom at a generic state; None where undecided, or where the loops stay open when folded."""
+    linkage = Linkage(pattern)
+    if not closes(linkage):
+        return None
+    return generic_rank(linkage).nullity
+
+
+def closes(linkage: Linkage) -> bool:
+    """Whether the loops are closed with every hinge folded."""
+    residual, _ = linkage.closure(linkage.folded)
+    return float(np.abs(residual).max(initial=0.0)) <= CLOSED
+
+
+def crowded(linkage: Linkage) -> bool:
+    """Whether two facets have one place when folded: a quick test of what `package` measures.
+
+    It misses facets that overlap in part, which those of regular grids cannot.
+    """
+    middles = (
+        np.array([solid.mean(axis=(0, 1)) for solid in linkage.solids(linkage.folded)]) / linkage.pattern.thickness
+    )
+    apart = np.linalg.norm(middles[:, None] - middles, axis=2) + np.eye(len(middles))
+    return bool(apart.min() < NEAR)
+
+
+def locked(linkage: Linkage) -> bool:
+    """Whether one-sided hinges are proved to lock the folded or the flat state."""
+    return any(lock_at(linkage, state).locked for state in (linkage.folded, linkage.flat))
+
+
+def prove(pattern: Pattern) -> Proof:
+    """Rank, package and motion of a pattern; PatternError where it has no folded state.
+
+    The motion is looked for where it would be one of a single-DoF unit, and the package has no two panels in one place.
+    """
+    linkage = Linkage(pattern)
+    if not closes(linkage):
+        raise PatternError("this pattern has no folded state: its loops stay open with every hinge closed")
+    generic = generic_rank(linkage)
+    folded = package(pattern)
+    overlap = 0.0 if folded.overlap_volume < 1e-9 * pattern.thickness * pattern.area else folded.overlap_volume
+    ends = [rank_at(linkage, state).nullity for state in (linkage.folded, linkage.flat)]
+    proof = Proof(generic.nullity, ends[0], ends[1], generic.gap, folded.ratio, overlap)
+    if generic.nullity != 1 or overlap:
+        return proof
+    motion = _motion(linkage)
+    return replace(
+        proof,
+        ways=motion.ways,
+        path=motion.path,
+        path_dof=motion.nullities,
+        closure_error=motion.residual,
+        contact=None if motion.states is None else cuts_through(linkage, _denser(linkage, motion.states)),
+    )
+
+
+def _motion(linkage: Linkage) -> _Motion:
+    """The motion out of the folded state; where no branch is found or followed to its end, one that springs find."""
+    if locked(linkage):
+        return _Motion(0, "locked")
+    paths = [follow(linkage, linkage.folded, way, goal="flat") for way in _ways(linkage)]
+    for path in paths:
+        if path.outcome == "flat":
+            return _told(len(paths), "flat", path)
+    found = _searched(linkage, len(paths))
+    # the search for branches may have missed one, so springs are tried even where all come to a stop
+    stopped = bool(paths) and all(path.outcome == "stopped" for path in paths)
+    return replace(found, path="stopped", residual=None, states=None) if stopped and found.path != "flat" else found
+
+
+def _ways(linkage: Linkage) -> list[Reals]:
+    """Velocities of the motions out of the folded state, within the stops."""
+    local = local_at(linkage, linkage.folded)
+    if local.nullity == 1:  # there can be no other, in one sense or the other
+        only = local.null_space()[:, 0]
+        opening = np.where(linkage.folded > 0.0, -only, only)
+        senses = ((only, opening), (-only, -opening))
+        return [velocity for velocity, opens in senses if opens.min() > -1e-9]
+    found = branches(linkage, linkage.folded, stops=True, starts=STARTS).finite
+    return [way.direction for way in found if way.within]
+
+
+def _searched(linkage: Linkage, ways: int) -> _Motion:
+    """A motion found by springs, and followed both ways from its middle where it is one motion and not several."""
+    springs = find_motion(linkage).path
+    if springs.outcome != "flat":
+        return _Motion(ways, "none", _between(springs))
+    middle = springs.angles[len(springs.angles) // 2]
+    forth = follow(linkage, middle, linkage.flat - middle, goal="flat")
+    back = follow(linkage, middle, linkage.folded - middle, goal="folded")
+    if (forth.outcome, back.outcome) != ("flat", "folded"):
+        return _told(ways, "stepwise", springs)
+    return _told(ways, "flat", back, forth)
+
+
+def _denser(linkage: Linkage, states: Reals) -> Reals:
+    """The states of a motion with closed ones between them."""
+    found = [states[-1]]
+    for one, two in pairwise(states):
+        found.append(one)
+        found += [close(linkage, one + share * (two - one)).angles for share in BETWEEN]
+    return np.array(found)
+
+
+def _told(ways: int, outcome: str, *paths: Path) -> _Motion:
+    """The motion along one path, or back along the first of two and on along the other."""
+    nullities = sorted({nullity for path in paths for nullity in _between(path)})
+    residual = max(float(path.residuals.max()) for path in paths)
+    states = np.vstack([*(path.angles[::-1] for path in paths[:-1]), paths[-1].angles])
+    return _Motion(ways, outcome, tuple(nullities), residual, states)
+
+
+def _between(path: Path) -> tuple[int, ...]:
+    return tuple(sorted({int(nullity) for nullity in path.nullities[1:-1]}))

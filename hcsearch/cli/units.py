@@ -1,0 +1,109 @@
+"""`hcsearch units`: single-DoF units made of copies of one element."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import click
+
+from hcsearch.cli.progress import Meter
+from hcsearch.errors import HcsearchError
+from hcsearch.grid import GRIDS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from hcsearch.assemblies.elements import Element
+    from hcsearch.assemblies.search import Searched
+
+_SHOWN = ("copies", "panels", "hinges", "directions", "kutzbach", "dof_folded", "dof_flat", "deployment_ratio")
+
+
+@click.command(
+    epilog="Example: hcsearch units --grid triangle --n 10, or hcsearch units --grid triangle --n 10 --alpha 70"
+)
+@click.option("--grid", type=click.Choice(tuple(GRIDS)), required=True, help="Tiling that the panels are cut from.")
+@click.option("--n", type=int, required=True, metavar="N", help="Panels of the element's circuit.")
+@click.option("--alpha", type=float, metavar="DEGREES", help="Isosceles triangles with this base angle instead.")
+@click.option("--max-dof", type=click.IntRange(min=1), metavar="D", help="Leave out elements with more freedom.")
+@click.option("--copies", type=click.Choice(("2", "4", "both")), default="both", show_default=True, help="In a unit.")
+@click.option("--most", type=click.IntRange(min=1), default=20_000, show_default=True, help="Unions of one element.")
+@click.option("--seconds", type=click.FloatRange(min=0), metavar="S", help="Time for one element.  [default: no limit]")
+@click.option("--db", metavar="PATH|URL", help="Database to store the units in.  [default: they are only printed]")
+@click.option("--json", "as_json", is_flag=True, help="Print the units as JSON, one a line.")
+def units(
+    grid: str,
+    n: int,
+    alpha: float | None,
+    max_dof: int | None,
+    copies: str,
+    most: int,
+    seconds: float | None,
+    db: str | None,
+    as_json: bool,
+) -> None:
+    """Search for single-DoF units: copies of an element that overlap in panels and merge hinges.
+
+    Elements are the untwisted foldings of all designs of N panels with their flat creases rigid. Pairs and rings of
+    four are laid in all ways; units move from folded to flat with one degree of freedom, proved by rank and path.
+    """
+    from contextlib import ExitStack  # noqa: PLC0415
+
+    from hcsearch.assemblies.search import Limits, search_elements  # noqa: PLC0415
+    from hcsearch.store import open_database  # noqa: PLC0415
+    from hcsearch.store.units import record_units  # noqa: PLC0415
+
+    limits = Limits(most) if seconds is None else Limits(most, seconds)
+    counts = {"2": (2,), "4": (4,), "both": (2, 4)}[copies]
+    found = new = 0
+    with ExitStack() as stack:
+        database = None if db is None else stack.enter_context(open_database(db, create=True))
+        meter = stack.enter_context(Meter("union"))
+        searched = search_elements(
+            _elements(grid, n, alpha), max_dof=max_dof, copies=counts, limits=limits, progress=meter
+        )
+        for result in searched:
+            rows = [unit.row() for unit in result.units]
+            found += len(rows)
+            if database is not None:
+                new += record_units(database, rows)
+            if as_json:
+                for row in rows:
+                    click.echo(json.dumps(row))
+            else:
+                _print(result)
+    if not as_json:
+        stored = "" if db is None else f", {new} of them new in {db}"
+        click.echo(f"{found} units{stored}")
+
+
+def _elements(grid: str, n: int, alpha: float | None) -> Iterator[Element]:
+    from hcsearch.assemblies.elements import elements  # noqa: PLC0415
+    from hcsearch.assemblies.isosceles import isosceles_elements  # noqa: PLC0415
+
+    if alpha is None:
+        return elements(grid, n)
+    if grid != "triangle":
+        raise HcsearchError("--alpha is the base angle of triangles: give --grid triangle, or leave it out")
+    return isosceles_elements(n, alpha)
+
+
+def _print(result: Searched) -> None:
+    element = result.element
+    if result.skipped:
+        click.echo(f"{element.name}  {result.skipped}")
+        return
+    against = Counter(unit.proof.verdict for unit in result.refuted)
+    more = "".join(f", {count} {verdict}" for verdict, count in sorted(against.items()))
+    more += "" if result.complete else ", not all within the limits"
+    click.echo(
+        f"{element.name}  dof {element.dof}, {result.placements} placements, {result.unions} unions, "
+        f"{result.folding} that fold, {result.single} with one degree of freedom, {len(result.units)} units{more}"
+    )
+    for unit in result.units:
+        row = unit.row()
+        told = ", ".join(f"{name} {row[name]:g}" for name in _SHOWN)
+        contact = "panels cut through each other" if row["contact"] else "no contact"
+        click.echo(f"    {row['known'] or 'unit'}: {told}, {contact}")

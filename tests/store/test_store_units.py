@@ -1,0 +1,69 @@
+import pytest
+
+from hcsearch.errors import DatabaseError
+from hcsearch.store import open_readonly, select
+from hcsearch.store.columns import column_names
+from hcsearch.store.units import record_units
+
+
+def row(**changes):
+    values = {
+        "grid": "triangle",
+        "n": 10,
+        "circuit": "triangle:0123434501",
+        "crease": 1,
+        "alpha": None,
+        "shape": "",
+        "merged": 0,
+        "element_dof": 2,
+        "copies": 4,
+        "placements": "[]",
+        "panels": 21,
+        "hinges": 24,
+        "directions": 3,
+        "loops": 4,
+        "kutzbach": 0,
+        "dof": 1,
+        "dof_folded": 4,
+        "dof_flat": 4,
+        "rank_gap": 1e9,
+        "deployment_ratio": 7.0,
+        "ways": 1,
+        "path": "flat",
+        "closure_error": 1e-14,
+        "contact": 0,
+        "known": "unit-i",
+    }
+    return values | changes
+
+
+def test_units_come_back_as_they_were_stored(database):
+    assert record_units(database, [row(), row(alpha=70.0, known="")]) == 2
+    found = select(database, view="units")
+    assert found.columns == column_names("units") == ("id", *row())
+    assert found.rows == ((1, *row().values()), (2, *row(alpha=70.0, known="").values()))
+
+
+def test_the_same_units_again_add_nothing(database):
+    assert record_units(database, [row()]) == 1
+    assert record_units(database, [row(), row(placements="[1]"), row(placements="[1]")]) == 1
+    assert record_units(database, [row()]) == record_units(database, []) == 0
+    assert [line[0] for line in select(database, view="units").rows] == [1, 2]
+
+
+def test_units_are_queried_like_designs(database):
+    record_units(database, [row(), row(placements="[1]", known="")])
+    assert select(database, "known!=unit-i copies=4 path=flat contact=0", columns="id", view="units").rows == ((2,),)
+    assert select(database, columns="id", view="units", sort="-id").rows == ((2,), (1,))
+
+
+def test_a_unit_that_cannot_be_leaves_nothing_behind(database):
+    for bad in (row(path="round"), row(merged=2), row(alpha=90.0), row(copies=1)):
+        with pytest.raises(Exception, match="constraint failed"):
+            record_units(database, [row(), bad])
+    assert select(database, view="units").rows == ()
+
+
+def test_a_read_only_database_takes_no_units(database, path):
+    with open_readonly(str(path)) as reader, pytest.raises(DatabaseError, match="read-only"):
+        record_units(reader, [row()])
