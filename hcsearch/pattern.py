@@ -97,12 +97,12 @@ class Pattern:
                     "lead around it; leave the hinge out or fewer creases rigid"
                 )
 
-    @property
+    @cached_property
     def size(self) -> float:
         """Length that makes gaps comparable with angles: the side of a square of a panel's mean area, in metres."""
         return math.sqrt(self.area / len(self.panels))
 
-    @property
+    @cached_property
     def area(self) -> float:
         """Area of the flat pattern, in square metres."""
         return sum(map(_area, self.facets))
