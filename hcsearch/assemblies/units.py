@@ -18,6 +18,9 @@ UNIT_I = ("b1=a7 b2=a8", "d7=a1 d8=a2", "c3=d5 c4=d6 c5=b3 c6=b4")
 UNIT_II = ("f6=a8 f7=a7 f8=a6", "h1=a1", "g5=f5 g4=h2 g3=h3 g2=h4")
 """Joints that merge where elements F, H and G come to A (thesis 5.25)."""
 
+UNIT_III = ("d1=a7 d2=a8", "c5=d3 c6=d4", "b1=a1 b2=c4 b3=c3 b4=c2")
+"""Joints that merge where elements D, C and B come to A in a unit that is not in the thesis (docs/unit_search.md)."""
+
 
 def unit_i(parameters: Parameters) -> Pattern:
     """Unit I (thesis Fig. 5.4). Loops are the elements A, B, C, D, each from joint 1 to 8; B and D lie turned over."""
@@ -27,6 +30,11 @@ def unit_i(parameters: Parameters) -> Pattern:
 def unit_ii(parameters: Parameters) -> Pattern:
     """Unit II (thesis Fig. 5.6). Loops are the elements A, F, G, H, each from joint 1 to 8."""
     return assemble(eight_r(parameters), UNIT_II)
+
+
+def unit_iii(parameters: Parameters) -> Pattern:
+    """Unit III, half unit I and half unit II, found by the search for units. Loops are the elements A, B, C, D."""
+    return assemble(eight_r(parameters), UNIT_III)
 
 
 def assemble(element: Pattern, steps: Sequence[str]) -> Pattern:
@@ -82,6 +90,12 @@ A16 = (
 )
 """Singular values of unit II's Jacobian in the folded state, lengths in mm, but for four zeros (thesis A16)."""
 
+
+def between_iii(parameters: Parameters) -> Reals:
+    """Fold angles of unit III half-way along its motion (5.24)."""
+    return skew_symmetric(unit_iii(parameters), parameters.alpha, math.pi / 2)
+
+
 ASSEMBLIES = (
     Assembly(
         name="unit-i",
@@ -126,5 +140,16 @@ ASSEMBLIES = (
             "void_volume_mm3": 0.0,
         },
         published_at_defaults={"singular_values": A16},
+    ),
+    Assembly(
+        name="unit-iii",
+        title="Unit III, four 8R elements",
+        source="not in the thesis: found by the search for units",
+        uses=("alpha", "base", "thickness"),
+        build=unit_iii,
+        between=between_iii,
+        hindrance=hindrance,
+        elements=True,
+        apart=32,
     ),
 )

@@ -15,8 +15,8 @@ from hcsearch.grid import GRIDS
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from hcsearch.assemblies.elements import Element
-    from hcsearch.assemblies.search import Searched
+    from hcsearch.unit_search.elements import Element
+    from hcsearch.unit_search.search import Searched
 
 _SHOWN = ("copies", "panels", "hinges", "directions", "kutzbach", "dof_folded", "dof_flat", "deployment_ratio")
 
@@ -51,9 +51,9 @@ def units(
     """
     from contextlib import ExitStack  # noqa: PLC0415
 
-    from hcsearch.assemblies.search import Limits, search_elements  # noqa: PLC0415
     from hcsearch.store import open_database  # noqa: PLC0415
     from hcsearch.store.units import record_units  # noqa: PLC0415
+    from hcsearch.unit_search.search import Limits, search_elements  # noqa: PLC0415
 
     limits = Limits(most) if seconds is None else Limits(most, seconds)
     counts = {"2": (2,), "4": (4,), "both": (2, 4)}[copies]
@@ -80,8 +80,8 @@ def units(
 
 
 def _elements(grid: str, n: int, alpha: float | None) -> Iterator[Element]:
-    from hcsearch.assemblies.elements import elements  # noqa: PLC0415
-    from hcsearch.assemblies.isosceles import isosceles_elements  # noqa: PLC0415
+    from hcsearch.unit_search.elements import elements  # noqa: PLC0415
+    from hcsearch.unit_search.isosceles import isosceles_elements  # noqa: PLC0415
 
     if alpha is None:
         return elements(grid, n)

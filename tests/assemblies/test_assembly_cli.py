@@ -90,7 +90,7 @@ def test_picture(tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("unit-iii",), "there is no assembly 'unit-iii': see hcsearch assembly list"),
+        (("unit-iv",), "there is no assembly 'unit-iv': see hcsearch assembly list"),
         (("element-8r", "--alpha", "90"), "no base angle of 90 degrees: give one between 0 and 90"),
         (("element-8r", "--alpha", "0"), "give one between 0 and 90"),
         (("element-8r", "--alpha", "nan"), "give one between 0 and 90"),

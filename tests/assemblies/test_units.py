@@ -11,7 +11,7 @@ from hcsearch.assemblies import Parameters
 from hcsearch.assemblies.eight_r import eight_r, second_angle, skew_symmetric
 from hcsearch.assemblies.joining import congruent, join, joinings, placements
 from hcsearch.assemblies.packages import flat_overlap, package
-from hcsearch.assemblies.units import UNIT_I, UNIT_II, assemble, matches, unit_i, unit_ii
+from hcsearch.assemblies.units import UNIT_I, UNIT_II, UNIT_III, assemble, matches, unit_i, unit_ii, unit_iii
 from hcsearch.errors import PatternError
 from hcsearch.kinematics.dh import dh_closure_jacobian
 from hcsearch.kinematics.rank import decide_rank, rank_at
@@ -22,7 +22,7 @@ A16 = json.loads((Path(__file__).parents[1] / "golden" / "thesis_a16.json").read
 parameters = st.builds(
     Parameters, alpha=st.floats(10, 84).map(math.radians), base=st.floats(0.01, 0.5), thickness=st.floats(0.002, 0.05)
 )
-units = pytest.mark.parametrize("unit", [unit_i, unit_ii])
+units = pytest.mark.parametrize("unit", [unit_i, unit_ii, unit_iii])
 
 
 def in_millimetres(jacobian):
@@ -109,7 +109,7 @@ def test_both_forms_of_the_jacobian_have_one_rank(unit, values, first):
     assert found.rank == rank_at(linkage, angles).rank == 23
 
 
-@pytest.mark.parametrize(("unit", "steps"), [(unit_i, UNIT_I), (unit_ii, UNIT_II)])
+@pytest.mark.parametrize(("unit", "steps"), [(unit_i, UNIT_I), (unit_ii, UNIT_II), (unit_iii, UNIT_III)])
 def test_joints_that_merge_have_equal_angles_in_both_elements(unit, steps):
     """Eqs. 5.7 and 5.25 with 5.24: joints of one parity merge with joints of the same."""
     for equation in " ".join(steps).split():
@@ -117,7 +117,7 @@ def test_joints_that_merge_have_equal_angles_in_both_elements(unit, steps):
         assert int(one[1]) % 2 == int(two[1]) % 2
 
 
-@pytest.mark.parametrize("steps", [UNIT_I, UNIT_II])
+@pytest.mark.parametrize("steps", [UNIT_I, UNIT_II, UNIT_III])
 @pytest.mark.parametrize("degrees", [60, 70])
 def test_with_the_other_labels_the_elements_do_not_fit(steps, degrees):
     """With line a_i between A_i and A_{i+1}, joint i + 1 here, the conditions 5.7 and 5.25 cannot be met."""
@@ -139,7 +139,7 @@ def test_b_is_turned_over_and_c_is_not():
         assert placement.over is over
 
 
-@units
+@pytest.mark.parametrize("unit", [unit_i, unit_ii])
 def test_units_equal_their_mirror_images(unit):
     pattern = unit(Parameters())
     assert congruent(pattern, pattern.inverted())

@@ -16,7 +16,7 @@ from itertools import combinations
 
 import numpy as np
 
-from hcsearch.assemblies.copies import STILL, Motion, Overlap, Sheet
+from hcsearch.unit_search.copies import STILL, Motion, Overlap, Sheet
 
 Key = tuple[tuple[int, ...], ...]
 Mark = tuple[complex, int]

@@ -8,7 +8,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.assemblies.contacts import cuts_through
 from hcsearch.assemblies.packages import package
 from hcsearch.errors import PatternError
 from hcsearch.kinematics.branches import branches
@@ -22,6 +21,7 @@ from hcsearch.kinematics.paths import follow
 from hcsearch.kinematics.rank import rank_at
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Pattern
+from hcsearch.unit_search.contacts import cuts_through
 
 Reals = NDArray[np.float64]
 

@@ -10,15 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hcsearch.assemblies.assembly import Parameters
-from hcsearch.assemblies.contacts import penetration
-from hcsearch.assemblies.copies import STILL, Motion, Sheet
 from hcsearch.assemblies.eight_r import eight_r
-from hcsearch.assemblies.elements import RigidPair, elements, elements_of, rigid_pairs, untwisted
-from hcsearch.assemblies.isosceles import KITE, PARALLELOGRAM, isosceles_elements, isosceles_shapes, with_triangles
 from hcsearch.assemblies.joining import neighbours
-from hcsearch.assemblies.proofs import freedom, prove
-from hcsearch.assemblies.rings import Rings, congruence_key, least_kutzbach, marks_of
-from hcsearch.assemblies.search import Limits, search_elements, search_units
 from hcsearch.assemblies.squares import array_6r, element_6r
 from hcsearch.assemblies.units import unit_i, unit_ii
 from hcsearch.circuit import Circuit
@@ -28,6 +21,13 @@ from hcsearch.folding import foldings
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import VALLEY, Pattern, overlay
 from hcsearch.store import open_readonly, select
+from hcsearch.unit_search.contacts import penetration
+from hcsearch.unit_search.copies import STILL, Motion, Sheet
+from hcsearch.unit_search.elements import RigidPair, elements, elements_of, rigid_pairs, untwisted
+from hcsearch.unit_search.isosceles import KITE, PARALLELOGRAM, isosceles_elements, isosceles_shapes, with_triangles
+from hcsearch.unit_search.proofs import freedom, prove
+from hcsearch.unit_search.rings import Rings, congruence_key, least_kutzbach, marks_of
+from hcsearch.unit_search.search import Limits, search_elements, search_units
 
 DEGREES = Parameters(alpha=math.radians(70))
 SQUARES = Parameters(width=0.050)

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from hcsearch.assemblies.proofs import closes, locked
 from hcsearch.circuit import Circuit
 from hcsearch.enumeration import PolygonSearch, search_all
 from hcsearch.errors import SizeError
@@ -20,6 +19,7 @@ from hcsearch.kinematics.generic import generic_rank
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Pattern
 from hcsearch.scenes import default_panel
+from hcsearch.unit_search.proofs import closes, locked
 
 
 @dataclass(frozen=True)

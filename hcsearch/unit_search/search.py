@@ -15,14 +15,14 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 from hcsearch.assemblies.assembly import Parameters
-from hcsearch.assemblies.copies import Motion, Sheet
-from hcsearch.assemblies.elements import Element
-from hcsearch.assemblies.proofs import Proof, closes, crowded, freedom, prove
-from hcsearch.assemblies.rings import Key, Mark, Rings, congruence_key, least_kutzbach, marks_of
 from hcsearch.assemblies.units import unit_i, unit_ii
 from hcsearch.errors import PatternError
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Pattern, overlay
+from hcsearch.unit_search.copies import Motion, Sheet
+from hcsearch.unit_search.elements import Element
+from hcsearch.unit_search.proofs import Proof, closes, crowded, freedom, prove
+from hcsearch.unit_search.rings import Key, Mark, Rings, congruence_key, least_kutzbach, marks_of
 
 Progress = Callable[[int, int, str], None]
 

@@ -12,13 +12,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise
 
-from hcsearch.assemblies.elements import Element, untwisted
 from hcsearch.assemblies.packages import flat_overlap
-from hcsearch.assemblies.proofs import closes
 from hcsearch.errors import PatternError, SizeError
 from hcsearch.folding import Folding
 from hcsearch.pattern import Pattern
 from hcsearch.scenes import default_panel
+from hcsearch.unit_search.elements import Element, untwisted
+from hcsearch.unit_search.proofs import closes
 
 Angles = tuple[float, float, float]
 """Of the base triangle after the first flat crease: at its right end and its left end, seen across it, and beyond."""
