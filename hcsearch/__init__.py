@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from hcsearch.errors import HcsearchError
     from hcsearch.folding import Folding, foldings
     from hcsearch.grid import GRIDS, Array, Grid, parse_array
+    from hcsearch.linkage import Linkage
+    from hcsearch.pattern import Pattern
     from hcsearch.store import open_database, open_readonly, select, select_sql
     from hcsearch.twisting import gauss_linking, twist
 
@@ -27,6 +29,8 @@ _HOMES = {
     "errors": ("HcsearchError",),
     "folding": ("Folding", "foldings"),
     "grid": ("GRIDS", "Array", "Grid", "parse_array"),
+    "linkage": ("Linkage",),
+    "pattern": ("Pattern",),
     "store": ("open_database", "open_readonly", "select", "select_sql"),
     "twisting": ("gauss_linking", "twist"),
 }
@@ -41,6 +45,8 @@ __all__ = [
     "Folding",
     "Grid",
     "HcsearchError",
+    "Linkage",
+    "Pattern",
     "PolygonSearch",
     "count_array",
     "enumerate_circuits",

@@ -175,13 +175,9 @@ class Linkage:
         Jacobian's columns are the screws of the hinges, as seen from the first panel of the loop.
         """
         residual, jacobian = np.empty(self.n_rows), np.empty((self.n_rows, self.n_hinges))
-        self.closure_into(angles, residual, jacobian)
-        return residual, jacobian
-
-    def closure_into(self, angles: Reals, residual: Reals, jacobian: Reals) -> None:
-        """Write what `closure` returns into arrays of the caller."""
         lines = (self.directions, self.points)
         close_loops(*lines, *self._loop_arrays, angles, self.pattern.size, residual, jacobian)
+        return residual, jacobian
 
     def bend(self, jacobian: Reals, velocity: Reals) -> Reals:
         """Second-order closure error of a velocity of the fold angles, shape (n_rows,).

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -101,11 +101,6 @@ class MobilityBatch:
     kutzbach_merged: Integers
     dof_merged: Integers
     locked: NDArray[np.bool_]
-
-    def take(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> MobilityBatch:
-        """Return some of the foldings."""
-        columns = {f.name: getattr(self, f.name)[chosen] for f in fields(self) if f.name != "kutzbach"}
-        return replace(self, **columns)
 
 
 @dataclass(frozen=True)
