@@ -92,6 +92,11 @@ class Crew:
                 "a worker process died, perhaps for want of memory: run it again, with fewer --jobs; finished batches "
                 "are kept"
             ) from error
+        except BaseException:
+            # nobody waits for the batches they are at, which may take minutes: they are made again
+            for worker in multiprocessing.active_children():
+                worker.terminate()
+            raise
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
 
