@@ -21,6 +21,7 @@ from hcsearch.kinematics.generic import TRIES, generic_rank, heading
 from hcsearch.kinematics.locks import lock_at
 from hcsearch.kinematics.rank import decide_rank
 from hcsearch.linkage import Linkage
+from hcsearch.pattern import facet_area
 from hcsearch.records import NONE, CircuitBatch, FoldingBatch, MobilityBatch
 from hcsearch.scenes import default_panel
 
@@ -55,9 +56,7 @@ def _lattice(grid: Grid) -> _Lattice:
         scale, edges = (2 if grid.directions == 4 else 3), np.hstack([before + steps, steps + after])
     unit = np.array([grid.position((1, 0)), grid.position((0, 1))]).T
     basis = np.diag([length, width]) @ unit / scale
-    corners = np.array(grid.corners((0, 0, 0) if grid.is_triangle else (0, 0)))
-    x, y = corners.T
-    area = 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+    area = facet_area(grid.corners((0, 0, 0) if grid.is_triangle else (0, 0)))
     return _Lattice(steps, edges, scale, basis, thickness, math.sqrt(area * length * width))
 
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
-import networkx as nx
 import numpy as np
 
 from hcsearch.errors import PatternError
@@ -105,11 +104,11 @@ class Pattern:
     @cached_property
     def area(self) -> float:
         """Area of the flat pattern, in square metres."""
-        return sum(map(_area, self.facets))
+        return sum(map(facet_area, self.facets))
 
     @cached_property
     def _tolerance(self) -> float:
-        return SAME * math.sqrt(min(map(_area, self.facets)))
+        return SAME * math.sqrt(min(map(facet_area, self.facets)))
 
     @cached_property
     def edges(self) -> dict[Pair, tuple[Point, Point]]:
@@ -141,6 +140,8 @@ class Pattern:
     @cached_property
     def panels(self) -> tuple[tuple[int, ...], ...]:
         """Facets of each panel; panels by their first facet."""
+        import networkx as nx  # noqa: PLC0415 - most of what imports this module makes no pattern
+
         graph = nx.Graph()
         graph.add_nodes_from(range(len(self.facets)))
         graph.add_edges_from(pair for pair, crease in self.creases.items() if crease.face is None)
@@ -272,7 +273,8 @@ class _Places:
         return self._count - 1
 
 
-def _area(facet: Facet) -> float:
+def facet_area(facet: Sequence[Point]) -> float:
+    """Area of a polygon whose corners run counterclockwise."""
     x, y = np.array(facet).T
     return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 

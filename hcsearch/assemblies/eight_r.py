@@ -9,6 +9,7 @@ same turned by pi about the slit's middle (P_i to P_{i+4}). Joint i lies between
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -137,9 +138,9 @@ def hindrance(parameters: Parameters) -> str | None:
     )
 
 
-def between(parameters: Parameters) -> Reals:
-    """Fold angles of the 8R element half-way along the skew-symmetric path."""
-    return skew_symmetric(eight_r(parameters), parameters.alpha, math.pi / 2)
+def half_way(build: Callable[[Parameters], Pattern]) -> Callable[[Parameters], Reals]:
+    """Fold angles of a pattern of 8R elements half-way along the skew-symmetric path (5.24), for any parameters."""
+    return lambda parameters: skew_symmetric(build(parameters), parameters.alpha, math.pi / 2)
 
 
 ASSEMBLIES = (
@@ -158,7 +159,7 @@ ASSEMBLIES = (
         source="section 5.1, Figs. 5.1(b) to 5.3",
         uses=("alpha", "base", "thickness"),
         build=eight_r,
-        between=between,
+        between=half_way(eight_r),
         hindrance=hindrance,
         elements=True,
         published={"panels": 8, "hinges": 8, "kutzbach": 2, "dof": 2},

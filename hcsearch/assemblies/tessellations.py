@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hcsearch.assemblies.assembly import Assembly, Parameters, Reals
-from hcsearch.assemblies.eight_r import hindrance, joint_parts, skew_symmetric
+from hcsearch.assemblies.assembly import Assembly, Parameters
+from hcsearch.assemblies.eight_r import half_way, hindrance, joint_parts, skew_symmetric
 from hcsearch.assemblies.joining import Match, Placement, join, neighbours
 from hcsearch.assemblies.packages import Package, package
 from hcsearch.assemblies.units import matches, unit_i, unit_ii
@@ -107,16 +107,13 @@ def _assembly(
     def build(parameters: Parameters) -> Pattern:
         return tessellate(parameters, first, *steps)
 
-    def between(parameters: Parameters) -> Reals:
-        return skew_symmetric(build(parameters), parameters.alpha, math.pi / 2)
-
     return Assembly(
         name=name,
         title=title,
         source=f"section 5.4, Fig. {figure}",
         uses=("alpha", "base", "thickness"),
         build=build,
-        between=between,
+        between=half_way(build),
         hindrance=hindrance,
         elements=True,
         apart=24 * (1 + len(steps)),

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-from hcsearch.assemblies.assembly import Assembly, Parameters, Reals
-from hcsearch.assemblies.eight_r import eight_r, hindrance, skew_symmetric
+from hcsearch.assemblies.assembly import Assembly, Parameters
+from hcsearch.assemblies.eight_r import eight_r, half_way, hindrance
 from hcsearch.assemblies.joining import Match, join
 from hcsearch.errors import PatternError
 from hcsearch.pattern import Pattern
@@ -74,16 +73,6 @@ def _crease(pattern: Pattern, names: str, joint: str) -> tuple[int, int]:
     return loop[range(1, len(loop) + 1).index(int(joint[1:]))]
 
 
-def between_i(parameters: Parameters) -> Reals:
-    """Fold angles of unit I half-way along its motion (5.24)."""
-    return skew_symmetric(unit_i(parameters), parameters.alpha, math.pi / 2)
-
-
-def between_ii(parameters: Parameters) -> Reals:
-    """Fold angles of unit II half-way along its motion (5.24)."""
-    return skew_symmetric(unit_ii(parameters), parameters.alpha, math.pi / 2)
-
-
 A16 = (
     *(91.6169, 73.9355, 73.3750, 52.2536, 38.9967, 34.6444, 32.5559, 29.3057, 23.5099, 22.4854),
     *(14.7911, 11.0325, 2.19116, 1.74072, 1.60164, 1.52818, 1.34030, 1.22320, 1.17221, 0.27834),
@@ -91,65 +80,53 @@ A16 = (
 """Singular values of unit II's Jacobian in the folded state, lengths in mm, but for four zeros (thesis A16)."""
 
 
-def between_iii(parameters: Parameters) -> Reals:
-    """Fold angles of unit III half-way along its motion (5.24)."""
-    return skew_symmetric(unit_iii(parameters), parameters.alpha, math.pi / 2)
+def _assembly(
+    name: str,
+    source: str,
+    build: Callable[[Parameters], Pattern],
+    published: Mapping[str, object],
+    published_at_defaults: Mapping[str, object],
+) -> Assembly:
+    """A unit of four 8R elements, which have 32 joints apart."""
+    return Assembly(
+        name=name,
+        title=f"Unit {name.removeprefix('unit-').upper()}, four 8R elements",
+        source=source,
+        uses=("alpha", "base", "thickness"),
+        build=build,
+        between=half_way(build),
+        hindrance=hindrance,
+        elements=True,
+        apart=32,
+        published=published,
+        published_at_defaults=published_at_defaults,
+    )
 
+
+_BOTH = {
+    "panels": 21,
+    "hinges": 24,
+    "merged_joints": 8,
+    "dof": 1,
+    "deployment_ratio": "7:1",
+    "void_volume_mm3": 0.0,
+}
+"""What the thesis says of units I and II alike."""
 
 ASSEMBLIES = (
-    Assembly(
-        name="unit-i",
-        title="Unit I, four 8R elements",
-        source="section 5.2.1, Fig. 5.4",
-        uses=("alpha", "base", "thickness"),
-        build=unit_i,
-        between=between_i,
-        hindrance=hindrance,
-        elements=True,
-        apart=32,
-        published={
-            "panels": 21,
-            "panels_by_facets": {"1": 14, "2": 7},
-            "hinges": 24,
-            "merged_joints": 8,
-            "kutzbach": 0,
-            "dof": 1,
-            "deployment_ratio": "7:1",
-            "void_volume_mm3": 0.0,
-        },
+    _assembly(
+        "unit-i",
+        "section 5.2.1, Fig. 5.4",
+        unit_i,
+        {**_BOTH, "panels_by_facets": {"1": 14, "2": 7}, "kutzbach": 0},
+        {},
     ),
-    Assembly(
-        name="unit-ii",
-        title="Unit II, four 8R elements",
-        source="section 5.2.3, Fig. 5.6; appendix",
-        uses=("alpha", "base", "thickness"),
-        build=unit_ii,
-        between=between_ii,
-        hindrance=hindrance,
-        elements=True,
-        apart=32,
-        published={
-            "panels": 21,
-            "hinges": 24,
-            "merged_joints": 8,
-            "dof": 1,
-            "rank_between": 23,
-            "nullity_folded": 4,
-            "nullity_flat": 4,
-            "deployment_ratio": "7:1",
-            "void_volume_mm3": 0.0,
-        },
-        published_at_defaults={"singular_values": A16},
+    _assembly(
+        "unit-ii",
+        "section 5.2.3, Fig. 5.6; appendix",
+        unit_ii,
+        {**_BOTH, "rank_between": 23, "nullity_folded": 4, "nullity_flat": 4},
+        {"singular_values": A16},
     ),
-    Assembly(
-        name="unit-iii",
-        title="Unit III, four 8R elements",
-        source="not in the thesis: found by the search for units",
-        uses=("alpha", "base", "thickness"),
-        build=unit_iii,
-        between=between_iii,
-        hindrance=hindrance,
-        elements=True,
-        apart=32,
-    ),
+    _assembly("unit-iii", "not in the thesis: found by the search for units", unit_iii, {}, {}),
 )

@@ -20,8 +20,6 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import null_space
-from scipy.optimize import linprog
 
 from hcsearch.kernels.cones import MOST_RAYS, cone_rays, nonnegative
 from hcsearch.linkage import Linkage
@@ -88,13 +86,14 @@ def lock_at(linkage: Linkage, angles: Reals) -> Lock:
         free = lengths == 0.0 if columns.shape[1] else np.ones(len(columns), bool)
         motion = free / max(free.sum(), 1)
         return Lock(None, True, None, 0.0, motion, ())
-    first = _first_order(columns / lengths[:, None])
-    if first is not None:
-        return first
-    rays = np.empty((MOST_RAYS, len(columns)))
-    count = cone_rays(columns / lengths[:, None], rays)
+    unit = columns / lengths[:, None]
+    motion, wrench, margin = _first_order(unit)
+    if margin > MARGIN:
+        return Lock(1, True, wrench, margin, None, tuple(range(len(unit))))
+    rays = np.empty((MOST_RAYS, len(unit)))
+    count = cone_rays(unit, rays)
     if not 0 < count <= MOST_PRODUCTS:
-        motion = _motion(columns / lengths[:, None]) / lengths
+        motion /= lengths
         return Lock(None, False, None, 0.0, motion / motion.sum(), ())
     found = rays[:count] / lengths
     found /= found.sum(axis=1)[:, None]
@@ -106,24 +105,16 @@ def lock_at(linkage: Linkage, angles: Reals) -> Lock:
     return Lock(2, True, proof[0], proof[1], motion, stuck)
 
 
-def _motion(columns: Reals) -> Reals:
-    """Some x >= 0 of sum 1 with A x = 0."""
-    x, left = np.empty(len(columns)), np.empty(columns.shape[1] + 1)
-    nonnegative(np.c_[columns, np.ones(len(columns))], np.r_[np.zeros(columns.shape[1]), 1.0], x, left)
-    return x
+def _first_order(columns: Reals) -> tuple[Reals, Reals, float]:
+    """The x >= 0 of sum 1 with A x nearest to 0, the wrench of greatest entry 1 that parts them, and its least power.
 
-
-def _first_order(columns: Reals) -> Lock | None:
+    Where the power is positive the wrench holds every hinge shut; else A x is 0 but for rounding.
+    """
     n, height = columns.shape
     x, left = np.empty(n), np.empty(height + 1)
     nonnegative(np.c_[columns, np.ones(n)], np.r_[np.zeros(height), 1.0], x, left)
-    wrench = -left[:height]
-    largest = np.abs(wrench).max()
-    if largest == 0.0:
-        return None
-    wrench /= largest
-    margin = float((columns @ wrench).min())
-    return Lock(1, True, wrench, margin, None, tuple(range(n))) if margin > MARGIN else None
+    wrench = -left[:height] / max(np.abs(left[:height]).max(), np.finfo(float).tiny)
+    return x, wrench, float((columns @ wrench).min())
 
 
 def _products(rays: Reals, bend: Callable[[Reals], Reals]) -> Reals:
@@ -142,6 +133,9 @@ def second_order(columns: Reals, rays: Reals, products: Reals) -> tuple[Reals, f
     On hinges that can turn at first order y has no power; it is asked to hold the others shut, that y . bend of every
     ray is positive, and y . bend of every two rays not negative, which suffices for all their sums.
     """
+    from scipy.linalg import null_space  # noqa: PLC0415 - takes longer to load than most runs of the stage
+    from scipy.optimize import linprog  # noqa: PLC0415
+
     turning = rays.max(axis=0) > 1e-9
     basis = null_space(columns[turning])  # shape (n_rows, freedom of y)
     if not basis.shape[1]:

@@ -164,6 +164,10 @@ class _Following:
                 return Ending(name, f"{name} at the start")
         if local.residual > 10 * CLOSED:
             return Ending("lost closure", f"the start is not closed: its residual is {local.residual:.1e}")
+        beyond = np.flatnonzero(margins(local.angles) < -SLACK) if self.limits.stops else ()
+        if len(beyond):
+            told = ", ".join(map(str, beyond))
+            return Ending("stopped", f"the start is beyond the stops of hinges {told}", tuple(map(int, beyond)))
         if local.rank.rank is None:
             return Ending("undecided", f"the rank at the start is not decided: a gap of {local.rank.gap:.1e} only")
         if not moves:

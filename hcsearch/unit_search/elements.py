@@ -19,6 +19,7 @@ from hcsearch.kinematics.generic import generic_rank
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Pattern
 from hcsearch.scenes import default_panel
+from hcsearch.twisting import twist
 from hcsearch.unit_search.proofs import closes, locked
 
 
@@ -87,7 +88,7 @@ def rigid_pairs(circuit: Circuit) -> list[RigidPair]:
 def _rigid_pair(folding: Folding | None, crease: int, half: int) -> RigidPair:
     if folding is None:
         return RigidPair(crease, crease + half, "no fold")
-    if _twisted(folding):
+    if twist(folding):
         return RigidPair(crease, crease + half, "twisted")
     plain, *merged = elements_of(folding)
     verdict = "locked" if plain.locked else "element"
@@ -120,10 +121,4 @@ def untwisted(grid: str, n: int) -> Iterator[Folding]:
     for batch in search.batches():
         for word in batch.words.tolist():
             circuit = Circuit(found, tuple(word))
-            yield from (folding for folding in foldings(circuit) if not _twisted(folding))
-
-
-def _twisted(folding: Folding) -> bool:
-    """Whether the twist is not 0: the alternating sum of the circuit's turns (docs/theory.md, statement 10)."""
-    turns = folding.circuit.turns
-    return sum(turns[::2]) != sum(turns[1::2])
+            yield from (folding for folding in foldings(circuit) if not twist(folding))

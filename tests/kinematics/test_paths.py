@@ -3,7 +3,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
@@ -226,6 +226,7 @@ def test_beyond_flat_without_stops_the_flat_state_is_a_bifurcation():
 
 
 @few
+@example(7501)  # closes beyond a stop
 @given(st.integers(0, 10_000))
 def test_a_motion_ends_where_a_hinge_comes_to_its_stop(seed):
     linkage = design_8r()
@@ -233,6 +234,11 @@ def test_a_motion_ends_where_a_hinge_comes_to_its_stop(seed):
     start = close(linkage, rng.uniform(0.8, 1.6, 8)).angles
     path = follow(linkage, start, rng.standard_normal(8), goal="none", events=False)
     assert path.residuals.max() <= CLOSED
+    beyond = np.flatnonzero(np.minimum(start, math.pi - start) < -1e-9)
+    if len(beyond):
+        assert (path.outcome, path.stopped, len(path.angles)) == ("stopped", tuple(beyond), 1)
+        assert "beyond" in path.sentence
+        return
     assert path.angles.min() >= -1e-9
     assert path.angles.max() <= math.pi + 1e-9
     if path.outcome == "stopped":
