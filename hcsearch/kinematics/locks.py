@@ -7,6 +7,9 @@ First order: a wrench y with y . A_i > 0 for every hinge i holds them all shut, 
 (Gordan's theorem). Second order: where some x in the cone K = {x >= 0, A x = 0} are possible to first order, a
 wrench with y . A_i >= 0 and y . bend(x) > 0 on all of K but 0 excludes them: along a motion the loops would ask
 y . A x + y . bend(x) / 2 = 0 up to third order, a sum of which no term is negative and one is not zero.
+Contacts between layers (`layers`) narrow K by C x >= 0. At first order they push with forces f >= 0, and
+y . A_i > f . C_i for every hinge is what proves; at second order they only narrow K, as a contact has an order of its
+own and may slide off.
 Locked means that the state is isolated: panels, hinges and stops are exact. Others may lie near it, behind a gap of
 micrometres. Nothing here says that a linkage moves: that is for a path to show.
 """
@@ -14,7 +17,7 @@ micrometres. Nothing here says that a linkage moves: that is for a path to show.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
 from typing import Literal
 
@@ -29,6 +32,9 @@ Reals = NDArray[np.float64]
 MARGIN = 1e-7
 """A proof counts when its inequalities hold by this much, with screws and wrench of unit length; rounding is 1e-13."""
 
+APART = 1e-7
+"""A contact is not asked for where motions of sum 1 at first order take it from layers by no more than this."""
+
 MOST_PRODUCTS = 60
 """Rays up to which a second-order proof is looked for: it has an inequality for every two of them."""
 
@@ -39,8 +45,11 @@ class Lock:
 
     order : 1 or 2 where it is proved locked, by first or by second order; None where it is not proved.
     tried : whether a proof by second order was looked for; there may be too many motions at first order to try.
-    wrench : of a proof, shape (n_rows,), of greatest entry 1; margin : the least of what it proves positive.
-    motion : turns of the hinges to first order that stops and loops allow, summing to 1; None where there are none.
+    wrench : of a proof, shape (n_rows,); margin : the least of what it proves positive.
+    forces : of a proof, how hard layers push at each contact, shape (n_contacts,), none negative, all 0 by second
+        order. The greatest entry of wrench and forces is 1.
+    motion : turns of the hinges to first order that stops, loops and contacts allow, summing to 1; None where there
+        are none.
     stuck : hinges that no motion turns at first order.
     """
 
@@ -50,6 +59,7 @@ class Lock:
     margin: float
     motion: Reals | None
     stuck: tuple[int, ...]
+    forces: Reals | None = None
 
     @property
     def locked(self) -> bool:
@@ -59,6 +69,8 @@ class Lock:
     @property
     def reason(self) -> str:
         """The verdict in a sentence."""
+        if self.order == 1 and self.forces is not None and self.forces.any():
+            return "a wrench in the loops and layers that push each other load every hinge onto its stop"
         if self.order == 1:
             return "a wrench in the loops loads every hinge onto its stop, so none can open"
         if self.order == 2:
@@ -68,41 +80,68 @@ class Lock:
         return "the stops allow many motions at first order, too many to look for what excludes them at second order"
 
 
-def lock_at(linkage: Linkage, angles: Reals) -> Lock:
+def lock_at(linkage: Linkage, angles: Reals, contacts: Reals | None = None) -> Lock:
     """Look for a proof that one-sided hinges cannot leave a closed state where each is at a stop, 0 or pi.
 
+    contacts : conditions C x >= 0 on turns x >= 0, shape (n_contacts, n_hinges), of about unit length: `contact_rows`
+    in the folded state. Two-stack foldings of one circuit need none, as their stops imply them (docs/theory.md, 26).
     Source: thesis 2.3.3 speaks of first-order and finite motions of two-sided hinges only; the one-sided conditions
     are ours (docs/theory.md).
     """
     _, jacobian = linkage.closure(angles)
     senses = np.where(angles > 0.5 * np.pi, -1.0, 1.0)
     columns = np.ascontiguousarray((jacobian * senses).T)
+    rows = np.zeros((0, len(columns))) if contacts is None else contacts
 
     def bend(x: Reals) -> Reals:
         return linkage.bend(jacobian, senses * x)
 
-    lengths = np.sqrt((columns**2).sum(axis=1))
-    if not len(columns) or not columns.shape[1] or lengths.min() == 0.0:  # a hinge in no loop is free
-        free = lengths == 0.0 if columns.shape[1] else np.ones(len(columns), bool)
-        motion = free / max(free.sum(), 1)
-        return Lock(None, True, None, 0.0, motion, ())
-    unit = columns / lengths[:, None]
-    motion, wrench, margin = _first_order(unit)
+    used: list[int] = []
+    while True:  # what is proved with some contacts holds with all, and few matter
+        lock, motions = _lock(columns, rows[used], bend)
+        apart = (rows @ motions.T).min(axis=1, initial=0.0)
+        apart[used] = 0.0
+        if lock.locked or apart.min(initial=0.0) > -APART:
+            break
+        used.append(int(apart.argmin()))
+    forces = np.zeros(len(rows))
+    if lock.forces is not None:
+        forces[used] = lock.forces
+    return replace(lock, forces=forces if lock.locked else None)
+
+
+def _lock(columns: Reals, contacts: Reals, bend: Callable[[Reals], Reals]) -> tuple[Lock, Reals]:
+    """What is known with some contacts, and motions that stops, loops and these contacts allow at first order.
+
+    columns : shape (n, n_rows), screws in the sense in which hinges turn. motions : shape (n_motions, n), each of
+    sum 1; all extreme ones where there are not too many.
+    """
+    n, height = columns.shape
+    # with s >= 0 for how fast contacts part: A x = 0, C x - s = 0
+    full = np.block([[columns, contacts.T], [np.zeros((len(contacts), height)), -np.eye(len(contacts))]])
+    lengths = np.sqrt((full**2).sum(axis=1))
+    free = np.flatnonzero(lengths == 0.0)  # hinges in no loop
+    if len(free) or not n:
+        motions = np.eye(n)[free]
+        return Lock(None, True, None, 0.0, motions.sum(axis=0) / max(len(free), 1), ()), motions
+    unit = full / lengths[:, None]
+    x, wrench, margin = _first_order(unit)
     if margin > MARGIN:
-        return Lock(1, True, wrench, margin, None, tuple(range(len(unit))))
+        lock = Lock(1, True, wrench[:height], margin, None, tuple(range(n)), -wrench[height:])
+        return lock, np.zeros((0, n))
     rays = np.empty((MOST_RAYS, len(unit)))
     count = cone_rays(unit, rays)
-    if not 0 < count <= MOST_PRODUCTS:
-        motion /= lengths
-        return Lock(None, False, None, 0.0, motion / motion.sum(), ())
-    found = rays[:count] / lengths
+    found = np.r_[x[None], rays[: max(count, 0)]][:, :n] / lengths[:n]
     found /= found.sum(axis=1)[:, None]
+    if not 0 < count <= MOST_PRODUCTS:
+        return Lock(None, False, None, 0.0, found[0], ()), found
+    found = found[1:]
     proof = second_order(columns, found, _products(found, bend))
     stuck = tuple(int(k) for k in np.flatnonzero(found.max(axis=0) <= 1e-9))
     motion = found.mean(axis=0)
     if proof is None:
-        return Lock(None, True, None, 0.0, motion, stuck)
-    return Lock(2, True, proof[0], proof[1], motion, stuck)
+        return Lock(None, True, None, 0.0, motion, stuck), found
+    return Lock(2, True, proof[0], proof[1], motion, stuck), found
 
 
 def _first_order(columns: Reals) -> tuple[Reals, Reals, float]:
@@ -136,13 +175,16 @@ def second_order(columns: Reals, rays: Reals, products: Reals) -> tuple[Reals, f
     from scipy.linalg import null_space  # noqa: PLC0415 - takes longer to load than most runs of the stage
     from scipy.optimize import linprog  # noqa: PLC0415
 
+    if not columns.shape[1]:
+        return None
     turning = rays.max(axis=0) > 1e-9
+    held = columns[~turning & columns.any(axis=1)]  # contacts hold those in no loop
     basis = null_space(columns[turning])  # shape (n_rows, freedom of y)
     if not basis.shape[1]:
         return None
     own = products.diagonal(axis1=0, axis2=1).T
     first, second = np.triu_indices(len(rays), 1)
-    positive, nonnegative_ = np.r_[columns[~turning], own] @ basis, products[first, second] @ basis
+    positive, nonnegative_ = np.r_[held, own] @ basis, products[first, second] @ basis
     upper = np.c_[np.r_[-positive, -nonnegative_], np.r_[np.ones(len(positive)), np.zeros(len(nonnegative_))]]
     bounds = [(-1.0, 1.0)] * basis.shape[1] + [(None, 1.0)]
     objective = np.r_[np.zeros(basis.shape[1]), -1.0]
@@ -154,7 +196,7 @@ def second_order(columns: Reals, rays: Reals, products: Reals) -> tuple[Reals, f
     if largest == 0.0:
         return None
     wrench /= largest
-    margin = float((np.r_[columns[~turning], own] @ wrench).min())
+    margin = float((np.r_[held, own] @ wrench).min())
     crossing = float((products[first, second] @ wrench).min(initial=0.0))
     # the solver may leave products of two rays a little below zero: those of the rays alone outweigh them
     return (wrench, margin) if margin > MARGIN and margin > -2 * len(rays) * crossing else None

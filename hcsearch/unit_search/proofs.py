@@ -14,6 +14,7 @@ from hcsearch.kinematics.branches import branches
 from hcsearch.kinematics.closing import CLOSED, close
 from hcsearch.kinematics.descent import find_motion
 from hcsearch.kinematics.generic import generic_rank
+from hcsearch.kinematics.layers import contact_rows
 from hcsearch.kinematics.local import local_at
 from hcsearch.kinematics.locks import lock_at
 from hcsearch.kinematics.motions import Path
@@ -118,8 +119,8 @@ def crowded(linkage: Linkage) -> bool:
 
 
 def locked(linkage: Linkage) -> bool:
-    """Whether one-sided hinges are proved to lock the folded or the flat state."""
-    return any(lock_at(linkage, state).locked for state in (linkage.folded, linkage.flat))
+    """Whether the flat or the folded state is proved locked, by hinges at stops and panels that lie on each other."""
+    return lock_at(linkage, linkage.flat).locked or lock_at(linkage, linkage.folded, contact_rows(linkage)).locked
 
 
 def prove(pattern: Pattern) -> Proof:
