@@ -1,0 +1,194 @@
+"""The motion of a system from one state on: steps with error control, events at stops and snaps, and how it ended."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.dynamics.methods import method_named
+from hcsearch.dynamics.system import System
+from hcsearch.kernels.multibody import simulation as kernel
+from hcsearch.kernels.multibody.motion import Hold
+from hcsearch.kernels.multibody.tree import work_for
+
+Reals = NDArray[np.float64]
+
+Ending = Literal["time", "flat", "rest", "steps", "stuck", "open", "diverged", "energy", "jammed"]
+"""`time` is over; `flat`; at `rest` elsewhere; out of `steps`; `stuck`, no step is short enough; loops `open`;
+numbers `diverged`; the `energy` balance does not hold; stops `jammed`, with more and more events in no time."""
+
+_ENDINGS: dict[int, Ending] = {
+    kernel.TIME_OUT: "time",
+    kernel.FLAT: "flat",
+    kernel.REST: "rest",
+    kernel.TOO_MANY: "steps",
+    kernel.NO_STEP: "stuck",
+    kernel.OPEN: "open",
+    kernel.WRONG: "diverged",
+    kernel.UNBALANCED: "energy",
+    kernel.JAMMED: "jammed",
+}
+_KINDS = {kernel.HIT: "hit", kernel.LET_GO: "released", kernel.SNAP_UP: "snap", kernel.SNAP_DOWN: "snap"}
+
+
+@dataclass(frozen=True)
+class Event:
+    """What happened in a joint at a time (s): `hit` a stop at a speed (rad/s), was `released`, or a `snap` of its law."""
+
+    time: float
+    joint: int
+    kind: str
+    speed: float
+
+
+@dataclass(frozen=True)
+class Motion:
+    """States of a motion and its books.
+
+    times : (k,), s. q, v, a : (k, n_joints), coordinates, velocities, accelerations; at an event those after it.
+    kinetic, stored, height, in_stops : (k,), energy of motion, of laws and struts, of gravity, of compliant stops, J.
+    damped, lost : (k,), energy lost in dampers, and at events, since the start. gap : greatest closure residual before
+        projection, rad or gap over size.
+    """
+
+    ending: Ending
+    times: Reals
+    q: Reals
+    v: Reals
+    a: Reals
+    kinetic: Reals
+    stored: Reals
+    height: Reals
+    in_stops: Reals
+    damped: Reals
+    lost: Reals
+    gap: float
+    events: tuple[Event, ...]
+    steps: int
+    rejected: int
+    evaluations: int
+
+    @property
+    def drift(self) -> float:
+        """Greatest error of the energy balance, J."""
+        total = self.kinetic + self.stored + self.height + self.in_stops + self.damped + self.lost
+        return float(np.abs(total - total[0]).max())
+
+    def at(self, times: Reals) -> Reals:
+        """Coordinates at given times, shape (len(times), n_joints): quintics through the states of each step.
+
+        The error of a step of length h is O(h^6).
+        """
+        times = np.asarray(times, float)
+        k = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
+        h = (self.times[k + 1] - self.times[k])[:, None]
+        x = (times[:, None] - self.times[k][:, None]) / h
+        q0, q1 = self.q[k], self.q[k + 1]
+        v0, v1, a0, a1 = h * self.v[k], h * self.v[k + 1], h * h * self.a[k], h * h * self.a[k + 1]
+        rise = q1 - q0
+        c3 = 10 * rise - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1
+        c4 = -15 * rise + 8 * v0 + 7 * v1 + 1.5 * a0 - a1
+        c5 = 6 * rise - 3 * (v0 + v1) - 0.5 * (a0 - a1)
+        found: Reals = q0 + x * (v0 + x * (0.5 * a0 + x * (c3 + x * (c4 + x * c5))))
+        return found
+
+
+def simulate(
+    system: System,
+    q: Reals,
+    v: Reals | None = None,
+    *,
+    end: float,
+    method: str = "dormand-prince",
+    tolerance: float = 1e-6,
+    floor: float | None = None,
+    restitution: float = 0.0,
+    slow: float = 1e-2,
+    flat: float | None = None,
+    rest: float | None = None,
+    closed: float = 1e-14,
+    first_step: float = 0.0,
+    longest_step: float = math.inf,
+    max_steps: int = 20_000,
+) -> Motion:
+    """Follow a system from a closed state, velocities 0 unless given, to a time (s).
+
+    tolerance, floor : relative and absolute error of a step (the floor is the tolerance unless given).
+    restitution : of hard stops, 0 to 1; impacts slower than `slow` (rad/s) do not bounce.
+    flat : end when all coordinates are within this of 0 (rad). rest : end when all speeds and accelerations are below.
+    closed : residual after the projection that follows each step.
+    """
+    n = system.n_joints
+    record = _record(n, max_steps)
+    plan = kernel.Plan(
+        end=float(end),
+        tolerance=float(tolerance),
+        floor=float(tolerance if floor is None else floor),
+        first=float(first_step),
+        longest=float(longest_step),
+        restitution=float(restitution),
+        slow=float(slow),
+        flat=np.zeros(n),
+        near=-1.0 if flat is None else float(flat),
+        rest=-1.0 if rest is None else float(rest),
+        closed=float(closed),
+    )
+    mechanism = system.mechanism
+    hold = Hold(np.zeros(n, np.int8), np.zeros(n, np.int8))
+    hold.branches[:] = q > mechanism.hinges.snaps_up
+    coordinates = np.array(q, float)
+    speeds = np.zeros(n) if v is None else np.array(v, float)
+    kernel.simulate(mechanism, hold, method_named(method), plan, coordinates, speeds, work_for(mechanism.tree), record)
+    return _motion(record)
+
+
+def _record(n: int, steps: int) -> kernel.Record:
+    return kernel.Record(
+        times=np.empty(steps + 1),
+        q=np.empty((steps + 1, n)),
+        v=np.empty((steps + 1, n)),
+        a=np.empty((steps + 1, n)),
+        books=np.empty((steps + 1, 6)),
+        gaps=np.empty(steps + 1),
+        counts=np.zeros(6, np.int64),
+        event_times=np.empty(steps + 1),
+        event_joints=np.empty(steps + 1, np.int64),
+        event_kinds=np.empty(steps + 1, np.int64),
+        event_speeds=np.empty(steps + 1),
+    )
+
+
+def _motion(record: kernel.Record) -> Motion:
+    states, events, evaluations, rejected, ending, _ = (int(x) for x in record.counts)
+    events = min(events, len(record.event_times))
+    kinetic, stored, height, in_stops, damped, lost = record.books[:states].T.copy()
+    return Motion(
+        _ENDINGS[ending],
+        record.times[:states].copy(),
+        record.q[:states].copy(),
+        record.v[:states].copy(),
+        record.a[:states].copy(),
+        kinetic,
+        stored,
+        height,
+        in_stops,
+        damped,
+        lost,
+        gap=float(record.gaps[:states].max()),
+        events=tuple(
+            Event(
+                float(record.event_times[k]),
+                int(record.event_joints[k]),
+                _KINDS[int(record.event_kinds[k])],
+                float(record.event_speeds[k]),
+            )
+            for k in range(events)
+        ),
+        steps=states - 1,
+        rejected=rejected,
+        evaluations=evaluations,
+    )

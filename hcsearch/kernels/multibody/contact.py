@@ -1,0 +1,168 @@
+"""One-sided stops of joints: impulses of impacts, and which stops go on holding (a cone complementarity problem).
+
+Velocities and accelerations are taken in the space of the recursion's innovations, where the inertia is the identity:
+y_i = (s_i + U_i . a_i) / sqrt(d_i). There the nearest admissible vector is a least-distance problem with inequalities,
+solved by nonnegative least squares (Lawson and Hanson 1974, chapter 23): Gauss's principle of least constraint. The
+answer is unique even where the forces at redundant stops are not.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.cones import nonnegative
+from hcsearch.kernels.multibody.sweeps import gather, load
+from hcsearch.kernels.multibody.tree import (
+    ALONG,
+    ARM,
+    DRIVE,
+    FIRST,
+    HEAD_COUPLE,
+    HEAD_FORCE,
+    LAST,
+    LINE,
+    PARENT,
+    POWER,
+    ROW,
+    SHIFTING,
+    SLIDES,
+    TURNING,
+    Tree,
+    Work,
+)
+from hcsearch.kernels.multibody.vectors import at, cross, dot, plus, put, times
+from hcsearch.kernels.multibody.welds import INDEPENDENT
+
+Reals = NDArray[np.float64]
+Signs = NDArray[np.int8]
+
+SOFT = 1e-4
+"""A joint whose stop could move it by less than this share of what it would without loops is held by the loops: stops
+give way that much, so that nearly immobile joints do not ask for impossible forces."""
+
+
+@compiled
+def _closure_basis(tree: Tree, scale: float, work: Work) -> tuple[Reals, int]:
+    """Orthonormal basis of the closure rows in the space of innovations; after `gather`."""
+    n, m = len(tree.links), len(tree.rows)
+    rows = np.zeros((m, n))
+    for i in range(n):
+        for slot in range(tree.links[i, FIRST], tree.links[i, LAST]):
+            rows[tree.slots[slot, ROW], i] = work.slots[slot, POWER] / math.sqrt(work.bodies[i, ALONG])
+    left = np.empty(m)
+    for r in range(m):
+        left[r] = np.dot(rows[r], rows[r])
+    count = 0
+    for _ in range(m):
+        best = count
+        for r in range(count, m):
+            if left[r] > left[best]:
+                best = r
+        if left[best] <= INDEPENDENT * scale:
+            break
+        for k in range(n):
+            rows[count, k], rows[best, k] = rows[best, k], rows[count, k]
+        left[best] = left[count]
+        for _ in range(2):  # twice is enough
+            for j in range(count):
+                rows[count] -= np.dot(rows[j], rows[count]) * rows[j]
+        rows[count] /= math.sqrt(np.dot(rows[count], rows[count]))
+        for r in range(count + 1, m):
+            rows[r] -= np.dot(rows[count], rows[r]) * rows[count]
+            left[r] = np.dot(rows[r], rows[r])
+        count += 1
+    return rows, count
+
+
+@compiled
+def push_apart(
+    tree: Tree, touching: Signs, wanted: Reals, scale: float, work: Work, pushed: Reals, change: Reals
+) -> bool:
+    """The least change of velocities (or accelerations) that gives touching joints what they want at least.
+
+    touching : (n,), -1 where the joint is at its lower stop and may only grow, 1 at its upper, 0 elsewhere.
+    wanted : (n,), least change away from the stop. scale : of `choose`. change : (n,), of all joints.
+    pushed : (n,), not 0 where a stop pushes.
+    False, and nothing changed, where rounding hides the answer. After `place`; it gathers anew with all joints free.
+    """
+    n = len(touching)
+    free = np.zeros(n, np.int8)
+    gather(tree, free, work)
+    basis, count = _closure_basis(tree, scale, work)
+    which = np.flatnonzero(touching)
+    columns = np.zeros((len(which), n + len(which) + 1))
+    wholes = np.empty(len(which))
+    impulse = np.zeros(n)
+    change[:] = 0.0
+    pushed[:] = 0.0
+    greatest = 0.0
+    for k in range(len(which)):
+        i = which[k]
+        impulse[i] = -1.0 if touching[i] > 0 else 1.0
+        load(tree, free, impulse, False, work)
+        impulse[i] = 0.0
+        for j in range(n):
+            columns[k, j] = work.bodies[j, DRIVE] / math.sqrt(work.bodies[j, ALONG])
+        wholes[k] = math.sqrt(np.dot(columns[k], columns[k]))
+        for _ in range(2):
+            for b in range(count):
+                part = np.dot(basis[b], columns[k, :n])
+                for j in range(n):
+                    columns[k, j] -= part * basis[b, j]
+        for j in range(n):
+            columns[k, j] /= wholes[k]
+        columns[k, n + k] = SOFT
+        greatest = max(greatest, abs(wanted[i]) / wholes[k])
+    if greatest == 0.0:
+        return True
+    sizes = np.empty(len(which))
+    for k in range(len(which)):
+        columns[k, n + len(which)] = wanted[which[k]] / wholes[k] / greatest
+        sizes[k] = math.sqrt(np.dot(columns[k], columns[k]))
+        columns[k] /= sizes[k]
+    height = n + len(which) + 1
+    target = np.zeros(height)
+    target[height - 1] = 1.0
+    found, left = np.zeros(len(which)), np.empty(height)
+    nonnegative(columns, target, found, left)
+    if left[height - 1] <= 1e-12:
+        return False
+    innovations = np.empty(n)
+    for j in range(n):
+        innovations[j] = -left[j] / left[height - 1] * greatest
+    for k in range(len(which)):
+        # a stop that could hardly move its joint is left to the loops
+        mobile = 0.0
+        for j in range(n):
+            mobile += (columns[k, j] * sizes[k]) ** 2
+        if found[k] > 0.0 and mobile > SOFT**2:
+            pushed[which[k]] = found[k]
+    _velocities(tree, innovations, work, change)
+    return True
+
+
+@compiled
+def _velocities(tree: Tree, innovations: Reals, work: Work, found: Reals) -> None:
+    """Joint velocities from their innovations."""
+    b = work.bodies
+    for i in range(len(tree.links)):
+        p = tree.links[i, PARENT]
+        turn, shift = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        if p >= 0:
+            turn, shift = at(b, p, TURNING), at(b, p, SHIFTING)
+        shift = plus(shift, cross(turn, at(b, i, ARM)))
+        root = math.sqrt(b[i, ALONG])
+        found[i] = (
+            innovations[i] - (dot(at(b, i, HEAD_COUPLE), turn) + dot(at(b, i, HEAD_FORCE), shift)) / root
+        ) / root
+        own = times(found[i], at(b, i, LINE))
+        if tree.links[i, SLIDES]:
+            shift = plus(shift, own)
+        else:
+            turn = plus(turn, own)
+        put(b, i, TURNING, turn)
+        put(b, i, SHIFTING, shift)

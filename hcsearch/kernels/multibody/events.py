@@ -1,0 +1,83 @@
+"""Where in a step a joint comes to its stop, a law snaps, and whether stops would have to pull."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.multibody.motion import Hold, Mechanism
+
+Reals = NDArray[np.float64]
+
+NEAR, BEYOND = 1e-9, 1e-6
+"""A joint is at a stop from this far inside (rad), and has passed it when it is this far beyond."""
+
+AT_LOWER, AT_UPPER, DOWN, UP = 0, 1, 2, 3
+"""What a joint can come to: its stops, and the angles at which its law snaps. Odd ones are passed upwards."""
+
+
+@compiled
+def quintic(x: float, h: float, q0: float, v0: float, a0: float, q1: float, v1: float, a1: float) -> float:
+    """The polynomial through positions, velocities and accelerations at both ends of a step, at a share x of it."""
+    c3 = 10.0 * (q1 - q0) - h * (6.0 * v0 + 4.0 * v1) - 0.5 * h * h * (3.0 * a0 - a1)
+    c4 = -15.0 * (q1 - q0) + h * (8.0 * v0 + 7.0 * v1) + 0.5 * h * h * (3.0 * a0 - 2.0 * a1)
+    c5 = 6.0 * (q1 - q0) - 3.0 * h * (v0 + v1) - 0.5 * h * h * (a0 - a1)
+    return q0 + x * (h * v0 + x * (0.5 * h * h * a0 + x * (c3 + x * (c4 + x * c5))))
+
+
+@compiled
+def threshold(mechanism: Mechanism, hold: Hold, i: int, kind: int) -> float:
+    """The coordinate at which a joint has an event of a kind; infinite where it has none."""
+    hinges = mechanism.hinges
+    hard = hinges.stop_stiffness == 0.0 and not hold.held[i]
+    if kind == AT_LOWER:
+        return hinges.lower[i] if hard else -np.inf
+    if kind == AT_UPPER:
+        return hinges.upper[i] if hard else np.inf
+    if kind == DOWN:
+        return hinges.snaps_down[i] if hold.branches[i] else -np.inf
+    return np.inf if hold.branches[i] else hinges.snaps_up[i]
+
+
+@compiled
+def first_event(
+    mechanism: Mechanism, hold: Hold, h: float, q0: Reals, v0: Reals, a0: Reals, q1: Reals, v1: Reals, a1: Reals
+) -> tuple[float, int, int]:
+    """Share of the step at which the first joint passes a stop or snap, the joint and the kind; 2 if none does."""
+    best, joint, what = 2.0, -1, -1
+    for i in range(len(q0)):
+        for kind in range(4):
+            limit = threshold(mechanism, hold, i, kind)
+            if math.isinf(limit):
+                continue
+            sign = 1.0 if kind % 2 else -1.0
+            before = 0.0
+            for k in range(1, 5):
+                x = 0.25 * k
+                q = q1[i] if k == 4 else quintic(x, h, q0[i], v0[i], a0[i], q1[i], v1[i], a1[i])
+                if sign * (q - limit) > BEYOND:
+                    after = x
+                    for _ in range(50):
+                        x = 0.5 * (before + after)
+                        q = quintic(x, h, q0[i], v0[i], a0[i], q1[i], v1[i], a1[i])
+                        if sign * (q - limit) > 0.0:
+                            after = x
+                        else:
+                            before = x
+                    if after < best:
+                        best, joint, what = after, i, kind
+                    break
+                before = x
+    return best, joint, what
+
+
+@compiled
+def pulling(hold: Hold, grip: float, forces: Reals) -> bool:
+    """Whether a stop would have to pull, by more than the grip, to go on holding."""
+    most = 0.0
+    for i in range(len(forces)):
+        most = max(most, hold.held[i] * forces[i])
+    return most > grip

@@ -1,0 +1,212 @@
+"""Forces in joints and between bodies: moment-angle laws, dampers, stops, struts; their energy.
+
+A law gives the moment that resists the joint coordinate, as cubics between breaks. Two branches make a law with a snap
+(thesis 2.4): from the straight branch it jumps to the bent one above `snaps_up`, and back below `snaps_down`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.multibody.tree import (
+    CENTRE,
+    INERTIA,
+    MASS,
+    PLACE,
+    PULL_COUPLE,
+    PULL_FORCE,
+    SPEED,
+    SPIN,
+    TURN,
+    Tree,
+    Work,
+)
+from hcsearch.kernels.multibody.vectors import (
+    Vector,
+    add,
+    applied,
+    at,
+    cross,
+    dot,
+    minus,
+    plus,
+    symmetric,
+    times,
+    turned,
+    turned_back,
+)
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+Signs = NDArray[np.int8]
+
+
+class Hinges(NamedTuple):
+    """What acts in the joints, n of them.
+
+    pieces : (n, 2, 2), first and last piece (exclusive) of the straight and the bent branch.
+    breaks : (p,), coordinate at which a piece begins; the first serves below, the last above. cubics : (p, 4),
+        coefficients of 1, x, x^2, x^3, with x from the break. energies : (p,), energy stored at the break.
+    snaps_up, snaps_down : (n,), infinite without a snap.
+    damping : (n,). lower, upper : (n,), stops, infinite where there is none or it cannot be reached.
+    stop_stiffness, stop_damping : of compliant stops; 0 where stops are hard or left out.
+    """
+
+    pieces: Whole
+    breaks: Reals
+    cubics: Reals
+    energies: Reals
+    snaps_up: Reals
+    snaps_down: Reals
+    damping: Reals
+    lower: Reals
+    upper: Reals
+    stop_stiffness: float
+    stop_damping: float
+
+
+class Struts(NamedTuple):
+    """Springs with dampers between points of two bodies: k (l - rest) + c l' pulls the points together.
+
+    bodies : (s, 2), -1 the ground. points : (s, 6), from the joints of both bodies.
+    stiffness, damping, rests : (s,).
+    """
+
+    bodies: Whole
+    points: Reals
+    stiffness: Reals
+    damping: Reals
+    rests: Reals
+
+
+@compiled
+def moment(hinges: Hinges, i: int, branch: int, q: float) -> tuple[float, float]:
+    """Resisting moment of the law of a joint at one coordinate, and the energy that it stores."""
+    first, last = hinges.pieces[i, branch]
+    k = first
+    while k + 1 < last and hinges.breaks[k + 1] <= q:
+        k += 1
+    x = q - hinges.breaks[k]
+    c = hinges.cubics[k]
+    value = c[0] + x * (c[1] + x * (c[2] + x * c[3]))
+    energy = x * (c[0] + x * (c[1] / 2.0 + x * (c[2] / 3.0 + x * c[3] / 4.0)))
+    return value, hinges.energies[k] + energy
+
+
+@compiled
+def steepness(hinges: Hinges, i: int, branch: int, q: float) -> float:
+    """Slope of the law of a joint, of its compliant stop too."""
+    first, last = hinges.pieces[i, branch]
+    k = first
+    while k + 1 < last and hinges.breaks[k + 1] <= q:
+        k += 1
+    x = q - hinges.breaks[k]
+    c = hinges.cubics[k]
+    slope: float = c[1] + x * (2.0 * c[2] + x * 3.0 * c[3])
+    if hinges.stop_stiffness > 0.0 and (q < hinges.lower[i] or q > hinges.upper[i]):
+        slope += hinges.stop_stiffness
+    return slope
+
+
+@compiled
+def joint_torques(hinges: Hinges, branches: Signs, q: Reals, v: Reals, torques: Reals) -> None:
+    """Forces of laws, dampers and compliant stops along the joints (thesis eqs. 4.20 to 4.22)."""
+    for i in range(len(q)):
+        value, _ = moment(hinges, i, branches[i], q[i])
+        value += hinges.damping[i] * v[i]
+        if hinges.stop_stiffness > 0.0:
+            beyond = min(q[i] - hinges.lower[i], 0.0) + max(q[i] - hinges.upper[i], 0.0)
+            if beyond != 0.0:
+                value += hinges.stop_stiffness * beyond + hinges.stop_damping * v[i]
+        torques[i] = -value
+
+
+@compiled
+def pull_struts(struts: Struts, work: Work) -> None:
+    """Add the forces of struts to the pulls on bodies; after `move`."""
+    b = work.bodies
+    for s in range(len(struts.stiffness)):
+        line, speed, length = _strut(struts, s, work)
+        force = struts.stiffness[s] * (length - struts.rests[s]) + struts.damping[s] * speed
+        for side in range(2):
+            body = struts.bodies[s, side]
+            if body >= 0:
+                arm = turned(b, body, TURN, at(struts.points, s, 3 * side))
+                pull = times(-force if side else force, line)
+                add(b, body, PULL_COUPLE, cross(arm, pull))
+                add(b, body, PULL_FORCE, pull)
+
+
+@compiled
+def _strut(struts: Struts, s: int, work: Work) -> tuple[Vector, float, float]:
+    """Direction from the first point of a strut to the second, speed at which it grows, and length."""
+    b = work.bodies
+    way, growth = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    for side in range(2):
+        body = struts.bodies[s, side]
+        here, flow = at(struts.points, s, 3 * side), (0.0, 0.0, 0.0)
+        if body >= 0:
+            arm = turned(b, body, TURN, here)
+            here = plus(at(b, body, PLACE), arm)
+            flow = plus(at(b, body, SPEED), cross(at(b, body, SPIN), arm))
+        way, growth = minus(here, way), minus(flow, growth)
+    length = math.sqrt(dot(way, way))
+    line = times(1.0 / length, way) if length > 0.0 else way
+    return line, dot(line, growth), length
+
+
+@compiled
+def kinetic(tree: Tree, work: Work) -> float:
+    """Energy of motion, J; after `move`."""
+    found = 0.0
+    b = work.bodies
+    for i in range(len(tree.links)):
+        spin = at(b, i, SPIN)
+        speed = plus(at(b, i, SPEED), cross(spin, turned(b, i, TURN, at(tree.bodies, i, CENTRE))))
+        own = turned_back(b, i, TURN, spin)
+        turning = dot(own, applied(symmetric(tree.bodies, i, INERTIA), own))
+        found += 0.5 * (tree.bodies[i, MASS] * dot(speed, speed) + turning)
+    return found
+
+
+@compiled
+def energies(tree: Tree, hinges: Hinges, struts: Struts, branches: Signs, q: Reals, work: Work, found: Reals) -> None:
+    """Write kinetic energy, energy of laws and struts, of gravity, and of compliant stops; (4,).
+
+    After `move`. Their sum falls by what `lost_power` says, and by what snaps and impacts take.
+    """
+    found[:] = 0.0
+    found[0] = kinetic(tree, work)
+    b = work.bodies
+    for i in range(len(tree.links)):
+        _, stored = moment(hinges, i, branches[i], q[i])
+        found[1] += stored
+        x, y, z = plus(at(b, i, PLACE), turned(b, i, TURN, at(tree.bodies, i, CENTRE)))
+        height = tree.gravity[0] * x + tree.gravity[1] * y + tree.gravity[2] * z
+        found[2] -= tree.bodies[i, MASS] * height
+        if hinges.stop_stiffness > 0.0:
+            beyond = min(q[i] - hinges.lower[i], 0.0) + max(q[i] - hinges.upper[i], 0.0)
+            if beyond != 0.0:
+                found[3] += 0.5 * hinges.stop_stiffness * beyond * beyond
+    for s in range(len(struts.stiffness)):
+        _, _, length = _strut(struts, s, work)
+        found[1] += 0.5 * struts.stiffness[s] * (length - struts.rests[s]) ** 2
+
+
+@compiled
+def lost_power(hinges: Hinges, struts: Struts, q: Reals, v: Reals, work: Work) -> float:
+    """Power lost in dampers, of compliant stops and struts too; after `move`."""
+    power = 0.0
+    for i in range(len(q)):
+        power += hinges.damping[i] * v[i] * v[i]
+        if hinges.stop_stiffness > 0.0 and (q[i] < hinges.lower[i] or q[i] > hinges.upper[i]):
+            power += hinges.stop_damping * v[i] * v[i]
+    for s in range(len(struts.stiffness)):
+        _, growth, _ = _strut(struts, s, work)
+        power += struts.damping[s] * growth * growth
+    return power

@@ -1,0 +1,132 @@
+"""Impacts at stops, and which stops go on holding afterwards."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.multibody.contact import push_apart
+from hcsearch.kernels.multibody.events import NEAR
+from hcsearch.kernels.multibody.hinges import kinetic
+from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, project
+from hcsearch.kernels.multibody.sweeps import gather, move, place
+from hcsearch.kernels.multibody.tree import Work
+from hcsearch.kernels.multibody.welds import choose, factorise
+
+Reals = NDArray[np.float64]
+Signs = NDArray[np.int8]
+
+
+@compiled
+def _touching(mechanism: Mechanism, q: Reals, touching: Signs) -> bool:
+    """Write which joints are at their lower (-1) and upper (1) stops; whether any is."""
+    hinges = mechanism.hinges
+    some = False
+    for i in range(len(q)):
+        touching[i] = 0
+        if hinges.stop_stiffness == 0.0:
+            if q[i] <= hinges.lower[i] + NEAR:
+                touching[i] = -1
+            elif q[i] >= hinges.upper[i] - NEAR:
+                touching[i] = 1
+        some = some or touching[i] != 0
+    return some
+
+
+@compiled
+def regrip(
+    mechanism: Mechanism, hold: Hold, slow: float, q: Reals, v: Reals, scale: float, work: Work, a: Reals
+) -> bool:
+    """Find which of the joints at rest at their stops are held there; whether that has changed. Writes accelerations.
+
+    slow : speed (rad/s) below which a joint at its stop is at rest.
+    """
+    n = len(q)
+    touching = np.empty(n, np.int8)
+    some = _touching(mechanism, q, touching)
+    before = hold.held.copy()
+    hold.held[:] = 0
+    accelerate(mechanism, hold, q, v, scale, True, work, a)
+    if not some:
+        return bool(before.any())
+    wanted = np.zeros(n)
+    largest = 0.0
+    for i in range(n):
+        if abs(v[i]) > slow:
+            touching[i] = 0
+        wanted[i] = touching[i] * a[i]
+        largest = max(largest, abs(a[i]))
+    pushed, change = np.empty(n), np.empty(n)
+    told = push_apart(mechanism.tree, touching, wanted, scale, work, pushed, change)
+    changed = False
+    for i in range(n):
+        # a joint at rest that neither pushes nor leaves stays held, so that rounding does not decide
+        rests = abs(a[i] + change[i]) <= 1e-9 * largest
+        if touching[i] and (not told or pushed[i] > 0.0 or rests):
+            hold.held[i] = touching[i]
+            v[i] = 0.0
+            q[i] = mechanism.hinges.lower[i] if touching[i] < 0 else mechanism.hinges.upper[i]
+        changed = changed or hold.held[i] != before[i]
+    accelerate(mechanism, hold, q, v, scale, True, work, a)
+    return changed
+
+
+@compiled
+def collide(
+    mechanism: Mechanism,
+    hold: Hold,
+    restitution: float,
+    slow: float,
+    q: Reals,
+    v: Reals,
+    scale: float,
+    closed: float,
+    work: Work,
+) -> None:
+    """Velocities after impacts of all joints at their stops that move against them (Newton's law, as Moreau has it).
+
+    restitution : 0 to 1. slow : speed (rad/s) below which nothing bounces: joints that knock each other off their
+    stops, ever more slowly, come to rest together.
+    """
+    n = len(q)
+    touching = np.empty(n, np.int8)
+    if not _touching(mechanism, q, touching):
+        return
+    wanted, before = np.zeros(n), v.copy()
+    fastest = 0.0
+    for i in range(n):
+        if touching[i]:
+            q[i] = mechanism.hinges.lower[i] if touching[i] < 0 else mechanism.hinges.upper[i]
+            speed = touching[i] * v[i]  # against the stop
+            fastest = max(fastest, speed)
+            wanted[i] = (1.0 + restitution) * speed if speed > slow else speed
+    hold.held[:] = 0
+    place(mechanism.tree, q, work)
+    if fastest > slow:
+        pushed, change = np.empty(n), np.empty(n)
+        told = push_apart(mechanism.tree, touching, wanted, scale, work, pushed, change)
+        for i in range(n):
+            v[i] += change[i]
+            if touching[i] and abs(v[i]) <= 1e-3 * slow:
+                v[i] = 0.0
+        # half the change and the mean velocity are orthogonal at most: no impact adds energy
+        if told and _norm(mechanism, change, work) <= 4.0 * _norm(mechanism, before, work) * (1.0 + 1e-6):
+            return
+        v[:] = before
+    for i in range(n):
+        if touching[i] and touching[i] * v[i] >= -slow:
+            hold.held[i] = touching[i]
+            v[i] = 0.0
+    move(mechanism.tree, v, work)
+    gather(mechanism.tree, hold.held, work)
+    choose(work, scale)
+    factorise(work, scale)
+    project(mechanism.tree, hold.held, q, v, closed, work)
+
+
+@compiled
+def _norm(mechanism: Mechanism, v: Reals, work: Work) -> float:
+    """Twice the kinetic energy of joint velocities; after `place`."""
+    move(mechanism.tree, v, work)
+    return 2.0 * kinetic(mechanism.tree, work)

@@ -1,0 +1,119 @@
+"""The tables of a tree of rigid bodies with closed loops, and those that the recursions write.
+
+Body i hangs on a body of a lower number, or on the ground (-1), by joint i, which turns about or slides along a line.
+In the reference state all joint coordinates are 0; axes, points and inertias are those of that state, in world axes.
+A loop is closed by a weld: two bodies, halves of one panel as a rule, that must move as one. A row is one equation of
+a weld; a slot is a row at a body that its force passes through on the way to the ground.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+AXIS, OFFSET, CENTRE, INERTIA, MASS = 0, 3, 6, 9, 15
+"""Columns of `Tree.bodies`: unit vector of the joint, from the parent's joint (of the ground: from the origin) to this
+one, from the joint to the centre of mass, inertia about that (xx, yy, zz, xy, xz, yz), mass."""
+
+PARENT, SLIDES, FIRST, LAST = 0, 1, 2, 3
+"""Columns of `Tree.links`: parent or -1, whether the joint slides, its slots (the last exclusive)."""
+
+BODY_A, BODY_B = 0, 1
+POINT_A, POINT_B, FRAME = 0, 3, 6
+"""Columns of `Tree.welds` (-1 the ground) and of `Tree.weld_places`: the common point, from the joints of both bodies,
+and three directions fixed to body a, by rows."""
+
+WELD, KIND, SLOT_A, SLOT_B = 0, 1, 2, 3
+"""Columns of `Tree.rows`: kinds 0 to 2 are turns about, 3 to 5 gaps along a direction of the weld's frame; the slots
+where the row acts on bodies a and b, -1 on the ground."""
+
+ROW, ABOVE = 0, 1
+"""Columns of `Tree.slots`: the row, and the slot of the same row at the parent or -1."""
+
+TURN, PLACE, LINE, ARM, SPIN, SPEED, SPIN_DRIFT, DRIFT = 0, 9, 12, 15, 18, 21, 24, 27
+"""Columns of `Work.bodies`: rotation from the reference state, joint, joint axis, way from the parent's joint, angular
+velocity, velocity at the joint, and what these alone add to the angular acceleration and the acceleration there."""
+
+COUPLES, CROSSED, FORCES = 30, 36, 45
+"""Articulated inertia about the joint: couples by angular acceleration (symmetric), couples by acceleration (3 x 3, by
+rows; transposed, forces by angular acceleration), forces by acceleration (symmetric)."""
+
+BIAS_COUPLE, BIAS_FORCE, PULL_COUPLE, PULL_FORCE = 51, 54, 57, 60
+"""Couple and force that the body needs when nothing accelerates, and those applied to it at its joint."""
+
+HEAD_COUPLE, HEAD_FORCE, ALONG, DRIVE, TURNING, SHIFTING = 63, 66, 69, 70, 71, 74
+"""Couple and force that a unit acceleration of the joint asks for, their part along the joint, the joint force left
+over for acceleration, angular acceleration, acceleration at the joint."""
+
+BODY_COLUMNS = 77
+
+WAY, ARM_A, ARM_B = 0, 3, 6
+"""Columns of `Work.ways`: direction of the row, and the common point from the joints of both bodies."""
+
+ROW_COUPLE, ROW_FORCE, POWER = 0, 3, 6
+"""Columns of `Work.slots`: the row's unit force carried to this body, and its part along the joint."""
+
+
+class Tree(NamedTuple):
+    """Bodies, joints and welds; n bodies, w welds, m rows, s slots. Lengths in m, masses in kg.
+
+    bodies : (n, 16). links : (n, 4). welds : (w, 2). weld_places : (w, 15). rows : (m, 4). slots : (s, 2), those of a
+    body in the order of their rows. gravity : (3,), m/s^2. size : length that gaps are divided by.
+    """
+
+    bodies: Reals
+    links: Whole
+    welds: Whole
+    weld_places: Reals
+    rows: Whole
+    slots: Whole
+    gravity: Reals
+    size: float
+
+
+class Work(NamedTuple):
+    """What the recursions write.
+
+    bodies : (n, 77). slots : (s, 7). ways : (m, 9).
+    errors, rates, forces : (m,), closure residual, its rate (or acceleration), and forces of the rows.
+    delassus : (m, m), accelerations of the rows by their forces. factor : (m, m), its Cholesky factor on chosen rows.
+    chosen : (m,), the rows that are independent. chosen_count : (1,), how many.
+    torques, soft : (n,), joint forces, and what implicit steps add to the joints' own inertia.
+    """
+
+    bodies: Reals
+    slots: Reals
+    ways: Reals
+    errors: Reals
+    rates: Reals
+    forces: Reals
+    delassus: Reals
+    factor: Reals
+    chosen: Whole
+    chosen_count: Whole
+    torques: Reals
+    soft: Reals
+
+
+def work_for(tree: Tree) -> Work:
+    """Tables for the recursions on a tree."""
+    n, m, slots = len(tree.links), len(tree.rows), len(tree.slots)
+    return Work(
+        bodies=np.zeros((n, BODY_COLUMNS)),
+        slots=np.zeros((slots, 7)),
+        ways=np.zeros((m, 9)),
+        errors=np.zeros(m),
+        rates=np.zeros(m),
+        forces=np.zeros(m),
+        delassus=np.zeros((m, m)),
+        factor=np.zeros((m, m)),
+        chosen=np.zeros(m, np.int64),
+        chosen_count=np.zeros(1, np.int64),
+        torques=np.zeros(n),
+        soft=np.zeros(n),
+    )

@@ -1,0 +1,164 @@
+"""Closure of welds: residual, the rows that are independent, and the forces that keep them closed.
+
+Loops of overconstrained linkages have rows that say nothing new where the loops are closed, but contradict the others
+as soon as rounding opens them: solved with all rows they lock. So at the start of each step independent rows are
+chosen by pivoted Cholesky of the Delassus matrix, and stay for the step; the projection afterwards closes all rows.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.multibody.tree import (
+    ARM_A,
+    ARM_B,
+    BODY_A,
+    BODY_B,
+    KIND,
+    PLACE,
+    SPEED,
+    SPIN,
+    TURN,
+    WAY,
+    WELD,
+    Tree,
+    Work,
+)
+from hcsearch.kernels.multibody.vectors import at, cross, dot, minus, plus, turned
+
+Reals = NDArray[np.float64]
+
+INDEPENDENT = 1e-11
+"""A row is chosen when its pivot is above this share of the largest Delassus entry with all joints free."""
+
+
+@compiled
+def weld_errors(tree: Tree, work: Work, errors: Reals) -> float:
+    """Write the closure residual: turns (rad) and gaps over the size; return the largest; after `place`."""
+    worst = 0.0
+    b = work.bodies
+    for r in range(len(tree.rows)):
+        weld, kind = tree.rows[r, WELD], tree.rows[r, KIND]
+        first, second = tree.welds[weld, BODY_A], tree.welds[weld, BODY_B]
+        way = at(work.ways, r, WAY)
+        if kind < 3:
+            # half the sum of a_k x b_k over the axes of both bodies is the axis times the sine of the angle between
+            turn = (0.0, 0.0, 0.0)
+            for k in range(3):
+                own = (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
+                here = turned(b, first, TURN, own) if first >= 0 else own
+                turn = plus(turn, cross(here, turned(b, second, TURN, own)))
+            value = 0.5 * dot(way, turn)
+        else:
+            gap = minus(plus(at(b, second, PLACE), at(work.ways, r, ARM_B)), at(work.ways, r, ARM_A))
+            if first >= 0:
+                gap = minus(gap, at(b, first, PLACE))
+            value = dot(way, gap) / tree.size
+        errors[r] = value
+        worst = max(worst, abs(value))
+    return worst
+
+
+@compiled
+def weld_rates(tree: Tree, work: Work, rates: Reals) -> float:
+    """Write the relative velocities of the welded bodies along the rows; return the largest; after `move`."""
+    worst = 0.0
+    b = work.bodies
+    for r in range(len(tree.rows)):
+        weld = tree.rows[r, WELD]
+        way = at(work.ways, r, WAY)
+        value = 0.0
+        for side in range(2):
+            body = tree.welds[weld, side]
+            if body < 0:
+                continue
+            part = dot(way, at(b, body, SPIN))
+            if tree.rows[r, KIND] >= 3:
+                arm = at(work.ways, r, ARM_B if side else ARM_A)
+                flow = plus(at(b, body, SPEED), cross(at(b, body, SPIN), arm))
+                part = dot(way, flow) / tree.size
+            value += part if side else -part
+        rates[r] = value
+        worst = max(worst, abs(value))
+    return worst
+
+
+@compiled
+def choose(work: Work, scale: float) -> None:
+    """Choose independent rows by pivoted Cholesky of the Delassus matrix, the largest pivots first.
+
+    scale : largest diagonal entry of the Delassus matrix with all joints free.
+    """
+    m = len(work.chosen)
+    left = np.empty(m)
+    open_ = np.ones(m, np.bool_)
+    for r in range(m):
+        left[r] = work.delassus[r, r]
+    count = 0
+    factor = work.factor
+    for k in range(m):
+        best = -1
+        for r in range(m):
+            if open_[r] and (best < 0 or left[r] > left[best]):
+                best = r
+        if left[best] <= INDEPENDENT * scale:
+            break
+        open_[best] = False
+        work.chosen[k] = best
+        count += 1
+        pivot = math.sqrt(left[best])
+        for r in range(m):  # column k of the factor, by row of the Delassus matrix
+            if open_[r]:
+                value = work.delassus[r, best]
+                for j in range(k):
+                    value -= factor[r, j] * factor[best, j]
+                factor[r, k] = value / pivot
+                left[r] -= factor[r, k] ** 2
+        factor[best, k] = pivot
+    work.chosen_count[0] = count
+
+
+@compiled
+def factorise(work: Work, scale: float) -> bool:
+    """Cholesky factor of the Delassus matrix on the chosen rows; whether they are still independent."""
+    count = work.chosen_count[0]
+    factor, chosen = work.factor, work.chosen
+    least = 1e-3 * INDEPENDENT * scale
+    good = True
+    for k in range(count):
+        r = chosen[k]
+        for j in range(k + 1):
+            value = work.delassus[r, chosen[j]]
+            for i in range(j):
+                value -= factor[r, i] * factor[chosen[j], i]
+            if j < k:
+                factor[r, j] = value / factor[chosen[j], j]
+            else:
+                if value < least:
+                    value, good = least, False
+                factor[r, k] = math.sqrt(value)
+    return good
+
+
+@compiled
+def close_rows(work: Work, unwanted: Reals) -> None:
+    """Forces of the rows that take away what is unwanted of each; 0 for rows not chosen; after `factorise`."""
+    count = work.chosen_count[0]
+    factor, chosen, forces = work.factor, work.chosen, work.forces
+    forces[:] = 0.0
+    for k in range(count):
+        r = chosen[k]
+        value = -unwanted[r]
+        for j in range(k):
+            value -= factor[r, j] * forces[chosen[j]]
+        forces[r] = value / factor[r, k]
+    for k in range(count - 1, -1, -1):
+        r = chosen[k]
+        value = forces[r]
+        for j in range(k + 1, count):
+            value -= factor[chosen[j], k] * forces[chosen[j]]
+        forces[r] = value / factor[r, k]
