@@ -37,7 +37,7 @@ _KINDS = {kernel.HIT: "hit", kernel.LET_GO: "released", kernel.SNAP_UP: "snap", 
 
 @dataclass(frozen=True)
 class Event:
-    """What happened in a joint at a time (s): `hit` a stop at a speed (rad/s), was `released`, or a `snap` of its law."""
+    """What happened in a joint: `hit` a stop (with its speed, rad/s), `released` by it, or a `snap`; time in s."""
 
     time: float
     joint: int
