@@ -1,17 +1,32 @@
 """Moment-angle laws of hinges: linear, quadratic, tabulated, preloaded, and tape springs that snap (thesis 2.4, 4.2.1).
 
 A law gives the moment that drives a hinge back to the flat state, as cubic pieces over the fold angle; its energy is
-their integral, so both are exact.
+their integral, so both are exact. Laws have a notation, moments in N m and angles in rad:
+
+    free                             no moment
+    linear:STIFFNESS                 linear:0.1
+    quadratic:STIFFNESS,GROWTH       quadratic:0.02,0.03
+    table:MOMENT@ANGLE,...           table:0@0,0.1@1.5,0.3@3.1
+    table:FILE.csv                   rows of angle, moment; the law's own text holds the points
+    tape:PEAK@ANGLE,LOW@BACK         tape:0.2@0.05,0.03@0.01
+
+Any but `free` may end in a preload, linear:0.1+0.02, and have a factor in front, 2*linear:0.1 (springs in parallel).
 """
 
 from __future__ import annotations
 
+import csv
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from hcsearch.errors import HcsearchError, NotationError
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -45,21 +60,213 @@ class Law:
 
     straight : the branch of the straight hinge, and the only one of most laws. bent : the branch after the snap.
     snap_up, snap_down : fold angles (rad) above which the straight branch is left, and below which the bent one is.
+    text : what `law_named` reads; empty where a law was put together by hand.
     """
 
     straight: Branch
     bent: Branch | None = None
     snap_up: float = math.inf
     snap_down: float = -math.inf
+    text: str = field(default="", compare=False)
 
 
-FREE = Law(Branch((0.0,), ((0.0, 0.0, 0.0, 0.0),)))
+FREE = Law(Branch((0.0,), ((0.0, 0.0, 0.0, 0.0),)), text="free")
 """No moment."""
 
 
 def linear(stiffness: float, preload: float = 0.0) -> Law:
     """Moment preload + stiffness angle (thesis eq. 4.20); N m/rad, N m. A preload holds the flat state."""
-    return Law(Branch((0.0,), ((preload, stiffness, 0.0, 0.0),)))
+    _finite(stiffness, preload)
+    return _preloaded(Law(_one(0.0, stiffness), text=f"linear:{_short(stiffness)}"), preload)
+
+
+def quadratic(stiffness: float, growth: float, preload: float = 0.0) -> Law:
+    """Moment preload + stiffness angle + growth angle^2; N m/rad, N m/rad^2, N m.
+
+    A spring that is stiffer at large angles, as the thesis's may have been (4.6): growth above 0.
+    """
+    _finite(stiffness, growth, preload)
+    text = f"quadratic:{_short(stiffness)},{_short(growth)}"
+    return _preloaded(Law(_one(0.0, stiffness, growth), text=text), preload)
+
+
+def tabulated(angles: Iterable[float], moments: Iterable[float], preload: float = 0.0) -> Law:
+    """A law through points, two or more; fold angles in rad, increasing, moments in N m.
+
+    Cubic Hermite pieces that rise and fall where the points do (Fritsch and Butland 1984, SciPy's PchipInterpolator);
+    the first and last pieces go on beyond the points, so let them cover 0 to pi.
+    """
+    from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 - takes longer to load than a law to make
+
+    x, y = [float(angle) for angle in angles], [float(moment) for moment in moments]
+    if len(x) != len(y):
+        raise HcsearchError(f"a table of {len(x)} angles and {len(y)} moments: give one moment for each angle")
+    if len(x) < 2:
+        raise HcsearchError(f"a table of {len(x)} points makes no law: give two points at least")
+    _finite(*x, *y, preload)
+    for one, two in pairwise(x):
+        if not one < two:
+            raise HcsearchError(f"angle {_short(two)} of the table comes after {_short(one)}: sort it, each angle once")
+    pieces = PchipInterpolator(x, y).c[::-1].T
+    branch = Branch(tuple(x[:-1]), tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in pieces))
+    text = ",".join(f"{_short(moment)}@{_short(angle)}" for angle, moment in zip(x, y, strict=True))
+    return _preloaded(Law(branch, text=f"table:{text}"), preload)
+
+
+def tape_spring(peak: float, peak_angle: float, low: float, back: float | None = None, preload: float = 0.0) -> Law:
+    """A tape spring, bent in its positive sense (Seffen and Pellegrino 1999; thesis 2.4 and figure 2.11b).
+
+    Straight, its moment rises in proportion from O to A; there it snaps to B, and bent it is constant, whether the fold
+    grows or shrinks; it snaps back at a smaller angle. Below 0 the straight line goes on: no snap at C.
+
+    peak, peak_angle : moment (N m) and fold angle (rad) of A. low : moment when bent (N m), less than half the peak.
+    back : fold angle at which it snaps back (rad); where the bent branch meets the straight one unless given.
+    A snap takes the difference of the energies of both branches, each counted from angle 0; HcsearchError where that
+    would be a gain.
+    """
+    _finite(peak, peak_angle, low, preload)
+    if not (peak > 0.0 and peak_angle > 0.0 and low > 0.0):
+        raise HcsearchError("a tape spring has no peak, peak angle or low moment of 0 or less: give positive numbers")
+    if not low <= 0.5 * peak:
+        raise HcsearchError(
+            f"a tape spring that snaps from {_short(peak)} to {_short(low)} N m would gain energy: "
+            f"give a low moment of at most half the peak, {_short(0.5 * peak)}"
+        )
+    stiffness = peak / peak_angle
+    angle = low / stiffness if back is None else float(back)
+    # the most comes to the peak angle, where low is half the peak
+    if not 0.0 < angle <= min(2.0 * low / stiffness * (1.0 + 1e-12), math.nextafter(peak_angle, 0.0)):
+        raise HcsearchError(
+            f"a tape spring that snaps back at {_short(angle)} rad would gain energy or not be bent: "
+            f"give an angle above 0, below {_short(peak_angle)}, and at most {_short(2.0 * low / stiffness)}"
+        )
+    text = f"tape:{_short(peak)}@{_short(peak_angle)},{_short(low)}@{_short(angle)}"
+    return _preloaded(Law(_one(0.0, stiffness), _one(low), float(peak_angle), angle, text), preload)
+
+
+def scaled(law: Law, factor: float) -> Law:
+    """A law with its moments multiplied: that of so many springs in parallel."""
+    if not 0.0 < factor < math.inf:
+        raise HcsearchError(f"no law is {factor} times another: give a positive factor, or take the law `free`")
+
+    def times(branch: Branch) -> Branch:
+        cubics = tuple((factor * a, factor * b, factor * c, factor * d) for a, b, c, d in branch.cubics)
+        return Branch(branch.breaks, cubics)
+
+    text = f"{_short(factor)}*{law.text}" if law.text else ""
+    return replace(law, straight=times(law.straight), bent=law.bent and times(law.bent), text=text)
+
+
+def law_named(text: str) -> Law:
+    """The law that a notation describes, as in the head of this module; `law_named(law.text) == law`.
+
+    A file has two columns, angle (rad) and moment (N m), separated by commas; a first line of words is a heading.
+    Errors: NotationError, HcsearchError as of the laws.
+    """
+    text = text.strip()
+    factor, star, rest = text.partition("*")
+    if star and re.fullmatch(_NUMBER, factor):
+        return scaled(law_named(rest), float(factor))
+    if text == FREE.text:
+        return FREE
+    kind, _, rest = text.partition(":")
+    for pattern, make in _NOTATIONS.get(kind, ()):
+        found = re.fullmatch(rf"({pattern})({_PRELOAD})?", rest)
+        if found:
+            return make(found[1], float(found[2] or 0.0))
+    raise NotationError(f"cannot read the law {text!r}: write {', '.join(_EXAMPLES)}, or +0.02 after one to preload it")
+
+
+def _of_numbers(make: Callable[..., Law], text: str, preload: float) -> Law:
+    return make(*_numbers(text), preload=preload)
+
+
+def _from_points(text: str, preload: float) -> Law:
+    numbers = _numbers(text)
+    return tabulated(numbers[1::2], numbers[::2], preload)
+
+
+def _from_file(name: str, preload: float) -> Law:
+    """The law of a table in a file."""
+    try:
+        with Path(name).open(newline="", encoding="utf-8-sig") as file:
+            rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
+    except OSError as error:
+        raise HcsearchError(f"cannot read the table {name}: {error.strerror}; name a file that is there") from error
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise HcsearchError(f"{name} is no table: write lines of angle (rad), moment (N m)") from error
+    points = []
+    for k, row in enumerate(rows):
+        try:
+            angle, moment = map(float, row)
+        except ValueError:
+            if k == 0 and not any(re.fullmatch(_NUMBER, cell.strip()) for cell in row):
+                continue  # the heading
+            raise HcsearchError(
+                f"cannot read {','.join(row)!r} in {name}: write lines of angle (rad), moment (N m)"
+            ) from None
+        points.append((angle, moment))
+    return tabulated([angle for angle, _ in points], [moment for _, moment in points], preload)
+
+
+_UNSIGNED = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_NUMBER = rf"[+-]?{_UNSIGNED}"
+_PRELOAD = rf"[+-]{_UNSIGNED}"
+_POINT = rf"{_NUMBER}@{_NUMBER}"
+
+
+def _numbers(text: str) -> list[float]:
+    return [float(number) for number in re.split("[,@]", text)]
+
+
+_NOTATIONS: dict[str, tuple[tuple[str, Callable[[str, float], Law]], ...]] = {
+    "linear": ((_NUMBER, lambda text, preload: linear(float(text), preload)),),
+    "quadratic": ((rf"{_NUMBER},{_NUMBER}", lambda text, preload: _of_numbers(quadratic, text, preload)),),
+    "table": (
+        (rf"{_POINT}(?:,{_POINT})*", _from_points),
+        (r".+\.csv", _from_file),
+    ),
+    "tape": ((rf"{_POINT},{_POINT}", lambda text, preload: _of_numbers(tape_spring, text, preload)),),
+}
+_EXAMPLES = (
+    "free",
+    "linear:0.1",
+    "quadratic:0.02,0.03",
+    "table:0@0,0.1@1.5,0.3@3.1",
+    "table:FILE.csv",
+    "tape:0.2@0.05,0.03@0.01",
+)
+
+
+def _one(*coefficients: float) -> Branch:
+    """A branch of one piece from angle 0."""
+    a, b, c, d = (*map(float, coefficients), 0.0, 0.0, 0.0, 0.0)[:4]
+    return Branch((0.0,), ((a, b, c, d),))
+
+
+def _preloaded(law: Law, preload: float) -> Law:
+    """A law with a constant moment added."""
+    preload = float(preload)
+    if not preload:
+        return law
+
+    def raised(branch: Branch) -> Branch:
+        return Branch(branch.breaks, tuple((a + preload, b, c, d) for a, b, c, d in branch.cubics))
+
+    text = f"{law.text}{'+' if preload > 0.0 else '-'}{_short(abs(preload))}"
+    return replace(law, straight=raised(law.straight), bent=law.bent and raised(law.bent), text=text)
+
+
+def _short(number: float) -> str:
+    """The shortest text that reads as the same number."""
+    return repr(float(number)).removesuffix(".0")
+
+
+def _finite(*numbers: float) -> None:
+    """Refuse what is no number."""
+    for number in numbers:
+        if not math.isfinite(number):
+            raise HcsearchError(f"{number} is no moment or angle: give finite numbers (N m, rad)")
 
 
 def tables_of(laws: Sequence[Law]) -> tuple[Whole, Reals, Reals, Reals]:
