@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +25,9 @@ Whole = NDArray[np.int64]
 class PanelTree:
     """The joints, bodies and welds of a linkage.
 
-    joint_of : (n_hinges,), the joint of each hinge; its coordinate is the fold angle.
+    joint_of : (n_hinges,), the joint of each hinge, whose coordinate is the fold angle; -1 where the hinge is cut.
     body_of : (n_panels,), a body of each panel, GROUND for the held one.
+    cuts : hinges that are cut (in the place of panels), with the bodies of their first and second panels.
     """
 
     joints: tuple[Joint, ...]
@@ -33,6 +35,7 @@ class PanelTree:
     welds: tuple[Weld, ...]
     joint_of: Whole
     body_of: Whole
+    cuts: tuple[tuple[int, int, int], ...]
 
 
 def panel_bodies(linkage: Linkage, density: float) -> list[Body]:
@@ -44,40 +47,59 @@ def panel_bodies(linkage: Linkage, density: float) -> list[Body]:
     ]
 
 
-def panel_tree(linkage: Linkage, density: float, held: int = 0) -> PanelTree:
-    """The tree of a linkage with one panel held."""
-    n = linkage.n_panels
+def panel_tree(linkage: Linkage, density: float, held: int = 0, *, cut_hinges: bool = False) -> PanelTree:
+    """The tree of a linkage with one panel held.
+
+    cut_hinges : whether loops are cut at hinges, as the thesis does (4.1.2), and not through panels.
+    """
     panels = panel_bodies(linkage, density)
-    around: list[list[tuple[int, int]]] = [[] for _ in range(n)]
+    hinges = linkage.pattern.hinges
+    steps = _steps(linkage, held)
+    cuts = [step.hinge for step in steps if step.closes and cut_hinges]
+    steps = [step for step in steps if not (step.closes and cut_hinges)]
+    copies = np.bincount([step.after for step in steps], minlength=len(panels))
+    joints, bodies, welds = [], [], []
+    body_of = np.full(len(panels), GROUND)
+    joint_of = np.full(len(hinges), -1)
+    for i, step in enumerate(steps):
+        sense = 1.0 if hinges[step.hinge].first == step.before else -1.0
+        axis, point = sense * linkage.directions[step.hinge], linkage.points[step.hinge]
+        joints.append(Joint(int(body_of[step.before]), axis, point))
+        bodies.append(panels[step.after].share(1.0 / copies[step.after]))
+        joint_of[step.hinge] = i
+        if step.closes:
+            welds.append(Weld(int(body_of[step.after]), i, panels[step.after].centre))
+        else:
+            body_of[step.after] = i
+    ends = tuple((k, int(body_of[hinges[k].first]), int(body_of[hinges[k].second])) for k in cuts)
+    return PanelTree(tuple(joints), tuple(bodies), tuple(welds), joint_of, body_of, ends)
+
+
+class _Step(NamedTuple):
+    """A hinge as the tree comes to it, from one panel to another, which it has seen before where a loop closes."""
+
+    before: int
+    after: int
+    hinge: int
+    closes: bool
+
+
+def _steps(linkage: Linkage, held: int) -> list[_Step]:
+    """All hinges in the order of a breadth-first tree."""
+    around: list[list[tuple[int, int]]] = [[] for _ in range(linkage.n_panels)]
     for k, hinge in enumerate(linkage.pattern.hinges):
         around[hinge.first].append((hinge.second, k))
         around[hinge.second].append((hinge.first, k))
-    # (panel before, panel after, hinge) in the order of the tree; hinges that close a loop come where they are met
-    steps: list[tuple[int, int, int]] = []
+    found: list[_Step] = []
     seen, used = {held}, set()
     waiting = deque([held])
     while waiting:
         panel = waiting.popleft()
         for to, k in around[panel]:
-            if k in used:
-                continue
-            used.add(k)
-            steps.append((panel, to, k))
-            if to not in seen:
-                seen.add(to)
-                waiting.append(to)
-    copies = np.bincount([to for _, to, _ in steps], minlength=n)
-    joints, bodies, welds = [], [], []
-    body_of = np.full(n, GROUND)
-    joint_of = np.zeros(linkage.n_hinges, np.int64)
-    for i, (panel, to, k) in enumerate(steps):
-        hinge = linkage.pattern.hinges[k]
-        sense = 1.0 if hinge.first == panel else -1.0
-        joints.append(Joint(int(body_of[panel]), sense * linkage.directions[k], linkage.points[k]))
-        bodies.append(panels[to].share(1.0 / max(copies[to], 1)))
-        joint_of[k] = i
-        if to != held and body_of[to] == GROUND:
-            body_of[to] = i
-        else:
-            welds.append(Weld(int(body_of[to]), i, panels[to].centre))
-    return PanelTree(tuple(joints), tuple(bodies), tuple(welds), joint_of, body_of)
+            if k not in used:
+                used.add(k)
+                found.append(_Step(panel, to, k, to in seen))
+                if to not in seen:
+                    seen.add(to)
+                    waiting.append(to)
+    return found

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hcsearch.dynamics.methods import method_named
 from hcsearch.dynamics.system import System
 from hcsearch.kernels.multibody import simulation as kernel
-from hcsearch.kernels.multibody.motion import Hold
+from hcsearch.kernels.multibody.motion import hold_for
 from hcsearch.kernels.multibody.tree import work_for
 
 Reals = NDArray[np.float64]
@@ -138,9 +138,8 @@ def simulate(
         closed=float(closed),
     )
     mechanism = system.mechanism
-    hold = Hold(np.zeros(n, np.int8), np.zeros(n, np.int8))
-    hold.branches[:] = q > mechanism.hinges.snaps_up
     coordinates = np.array(q, float)
+    hold = hold_for(mechanism, coordinates)
     speeds = np.zeros(n) if v is None else np.array(v, float)
     kernel.simulate(mechanism, hold, method_named(method), plan, coordinates, speeds, work_for(mechanism.tree), record)
     return _motion(record)

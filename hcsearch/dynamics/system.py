@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,8 +13,10 @@ from numpy.typing import NDArray
 from hcsearch.dynamics.bodies import Body
 from hcsearch.dynamics.laws import FREE, Law, tables_of
 from hcsearch.dynamics.trees import GROUND, Joint, Weld, tree_of
+from hcsearch.kernels.multibody.cuts import Cuts
 from hcsearch.kernels.multibody.hinges import Hinges, Struts
 from hcsearch.kernels.multibody.motion import Mechanism
+from hcsearch.kernels.multibody.tree import INERTIA, MASS
 
 Reals = NDArray[np.float64]
 
@@ -48,11 +51,28 @@ class Drive:
 
 
 @dataclass(frozen=True)
+class Cut:
+    """A hinge that is cut open and held together by stiff springs at both ends of its line (thesis 4.2.2).
+
+    first, second : bodies, the first may be the ground. ends : both ends of the line, m; axis : about which the second
+        turns by the fold angle, as seen from the first; in the reference state. drive : what acts about it.
+    """
+
+    first: int
+    second: int
+    ends: tuple[Reals, Reals]
+    axis: Reals
+    drive: Drive
+
+
+@dataclass(frozen=True)
 class System:
     """Bodies that hang on joints, the welds that close their loops, and what acts on them.
 
     gravity : m/s^2. size : length that gaps of welds are divided by, m.
     stop_stiffness, stop_damping : of compliant stops (N m/rad, N m s/rad); 0 for hard ones.
+    cuts : hinges held together by springs; cut_stiffness, cut_damping : of each spring (N/m, Ns/m).
+    overdamped : whether inertia is left out, so that dampers alone resist: every joint needs one.
     """
 
     joints: tuple[Joint, ...]
@@ -64,6 +84,10 @@ class System:
     size: float = 1.0
     stop_stiffness: float = 0.0
     stop_damping: float = 0.0
+    cuts: tuple[Cut, ...] = ()
+    cut_stiffness: float = 0.0
+    cut_damping: float = 0.0
+    overdamped: bool = False
 
     @property
     def n_joints(self) -> int:
@@ -74,28 +98,57 @@ class System:
     def mechanism(self) -> Mechanism:
         """The tables that the kernels read."""
         tree = tree_of(self.joints, self.bodies, self.welds, gravity=self.gravity, size=self.size)
-        pieces, breaks, cubics, energies = tables_of([drive.law for drive in self.drives])
-        hinges = Hinges(
+        loads = np.zeros((0, 3))
+        if self.overdamped:
+            loads = np.outer(tree.bodies[:, MASS], tree.gravity)
+            tree.bodies[:, INERTIA:] = 0.0
+            tree.gravity[:] = 0.0
+        hinges = self._hinges(self.drives)
+        return Mechanism(tree, hinges, self._struts(), self._cuts(), loads, self.overdamped)
+
+    def _hinges(self, drives: Sequence[Drive]) -> Hinges:
+        pieces, breaks, cubics, energies = tables_of([drive.law for drive in drives])
+        return Hinges(
             pieces=pieces,
             breaks=breaks,
             cubics=cubics,
             energies=energies,
-            snaps_up=np.array([drive.law.snap_up for drive in self.drives]),
-            snaps_down=np.array([drive.law.snap_down for drive in self.drives]),
-            damping=np.array([drive.damping for drive in self.drives]),
-            lower=np.array([drive.lower for drive in self.drives]),
-            upper=np.array([drive.upper for drive in self.drives]),
+            snaps_up=np.array([drive.law.snap_up for drive in drives]),
+            snaps_down=np.array([drive.law.snap_down for drive in drives]),
+            damping=np.array([drive.damping for drive in drives]),
+            lower=np.array([drive.lower for drive in drives]),
+            upper=np.array([drive.upper for drive in drives]),
             stop_stiffness=float(self.stop_stiffness),
             stop_damping=float(self.stop_damping),
         )
-        return Mechanism(tree, hinges, self._struts())
+
+    def _arm(self, body: int, point: Reals) -> Reals:
+        return point if body == GROUND else point - self.joints[body].point
+
+    def _cuts(self) -> Cuts:
+        points = [
+            [*self._arm(body, cut.ends[0]), *self._arm(body, cut.ends[1])]
+            for cut in self.cuts
+            for body in (cut.first, cut.second)
+        ]
+        frames = []
+        for cut in self.cuts:
+            across = np.cross(cut.axis, np.eye(3)[np.abs(cut.axis).argmin()])
+            across /= np.linalg.norm(across)
+            frames.append([*cut.axis, *across, *np.cross(cut.axis, across)])
+        return Cuts(
+            bodies=np.array([(cut.first, cut.second) for cut in self.cuts], np.int64).reshape(-1, 2),
+            points=np.array(points, float).reshape(-1, 12),
+            frames=np.array(frames, float).reshape(-1, 9),
+            hinges=self._hinges([cut.drive for cut in self.cuts]),
+            stiffness=float(self.cut_stiffness),
+            damping=float(self.cut_damping),
+        )
 
     def _struts(self) -> Struts:
-        def arm(body: int, point: Reals) -> Reals:
-            return point if body == GROUND else point - self.joints[body].point
-
         points = [
-            [*arm(strut.first, strut.first_point), *arm(strut.second, strut.second_point)] for strut in self.struts
+            [*self._arm(strut.first, strut.first_point), *self._arm(strut.second, strut.second_point)]
+            for strut in self.struts
         ]
         return Struts(
             bodies=np.array([(strut.first, strut.second) for strut in self.struts], np.int64).reshape(-1, 2),

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.multibody.cuts import cut_energy
 from hcsearch.kernels.multibody.hinges import lost_power
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate
 from hcsearch.kernels.multibody.tree import Work
@@ -20,13 +21,15 @@ class Method(NamedTuple):
     """An explicit Runge-Kutta method of s stages whose last derivative is taken at the end of the step.
 
     a : (s, s). b : (s,). errors : (2, s + 1), weights of the error estimate, and of a second that DOP853 joins to it
-    (0 elsewhere). order : of the error estimate plus 1.
+        (0 elsewhere). order : of the error estimate plus 1.
+    columns : 0; else the order of the extrapolated linearly implicit method, s as well, and all coefficients are 0.
     """
 
     a: Reals
     b: Reals
     errors: Reals
     order: int
+    columns: int
 
 
 @compiled
@@ -75,6 +78,10 @@ def write_stage(mechanism: Mechanism, hold: Hold, state: Reals, a: Reals, work: 
     """Derivative of a state (q, v, energy lost), with the accelerations given; after `accelerate`."""
     n = len(a)
     for i in range(n):
-        stage[i] = 0.0 if hold.held[i] else state[n + i]
-        stage[n + i] = 0.0 if hold.held[i] else a[i]
-    stage[2 * n] = lost_power(mechanism.hinges, mechanism.struts, state[:n], state[n : 2 * n], work)
+        rate = a[i] if mechanism.overdamped else state[n + i]
+        stage[i] = 0.0 if hold.held[i] else rate
+        stage[n + i] = 0.0 if hold.held[i] or mechanism.overdamped else a[i]
+    stage[2 * n] = lost_power(mechanism.hinges, mechanism.struts, state[:n], stage[:n], work)
+    if len(mechanism.cuts.bodies):
+        _, _, _, lost = cut_energy(mechanism.cuts, hold.cut_branches, work)
+        stage[2 * n] += lost

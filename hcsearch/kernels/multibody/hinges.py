@@ -54,7 +54,7 @@ class Hinges(NamedTuple):
         coefficients of 1, x, x^2, x^3, with x from the break. energies : (p,), energy stored at the break.
     snaps_up, snaps_down : (n,), infinite without a snap.
     damping : (n,). lower, upper : (n,), stops, infinite where there is none or it cannot be reached.
-    stop_stiffness, stop_damping : of compliant stops; 0 where stops are hard or left out.
+    stop_stiffness, stop_damping : of compliant stops; 0 where they are hard.
     """
 
     pieces: Whole

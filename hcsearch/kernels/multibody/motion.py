@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.multibody.cuts import Cuts, pull_cuts
 from hcsearch.kernels.multibody.hinges import Hinges, Struts, joint_torques, pull_struts
 from hcsearch.kernels.multibody.sweeps import gather, load, move, place, release
-from hcsearch.kernels.multibody.tree import PULL_COUPLE, PULL_FORCE, Tree, Work
-from hcsearch.kernels.multibody.vectors import put
+from hcsearch.kernels.multibody.tree import CENTRE, PULL_COUPLE, PULL_FORCE, TURN, Tree, Work
+from hcsearch.kernels.multibody.vectors import at, cross, put, turned
 from hcsearch.kernels.multibody.welds import choose, close_rows, factorise, weld_errors, weld_rates
 
 Reals = NDArray[np.float64]
@@ -19,41 +20,65 @@ Signs = NDArray[np.int8]
 
 
 class Mechanism(NamedTuple):
-    """Bodies and what acts on them."""
+    """Bodies and what acts on them.
+
+    loads : (n, 3), constant forces at the centres of mass, N; or no rows.
+    overdamped : whether bodies have no inertia, and dampers alone resist; then masses are 0, and weights are loads.
+    """
 
     tree: Tree
     hinges: Hinges
     struts: Struts
+    cuts: Cuts
+    loads: Reals
+    overdamped: bool
 
 
 class Hold(NamedTuple):
     """The discrete part of a state.
 
-    held : (n,), -1 at the lower stop, 1 at the upper, 0 free. branches : (n,), 0 straight, 1 bent (laws with a snap).
+    held : (n,), -1 at the lower stop, 1 at the upper, 0 free. branches : (n,), 0 straight, 1 bent, of laws that snap;
+        cut_branches : the same of cut hinges.
     """
 
     held: Signs
     branches: Signs
+    cut_branches: Signs
+
+
+def hold_for(mechanism: Mechanism, q: Reals) -> Hold:
+    """The discrete state of a mechanism at rest at some coordinates: nothing held, laws bent where they have snapped."""
+    hinges, n = mechanism.hinges, len(mechanism.tree.links)
+    return Hold(
+        np.zeros(n, np.int8),
+        (q > hinges.snaps_up).astype(np.int8),
+        np.zeros(len(mechanism.cuts.bodies), np.int8),
+    )
 
 
 @compiled
-def accelerate(
-    mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, scale: float, fresh: bool, work: Work, found: Reals
-) -> bool:
-    """Write the joint accelerations, at held joints what holds them; whether the chosen rows were independent.
-
-    scale : of `choose`. fresh : whether to choose rows anew. The forces of the rows are left in `work.forces`.
-    """
+def view(mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, work: Work) -> None:
+    """Positions and velocities of all bodies, and the forces of loads, struts and cut hinges on them."""
     tree = mechanism.tree
     place(tree, q, work)
     move(tree, v, work)
-    if len(mechanism.struts.stiffness):
+    if len(mechanism.struts.stiffness) or len(mechanism.cuts.bodies) or len(mechanism.loads):
         for i in range(len(q)):
             put(work.bodies, i, PULL_COUPLE, (0.0, 0.0, 0.0))
             put(work.bodies, i, PULL_FORCE, (0.0, 0.0, 0.0))
+        for i in range(len(mechanism.loads)):
+            force = at(mechanism.loads, i, 0)
+            put(work.bodies, i, PULL_COUPLE, cross(turned(work.bodies, i, TURN, at(tree.bodies, i, CENTRE)), force))
+            put(work.bodies, i, PULL_FORCE, force)
         pull_struts(mechanism.struts, work)
+        pull_cuts(mechanism.cuts, hold.cut_branches, work)
+
+
+@compiled
+def solve(mechanism: Mechanism, hold: Hold, scale: float, fresh: bool, work: Work, found: Reals) -> bool:
+    """Write the joint accelerations for the joint forces in `work.torques`; after `view`. As `accelerate`."""
+    tree = mechanism.tree
     gather(tree, hold.held, work)
-    joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
     load(tree, hold.held, work.torques, True, work)
     if fresh:
         choose(work, scale)
@@ -64,9 +89,27 @@ def accelerate(
 
 
 @compiled
-def largest_pivot(tree: Tree, q: Reals, work: Work) -> float:
+def accelerate(
+    mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, scale: float, fresh: bool, work: Work, found: Reals
+) -> bool:
+    """Write the joint accelerations, at held joints what holds them; whether the chosen rows were independent.
+
+    Where motion is overdamped these are velocities, and `v` is 0.
+    scale : of `choose`. fresh : whether to choose rows anew. The forces of the rows are left in `work.forces`.
+    """
+    view(mechanism, hold, q, v, work)
+    joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
+    if mechanism.overdamped:
+        work.soft[:] = mechanism.hinges.damping
+    return solve(mechanism, hold, scale, fresh, work, found)
+
+
+@compiled
+def largest_pivot(mechanism: Mechanism, q: Reals, work: Work) -> float:
     """Largest diagonal entry of the Delassus matrix with all joints free, which pivots are compared to."""
-    n = len(q)
+    tree, n = mechanism.tree, len(q)
+    if mechanism.overdamped:
+        work.soft[:] = mechanism.hinges.damping
     place(tree, q, work)
     move(tree, np.zeros(n), work)
     gather(tree, np.zeros(n, np.int8), work)

@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.multibody.cuts import cut_energy
 from hcsearch.kernels.multibody.events import UP, first_event, pulling, threshold
 from hcsearch.kernels.multibody.explicit import Method, step, write_stage
 from hcsearch.kernels.multibody.hinges import energies, moment
+from hcsearch.kernels.multibody.implicit import implicit_step
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, largest_pivot, project
 from hcsearch.kernels.multibody.stops import collide, regrip
 from hcsearch.kernels.multibody.sweeps import move, place
@@ -31,8 +33,9 @@ HIT, LET_GO, SNAP_UP, SNAP_DOWN = 1, 2, 3, 4
 
 REACHED = 1e-11
 """A joint is at a stop within this (rad)."""
-CHATTER = 30
-"""Events that follow each other within 1e-12 of the time to simulate before stops count as jammed."""
+CHATTER, CROWDED = 40, 1e-6
+"""Stops count as jammed after so many events, each within this share of the time to simulate after the one before: the
+loops drive joints against their stops that can hardly move otherwise, as at a dead point."""
 BALANCE = 1e-2
 """Error of the energy balance, as a share of the largest energy, at which a simulation is given up."""
 APART = 1e-3
@@ -95,7 +98,7 @@ def simulate(
     books = np.zeros(6)
     counts = record.counts
     counts[:] = 0
-    scale = largest_pivot(mechanism.tree, q, work)
+    scale = largest_pivot(mechanism, q, work)
     grip = _grip(mechanism, hold, q)
     collide(mechanism, hold, plan.restitution, plan.slow, q, v, scale, plan.closed, work)
     regrip(mechanism, hold, plan.slow, q, v, scale, work, a)
@@ -113,8 +116,7 @@ def simulate(
         h = min(h, plan.longest, plan.end - time)
         start[:n], start[n : 2 * n], start[2 * n] = q, v, books[4]
         write_stage(mechanism, hold, start, a, work, stages[0])
-        error = step(mechanism, hold, method, plan.tolerance, plan.floor, h, scale, work, stages, start, end)
-        counts[2] += len(method.b)
+        error = _step(mechanism, hold, method, plan, h, scale, work, stages, start, end, counts)
         if not error <= 1.0:
             counts[3] += 1
             h *= max(0.1, 0.9 * error ** (-1.0 / method.order)) if error < 1e100 else 0.1
@@ -133,7 +135,7 @@ def simulate(
         time += took
         gap, _ = project(mechanism.tree, hold.held, q, v, plan.closed, work)
         if share <= 1.0:
-            crowd = crowd + 1 if time - crowd_time <= 1e-12 * plan.end else 0
+            crowd = crowd + 1 if time - crowd_time <= CROWDED * plan.end else 0
             crowd_time = time
             _note(record, time, joint, HIT if kind < 2 else (SNAP_UP if kind == UP else SNAP_DOWN), v[joint])
             _happen(mechanism, hold, plan, joint, kind, q, v, scale, work, a, books)
@@ -156,6 +158,33 @@ def simulate(
         if share > 1.0:
             h *= max(0.2, min(grow, 1.0) if rejected else grow)
         rejected = False
+
+
+@compiled
+def _step(
+    mechanism: Mechanism,
+    hold: Hold,
+    method: Method,
+    plan: Plan,
+    h: float,
+    scale: float,
+    work: Work,
+    stages: Reals,
+    start: Reals,
+    end: Reals,
+    counts: Whole,
+) -> float:
+    """One step by the method; its error. The last stage holds the derivative at its end."""
+    if not method.columns:
+        counts[2] += len(method.b)
+        return step(mechanism, hold, method, plan.tolerance, plan.floor, h, scale, work, stages, start, end)
+    n, columns = len(hold.held), method.columns
+    counts[2] += columns * (columns + 1) // 2 + 1
+    error = implicit_step(mechanism, hold, columns, plan.tolerance, plan.floor, h, scale, work, stages[1:], start, end)
+    a = np.empty(n)
+    accelerate(mechanism, hold, end[:n], end[n : 2 * n], scale, False, work, a)
+    write_stage(mechanism, hold, end, a, work, stages[columns])
+    return error
 
 
 @compiled
@@ -244,6 +273,10 @@ def _balance(mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, work: Work, b
     place(mechanism.tree, q, work)
     move(mechanism.tree, v, work)
     energies(mechanism.tree, mechanism.hinges, mechanism.struts, hold.branches, q, work, found)
+    if len(mechanism.cuts.bodies):
+        stored, stops, across, _ = cut_energy(mechanism.cuts, hold.cut_branches, work)
+        found[1] += stored
+        found[3] += stops + across
     total = 0.0
     for k in range(4):
         books[k] = found[k]
@@ -291,8 +324,7 @@ def _land(
     h = guess
     low, high = 0.0, longest
     for _ in range(12):
-        counts[2] += len(method.b)
-        step(mechanism, hold, method, plan.tolerance, plan.floor, h, scale, work, stages, start, end)
+        _step(mechanism, hold, method, plan, h, scale, work, stages, start, end, counts)
         past = (end[joint] - limit) * (1.0 if kind % 2 else -1.0)
         if abs(past) <= REACHED:
             break

@@ -1,0 +1,137 @@
+"""Hinges cut open and held together by springs: the penalty formulation of the thesis (4.2.2, eq. 4.23).
+
+At both ends M and N of the hinge line springs and dampers of no length join the two panels: along three directions at
+M, and along the two across the hinge at N. The hinge's own law, damper and stops act about the line.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.multibody.hinges import Hinges, joint_torques, moment
+from hcsearch.kernels.multibody.tree import PLACE, PULL_COUPLE, PULL_FORCE, SPEED, SPIN, TURN, Work
+from hcsearch.kernels.multibody.vectors import Vector, add, at, cross, dot, minus, plus, times, turned
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+Signs = NDArray[np.int8]
+
+
+class Cuts(NamedTuple):
+    """Cut hinges, c of them.
+
+    bodies : (c, 2), first and second, -1 the ground. points : (c, 12), M and N from the joint of the first body, then
+        from that of the second. frames : (c, 9), the hinge's direction and two across it, fixed to the first body.
+    hinges : what acts about the lines. stiffness, damping : of each of the five springs, N/m and Ns/m.
+    """
+
+    bodies: Whole
+    points: Reals
+    frames: Reals
+    hinges: Hinges
+    stiffness: float
+    damping: float
+
+
+@compiled
+def _turned(work: Work, body: int, v: Vector) -> Vector:
+    return turned(work.bodies, body, TURN, v) if body >= 0 else v
+
+
+@compiled
+def _spin(work: Work, body: int) -> Vector:
+    return at(work.bodies, body, SPIN) if body >= 0 else (0.0, 0.0, 0.0)
+
+
+@compiled
+def _point(work: Work, body: int, arm: Vector) -> tuple[Vector, Vector]:
+    """Position and velocity of a point of a body, or of the ground."""
+    if body < 0:
+        return arm, (0.0, 0.0, 0.0)
+    b = work.bodies
+    return plus(at(b, body, PLACE), arm), plus(at(b, body, SPEED), cross(at(b, body, SPIN), arm))
+
+
+@compiled
+def cut_angles(cuts: Cuts, work: Work, angles: Reals, speeds: Reals) -> None:
+    """Fold angles of cut hinges, from -pi/2 to 3 pi/2, and their rates; after `move`."""
+    for c in range(len(cuts.bodies)):
+        first, second = cuts.bodies[c, 0], cuts.bodies[c, 1]
+        line = _turned(work, first, at(cuts.frames, c, 0))
+        across = at(cuts.frames, c, 3)
+        here, there = _turned(work, first, across), _turned(work, second, across)
+        angle = math.atan2(dot(line, cross(here, there)), dot(here, there))
+        angles[c] = angle + 2.0 * math.pi if angle < -0.5 * math.pi else angle
+        speeds[c] = dot(line, minus(_spin(work, second), _spin(work, first)))
+
+
+@compiled
+def pull_cuts(cuts: Cuts, branches: Signs, work: Work) -> None:
+    """Add the forces of cut hinges to the pulls on bodies; after `move`."""
+    count = len(cuts.bodies)
+    angles, speeds, torques = np.empty(count), np.empty(count), np.empty(count)
+    cut_angles(cuts, work, angles, speeds)
+    joint_torques(cuts.hinges, branches, angles, speeds, torques)
+    for c in range(count):
+        first, second = cuts.bodies[c, 0], cuts.bodies[c, 1]
+        line = _turned(work, first, at(cuts.frames, c, 0))
+        _push(work, first, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), times(-torques[c], line))
+        _push(work, second, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), times(torques[c], line))
+        for end in range(2):
+            one = _turned(work, first, at(cuts.points, c, 3 * end))
+            two = _turned(work, second, at(cuts.points, c, 6 + 3 * end))
+            gap, speed = _gap(cuts, c, end, one, two, work)
+            force = plus(times(-cuts.stiffness, gap), times(-cuts.damping, speed))
+            _push(work, second, two, force, (0.0, 0.0, 0.0))
+            _push(work, first, one, times(-1.0, force), (0.0, 0.0, 0.0))
+
+
+@compiled
+def _gap(cuts: Cuts, c: int, end: int, one: Vector, two: Vector, work: Work) -> tuple[Vector, Vector]:
+    """What a spring feels between the two points, and its rate: at N nothing along the hinge."""
+    first, second = cuts.bodies[c, 0], cuts.bodies[c, 1]
+    here, slow = _point(work, first, one)
+    there, fast = _point(work, second, two)
+    gap, speed = minus(there, here), minus(fast, slow)
+    if end == 1:
+        line = _turned(work, first, at(cuts.frames, c, 0))
+        gap = minus(gap, times(dot(line, gap), line))
+        speed = minus(speed, times(dot(line, speed), line))
+    return gap, speed
+
+
+@compiled
+def _push(work: Work, body: int, arm: Vector, force: Vector, couple: Vector) -> None:
+    if body >= 0:
+        add(work.bodies, body, PULL_COUPLE, plus(couple, cross(arm, force)))
+        add(work.bodies, body, PULL_FORCE, force)
+
+
+@compiled
+def cut_energy(cuts: Cuts, branches: Signs, work: Work) -> tuple[float, float, float, float]:
+    """Energy of the laws, of the stops, of the springs across, and power lost in all dampers; after `move`."""
+    count = len(cuts.bodies)
+    angles, speeds = np.empty(count), np.empty(count)
+    cut_angles(cuts, work, angles, speeds)
+    hinges = cuts.hinges
+    stored = stops = open_ = lost = 0.0
+    for c in range(count):
+        _, energy = moment(hinges, c, branches[c], angles[c])
+        stored += energy
+        lost += hinges.damping[c] * speeds[c] ** 2
+        beyond = min(angles[c] - hinges.lower[c], 0.0) + max(angles[c] - hinges.upper[c], 0.0)
+        if beyond != 0.0 and hinges.stop_stiffness > 0.0:
+            stops += 0.5 * hinges.stop_stiffness * beyond**2
+            lost += hinges.stop_damping * speeds[c] ** 2
+        for end in range(2):
+            one = _turned(work, cuts.bodies[c, 0], at(cuts.points, c, 3 * end))
+            two = _turned(work, cuts.bodies[c, 1], at(cuts.points, c, 6 + 3 * end))
+            gap, speed = _gap(cuts, c, end, one, two, work)
+            open_ += 0.5 * cuts.stiffness * dot(gap, gap)
+            lost += cuts.damping * dot(speed, speed)
+    return stored, stops, open_, lost
