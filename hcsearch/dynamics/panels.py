@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.dynamics.bodies import Body, joined, prism
+from hcsearch.dynamics.mirror import Mirror
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
 from hcsearch.linkage import Linkage
 
@@ -28,6 +29,7 @@ class PanelTree:
     joint_of : (n_hinges,), the joint of each hinge, whose coordinate is the fold angle; -1 where the hinge is cut.
     body_of : (n_panels,), a body of each panel, GROUND for the held one.
     cuts : hinges that are cut (in the place of panels), with the bodies of their first and second panels.
+    shares : (n_joints,), 1/2 where the joint lies across a mirror plane and half of it is left, else 1.
     """
 
     joints: tuple[Joint, ...]
@@ -36,6 +38,7 @@ class PanelTree:
     joint_of: Whole
     body_of: Whole
     cuts: tuple[tuple[int, int, int], ...]
+    shares: Reals
 
 
 def panel_bodies(linkage: Linkage, density: float) -> list[Body]:
@@ -47,32 +50,49 @@ def panel_bodies(linkage: Linkage, density: float) -> list[Body]:
     ]
 
 
-def panel_tree(linkage: Linkage, density: float, held: int = 0, *, cut_hinges: bool = False) -> PanelTree:
+def panel_tree(
+    linkage: Linkage, density: float, held: int = 0, *, cut_hinges: bool = False, mirror: Mirror | None = None
+) -> PanelTree:
     """The tree of a linkage with one panel held.
 
     cut_hinges : whether loops are cut at hinges, as the thesis does (4.1.2), and not through panels.
+    mirror : of which one half is left: panels across it are halved and stay in it, and mirror hinges share a joint.
     """
     panels = panel_bodies(linkage, density)
     hinges = linkage.pattern.hinges
-    steps = _steps(linkage, held)
+    steps = _steps(linkage, held, mirror)
     cuts = [step.hinge for step in steps if step.closes and cut_hinges]
     steps = [step for step in steps if not (step.closes and cut_hinges)]
     copies = np.bincount([step.after for step in steps], minlength=len(panels))
     joints, bodies, welds = [], [], []
     body_of = np.full(len(panels), GROUND)
     joint_of = np.full(len(hinges), -1)
+    shares = np.ones(len(steps))
     for i, step in enumerate(steps):
         sense = 1.0 if hinges[step.hinge].first == step.before else -1.0
         axis, point = sense * linkage.directions[step.hinge], linkage.points[step.hinge]
         joints.append(Joint(int(body_of[step.before]), axis, point))
-        bodies.append(panels[step.after].share(1.0 / copies[step.after]))
+        across = mirror is not None and mirror.panels[step.after] == step.after
+        bodies.append(panels[step.after].share((0.5 if across else 1.0) / copies[step.after]))
         joint_of[step.hinge] = i
+        if mirror is not None:
+            joint_of[mirror.hinges[step.hinge]] = i
+            shares[i] = 0.5 if mirror.hinges[step.hinge] == step.hinge else 1.0
         if step.closes:
             welds.append(Weld(int(body_of[step.after]), i, panels[step.after].centre))
         else:
             body_of[step.after] = i
+            if mirror is not None and across and shares[i] == 1.0:
+                welds.append(_kept_in(mirror, i))
     ends = tuple((k, int(body_of[hinges[k].first]), int(body_of[hinges[k].second])) for k in cuts)
-    return PanelTree(tuple(joints), tuple(bodies), tuple(welds), joint_of, body_of, ends)
+    return PanelTree(tuple(joints), tuple(bodies), tuple(welds), joint_of, body_of, ends, shares)
+
+
+def _kept_in(mirror: Mirror, body: int) -> Weld:
+    """What keeps a body in the mirror plane: no gap along its normal, no turn about directions in it."""
+    upright = np.array([0.0, 0.0, 1.0])
+    frame = np.array([mirror.normal, np.cross(upright, mirror.normal), upright])
+    return Weld(GROUND, body, mirror.point, (1, 2, 3), frame)
 
 
 class _Step(NamedTuple):
@@ -84,8 +104,8 @@ class _Step(NamedTuple):
     closes: bool
 
 
-def _steps(linkage: Linkage, held: int) -> list[_Step]:
-    """All hinges in the order of a breadth-first tree."""
+def _steps(linkage: Linkage, held: int, mirror: Mirror | None) -> list[_Step]:
+    """All hinges in the order of a breadth-first tree; with a mirror, one of each pair."""
     around: list[list[tuple[int, int]]] = [[] for _ in range(linkage.n_panels)]
     for k, hinge in enumerate(linkage.pattern.hinges):
         around[hinge.first].append((hinge.second, k))
@@ -95,11 +115,15 @@ def _steps(linkage: Linkage, held: int) -> list[_Step]:
     waiting = deque([held])
     while waiting:
         panel = waiting.popleft()
-        for to, k in around[panel]:
-            if k not in used:
-                used.add(k)
-                found.append(_Step(panel, to, k, to in seen))
-                if to not in seen:
-                    seen.add(to)
-                    waiting.append(to)
+        for neighbour, hinge in around[panel]:
+            to, k = neighbour, hinge
+            if mirror is not None and mirror.beyond[to]:
+                to, k = mirror.panels[to], mirror.hinges[k]
+            if k in used:
+                continue
+            used.add(k)
+            found.append(_Step(panel, to, k, to in seen))
+            if to not in seen:
+                seen.add(to)
+                waiting.append(to)
     return found

@@ -23,7 +23,7 @@ class Mechanism(NamedTuple):
     """Bodies and what acts on them.
 
     loads : (n, 3), constant forces at the centres of mass, N; or no rows.
-    overdamped : whether bodies have no inertia, and dampers alone resist; then masses are 0, and weights are loads.
+    overdamped : whether bodies have no inertia, and dampers alone resist; then masses are 0 and weights are loads.
     """
 
     tree: Tree
@@ -47,7 +47,7 @@ class Hold(NamedTuple):
 
 
 def hold_for(mechanism: Mechanism, q: Reals) -> Hold:
-    """The discrete state of a mechanism at rest at some coordinates: nothing held, laws bent where they have snapped."""
+    """The discrete state at some coordinates: nothing held, laws bent where they have snapped."""
     hinges, n = mechanism.hinges, len(mechanism.tree.links)
     return Hold(
         np.zeros(n, np.int8),
