@@ -16,12 +16,12 @@ from hcsearch.assemblies.squares import array_6r, element_6r
 from hcsearch.assemblies.units import unit_i, unit_ii
 from hcsearch.circuit import Circuit
 from hcsearch.cli import hcsearch as command_line
+from hcsearch.collision.penetration import penetration
 from hcsearch.errors import HcsearchError
 from hcsearch.folding import foldings
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import VALLEY, Pattern, overlay
 from hcsearch.store import open_readonly, select
-from hcsearch.unit_search.contacts import penetration
 from hcsearch.unit_search.copies import STILL, Motion, Sheet
 from hcsearch.unit_search.elements import RigidPair, elements, elements_of, rigid_pairs, untwisted
 from hcsearch.unit_search.isosceles import KITE, PARALLELOGRAM, isosceles_elements, isosceles_shapes, with_triangles

@@ -43,6 +43,18 @@ class Branch:
     breaks: tuple[float, ...]
     cubics: tuple[Cubic, ...]
 
+    def moment(self, angle: float) -> float:
+        """Moment at a fold angle, N m."""
+        k = max((k for k, start in enumerate(self.breaks) if start <= angle), default=0)
+        a, b, c, d = self.cubics[k]
+        x = angle - self.breaks[k]
+        return a + x * (b + x * (c + x * d))
+
+    def energy(self, angle: float) -> float:
+        """Energy stored at a fold angle, J: the moment's integral from the flat state."""
+        k = max((k for k, start in enumerate(self.breaks) if start <= angle), default=0)
+        return self.energies()[k] + _integral(self.cubics[k], angle - self.breaks[k])
+
     def energies(self) -> list[float]:
         """Energy stored at each break, J: the moment's integral from the flat state."""
         found = [0.0]
@@ -68,6 +80,25 @@ class Law:
     snap_up: float = math.inf
     snap_down: float = -math.inf
     text: str = field(default="", compare=False)
+
+    def energy(self, angle: float) -> float:
+        """Energy stored at a fold angle, J, on the branch of a hinge that has folded to it."""
+        branch = self.bent if self.bent is not None and angle > self.snap_up else self.straight
+        return branch.energy(angle)
+
+    @property
+    def least_energy(self) -> float:
+        """A bound from below of the energy between the stops, J: at 100 angles, less what moments allow between."""
+        angles = [math.pi * k / 100 for k in range(101)]
+        branches = [branch for branch in (self.straight, self.bent) if branch is not None]
+        steepest = max(abs(branch.moment(angle)) for branch in branches for angle in angles)
+        return min(branch.energy(angle) for branch in branches for angle in angles) - steepest * math.pi / 100
+
+    @property
+    def mean_stiffness(self) -> float:
+        """Rise of the moment from the flat to the folded state over the angle, of the bent branch where it snaps."""
+        branch = self.bent or self.straight
+        return max(0.0, (branch.moment(math.pi) - self.straight.moment(0.0)) / math.pi)
 
 
 FREE = Law(Branch((0.0,), ((0.0, 0.0, 0.0, 0.0),)), text="free")

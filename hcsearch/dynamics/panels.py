@@ -115,8 +115,8 @@ def _steps(linkage: Linkage, held: int, mirror: Mirror | None) -> list[_Step]:
     waiting = deque([held])
     while waiting:
         panel = waiting.popleft()
-        for neighbour, hinge in around[panel]:
-            to, k = neighbour, hinge
+        for neighbour, between in around[panel]:
+            to, k = neighbour, between
             if mirror is not None and mirror.beyond[to]:
                 to, k = mirror.panels[to], mirror.hinges[k]
             if k in used:

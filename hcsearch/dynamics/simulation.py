@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from hcsearch.dynamics.methods import method_named
 from hcsearch.dynamics.system import System
 from hcsearch.kernels.multibody import simulation as kernel
+from hcsearch.kernels.multibody.cuts import cut_angles
 from hcsearch.kernels.multibody.motion import hold_for
+from hcsearch.kernels.multibody.sweeps import move, place
 from hcsearch.kernels.multibody.tree import work_for
 
 Reals = NDArray[np.float64]
@@ -109,6 +111,7 @@ def simulate(
     restitution: float = 0.0,
     slow: float = 1e-2,
     flat: float | None = None,
+    watched: NDArray[np.bool_] | None = None,
     rest: float | None = None,
     closed: float = 1e-14,
     first_step: float = 0.0,
@@ -119,7 +122,8 @@ def simulate(
 
     tolerance, floor : relative and absolute error of a step (the floor is the tolerance unless given).
     restitution : of hard stops, 0 to 1; impacts slower than `slow` (rad/s) do not bounce.
-    flat : end when all coordinates are within this of 0 (rad). rest : end when all speeds and accelerations are below.
+    flat : end when all coordinates, or those that are watched, are within this of 0 (rad).
+    rest : end when all speeds and accelerations are below this.
     closed : residual after the projection that follows each step.
     """
     n = system.n_joints
@@ -132,7 +136,7 @@ def simulate(
         longest=float(longest_step),
         restitution=float(restitution),
         slow=float(slow),
-        flat=np.zeros(n),
+        flat=np.zeros(n) if watched is None else np.where(watched, 0.0, math.nan),
         near=-1.0 if flat is None else float(flat),
         rest=-1.0 if rest is None else float(rest),
         closed=float(closed),
@@ -143,6 +147,18 @@ def simulate(
     speeds = np.zeros(n) if v is None else np.array(v, float)
     kernel.simulate(mechanism, hold, method_named(method), plan, coordinates, speeds, work_for(mechanism.tree), record)
     return _motion(record)
+
+
+def cut_states(system: System, q: Reals, v: Reals) -> tuple[Reals, Reals]:
+    """Fold angles of cut hinges and their rates, shape (k, n_cuts), at states (k, n_joints)."""
+    mechanism = system.mechanism
+    work = work_for(mechanism.tree)
+    angles, rates = np.empty((len(q), len(system.cuts))), np.empty((len(q), len(system.cuts)))
+    for k in range(len(q)):
+        place(mechanism.tree, q[k], work)
+        move(mechanism.tree, v[k], work)
+        cut_angles(mechanism.cuts, work, angles[k], rates[k])
+    return angles, rates
 
 
 def _record(n: int, steps: int) -> kernel.Record:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.assemblies.packages import package
+from hcsearch.collision.penetration import cuts_through
 from hcsearch.errors import PatternError
 from hcsearch.kinematics.branches import branches
 from hcsearch.kinematics.closing import CLOSED, close
@@ -22,7 +23,6 @@ from hcsearch.kinematics.paths import follow
 from hcsearch.kinematics.rank import rank_at
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Pattern
-from hcsearch.unit_search.contacts import cuts_through
 
 Reals = NDArray[np.float64]
 

@@ -47,7 +47,8 @@ class Plan(NamedTuple):
 
     end : s. tolerance, floor : relative and absolute. first : first step (s), 0 to find one; longest : longest step.
     restitution : of stops, 0 to 1. slow : speed (rad/s) below which stops do not bounce.
-    flat : (n,), coordinates of the flat state. near : distance from them that counts as flat; below 0 never.
+    flat : (n,), coordinates of the flat state, NaN where they do not count. near : distance from them that counts as
+        flat; below 0 never.
     rest : speed (rad/s) and acceleration below which it is at rest; below 0 never. closed : residual after projection.
     """
 
@@ -190,9 +191,9 @@ def _step(
 @compiled
 def _ending(plan: Plan, hold: Hold, time: float, h: float, q: Reals, v: Reals, a: Reals, record: Record) -> int:
     """How the simulation ends here, or that it goes on."""
-    near = True
+    near = plan.near >= 0.0
     for i in range(len(q)):
-        near = near and abs(q[i] - plan.flat[i]) <= plan.near
+        near = near and not abs(q[i] - plan.flat[i]) > plan.near
     still = plan.rest >= 0.0
     for i in range(len(q)):
         still = still and (hold.held[i] != 0 or (abs(v[i]) <= plan.rest and abs(a[i]) <= plan.rest))

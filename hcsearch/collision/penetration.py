@@ -6,6 +6,8 @@ cross product of two edges. Otherwise the least overlap along these directions i
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,6 +21,14 @@ TOUCH = 1e-6
 
 def penetration(linkage: Linkage, angles: Reals) -> float:
     """How deep facets of different panels cut into each other at one state, in metres; 0 where they only touch."""
+    return deepest(linkage, angles)[0]
+
+
+def deepest(linkage: Linkage, angles: Reals, apart: Collection[tuple[int, int]] = ()) -> tuple[float, tuple[int, int]]:
+    """The deepest cut at one state (m), and its two panels; 0 where they only touch.
+
+    apart : pairs of panels, the lower number first, that are not looked at, as their stops keep them apart.
+    """
     solids = np.array(linkage.solids(angles))  # all facets have the same number of corners
     corners = solids.reshape(len(solids), -1, 3)
     middles = corners.mean(axis=1)
@@ -26,14 +36,19 @@ def penetration(linkage: Linkage, angles: Reals) -> float:
     panels = np.array(linkage.pattern.panel_of)
     i, j = np.triu_indices(len(solids), 1)
     near = (np.linalg.norm(middles[i] - middles[j], axis=1) < reach[i] + reach[j]) & (panels[i] != panels[j])
+    if apart:
+        n = linkage.n_panels
+        codes = np.minimum(panels[i], panels[j]) * n + np.maximum(panels[i], panels[j])
+        near &= ~np.isin(codes, [first * n + second for first, second in apart])
     i, j = i[near], j[near]
     if not len(i):
-        return 0.0
+        return 0.0, (0, 0)
     normals, edges = _directions(solids)
     depth = np.full(len(i), np.inf)
     for axes in (normals[i], normals[j], _crossed(edges[i], edges[j])):
         depth = np.minimum(depth, _overlap(axes, corners[i], corners[j]))
-    return max(0.0, float(depth.max()))
+    worst = int(depth.argmax())
+    return max(0.0, float(depth[worst])), (int(panels[i[worst]]), int(panels[j[worst]]))
 
 
 def cuts_through(linkage: Linkage, states: Reals) -> bool:

@@ -1,0 +1,301 @@
+"""A scene compiled to just the terms that it needs, and what was left out, why it may be, and how exact that is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.deployment.starts import start_state
+from hcsearch.dynamics.bodies import Body, joined
+from hcsearch.dynamics.laws import Law, law_named, scaled
+from hcsearch.dynamics.mirror import Mirror, mirror_of
+from hcsearch.dynamics.panels import PanelTree, panel_bodies, panel_tree
+from hcsearch.dynamics.simulation import cut_states
+from hcsearch.dynamics.system import Cut, Drive, System
+from hcsearch.dynamics.trees import GROUND, Joint, Weld
+from hcsearch.errors import HcsearchError
+from hcsearch.linkage import Linkage
+from hcsearch.scenes import Scene
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+Formulation = Literal["constrained", "penalty", "quasistatic"]
+FORMULATIONS: tuple[Formulation, ...] = ("constrained", "penalty", "quasistatic")
+
+OMISSIONS = ("half", "third dimension", "stops")
+"""What the compiler leaves out of its own accord, by name."""
+
+
+AT = 1e-6
+"""A hinge is at a stop within this (rad)."""
+
+
+@dataclass(frozen=True)
+class Omission:
+    """Something left out: what, and why it may be; all are exact."""
+
+    name: str
+    what: str
+    why: str
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """A scene of a linkage as a system of bodies.
+
+    start : (n_joints,), coordinates. joint_of : (n_hinges,), the joint of each hinge, -1 where it is cut open.
+    hinged : (n_joints,), whether the joint is a hinge, and not one of a floating base.
+    factor : what energies are to be multiplied by, 2 where half of the array is left out.
+    """
+
+    linkage: Linkage
+    scene: Scene
+    formulation: Formulation
+    system: System
+    start: Reals
+    joint_of: Whole
+    hinged: NDArray[np.bool_]
+    factor: float
+    omissions: tuple[Omission, ...]
+
+    def of_hinges(self, q: Reals, v: Reals) -> tuple[Reals, Reals]:
+        """Fold angles and rates of all hinges, shape (k, n_hinges), from those of the joints, (k, n_joints)."""
+        angles, rates = q[:, self.joint_of], v[:, self.joint_of]
+        cut = np.flatnonzero(self.joint_of < 0)
+        if len(cut):
+            angles[:, cut], rates[:, cut] = cut_states(self.system, q, v)
+        return angles, rates
+
+    def at_stops(self, q: Reals) -> Stops:
+        """Hinges that are closed and open at one state."""
+        angles = self.of_hinges(q[None], np.zeros((1, len(q))))[0][0]
+        return Stops(
+            tuple(int(k) for k in np.flatnonzero(angles >= math.pi - AT)),
+            tuple(int(k) for k in np.flatnonzero(angles <= AT)),
+        )
+
+
+@dataclass(frozen=True)
+class Stops:
+    """Hinges at their stops."""
+
+    closed: tuple[int, ...]
+    open: tuple[int, ...]
+
+
+def compile_scene(
+    linkage: Linkage,
+    scene: Scene,
+    formulation: Formulation = "constrained",
+    *,
+    keep: frozenset[str] = frozenset(),
+) -> Compiled:
+    """Compile a scene. keep : names of `OMISSIONS` that are not to be left out."""
+    unknown = keep - set(OMISSIONS)
+    if unknown:
+        raise HcsearchError(f"nothing called {min(unknown)!r} is left out: choose from {', '.join(OMISSIONS)}")
+    return _Compiler(linkage, scene, formulation, keep).run()
+
+
+class _Compiler:
+    """The compilation of one scene while it runs."""
+
+    def __init__(self, linkage: Linkage, scene: Scene, formulation: Formulation, keep: frozenset[str]) -> None:
+        self.linkage, self.scene, self.formulation, self.keep = linkage, scene, formulation, keep
+        self.held = _held_panel(linkage, scene)
+        self.free = scene.held == "free"
+        self.laws = _laws(linkage, scene)
+        self.angles = start_state(linkage, scene.start)
+        self.left_out: list[Omission] = []
+        self.unreached = self._unreached()
+
+    def run(self) -> Compiled:
+        mirror = self._mirror()
+        penalty = self.formulation == "penalty"
+        tree = panel_tree(self.linkage, self.scene.density, self.held, cut_hinges=penalty, mirror=mirror)
+        joints, bodies, welds, shift = self._based(tree, mirror)
+        drives = (*(Drive() for _ in range(shift)), *self._drives(tree))
+        system = System(
+            joints,
+            bodies,
+            drives,
+            self._welds(welds, tree),
+            gravity=self.scene.gravity,
+            size=self.linkage.pattern.size,
+            stop_stiffness=self.scene.stop_stiffness if penalty else 0.0,
+            stop_damping=self.scene.stop_damping if penalty else 0.0,
+            cuts=self._cuts(tree, shift),
+            cut_stiffness=self.scene.cut_stiffness,
+            cut_damping=self.scene.cut_damping,
+            overdamped=self.formulation == "quasistatic",
+        )
+        joint_of = np.where(tree.joint_of >= 0, tree.joint_of + shift, -1)
+        start = np.zeros(len(joints))
+        start[joint_of[joint_of >= 0]] = self.angles[joint_of >= 0]
+        hinged = np.arange(len(joints)) >= shift
+        self._say_rest()
+        factor = 1.0 if mirror is None else 2.0
+        return Compiled(
+            self.linkage,
+            self.scene,
+            self.formulation,
+            system,
+            start,
+            joint_of,
+            hinged,
+            factor,
+            tuple(self.left_out),
+        )
+
+    def _leave_out(self, name: str, what: str, why: str) -> None:
+        self.left_out.append(Omission(name, what, why))
+
+    def _mirror(self) -> Mirror | None:
+        """The mirror of the whole scene, if half of it tells the other half."""
+        if "half" in self.keep or self.formulation == "penalty":
+            return None
+        mirror = mirror_of(self.linkage, self.held)
+        if mirror is None:
+            return None
+        images = list(mirror.hinges)
+        laws = [(law.straight, law.bent, law.snap_up, law.snap_down) for law in self.laws]
+        even = all(laws[k] == laws[image] for k, image in enumerate(images))
+        level = abs(np.dot(self.scene.gravity, mirror.normal)) <= 1e-12 * (1.0 + math.hypot(*self.scene.gravity))
+        if not (even and level) or np.abs(self.angles - self.angles[images]).max() > 1e-9:
+            return None
+        self.angles = 0.5 * (self.angles + self.angles[images])
+        self._leave_out(
+            "half",
+            f"half of the array: {sum(mirror.beyond)} panels",
+            "pattern, springs, gravity and start are symmetric in a plane through the held panel, so the motion is",
+        )
+        return mirror
+
+    def _based(
+        self, tree: PanelTree, mirror: Mirror | None
+    ) -> tuple[tuple[Joint, ...], tuple[Body, ...], tuple[Weld, ...], int]:
+        """Joints, bodies and welds with the floating base before them, and how many joints that has."""
+        if not self.free:
+            return tree.joints, tree.bodies, tree.welds, 0
+        panel = panel_bodies(self.linkage, self.scene.density)[self.held]
+        base = joined([panel, Body(self.scene.base_mass, panel.centre, np.diag(self.scene.base_inertia))])
+        base = base.share(1.0 if mirror is None else 0.5)
+        upright = np.array([0.0, 0.0, 1.0])
+        if mirror is None:
+            slides, turns = np.eye(3), np.eye(3)
+        else:  # in the mirror plane it slides two ways and turns about one
+            slides, turns = np.array([np.cross(upright, mirror.normal), upright]), mirror.normal[None]
+        axes = [(axis, True) for axis in slides] + [(axis, False) for axis in turns]
+        shift = len(axes)
+        still = Body(0.0, panel.centre, np.zeros((3, 3)))
+        joints = [Joint(k - 1, axis, panel.centre, sliding) for k, (axis, sliding) in enumerate(axes)]
+        joints += [
+            Joint(shift - 1 if j.parent == GROUND else j.parent + shift, j.axis, j.point, j.slides) for j in tree.joints
+        ]
+        bodies = (*(still for _ in range(shift - 1)), base, *tree.bodies)
+
+        def moved(body: int, held: bool) -> int:
+            return body + shift if body != GROUND else (shift - 1 if held else GROUND)
+
+        # welds that close loops at the held panel move with it; those of the mirror plane stay
+        welds = tuple(
+            Weld(moved(w.first, len(w.kinds) == 6), w.second + shift, w.point, w.kinds, w.frame) for w in tree.welds
+        )
+        return tuple(joints), bodies, welds, shift
+
+    def _drives(self, tree: PanelTree) -> list[Drive]:
+        """Law, damping and stops of each joint of a hinge."""
+        drives = [Drive()] * len(tree.joints)
+        for hinge, joint in enumerate(tree.joint_of):
+            if joint >= 0:
+                drives[joint] = self._drive(hinge, float(tree.shares[joint]))
+        return drives
+
+    def _drive(self, hinge: int, share: float = 1.0) -> Drive:
+        law = self.laws[hinge]
+        damping = self.scene.damping
+        if damping is None:
+            damping = self.scene.damping_time * law.mean_stiffness
+        upper = math.inf if hinge in self.unreached else math.pi
+        return Drive(law if share == 1.0 else scaled(law, share), share * damping, 0.0, upper)
+
+    def _unreached(self) -> set[int]:
+        """Hinges that cannot come back to their folded stop: the energy at the start is not enough for one spring."""
+        if "stops" in self.keep or any(self.scene.gravity):
+            return set()
+        at_start = [law.energy(angle) for law, angle in zip(self.laws, self.angles, strict=True)]
+        least = [min(0.0, law.least_energy) for law in self.laws]
+        spare = sum(at_start) - sum(least)
+        found = {
+            k
+            for k, law in enumerate(self.laws)
+            if self.angles[k] < math.pi and law.energy(math.pi) - least[k] > spare * (1.0 + 1e-9)
+        }
+        if found:
+            self._leave_out(
+                "stops",
+                f"the folded stops of {len(found)} hinges",
+                "the energy at the start is less than one of their springs would take to close again",
+            )
+        return found
+
+    def _cuts(self, tree: PanelTree, shift: int) -> tuple[Cut, ...]:
+        found = []
+        for hinge, first, second in tree.cuts:
+            own = self.linkage.pattern.hinges[hinge]
+            height = self.linkage.points[hinge][2]
+            ends = (np.array([*own.start, height]), np.array([*own.end, height]))
+            base = shift - 1 if self.free else GROUND
+            bodies = [body + shift if body != GROUND else base for body in (first, second)]
+            found.append(Cut(bodies[0], bodies[1], ends, self.linkage.directions[hinge], self._drive(hinge)))
+        return tuple(found)
+
+    def _welds(self, welds: tuple[Weld, ...], tree: PanelTree) -> tuple[Weld, ...]:
+        """The welds; where all hinges are parallel, only with what moves in the plane across them."""
+        directions = self.linkage.directions
+        if not welds or "third dimension" in self.keep or not len(directions):
+            return welds
+        axis = directions[0]
+        if np.abs(np.cross(directions, axis)).max() > 1e-9:
+            return welds
+        whole = [weld for weld in welds if len(weld.kinds) == 6]
+        if whole:
+            self._leave_out(
+                "third dimension",
+                f"{3 * len(whole)} of {6 * len(whole)} closure equations",
+                "all hinges are parallel, so panels move in planes across them",
+            )
+        upright = np.array([0.0, 0.0, 1.0])
+        frame = np.array([axis, np.cross(upright, axis), upright])
+        return tuple(Weld(w.first, w.second, w.point, (0, 4, 5), frame) if len(w.kinds) == 6 else w for w in welds)
+
+    def _say_rest(self) -> None:
+        """What is never there to begin with."""
+        if not self.linkage.loops:
+            self._leave_out("closure", "closure", "the array is an open chain")
+        if not any(self.scene.gravity):
+            self._leave_out("gravity", "gravity", "the scene has none")
+        if not self.free:
+            self._leave_out("base", "six freedoms of a floating base", "a panel is held")
+
+
+def _held_panel(linkage: Linkage, scene: Scene) -> int:
+    if isinstance(scene.held, str):
+        return linkage.base
+    if not 0 <= scene.held < linkage.n_panels:
+        raise HcsearchError(f"there is no panel {scene.held}: hold one from 0 to {linkage.n_panels - 1}")
+    return scene.held
+
+
+def _laws(linkage: Linkage, scene: Scene) -> list[Law]:
+    laws = [law_named(scene.spring)] * linkage.n_hinges
+    for hinge, text in scene.springs:
+        if not 0 <= hinge < len(laws):
+            raise HcsearchError(f"there is no hinge {hinge}: give springs to hinges 0 to {len(laws) - 1}")
+        laws[hinge] = law_named(text)
+    return laws

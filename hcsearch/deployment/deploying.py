@@ -1,0 +1,169 @@
+"""The deployment of a linkage in a scene, from its start to flat, and what became of it."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.collision.penetration import deepest
+from hcsearch.deployment.compiling import Compiled, Formulation, compile_scene
+from hcsearch.dynamics.simulation import Ending, Motion, simulate
+from hcsearch.errors import HcsearchError
+from hcsearch.linkage import Linkage
+from hcsearch.scenes import Scene
+
+Reals = NDArray[np.float64]
+
+Outcome = Literal["flat", "moving", "at rest", "jammed", "diverged", "out of steps"]
+
+FLAT = 0.01
+"""The array is flat when every fold angle is within this of 0 (rad): 0.6 degrees."""
+STILL = 1e-4
+"""It is at rest below this speed (rad/s) and acceleration (rad/s^2)."""
+STEEP = 1.4
+"""A floating base that turns about its second axis by more than this (rad) nears the singularity of its angles."""
+
+_OUTCOMES: dict[Ending, Outcome] = {
+    "flat": "flat",
+    "time": "moving",
+    "rest": "at rest",
+    "jammed": "jammed",
+    "steps": "out of steps",
+}
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Two panels that cut into each other: when it is first seen (s), which, and how deep (m)."""
+
+    time: float
+    panels: tuple[int, int]
+    depth: float
+
+
+@dataclass(frozen=True)
+class Deployment:
+    """What became of a deployment.
+
+    outcome : `flat`; `moving` when the time was over; `at rest` elsewhere; `jammed`, stops and loops together let
+        nothing move on; `diverged`; `out of steps`. reason : in a sentence, with the remedy where there is one.
+    angles, rates : (k, n_hinges), fold angles (rad) and their rates at `motion.times`.
+    contact : the first, among states and two between each; None without.
+    seconds : computing time, without compilation of the kernels.
+    """
+
+    compiled: Compiled
+    motion: Motion
+    outcome: Outcome
+    reason: str
+    angles: Reals
+    rates: Reals
+    contact: Contact | None
+    seconds: float
+
+    @property
+    def flat_time(self) -> float | None:
+        """When it was flat, s."""
+        return float(self.motion.times[-1]) if self.outcome == "flat" else None
+
+
+def deploy(
+    linkage: Linkage,
+    scene: Scene,
+    formulation: Formulation = "constrained",
+    *,
+    method: str = "dormand-prince",
+    tolerance: float = 1e-6,
+    keep: frozenset[str] = frozenset(),
+    margin: float | None = 1e-4,
+    max_steps: int = 20_000,
+) -> Deployment:
+    """Simulate a deployment until the array is flat, at rest, or the scene's time is over.
+
+    keep : what is not to be left out. margin : panels are shrunk by this on every face (m) where contact is looked for;
+    None to look for none.
+    """
+    compiled = compile_scene(linkage, scene, formulation, keep=keep)
+    return run(compiled, method=method, tolerance=tolerance, margin=margin, max_steps=max_steps)
+
+
+def run(
+    compiled: Compiled,
+    *,
+    method: str = "dormand-prince",
+    tolerance: float = 1e-6,
+    margin: float | None = 1e-4,
+    max_steps: int = 20_000,
+) -> Deployment:
+    """Simulate a compiled scene; as `deploy`."""
+    if not 1e-13 <= tolerance <= 1e-1:
+        raise HcsearchError(f"a tolerance of {tolerance:g} is none: give one from 1e-13 to 0.1")
+    scene = compiled.scene
+    began = time.perf_counter()
+    motion = simulate(
+        compiled.system,
+        compiled.start,
+        end=scene.seconds,
+        method=method,
+        tolerance=tolerance,
+        restitution=scene.restitution,
+        flat=FLAT,
+        watched=compiled.hinged,
+        rest=STILL,
+        max_steps=max_steps,
+    )
+    seconds = time.perf_counter() - began
+    outcome = _OUTCOMES.get(motion.ending, "diverged")
+    reason = _reason(compiled, motion)
+    if scene.held == "free" and len(motion.q) and _steep(compiled, motion):
+        outcome, reason = "diverged", "the floating base turns too far for its three angles: give it more inertia"
+    angles, rates = compiled.of_hinges(motion.q, motion.v)
+    contact = None if margin is None else _first_contact(compiled, motion, margin)
+    return Deployment(compiled, motion, outcome, reason, angles, rates, contact, seconds)
+
+
+def _steep(compiled: Compiled, motion: Motion) -> bool:
+    """Whether the base has come near a state that its angles do not describe."""
+    base = np.flatnonzero(~compiled.hinged)
+    turns = [k for k in base if not compiled.system.joints[k].slides]
+    return len(turns) == 3 and bool(np.abs(motion.q[:, turns[1]]).max() > STEEP)
+
+
+def _reason(compiled: Compiled, motion: Motion) -> str:
+    end = f"{motion.times[-1]:.4g} s"
+    held = compiled.at_stops(motion.q[-1])
+    shut = ", ".join(map(str, held.closed)) or "none"
+    opened = ", ".join(map(str, held.open)) or "none"
+    where = f"hinges {shut} closed, {opened} open"
+    widest = float(np.abs(motion.q[-1][compiled.hinged]).max(initial=0.0))
+    return {
+        "flat": f"flat after {end}",
+        "time": f"after {end} the widest fold angle is {widest:.3g} rad: give it more seconds",
+        "rest": f"at rest from {end} on: {where}",
+        "jammed": f"at {end} stops and loops let nothing move on: {where}",
+        "steps": f"{motion.steps} steps reach to {end}: raise the tolerance, or take the implicit method",
+        "stuck": f"no step is short enough at {end}: raise the tolerance, or take the implicit method",
+        "open": f"the loops open at {end}: lower the tolerance, or start further from a singular state",
+        "diverged": f"numbers overflow at {end}: lower the tolerance, or take the implicit method",
+        "energy": f"the energy balance is off by {motion.drift:.2g} J at {end}: lower the tolerance",
+    }[motion.ending]
+
+
+def _first_contact(compiled: Compiled, motion: Motion, margin: float) -> Contact | None:
+    """The first state, or one of two between each, at which panels cut in deeper than both margins."""
+    linkage = compiled.linkage
+    joined = {(hinge.first, hinge.second) for hinge in linkage.pattern.hinges}
+    if linkage.n_panels * (linkage.n_panels - 1) // 2 == len(joined) or len(motion.times) < 2:
+        return None
+    between = np.linspace(motion.times[:-1], motion.times[1:], 3, endpoint=False).T.ravel()
+    times = np.append(between, motion.times[-1])
+    states, _ = compiled.of_hinges(motion.at(times), np.zeros((len(times), motion.q.shape[1])))
+    for moment, angles in zip(times, states, strict=True):
+        depth, panels = deepest(linkage, angles, joined)
+        if depth > 2.0 * margin:
+            return Contact(float(moment), panels, depth)
+    return None

@@ -1,0 +1,31 @@
+"""The closed state at which a deployment starts."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.errors import HcsearchError
+from hcsearch.kinematics.within import close_within
+from hcsearch.linkage import Linkage
+
+Reals = NDArray[np.float64]
+
+
+def start_state(linkage: Linkage, share: float) -> Reals:
+    """Fold angles of the closed state nearest to a share of the folded ones, within the stops.
+
+    The thesis's start, every hinge at 0.999 pi, does not close. Where no state near it closes, as with locked foldings,
+    the start is the folded state itself.
+    """
+    if not 0.0 < share <= 1.0:
+        raise HcsearchError(f"no deployment starts at {share:g} of the folded angles: give a share above 0, up to 1")
+    folded: Reals = linkage.folded
+    if share == 1.0:
+        return folded
+    found, _ = close_within(linkage, share * folded)
+    if found is not None:
+        return found.angles
+    if share < 0.9:
+        raise HcsearchError(f"no closed state lies near {share:g} of the folded angles: start nearer to 1")
+    return folded
