@@ -151,6 +151,20 @@ def mobility(output: Path, quick: bool, repeats: int, json_file: Path | None) ->
     _finish(report, lambda folder: save_report(report, folder), output, json_file)
 
 
+@bench.command(epilog="Example: hcsearch bench iftomm --quick --json iftomm.json")
+@_common("iftomm")
+@_repeats
+def iftomm(output: Path, quick: bool, repeats: int, json_file: Path | None) -> None:
+    """Dynamics on the IFToMM benchmark problems A01 to A05: error, energy and time, beside other engines.
+
+    MuJoCo, Pinocchio and Exudyn are an extra: pip install 'hcsearch[bench]'.
+    """
+    from hcsearch.bench.iftomm import measure, save_report  # noqa: PLC0415
+
+    report = measure(quick=quick, repeats=repeats, say=_say)
+    _finish(report, lambda folder: save_report(report, folder), output, json_file)
+
+
 @bench.command(epilog="Example: hcsearch bench tables --output docs")
 @_common("tables")
 @_limit("600, quick: 10", "a search")
