@@ -14,6 +14,7 @@ import click
 from hcsearch.cli.assembly import assembly
 from hcsearch.cli.bench import bench
 from hcsearch.cli.count import count
+from hcsearch.cli.deploy import deploy
 from hcsearch.cli.enumerate import enumerate_
 from hcsearch.cli.query import query
 from hcsearch.cli.report import report
@@ -51,7 +52,7 @@ def hcsearch() -> None:
     """Search for Hamiltonian-circuit designs of thick-panel arrays that fold into two stacks."""
 
 
-for command in (enumerate_, count, query, show, report, assembly, units, bench):
+for command in (enumerate_, count, query, show, report, assembly, deploy, units, bench):
     hcsearch.add_command(command)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -49,7 +50,7 @@ def assembly(
         _print_list(as_json)
         return
     found = _named(name)
-    parameters = _parameters(found, size, alpha, given)
+    parameters = parameters_of(found, given | {"alpha": alpha, "size": size})
     if picture is not None:
         from hcsearch.pattern_drawing import draw_pattern  # noqa: PLC0415
 
@@ -69,15 +70,20 @@ def _named(name: str) -> Assembly:
     return ASSEMBLIES[name]
 
 
-def _parameters(found: Assembly, size: str | None, alpha: float | None, lengths: dict[str, float]) -> Parameters:
-    """The assembly's own parameters, with those changed that are given in degrees and millimetres."""
+def parameters_of(found: Assembly, given: Mapping[str, Any]) -> Parameters:
+    """The assembly's own parameters, with those changed that are given: degrees, millimetres, columns x rows."""
     from dataclasses import replace  # noqa: PLC0415
 
-    changes: dict[str, Any] = {name: length * 1e-3 for name, length in lengths.items()}
-    if alpha is not None:
-        changes["alpha"] = math.radians(alpha)
-    if size is not None:
-        changes["size"] = _size(size)
+    changes: dict[str, Any] = {}
+    for name, value in given.items():
+        if value is None:
+            continue
+        if name not in (*_LENGTHS, "alpha", "size"):
+            raise HcsearchError(f"assemblies have no {name!r}: they have alpha, size, {', '.join(_LENGTHS)}")
+        if name == "size":
+            changes[name] = _size(str(value))
+        else:
+            changes[name] = math.radians(float(value)) if name == "alpha" else 1e-3 * float(value)
     for name in changes:
         if name not in found.uses:
             option = "SIZE" if name == "size" else f"--{name}"

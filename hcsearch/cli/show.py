@@ -25,25 +25,29 @@ def show(design: str, db: str) -> None:
     A circuit notation needs no database; it may be in any position, order or direction. Creases are numbered in the
     canonical order that the first lines show.
     """
-    from hcsearch.circuit import Circuit  # noqa: PLC0415
     from hcsearch.folding import folding_of, foldings  # noqa: PLC0415
-    from hcsearch.store import find_design, open_readonly  # noqa: PLC0415
 
-    name, crease = _split(design)
-    if ":" in name:
-        circuit = Circuit.from_notation(name).canonical()
-        row: dict[str, Any] = {}
-    else:
-        with open_readonly(db) as database:
-            row = find_design(database, name)
-        circuit = Circuit.from_notation(row["circuit"])
+    name, crease = split_design(design)
+    circuit, row = design_named(name, db)
     chosen = foldings(circuit) if crease is None else [folding_of(circuit, crease)]
     _print_circuit(circuit, row)
     for folding in chosen:
         _print_folding(folding)
 
 
-def _split(design: str) -> tuple[str, int | None]:
+def design_named(name: str, db: str) -> tuple[Circuit, dict[str, Any]]:
+    """The circuit of a design, named by notation or by its id in a database, and its row there; empty without."""
+    from hcsearch.circuit import Circuit  # noqa: PLC0415
+    from hcsearch.store import find_design, open_readonly  # noqa: PLC0415
+
+    if ":" in name:
+        return Circuit.from_notation(name).canonical(), {}
+    with open_readonly(db) as database:
+        row = find_design(database, name)
+    return Circuit.from_notation(row["circuit"]), row
+
+
+def split_design(design: str) -> tuple[str, int | None]:
     """Name and crease of DESIGN[:CREASE]; a circuit notation has a colon of its own."""
     parts = design.split(":")
     notation = not parts[0].isdigit()

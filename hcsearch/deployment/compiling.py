@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Literal
 
 import numpy as np
@@ -51,6 +52,7 @@ class Compiled:
     start : (n_joints,), coordinates. joint_of : (n_hinges,), the joint of each hinge, -1 where it is cut open.
     hinged : (n_joints,), whether the joint is a hinge, and not one of a floating base.
     factor : what energies are to be multiplied by, 2 where half of the array is left out.
+    apart : pairs of panels, the lower number first, that cannot meet, or only when others do.
     """
 
     linkage: Linkage
@@ -61,6 +63,7 @@ class Compiled:
     joint_of: Whole
     hinged: NDArray[np.bool_]
     factor: float
+    apart: frozenset[tuple[int, int]]
     omissions: tuple[Omission, ...]
 
     def of_hinges(self, q: Reals, v: Reals) -> tuple[Reals, Reals]:
@@ -149,6 +152,7 @@ class _Compiler:
             joint_of,
             hinged,
             factor,
+            self._apart(mirror),
             tuple(self.left_out),
         )
 
@@ -273,6 +277,23 @@ class _Compiler:
         upright = np.array([0.0, 0.0, 1.0])
         frame = np.array([axis, np.cross(upright, axis), upright])
         return tuple(Weld(w.first, w.second, w.point, (0, 4, 5), frame) if len(w.kinds) == 6 else w for w in welds)
+
+    def _apart(self, mirror: Mirror | None) -> frozenset[tuple[int, int]]:
+        """Pairs of panels among which no contact is looked for."""
+        joined = {(hinge.first, hinge.second) for hinge in self.linkage.pattern.hinges}
+        images = set()
+        if mirror is not None:
+            for pair in combinations(range(self.linkage.n_panels), 2):
+                image = sorted(mirror.panels[panel] for panel in pair)
+                if image < list(pair):
+                    images.add(pair)
+        found = frozenset(joined | images)
+        self._leave_out(
+            "pairs",
+            f"{len(found)} of {math.comb(self.linkage.n_panels, 2)} pairs of panels, where contact is looked for",
+            "stops keep panels of one hinge apart" + (", and mirror pairs meet together" if images else ""),
+        )
+        return found
 
     def _say_rest(self) -> None:
         """What is never there to begin with."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass
 from typing import Literal
@@ -156,14 +157,13 @@ def _reason(compiled: Compiled, motion: Motion) -> str:
 def _first_contact(compiled: Compiled, motion: Motion, margin: float) -> Contact | None:
     """The first state, or one of two between each, at which panels cut in deeper than both margins."""
     linkage = compiled.linkage
-    joined = {(hinge.first, hinge.second) for hinge in linkage.pattern.hinges}
-    if linkage.n_panels * (linkage.n_panels - 1) // 2 == len(joined) or len(motion.times) < 2:
+    if math.comb(linkage.n_panels, 2) == len(compiled.apart) or len(motion.times) < 2:
         return None
     between = np.linspace(motion.times[:-1], motion.times[1:], 3, endpoint=False).T.ravel()
     times = np.append(between, motion.times[-1])
     states, _ = compiled.of_hinges(motion.at(times), np.zeros((len(times), motion.q.shape[1])))
     for moment, angles in zip(times, states, strict=True):
-        depth, panels = deepest(linkage, angles, joined)
+        depth, panels = deepest(linkage, angles, compiled.apart)
         if depth > 2.0 * margin:
             return Contact(float(moment), panels, depth)
     return None

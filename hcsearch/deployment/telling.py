@@ -1,0 +1,155 @@
+"""A deployment as plain data, as a table of its states, and as a picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hcsearch.deployment.compiling import OMISSIONS, compile_scene
+from hcsearch.deployment.deploying import Deployment, run
+from hcsearch.errors import HcsearchError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FORMATS = (".csv", ".npz", ".parquet")
+"""Endings of files that tables are written to."""
+
+
+def facts(deployment: Deployment) -> dict[str, Any]:
+    """What became of it; keys name their units."""
+    compiled, motion = deployment.compiled, deployment.motion
+    contact = deployment.contact
+    books = _books(deployment)
+    return {
+        "scene": compiled.scene.name,
+        "formulation": compiled.formulation,
+        "panels": compiled.linkage.n_panels,
+        "hinges": compiled.linkage.n_hinges,
+        "loops": len(compiled.linkage.loops),
+        "joints_simulated": compiled.system.n_joints,
+        "outcome": deployment.outcome,
+        "reason": deployment.reason,
+        "flat_time_s": deployment.flat_time,
+        "end_time_s": float(motion.times[-1]),
+        "widest_angle_rad": float(np.abs(deployment.angles[-1]).max(initial=0.0)),
+        "first_contact_s": None if contact is None else contact.time,
+        "contact_panels": None if contact is None else list(contact.panels),
+        "contact_depth_mm": None if contact is None else 1e3 * contact.depth,
+        "energy_start_J": float(sum(books[name][0] for name in ("kinetic_J", "stored_J", "height_J"))),
+        "energy_damped_J": float(books["damped_J"][-1]),
+        "energy_lost_at_stops_J": float(books["lost_J"][-1]),
+        "energy_drift_J": compiled.factor * motion.drift,
+        "closure_gap": motion.gap,
+        "events": [
+            {
+                "time_s": event.time,
+                "hinges": [int(k) for k in np.flatnonzero(compiled.joint_of == event.joint)],
+                "kind": event.kind,
+                "speed_rad_s": event.speed,
+            }
+            for event in motion.events
+        ],
+        "steps": motion.steps,
+        "rejected_steps": motion.rejected,
+        "evaluations": motion.evaluations,
+        "left_out": [{"name": o.name, "what": o.what, "why": o.why} for o in compiled.omissions],
+    }
+
+
+def table(deployment: Deployment) -> pd.DataFrame:
+    """States of a deployment: time, energies, fold angles and rates of all hinges."""
+    import pandas as pd  # noqa: PLC0415
+
+    columns = {"time_s": deployment.motion.times, **_books(deployment)}
+    hinges = deployment.angles.shape[1]
+    columns |= {f"angle_{k}_rad": deployment.angles[:, k] for k in range(hinges)}
+    columns |= {f"rate_{k}_rad_s": deployment.rates[:, k] for k in range(hinges)}
+    return pd.DataFrame(columns)
+
+
+def _books(deployment: Deployment) -> dict[str, np.ndarray]:
+    motion, factor = deployment.motion, deployment.compiled.factor
+    return {
+        "kinetic_J": factor * motion.kinetic,
+        "stored_J": factor * motion.stored,
+        "height_J": factor * motion.height,
+        "in_stops_J": factor * motion.in_stops,
+        "damped_J": factor * motion.damped,
+        "lost_J": factor * motion.lost,
+    }
+
+
+def save_table(deployment: Deployment, path: str) -> None:
+    """Write the states to a file, by its ending: .csv, .npz or .parquet (extra `parquet`)."""
+    states = table(deployment)
+    kind = Path(path).suffix
+    if kind == ".csv":
+        states.to_csv(path, index=False)
+    elif kind == ".npz":
+        np.savez_compressed(path, allow_pickle=False, **{str(name): states[name].to_numpy() for name in states})
+    elif kind == ".parquet":
+        try:
+            states.to_parquet(path, index=False)
+        except ImportError as error:
+            raise HcsearchError("Parquet needs an extra: pip install 'hcsearch[parquet]', or write .csv") from error
+    else:
+        raise HcsearchError(f"{path} has no known ending: write {', '.join(FORMATS)}")
+
+
+def savings(deployment: Deployment, *, method: str, tolerance: float) -> list[dict[str, Any]]:
+    """What each omission saved: the same scene with it kept, in joints, closure equations, evaluations and time."""
+    found = []
+    for omission in deployment.compiled.omissions:
+        if omission.name not in OMISSIONS:
+            continue
+        compiled = deployment.compiled
+        full = compile_scene(compiled.linkage, compiled.scene, compiled.formulation, keep=frozenset({omission.name}))
+        other = run(full, method=method, tolerance=tolerance, margin=None)
+        again = run(compiled, method=method, tolerance=tolerance, margin=None)
+        found.append(
+            {
+                "name": omission.name,
+                "joints": [full.system.n_joints, compiled.system.n_joints],
+                "closure_equations": [_rows(full), _rows(compiled)],
+                "evaluations": [other.motion.evaluations, again.motion.evaluations],
+                "milliseconds": [1e3 * other.seconds, 1e3 * again.seconds],
+                "outcomes": [other.outcome, again.outcome],
+            }
+        )
+    return found
+
+
+def _rows(compiled: Any) -> int:
+    return sum(len(weld.kinds) for weld in compiled.system.welds)
+
+
+def picture(deployment: Deployment, path: str, title: str) -> None:
+    """Draw fold angles and energies over time, as PNG, SVG or PDF by the file's ending."""
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    motion = deployment.motion
+    times = np.linspace(0.0, motion.times[-1], 400) if len(motion.times) > 1 else motion.times
+    figure = Figure(figsize=(8, 6), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    angles = deployment.compiled.of_hinges(motion.at(times), np.zeros((len(times), motion.q.shape[1])))[0]
+    for k, column in enumerate(angles.T):
+        above.plot(times, column, label=f"{k}")
+    above.set(ylabel="fold angle, rad", title=title)
+    if angles.shape[1] <= 20:
+        above.legend(title="hinge", fontsize="x-small", ncols=2)
+    for event in motion.events:
+        if event.kind == "hit":
+            above.axvline(event.time, color="grey", linewidth=0.3)
+    if deployment.contact is not None:
+        above.axvline(deployment.contact.time, color="red", linewidth=1.0)
+    for name, column in _books(deployment).items():
+        if np.ptp(column) > 0.0:
+            below.plot(motion.times, column, label=name.removesuffix("_J").replace("_", " "))
+    below.set(xlabel="time, s", ylabel="energy, J")
+    below.legend(fontsize="x-small")
+    for axes in (above, below):
+        axes.grid(alpha=0.3)
+    figure.savefig(path, dpi=120)
