@@ -1,0 +1,240 @@
+"""Laws as the kernel evaluates them: energy is the moment's integral, and each does what its name says."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from hcsearch.dynamics.bodies import Body
+from hcsearch.dynamics.laws import (
+    FREE,
+    Branch,
+    Law,
+    law_named,
+    linear,
+    quadratic,
+    scaled,
+    tables_of,
+    tabulated,
+    tape_spring,
+)
+from hcsearch.dynamics.system import Drive, System
+from hcsearch.dynamics.trees import Joint
+from hcsearch.errors import HcsearchError, NotationError
+from hcsearch.kernels.multibody.hinges import moment, steepness
+
+Z = np.array([0.0, 0.0, 1.0])
+
+moments = st.floats(-3.0, 3.0).map(lambda x: round(x, 6))
+preloads = st.sampled_from([0.0, 0.02, -0.3, 1e-5])
+angles = st.floats(-0.5, 3.6)
+
+
+@st.composite
+def tables(draw):
+    n = draw(st.integers(2, 7))
+    steps = draw(st.lists(st.floats(0.05, 1.5), min_size=n - 1, max_size=n - 1))
+    start = draw(st.floats(-0.5, 1.0))
+    return [start, *(start + np.cumsum(steps)).tolist()], draw(st.lists(moments, min_size=n, max_size=n))
+
+
+@st.composite
+def tapes(draw):
+    peak, angle = draw(st.floats(0.01, 2.0)), draw(st.floats(0.02, 0.5))
+    low = peak * draw(st.floats(0.02, 0.5))
+    back = angle * low / peak * draw(st.floats(0.1, 1.9))
+    return tape_spring(peak, angle, low, draw(st.sampled_from([None, back])), draw(preloads))
+
+
+laws = st.one_of(
+    st.just(FREE),
+    st.builds(linear, moments, preloads),
+    st.builds(quadratic, moments, moments, preloads),
+    st.builds(lambda table, preload: tabulated(*table, preload), tables(), preloads),
+    tapes(),
+    st.builds(lambda table, factor: scaled(tabulated(*table), factor), tables(), st.floats(0.1, 4.0)),
+)
+
+
+def kernel(*laws):
+    """The tables of laws, one a joint."""
+    joints = tuple(Joint(-1, Z, np.zeros(3)) for _ in laws)
+    bodies = tuple(Body(1.0, np.zeros(3), np.eye(3)) for _ in laws)
+    return System(joints, bodies, tuple(Drive(law) for law in laws)).mechanism.hinges
+
+
+def value(law, angle, branch=0):
+    return moment(kernel(law), 0, branch, angle)[0]
+
+
+@settings(max_examples=60)
+@given(laws, angles, st.integers(0, 1))
+def test_energy_is_the_integral_of_the_moment_from_angle_0(law, angle, branch):
+    hinges = kernel(FREE, law)
+    breaks = [
+        x for x in (law.bent if branch and law.bent else law.straight).breaks if min(0, angle) < x < max(0, angle)
+    ]
+    expected, error = quad(lambda x: moment(hinges, 1, branch, x)[0], 0.0, angle, points=breaks or None, epsabs=1e-12)
+    assert moment(hinges, 1, branch, angle)[1] == pytest.approx(expected, abs=1e-10 + error, rel=1e-9)
+
+
+@settings(max_examples=60)
+@given(laws, angles, st.integers(0, 1))
+def test_steepness_is_the_slope_of_the_moment(law, angle, branch):
+    hinges = kernel(law)
+    h = 1e-5
+    breaks = (law.bent if branch and law.bent else law.straight).breaks
+    if min(abs(angle - x) for x in breaks) > 2 * h:
+        slope = (moment(hinges, 0, branch, angle + h)[0] - moment(hinges, 0, branch, angle - h)[0]) / (2 * h)
+        assert steepness(hinges, 0, branch, angle) == pytest.approx(slope, abs=1e-5, rel=1e-5)
+
+
+@settings(max_examples=60)
+@given(laws)
+def test_moments_do_not_jump_at_breaks(law):
+    hinges = kernel(law)
+    for x in law.straight.breaks:
+        before, after = (moment(hinges, 0, 0, x + d) for d in (-1e-9, 1e-9))
+        assert before == pytest.approx(after, abs=1e-6)
+
+
+@settings(max_examples=60)
+@given(tables(), preloads)
+def test_tabulated_laws_pass_through_their_points_and_rise_where_they_rise(table, preload):
+    x, y = table
+    hinges = kernel(tabulated(x, y, preload))
+    for angle, m in zip(x, y, strict=True):
+        assert moment(hinges, 0, 0, angle)[0] == pytest.approx(m + preload, abs=1e-9)
+    for k in range(len(x) - 1):
+        between = [moment(hinges, 0, 0, t)[0] for t in np.linspace(x[k], x[k + 1], 20)]
+        assert (np.diff(between) * math.copysign(1.0, y[k + 1] - y[k])).min() >= -1e-9
+
+
+@given(laws)
+def test_a_law_reads_its_own_text(law):
+    again = law_named(law.text)
+    assert again == law
+    assert again.text == law.text
+
+
+@given(laws, st.floats(0.1, 9.0), angles)
+def test_springs_in_parallel_add_their_moments(law, factor, angle):
+    hinges = kernel(law, scaled(law, factor))
+    for branch in (0, 1):
+        one, many = moment(hinges, 0, branch, angle), moment(hinges, 1, branch, angle)
+        assert np.array(many) == pytest.approx(factor * np.array(one), abs=1e-12)
+    assert (scaled(law, factor).snap_up, scaled(law, factor).snap_down) == (law.snap_up, law.snap_down)
+
+
+@given(tapes())
+def test_a_tape_spring_leaves_its_straight_branch_at_the_peak_and_comes_back_at_a_smaller_angle(law):
+    hinges = kernel(law)
+    assert law.snap_down < law.snap_up
+    (peak, before), (low, after) = (moment(hinges, 0, branch, law.snap_up) for branch in (0, 1))
+    assert low < peak
+    assert after <= before
+    assert moment(hinges, 0, 1, math.pi)[0] == pytest.approx(low)
+    (_, straight), (_, bent) = (moment(hinges, 0, branch, law.snap_down) for branch in (0, 1))
+    # there and back takes the area between the branches
+    area, _ = quad(lambda x: moment(hinges, 0, 0, x)[0] - moment(hinges, 0, 1, x)[0], law.snap_down, law.snap_up)
+    assert bent >= straight - 1e-12
+    assert (before - after) + (bent - straight) == pytest.approx(area, abs=1e-12)
+
+
+def test_a_tape_spring_snaps_back_where_its_branches_meet_unless_told():
+    law = tape_spring(peak=0.2, peak_angle=0.05, low=0.04)
+    assert law.snap_down == pytest.approx(0.01)
+    assert value(law, 0.01) == pytest.approx(value(law, 0.01, branch=1))
+
+
+@pytest.mark.parametrize(
+    ("text", "angle", "expected"),
+    [
+        ("free", 2.0, 0.0),
+        ("linear:0.1", 2.0, 0.2),
+        ("linear:0.1+0.02", 0.0, 0.02),
+        ("linear:1e-1-2e-2", 1.0, 0.08),
+        ("linear:-.1", 1.0, -0.1),
+        (" linear:0.1 ", 1.0, 0.1),
+        ("quadratic:0.02,0.03", 2.0, 0.16),
+        ("quadratic:0.02,0.03+1", 2.0, 1.16),
+        ("table:0@0,0.1@1,0.3@3", 1.0, 0.1),
+        ("table:0@0,0.1@1,0.3@3-0.1", 3.0, 0.2),
+        ("tape:0.2@0.05,0.03@0.01", 0.05, 0.2),
+        ("2*linear:0.1+0.02", 1.0, 0.24),
+        ("3*2*linear:0.1", 1.0, 0.6),
+    ],
+)
+def test_notations_say_what_they_mean(text, angle, expected):
+    assert value(law_named(text), angle) == pytest.approx(expected)
+
+
+def test_laws_of_one_text_are_one_whoever_made_them():
+    assert linear(1).text == "linear:1"
+    assert linear(0.1, -0.02).text == "linear:0.1-0.02"
+    assert law_named("2*linear:0.1") == linear(0.2)
+    assert tabulated(np.array([0.0, 3.0]), np.array([0, 1])).text == "table:0@0,1@3"
+    assert Law(Branch((0.0,), ((0.0, 1.0, 0.0, 0.0),))).text == ""
+
+
+@pytest.mark.parametrize("heading", ["", "angle,moment\n", "\ufeffangle (rad),moment (N m)\n\n"])
+def test_a_table_in_a_file_is_the_law_of_its_points(tmp_path, heading):
+    file = tmp_path / "spring+1.csv"
+    file.write_text(f"{heading}0,0\n1.5, 0.1\n3.1,3e-1\n", encoding="utf-8")
+    expected = tabulated([0.0, 1.5, 3.1], [0.0, 0.1, 0.3])
+    assert law_named(f"table:{file}") == expected
+    assert law_named(f"2*table:{file}+0.02").text == "2*table:0@0,0.1@1.5,0.3@3.1+0.02"
+
+
+@pytest.mark.parametrize(
+    ("make", "remedy"),
+    [
+        (lambda: tabulated([0.0], [0.0]), "give two points"),
+        (lambda: tabulated([0.0, 1.0], [0.0]), "give one moment for each angle"),
+        (lambda: tabulated([0.0, 2.0, 1.0], [0.0, 1.0, 2.0]), "sort it"),
+        (lambda: tabulated([0.0, 1.0, 1.0], [0.0, 1.0, 2.0]), "each angle once"),
+        (lambda: tabulated([0.0, math.nan], [0.0, 1.0]), "give finite numbers"),
+        (lambda: tabulated([0.0, 1.0], [0.0, math.inf]), "give finite numbers"),
+        (lambda: linear(math.nan), "give finite numbers"),
+        (lambda: quadratic(0.1, math.inf), "give finite numbers"),
+        (lambda: linear(0.1, math.nan), "give finite numbers"),
+        (lambda: tape_spring(-0.2, 0.05, 0.03), "give positive numbers"),
+        (lambda: tape_spring(0.2, 0.05, 0.15), "at most half the peak"),
+        (lambda: tape_spring(0.2, 0.05, 0.03, 0.06), "give an angle above 0"),
+        (lambda: tape_spring(0.2, 0.05, 0.03, 0.02), "at most 0.015"),
+        (lambda: tape_spring(0.2, 0.05, 0.03, math.nan), "give an angle above 0"),
+        (lambda: scaled(FREE, 0.0), "give a positive factor"),
+        (lambda: scaled(FREE, math.nan), "give a positive factor"),
+        (lambda: law_named("linear:1e999"), "give finite numbers"),
+        (lambda: law_named("table:nowhere.csv"), "name a file that is there"),
+    ],
+)
+def test_refusals_name_their_remedy(make, remedy):
+    with pytest.raises(HcsearchError, match=remedy):
+        make()
+
+
+@pytest.mark.parametrize(
+    "text", ["", "spring", "linear", "linear:", "linear:a", "linear:nan", "linear:1,2", "tape:1@2", "2*"]
+)
+def test_what_is_no_notation_is_refused(text):
+    with pytest.raises(NotationError, match="write free, linear"):
+        law_named(text)
+
+
+@pytest.mark.parametrize("lines", ["0,0\n1;1\n", "0,0,0\n1,1,1\n", "0\n1\n", "0,0\n1,one\n"])
+def test_files_that_are_no_table_are_refused_with_the_line(tmp_path, lines):
+    file = tmp_path / "spring.csv"
+    file.write_text(lines)
+    with pytest.raises(HcsearchError, match=r"cannot read .* write lines of angle \(rad\), moment \(N m\)"):
+        law_named(f"table:{file}")
+
+
+def test_joints_of_one_law_share_its_pieces():
+    law = tabulated([0.0, 1.0, 2.0], [0.0, 1.0, 3.0])
+    pieces, breaks, cubics, energies = tables_of([law, FREE, law])
+    assert (pieces[0] == pieces[2]).all()
+    assert len(breaks) == len(cubics) == len(energies) == 3

@@ -1,0 +1,284 @@
+"""Motions against closed forms and dense twins: pendulums, bounces, snaps, orders, books of energy, symmetries."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from naive_dynamics import Twin, random_body, random_system
+from scipy.integrate import solve_ivp
+from scipy.special import ellipj, ellipk
+
+from hcsearch.circuit import Circuit
+from hcsearch.dynamics.bodies import Body
+from hcsearch.dynamics.laws import FREE, law_named, linear, quadratic
+from hcsearch.dynamics.methods import METHODS
+from hcsearch.dynamics.panels import panel_tree
+from hcsearch.dynamics.simulation import simulate
+from hcsearch.dynamics.system import Drive, System
+from hcsearch.dynamics.trees import Joint, Weld
+from hcsearch.folding import folding_of
+from hcsearch.linkage import Linkage
+
+Y = np.array([0.0, 1.0, 0.0])
+GRAVITY = (0.0, 0.0, -9.81)
+ORDERS = {"bogacki-shampine": 3, "dormand-prince": 5, "dormand-prince-8": 8, "implicit": 4}
+
+
+def rod(one, two, mass=1.0):
+    """A slender rod between points, a little thick."""
+    one, two = np.array(one, float), np.array(two, float)
+    way = two - one
+    inertia = mass / 12 * (way @ way * np.eye(3) - np.outer(way, way)) + 1e-4 * np.eye(3)
+    return Body(mass, 0.5 * (one + two), inertia)
+
+
+def wheel(inertia, drive):
+    """One joint that turns a body of some inertia about its centre."""
+    return System((Joint(-1, Y, np.zeros(3)),), (Body(1.0, np.zeros(3), inertia * np.eye(3)),), (drive,))
+
+
+def chain(n=3, damping=0.0):
+    """Rods that hang one on another, about two directions by turns."""
+    ends = [np.array([0.0, 0.0, -float(k)]) for k in range(n + 1)]
+    joints = tuple(Joint(k - 1, np.eye(3)[1 - k % 2], ends[k]) for k in range(n))
+    bodies = tuple(rod(ends[k], ends[k + 1]) for k in range(n))
+    drive = Drive(quadratic(0.3, 0.1, 0.2), damping)
+    return System(joints, bodies, (drive,) * n, gravity=GRAVITY), np.linspace(0.5, 1.0, n)
+
+
+def four_bar(damping=0.0):
+    """A crank, a coupler and a rocker in a plane: the loop's gap across it says nothing new."""
+    a, b, c, d = np.array([0.0, 0, 0]), np.array([0.3, 0, 1]), np.array([1.7, 0, 1.5]), np.array([1.5, 0, 0])
+    joints = (Joint(-1, Y, a), Joint(0, Y, b), Joint(-1, Y, d))
+    drives = (Drive(linear(0.5, 2.0), damping), Drive(FREE, damping), Drive(FREE, damping))
+    weld = Weld(1, 2, c, (3, 4, 5))
+    return System(joints, (rod(a, b), rod(b, c), rod(d, c)), drives, (weld,), gravity=GRAVITY), np.zeros(3)
+
+
+MODELS = [chain, four_bar]
+
+
+def fixed_steps(system, q, end, n, method):
+    motion = simulate(system, q, end=end, method=method, tolerance=1e6, first_step=end / n, longest_step=end / n)
+    assert motion.ending == "time"
+    assert abs(motion.steps - n) <= 1  # rounding may leave a last sliver
+    return motion
+
+
+@settings(max_examples=20)
+@given(st.floats(0.05, 3.0), st.sampled_from(sorted(ORDERS)))
+def test_a_pendulum_swings_as_elliptic_functions_do(start, method):
+    tolerance = {"bogacki-shampine": 1e-8, "implicit": 1e-8}.get(method, 1e-11)
+    body = rod([0, 0, 0], [0, 0, -2], mass=3.0)
+    system = System((Joint(-1, Y, np.zeros(3)),), (body,), (Drive(),), gravity=GRAVITY)
+    motion = simulate(system, np.array([start]), end=3.0, method=method, tolerance=tolerance)
+    frequency = math.sqrt(3.0 * 9.81 * 1.0 / body.about(np.zeros(3))[1, 1])
+    assert motion.q[:, 0] == pytest.approx(swing(start, frequency, motion.times), abs=1e4 * tolerance)
+
+
+def swing(start, frequency, times):
+    """Angle of a pendulum let go at rest: sin(q / 2) = k cn / dn."""
+    k = math.sin(start / 2)
+    _, cn, dn, _ = ellipj(frequency * times, k * k)
+    return 2 * np.arcsin(k * cn / dn)
+
+
+def test_a_pendulum_comes_back_after_its_period():
+    system = System((Joint(-1, Y, np.zeros(3)),), (rod([0, 0, 0], [0, 0, -2]),), (Drive(),), gravity=GRAVITY)
+    frequency = math.sqrt(9.81 / system.bodies[0].about(np.zeros(3))[1, 1])
+    motion = simulate(system, np.array([2.0]), end=4 * ellipk(math.sin(1.0) ** 2) / frequency, tolerance=1e-11)
+    assert motion.q[-1, 0] == pytest.approx(2.0, abs=1e-8)
+    assert motion.v[-1, 0] == pytest.approx(0.0, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("model", "method", "end", "n"),
+    [
+        # few enough steps that rounding does not show, enough for the order to
+        (chain, "bogacki-shampine", 1.0, 48),
+        (chain, "dormand-prince", 1.0, 48),
+        (chain, "dormand-prince-8", 1.0, 12),
+        (chain, "implicit", 1.0, 24),
+        (four_bar, "bogacki-shampine", 0.5, 24),
+        (four_bar, "dormand-prince", 0.5, 12),
+        (four_bar, "dormand-prince-8", 0.7, 16),
+        (four_bar, "implicit", 0.5, 12),
+    ],
+)
+def test_methods_have_their_orders(model, method, end, n):
+    system, q = model()
+    exact = simulate(system, q, end=end, method="dormand-prince-8", tolerance=1e-13).q[-1]
+    errors = [np.abs(fixed_steps(system, q, end, k, method).q[-1] - exact).max() for k in (n, 2 * n)]
+    assert math.log2(errors[0] / errors[1]) > ORDERS[method] - 0.6
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("method", METHODS)
+def test_less_tolerance_keeps_energy_better(method, model):
+    system, q = model(damping=0.1)
+    drifts = [simulate(system, q, end=2.0, method=method, tolerance=t).drift for t in (1e-4, 1e-6, 1e-8)]
+    energy = np.ptp(simulate(system, q, end=2.0).kinetic)
+    assert drifts[1] < 0.2 * drifts[0]
+    assert drifts[2] < 0.2 * drifts[1]
+    assert drifts[2] < 1e-6 * energy
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_without_dampers_motions_run_backwards(model):
+    system, q = model()
+    there = simulate(system, q, end=1.0, tolerance=1e-11)
+    back = simulate(system, there.q[-1], -there.v[-1], end=1.0, tolerance=1e-11)
+    assert np.abs(there.v[-1]).max() > 0.1
+    assert back.q[-1] == pytest.approx(q, abs=1e-7)
+    assert back.v[-1] == pytest.approx(np.zeros(len(q)), abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_systems_move_as_their_dense_twins_do(seed):
+    system, rng = random_system([5, seed], bodies=(3, 6), welds=1)
+    twin, n = Twin(system), system.n_joints
+    free = np.zeros(n, bool)
+    q, v = twin.closed(np.zeros(n), 0.3 * rng.normal(size=n))
+
+    def derivative(_, state):
+        return [*state[n:], *twin.accelerations(state[:n], state[n:], free)[0]]
+
+    expected = solve_ivp(derivative, (0.0, 0.2), [*q, *v], rtol=1e-8, atol=1e-8).y[:, -1]
+    motion = simulate(system, q, v, end=0.2, tolerance=1e-9)
+    assert [*motion.q[-1], *motion.v[-1]] == pytest.approx(expected, abs=1e-5)
+
+
+def test_two_bodies_that_float_keep_their_momentum():
+    rng = np.random.default_rng(3)
+    nothing = Body(0.0, np.zeros(3), np.zeros((3, 3)))
+    joints = [Joint(k - 1, np.eye(3)[k % 3], np.zeros(3), slides=k < 3) for k in range(6)]
+    joints += [Joint(5, Y, np.array([0.3, 0.1, 0.2]))]
+    system = System(
+        tuple(joints), (nothing,) * 5 + (random_body(rng), random_body(rng)), (Drive(),) * 6 + (Drive(linear(2.0)),)
+    )
+    twin = Twin(system)
+
+    def momentum(q, v):
+        found = np.zeros(6)
+        for i in (5, 6):
+            body, turn = system.bodies[i], twin.poses(q)[i][:3, :3]
+            motion = twin.jacobian(q, i, body.centre) @ v
+            push = body.mass * motion[3:]
+            found[:3] += push
+            found[3:] += turn @ body.inertia @ turn.T @ motion[:3] + np.cross(twin.point(q, i, body.centre), push)
+        return found
+
+    motion = simulate(system, np.zeros(7), 0.3 * rng.normal(size=7), end=2.0, tolerance=1e-10)
+    assert motion.ending == "time"
+    start = momentum(motion.q[0], motion.v[0])
+    for k in range(0, len(motion.times), 10):
+        assert momentum(motion.q[k], motion.v[k]) == pytest.approx(start, abs=1e-7)
+    assert np.abs(motion.q[-1] - motion.q[0]).min() > 1e-3
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.6])
+def test_a_joint_that_falls_on_its_stop_bounces_by_the_closed_form(restitution):
+    inertia, pull, height = 2.0, 3.0, 1.5
+    fall = pull / inertia
+    system = wheel(inertia, Drive(linear(0.0, pull), lower=0.0))
+    motion = simulate(system, np.array([height]), end=12.0, restitution=restitution, slow=1e-2, tolerance=1e-9)
+    times, speeds = [math.sqrt(2 * height / fall)], [math.sqrt(2 * height * fall)]
+    while restitution * speeds[-1] > 1e-2:  # slower ones do not come off
+        speeds.append(restitution * speeds[-1])
+        times.append(times[-1] + 2 * speeds[-1] / fall)
+    hits = [event for event in motion.events if event.kind == "hit"]
+    assert [event.time for event in hits] == pytest.approx(times, abs=1e-6)
+    assert [-event.speed for event in hits] == pytest.approx(speeds, abs=1e-6)
+    assert (motion.q[-1], motion.v[-1]) == (0.0, 0.0)
+    assert motion.lost[-1] == pytest.approx(pull * height, rel=1e-9)
+    assert motion.drift < 1e-8
+    after = motion.lost[np.searchsorted(motion.times, hits[0].time)]
+    assert after == pytest.approx((1 - restitution**2) * pull * height, rel=1e-6)
+
+
+def test_a_bounce_at_an_upper_stop_is_that_at_a_lower_one_in_a_mirror():
+    drives = Drive(linear(0.2, 1.0), lower=-0.5), Drive(linear(0.2, -1.0), upper=0.5)
+    one, two = (
+        simulate(wheel(1.0, drive), np.array([start]), end=5.0, restitution=0.7)
+        for drive, start in zip(drives, (1.0, -1.0), strict=True)
+    )
+    assert (one.q == -two.q).all()
+    assert [event.time for event in one.events] == [event.time for event in two.events]
+
+
+def test_a_tape_spring_swings_until_it_locks_and_each_snap_takes_its_energy():
+    law = law_named("tape:0.2@0.05,0.03@0.01")
+    motion = simulate(wheel(0.01, Drive(law)), np.array([math.pi]), end=200.0, tolerance=1e-9, max_steps=100_000)
+    up, down = 0.5 * 0.2 * 0.05 - 0.03 * 0.05, 0.03 * 0.01 - 0.5 * 0.2 / 0.05 * 0.01**2
+    energy, taken = 0.03 * math.pi - down, [down]
+    while energy > 0.5 * 0.2 * 0.05:  # enough to snap again
+        taken += [up, down]
+        energy -= up + down
+    assert [event.kind for event in motion.events] == ["snap"] * len(taken)
+    speeds = [event.speed for event in motion.events]
+    assert [speed > 0 for speed in speeds] == [k % 2 == 1 for k in range(len(taken))]
+    assert motion.lost[-1] == pytest.approx(sum(taken), rel=1e-6)
+    for k, event in enumerate(motion.events):
+        after = motion.lost[np.searchsorted(motion.times, event.time)]
+        assert after == pytest.approx(sum(taken[: k + 1]), rel=1e-6)
+    assert np.abs(motion.q[-20:]).max() < law.snap_up
+    assert motion.drift < 1e-6
+
+
+def test_a_tape_spring_on_its_stop_holds_it_flat():
+    drive = Drive(law_named("tape:0.2@0.05,0.03@0.01+0.001"), damping=1e-4, lower=0.0, upper=math.pi)
+    motion = simulate(wheel(0.01, drive), np.array([math.pi]), end=5.0, rest=1e-6)
+    assert [event.kind for event in motion.events] == ["snap", "hit"]
+    assert (motion.q[-1], motion.v[-1]) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("method", ORDERS)
+def test_the_same_input_gives_the_same_bits(method):
+    motions = []
+    for _ in range(2):
+        system, q = four_bar(damping=0.1)
+        motions.append(simulate(system, q, end=1.0, method=method))
+    one, two = motions
+    assert one.q.tobytes() == two.q.tobytes()
+    assert one.times.tobytes() == two.times.tobytes()
+    assert one.lost.tobytes() == two.lost.tobytes()
+
+
+def test_states_between_steps_have_an_error_of_sixth_order():
+    system = System((Joint(-1, Y, np.zeros(3)),), (rod([0, 0, 0], [0, 0, -2]),), (Drive(),), gravity=GRAVITY)
+    frequency = math.sqrt(9.81 / system.bodies[0].about(np.zeros(3))[1, 1])
+    times = np.linspace(0.0, 1.0, 301)
+    errors = []
+    for n in (10, 20):
+        motion = fixed_steps(system, np.array([1.5]), 1.0, n, "dormand-prince-8")
+        errors.append(np.abs(motion.at(times)[:, 0] - swing(1.5, frequency, times)).max())
+        assert motion.at(motion.times) == pytest.approx(motion.q, abs=1e-15)
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(6.0, abs=0.5)
+
+
+@pytest.mark.parametrize("notation", ["square:012233300121:5", "square:012122333001:1", "hex:0233340501:3"])
+def test_equal_springs_deploy_a_mirror_symmetric_folding_symmetrically(notation):
+    circuit, crease = notation.rsplit(":", 1)
+    folding = folding_of(Circuit.from_notation(circuit), int(crease))
+    linkage = Linkage(folding.pattern((0.05, 0.05, 0.006), merged=True))
+    one, two = folding.mirror_pairs[0]
+    cells = np.array([np.mean(facet, axis=0) for facet in linkage.pattern.facets])
+    middle, normal = (
+        0.5 * (cells[one] + cells[two]),
+        (cells[two] - cells[one]) / np.linalg.norm(cells[two] - cells[one]),
+    )
+    points = linkage.points[:, :2]
+    images = points - 2 * ((points - middle) @ normal)[:, None] * normal
+    twins = [int(np.linalg.norm(points - image, axis=1).argmin()) for image in images]
+    assert points[twins] == pytest.approx(images, abs=1e-12)
+    tree = panel_tree(linkage, 1000.0, held=linkage.pattern.panel_of[one])
+    drives = (Drive(linear(0.1), 1e-4, 0.0, math.pi),) * len(tree.joints)
+    system = System(tree.joints, tree.bodies, drives, tree.welds, size=linkage.pattern.size)
+    q = np.zeros(len(tree.joints))
+    q[tree.joint_of] = linkage.folded
+    motion = simulate(system, q, end=0.05, tolerance=1e-8)
+    angles = motion.q[:, tree.joint_of]
+    assert np.abs(angles - angles[0]).max() > 0.5
+    assert angles == pytest.approx(angles[:, twins], abs=1e-4)
