@@ -1,6 +1,7 @@
 """Obvious twins of the multibody kernels: 4 x 4 matrices, dense Jacobians and pseudo-inverses; and random systems."""
 
 import itertools
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,7 +15,8 @@ from tests.naive import rotation
 ALL = (0, 1, 2, 3, 4, 5)
 # rows of fixed directions may be few; between moving bodies the gaps, or the turns, close together
 BETWEEN = (ALL, (3, 4, 5), (0, 1, 2))
-TO_GROUND = (*BETWEEN, (3,), (3, 5), (0, 1, 3, 4, 5), (1, 2, 3))
+GAPS_TO_GROUND = (*BETWEEN, (3,), (3, 5))
+TO_GROUND = (*GAPS_TO_GROUND, (0, 1, 3, 4, 5), (1, 2, 3))
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,8 @@ class Twin:
             spin = jacobian[:3] @ v
             found -= jacobian[:3].T @ (inertia @ drift[:3] + np.cross(spin, inertia @ spin))
             found += body.mass * jacobian[3:].T @ (self.system.gravity - drift[3:])
-            found[i] -= drive.damping * v[i]
+            found[i] -= drive.damping * v[i] + self.system.stop_stiffness * beyond(drive, q[i])
+            found[i] -= self.system.stop_damping * v[i] if beyond(drive, q[i]) else 0.0
         slope = gradient(self.stored, q)
         for strut in self.system.struts:
             growth = gradient(lambda x, s=strut: self.length(x, s), q)
@@ -105,8 +108,15 @@ class Twin:
         bodies = enumerate(self.system.bodies)
         return -sum(body.mass * np.dot(self.system.gravity, self.point(q, i, body.centre)) for i, body in bodies)
 
+    def in_stops(self, q):
+        """Energy of compliant stops."""
+        ways = (beyond(drive, x) for drive, x in zip(self.system.drives, q, strict=True))
+        return sum(0.5 * self.system.stop_stiffness * way**2 for way in ways)
+
     def lost_power(self, q, v):
-        found = sum(drive.damping * x * x for drive, x in zip(self.system.drives, v, strict=True))
+        found = 0.0
+        for drive, x, speed in zip(self.system.drives, q, v, strict=True):
+            found += (drive.damping + (self.system.stop_damping if beyond(drive, x) else 0.0)) * speed**2
         growths = [(s, gradient(lambda x, s=s: self.length(x, s), q) @ v) for s in self.system.struts]
         return found + sum(s.damping * growth**2 for s, growth in growths)
 
@@ -192,6 +202,11 @@ class Twin:
         return None
 
 
+def beyond(drive, x):
+    """How far a joint is beyond its stops."""
+    return min(x - drive.lower, 0.0) + max(x - drive.upper, 0.0)
+
+
 def along(function, q, v):
     """Derivative of a function of the coordinates along velocities; an error of order h^4."""
     h = 1e-3
@@ -213,8 +228,8 @@ def random_body(rng):
     return Body(masses.sum(), centre + rng.normal(size=3), inertia)
 
 
-def random_system(seed, *, welds=2, struts=2, bodies=(2, 9), slides=0.3):
-    """A random tree, closed in its reference state, with springs, dampers, struts and gravity."""
+def random_system(seed, *, to_ground=TO_GROUND, welds=2, struts=2, bodies=(2, 9), slides=0.3):
+    """A random tree, closed in its reference state, with springs, dampers, compliant stops, struts and gravity."""
     rng = np.random.default_rng(seed)
     n = int(rng.integers(*bodies))
     joints, laws = [], []
@@ -228,7 +243,8 @@ def random_system(seed, *, welds=2, struts=2, bodies=(2, 9), slides=0.3):
     bonds = []
     for _ in range(int(rng.integers(0, welds + 1))):
         first, second = sorted(rng.choice(np.arange(-1, n), 2, replace=False).tolist())
-        kinds = (TO_GROUND if first < 0 else BETWEEN)[int(rng.integers(7 if first < 0 else 3))]
+        choices = to_ground if first < 0 else BETWEEN
+        kinds = choices[int(rng.integers(len(choices)))]
         bonds.append(Weld(first, second, rng.normal(size=3), kinds, rotation(rng.normal(size=3))))
     if bonds and rng.random() < 0.3:
         bonds.append(bonds[0])  # rows that say nothing new
@@ -236,13 +252,16 @@ def random_system(seed, *, welds=2, struts=2, bodies=(2, 9), slides=0.3):
     for _ in range(int(rng.integers(0, struts + 1))):
         first, second = sorted(rng.choice(np.arange(-1, n), 2, replace=False).tolist())
         springs.append(Strut(first, second, *rng.normal(size=(2, 3)), *rng.uniform(0.1, 2.0, 3)))
+    stops = [(-math.inf, math.inf), (-0.1, 0.1), (0.1, 0.5)]
     system = System(
         tuple(joints),
         tuple(random_body(rng) for _ in range(n)),
-        tuple(Drive(law, float(rng.uniform(0.0, 1.0))) for law in laws),
+        tuple(Drive(law, float(rng.uniform(0.0, 1.0)), *stops[int(rng.integers(3))]) for law in laws),
         tuple(bonds),
         tuple(springs),
         gravity=tuple(rng.normal(size=3)),
         size=float(rng.uniform(0.5, 2.0)),
+        stop_stiffness=2.0,
+        stop_damping=0.3,
     )
     return system, rng

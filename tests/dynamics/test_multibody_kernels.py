@@ -1,8 +1,8 @@
-"""The recursions against dense twins, on random trees with welds, struts, laws, dampers and gravity."""
+"""The recursions against dense twins, on random trees with welds, struts, laws, dampers, stops and gravity."""
 
 import numpy as np
 import pytest
-from naive_dynamics import Twin, along, random_system
+from naive_dynamics import GAPS_TO_GROUND, Twin, along, random_system
 
 from hcsearch.kernels.multibody import motion, sweeps, welds
 from hcsearch.kernels.multibody.contact import push_apart
@@ -108,7 +108,7 @@ def whole(kinds, kind):
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_projection_closes_a_state_by_the_change_of_least_mass(seed):
-    case = Case(seed, hold=0.1)
+    case = Case(seed, hold=0.1, to_ground=GAPS_TO_GROUND)
     case.accelerations()
     off = 1e-5
     q0 = case.q + np.where(case.held, 0.0, off * case.rng.normal(size=case.n))
@@ -132,7 +132,7 @@ def test_energies_and_losses_are_those_of_plain_sums(seed):
     twin, mechanism, q, v = case.twin, case.mechanism, case.q, case.v
     found = np.empty(4)
     energies(case.tree, mechanism.hinges, mechanism.struts, case.hold.branches, q, case.work, found)
-    expected = [0.5 * v @ twin.masses(q) @ v, twin.stored(q), twin.height(q), 0.0]
+    expected = [0.5 * v @ twin.masses(q) @ v, twin.stored(q), twin.height(q), twin.in_stops(q)]
     assert found == pytest.approx(expected, rel=1e-10, abs=1e-10)
     assert kinetic(case.tree, case.work) == found[0]
     lost = lost_power(mechanism.hinges, mechanism.struts, q, v, case.work)
@@ -147,7 +147,7 @@ def test_energy_falls_by_what_is_lost(seed):
 
     def energy(t):
         x, u = q + t * v + t * t / 2 * a, v + t * a
-        return 0.5 * u @ twin.masses(x) @ u + twin.stored(x) + twin.height(x)
+        return 0.5 * u @ twin.masses(x) @ u + twin.stored(x) + twin.height(x) + twin.in_stops(x)
 
     power = along(lambda t: energy(t[0]), np.zeros(1), np.ones(1))
     assert power == pytest.approx(-twin.lost_power(q, v), rel=1e-6, abs=1e-6)

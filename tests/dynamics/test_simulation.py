@@ -1,6 +1,7 @@
 """Motions against closed forms and dense twins: pendulums, bounces, snaps, orders, books of energy, symmetries."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -150,6 +151,22 @@ def test_random_systems_move_as_their_dense_twins_do(seed):
     assert [*motion.q[-1], *motion.v[-1]] == pytest.approx(expected, abs=1e-5)
 
 
+@pytest.mark.parametrize("seed", range(25))
+def test_hard_stops_are_never_passed_and_only_take_energy(seed):
+    system, rng = random_system([7, seed], welds=1, struts=0)
+    drives = tuple(replace(drive, lower=-0.2, upper=0.3) for drive in system.drives)
+    system = replace(system, stop_stiffness=0.0, drives=drives)
+    restitution = float(rng.choice([0.0, 0.5, 1.0]))
+    start = np.zeros(system.n_joints)
+    motion = simulate(system, start, end=2.0, tolerance=1e-8, restitution=restitution, slow=1e-6)
+    energy = max(np.abs(books).max() for books in (motion.kinetic, motion.stored, motion.height))
+    assert motion.ending == "time"
+    assert motion.q.min() >= -0.2 - 2e-6
+    assert motion.q.max() <= 0.3 + 2e-6
+    assert np.diff(motion.lost).min() >= -1e-5 * energy
+    assert motion.drift <= 1e-5 * energy
+
+
 def test_two_bodies_that_float_keep_their_momentum():
     rng = np.random.default_rng(3)
     nothing = Body(0.0, np.zeros(3), np.zeros((3, 3)))
@@ -196,6 +213,29 @@ def test_a_joint_that_falls_on_its_stop_bounces_by_the_closed_form(restitution):
     assert motion.drift < 1e-8
     after = motion.lost[np.searchsorted(motion.times, hits[0].time)]
     assert after == pytest.approx((1 - restitution**2) * pull * height, rel=1e-6)
+
+
+def test_a_joint_swings_on_a_compliant_stop_for_half_a_period():
+    inertia, stiffness, speed = 2.0, 800.0, 3.0
+    system = replace(wheel(inertia, Drive(lower=0.0)), stop_stiffness=stiffness)
+    frequency = math.sqrt(stiffness / inertia)
+    motion = simulate(system, np.array([0.3]), np.array([-speed]), end=1.0, tolerance=1e-9, longest_step=1e-3)
+    since = motion.times - 0.1
+    within = (since > 0) & (since < math.pi / frequency)
+    assert motion.q[within, 0] == pytest.approx(-speed / frequency * np.sin(frequency * since[within]), abs=1e-6)
+    assert motion.v[-1, 0] == pytest.approx(speed, rel=1e-6)
+    assert motion.in_stops.max() == pytest.approx(0.5 * inertia * speed**2, rel=1e-3)
+    assert motion.events == ()
+
+
+def test_a_damped_compliant_stop_takes_what_the_joint_loses():
+    system = replace(wheel(2.0, Drive(lower=0.0)), stop_stiffness=800.0, stop_damping=4.0)
+    motion = simulate(system, np.array([0.3]), np.array([-3.0]), end=1.0, tolerance=1e-9)
+    # until the joint comes back to its stop: q is proportional to exp(-t) sin(w t)
+    frequency = math.sqrt(800.0 / 2.0 - 1.0)
+    back = 3.0 * math.exp(-math.pi / frequency)
+    assert motion.v[-1, 0] == pytest.approx(back, rel=1e-5)
+    assert motion.damped[-1] == pytest.approx(9.0 - back**2, rel=1e-5)
 
 
 def test_a_bounce_at_an_upper_stop_is_that_at_a_lower_one_in_a_mirror():
