@@ -136,9 +136,11 @@ def line_of(law: Law) -> tuple[float, float]:
 
 
 def lines_of(system: System) -> tuple[Reals, Reals, Reals]:
-    """Moments at angle 0, stiffnesses and dampings of the joints; UnableError where there is more than these."""
+    """Moments at angle 0, stiffnesses and dampings of the joints; UnableError where more acts."""
     if any(_stops(drive) for drive in system.drives):
         raise UnableError("stops")
+    if system.cuts or system.overdamped:
+        raise UnableError("cut hinges and motion without inertia")
     lines = np.array([line_of(drive.law) for drive in system.drives]).reshape(-1, 2)
     return lines[:, 0], lines[:, 1], np.array([drive.damping for drive in system.drives])
 

@@ -1,0 +1,172 @@
+import json
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from hcsearch.bench import iftomm, iftomm_work
+from hcsearch.bench.iftomm import best_of, goals_of
+from hcsearch.bench.iftomm_problems import X, Y, Z, bricard, four_bars, pendulum, squeezer
+from hcsearch.bench.iftomm_work import OURS, Peer, WorkRow, peer_rows, peers, verdict_of
+from hcsearch.bench.states import Trajectory, UnableError, closure, common_points, line_of, lines_of, places
+from hcsearch.cli import hcsearch
+from hcsearch.dynamics.laws import Branch, Law, linear
+from hcsearch.dynamics.system import Drive, System
+from hcsearch.dynamics.trees import GROUND, Joint, Weld
+
+TABLES = {"work", "best", "goals"}
+TIMES = np.linspace(0.0, 1.0, 11)
+
+
+def test_the_command_without_other_engines(tmp_path, monkeypatch):
+    monkeypatch.setattr(iftomm, "problems", lambda: [pendulum(), bricard(0.0)])
+    for package in ("mujoco", "pinocchio", "exudyn"):
+        monkeypatch.setitem(sys.modules, package, None)
+    arguments = ["bench", "iftomm", "--quick", "--output", str(tmp_path), "--json", str(tmp_path / "all.json")]
+    assert CliRunner().invoke(hcsearch, arguments, catch_exceptions=False).exit_code == 0
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {f"{name}.csv" for name in TABLES} | {"all.json", "iftomm.md", "machine.json", "work.png"}
+    found = json.loads((tmp_path / "all.json").read_text())
+    assert set(found) == TABLES | {"machine"}
+    ours = [row for row in found["work"] if row["engine"] == OURS]
+    assert len(ours) == 6
+    assert all(row["verdict"] in {"precise", "high"} and row["error"] < 1e-4 and row["runs"] == 1 for row in ours)
+    assert all(row["closure"] < 1e-8 and row["energy"] < 1e-4 and row["evaluations"] > 0 for row in ours)
+    others = [row for row in found["work"] if row["engine"] != OURS]
+    assert {(row["verdict"], row["note"]) for row in others} == {("none", "not installed")}
+    assert {row["engine"] for row in others} == {"MuJoCo", "Pinocchio", "Exudyn"}
+    goals = {(row["problem"], row["goal"]): row["met"] for row in found["goals"]}
+    assert goals["A04 thin", "error"] == goals["A04 thin", "closure"] == goals["A04 thin", "energy"] == "yes"
+    assert goals["A04 square", "error"] == "no"  # not measured
+
+
+@pytest.mark.slow
+def test_the_whole_bench(tmp_path):
+    arguments = ["bench", "iftomm", "--quick", "--output", str(tmp_path), "--json", str(tmp_path / "all.json")]
+    assert CliRunner().invoke(hcsearch, arguments, catch_exceptions=False).exit_code == 0
+    found = json.loads((tmp_path / "all.json").read_text())
+    rows = found["work"]
+    assert len({row["problem"] for row in rows}) == 7
+    assert all(row["verdict"] in {"precise", "high"} for row in rows if row["engine"] == OURS)
+    for problem in {row["problem"] for row in rows}:
+        mine = [row for row in rows if row["problem"] == problem]
+        assert {row["engine"] for row in mine if row["error"] is not None} == {OURS, "MuJoCo", "Pinocchio", "Exudyn"}
+    assert all(row["error"] is not None or row["note"] for row in rows)
+
+
+def refused(*_, **__):
+    raise UnableError("no")
+
+
+def test_what_an_engine_cannot_do_is_told():
+    problem = pendulum()
+    peer = Peer("some", "method", (0.1, 0.01), refused)
+    rows = list(peer_rows(problem, TIMES, problem.reference(TIMES), peer, 1, 15.0))
+    assert [(row.verdict, row.note, row.step) for row in rows] == [("none", "no", 1.0), ("none", "no", 0.1)]
+
+
+def test_what_would_take_too_long_is_not_tried():
+    problem = pendulum()
+    ran = []
+
+    def run(system, q, v, times, *, step):
+        ran.append(step)
+        return Trajectory(times, np.zeros((len(times), 1)), np.zeros((len(times), 1)), 1.0, 1)
+
+    peer = Peer("some", "method", (0.1, 0.01), run)
+    rows = list(peer_rows(problem, TIMES, problem.reference(TIMES), peer, 1, 5.0))
+    assert ran == [1.0]
+    assert [(row.verdict, row.note) for row in rows] == [("wrong", ""), ("none", "not tried: more than 5 s")]
+
+
+def test_a_motion_that_stops_early_is_refused(monkeypatch):
+    problem = pendulum()
+    monkeypatch.setattr(iftomm_work, "MAX_STEPS", 3)
+    row = iftomm_work.measure_ours(problem, "dormand-prince", 1e-8, TIMES, problem.reference(TIMES))
+    assert (row.verdict, row.error) == ("none", None)
+    assert row.note.startswith("refused: steps at ")
+
+
+def test_verdicts_are_seen_against_the_length():
+    assert [verdict_of(pendulum(), error) for error in (1e-7, 1e-5, 1e-2, 1.0)] == ["precise", "high", "low", "wrong"]
+    assert verdict_of(squeezer(), 1e-7) == "high"
+
+
+def row(engine, error, seconds, **more):
+    verdict = verdict_of(pendulum(), error)
+    return WorkRow("A04 thin", engine, "m", 1e-6, None, verdict, error=error, seconds=seconds, **more)
+
+
+def test_the_fastest_of_each_engine():
+    rows = [row(OURS, 1e-4, 1.0), row(OURS, 1e-7, 2.0), row("A", 1e-7, 4.0), row("A", 1e-8, 5.0), row("B", 0.5, 0.1)]
+    found = [(best.level, best.engine, best.seconds, best.times_ours) for best in best_of(rows)]
+    assert found == [
+        ("high", OURS, 1.0, 1.0),
+        ("high", "A", 4.0, 4.0),
+        ("precise", OURS, 2.0, 1.0),
+        ("precise", "A", 4.0, 2.0),
+    ]
+
+
+def test_goals_are_for_one_run():
+    rows = [
+        row(OURS, 1e-4, 1e-3, energy=1e-3, closure=1e-9),
+        row(OURS, 1e-8, 2e-2, energy=1e-10, closure=1e-14),
+    ]
+    assert [goal.met for goal in goals_of(rows, 10.0)[:4]] == ["yes", "no", "yes", "yes"]
+    assert [goal.met for goal in goals_of(rows[:1], 10.0)[:4]] == ["no", "yes", "no", "no"]
+
+
+def test_stiff_methods_are_for_stiff_problems():
+    fits = {(peer.method, peer.fits(pendulum())) for peer in peers(quick=False)}
+    assert ("SciPy Radau", False) in fits
+    assert {peer.method for peer in peers(quick=True) if not peer.fits(four_bars(2))} == {"SciPy Radau", "RK4"}
+
+
+def chain(*welds, axes=(Z, Z), **options):
+    joints = (Joint(GROUND, axes[0], 0 * X), Joint(0, axes[1], X))
+    bodies = tuple(pendulum().system.bodies * 2)
+    return System(joints, bodies, (Drive(), Drive()), welds, **options)
+
+
+def test_points_that_close_a_weld():
+    for kinds, count in (((3, 4), 1), ((3, 4, 5), 1), ((0, 1, 3, 4, 5), 2), ((0, 1, 2, 3, 4, 5), 3)):
+        weld = Weld(GROUND, 1, 2 * X, kinds)
+        assert len(common_points(chain(weld), weld)) == count
+    hinge = Weld(GROUND, 1, 2 * X, (1, 2, 3, 4, 5))
+    low, high = common_points(chain(hinge, size=0.5), hinge)
+    assert (high - low).tolist() == [0.5, 0.0, 0.0]  # along the free turn
+    for kinds, axes in (((3, 4), (Z, Y)), ((3, 5), (Z, Z)), ((0, 3, 4, 5), (Z, Z)), ((0, 1, 2), (Z, Z))):
+        weld = Weld(GROUND, 1, 2 * X, kinds)
+        with pytest.raises(UnableError, match="welds of other kinds"):
+            common_points(chain(weld, axes=axes), weld)
+
+
+def test_laws_that_other_engines_have():
+    assert line_of(linear(3.0, 0.5)) == (0.5, 3.0)
+    assert line_of(Law(Branch((1.0,), ((2.0, 3.0, 0.0, 0.0),)))) == (-1.0, 3.0)
+    with pytest.raises(UnableError, match="not linear"):
+        line_of(Law(Branch((0.0,), ((0.0, 0.0, 1.0, 0.0),))))
+    system = replace(chain(), drives=(Drive(), Drive(lower=0.0)))
+    with pytest.raises(UnableError, match="stops"):
+        lines_of(system)
+    with pytest.raises(UnableError, match="without inertia"):
+        lines_of(chain(overdamped=True))
+
+
+def test_closure_sees_gaps_and_turns():
+    weld = Weld(GROUND, 1, 2 * X)
+    system = chain(weld, size=2.0)
+    assert closure(system, np.array([0.0, 0.0])) == 0.0
+    assert closure(system, np.array([0.0, 1e-6])) == pytest.approx(2e-6)  # a turn, over the size
+    assert closure(chain(replace(weld, kinds=(3, 4)), size=2.0), np.array([0.0, 1e-6])) == pytest.approx(1e-6)
+
+
+def test_velocities_are_those_of_places():
+    system = chain(axes=(Z, np.array([0.6, 0.0, 0.8])))
+    q, v, h = np.array([0.3, -0.7]), np.array([1.1, 0.4]), 1e-6
+    _, speed = places(system, q, v).point(1, 2 * X + Y)
+    before, after = (places(system, q + way * h * v).point(1, 2 * X + Y)[0] for way in (-1, 1))
+    assert (after - before) / (2 * h) == pytest.approx(speed, abs=1e-9)
