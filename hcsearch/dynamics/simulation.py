@@ -88,7 +88,7 @@ class Motion:
         times = np.asarray(times, float)
         k = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
         h = (self.times[k + 1] - self.times[k])[:, None]
-        x = (times[:, None] - self.times[k][:, None]) / h
+        x = np.divide(times[:, None] - self.times[k][:, None], h, out=np.zeros_like(h), where=h > 0.0)
         q0, q1 = self.q[k], self.q[k + 1]
         v0, v1, a0, a1 = h * self.v[k], h * self.v[k + 1], h * h * self.a[k], h * h * self.a[k + 1]
         rise = q1 - q0

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.dynamics.bodies import Body
+from hcsearch.errors import HcsearchError
 from hcsearch.kernels.multibody.tree import Tree
 
 Reals = NDArray[np.float64]
@@ -33,7 +34,8 @@ class Weld:
     """Two bodies that move as one, or along and about some directions only.
 
     first, second : bodies; the first may be the ground. point : in the reference state, m.
-    kinds : what is closed: 0 to 2 turns about, 3 to 5 gaps along the rows of `frame`.
+    kinds : what is closed: 0 to 2 turns about, 3 to 5 gaps along the rows of `frame`, which moves with the first. One
+        turn alone closes only where the bodies move in the plane across it anyway.
     """
 
     first: int
@@ -41,6 +43,16 @@ class Weld:
     point: Reals
     kinds: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
     frame: Reals = field(default_factory=lambda: np.eye(3))
+
+    def __post_init__(self) -> None:
+        if not set(self.kinds) <= set(range(6)) or len(set(self.kinds)) < len(self.kinds):
+            raise HcsearchError(f"a weld cannot close {self.kinds}: give kinds from 0 to 5, each once")
+
+    @property
+    def free_turn(self) -> int:
+        """The direction of the frame about which the second body may turn, where it may about one only; else -1."""
+        left = [kind for kind in range(3) if kind not in self.kinds]
+        return left[0] if len(left) == 1 else -1
 
 
 def tree_of(
@@ -86,11 +98,11 @@ def tree_of(
         ).reshape(-1, 15),
         rows=np.array(
             [
-                (w, kind, slot_of.get((welds[w].first, row), -1), slot_of[welds[w].second, row])
+                (w, kind, slot_of.get((welds[w].first, row), -1), slot_of[welds[w].second, row], welds[w].free_turn)
                 for row, (w, kind) in enumerate(rows)
             ],
             np.int64,
-        ).reshape(-1, 4),
+        ).reshape(-1, 5),
         slots=slots,
         gravity=np.array(gravity, float),
         size=float(size),

@@ -125,7 +125,7 @@ def test_springs_in_parallel_add_their_moments(law, factor, angle):
     hinges = kernel(law, scaled(law, factor))
     for branch in (0, 1):
         one, many = moment(hinges, 0, branch, angle), moment(hinges, 1, branch, angle)
-        assert np.array(many) == pytest.approx(factor * np.array(one), abs=1e-12)
+        assert np.array(many) == pytest.approx(factor * np.array(one), rel=1e-12, abs=1e-12)
     assert (scaled(law, factor).snap_up, scaled(law, factor).snap_down) == (law.snap_up, law.snap_down)
 
 

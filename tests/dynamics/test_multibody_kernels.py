@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from naive_dynamics import GAPS_TO_GROUND, Twin, along, random_system
+from naive_dynamics import Twin, along, random_system
 
 from hcsearch.kernels.multibody import motion, sweeps, welds
 from hcsearch.kernels.multibody.contact import push_apart
@@ -108,7 +108,7 @@ def whole(kinds, kind):
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_projection_closes_a_state_by_the_change_of_least_mass(seed):
-    case = Case(seed, hold=0.1, to_ground=GAPS_TO_GROUND)
+    case = Case(seed, hold=0.1)
     case.accelerations()
     off = 1e-5
     q0 = case.q + np.where(case.held, 0.0, off * case.rng.normal(size=case.n))

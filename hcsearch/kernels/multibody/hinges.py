@@ -14,12 +14,16 @@ from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled
 from hcsearch.kernels.multibody.tree import (
+    ARM,
     CENTRE,
     INERTIA,
+    LINE,
     MASS,
+    PARENT,
     PLACE,
     PULL_COUPLE,
     PULL_FORCE,
+    SLIDES,
     SPEED,
     SPIN,
     TURN,
@@ -35,6 +39,7 @@ from hcsearch.kernels.multibody.vectors import (
     dot,
     minus,
     plus,
+    put,
     symmetric,
     times,
     turned,
@@ -172,6 +177,28 @@ def kinetic(tree: Tree, work: Work) -> float:
         turning = dot(own, applied(symmetric(tree.bodies, i, INERTIA), own))
         found += 0.5 * (tree.bodies[i, MASS] * dot(speed, speed) + turning)
     return found
+
+
+@compiled
+def joint_momenta(tree: Tree, work: Work, found: Reals) -> None:
+    """Momenta along the joints: the mass matrix times the joint velocities; after `move`."""
+    n = len(tree.links)
+    b = work.bodies
+    carried = np.zeros((n, 6))  # angular momentum about the joint, momentum
+    for i in range(n):
+        spin = at(b, i, SPIN)
+        arm = turned(b, i, TURN, at(tree.bodies, i, CENTRE))
+        momentum = times(tree.bodies[i, MASS], plus(at(b, i, SPEED), cross(spin, arm)))
+        own = applied(symmetric(tree.bodies, i, INERTIA), turned_back(b, i, TURN, spin))
+        put(carried, i, 0, plus(turned(b, i, TURN, own), cross(arm, momentum)))
+        put(carried, i, 3, momentum)
+    for i in range(n - 1, -1, -1):
+        turning, momentum = at(carried, i, 0), at(carried, i, 3)
+        found[i] = dot(at(b, i, LINE), momentum if tree.links[i, SLIDES] else turning)
+        p = tree.links[i, PARENT]
+        if p >= 0:
+            add(carried, p, 0, plus(turning, cross(at(b, i, ARM), momentum)))
+            add(carried, p, 3, momentum)
 
 
 @compiled

@@ -107,6 +107,8 @@ def simulate(
     largest = np.abs(books).max()
     accelerate(mechanism, hold, q, v, scale, True, work, a)
     _save(record, hold, 0.0, q, v, a, books, 0.0)
+    start[:n], start[n : 2 * n], start[2 * n] = q, v, books[4]
+    write_stage(mechanism, hold, start, a, work, stages[0])
     time, h = 0.0, _first_step(plan, method.order, q, v, a)
     rejected, crowd, crowd_time = False, 0, 0.0
     counts[4] = GOES_ON
@@ -115,8 +117,6 @@ def simulate(
         if counts[4] != GOES_ON:
             break
         h = min(h, plan.longest, plan.end - time)
-        start[:n], start[n : 2 * n], start[2 * n] = q, v, books[4]
-        write_stage(mechanism, hold, start, a, work, stages[0])
         error = _step(mechanism, hold, method, plan, h, scale, work, stages, start, end, counts)
         if not error <= 1.0:
             counts[3] += 1
@@ -148,6 +148,8 @@ def simulate(
             _balance(mechanism, hold, q, v, work, books)
         accelerate(mechanism, hold, q, v, scale, True, work, a)
         _save(record, hold, time, q, v, a, books, gap)
+        start[:n], start[n : 2 * n], start[2 * n] = q, v, books[4]
+        write_stage(mechanism, hold, start, a, work, stages[0])
         largest = max(largest, np.abs(books).max())
         if not gap <= APART:
             counts[4] = OPEN if gap > APART else WRONG

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from hcsearch.kernels.compiled import compiled
 from hcsearch.kernels.multibody.contact import push_apart
 from hcsearch.kernels.multibody.events import NEAR
-from hcsearch.kernels.multibody.hinges import kinetic
+from hcsearch.kernels.multibody.hinges import joint_momenta, kinetic
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, project
-from hcsearch.kernels.multibody.sweeps import gather, move, place
+from hcsearch.kernels.multibody.sweeps import gather, load, move, place, release
 from hcsearch.kernels.multibody.tree import Work
-from hcsearch.kernels.multibody.welds import choose, factorise
+from hcsearch.kernels.multibody.welds import choose, close_rows, factorise
 
 Reals = NDArray[np.float64]
 Signs = NDArray[np.int8]
@@ -59,15 +59,18 @@ def regrip(
         largest = max(largest, abs(a[i]))
     pushed, change = np.empty(n), np.empty(n)
     told = push_apart(mechanism.tree, touching, wanted, scale, work, pushed, change)
-    changed = False
+    changed, creeping = False, False
     for i in range(n):
         # a joint at rest that neither pushes nor leaves stays held, so that rounding does not decide
         rests = abs(a[i] + change[i]) <= 1e-9 * largest
         if touching[i] and (not told or pushed[i] > 0.0 or rests):
             hold.held[i] = touching[i]
-            v[i] = 0.0
+            creeping = creeping or v[i] != 0.0
             q[i] = mechanism.hinges.lower[i] if touching[i] < 0 else mechanism.hinges.upper[i]
         changed = changed or hold.held[i] != before[i]
+    if creeping and not mechanism.overdamped:
+        place(mechanism.tree, q, work)
+        arrest(mechanism, hold, v, scale, work)
     accelerate(mechanism, hold, q, v, scale, True, work, a)
     return changed
 
@@ -108,7 +111,7 @@ def collide(
         told = push_apart(mechanism.tree, touching, wanted, scale, work, pushed, change)
         for i in range(n):
             v[i] += change[i]
-            if touching[i] and abs(v[i]) <= 1e-3 * slow:
+            if touching[i] and abs(v[i]) <= 1e-9 * fastest:
                 v[i] = 0.0
         # half the change and the mean velocity are orthogonal at most: no impact adds energy
         if told and _norm(mechanism, change, work) <= 4.0 * _norm(mechanism, before, work) * (1.0 + 1e-6):
@@ -117,12 +120,27 @@ def collide(
     for i in range(n):
         if touching[i] and touching[i] * v[i] >= -slow:
             hold.held[i] = touching[i]
-            v[i] = 0.0
-    move(mechanism.tree, v, work)
-    gather(mechanism.tree, hold.held, work)
+    arrest(mechanism, hold, v, scale, work)
+    project(mechanism.tree, hold.held, q, v, closed, work)
+
+
+@compiled
+def arrest(mechanism: Mechanism, hold: Hold, v: Reals, scale: float, work: Work) -> None:
+    """The velocities nearest to some, by kinetic energy, with held joints at rest and loops closed; after `place`."""
+    n = len(v)
+    tree, held = mechanism.tree, hold.held
+    momenta = np.empty(n)
+    move(tree, v, work)
+    joint_momenta(tree, work, momenta)
+    gather(tree, held, work)
     choose(work, scale)
     factorise(work, scale)
-    project(mechanism.tree, hold.held, q, v, closed, work)
+    load(tree, held, momenta, False, work)
+    close_rows(work, work.rates)
+    release(tree, held, False, work, v)
+    for i in range(n):
+        if held[i]:
+            v[i] = 0.0
 
 
 @compiled

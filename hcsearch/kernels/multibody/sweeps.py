@@ -41,7 +41,6 @@ from hcsearch.kernels.multibody.tree import (
     OFFSET,
     PARENT,
     PLACE,
-    POINT_A,
     POINT_B,
     POWER,
     PULL_COUPLE,
@@ -115,12 +114,14 @@ def place(tree: Tree, q: Reals, work: Work) -> None:
         weld, kind = tree.rows[r, WELD], tree.rows[r, KIND]
         first, second = tree.welds[weld, BODY_A], tree.welds[weld, BODY_B]
         way = at(tree.weld_places, weld, FRAME + 3 * (kind if kind < 3 else kind - 3))
-        one, two = at(tree.weld_places, weld, POINT_A), at(tree.weld_places, weld, POINT_B)
+        arm = turned(b, second, TURN, at(tree.weld_places, weld, POINT_B))
+        put(work.ways, r, ARM_B, arm)
         if first >= 0:
-            way, one = turned(b, first, TURN, way), turned(b, first, TURN, one)
+            way = turned(b, first, TURN, way)
+            # body a carries the row where body b is, which may be elsewhere along directions that are not closed
+            arm = minus(plus(at(b, second, PLACE), arm), at(b, first, PLACE))
         put(work.ways, r, WAY, way)
-        put(work.ways, r, ARM_A, one)
-        put(work.ways, r, ARM_B, turned(b, second, TURN, two))
+        put(work.ways, r, ARM_A, arm)
 
 
 @compiled
@@ -341,11 +342,21 @@ def load(tree: Tree, held: Signs, torques: Reals, moving: bool, work: Work) -> N
 
 @compiled
 def _own_rates(tree: Tree, work: Work) -> None:
-    """Add what the spin of welded bodies does to their common point."""
+    """Add what the spin of welded bodies does to their common point, and that of body a to the direction of the row."""
+    b = work.bodies
     for r in range(len(tree.rows)):
+        way = at(work.ways, r, WAY)
+        first, second = tree.welds[tree.rows[r, WELD], BODY_A], tree.welds[tree.rows[r, WELD], BODY_B]
+        if first >= 0:
+            turning = at(b, first, SPIN)
+            if tree.rows[r, KIND] < 3:
+                work.rates[r] -= dot(way, cross(turning, minus(at(b, second, SPIN), turning)))
+            else:
+                here = plus(at(b, first, SPEED), cross(turning, at(work.ways, r, ARM_A)))
+                there = plus(at(b, second, SPEED), cross(at(b, second, SPIN), at(work.ways, r, ARM_B)))
+                work.rates[r] -= 2.0 * dot(way, cross(turning, minus(there, here))) / tree.size
         if tree.rows[r, KIND] < 3:
             continue
-        way = at(work.ways, r, WAY)
         for side in range(2):
             body = tree.welds[tree.rows[r, WELD], side]
             if body >= 0:

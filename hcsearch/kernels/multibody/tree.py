@@ -28,9 +28,10 @@ POINT_A, POINT_B, FRAME = 0, 3, 6
 """Columns of `Tree.welds` (-1 the ground) and of `Tree.weld_places`: the common point, from the joints of both bodies,
 and three directions fixed to body a, by rows."""
 
-WELD, KIND, SLOT_A, SLOT_B = 0, 1, 2, 3
+WELD, KIND, SLOT_A, SLOT_B, FREE = 0, 1, 2, 3, 4
 """Columns of `Tree.rows`: kinds 0 to 2 are turns about, 3 to 5 gaps along a direction of the weld's frame; the slots
-where the row acts on bodies a and b, -1 on the ground."""
+where the row acts on bodies a and b, -1 on the ground; of a turn, the direction about which the weld leaves b free to
+turn, or -1."""
 
 ROW, ABOVE = 0, 1
 """Columns of `Tree.slots`: the row, and the slot of the same row at the parent or -1."""
@@ -53,7 +54,7 @@ over for acceleration, angular acceleration, acceleration at the joint."""
 BODY_COLUMNS = 77
 
 WAY, ARM_A, ARM_B = 0, 3, 6
-"""Columns of `Work.ways`: direction of the row, and the common point from the joints of both bodies."""
+"""Columns of `Work.ways`: direction of the row, and the point of body b from the joints of both bodies."""
 
 ROW_COUPLE, ROW_FORCE, POWER = 0, 3, 6
 """Columns of `Work.slots`: the row's unit force carried to this body, and its part along the joint."""
@@ -62,7 +63,7 @@ ROW_COUPLE, ROW_FORCE, POWER = 0, 3, 6
 class Tree(NamedTuple):
     """Bodies, joints and welds; n bodies, w welds, m rows, s slots. Lengths in m, masses in kg.
 
-    bodies : (n, 16). links : (n, 4). welds : (w, 2). weld_places : (w, 15). rows : (m, 4). slots : (s, 2), those of a
+    bodies : (n, 16). links : (n, 4). welds : (w, 2). weld_places : (w, 15). rows : (m, 5). slots : (s, 2), those of a
     body in the order of their rows. gravity : (3,), m/s^2. size : length that gaps are divided by.
     """
 

@@ -18,8 +18,11 @@ from hcsearch.kernels.multibody.tree import (
     ARM_B,
     BODY_A,
     BODY_B,
+    FRAME,
+    FREE,
     KIND,
     PLACE,
+    POINT_A,
     SPEED,
     SPIN,
     TURN,
@@ -46,17 +49,24 @@ def weld_errors(tree: Tree, work: Work, errors: Reals) -> float:
         first, second = tree.welds[weld, BODY_A], tree.welds[weld, BODY_B]
         way = at(work.ways, r, WAY)
         if kind < 3:
-            # half the sum of a_k x b_k over the axes of both bodies is the axis times the sine of the angle between
+            # half the sum of a_k x b_k over the axes of both bodies is the axis times the sine of the angle between;
+            # where b may turn about one axis, that axis alone tells how it tilts, however far b has turned
+            free = tree.rows[r, FREE]
             turn = (0.0, 0.0, 0.0)
             for k in range(3):
-                own = (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
-                here = turned(b, first, TURN, own) if first >= 0 else own
-                turn = plus(turn, cross(here, turned(b, second, TURN, own)))
-            value = 0.5 * dot(way, turn)
+                if free < 0 or free == k:
+                    own = at(tree.weld_places, weld, FRAME + 3 * k)
+                    here = turned(b, first, TURN, own) if first >= 0 else own
+                    turn = plus(turn, cross(here, turned(b, second, TURN, own)))
+            value = (0.5 if free < 0 else 1.0) * dot(way, turn)
         else:
-            gap = minus(plus(at(b, second, PLACE), at(work.ways, r, ARM_B)), at(work.ways, r, ARM_A))
-            if first >= 0:
-                gap = minus(gap, at(b, first, PLACE))
+            own = at(tree.weld_places, weld, POINT_A)
+            # from the joint of body a to the point of body b, less to its own
+            gap = (
+                minus(at(work.ways, r, ARM_A), turned(b, first, TURN, own))
+                if first >= 0
+                else minus(plus(at(b, second, PLACE), at(work.ways, r, ARM_B)), own)
+            )
             value = dot(way, gap) / tree.size
         errors[r] = value
         worst = max(worst, abs(value))
