@@ -24,7 +24,7 @@ _METHODS = ("bogacki-shampine", "dormand-prince", "dormand-prince-8", "implicit"
     "hcsearch deploy unit-i --spring linear:0.05 --output unit-i.csv"
 )
 @click.argument("subject", metavar="DESIGN:CREASE|ASSEMBLY|FILE.toml")
-@click.option("--scene", "scene_name", default="default", show_default=True, help="default, earth, thesis, satellite.")
+@click.option("--scene", "scene_name", help="default, earth, thesis, satellite.  [default: default]")
 @click.option(
     "--formulation",
     type=click.Choice(("constrained", "penalty", "quasistatic")),
@@ -53,7 +53,7 @@ _METHODS = ("bogacki-shampine", "dormand-prince", "dormand-prince-8", "implicit"
 @click.option("--output", metavar="FILE", help="Write all states: .csv, .npz or .parquet.")
 @click.option("--picture", metavar="FILE", help="Draw fold angles and energies over time: .svg, .png or .pdf.")
 @database_option
-def deploy(subject: str, scene_name: str, as_json: bool, **options: Any) -> None:
+def deploy(subject: str, scene_name: str | None, as_json: bool, **options: Any) -> None:
     """Simulate the deployment of a folding, of an assembly of the thesis, or of what a file describes.
 
     It starts at rest in the packed state and ends flat, at rest elsewhere, jammed, or when the time is over. The first
@@ -62,8 +62,13 @@ def deploy(subject: str, scene_name: str, as_json: bool, **options: Any) -> None
     from hcsearch.deployment import subjects, telling  # noqa: PLC0415
     from hcsearch.deployment.deploying import deploy as simulated  # noqa: PLC0415
 
+    if options["output"]:
+        telling.check_file(options["output"], telling.FORMATS)
+    if options["picture"]:
+        telling.check_file(options["picture"], telling.PICTURES)
     linkage, given = _subject(subject, options)
-    scene = subjects.scene_with(subjects.scene_named(given.pop("name", scene_name)), given | _scene_values(options))
+    named = given.pop("name", "default")
+    scene = subjects.scene_with(subjects.scene_named(scene_name or named), given | _scene_values(options))
     method = options["method"] or "dormand-prince"
     deployment = simulated(linkage, scene, options["formulation"], method=method, tolerance=options["tolerance"])
     told = telling.facts(deployment)
@@ -92,7 +97,7 @@ def _subject(name: str, options: dict[str, Any]) -> tuple[Linkage, dict[str, Any
     if name.endswith(".toml"):
         found = read_file(name)
         given = dict(found.get("scene", {}))
-        name = found.get("design") or found["assembly"]
+        name = found["design"] if "design" in found else found["assembly"]
         parameters = dict(found.get("parameters", {}))
         hinged = hinged or found.get("flat_pairs") == "hinged"
         merged = merged or bool(found.get("merge"))
@@ -106,6 +111,8 @@ def _subject(name: str, options: dict[str, Any]) -> tuple[Linkage, dict[str, Any
 
         assembly = ASSEMBLIES[name]
         return Linkage(assembly.build(parameters_of(assembly, parameters))), given
+    if parameters:
+        raise HcsearchError(f"{name} is a design, which has no parameters: leave out [parameters], or name an assembly")
     return folding_linkage(_folding(name, options["db"]), panel, hinged=hinged, merged=merged), given
 
 

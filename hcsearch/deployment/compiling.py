@@ -262,10 +262,11 @@ class _Compiler:
     def _welds(self, welds: tuple[Weld, ...], tree: PanelTree) -> tuple[Weld, ...]:
         """The welds; where all hinges are parallel, only with what moves in the plane across them."""
         directions = self.linkage.directions
-        if not welds or "third dimension" in self.keep or not len(directions):
+        if not welds or np.abs(np.cross(directions, axis := directions[0])).max() > 1e-9:
             return welds
-        axis = directions[0]
-        if np.abs(np.cross(directions, axis)).max() > 1e-9:
+        # what keeps panels in a mirror plane across the hinges says 0 = 0: rounding would choose among such rows
+        welds = tuple(w for w in welds if len(w.kinds) == 6 or np.abs(np.cross(w.frame[0], axis)).max() > 1e-9)
+        if "third dimension" in self.keep:
             return welds
         whole = [weld for weld in welds if len(weld.kinds) == 6]
         if whole:

@@ -49,7 +49,8 @@ def _read(key: str, value: Any) -> Any:
     try:
         if key in {"gravity", "base_inertia"}:
             found = tuple(float(number) for number in value)
-            if len(found) != 3:
+            least = 0.0 if key == "base_inertia" else -1e12
+            if len(found) != 3 or not all(least <= number < 1e12 for number in found):
                 raise ValueError
             return found
         if key == "springs":
@@ -57,17 +58,21 @@ def _read(key: str, value: Any) -> Any:
         if key == "spring":
             return str(value)
         if key == "held":
-            return value if value in {"bottom", "free"} else int(value)
+            return value if value in {"bottom", "free"} else int(str(value))
         number = float(value)
     except (TypeError, ValueError) as error:
         raise HcsearchError(f"{key} cannot be {value!r}: see the scenes of docs/dynamics.md") from error
-    if not -1e12 < number < 1e12 or (number < 0.0):
+    if not 0.0 <= number < 1e12:
         raise HcsearchError(f"{key} cannot be {value!r}: give a number of 0 or more")
+    if key in {"density", "seconds"} and not number:
+        raise HcsearchError(f"{key} cannot be 0: give a positive number")
+    if key == "restitution" and number > 1.0:
+        raise HcsearchError(f"{key} cannot be {value!r}: give a number from 0 to 1")
     return number
 
 
 def read_file(path: str) -> dict[str, Any]:
-    """A TOML file with `design` or `assembly`, and tables `[panel]`, `[parameters]` and `[scene]` where wanted."""
+    """A TOML file: `design` or `assembly`, `panel_mm`, `flat_pairs`, `merge`, tables `[parameters]` and `[scene]`."""
     try:
         with Path(path).open("rb") as file:
             found = tomllib.load(file)
@@ -75,9 +80,33 @@ def read_file(path: str) -> dict[str, Any]:
         raise HcsearchError(f"cannot read {path}: {error.strerror}; name a file that is there") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise HcsearchError(f"{path} is no TOML: {error}; write lines such as design = 'hex:0234550132:4'") from error
-    unknown = set(found) - {"design", "assembly", "parameters", "scene", "flat_pairs", "merge", "panel_mm"}
+    unknown = set(found) - set(_KINDS)
     if unknown:
         raise HcsearchError(f"{path} has {min(unknown)!r}, which nothing reads: see docs/dynamics.md")
     if ("design" in found) == ("assembly" in found):
         raise HcsearchError(f"{path} must name a design or an assembly: write design = 'hex:0234550132:4'")
+    for key, value in found.items():
+        kind, example = _KINDS[key]
+        if not isinstance(value, kind):
+            raise HcsearchError(f"{path} has {key} = {value!r}: write {example}")
+    if found.get("flat_pairs", "rigid") not in {"rigid", "hinged"}:
+        raise HcsearchError(f"{path} has flat_pairs = {found['flat_pairs']!r}: write 'rigid' or 'hinged'")
+    if not isinstance(found.get("scene", {}).get("name", ""), str):
+        raise HcsearchError(f"{path} has the scene {found['scene']['name']!r}: choose one of {', '.join(SCENES)}")
+    for key, value in found.get("parameters", {}).items():
+        if isinstance(value, bool) or not isinstance(value, str if key == "size" else (int, float)):
+            example = "size = '3x2'" if key == "size" else f"a number, such as {key} = 70"
+            raise HcsearchError(f"{path} has {key} = {value!r}: write {example}")
     return found
+
+
+_KINDS: dict[str, tuple[type, str]] = {
+    "design": (str, "design = 'hex:0234550132:4'"),
+    "assembly": (str, "assembly = 'unit-i'"),
+    "panel_mm": (str, "panel_mm = '50x50x6'"),
+    "flat_pairs": (str, "'rigid' or 'hinged'"),
+    "merge": (bool, "merge = true"),
+    "parameters": (dict, "a table [parameters] with lines such as alpha = 70"),
+    "scene": (dict, "a table [scene] with lines such as spring = 'linear:0.1'"),
+}
+"""What a file may hold: of which kind, and an example."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,10 +17,26 @@ if TYPE_CHECKING:
 
 FORMATS = (".csv", ".npz", ".parquet")
 """Endings of files that tables are written to."""
+PICTURES = (".svg", ".png", ".pdf")
+
+
+def check_file(path: str, endings: tuple[str, ...]) -> None:
+    """Refuse a file that could not be written, before anything is computed."""
+    if Path(path).suffix not in endings:
+        raise HcsearchError(f"{path} has no known ending: write {', '.join(endings)}")
+    if not Path(path).parent.is_dir():
+        raise HcsearchError(f"there is no folder {Path(path).parent}: make it, or write to another")
 
 
 def facts(deployment: Deployment) -> dict[str, Any]:
-    """What became of it; keys name their units."""
+    """What became of it; keys name their units, and what overflowed is None."""
+    return {
+        name: None if isinstance(value, float) and not math.isfinite(value) else value
+        for name, value in _facts(deployment).items()
+    }
+
+
+def _facts(deployment: Deployment) -> dict[str, Any]:
     compiled, motion = deployment.compiled, deployment.motion
     contact = deployment.contact
     books = _books(deployment)
@@ -149,7 +166,8 @@ def picture(deployment: Deployment, path: str, title: str) -> None:
         if np.ptp(column) > 0.0:
             below.plot(motion.times, column, label=name.removesuffix("_J").replace("_", " "))
     below.set(xlabel="time, s", ylabel="energy, J")
-    below.legend(fontsize="x-small")
+    if below.lines:
+        below.legend(fontsize="x-small")
     for axes in (above, below):
         axes.grid(alpha=0.3)
     figure.savefig(path, dpi=120)
