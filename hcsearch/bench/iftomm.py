@@ -188,11 +188,11 @@ def plot_work(rows: Sequence[WorkRow], path: Path) -> None:
     pictures = figure.subplots(2, -(-len(names) // 2), squeeze=False).ravel()
     for axes, name in zip(pictures, names, strict=False):
         for k, (engine, method) in enumerate(curves):
-            points = sorted(
+            points = [
                 (_seconds(row), max(row.error, 1e-16))
                 for row in rows
                 if (row.problem, row.engine, row.method) == (name, engine, method) and row.error is not None
-            )
+            ]
             style = "o-" if engine == OURS else "s--"
             axes.plot(
                 *([s for s, _ in points], [e for _, e in points], style),
