@@ -1,0 +1,262 @@
+"""Deployments: formulations agree where they must, books of energy, every outcome, and contact."""
+
+import math
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+from hcsearch.assemblies import ASSEMBLIES
+from hcsearch.circuit import Circuit
+from hcsearch.collision.penetration import deepest, penetration
+from hcsearch.deployment.deploying import FLAT, STEEP, STILL, deploy
+from hcsearch.deployment.subjects import folding_linkage
+from hcsearch.errors import HcsearchError
+from hcsearch.folding import folding_of
+from hcsearch.linkage import Linkage
+from hcsearch.scenes import SCENES
+
+DEFAULT = SCENES["default"]
+
+
+def subject(name):
+    if name in ASSEMBLIES:
+        return Linkage(ASSEMBLIES[name].build(ASSEMBLIES[name].defaults))
+    circuit, crease = name.rsplit(":", 1)
+    return folding_linkage(folding_of(Circuit.from_notation(circuit).canonical(), int(crease)))
+
+
+def angles_at(deployment, times):
+    q = deployment.motion.at(np.asarray(times, float))
+    return deployment.compiled.of_hinges(q, np.zeros_like(q))[0]
+
+
+@pytest.mark.parametrize("scene", ["default", "thesis"])
+def test_springs_at_cut_hinges_hold_as_exact_loops_do(scene):
+    scene = replace(SCENES[scene], seconds=0.02)
+    exact = deploy(subject("thesis-4x4"), scene, tolerance=1e-7, margin=None)
+    springs = deploy(subject("thesis-4x4"), scene, "penalty", margin=None)
+    assert exact.compiled.system.stop_stiffness == 0.0
+    assert springs.compiled.system.stop_stiffness == 1e6
+    assert (springs.compiled.joint_of < 0).sum() == 1
+    assert exact.outcome == springs.outcome == "moving"
+    times = np.linspace(0.0, 0.02, 21)
+    assert angles_at(springs, times) == pytest.approx(angles_at(exact, times), abs=1e-5)
+    assert angles_at(springs, times)[-1].min() < 3.0
+    assert springs.angles[-1] == pytest.approx(angles_at(springs, [0.02])[0], abs=1e-12)
+    # one of the rates at the cut hinge comes from both panels
+    assert springs.rates[-1] == pytest.approx(exact.rates[-1], abs=2e-2)
+
+
+@pytest.mark.slow
+def test_compliant_stops_are_hit_as_hard_ones_are():
+    scene = replace(DEFAULT, seconds=0.135)
+    exact = deploy(subject("thesis-4x4"), scene, tolerance=1e-8, margin=None)
+    springs = deploy(subject("thesis-4x4"), scene, "penalty", margin=None, max_steps=100_000)
+    hit = exact.motion.events[0]
+    assert hit.kind == "hit"
+    hinges = np.flatnonzero(exact.compiled.joint_of == hit.joint)
+    times = np.linspace(0.0, 0.97 * hit.time, 200)  # the hinge closes as at a dead point, ever faster
+    assert angles_at(springs, times) == pytest.approx(angles_at(exact, times), abs=1e-4)
+    outside = springs.angles < -1e-9
+    moments = [springs.motion.times[outside[:, k].argmax()] for k in hinges]
+    assert moments == pytest.approx([hit.time] * len(hinges), abs=1e-5)
+    assert not np.delete(outside, hinges, axis=1)[springs.motion.times < hit.time].any()
+
+
+def test_motion_without_inertia_is_the_limit_of_great_damping():
+    linkage = subject("thesis-4x4")
+    slow = []
+    for factor in (30.0, 100.0):
+        scene = replace(DEFAULT, damping=0.0043 * factor, seconds=0.03 * factor)
+        limit = deploy(linkage, scene, "quasistatic", tolerance=1e-9, margin=None)
+        full = deploy(linkage, scene, method="implicit", tolerance=1e-7, margin=None)
+        assert limit.angles[-1].min() == pytest.approx(1.56213641, abs=1e-6)
+        slow.append(np.abs(full.angles[-1] - limit.angles[-1]).max())
+    assert slow[0] < 2e-3
+    assert slow[0] / slow[1] == pytest.approx((100 / 30) ** 2, rel=0.1)
+
+
+def test_the_implicit_method_is_right_on_a_heavily_damped_scene():
+    linkage = subject("hex:0234550132:4")
+    scene = replace(DEFAULT, damping=300 * 0.0043, seconds=0.3)
+    stiff = deploy(linkage, scene, method="implicit", tolerance=1e-7, margin=None)
+    plain = deploy(linkage, scene, method="dormand-prince", tolerance=1e-8, margin=None)
+    assert stiff.angles[-1] == pytest.approx(plain.angles[-1], abs=1e-6)
+    assert stiff.rates[-1] == pytest.approx(plain.rates[-1], abs=1e-5)
+    assert stiff.angles[-1].min() < 3.1
+    assert stiff.motion.steps < plain.motion.steps / 5
+
+
+@pytest.mark.parametrize("name", ["element-8r", "hex:0234550132:4", "thesis-4x4"])
+def test_the_energy_balance_holds_the_better_the_less_tolerance(name):
+    drifts = []
+    for tolerance in (1e-4, 1e-6, 1e-8):
+        found = deploy(subject(name), replace(DEFAULT, seconds=0.1), tolerance=tolerance, margin=None)
+        motion = found.motion
+        total = motion.kinetic + motion.stored + motion.height + motion.in_stops + motion.damped + motion.lost
+        assert np.abs(total - total[0]).max() == motion.drift
+        assert motion.lost[-1] >= 0.0
+        assert (np.diff(motion.damped) >= -1e-9).all()
+        drifts.append(motion.drift / motion.stored[0])
+    assert drifts[0] > 10 * drifts[1] > 100 * drifts[2]
+    assert drifts[1] < 2e-6
+
+
+def test_what_is_stored_at_the_start_is_what_the_springs_hold():
+    found = deploy(subject("element-8r"), DEFAULT, margin=None)
+    springs = sum(0.5 * 0.1 * angle**2 for angle in found.angles[0])
+    assert found.compiled.factor * found.motion.stored[0] == pytest.approx(springs, rel=1e-12)
+    assert found.motion.damped[-1] == pytest.approx(springs, rel=0.01)  # flat and slow at the end
+
+
+def test_flat():
+    found = deploy(subject("element-8r"), DEFAULT)
+    assert (found.outcome, found.contact) == ("flat", None)
+    assert found.flat_time == found.motion.times[-1] == pytest.approx(0.2702, abs=1e-4)
+    widest = np.abs(found.angles).max(axis=1)
+    assert widest[-1] <= FLAT < widest[:-1].min()
+    assert found.reason == f"flat after {found.flat_time:.4g} s"
+
+
+def test_moving():
+    found = deploy(subject("element-8r"), replace(DEFAULT, seconds=0.05))
+    assert (found.outcome, found.flat_time) == ("moving", None)
+    assert found.motion.times[-1] == pytest.approx(0.05)
+    widest = np.abs(found.angles[-1]).max()
+    assert found.reason == f"after 0.05 s the widest fold angle is {widest:.3g} rad: give it more seconds"
+
+
+def test_at_rest_from_the_start_where_it_is_locked():
+    linkage = subject("hex:0234535012:4")
+    found = deploy(linkage, DEFAULT)
+    assert found.outcome == "at rest"
+    assert found.motion.times.tolist() == [0.0]
+    assert (found.angles == linkage.folded).all()
+    assert found.reason == "at rest from 0 s on: hinges 0, 1, 2, 3, 4, 5, 6, 7 closed, none open"
+
+
+def test_at_rest_where_springs_balance():
+    found = deploy(subject("hex:023350:1"), replace(DEFAULT, spring="linear:0.1-0.1", seconds=3.0))
+    assert found.outcome == "at rest"
+    assert np.abs(found.rates[-1]).max() < STILL
+    assert 0.1 < np.abs(found.angles[-1]).max() < math.pi
+
+
+def test_jammed():
+    found = deploy(subject("hex:0234405022:1"), DEFAULT, tolerance=1e-5)
+    assert found.outcome == "jammed"
+    assert found.reason.startswith(f"at {found.motion.times[-1]:.4g} s stops and loops let nothing move on: hinges 0")
+    assert len(found.motion.events) >= 40
+
+
+def test_out_of_steps():
+    found = deploy(subject("element-8r"), DEFAULT, max_steps=10)
+    assert found.outcome == "out of steps"
+    assert found.motion.steps == 10
+    assert found.reason.startswith("10 steps reach to ")
+    assert found.reason.endswith(": raise the tolerance, or take the implicit method")
+
+
+def test_diverged_where_no_step_is_short_enough():
+    found = deploy(subject("hex:023350:1"), replace(DEFAULT, spring="linear:1e300"))
+    assert found.outcome == "diverged"
+    assert found.reason == "no step is short enough at 0 s: raise the tolerance, or take the implicit method"
+
+
+def test_diverged_where_the_base_turns_too_far():
+    linkage = subject("square:0123:0")
+    scene = replace(DEFAULT, held="free", base_mass=0.001, base_inertia=(1e-7, 1e-7, 1e-7))
+    whole = frozenset({"half"})
+    found = deploy(linkage, scene, keep=whole, margin=None)
+    assert found.outcome == "flat"
+    assert np.abs(found.motion.q[:, 3]).max() > STEEP  # about the first axis it may
+    turned = Linkage(linkage.pattern.moved(math.pi / 2), base=linkage.base)
+    found = deploy(turned, scene, keep=whole, margin=None)
+    assert found.outcome == "diverged"
+    assert found.reason == "the floating base turns too far for its three angles: give it more inertia"
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -1e-6, 1e-14, 0.2, math.nan, math.inf])
+def test_tolerances_beyond_sense_are_refused(tolerance):
+    with pytest.raises(HcsearchError, match=r"give one from 1e-13 to 0\.1"):
+        deploy(subject("hex:023350:1"), DEFAULT, tolerance=tolerance)
+
+
+def test_unknown_methods_are_refused():
+    with pytest.raises(HcsearchError, match="there is no method 'euler': choose one of bogacki-shampine"):
+        deploy(subject("hex:023350:1"), DEFAULT, method="euler")
+
+
+@pytest.mark.parametrize(("formulation", "scene"), [("constrained", "earth"), ("quasistatic", "default")])
+def test_the_same_scene_gives_the_same_bits(formulation, scene):
+    scene = replace(SCENES[scene], seconds=0.2, restitution=0.3)
+    one, two = (deploy(subject("hex:0234550132:4"), scene, formulation) for _ in range(2))
+    assert one.motion.steps > 10
+    for name in ("times", "q", "v", "a", "stored", "damped", "lost"):
+        assert getattr(one.motion, name).tobytes() == getattr(two.motion, name).tobytes()
+    assert one.motion.events == two.motion.events
+    assert (one.outcome, one.reason, one.contact) == (two.outcome, two.reason, two.contact)
+
+
+def ball(linkage, angles, first, second):
+    """Radius of the largest ball in both of two panels, m, by linear programming; at most 0 where they are apart."""
+    found = -math.inf
+    poses = linkage.poses(angles)
+    for one in linkage.pattern.panels[first]:
+        for two in linkage.pattern.panels[second]:
+            rows, limits = [], []
+            for facet, panel in ((one, first), (two, second)):
+                corners = np.array(linkage.pattern.facets[facet])
+                sides = np.roll(corners, -1, axis=0) - corners
+                normals = np.column_stack([sides[:, 1], -sides[:, 0], 0 * sides[:, 0]])
+                normals = np.vstack([normals / np.linalg.norm(normals, axis=1)[:, None], [0, 0, 1], [0, 0, -1]])
+                ends = [*(normals[:-2, :2] * corners).sum(axis=1), linkage.pattern.thickness, 0.0]
+                turn, shift = poses[panel][:, :3], poses[panel][:, 3]
+                rows += list(normals @ turn.T)
+                limits += list(ends + normals @ turn.T @ shift)
+            table = np.column_stack([rows, np.ones(len(rows))])
+            solved = linprog([0, 0, 0, -1], table, limits, bounds=[(None, None)] * 4)
+            found = max(found, solved.x[3])
+    return found
+
+
+@pytest.mark.parametrize(
+    ("name", "time", "panels"), [("thesis-4x4", 0.166, (0, 7)), ("hex:02234400:1", 0.0144, (3, 5))]
+)
+def test_the_first_contact_is_one_and_the_first(name, time, panels):
+    linkage = subject(name)
+    found = deploy(linkage, replace(DEFAULT, seconds=0.17), margin=1e-4)
+    contact = found.contact
+    assert contact.panels == panels
+    assert contact.time == pytest.approx(time, rel=0.02)
+    assert 2e-4 < contact.depth < 1e-3
+    (angles,) = angles_at(found, [contact.time])
+    assert penetration(linkage, angles) == pytest.approx(contact.depth)
+    assert deepest(linkage, angles, {panels})[0] < contact.depth
+    # a ball between two parallel faces has half the depth; no direction separates more easily
+    assert 0.2 * contact.depth < ball(linkage, angles, *panels) <= 0.5 * contact.depth * (1 + 1e-6)
+    hinged = {(hinge.first, hinge.second) for hinge in linkage.pattern.hinges}
+    for earlier in np.linspace(0.0, 0.9 * contact.time, 4):
+        (angles,) = angles_at(found, [earlier])
+        for pair in combinations(range(linkage.n_panels), 2):
+            if pair not in hinged:
+                assert ball(linkage, angles, *pair) < 1.5e-4, (earlier, pair)
+
+
+def test_the_eight_bar_element_has_no_contact():
+    linkage = subject("element-8r")
+    found = deploy(linkage, DEFAULT)
+    assert found.contact is None
+    assert len(found.compiled.apart) < math.comb(linkage.n_panels, 2)
+    for angles in found.angles[:: len(found.angles) // 8]:
+        assert max(ball(linkage, angles, *pair) for pair in combinations(range(linkage.n_panels), 2)) < 1e-6
+
+
+def test_contact_is_looked_for_only_where_it_is_wanted():
+    scene = replace(DEFAULT, seconds=0.05)
+    assert deploy(subject("hex:02234400:1"), scene).contact is not None
+    assert deploy(subject("hex:02234400:1"), scene, margin=None).contact is None
+    assert deploy(subject("hex:02234400:1"), scene, margin=0.02).contact is None
