@@ -28,6 +28,11 @@ STILL = 1e-4
 STEEP = 1.4
 """A floating base that turns about its second axis by more than this (rad) nears the singularity of its angles."""
 
+STEPS: dict[Formulation, int] = {"constrained": 20_000, "penalty": 400_000, "quasistatic": 20_000}
+"""Steps until a simulation is given up; the thesis's springs need 140 for a millisecond."""
+LOOKS = 3_000
+"""Most states at which contact is looked for."""
+
 _OUTCOMES: dict[Ending, Outcome] = {
     "flat": "flat",
     "time": "moving",
@@ -81,7 +86,7 @@ def deploy(
     tolerance: float = 1e-6,
     keep: frozenset[str] = frozenset(),
     margin: float | None = 1e-4,
-    max_steps: int = 20_000,
+    max_steps: int | None = None,
 ) -> Deployment:
     """Simulate a deployment until the array is flat, at rest, or the scene's time is over.
 
@@ -98,7 +103,7 @@ def run(
     method: str = "dormand-prince",
     tolerance: float = 1e-6,
     margin: float | None = 1e-4,
-    max_steps: int = 20_000,
+    max_steps: int | None = None,
 ) -> Deployment:
     """Simulate a compiled scene; as `deploy`."""
     if not 1e-13 <= tolerance <= 1e-1:
@@ -115,7 +120,7 @@ def run(
         flat=FLAT,
         watched=compiled.hinged,
         rest=STILL,
-        max_steps=max_steps,
+        max_steps=max_steps or STEPS[compiled.formulation],
     )
     seconds = time.perf_counter() - began
     outcome = _OUTCOMES.get(motion.ending, "diverged")
@@ -155,12 +160,17 @@ def _reason(compiled: Compiled, motion: Motion) -> str:
 
 
 def _first_contact(compiled: Compiled, motion: Motion, margin: float) -> Contact | None:
-    """The first state, or one of two between each, at which panels cut in deeper than both margins."""
+    """The first state, or one of two between each, at which panels cut in deeper than both margins.
+
+    Of very many states, evenly spaced times are looked at.
+    """
     linkage = compiled.linkage
     if math.comb(linkage.n_panels, 2) == len(compiled.apart) or len(motion.times) < 2:
         return None
     between = np.linspace(motion.times[:-1], motion.times[1:], 3, endpoint=False).T.ravel()
     times = np.append(between, motion.times[-1])
+    if len(times) > LOOKS:
+        times = np.linspace(0.0, motion.times[-1], LOOKS)
     states, _ = compiled.of_hinges(motion.at(times), np.zeros((len(times), motion.q.shape[1])))
     for moment, angles in zip(times, states, strict=True):
         depth, panels = deepest(linkage, angles, compiled.apart)

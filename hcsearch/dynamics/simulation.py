@@ -52,12 +52,14 @@ class Motion:
     """States of a motion and its books.
 
     times : (k,), s. q, v, a : (k, n_joints), coordinates, velocities, accelerations; at an event those after it.
+    overdamped : whether velocities are all that is known beside the coordinates, and a is 0.
     kinetic, stored, height, in_stops : (k,), energy of motion, of laws and struts, of gravity, of compliant stops, J.
     damped, lost : (k,), energy lost in dampers, and at events, since the start. gap : greatest closure residual before
         projection, rad or gap over size.
     """
 
     ending: Ending
+    overdamped: bool
     times: Reals
     q: Reals
     v: Reals
@@ -83,7 +85,7 @@ class Motion:
     def at(self, times: Reals) -> Reals:
         """Coordinates at given times, shape (len(times), n_joints): quintics through the states of each step.
 
-        The error of a step of length h is O(h^6).
+        The error of a step of length h is O(h^6); of overdamped motion O(h^4), with cubics.
         """
         times = np.asarray(times, float)
         k = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
@@ -92,6 +94,9 @@ class Motion:
         q0, q1 = self.q[k], self.q[k + 1]
         v0, v1, a0, a1 = h * self.v[k], h * self.v[k + 1], h * h * self.a[k], h * h * self.a[k + 1]
         rise = q1 - q0
+        if self.overdamped:
+            cubic: Reals = q0 + x * (v0 + x * (3 * rise - 2 * v0 - v1 + x * (v0 + v1 - 2 * rise)))
+            return cubic
         c3 = 10 * rise - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1
         c4 = -15 * rise + 8 * v0 + 7 * v1 + 1.5 * a0 - a1
         c5 = 6 * rise - 3 * (v0 + v1) - 0.5 * (a0 - a1)
@@ -146,7 +151,7 @@ def simulate(
     hold = hold_for(mechanism, coordinates)
     speeds = np.zeros(n) if v is None else np.array(v, float)
     kernel.simulate(mechanism, hold, method_named(method), plan, coordinates, speeds, work_for(mechanism.tree), record)
-    return _motion(record)
+    return _motion(record, system.overdamped)
 
 
 def cut_states(system: System, q: Reals, v: Reals) -> tuple[Reals, Reals]:
@@ -177,16 +182,20 @@ def _record(n: int, steps: int) -> kernel.Record:
     )
 
 
-def _motion(record: kernel.Record) -> Motion:
+def _motion(record: kernel.Record, overdamped: bool) -> Motion:
     states, events, evaluations, rejected, ending, _ = (int(x) for x in record.counts)
     events = min(events, len(record.event_times))
     kinetic, stored, height, in_stops, damped, lost = record.books[:states].T.copy()
+    v, a = record.v[:states].copy(), record.a[:states].copy()
+    if overdamped:  # the kernel writes velocities where accelerations are else
+        v, a = a, v
     return Motion(
         _ENDINGS[ending],
+        overdamped,
         record.times[:states].copy(),
         record.q[:states].copy(),
-        record.v[:states].copy(),
-        record.a[:states].copy(),
+        v,
+        a,
         kinetic,
         stored,
         height,

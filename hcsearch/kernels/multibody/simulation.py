@@ -17,7 +17,8 @@ from hcsearch.kernels.multibody.implicit import implicit_step
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, largest_pivot, project
 from hcsearch.kernels.multibody.stops import collide, regrip
 from hcsearch.kernels.multibody.sweeps import move, place
-from hcsearch.kernels.multibody.tree import Work
+from hcsearch.kernels.multibody.tree import CENTRE, PLACE, TURN, Work
+from hcsearch.kernels.multibody.vectors import at, dot, plus, turned
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -276,6 +277,9 @@ def _balance(mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, work: Work, b
     place(mechanism.tree, q, work)
     move(mechanism.tree, v, work)
     energies(mechanism.tree, mechanism.hinges, mechanism.struts, hold.branches, q, work, found)
+    for i in range(len(mechanism.loads)):
+        arm = turned(work.bodies, i, TURN, at(mechanism.tree.bodies, i, CENTRE))
+        found[2] -= dot(at(mechanism.loads, i, 0), plus(at(work.bodies, i, PLACE), arm))
     if len(mechanism.cuts.bodies):
         stored, stops, across, _ = cut_energy(mechanism.cuts, hold.cut_branches, work)
         found[1] += stored
