@@ -127,7 +127,7 @@ class _Compiler:
             joints,
             bodies,
             drives,
-            self._welds(welds, tree),
+            self._welds(welds),
             gravity=self.scene.gravity,
             size=self.linkage.pattern.size,
             stop_stiffness=self.scene.stop_stiffness if penalty else 0.0,
@@ -259,7 +259,7 @@ class _Compiler:
             found.append(Cut(bodies[0], bodies[1], ends, self.linkage.directions[hinge], self._drive(hinge)))
         return tuple(found)
 
-    def _welds(self, welds: tuple[Weld, ...], tree: PanelTree) -> tuple[Weld, ...]:
+    def _welds(self, welds: tuple[Weld, ...]) -> tuple[Weld, ...]:
         """The welds; where all hinges are parallel, only with what moves in the plane across them."""
         directions = self.linkage.directions
         if not welds or np.abs(np.cross(directions, axis := directions[0])).max() > 1e-9:
