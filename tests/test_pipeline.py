@@ -1,5 +1,7 @@
 """Who works, in which order results come, and what a run says about itself before it begins."""
 
+import itertools
+import multiprocessing
 import os
 
 import numpy as np
@@ -37,6 +39,19 @@ def test_a_worker_that_dies_is_one_line():
 def test_what_a_worker_raises_comes_through():
     with pytest.raises(ValueError, match="invalid literal"):
         list(Crew(2).work(int, ["1", "two"]))
+
+
+def answer_at_length(unit):
+    """More than a pipe holds, so that a worker is in the midst of its answer most of the time."""
+    return unit * 1_000_000
+
+
+def test_workers_in_the_midst_of_an_answer_are_ended_all_the_same():
+    for taken in range(1, 9):
+        answers = Crew(2).work(answer_at_length, ["x"] * 1000)
+        assert len(list(itertools.islice(answers, taken))) == taken
+        answers.close()
+        assert not multiprocessing.active_children()
 
 
 @pytest.mark.parametrize(

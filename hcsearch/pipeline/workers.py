@@ -6,15 +6,10 @@ Results come in the order of the units whoever works on them, so a run stores th
 from __future__ import annotations
 
 import logging
-import multiprocessing
-import os
 import re
-import signal
-import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -23,6 +18,7 @@ from itertools import islice
 from typing import Any, TypeVar
 
 from hcsearch.errors import ClusterError
+from hcsearch.pipeline.processes import DeadWorkerError, ProcessExecutor
 
 P = TypeVar("P")
 T = TypeVar("T")
@@ -77,28 +73,21 @@ class Crew:
             with _cluster(self.scheduler) as found:
                 yield found
             return
-        # spawned, not forked: this process has threads
         try:
-            pool = ProcessPoolExecutor(self.jobs, multiprocessing.get_context("spawn"), initializer=_begin_worker)
-            with _ctrl_c_held_back():
-                for _ in range(self.jobs):
-                    pool.submit(int)
+            pool = ProcessExecutor(self.jobs)
         except OSError as error:
             raise ClusterError(f"cannot start {self.jobs} processes ({error.strerror}): use fewer --jobs") from error
         try:
             yield pool, self.jobs
-        except BrokenProcessPool as error:
+        except DeadWorkerError as error:
             raise ClusterError(
                 "a worker process died, perhaps for want of memory: run it again, with fewer --jobs; finished batches "
                 "are kept"
             ) from error
-        except BaseException:
-            # nobody waits for the batches they are at, which may take minutes: they are made again
-            for worker in multiprocessing.active_children():
-                worker.terminate()
-            raise
         finally:
-            pool.shutdown(wait=True, cancel_futures=True)
+            # whoever is still at work then is at a batch that nobody waits for, which may take minutes
+            pool.kill()
+            pool.shutdown(cancel_futures=True)
 
 
 def _unpack(task: Callable[[str], T], parcel: Sequence[str]) -> list[T]:
@@ -118,32 +107,6 @@ def _in_order(executor: Executor, task: Callable[[P], T], parcels: Sequence[P], 
     finally:
         for _, future in waiting:
             future.cancel()
-
-
-@contextmanager
-def _ctrl_c_held_back() -> Iterator[None]:
-    """Start processes that Ctrl-C does not reach before they have come to `_begin_worker`."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _begin_worker() -> None:
-    """Leave Ctrl-C to the process that started this one, and end with it, however it ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def watch() -> None:
-        parent.join()
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
 
 
 @contextmanager
