@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.loops import bend_loops, close_loops, place_panels
+from hcsearch.kernels.loops import Chain, bend_loops, close_loops, place_panels
 from hcsearch.pattern import Pattern
 
 Reals = NDArray[np.float64]
@@ -189,10 +189,15 @@ class Linkage:
         bend_loops(starts, hinges, jacobian, velocity, found)
         return found
 
+    @property
+    def chain(self) -> Chain:
+        """What the kernels place panels by: lines of hinges, and a tree of panels from the base."""
+        return Chain(self.directions, self.points, *self._tree)
+
     def poses(self, angles: Reals) -> Reals:
         """Rotation and translation of each panel from the flat state, shape (n_panels, 3, 4), by a tree of hinges."""
         found = np.empty((self.n_panels, 3, 4))
-        place_panels(self.directions, self.points, *self._tree, np.asarray(angles, float), found)
+        place_panels(self.chain, np.asarray(angles, float), found)
         return found
 
     def solids(self, angles: Reals) -> list[Reals]:

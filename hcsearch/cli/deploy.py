@@ -162,15 +162,16 @@ def _scene_values(options: dict[str, Any]) -> dict[str, Any]:
 
 def _print(deployment: Deployment, told: dict[str, Any]) -> None:
     """The outcome, one fact a line."""
-    left, events, saved = told.pop("left_out"), told.pop("events"), told.pop("saved", None)
+    left, events, arrived = told.pop("left_out"), told.pop("events"), told.pop("arrivals")
+    saved = told.pop("saved", None)
     for name, value in told.items():
         shown = "-" if value is None else (f"{value:.6g}" if isinstance(value, float) else value)
         click.echo(f"{name.replace('_', ' '):24}{shown}")
-    hits = [event for event in events if event["kind"] == "hit"]
-    click.echo(f"{'stops hit':24}{len(hits)}")
-    for event in hits[:10]:
-        hinges = ", ".join(map(str, event["hinges"]))
-        click.echo(f"{'':24}{event['time_s']:.6g} s: hinge {hinges} at {abs(event['speed_rad_s']):.3g} rad/s")
+    click.echo(f"{'stops hit':24}{sum(event['kind'] == 'hit' for event in events)}")
+    for arrival in arrived[:10]:
+        hinges = ", ".join(map(str, arrival["hinges"]))
+        what = f"hinge {hinges} {arrival['stop']} at {arrival['speed_rad_s']:.3g} rad/s"
+        click.echo(f"{'':24}{arrival['time_s']:.6g} s: {what}")
     if saved is None:
         return
     click.echo("left out")

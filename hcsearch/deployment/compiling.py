@@ -74,6 +74,12 @@ class Compiled:
             angles[:, cut], rates[:, cut] = cut_states(self.system, q, v)
         return angles, rates
 
+    def hinges_of(self, joint: int) -> list[int]:
+        """The hinges that move as a joint does; cut hinges are counted after the joints."""
+        cut = joint - len(self.system.joints)
+        found = np.flatnonzero(self.joint_of == joint) if cut < 0 else np.flatnonzero(self.joint_of < 0)[cut : cut + 1]
+        return [int(hinge) for hinge in found]
+
     def at_stops(self, q: Reals) -> Stops:
         """Hinges that are closed and open at one state."""
         angles = self.of_hinges(q[None], np.zeros((1, len(q))))[0][0]

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.penetration import deepest
+from hcsearch.collision.penetration import first_cut
 from hcsearch.deployment.compiling import Compiled, Formulation, compile_scene
 from hcsearch.dynamics.simulation import Ending, Motion, simulate
 from hcsearch.errors import HcsearchError
@@ -172,8 +172,5 @@ def _first_contact(compiled: Compiled, motion: Motion, margin: float) -> Contact
     if len(times) > LOOKS:
         times = np.linspace(0.0, motion.times[-1], LOOKS)
     states, _ = compiled.of_hinges(motion.at(times), np.zeros((len(times), motion.q.shape[1])))
-    for moment, angles in zip(times, states, strict=True):
-        depth, panels = deepest(linkage, angles, compiled.apart)
-        if depth > 2.0 * margin:
-            return Contact(float(moment), panels, depth)
-    return None
+    found = first_cut(linkage, states, 2.0 * margin, compiled.apart)
+    return None if found is None else Contact(float(times[found.state]), found.panels, found.depth)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hcsearch.deployment.arrivals import arrivals
 from hcsearch.deployment.compiling import OMISSIONS, compile_scene
 from hcsearch.deployment.deploying import Deployment, run
 from hcsearch.errors import HcsearchError
@@ -63,11 +64,15 @@ def _facts(deployment: Deployment) -> dict[str, Any]:
         "events": [
             {
                 "time_s": event.time,
-                "hinges": [int(k) for k in np.flatnonzero(compiled.joint_of == event.joint)],
+                "hinges": compiled.hinges_of(event.joint),
                 "kind": event.kind,
                 "speed_rad_s": event.speed,
             }
             for event in motion.events
+        ],
+        "arrivals": [
+            {"time_s": a.time, "stop": a.stop, "hinges": list(a.hinges), "speed_rad_s": a.speed}
+            for a in arrivals(deployment)
         ],
         "steps": motion.steps,
         "rejected_steps": motion.rejected,

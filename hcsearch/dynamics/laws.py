@@ -20,6 +20,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 
@@ -86,7 +87,7 @@ class Law:
         branch = self.bent if self.bent is not None and angle > self.snap_up else self.straight
         return branch.energy(angle)
 
-    @property
+    @cached_property
     def least_energy(self) -> float:
         """A bound from below of the energy between the stops, J: at 100 angles, less what moments allow between."""
         angles = [math.pi * k / 100 for k in range(101)]

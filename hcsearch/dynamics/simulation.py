@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hcsearch.dynamics.methods import method_named
 from hcsearch.dynamics.system import System
+from hcsearch.kernels.multibody import recording
 from hcsearch.kernels.multibody import simulation as kernel
 from hcsearch.kernels.multibody.cuts import cut_angles
 from hcsearch.kernels.multibody.motion import hold_for
@@ -34,12 +35,20 @@ _ENDINGS: dict[int, Ending] = {
     kernel.UNBALANCED: "energy",
     kernel.JAMMED: "jammed",
 }
-_KINDS = {kernel.HIT: "hit", kernel.LET_GO: "released", kernel.SNAP_UP: "snap", kernel.SNAP_DOWN: "snap"}
+_KINDS = {
+    recording.HIT: "hit",
+    recording.LET_GO: "released",
+    recording.SNAP_UP: "snap",
+    recording.SNAP_DOWN: "snap",
+}
 
 
 @dataclass(frozen=True)
 class Event:
-    """What happened in a joint: `hit` a stop (with its speed, rad/s), `released` by it, or a `snap`; time in s."""
+    """What happened in a joint: `hit` a stop (with its speed, rad/s), `released` by it, or a `snap`; time in s.
+
+    joint : its number; cut hinges are counted after the joints.
+    """
 
     time: float
     joint: int
@@ -166,15 +175,15 @@ def cut_states(system: System, q: Reals, v: Reals) -> tuple[Reals, Reals]:
     return angles, rates
 
 
-def _record(n: int, steps: int) -> kernel.Record:
-    return kernel.Record(
+def _record(n: int, steps: int) -> recording.Record:
+    return recording.Record(
         times=np.empty(steps + 1),
         q=np.empty((steps + 1, n)),
         v=np.empty((steps + 1, n)),
         a=np.empty((steps + 1, n)),
         books=np.empty((steps + 1, 6)),
         gaps=np.empty(steps + 1),
-        counts=np.zeros(6, np.int64),
+        counts=np.zeros(5, np.int64),
         event_times=np.empty(steps + 1),
         event_joints=np.empty(steps + 1, np.int64),
         event_kinds=np.empty(steps + 1, np.int64),
@@ -182,8 +191,8 @@ def _record(n: int, steps: int) -> kernel.Record:
     )
 
 
-def _motion(record: kernel.Record, overdamped: bool) -> Motion:
-    states, events, evaluations, rejected, ending, _ = (int(x) for x in record.counts)
+def _motion(record: recording.Record, overdamped: bool) -> Motion:
+    states, events, evaluations, rejected, ending = (int(x) for x in record.counts)
     events = min(events, len(record.event_times))
     kinetic, stored, height, in_stops, damped, lost = record.books[:states].T.copy()
     v, a = record.v[:states].copy(), record.a[:states].copy()

@@ -9,6 +9,7 @@ with +1 or -1 as the walk crosses it from its first panel to its second or back.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -139,33 +140,35 @@ def bend_loops(starts: Whole, hinges: Whole, jacobian: Reals, velocity: Reals, b
             before += s
 
 
-@compiled
-def place_panels(
-    directions: Reals,
-    points: Reals,
-    order: Whole,
-    parents: Whole,
-    hinges: Whole,
-    signs: Whole,
-    angles: Reals,
-    poses: Reals,
-) -> None:
-    """Write the pose of every panel of a tree of hinges.
+class Chain(NamedTuple):
+    """Lines of hinges in the flat state, and a tree of panels.
 
-    order : the panels, parents before those that hang on them.
+    directions, points : (n_hinges, 3). order : the panels, parents before those that hang on them.
     parents, hinges, signs : of each panel: the panel it hangs on (-1: held in its flat position), by which hinge,
         crossed in which sense.
-    poses : shape (n_panels, 3, 4), rotation and translation from the flat position.
     """
-    for panel in order:
+
+    directions: Reals
+    points: Reals
+    order: Whole
+    parents: Whole
+    hinges: Whole
+    signs: Whole
+
+
+@compiled
+def place_panels(chain: Chain, angles: Reals, poses: Reals) -> None:
+    """Write the pose of every panel, shape (n_panels, 3, 4): rotation and translation from the flat position."""
+    for panel in chain.order:
         pose = poses[panel]
-        if parents[panel] < 0:
+        parent = chain.parents[panel]
+        if parent < 0:
             pose[:] = 0.0
             pose[0, 0] = pose[1, 1] = pose[2, 2] = 1.0
         else:
-            pose[:] = poses[parents[panel]]
-            h = hinges[panel]
-            _fold_on(pose, directions[h], points[h], signs[panel] * angles[h])
+            pose[:] = poses[parent]
+            h = chain.hinges[panel]
+            _fold_on(pose, chain.directions[h], chain.points[h], chain.signs[panel] * angles[h])
 
 
 @compiled

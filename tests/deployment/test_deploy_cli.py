@@ -40,6 +40,7 @@ KEYS = [
     "energy_drift_J",
     "closure_gap",
     "events",
+    "arrivals",
     "steps",
     "rejected_steps",
     "evaluations",
@@ -122,6 +123,12 @@ def test_text_has_the_facts_of_json():
     assert lines["end time s"] == "0.02"
     assert lines["stops hit"] == "0"
     assert "left out" not in lines
+
+
+def test_text_tells_which_hinges_came_to_their_stops():
+    text = call("thesis-4x4", "--seconds", "0.14")
+    (line,) = [line.strip() for line in text.splitlines() if " s: hinge " in line]
+    assert line == "0.129578 s: hinge 1, 10 flat at 18 rad/s"
 
 
 def test_explain_lists_what_was_left_out_with_numbers():

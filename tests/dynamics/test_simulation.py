@@ -18,7 +18,7 @@ from hcsearch.dynamics.methods import METHODS
 from hcsearch.dynamics.panels import panel_tree
 from hcsearch.dynamics.simulation import simulate
 from hcsearch.dynamics.system import Drive, System
-from hcsearch.dynamics.trees import Joint, Weld
+from hcsearch.dynamics.trees import GROUND, Joint, Weld
 from hcsearch.folding import folding_of
 from hcsearch.linkage import Linkage
 
@@ -225,7 +225,7 @@ def test_a_joint_swings_on_a_compliant_stop_for_half_a_period():
     assert motion.q[within, 0] == pytest.approx(-speed / frequency * np.sin(frequency * since[within]), abs=1e-6)
     assert motion.v[-1, 0] == pytest.approx(speed, rel=1e-6)
     assert motion.in_stops.max() == pytest.approx(0.5 * inertia * speed**2, rel=1e-3)
-    assert motion.events == ()
+    assert [event.kind for event in motion.events] == ["hit", "released"]
 
 
 def test_a_damped_compliant_stop_takes_what_the_joint_loses():
@@ -322,3 +322,28 @@ def test_equal_springs_deploy_a_mirror_symmetric_folding_symmetrically(notation)
     angles = motion.q[:, tree.joint_of]
     assert np.abs(angles - angles[0]).max() > 0.5
     assert angles == pytest.approx(angles[:, twins], abs=1e-4)
+
+
+def test_a_compliant_stop_is_hit_and_left_at_the_times_of_half_a_period():
+    system = replace(wheel(2.0, Drive(lower=0.0)), stop_stiffness=800.0)
+    motion = simulate(system, np.array([0.3]), np.array([-3.0]), end=1.0, tolerance=1e-9, longest_step=1e-3)
+    hit, left = motion.events
+    assert (hit.kind, left.kind, hit.joint, left.joint) == ("hit", "released", 0, 0)
+    assert (hit.time, left.time - hit.time) == pytest.approx((0.1, math.pi / 20), abs=1e-6)
+    assert (hit.speed, left.speed) == pytest.approx((-3.0, 3.0), rel=1e-3)
+
+
+def test_joints_that_come_to_their_stops_together_are_all_told():
+    drive = Drive(linear(0.0, 1.0), lower=0.0)
+    joints = tuple(Joint(GROUND, Y, np.array([float(k), 0.0, 0.0])) for k in range(3))
+    bodies = tuple(Body(1.0, joint.point, np.eye(3)) for joint in joints)
+    system = System(joints, bodies, (drive,) * 3)
+    motion = simulate(system, np.array([0.5, 0.7, 0.5]), end=1.1, tolerance=1e-9)
+    assert [(event.kind, event.joint) for event in motion.events] == [("hit", 0), ("hit", 2)]
+
+
+def test_a_flat_state_is_reached_within_a_step():
+    motion = simulate(wheel(2.0, Drive()), np.array([1.0]), np.array([-1.0]), end=9.0, flat=0.1, longest_step=0.4)
+    assert motion.ending == "flat"
+    assert motion.times[-1] == pytest.approx(0.9, abs=1e-9)
+    assert motion.q[-1, 0] == pytest.approx(0.1, abs=1e-9)

@@ -75,6 +75,57 @@ def first_event(
 
 
 @compiled
+def first_near(
+    h: float,
+    q0: Reals,
+    v0: Reals,
+    a0: Reals,
+    q1: Reals,
+    v1: Reals,
+    a1: Reals,
+    place: Reals,
+    near: float,
+) -> float:
+    """Share of the step at which all coordinates are first within `near` of a place; 2 if at none of its quarters.
+
+    place : (n,), NaN where a coordinate does not count.
+    """
+    before = 0.0
+    for k in range(1, 5):
+        after = 0.25 * k
+        if _within(after, h, q0, v0, a0, q1, v1, a1, place, near):
+            for _ in range(40):
+                x = 0.5 * (before + after)
+                if _within(x, h, q0, v0, a0, q1, v1, a1, place, near):
+                    after = x
+                else:
+                    before = x
+            return after
+        before = after
+    return 2.0
+
+
+@compiled
+def _within(
+    x: float,
+    h: float,
+    q0: Reals,
+    v0: Reals,
+    a0: Reals,
+    q1: Reals,
+    v1: Reals,
+    a1: Reals,
+    place: Reals,
+    near: float,
+) -> bool:
+    for i in range(len(q0)):
+        q = q1[i] if x == 1.0 else quintic(x, h, q0[i], v0[i], a0[i], q1[i], v1[i], a1[i])
+        if abs(q - place[i]) > near:
+            return False
+    return True
+
+
+@compiled
 def pulling(hold: Hold, grip: float, forces: Reals) -> bool:
     """Whether a stop would have to pull, by more than the grip, to go on holding."""
     most = 0.0

@@ -10,11 +10,22 @@ from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled
 from hcsearch.kernels.multibody.cuts import cut_energy
-from hcsearch.kernels.multibody.events import UP, first_event, pulling, threshold
+from hcsearch.kernels.multibody.events import UP, first_event, first_near, pulling, threshold
 from hcsearch.kernels.multibody.explicit import Method, step, write_stage
 from hcsearch.kernels.multibody.hinges import energies, moment
 from hcsearch.kernels.multibody.implicit import implicit_step
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, largest_pivot, project
+from hcsearch.kernels.multibody.recording import (
+    LET_GO,
+    SNAP_DOWN,
+    SNAP_UP,
+    Record,
+    all_turns,
+    note,
+    note_hits,
+    note_stops,
+    save,
+)
 from hcsearch.kernels.multibody.stops import collide, regrip
 from hcsearch.kernels.multibody.sweeps import move, place
 from hcsearch.kernels.multibody.tree import CENTRE, PLACE, TURN, Work
@@ -28,9 +39,6 @@ TIME_OUT, FLAT, REST, TOO_MANY, NO_STEP, OPEN, WRONG, UNBALANCED, JAMMED = 0, 1,
 """How a simulation ends: at its last time, flat, at rest elsewhere, out of steps, with steps too small to go on, with
 loops that could not be closed, with numbers that are none, with an energy balance that does not hold, or with stops
 that have more and more events in no time."""
-
-HIT, LET_GO, SNAP_UP, SNAP_DOWN = 1, 2, 3, 4
-"""What happens at an event: a joint comes to its stop, or leaves it; a law snaps."""
 
 REACHED = 1e-11
 """A joint is at a stop within this (rad)."""
@@ -66,28 +74,6 @@ class Plan(NamedTuple):
     closed: float
 
 
-class Record(NamedTuple):
-    """What a simulation leaves: up to `steps` states and `events` events.
-
-    times : (steps,). q, v, a : (steps, n). books : (steps, 6), energies: kinetic, stored, of gravity, in stops, lost in
-        dampers, lost at events. gaps : (steps,), closure residual before projection. counts : (6,), states, events,
-        evaluations, rejected steps, outcome, singular evaluations.
-    event_times, event_joints, event_kinds, event_speeds : of each event.
-    """
-
-    times: Reals
-    q: Reals
-    v: Reals
-    a: Reals
-    books: Reals
-    gaps: Reals
-    counts: Whole
-    event_times: Reals
-    event_joints: Whole
-    event_kinds: Whole
-    event_speeds: Reals
-
-
 @compiled
 def simulate(
     mechanism: Mechanism, hold: Hold, method: Method, plan: Plan, q: Reals, v: Reals, work: Work, record: Record
@@ -107,11 +93,13 @@ def simulate(
     whole = _balance(mechanism, hold, q, v, work, books)
     largest = np.abs(books).max()
     accelerate(mechanism, hold, q, v, scale, True, work, a)
-    _save(record, hold, 0.0, q, v, a, books, 0.0)
+    save(record, hold, 0.0, q, v, a, books, 0.0)
     start[:n], start[n : 2 * n], start[2 * n] = q, v, books[4]
     write_stage(mechanism, hold, start, a, work, stages[0])
     time, h = 0.0, _first_step(plan, method.order, q, v, a)
     rejected, crowd, crowd_time = False, 0, 0.0
+    turns = np.zeros(n + len(mechanism.cuts.bodies))
+    all_turns(mechanism, q, v, work, turns, turns.copy())
     counts[4] = GOES_ON
     while counts[4] == GOES_ON:
         counts[4] = _ending(plan, hold, time, h, q, v, a, record)
@@ -128,8 +116,16 @@ def simulate(
         share, joint, kind = first_event(
             mechanism, hold, h, start[:n], start[n : 2 * n], a, end[:n], end[n : 2 * n], last[n : 2 * n]
         )
+        came = 2.0
+        if plan.near >= 0.0:
+            came = first_near(
+                h, start[:n], start[n : 2 * n], a, end[:n], end[n : 2 * n], last[n : 2 * n], plan.flat, plan.near
+            )
         took = h
-        if share <= 1.0:
+        if came < share:
+            took, share = came * h, 2.0
+            _step(mechanism, hold, method, plan, took, scale, work, stages, start, end, counts)
+        elif share <= 1.0:
             took = _land(
                 mechanism, hold, method, plan, share * h, h, joint, kind, scale, work, stages, start, end, counts
             )
@@ -139,7 +135,10 @@ def simulate(
         if share <= 1.0:
             crowd = crowd + 1 if time - crowd_time <= CROWDED * plan.end else 0
             crowd_time = time
-            _note(record, time, joint, HIT if kind < 2 else (SNAP_UP if kind == UP else SNAP_DOWN), v[joint])
+            if kind < 2:
+                note_hits(mechanism, hold, time, joint, q, v, record)
+            else:
+                note(record, time, joint, SNAP_UP if kind == UP else SNAP_DOWN, v[joint])
             _happen(mechanism, hold, plan, joint, kind, q, v, scale, work, a, books)
         else:
             accelerate(mechanism, hold, q, v, scale, True, work, a)
@@ -147,8 +146,10 @@ def simulate(
             if pulling(hold, grip, a):
                 _let_go(mechanism, hold, plan, time, q, v, scale, work, a, record)
             _balance(mechanism, hold, q, v, work, books)
+        if mechanism.hinges.stop_stiffness > 0.0:
+            note_stops(mechanism, time, took, q, v, work, turns, record)
         accelerate(mechanism, hold, q, v, scale, True, work, a)
-        _save(record, hold, time, q, v, a, books, gap)
+        save(record, hold, time, q, v, a, books, gap)
         start[:n], start[n : 2 * n], start[2 * n] = q, v, books[4]
         write_stage(mechanism, hold, start, a, work, stages[0])
         largest = max(largest, np.abs(books).max())
@@ -158,6 +159,8 @@ def simulate(
             counts[4] = UNBALANCED
         elif crowd > CHATTER:
             counts[4] = JAMMED
+        elif came <= 1.0 and share > 1.0:
+            counts[4] = FLAT
         grow = 5.0 if error == 0.0 else min(5.0, 0.9 * error ** (-1.0 / method.order))
         if share > 1.0:
             h *= max(0.2, min(grow, 1.0) if rejected else grow)
@@ -257,7 +260,7 @@ def _let_go(
     if regrip(mechanism, hold, plan.slow, q, v, scale, work, a):
         for i in range(len(q)):
             if before[i] and not hold.held[i]:
-                _note(record, time, i, LET_GO, 0.0)
+                note(record, time, i, LET_GO, 0.0)
 
 
 @compiled
@@ -343,28 +346,3 @@ def _land(
         trial = h - (end[joint] - limit) / speed if speed != 0.0 else 0.5 * (low + high)
         h = trial if low < trial < high else 0.5 * (low + high)
     return h
-
-
-@compiled
-def _save(record: Record, hold: Hold, time: float, q: Reals, v: Reals, a: Reals, books: Reals, gap: float) -> None:
-    k = record.counts[0]
-    if k < len(record.times):
-        record.times[k] = time
-        record.q[k] = q
-        record.v[k] = v
-        for i in range(len(q)):
-            record.a[k, i] = 0.0 if hold.held[i] else a[i]
-        record.books[k] = books
-        record.gaps[k] = gap
-        record.counts[0] += 1
-
-
-@compiled
-def _note(record: Record, time: float, joint: int, kind: int, speed: float) -> None:
-    k = record.counts[1]
-    if k < len(record.event_times):
-        record.event_times[k] = time
-        record.event_joints[k] = joint
-        record.event_kinds[k] = kind
-        record.event_speeds[k] = speed
-    record.counts[1] += 1

@@ -1,0 +1,115 @@
+"""What a simulation leaves: its states, the books of energy, and events."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.multibody.cuts import cut_angles
+from hcsearch.kernels.multibody.events import NEAR
+from hcsearch.kernels.multibody.motion import Hold, Mechanism
+from hcsearch.kernels.multibody.sweeps import move, place
+from hcsearch.kernels.multibody.tree import Work
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+HIT, LET_GO, SNAP_UP, SNAP_DOWN = 1, 2, 3, 4
+"""What happens at an event: a joint comes to its stop, or leaves it; a law snaps."""
+
+
+class Record(NamedTuple):
+    """What a simulation leaves: up to `steps` states and `events` events.
+
+    times : (steps,). q, v, a : (steps, n). books : (steps, 6), energies: kinetic, stored, of gravity, in stops, lost in
+        dampers, lost at events. gaps : (steps,), closure residual before projection. counts : (5,), states, events,
+        evaluations, rejected steps, outcome.
+    event_times, event_joints, event_kinds, event_speeds : of each event; cut hinges are counted after the joints.
+    """
+
+    times: Reals
+    q: Reals
+    v: Reals
+    a: Reals
+    books: Reals
+    gaps: Reals
+    counts: Whole
+    event_times: Reals
+    event_joints: Whole
+    event_kinds: Whole
+    event_speeds: Reals
+
+
+@compiled
+def save(record: Record, hold: Hold, time: float, q: Reals, v: Reals, a: Reals, books: Reals, gap: float) -> None:
+    """Add a state, if there is room."""
+    k = record.counts[0]
+    if k < len(record.times):
+        record.times[k] = time
+        record.q[k] = q
+        record.v[k] = v
+        for i in range(len(q)):
+            record.a[k, i] = 0.0 if hold.held[i] else a[i]
+        record.books[k] = books
+        record.gaps[k] = gap
+        record.counts[0] += 1
+
+
+@compiled
+def note(record: Record, time: float, joint: int, kind: int, speed: float) -> None:
+    """Add an event, and count it where there is no room."""
+    k = record.counts[1]
+    if k < len(record.event_times):
+        record.event_times[k] = time
+        record.event_joints[k] = joint
+        record.event_kinds[k] = kind
+        record.event_speeds[k] = speed
+    record.counts[1] += 1
+
+
+@compiled
+def note_hits(mechanism: Mechanism, hold: Hold, time: float, joint: int, q: Reals, v: Reals, record: Record) -> None:
+    """Add the joint that has come to its hard stop, and those that come to theirs with it."""
+    note(record, time, joint, HIT, v[joint])
+    hinges = mechanism.hinges
+    for i in range(len(q)):
+        low, high = q[i] <= hinges.lower[i] + NEAR and v[i] < 0.0, q[i] >= hinges.upper[i] - NEAR and v[i] > 0.0
+        if i != joint and not hold.held[i] and (low or high):
+            note(record, time, i, HIT, v[i])
+
+
+@compiled
+def all_turns(mechanism: Mechanism, q: Reals, v: Reals, work: Work, turns: Reals, rates: Reals) -> None:
+    """Write coordinates and velocities of joints, and of cut hinges after them, (n + cuts,)."""
+    n = len(q)
+    turns[:n], rates[:n] = q, v
+    if len(turns) > n:
+        place(mechanism.tree, q, work)
+        move(mechanism.tree, v, work)
+        cut_angles(mechanism.cuts, work, turns[n:], rates[n:])
+
+
+@compiled
+def note_stops(
+    mechanism: Mechanism, time: float, h: float, q: Reals, v: Reals, work: Work, turns: Reals, record: Record
+) -> None:
+    """Add the compliant stops that were hit or left in the step h before `time`.
+
+    turns : (n + cuts,), coordinates at its start; moved to its end.
+    """
+    n, count = len(q), len(turns)
+    now, rates = np.empty(count), np.empty(count)
+    all_turns(mechanism, q, v, work, now, rates)
+    for i in range(count):
+        hinges, k = mechanism.hinges, i
+        if i >= n:
+            hinges, k = mechanism.cuts.hinges, i - n
+        for limit, sign in ((hinges.lower[k], -1.0), (hinges.upper[k], 1.0)):
+            before, after = sign * (turns[i] - limit), sign * (now[i] - limit)
+            if (before > 0.0) != (after > 0.0):
+                moment = time - h * after / (after - before)
+                note(record, moment, i, HIT if after > 0.0 else LET_GO, rates[i])
+    turns[:] = now
