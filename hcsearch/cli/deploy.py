@@ -127,8 +127,10 @@ def _folding(name: str, db: str) -> Any:
     if crease is not None:
         return folding_of(circuit, crease)
     found = foldings(circuit)
-    if len(found) != 1:
-        creases = ", ".join(str(folding.crease) for folding in found) or "none"
+    if not found:
+        raise HcsearchError(f"{text} does not fold into two stacks: choose among hcsearch query 'two_stack'")
+    if len(found) > 1:
+        creases = ", ".join(str(folding.crease) for folding in found)
         raise HcsearchError(f"{text} has {len(found)} foldings: name one as {text}:CREASE; its creases are {creases}")
     return found[0]
 
