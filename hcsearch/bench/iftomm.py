@@ -11,18 +11,15 @@ import numpy as np
 from hcsearch.bench.iftomm_problems import problems
 from hcsearch.bench.iftomm_work import (
     LEVELS,
-    OURS,
     OUTPUTS,
-    PATIENCE,
-    QUICK_PATIENCE,
     WorkRow,
     our_rows,
     our_settings,
     peer_rows,
-    peers,
 )
 from hcsearch.bench.machine import Machine, this_machine
 from hcsearch.bench.tables import Table, save
+from hcsearch.bench.work import OURS, PATIENCE, QUICK_PATIENCE, peers
 
 Say = Callable[[str], None]
 
@@ -114,7 +111,7 @@ def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> Repor
         way = problem.reference(times)
         say(f"{problem.name}, {problem.title}")
         rows += our_rows(problem, times, way, our_settings(quick), repeats)
-        for peer in peers(quick):
+        for peer in peers(quick, OUTPUTS):
             if peer.fits(problem):
                 say(f"{problem.name}: {peer.engine}, {peer.method}")
                 rows += peer_rows(problem, times, way, peer, repeats, patience)
