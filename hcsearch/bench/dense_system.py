@@ -18,7 +18,7 @@ from hcsearch.dynamics.trees import GROUND
 
 Reals = NDArray[np.float64]
 
-CUT = 1e-8
+CUT = 1e-6
 """Rows count whose singular value is above this share of the largest: those that closure makes redundant are off by
 the gap of the loops only, which is the tolerance."""
 
@@ -63,13 +63,12 @@ class Dense:
         forces = np.einsum("iaj,ia->j", moves, force) - np.einsum("iaj,ia->j", turns, torque)
         forces -= self.preloads + self.stiffnesses * q + self.dampings * v
         root = np.linalg.cholesky(mass)
-        free: Reals = np.linalg.solve(root, forces)  # in coordinates where the inertia is the identity
+        free = np.asarray(np.linalg.solve(root, forces), np.float64)  # in coordinates where the inertia is the identity
         if self.system.welds:
             rows, wanted = self._rows(found, v)
             rows = np.linalg.solve(root, rows.T).T
             free += np.linalg.lstsq(rows, wanted - rows @ free, rcond=CUT)[0]
-        closed: Reals = np.linalg.solve(root.T, free)
-        return closed
+        return np.asarray(np.linalg.solve(root.T, free), np.float64)
 
     def _columns(
         self, found: Places, v: Reals, points: Reals, speeds: Reals, above: NDArray[np.bool_]
