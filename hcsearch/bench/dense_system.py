@@ -63,11 +63,12 @@ class Dense:
         forces = np.einsum("iaj,ia->j", moves, force) - np.einsum("iaj,ia->j", turns, torque)
         forces -= self.preloads + self.stiffnesses * q + self.dampings * v
         root = np.linalg.cholesky(mass)
-        free = np.asarray(np.linalg.solve(root, forces), np.float64)  # in coordinates where the inertia is the identity
+        free = np.linalg.solve(root, forces)  # in coordinates where the inertia is the identity
         if self.system.welds:
             rows, wanted = self._rows(found, v)
-            rows = np.linalg.solve(root, rows.T).T
-            free += np.linalg.lstsq(rows, wanted - rows @ free, rcond=CUT)[0]
+            ways = np.linalg.solve(root, rows.T).T
+            change, *_ = np.linalg.lstsq(ways, wanted - ways @ free, rcond=CUT)
+            free = free + change
         return np.asarray(np.linalg.solve(root.T, free), np.float64)
 
     def _columns(
