@@ -97,20 +97,24 @@ class Dense:
         for weld in self.system.welds:
             spin = np.zeros(3) if weld.first == GROUND else found.spin[0, weld.first]
             ways = weld.frame @ found.turned(weld.first)[0].T
-            one, two = (self._end(found, v, body, weld.point) for body in (weld.first, weld.second))
+            # the first body carries its frame to where the second's point is, however far along free directions
+            place, _ = found.point(weld.second, weld.point)
+            one, two = (self._end(found, v, body, place) for body in (weld.first, weld.second))
             for kind in weld.kinds:
                 way = ways[kind % 3]
                 k, size = (0, 1.0) if kind in TURNS else (1, self.system.size)
-                # gaps are seen in the first body's frame, which turns
                 swing = np.cross(spin, way) * (1.0 if kind in TURNS else 2.0)
                 rows.append(way @ (two[k] - one[k]) / size)
                 wanted.append(-(way @ (two[k + 2] - one[k + 2]) + swing @ (two[k] - one[k]) @ v) / size)
         return np.array(rows), np.array(wanted)
 
-    def _end(self, found: Places, v: Reals, body: int, point: Reals) -> tuple[Reals, Reals, Reals, Reals]:
-        """As `_columns`, of a point of one body that is given in the reference state."""
-        above = np.zeros((1, len(v)), bool) if body == GROUND else self.above[body, None]
-        place, speed = found.point(body, point)
+    def _end(self, found: Places, v: Reals, body: int, place: Reals) -> tuple[Reals, Reals, Reals, Reals]:
+        """As `_columns`, of that point of one body which is at a place (1, 3)."""
+        if body == GROUND:
+            above, speed = np.zeros((1, len(v)), bool), np.zeros((1, 3))
+        else:
+            above = self.above[body, None]
+            speed = found.speed[:, body] + np.cross(found.spin[:, body], place - found.place[:, body])
         turns, moves, own_turns, own_moves = self._columns(found, v, place, speed, above)
         return turns[0], moves[0], own_turns[0], own_moves[0]
 

@@ -128,7 +128,7 @@ def test_dense_accelerations_are_those_of_the_twin():
             continue
         exact = twin.accelerations(q, v, np.zeros(twin.n, bool))[0]
         got = Dense(twin.system).accelerations(q, v)
-        assert got == pytest.approx(exact, rel=1e-8, abs=1e-8 * np.abs(exact).max())
+        assert got == pytest.approx(exact, rel=1e-8, abs=1e-8 * max(1.0, np.abs(exact).max()))
         checked += 1
     assert checked > 10
 
@@ -230,7 +230,7 @@ def test_hits_are_told_of_both_formulations():
     found = run(replace(own.compiled("constrained"), scene=scene), tolerance=1e-6, margin=None)
     hits = hits_of(found)
     assert hits[0][0] == pytest.approx(0.1296, abs=1e-4)
-    assert {hinge for moment, hinge in hits if moment == hits[0][0]} == {2, 9}  # mirror images
+    assert {hinge for moment, hinge in hits if moment == hits[0][0]} == {1, 10}  # mirror images
     short = [replace(row, seconds=0.0) for row in deployment_rows(own, 0.001)]
     assert [(row.formulation, row.outcome, row.hits, row.events) for row in short] == [
         ("constrained", "moving", "", 0),
@@ -249,9 +249,8 @@ def test_the_gap_of_cut_hinges_is_that_of_their_ends():
 
 def test_the_quick_check_counts_outcomes():
     designs = untwisted("hex", 6)
-    assert [folding.notation for folding in designs] == ["hex:023450:0"] or len(designs) == 1
     row = quick_row("hex n = 6", designs)
-    assert row.foldings == 1
+    assert row.foldings == len(designs) == 1
     assert row.median_ms == row.worst_ms >= row.simulation_ms > 0.0
     assert row.outcomes.startswith("1 ")
 
