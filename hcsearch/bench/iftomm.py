@@ -11,18 +11,16 @@ import numpy as np
 from hcsearch.bench.iftomm_problems import problems
 from hcsearch.bench.iftomm_work import (
     LEVELS,
-    OURS,
     OUTPUTS,
-    PATIENCE,
-    QUICK_PATIENCE,
     WorkRow,
     our_rows,
     our_settings,
     peer_rows,
-    peers,
 )
 from hcsearch.bench.machine import Machine, this_machine
+from hcsearch.bench.plots import plot_work
 from hcsearch.bench.tables import Table, save
+from hcsearch.bench.work import OURS, PATIENCE, QUICK_PATIENCE, peers
 
 Say = Callable[[str], None]
 
@@ -114,7 +112,7 @@ def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> Repor
         way = problem.reference(times)
         say(f"{problem.name}, {problem.title}")
         rows += our_rows(problem, times, way, our_settings(quick), repeats)
-        for peer in peers(quick):
+        for peer in peers(quick, OUTPUTS):
             if peer.fits(problem):
                 say(f"{problem.name}: {peer.engine}, {peer.method}")
                 rows += peer_rows(problem, times, way, peer, repeats, patience)
@@ -175,34 +173,9 @@ def _kept(row: WorkRow, goal: str) -> bool:
 def save_report(report: Report, folder: Path) -> None:
     """Write tables, picture and the machine into a folder."""
     save(report.tables, report.machine, folder, "iftomm", "# Bench: iftomm")
-    plot_work(report.work, folder / "work.png")
-
-
-def plot_work(rows: Sequence[WorkRow], path: Path) -> None:
-    """Error against seconds, a picture a problem, a curve an engine and method."""
-    from matplotlib.figure import Figure  # noqa: PLC0415 - loads much
-
-    names = list(dict.fromkeys(row.problem for row in rows))
-    curves = list(dict.fromkeys((row.engine, row.method) for row in rows))
-    figure = Figure(figsize=(15, 7.5), layout="constrained")
-    pictures = figure.subplots(2, -(-len(names) // 2), squeeze=False).ravel()
-    for axes, name in zip(pictures, names, strict=False):
-        for k, (engine, method) in enumerate(curves):
-            points = [
-                (_seconds(row), max(row.error, 1e-16))
-                for row in rows
-                if (row.problem, row.engine, row.method) == (name, engine, method) and row.error is not None
-            ]
-            style = "o-" if engine == OURS else "s--"
-            axes.plot(
-                *([s for s, _ in points], [e for _, e in points], style),
-                color=f"C{k}",
-                ms=4,
-                label=f"{engine}, {method}",
-            )
-        axes.set(title=name, xlabel="seconds", ylabel="greatest error (m)", xscale="log", yscale="log")
-        axes.grid(alpha=0.3)
-    for axes in pictures[len(names) :]:
-        axes.set_axis_off()
-    figure.legend(*pictures[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize="small")
-    figure.savefig(path, dpi=120)
+    points = [
+        (row.problem, row.engine, f"{row.engine}, {row.method}", _seconds(row), row.error)
+        for row in report.work
+        if row.error is not None
+    ]
+    plot_work(points, "greatest error (m)", folder / "work.png")

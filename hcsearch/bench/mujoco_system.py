@@ -9,7 +9,7 @@ from xml.etree import ElementTree as Xml
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.bench.states import Trajectory, UnableError, common_points, lines_of
+from hcsearch.bench.states import Trajectory, UnableError, common_points, depth_first, lines_of
 from hcsearch.dynamics.trees import GROUND
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def run(system: System, q: Reals, v: Reals, times: Reals, *, step: float = 1e-3,
     constants, _, _ = lines_of(system)
     model = mujoco.MjModel.from_xml_string(text_of(system, (times[1] - times[0]) / each, integrator))
     data = mujoco.MjData(model)
-    order = _order(system)  # hinges and slides only: positions and velocities have the same addresses
+    order = depth_first(system)  # hinges and slides only: positions and velocities have the same addresses
     data.qpos[:], data.qvel[:], data.qfrc_applied[:] = q[order], v[order], -constants[order]
     qs, vs = np.empty((len(times), len(q))), np.empty((len(times), len(q)))
     qs[0], vs[0] = q, v
@@ -62,19 +62,6 @@ def _warned(mujoco: Any, data: Any) -> bool:
     kinds = mujoco.mjtWarning
     wrong = (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC)
     return any(data.warning[int(kind)].number for kind in wrong)
-
-
-def _order(system: System) -> list[int]:
-    """Joints in the order of MuJoCo: depth first."""
-    children: dict[int, list[int]] = {}
-    for i, joint in enumerate(system.joints):
-        children.setdefault(joint.parent, []).append(i)
-    found: list[int] = []
-    waiting = children.get(GROUND, [])[::-1]
-    while waiting:
-        found.append(waiting.pop())
-        waiting += children.get(found[-1], [])[::-1]
-    return found
 
 
 def text_of(system: System, step: float, integrator: str = "RK4") -> str:

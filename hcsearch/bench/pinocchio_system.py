@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.bench.states import Trajectory, UnableError, common_points, lines_of
+from hcsearch.bench.states import Trajectory, UnableError, common_points, depth_first, lines_of
 from hcsearch.dynamics.trees import GROUND
 
 if TYPE_CHECKING:
@@ -16,8 +16,10 @@ if TYPE_CHECKING:
 
 Reals = NDArray[np.float64]
 
-PROXIMAL = 1e-8
-"""Without it rows that say nothing new make the accelerations wrong as soon as rounding opens the loops."""
+PROXIMAL, ITERATIONS = 1e-6, 10
+"""Proximal term as a share of the inverse of the mean mass, and steps that take its error away.
+
+Without it rows that say nothing new make the accelerations wrong as soon as rounding opens the loops."""
 BAUMGARTE = 30.0
 """1/s: gaps die out with this rate, by which Pinocchio does not project."""
 
@@ -30,8 +32,9 @@ class _Forces:
         self.constants, self.stiffnesses, self.dampings = lines_of(system)
         self.model = model = pin.Model()
         model.gravity.linear = np.array(system.gravity)
-        numbers: list[int] = []
-        for i, (joint, body) in enumerate(zip(system.joints, system.bodies, strict=True)):
+        numbers = [0] * system.n_joints
+        for i in depth_first(system):  # in another order its recursions go wrong without a word
+            joint, body = system.joints[i], system.bodies[i]
             kind = pin.JointModelPrismaticUnaligned if joint.slides else pin.JointModelRevoluteUnaligned
             parent, origin = (
                 (0, np.zeros(3))
@@ -42,7 +45,7 @@ class _Forces:
                 )
             )
             placed = pin.SE3(np.eye(3), joint.point - origin)
-            numbers.append(model.addJoint(parent, kind(np.array(joint.axis, float)), placed, f"joint{i}"))
+            numbers[i] = model.addJoint(parent, kind(np.array(joint.axis, float)), placed, f"joint{i}")
             inertia = pin.Inertia(body.mass, body.centre - joint.point, np.array(body.inertia, float))
             model.appendBodyToJoint(numbers[i], inertia, pin.SE3.Identity())
         self.numbers = numbers
@@ -64,7 +67,8 @@ class _Forces:
         for constraint in self.constraints:
             self.contacts.append(constraint.createData())
         _prepare(pin, model, self.data, self.constraints, self.contacts)
-        self.settings = pin.ProximalSettings(1e-14, PROXIMAL, 20)
+        mass = float(np.mean([body.mass for body in system.bodies]))
+        self.settings = pin.ProximalSettings(1e-14, PROXIMAL / mass, ITERATIONS)
         self.evaluations = 0
 
     def _place(self, body: int, point: Reals) -> tuple[int, Any]:

@@ -10,9 +10,13 @@ from typing import TYPE_CHECKING
 from hcsearch.bench.arrays import ArrayRow
 from hcsearch.bench.engines import ENGINES
 from hcsearch.bench.listing import GrowthRow, ListingRow
+from hcsearch.bench.work import OURS
 
 if TYPE_CHECKING:
     from hcsearch.bench.folding import FoldingRow
+
+    WorkPoint = tuple[str, str, str, float, float]
+    """A run of a bench of error against time: problem, engine, label of its curve, seconds, error."""
 
 _COLOURS = {"hex": "tab:blue", "square": "tab:orange", "triangle": "tab:green"}
 
@@ -113,5 +117,26 @@ def plot_folding(rows: Sequence[FoldingRow], path: Path) -> None:
         axes.set(xlabel="panels n", yscale="log", title=grid)
         axes.grid(alpha=0.3)
     pictures[0].set_ylabel("processor seconds, one core")
+    figure.legend(*pictures[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize="small")
+    figure.savefig(path, dpi=120)
+
+
+def plot_work(points: Sequence[WorkPoint], ylabel: str, path: Path) -> None:
+    """Error against seconds, a picture a problem, a curve an engine and method; ours with dots."""
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    names = list(dict.fromkeys(point[0] for point in points))
+    curves = list(dict.fromkeys((engine, label) for _, engine, label, _, _ in points))
+    figure = Figure(figsize=(15, 7.5), layout="constrained")
+    pictures = figure.subplots(2, -(-len(names) // 2), squeeze=False).ravel()
+    for axes, name in zip(pictures, names, strict=False):
+        for k, (engine, label) in enumerate(curves):
+            mine = [(s, max(e, 1e-16)) for at, _, own, s, e in points if (at, own) == (name, label)]
+            style = "o-" if engine == OURS else "s--"
+            axes.plot([s for s, _ in mine], [e for _, e in mine], style, color=f"C{k}", ms=4, label=label)
+        axes.set(title=name, xlabel="seconds", ylabel=ylabel, xscale="log", yscale="log")
+        axes.grid(alpha=0.3)
+    for axes in pictures[len(names) :]:
+        axes.set_axis_off()
     figure.legend(*pictures[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize="small")
     figure.savefig(path, dpi=120)

@@ -149,6 +149,19 @@ def _stops(drive: Drive) -> bool:
     return bool(np.isfinite([drive.lower, drive.upper]).any())
 
 
+def depth_first(system: System) -> list[int]:
+    """Joints in an order in which those above any of them come right after it, as other engines want them."""
+    children: dict[int, list[int]] = {}
+    for i, joint in enumerate(system.joints):
+        children.setdefault(joint.parent, []).append(i)
+    found: list[int] = []
+    waiting = children.get(GROUND, [])[::-1]
+    while waiting:
+        found.append(waiting.pop())
+        waiting += children.get(found[-1], [])[::-1]
+    return found
+
+
 def common_points(system: System, weld: Weld) -> list[Reals]:
     """Points that keep a weld closed when the bodies share them, for engines that know no more; m.
 

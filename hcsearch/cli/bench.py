@@ -165,6 +165,20 @@ def iftomm(output: Path, quick: bool, repeats: int, json_file: Path | None) -> N
     _finish(report, lambda folder: save_report(report, folder), output, json_file)
 
 
+@bench.command(epilog="Example: hcsearch bench dynamics --quick --output dynamics")
+@_common("dynamics")
+@_repeats
+def dynamics(output: Path, quick: bool, repeats: int, json_file: Path | None) -> None:
+    """Deployments: error against run time beside other engines, whole ones, cost of a panel, the quick check.
+
+    MuJoCo, Pinocchio and Exudyn are an extra: pip install 'hcsearch[bench]'.
+    """
+    from hcsearch.bench.dynamics import measure, save_report  # noqa: PLC0415
+
+    report = measure(quick=quick, repeats=repeats, say=_say)
+    _finish(report, lambda folder: save_report(report, folder), output, json_file)
+
+
 @bench.command(epilog="Example: hcsearch bench tables --output docs")
 @_common("tables")
 @_limit("600, quick: 10", "a search")

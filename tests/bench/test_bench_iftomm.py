@@ -9,8 +9,9 @@ from click.testing import CliRunner
 from hcsearch.bench import iftomm, iftomm_work
 from hcsearch.bench.iftomm import best_of, goals_of
 from hcsearch.bench.iftomm_problems import X, Y, Z, bricard, four_bars, pendulum, squeezer
-from hcsearch.bench.iftomm_work import OURS, Peer, WorkRow, peer_rows, peers, verdict_of
+from hcsearch.bench.iftomm_work import WorkRow, peer_rows, verdict_of
 from hcsearch.bench.states import Trajectory, UnableError, closure, common_points, line_of, lines_of, places
+from hcsearch.bench.work import OURS, Peer, peers
 from hcsearch.cli import hcsearch
 from hcsearch.dynamics.laws import Branch, Law, linear
 from hcsearch.dynamics.system import Drive, System
@@ -120,9 +121,9 @@ def test_goals_are_for_one_run():
 
 
 def test_stiff_methods_are_for_stiff_problems():
-    fits = {(peer.method, peer.fits(pendulum())) for peer in peers(quick=False)}
+    fits = {(peer.method, peer.fits(pendulum())) for peer in peers(False, 400)}
     assert ("SciPy Radau", False) in fits
-    assert {peer.method for peer in peers(quick=True) if not peer.fits(four_bars(2))} == {"SciPy Radau", "RK4"}
+    assert {peer.method for peer in peers(True, 400) if not peer.fits(four_bars(2))} == {"SciPy Radau", "RK4"}
 
 
 def chain(*welds, axes=(Z, Z), **options):

@@ -1,0 +1,134 @@
+"""Whole deployments, beyond the first impact, and the quick check of many designs."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hcsearch.bench.dynamics_subjects import SCENE, Case, Subject
+from hcsearch.bench.dynamics_work import gap_of
+from hcsearch.deployment.compiling import compile_scene
+from hcsearch.deployment.deploying import Deployment, deploy, run
+from hcsearch.deployment.subjects import folding_linkage
+from hcsearch.enumeration import enumerate_circuits
+from hcsearch.folding import Folding, foldings
+from hcsearch.twisting import twist
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+ORDER = 6
+"""Hits that are told."""
+AT_STOP = 1e-6
+"""A hinge is at a stop within this, rad; those that start there do not hit it."""
+QUICK_TOLERANCE = 1e-4
+
+
+@dataclass(frozen=True)
+class DeploymentRow:
+    """A whole deployment with stops and damping.
+
+    end : s, when flat or given up. first_hit : s. hits : the first hinges at a stop, in order, with times in ms.
+    energy : error of the balance, J. gap : greatest of loops, m. seconds : on the wall, one run.
+    """
+
+    subject: str
+    formulation: str
+    method: str
+    tolerance: float
+    outcome: str
+    end: float
+    first_hit: float | None
+    hits: str
+    events: int
+    energy: float
+    gap: float
+    steps: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class QuickRow:
+    """The quick check of all untwisted foldings of n cells: linkage, simulation at a tolerance of 1e-4, first contact.
+
+    Milliseconds on the wall. simulation_ms, contact_ms : medians of the parts; contact is looked for until the first.
+    """
+
+    designs: str
+    foldings: int
+    median_ms: float
+    tenth_ms: float
+    worst_ms: float
+    simulation_ms: float
+    contact_ms: float
+    outcomes: str
+
+
+def deployment_rows(subject: Subject, seconds: float) -> Iterator[DeploymentRow]:
+    """With exact loops and hard stops, and by the thesis's springs and method; seconds : the longest, s."""
+    for formulation, method, tolerance in (
+        ("constrained", "dormand-prince", 1e-6),
+        ("penalty", "bogacki-shampine", 1e-5),
+    ):
+        compiled = subject.compiled(formulation)
+        compiled = replace(compiled, scene=replace(compiled.scene, seconds=seconds))
+        warm = replace(compiled, scene=replace(compiled.scene, seconds=1e-6))
+        run(warm, method=method, tolerance=tolerance, margin=None)
+        found = run(compiled, method=method, tolerance=tolerance, margin=None)
+        hits = hits_of(found)
+        yield DeploymentRow(
+            *(subject.name, formulation, method, tolerance, found.outcome, float(found.motion.times[-1])),
+            first_hit=hits[0][0] if hits else None,
+            hits=" ".join(f"{hinge}@{1e3 * moment:.2f}" for moment, hinge in hits[:ORDER]),
+            events=len(found.motion.events) or len(hits),
+            energy=compiled.factor * found.motion.drift,
+            gap=gap_of(Case(subject.name, formulation, compiled, seconds), found.motion.q),
+            steps=found.motion.steps,
+            seconds=found.seconds,
+        )
+
+
+def hits_of(deployment: Deployment) -> list[tuple[float, int]]:
+    """When each hinge first comes to a stop after it was off both, s, in order: stops that give way tell no events."""
+    angles, times = deployment.angles, deployment.motion.times
+    at = (angles <= AT_STOP) | (angles >= np.pi - AT_STOP)
+    been_off = np.maximum.accumulate(~at, axis=0)
+    found = []
+    for hinge in range(angles.shape[1]):
+        hit = np.flatnonzero(at[:, hinge] & been_off[:, hinge])
+        if len(hit):
+            found.append((float(times[hit[0]]), hinge))
+    return sorted(found)
+
+
+def untwisted(grid: str, n: int) -> list[Folding]:
+    """All untwisted foldings of all circuits of n cells."""
+    return [folding for circuit in enumerate_circuits(grid, n=n) for folding in foldings(circuit) if not twist(folding)]
+
+
+def quick_row(name: str, designs: Sequence[Folding]) -> QuickRow:
+    """The quick check of some foldings, the first one also to compile."""
+    deploy(folding_linkage(designs[0]), SCENE, tolerance=QUICK_TOLERANCE)
+    whole, simulation, contact = [], [], []
+    outcomes: Counter[str] = Counter()
+    for folding in designs:
+        begin = time.perf_counter()
+        linkage = folding_linkage(folding)
+        compiled = compile_scene(linkage, SCENE)
+        built = time.perf_counter()
+        found = run(compiled, tolerance=QUICK_TOLERANCE)
+        end = time.perf_counter()
+        whole.append(1e3 * (end - begin))
+        simulation.append(1e3 * found.seconds)
+        contact.append(1e3 * (end - built - found.seconds))
+        outcomes[found.outcome + (", contact" if found.contact else "")] += 1
+    told = "; ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common())
+    return QuickRow(
+        *(name, len(designs), float(np.median(whole)), float(np.quantile(whole, 0.9)), max(whole)),
+        *(float(np.median(simulation)), float(np.median(contact)), told),
+    )

@@ -1,0 +1,264 @@
+import json
+import math
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from hcsearch.bench import dynamics, pinocchio_system
+from hcsearch.bench.dense_system import Dense
+from hcsearch.bench.dynamics import best_of, goals_of
+from hcsearch.bench.dynamics_deployments import DeploymentRow, QuickRow, deployment_rows, hits_of, quick_row, untwisted
+from hcsearch.bench.dynamics_scale import ScaleRow, slope_of, strip
+from hcsearch.bench.dynamics_subjects import LOOP, WHOLE, subjects
+from hcsearch.bench.dynamics_work import WorkRow, gap_of, reference_of, seconds_at, verdict_of
+from hcsearch.bench.iftomm_problems import bricard, governor
+from hcsearch.bench.states import UnableError, closure, depth_first
+from hcsearch.bench.work import OURS
+from hcsearch.cli import hcsearch
+from hcsearch.deployment.deploying import run
+from hcsearch.dynamics.laws import linear
+from hcsearch.dynamics.simulation import simulate
+from tests.dynamics.naive_dynamics import Twin, random_system
+
+TABLES = {"work", "references", "best", "deployments", "scale", "quick", "goals"}
+NAMES = ["thesis-4x4", LOOP, "12 hexagons", "10x6 squares", "unit-i"]
+
+
+def subject(name):
+    (found,) = [own for own in subjects() if own.name == name]
+    return found
+
+
+def read(folder):
+    arguments = ["bench", "dynamics", "--quick", "--output", str(folder), "--json", str(folder / "all.json")]
+    assert CliRunner().invoke(hcsearch, arguments, catch_exceptions=False).exit_code == 0
+    names = {path.name for path in folder.iterdir()}
+    assert names == {f"{name}.csv" for name in TABLES} | {"all.json", "dynamics.md", "machine.json", "work.png"}
+    found = json.loads((folder / "all.json").read_text())
+    assert set(found) == TABLES | {"machine"}
+    return found
+
+
+def test_the_command_without_other_engines(tmp_path, monkeypatch):
+    monkeypatch.setattr(dynamics, "subjects", lambda: [replace(subject(LOOP), until=0.002)])
+    for package in ("mujoco", "pinocchio", "exudyn"):
+        monkeypatch.setitem(sys.modules, package, None)
+    found = read(tmp_path)
+    ours = [row for row in found["work"] if row["engine"] == OURS]
+    assert {row["formulation"] for row in ours} == {"constrained", WHOLE, "penalty", "quasistatic"}
+    assert all(row["error"] < 1e-5 for row in ours if row["formulation"].startswith("constrained"))
+    assert all(row["gap"] < 1e-12 for row in ours if row["formulation"] != "penalty")
+    assert all(0.0 < row["gap"] < 1e-4 for row in ours if row["formulation"] == "penalty")
+    others = {row["engine"]: row["note"] for row in found["work"] if row["engine"] != OURS}
+    assert others == {"SciPy": "", "MuJoCo": "not installed", "Pinocchio": "not installed", "Exudyn": "not installed"}
+    (reference, slow) = found["references"]
+    assert reference["apart"] < 1e-8
+    assert reference["whole_apart"] < 1e-10
+    assert slow["formulation"] == "quasistatic"
+    assert {row["formulation"] for row in found["deployments"]} == {"constrained", "penalty"}
+    assert {row["kind"] for row in found["scale"]} == {"loop", "chain"}
+    assert found["quick"][0]["outcomes"]
+    met = {row["goal"]: row["met"] for row in found["goals"]}
+    assert [word for goal, word in met.items() if "MuJoCo" in goal or "Pinocchio" in goal] == ["not measured"] * 2
+
+
+@pytest.mark.slow
+def test_the_whole_bench(tmp_path):
+    found = read(tmp_path)
+    assert {row["subject"] for row in found["work"]} == set(NAMES[:2])
+    for name in NAMES[:2]:
+        mine = [row for row in found["work"] if row["subject"] == name]
+        assert {row["engine"] for row in mine if row["error"] is not None} == {
+            *(OURS, "SciPy", "MuJoCo", "Pinocchio", "Exudyn"),
+        }
+    assert all(row["error"] is not None or row["note"] for row in found["work"])
+    assert all(row["apart"] < 1e-7 for row in found["references"] if row["formulation"] == "constrained")
+
+
+def test_subjects_have_what_is_said_of_them():
+    assert [own.name for own in subjects()] == NAMES
+    sizes = {own.name: (own.linkage.n_panels, len(own.linkage.loops)) for own in subjects()}
+    assert sizes == dict(zip(NAMES, [(12, 1), (14, 1), (10, 1), (58, 1), (21, 4)], strict=True))
+    assert subject(LOOP).compiled("constrained").factor == 2.0  # symmetric
+    assert subject(LOOP).compiled(WHOLE).factor == 1.0
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_nothing_comes_to_a_stop_before_the_end(name):
+    own = subject(name)
+    end = own.horizon("constrained")
+    assert end <= own.until
+    case = own.case("constrained", end)
+    assert all(math.isinf(drive.lower) and math.isinf(drive.upper) for drive in case.system.drives)
+    angles = case.angles(simulate(case.system, case.q, end=end, tolerance=1e-8).q)
+    assert angles.min() > 0.0
+    assert angles.max() <= math.pi + 1e-12
+    assert np.abs(angles[-1] - angles[0]).max() > 0.3  # it does move
+
+
+def test_a_subject_that_does_not_end_has_no_reference(monkeypatch):
+    case = subject(LOOP).case("constrained", 0.01)
+    monkeypatch.setattr("hcsearch.bench.dynamics_work.MAX_STEPS", {"constrained": 3})
+    with pytest.raises(UnableError, match="no reference: steps at"):
+        reference_of(case)
+
+
+def unstopped(seed):
+    """A random system with linear laws, and a closed state of it; None where there is none."""
+    system, rng = random_system(seed, struts=0)
+    drives = tuple(replace(drive, law=linear(0.3, 0.1), lower=-math.inf, upper=math.inf) for drive in system.drives)
+    twin = Twin(replace(system, drives=drives, stop_stiffness=0.0, stop_damping=0.0))
+    q, v = twin.closed(0.1 * rng.normal(size=twin.n), rng.normal(size=twin.n))
+    return (twin, q, v) if np.abs(twin.errors(q)).max(initial=0.0) < 1e-10 else None
+
+
+def test_dense_accelerations_are_those_of_the_twin():
+    checked = 0
+    for seed in range(30):
+        found = unstopped(seed)
+        # near singular states, and with two turns closed, the twin's rows are others
+        if found is None or any(sum(k < 3 for k in w.kinds) in (1, 2) for w in found[0].system.welds):
+            continue
+        twin, q, v = found
+        sizes = np.linalg.svd(twin.rows(q), compute_uv=False)
+        if np.any((sizes > 1e-9) & (sizes < 1e-2)):
+            continue
+        exact = twin.accelerations(q, v, np.zeros(twin.n, bool))[0]
+        got = Dense(twin.system).accelerations(q, v)
+        assert got == pytest.approx(exact, rel=1e-8, abs=1e-8 * max(1.0, np.abs(exact).max()))
+        checked += 1
+    assert checked > 10
+
+
+def test_dense_matrices_have_no_struts():
+    with pytest.raises(UnableError, match="struts"):
+        Dense(governor().system)
+
+
+@pytest.mark.parametrize("name", ["thesis-4x4", LOOP])
+def test_pinocchio_has_the_accelerations_of_a_tree_with_branches(name):
+    pin = pytest.importorskip("pinocchio")
+    case = subject(name).case(WHOLE, 0.05)
+    motion = simulate(case.system, case.q, end=case.end, tolerance=1e-9)
+    forces = pinocchio_system._Forces(pin, case.system)
+    q, v = np.empty(len(case.q)), np.empty(len(case.q))
+    q[forces.order], v[forces.order] = motion.q[-1], motion.v[-1]
+    got = forces.accelerations(q, v)[forces.order]
+    assert got == pytest.approx(motion.a[-1], abs=1e-6 * np.abs(motion.a[-1]).max())
+    assert depth_first(case.system) != list(range(len(q)))  # branches, numbered breadth first
+
+
+def work(engine, method, error, seconds, formulation="constrained"):
+    return WorkRow(LOOP, formulation, engine, method, 1e-6, None, verdict_of(error), error, seconds=seconds)
+
+
+def test_seconds_at_an_error_are_between_two_runs():
+    rows = [work(OURS, "m", 1e-3, 1.0), work(OURS, "m", 1e-5, 4.0), work(OURS, "m", 1e-7, 9.0)]
+    assert seconds_at(rows, 1e-4) == pytest.approx(2.0)
+    assert seconds_at(rows, 1e-5) == 4.0
+    assert seconds_at(rows, 1e-2) == 1.0
+    assert seconds_at(rows, 1e-8) is None
+    assert seconds_at([*rows, work(OURS, "m", 1e-9, 0.5)], 1e-5) == 0.5  # finer and faster
+
+
+def test_verdicts():
+    assert [verdict_of(error) for error in (1e-9, 1e-5, 1e-3, 1.0)] == ["precise", "high", "low", "wrong"]
+
+
+def test_the_fastest_of_each_method():
+    rows = [
+        work(OURS, "a", 1e-6, 1.0),
+        work(OURS, "a", 1e-9, 2.0),
+        work("E", "b", 1e-9, 8.0, WHOLE),
+        work("E", "b", 1e-5, 3.0, WHOLE),
+        work(OURS, "a", 1e-12, 0.1, "quasistatic"),
+        work(OURS, "c", 1e-3, 0.1),
+    ]
+    assert [(row.level, row.engine, row.seconds, row.times_ours) for row in best_of(rows)] == [
+        ("high", OURS, 1.0, 1.0),
+        ("high", "E", 3.0, 3.0),
+        ("precise", OURS, 2.0, 1.0),
+        ("precise", "E", 8.0, 4.0),
+    ]
+
+
+def deployment(formulation, end, seconds, outcome="flat"):
+    return DeploymentRow(LOOP, formulation, "m", 1e-6, outcome, end, 0.1, "3@100", 1, 0.0, 0.0, 1, seconds)
+
+
+def test_goals():
+    rows = [
+        work(OURS, "a", 2e-5, 1e-2),
+        work(OURS, "a", 2e-5, 2e-2, WHOLE),
+        work(OURS, "bogacki-shampine", 1e-3, 3.0, "penalty"),
+        work("MuJoCo", "RK4", 2e-5, 9e-2, WHOLE),
+        work("Pinocchio", "SciPy DOP853", 2e-5, 3e-1, WHOLE),
+    ]
+    scale = [ScaleRow("loop", 10, 1, 1.0, 0.1, 1.2)]
+    quick = [QuickRow("hex n = 12", 1, 30.0, 40.0, 50.0, 20.0, 10.0, "1 flat")]
+    deployments = [deployment("constrained", 0.3, 0.1), deployment("penalty", 0.33, 20.0)]
+    found = goals_of(rows, deployments, scale, quick)
+    assert [row.measured for row in found] == pytest.approx([300.0, 9.0, 30.0, 200.0, 0.0, 0.1, 1.2, 30.0])
+    assert [row.met for row in found] == ["yes", "no", "yes", "yes", "yes", "no", "no", "yes"]
+    assert found[0].note == "it never comes to 2e-05: 0.001 rad in 3 s; nothing left out: 150"
+    jammed = goals_of(rows, [deployments[0], deployment("penalty", 0.33, 20.0, "jammed")], scale, quick)
+    assert [row.met for row in jammed][3:6] == ["yes", "yes", "not measured"]
+    assert {row.met for row in goals_of([], [], [], [])} == {"not measured"}
+
+
+@pytest.mark.parametrize("n", [3, 10, 31])
+def test_rings_are_closed(n):
+    ring = strip(n, closed=True)
+    assert closure(ring, np.zeros((1, n))) < 1e-15
+    assert len(strip(n, closed=False).welds) == 0
+    motion = simulate(ring, np.zeros(n), end=0.001, tolerance=1e-8)
+    assert motion.ending == "time"
+    assert motion.drift < 1e-9
+
+
+def test_slopes_are_powers():
+    assert slope_of([1, 10, 100], [2.0, 20.0, 200.0]) == pytest.approx(1.0)
+    assert slope_of([1, 4], [1.0, 2.0]) == pytest.approx(0.5)
+
+
+def test_hits_are_told_of_both_formulations():
+    own = subject("thesis-4x4")
+    scene = replace(own.compiled("constrained").scene, seconds=0.14)
+    found = run(replace(own.compiled("constrained"), scene=scene), tolerance=1e-6, margin=None)
+    hits = hits_of(found)
+    assert hits[0][0] == pytest.approx(0.1296, abs=1e-4)
+    assert {hinge for moment, hinge in hits if moment == hits[0][0]} == {1, 10}  # mirror images
+    short = [replace(row, seconds=0.0) for row in deployment_rows(own, 0.001)]
+    assert [(row.formulation, row.outcome, row.hits, row.events) for row in short] == [
+        ("constrained", "moving", "", 0),
+        ("penalty", "moving", "", 0),
+    ]
+    assert short[0].gap < 1e-15 < short[1].gap
+
+
+def test_the_gap_of_cut_hinges_is_that_of_their_ends():
+    case = subject(LOOP).case("penalty", 0.001)
+    assert gap_of(case, case.q[None]) < 1e-9
+    off = case.q.copy()
+    off[0] += 1e-3
+    assert gap_of(case, off[None]) > 1e-6
+
+
+def test_the_quick_check_counts_outcomes():
+    designs = untwisted("hex", 6)
+    row = quick_row("hex n = 6", designs)
+    assert row.foldings == len(designs) == 1
+    assert row.median_ms == row.worst_ms >= row.simulation_ms > 0.0
+    assert row.outcomes.startswith("1 ")
+
+
+def test_bricard_by_dense_matrices():
+    problem = bricard(0.0)
+    state = np.zeros(problem.system.n_joints), problem.v
+    motion = simulate(problem.system, *state, end=0.1, tolerance=1e-10)
+    for k in (0, len(motion.q) // 2, -1):
+        got = Dense(problem.system).accelerations(motion.q[k], motion.v[k])
+        assert got == pytest.approx(motion.a[k], abs=1e-7 * np.abs(motion.a[k]).max())
