@@ -128,7 +128,7 @@ def simulate(
     tolerance, floor : relative and absolute error of a step (the floor is the tolerance unless given).
     restitution : of hard stops, 0 to 1; impacts slower than `slow` (rad/s) do not bounce.
     flat : end when all coordinates, or those that are watched, are within this of 0 (rad).
-    rest : end when all speeds and accelerations are below this.
+    rest : end when no speed or acceleration would move a joint by more than this (rad) in the time left, or in 1 s.
     closed : residual after the projection that follows each step.
     """
     n = system.n_joints

@@ -215,6 +215,38 @@ def test_a_joint_that_falls_on_its_stop_bounces_by_the_closed_form(restitution):
     assert after == pytest.approx((1 - restitution**2) * pull * height, rel=1e-6)
 
 
+def test_a_joint_that_creeps_is_not_at_rest():
+    stiffness, damping = 0.1, 1e3
+    time = damping / stiffness
+    system = wheel(1e-5, Drive(linear(stiffness), damping))
+    motion = simulate(system, np.array([3.0]), end=5 * time, method="implicit", rest=1e-4)
+    assert motion.ending == "time"
+    assert np.abs(motion.v[-1, 0]) < 1e-4
+    assert motion.q[:, 0] == pytest.approx(3.0 * np.exp(-motion.times / time), abs=1e-4)
+    longer = simulate(system, np.array([3.0]), end=100 * time, method="implicit", rest=1e-4)
+    assert longer.ending == "rest"
+    assert np.abs(longer.q[-1, 0]) < 1e-4
+
+
+@pytest.mark.parametrize("method", ORDERS)
+def test_a_body_leaves_a_rising_platform_where_its_spring_is_at_its_natural_length(method):
+    up, zero = np.array([0.0, 0.0, 1.0]), np.zeros(3)
+    platform, body, stiffness, low = 2.0, 0.5, 300.0, -0.4
+    joints = (Joint(-1, up, zero, slides=True), Joint(0, up, zero, slides=True))
+    bodies = (Body(platform, zero, np.eye(3)), Body(body, zero, np.eye(3)))
+    system = System(joints, bodies, (Drive(linear(stiffness)), Drive(lower=0.0)), gravity=GRAVITY)
+    rate, balance = math.sqrt(stiffness / (platform + body)), 9.81 * (platform + body) / stiffness
+    leaves = math.acos(balance / (balance + low)) / rate  # there both fall freely
+    speed = -(low + balance) * rate * math.sin(rate * leaves)
+    end = leaves + 0.05
+    tolerance = 1e-6 if method == "bogacki-shampine" else 1e-9
+    motion = simulate(system, np.array([low, 0.0]), end=end, method=method, tolerance=tolerance)
+    assert [event.kind for event in motion.events] == ["released"]
+    assert motion.events[0].time == pytest.approx(leaves, abs=1e-5)
+    flown = speed * (end - leaves) - 0.5 * 9.81 * (end - leaves) ** 2
+    assert motion.q[-1].sum() == pytest.approx(flown, abs=300 * tolerance)
+
+
 def test_a_joint_swings_on_a_compliant_stop_for_half_a_period():
     inertia, stiffness, speed = 2.0, 800.0, 3.0
     system = replace(wheel(inertia, Drive(lower=0.0)), stop_stiffness=stiffness)

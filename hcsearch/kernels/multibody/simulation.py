@@ -50,7 +50,8 @@ class Plan(NamedTuple):
     restitution : of stops, 0 to 1. slow : speed (rad/s) below which stops do not bounce.
     flat : (n,), coordinates of the flat state, NaN where they do not count. near : distance from them that counts as
         flat; below 0 never.
-    rest : speed (rad/s) and acceleration below which it is at rest; below 0 never. closed : residual after projection.
+    rest : what a joint may move by its speed or acceleration in the time left, or in 1 s, to be at rest (rad); below 0
+        never. closed : residual after projection.
     """
 
     end: float
@@ -133,6 +134,8 @@ def simulate(
             took = _land(
                 mechanism, hold, method, plan, share * h, h, joint, kind, scale, work, stages, start, end, counts
             )
+        else:
+            took = _loosen(mechanism, hold, method, plan, grip, h, scale, work, stages, start, end, counts)
         q[:], v[:], books[4] = end[:n], end[n : 2 * n], end[2 * n]
         time += took
         gap, _ = project(mechanism.tree, hold.held, q, v, plan.closed, work)
@@ -198,8 +201,9 @@ def _ending(plan: Plan, hold: Hold, time: float, h: float, q: Reals, v: Reals, a
     for i in range(len(q)):
         near = near and not abs(q[i] - plan.flat[i]) > plan.near
     still = plan.rest >= 0.0
+    left = max(1.0, plan.end - time)  # a slow motion that has long to go is none at rest
     for i in range(len(q)):
-        still = still and (hold.held[i] != 0 or (abs(v[i]) <= plan.rest and abs(a[i]) <= plan.rest))
+        still = still and (hold.held[i] != 0 or (abs(v[i]) * left <= plan.rest and abs(a[i]) * left**2 <= plan.rest))
     ending = GOES_ON
     if near:
         ending = FLAT
@@ -343,6 +347,65 @@ def _land(
         trial = h - (end[joint] - limit) / speed if speed != 0.0 else 0.5 * (low + high)
         h = trial if low < trial < high else 0.5 * (low + high)
     return h
+
+
+@compiled
+def _loosen(
+    mechanism: Mechanism,
+    hold: Hold,
+    method: Method,
+    plan: Plan,
+    grip: float,
+    longest: float,
+    scale: float,
+    work: Work,
+    stages: Reals,
+    start: Reals,
+    end: Reals,
+    counts: Whole,
+) -> float:
+    """Repeat the step so that it ends where a stop begins to pull, if one does at its end only; its length.
+
+    A step across a release would have an error of its own length squared, whatever the tolerance. The factor that is
+    left is one at the end, for the projection that follows.
+    """
+    n = len(hold.held)
+    if not np.abs(hold.held).max():
+        return longest
+    above = _pull(mechanism, hold, plan, scale, work, end)
+    if not above > grip:
+        return longest
+    below = _pull(mechanism, hold, plan, scale, work, start)
+    low, high, h = 0.0, longest, longest
+    for k in range(40):
+        if below > grip or above <= 3.0 * grip or high - low <= 1e-12 * longest:
+            break
+        # by the secant, a third of the times by halves, so that one end does not stay
+        share = 0.5 if k % 3 == 2 else (2.0 * grip - below) / (above - below)
+        h = low + (high - low) * min(max(share, 0.01), 0.99)
+        accelerate(mechanism, hold, start[:n], start[n : 2 * n], scale, True, work, np.empty(n))
+        _step(mechanism, hold, method, plan, h, scale, work, stages, start, end, counts)
+        pull = _pull(mechanism, hold, plan, scale, work, end)
+        if pull > grip:
+            high, above = h, pull
+        else:
+            low, below = h, pull
+    accelerate(mechanism, hold, start[:n], start[n : 2 * n], scale, True, work, np.empty(n))
+    _step(mechanism, hold, method, plan, high, scale, work, stages, start, end, counts)
+    return high
+
+
+@compiled
+def _pull(mechanism: Mechanism, hold: Hold, plan: Plan, scale: float, work: Work, state: Reals) -> float:
+    """By how much a stop would have to pull at most at a state (q, v, energy lost), N m."""
+    n = len(hold.held)
+    q, v, forces = state[:n].copy(), state[n : 2 * n].copy(), np.empty(n)
+    project(mechanism.tree, hold.held, q, v, plan.closed, work)
+    accelerate(mechanism, hold, q, v, scale, True, work, forces)
+    most = 0.0
+    for i in range(n):
+        most = max(most, hold.held[i] * forces[i])
+    return most
 
 
 @compiled
