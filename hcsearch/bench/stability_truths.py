@@ -27,6 +27,8 @@ STATES = 200
 """Most states of a simulation that are compared."""
 FINE = 1_000
 """Least steps of a simulation that others are compared to, so that little is lost between its states."""
+MANY = 200
+"""A strip of so many panels costs seconds a time step: it is solved to 1e-10, others to 1e-12."""
 SLOW = 1e-2
 """Impacts slower than this do not bounce (rad/s), by the model of stops."""
 
@@ -131,17 +133,9 @@ class Strip:
         found: Reals = arms
         return found
 
-    @property
-    def _free(self) -> Reals:
-        """(panels, freedoms): how panels turn together."""
-        together = np.eye(self.panels)
-        if self.rigid is not None:
-            together[:, self.rigid] += together[:, self.rigid + 1]
-            together = np.delete(together, self.rigid + 1, axis=1)
-        return together if self.base is not None else together[:, 1:]
-
     def angles(self, start: Reals, times: Reals) -> Reals:
         """Fold angles (k, panels - 1) at times that rise from 0, from rest."""
+        tolerance = 1e-12 if self.panels < MANY else 1e-10
         from scipy.integrate import solve_ivp  # noqa: PLC0415 - loads much
 
         n, mass = self.panels, self.density * self.side**2 * self.thickness
@@ -154,7 +148,7 @@ class Strip:
         if self.base is not None:  # about the common centre of mass, which stays where it is
             way = masses @ arms
             pairs = pairs - np.outer(way.conj(), way) / masses.sum()
-        free = self._free
+        first = 0 if self.base is not None else 1
         senses = np.where(np.arange(n - 1) % 2 == 0, 1.0, -1.0)
 
         def rates(_: float, state: Reals) -> Reals:
@@ -166,8 +160,15 @@ class Strip:
             way = np.exp(1j * turns)
             both = pairs * np.outer(way.conj(), way)
             matrix = both.real + np.diag(inertias)
-            found = np.linalg.solve(free.T @ matrix @ free, free.T @ (forces + both.imag @ speeds**2))
-            return np.append(speeds, free @ found)
+            forces += both.imag @ speeds**2
+            if (k := self.rigid) is not None:  # two panels turn as one: rows and columns of both are added
+                matrix[k] += matrix[k + 1]
+                matrix[:, k] += matrix[:, k + 1]
+                matrix[k + 1] = np.eye(n)[k + 1] - np.eye(n)[k]
+                forces[k], forces[k + 1] = forces[k] + forces[k + 1], 0.0
+                matrix[np.arange(n) != k + 1, k + 1] = 0.0
+            turning = np.linalg.solve(matrix[first:, first:], forces[first:])
+            return np.concatenate([speeds, np.zeros(first), turning])
 
         turns = np.append(0.0, np.cumsum(senses * start))
         found = solve_ivp(
@@ -176,8 +177,8 @@ class Strip:
             np.append(turns, np.zeros(n)),
             method="DOP853",
             t_eval=times,
-            rtol=1e-12,
-            atol=1e-12,
+            rtol=tolerance,
+            atol=tolerance,
         )
         if not found.success:
             raise HcsearchError(f"SciPy does not solve the strip: {found.message}")

@@ -51,7 +51,8 @@ class Event:
 class Motion:
     """States of a motion and its books.
 
-    times : (k,), s. q, v, a : (k, n_joints), coordinates, velocities, accelerations; at an event those after it.
+    times : (k,), s. q, v, a : (k, n_joints), coordinates, velocities, accelerations; at an event two
+        states, before it and after it.
     overdamped : whether velocities are all that is known beside the coordinates, and a is 0.
     kinetic, stored, height, in_stops : (k,), energy of motion, of laws and struts, of gravity, of compliant stops, J.
     damped, lost : (k,), energy lost in dampers, and at events, since the start. gap : greatest closure residual before
@@ -212,7 +213,7 @@ def _motion(record: kernel.Record, overdamped: bool) -> Motion:
             )
             for k in range(events)
         ),
-        steps=states - 1,
+        steps=int(np.count_nonzero(np.diff(record.times[:states]))),
         rejected=rejected,
         evaluations=evaluations,
     )

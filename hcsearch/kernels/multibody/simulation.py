@@ -143,6 +143,11 @@ def simulate(
             crowd = crowd + 1 if time - crowd_time <= CROWDED * plan.end else 0
             crowd_time = time
             _note(record, time, joint, HIT if kind < 2 else (SNAP_UP if kind == UP else SNAP_DOWN), v[joint])
+            # a state before the event and one after it: what is between steps follows from both their ends
+            accelerate(mechanism, hold, q, v, scale, True, work, a)
+            counts[2] += 1
+            _balance(mechanism, hold, q, v, work, books)
+            _save(record, hold, time, q, v, a, books, gap)
             _happen(mechanism, hold, plan, joint, kind, q, v, scale, work, a, books)
         else:
             accelerate(mechanism, hold, q, v, scale, True, work, a)
