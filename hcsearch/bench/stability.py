@@ -271,9 +271,9 @@ def plot_heat(rows: Sequence[StabilityRow], path: Path) -> None:
     from matplotlib.figure import Figure  # noqa: PLC0415 - loads much
     from matplotlib.patches import Patch, Rectangle  # noqa: PLC0415
 
-    lines: dict[tuple[str, ...], list[StabilityRow]] = {}
+    lines: dict[str, list[StabilityRow]] = {}
     for row in rows:
-        lines.setdefault((row.sweep, row.subject, row.formulation, row.method), []).append(row)
+        lines.setdefault(_line(row), []).append(row)
     widest = max(map(len, lines.values()))
     figure = Figure(figsize=(4.5 + 0.75 * widest, 1.0 + 0.36 * len(lines)), layout="constrained")
     axes = figure.subplots()
@@ -289,8 +289,8 @@ def plot_heat(rows: Sequence[StabilityRow], path: Path) -> None:
         ylim=(len(lines), 0),
         xticks=[],
         yticks=[y + 0.46 for y in range(len(lines))],
-        yticklabels=[_label(key) for key in lines],
-        title="value swept, and decade of the error",
+        yticklabels=list(lines),
+        title="small: the value swept; bold: log10 of the error",
     )
     axes.tick_params(length=0, labelsize=7)
     for side in axes.spines.values():
@@ -303,6 +303,10 @@ def plot_heat(rows: Sequence[StabilityRow], path: Path) -> None:
     figure.savefig(path, dpi=150)
 
 
-def _label(key: tuple[str, ...]) -> str:
-    sweep, subject, formulation, method = key
-    return f"{sweep}: {subject}, {method}" + ("" if formulation == "constrained" else f", {formulation}")
+def _line(row: StabilityRow) -> str:
+    """The line of the heat map that a row is on: all numbers of panels, and both singular starts, are on one."""
+    subject = row.subject.removesuffix(", flat")
+    if row.sweep == "panels":
+        subject = subject.partition(" of ")[0]
+    formulation = "" if row.formulation == "constrained" else f", {row.formulation}"
+    return f"{row.sweep}: {subject}, {row.method}{formulation}"

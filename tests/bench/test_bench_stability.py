@@ -196,6 +196,7 @@ def row(sweep, value, verdict, error=None):
 def test_counts_and_heat_map(tmp_path):
     rows = [row("a", 1.0, "accurate", 1e-7), row("a", 2.0, "degraded", 1e-3), row("b", 1.0, "refused")]
     rows += [row("b", 2.0, "wrong", 1.0)]
+    assert len({stability._line(r) for r in rows}) == 2
     found = count(rows)
     assert [(c.sweep, c.scenes, c.accurate, c.degraded, c.refused, c.wrong, c.worst) for c in found] == [
         ("a", 2, 1, 1, 0, 0, 1e-3),
