@@ -179,6 +179,19 @@ def dynamics(output: Path, quick: bool, repeats: int, json_file: Path | None) ->
     _finish(report, lambda folder: save_report(report, folder), output, json_file)
 
 
+@bench.command(epilog="Example: hcsearch bench stability --quick --json stability.json")
+@_common("stability")
+def stability(output: Path, quick: bool, json_file: Path | None) -> None:
+    """Dynamics of extreme scenes, each with a verdict: accurate, degraded by a bound, refused with its reason.
+
+    Stiffness, damping, thickness, masses, panels, starts, tolerances and restitution over many decades; a heat map.
+    """
+    from hcsearch.bench.stability import measure, save_report  # noqa: PLC0415
+
+    report = measure(quick=quick, say=_say)
+    _finish(report, lambda folder: save_report(report, folder), output, json_file)
+
+
 @bench.command(epilog="Example: hcsearch bench tables --output docs")
 @_common("tables")
 @_limit("600, quick: 10", "a search")

@@ -24,7 +24,7 @@ Outcome = Literal["flat", "moving", "at rest", "jammed", "diverged", "out of ste
 FLAT = 0.01
 """The array is flat when every fold angle is within this of 0 (rad): 0.6 degrees."""
 STILL = 1e-4
-"""It is at rest below this speed (rad/s) and acceleration (rad/s^2)."""
+"""It is at rest when speeds and accelerations would move no hinge by more in the time left, or in 1 s (rad)."""
 STEEP = 1.4
 """A floating base that turns about its second axis by more than this (rad) nears the singularity of its angles."""
 

@@ -15,6 +15,7 @@ from hcsearch.kernels.multibody import recording
 from hcsearch.kernels.multibody import simulation as kernel
 from hcsearch.kernels.multibody.cuts import cut_angles
 from hcsearch.kernels.multibody.motion import hold_for
+from hcsearch.kernels.multibody.steps import Plan
 from hcsearch.kernels.multibody.sweeps import move, place
 from hcsearch.kernels.multibody.tree import work_for
 
@@ -60,7 +61,8 @@ class Event:
 class Motion:
     """States of a motion and its books.
 
-    times : (k,), s. q, v, a : (k, n_joints), coordinates, velocities, accelerations; at an event those after it.
+    times : (k,), s. q, v, a : (k, n_joints), coordinates, velocities, accelerations; at an event two
+        states, before it and after it.
     overdamped : whether velocities are all that is known beside the coordinates, and a is 0.
     kinetic, stored, height, in_stops : (k,), energy of motion, of laws and struts, of gravity, of compliant stops, J.
     damped, lost : (k,), energy lost in dampers, and at events, since the start. gap : greatest closure residual before
@@ -137,12 +139,12 @@ def simulate(
     tolerance, floor : relative and absolute error of a step (the floor is the tolerance unless given).
     restitution : of hard stops, 0 to 1; impacts slower than `slow` (rad/s) do not bounce.
     flat : end when all coordinates, or those that are watched, are within this of 0 (rad).
-    rest : end when all speeds and accelerations are below this.
+    rest : end when no speed or acceleration would move a joint by more than this (rad) in the time left, or in 1 s.
     closed : residual after the projection that follows each step.
     """
     n = system.n_joints
     record = _record(n, max_steps)
-    plan = kernel.Plan(
+    plan = Plan(
         end=float(end),
         tolerance=float(tolerance),
         floor=float(tolerance if floor is None else floor),
@@ -221,7 +223,7 @@ def _motion(record: recording.Record, overdamped: bool) -> Motion:
             )
             for k in range(events)
         ),
-        steps=states - 1,
+        steps=int(np.count_nonzero(np.diff(record.times[:states]))),
         rejected=rejected,
         evaluations=evaluations,
     )

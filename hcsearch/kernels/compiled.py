@@ -1,11 +1,11 @@
-"""The one way this project compiles a loop: cached on disk, without the interpreter lock, typed for mypy."""
+"""How this project compiles its loops: cached on disk, without the interpreter lock, typed for mypy."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import numba
 
@@ -13,12 +13,28 @@ Kernel = TypeVar("Kernel", bound=Callable[..., object])
 
 
 def compiled(function: Kernel) -> Kernel:
-    """Compile a kernel with numba.
+    """Compile a kernel with numba."""
+    return _compiled(function, counting=True)
+
+
+def lean(function: Kernel) -> Kernel:
+    """Compile a kernel that makes no arrays, and calls nothing that does, without counting references.
+
+    numba counts those of every array of a table of arrays at every call, which takes longer than a small kernel does.
+    Whoever calls holds the arrays meanwhile.
+    """
+    return _compiled(function, counting=False)
+
+
+def _compiled(function: Kernel, *, counting: bool) -> Kernel:
+    """A kernel, cached with a stamp.
 
     numba would compile again only when the file of the kernel itself has changed, and not those of the kernels that it
     calls; ours are stamped with the newest of all files.
     """
-    dispatcher = numba.njit(cache=True, nogil=True)(function)
+    # the flag is passed on to kernels that are compiled on the way, unless they say themselves
+    njit: Any = numba.njit  # has options that its types do not tell
+    dispatcher = njit(cache=True, nogil=True, _nrt=counting)(function)
     # numba has no public way to say this
     file = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
     if file is not None:

@@ -309,7 +309,10 @@ def test_wrong_words_say_what_to_do(words, message):
         (("",), "there is no assembly '': see hcsearch assembly list"),
         (("17:4",), "there is no hcsearch database at hcsearch.sqlite: make one with `hcsearch enumerate`"),
         (("17:4", "--db", "other.sqlite"), "there is no hcsearch database at other.sqlite"),
-        (("triangle:012345",), "triangle:012345 does not fold into two stacks: choose among hcsearch query 'two_stack'"),
+        (
+            ("triangle:012345",),
+            "triangle:012345 does not fold into two stacks: choose among hcsearch query 'two_stack'",
+        ),
         (("hex:0234550132",), "hex:0234550132 has 2 foldings: name one as hex:0234550132:CREASE; its creases are 3, 4"),
         (("hex:0234550132:0",), "has no two-stack folding at crease 0: its creases are 3, 4"),
         (("hex:0234550132:4:4",), "write an id or a circuit notation, then :CREASE if wanted"),

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.multibody.cuts import cut_energy
 from hcsearch.kernels.multibody.hinges import lost_power
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate
@@ -73,7 +73,7 @@ def step(
     return h * first / math.sqrt((first + 0.01 * second) * 2 * n)
 
 
-@compiled
+@lean
 def write_stage(mechanism: Mechanism, hold: Hold, state: Reals, a: Reals, work: Work, stage: Reals) -> None:
     """Derivative of a state (q, v, energy lost), with the accelerations given; after `accelerate`."""
     n = len(a)

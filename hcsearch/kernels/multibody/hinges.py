@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.multibody.tree import (
     ARM,
     CENTRE,
@@ -89,7 +89,7 @@ class Struts(NamedTuple):
     rests: Reals
 
 
-@compiled
+@lean
 def moment(hinges: Hinges, i: int, branch: int, q: float) -> tuple[float, float]:
     """Resisting moment of the law of a joint at one coordinate, and the energy that it stores."""
     first, last = hinges.pieces[i, branch]
@@ -103,7 +103,7 @@ def moment(hinges: Hinges, i: int, branch: int, q: float) -> tuple[float, float]
     return value, hinges.energies[k] + energy
 
 
-@compiled
+@lean
 def steepness(hinges: Hinges, i: int, branch: int, q: float) -> float:
     """Slope of the law of a joint, of its compliant stop too."""
     first, last = hinges.pieces[i, branch]
@@ -118,7 +118,7 @@ def steepness(hinges: Hinges, i: int, branch: int, q: float) -> float:
     return slope
 
 
-@compiled
+@lean
 def joint_torques(hinges: Hinges, branches: Signs, q: Reals, v: Reals, torques: Reals) -> None:
     """Forces of laws, dampers and compliant stops along the joints (thesis eqs. 4.20 to 4.22)."""
     for i in range(len(q)):
@@ -131,7 +131,7 @@ def joint_torques(hinges: Hinges, branches: Signs, q: Reals, v: Reals, torques: 
         torques[i] = -value
 
 
-@compiled
+@lean
 def pull_struts(struts: Struts, work: Work) -> None:
     """Add the forces of struts to the pulls on bodies; after `move`."""
     b = work.bodies
@@ -147,7 +147,7 @@ def pull_struts(struts: Struts, work: Work) -> None:
                 add(b, body, PULL_FORCE, pull)
 
 
-@compiled
+@lean
 def _strut(struts: Struts, s: int, work: Work) -> tuple[Vector, float, float]:
     """Direction from the first point of a strut to the second, speed at which it grows, and length."""
     b = work.bodies
@@ -165,7 +165,7 @@ def _strut(struts: Struts, s: int, work: Work) -> tuple[Vector, float, float]:
     return line, dot(line, growth), length
 
 
-@compiled
+@lean
 def kinetic(tree: Tree, work: Work) -> float:
     """Energy of motion, J; after `move`."""
     found = 0.0
@@ -201,7 +201,7 @@ def joint_momenta(tree: Tree, work: Work, found: Reals) -> None:
             add(carried, p, 3, momentum)
 
 
-@compiled
+@lean
 def energies(tree: Tree, hinges: Hinges, struts: Struts, branches: Signs, q: Reals, work: Work, found: Reals) -> None:
     """Write kinetic energy, energy of laws and struts, of gravity, and of compliant stops; (4,).
 
@@ -225,7 +225,7 @@ def energies(tree: Tree, hinges: Hinges, struts: Struts, branches: Signs, q: Rea
         found[1] += 0.5 * struts.stiffness[s] * (length - struts.rests[s]) ** 2
 
 
-@compiled
+@lean
 def lost_power(hinges: Hinges, struts: Struts, q: Reals, v: Reals, work: Work) -> float:
     """Power lost in dampers, of compliant stops and struts too; after `move`."""
     power = 0.0

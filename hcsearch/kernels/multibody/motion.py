@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.multibody.cuts import Cuts, pull_cuts
 from hcsearch.kernels.multibody.hinges import Hinges, Struts, joint_torques, pull_struts
 from hcsearch.kernels.multibody.sweeps import gather, load, move, place, release
@@ -56,7 +56,7 @@ def hold_for(mechanism: Mechanism, q: Reals) -> Hold:
     )
 
 
-@compiled
+@lean
 def view(mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, work: Work) -> None:
     """Positions and velocities of all bodies, and the forces of loads, struts and cut hinges on them."""
     tree = mechanism.tree
@@ -74,7 +74,7 @@ def view(mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, work: Work) -> No
         pull_cuts(mechanism.cuts, hold.cut_branches, work)
 
 
-@compiled
+@lean
 def solve(mechanism: Mechanism, hold: Hold, scale: float, fresh: bool, work: Work, found: Reals) -> bool:
     """Write the joint accelerations for the joint forces in `work.torques`; after `view`. As `accelerate`."""
     tree = mechanism.tree
@@ -88,7 +88,7 @@ def solve(mechanism: Mechanism, hold: Hold, scale: float, fresh: bool, work: Wor
     return good
 
 
-@compiled
+@lean
 def accelerate(
     mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, scale: float, fresh: bool, work: Work, found: Reals
 ) -> bool:
@@ -100,7 +100,8 @@ def accelerate(
     view(mechanism, hold, q, v, work)
     joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
     if mechanism.overdamped:
-        work.soft[:] = mechanism.hinges.damping
+        for i in range(len(work.soft)):
+            work.soft[i] = mechanism.hinges.damping[i]
     return solve(mechanism, hold, scale, fresh, work, found)
 
 
@@ -109,7 +110,8 @@ def largest_pivot(mechanism: Mechanism, q: Reals, work: Work) -> float:
     """Largest diagonal entry of the Delassus matrix with all joints free, which pivots are compared to."""
     tree, n = mechanism.tree, len(q)
     if mechanism.overdamped:
-        work.soft[:] = mechanism.hinges.damping
+        for i in range(len(work.soft)):
+            work.soft[i] = mechanism.hinges.damping[i]
     place(tree, q, work)
     move(tree, np.zeros(n), work)
     gather(tree, np.zeros(n, np.int8), work)
@@ -146,7 +148,7 @@ def project(tree: Tree, held: Signs, q: Reals, v: Reals, closed: float, work: Wo
     return worst, rate
 
 
-@compiled
+@lean
 def _correct(tree: Tree, held: Signs, still: Reals, change: Reals, work: Work) -> None:
     """The change of joint coordinates, or velocities, that takes away the errors."""
     load(tree, held, still, False, work)

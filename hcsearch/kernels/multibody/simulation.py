@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import math
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled
 from hcsearch.kernels.multibody.cuts import cut_energy
-from hcsearch.kernels.multibody.events import UP, first_event, first_near, pulling, threshold
-from hcsearch.kernels.multibody.explicit import Method, step, write_stage
+from hcsearch.kernels.multibody.events import UP, first_event, first_near, pulling
+from hcsearch.kernels.multibody.explicit import Method, write_stage
 from hcsearch.kernels.multibody.hinges import energies, moment
-from hcsearch.kernels.multibody.implicit import implicit_step
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, largest_pivot, project
 from hcsearch.kernels.multibody.recording import (
     LET_GO,
@@ -26,6 +22,7 @@ from hcsearch.kernels.multibody.recording import (
     note_stops,
     save,
 )
+from hcsearch.kernels.multibody.steps import Plan, first_step, land, loosen, take_step
 from hcsearch.kernels.multibody.stops import collide, regrip
 from hcsearch.kernels.multibody.sweeps import move, place
 from hcsearch.kernels.multibody.tree import CENTRE, PLACE, TURN, Work
@@ -40,8 +37,6 @@ TIME_OUT, FLAT, REST, TOO_MANY, NO_STEP, OPEN, WRONG, UNBALANCED, JAMMED = 0, 1,
 loops that could not be closed, with numbers that are none, with an energy balance that does not hold, or with stops
 that have more and more events in no time."""
 
-REACHED = 1e-11
-"""A joint is at a stop within this (rad)."""
 CHATTER, CROWDED = 40, 1e-6
 """Stops count as jammed after so many events, each within this share of the time to simulate after the one before: the
 loops drive joints against their stops that can hardly move otherwise, as at a dead point."""
@@ -49,29 +44,6 @@ BALANCE = 1e-2
 """Error of the energy balance, as a share of the largest energy, at which a simulation is given up."""
 APART = 1e-3
 """Closure residual after projection at which loops count as open."""
-
-
-class Plan(NamedTuple):
-    """What a simulation is asked for.
-
-    end : s. tolerance, floor : relative and absolute. first : first step (s), 0 to find one; longest : longest step.
-    restitution : of stops, 0 to 1. slow : speed (rad/s) below which stops do not bounce.
-    flat : (n,), coordinates of the flat state, NaN where they do not count. near : distance from them that counts as
-        flat; below 0 never.
-    rest : speed (rad/s) and acceleration below which it is at rest; below 0 never. closed : residual after projection.
-    """
-
-    end: float
-    tolerance: float
-    floor: float
-    first: float
-    longest: float
-    restitution: float
-    slow: float
-    flat: Reals
-    near: float
-    rest: float
-    closed: float
 
 
 @compiled
@@ -96,7 +68,7 @@ def simulate(
     save(record, hold, 0.0, q, v, a, books, 0.0)
     start[:n], start[n : 2 * n], start[2 * n] = q, v, books[4]
     write_stage(mechanism, hold, start, a, work, stages[0])
-    time, h = 0.0, _first_step(plan, method.order, q, v, a)
+    time, h = 0.0, first_step(plan, method.order, q, v, a)
     rejected, crowd, crowd_time = False, 0, 0.0
     turns = np.zeros(n + len(mechanism.cuts.bodies))
     all_turns(mechanism, q, v, work, turns, turns.copy())
@@ -106,7 +78,7 @@ def simulate(
         if counts[4] != GOES_ON:
             break
         h = min(h, plan.longest, plan.end - time)
-        error = _step(mechanism, hold, method, plan, h, scale, work, stages, start, end, counts)
+        error = take_step(mechanism, hold, method, plan, h, scale, work, stages, start, end, counts)
         if not error <= 1.0:
             counts[3] += 1
             h *= max(0.1, 0.9 * error ** (-1.0 / method.order)) if error < 1e100 else 0.1
@@ -124,11 +96,13 @@ def simulate(
         took = h
         if came < share:
             took, share = came * h, 2.0
-            _step(mechanism, hold, method, plan, took, scale, work, stages, start, end, counts)
+            take_step(mechanism, hold, method, plan, took, scale, work, stages, start, end, counts)
         elif share <= 1.0:
-            took = _land(
+            took = land(
                 mechanism, hold, method, plan, share * h, h, joint, kind, scale, work, stages, start, end, counts
             )
+        else:
+            took = loosen(mechanism, hold, method, plan, grip, h, scale, work, stages, start, end, counts)
         q[:], v[:], books[4] = end[:n], end[n : 2 * n], end[2 * n]
         time += took
         gap, _ = project(mechanism.tree, hold.held, q, v, plan.closed, work)
@@ -139,7 +113,14 @@ def simulate(
                 note_hits(mechanism, hold, time, joint, q, v, record)
             else:
                 note(record, time, joint, SNAP_UP if kind == UP else SNAP_DOWN, v[joint])
+            # a state before the event and one after it: what is between steps follows from both their ends
+            accelerate(mechanism, hold, q, v, scale, True, work, a)
+            counts[2] += 1
+            _balance(mechanism, hold, q, v, work, books)
+            save(record, hold, time, q, v, a, books, gap)
             _happen(mechanism, hold, plan, joint, kind, q, v, scale, work, a, books)
+            accelerate(mechanism, hold, q, v, scale, True, work, a)
+            counts[2] += 1
         else:
             accelerate(mechanism, hold, q, v, scale, True, work, a)
             counts[2] += 1
@@ -148,7 +129,6 @@ def simulate(
             _balance(mechanism, hold, q, v, work, books)
         if mechanism.hinges.stop_stiffness > 0.0:
             note_stops(mechanism, time, took, q, v, work, turns, record)
-        accelerate(mechanism, hold, q, v, scale, True, work, a)
         save(record, hold, time, q, v, a, books, gap)
         start[:n], start[n : 2 * n], start[2 * n] = q, v, books[4]
         write_stage(mechanism, hold, start, a, work, stages[0])
@@ -168,41 +148,15 @@ def simulate(
 
 
 @compiled
-def _step(
-    mechanism: Mechanism,
-    hold: Hold,
-    method: Method,
-    plan: Plan,
-    h: float,
-    scale: float,
-    work: Work,
-    stages: Reals,
-    start: Reals,
-    end: Reals,
-    counts: Whole,
-) -> float:
-    """One step by the method; its error. The last stage holds the derivative at its end."""
-    if not method.columns:
-        counts[2] += len(method.b)
-        return step(mechanism, hold, method, plan.tolerance, plan.floor, h, scale, work, stages, start, end)
-    n, columns = len(hold.held), method.columns
-    counts[2] += columns * (columns + 1) // 2 + 1
-    error = implicit_step(mechanism, hold, columns, plan.tolerance, plan.floor, h, scale, work, stages[1:], start, end)
-    a = np.empty(n)
-    accelerate(mechanism, hold, end[:n], end[n : 2 * n], scale, False, work, a)
-    write_stage(mechanism, hold, end, a, work, stages[columns])
-    return error
-
-
-@compiled
 def _ending(plan: Plan, hold: Hold, time: float, h: float, q: Reals, v: Reals, a: Reals, record: Record) -> int:
     """How the simulation ends here, or that it goes on."""
     near = plan.near >= 0.0
     for i in range(len(q)):
         near = near and not abs(q[i] - plan.flat[i]) > plan.near
     still = plan.rest >= 0.0
+    left = max(1.0, plan.end - time)  # a slow motion that has long to go is none at rest
     for i in range(len(q)):
-        still = still and (hold.held[i] != 0 or (abs(v[i]) <= plan.rest and abs(a[i]) <= plan.rest))
+        still = still and (hold.held[i] != 0 or (abs(v[i]) * left <= plan.rest and abs(a[i]) * left**2 <= plan.rest))
     ending = GOES_ON
     if near:
         ending = FLAT
@@ -292,57 +246,3 @@ def _balance(mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, work: Work, b
         books[k] = found[k]
         total += found[k]
     return total
-
-
-@compiled
-def _first_step(plan: Plan, order: int, q: Reals, v: Reals, a: Reals) -> float:
-    """A first step from the size of the motion (Hairer, Norsett and Wanner 1993, section II.4, in part)."""
-    if plan.first > 0.0:
-        return plan.first
-    n = len(q)
-    size = rate = 0.0
-    for i in range(n):
-        weight_q, weight_v = plan.floor + plan.tolerance * abs(q[i]), plan.floor + plan.tolerance * abs(v[i])
-        size += (q[i] / weight_q) ** 2 + (v[i] / weight_v) ** 2
-        rate += (v[i] / weight_q) ** 2 + (a[i] / weight_v) ** 2
-    if rate == 0.0:
-        return plan.longest
-    guess = 0.01 * math.sqrt(size / rate) if size > 0.0 else 1e-6
-    return min(plan.longest, max(guess, 1e-9 * plan.end))
-
-
-@compiled
-def _land(
-    mechanism: Mechanism,
-    hold: Hold,
-    method: Method,
-    plan: Plan,
-    guess: float,
-    longest: float,
-    joint: int,
-    kind: int,
-    scale: float,
-    work: Work,
-    stages: Reals,
-    start: Reals,
-    end: Reals,
-    counts: Whole,
-) -> float:
-    """Repeat the step so that it ends where the joint has its event; its length."""
-    n = len(hold.held)
-    limit = threshold(mechanism, hold, joint, kind)
-    h = guess
-    low, high = 0.0, longest
-    for _ in range(12):
-        _step(mechanism, hold, method, plan, h, scale, work, stages, start, end, counts)
-        past = (end[joint] - limit) * (1.0 if kind % 2 else -1.0)
-        if abs(past) <= REACHED:
-            break
-        if past > 0.0:
-            high = min(high, h)
-        else:
-            low = max(low, h)
-        speed = end[n + joint]
-        trial = h - (end[joint] - limit) / speed if speed != 0.0 else 0.5 * (low + high)
-        h = trial if low < trial < high else 0.5 * (low + high)
-    return h

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import lean
 from hcsearch.kernels.multibody.tree import (
     ABOVE,
     ALONG,
@@ -86,7 +86,7 @@ Reals = NDArray[np.float64]
 Signs = NDArray[np.int8]
 
 
-@compiled
+@lean
 def place(tree: Tree, q: Reals, work: Work) -> None:
     """Positions of all bodies and of the closure rows."""
     b = work.bodies
@@ -124,7 +124,7 @@ def place(tree: Tree, q: Reals, work: Work) -> None:
         put(work.ways, r, ARM_A, arm)
 
 
-@compiled
+@lean
 def move(tree: Tree, v: Reals, work: Work) -> None:
     """Velocities of all bodies, and the accelerations that they cause; after `place`."""
     b = work.bodies
@@ -150,7 +150,7 @@ def move(tree: Tree, v: Reals, work: Work) -> None:
             put(b, i, DRIFT, drift)
 
 
-@compiled
+@lean
 def _load_body(tree: Tree, i: int, work: Work) -> None:
     """Inertia and bias of one body on its own, about its joint."""
     b = work.bodies
@@ -172,7 +172,7 @@ def _load_body(tree: Tree, i: int, work: Work) -> None:
     put(b, i, BIAS_FORCE, minus(cross(spin, cross(spin, (x, y, z))), at(b, i, PULL_FORCE)))
 
 
-@compiled
+@lean
 def _load_rows(tree: Tree, work: Work) -> None:
     """The unit forces of the closure rows on the bodies where they act."""
     slots = work.slots
@@ -195,7 +195,7 @@ def _load_rows(tree: Tree, work: Work) -> None:
                 add(slots, slot, ROW_COUPLE, times(sign, way))
 
 
-@compiled
+@lean
 def _pass_on(i: int, p: int, work: Work) -> None:
     """Add the inertia left at joint i to that of its parent, about the parent's joint."""
     b = work.bodies
@@ -230,7 +230,7 @@ def _pass_on(i: int, p: int, work: Work) -> None:
     )
 
 
-@compiled
+@lean
 def gather(tree: Tree, held: Signs, work: Work) -> None:
     """Articulated inertias, what each closure row does along each joint, and the Delassus matrix; after `move`.
 
@@ -283,7 +283,7 @@ def gather(tree: Tree, held: Signs, work: Work) -> None:
             work.delassus[s, r] = work.delassus[r, s]
 
 
-@compiled
+@lean
 def _free(i: int, couple: Vector, force: Vector, along: float, work: Work) -> None:
     """Take what moves with the joint out of the inertia."""
     b = work.bodies
@@ -295,7 +295,7 @@ def _free(i: int, couple: Vector, force: Vector, along: float, work: Work) -> No
     add(b, i, CROSSED + 6, times(s * couple[2], force))
 
 
-@compiled
+@lean
 def load(tree: Tree, held: Signs, torques: Reals, moving: bool, work: Work) -> None:
     """Forces left over for acceleration at each joint, and what they do to the rows; after `gather`, once.
 
@@ -340,7 +340,7 @@ def load(tree: Tree, held: Signs, torques: Reals, moving: bool, work: Work) -> N
         _own_rates(tree, work)
 
 
-@compiled
+@lean
 def _own_rates(tree: Tree, work: Work) -> None:
     """Add what the spin of welded bodies does to their common point, and that of body a to the direction of the row."""
     b = work.bodies
@@ -368,7 +368,7 @@ def _own_rates(tree: Tree, work: Work) -> None:
                 work.rates[r] += fall / tree.size
 
 
-@compiled
+@lean
 def release(tree: Tree, held: Signs, moving: bool, work: Work, found: Reals) -> None:
     """Joint accelerations with the row forces in `forces`, or velocities from impulses at rest; after `load`.
 

@@ -11,26 +11,26 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import lean
 
 Reals = NDArray[np.float64]
 Vector = tuple[float, float, float]
 Symmetric = tuple[float, float, float, float, float, float]
 
 
-@compiled
+@lean
 def at(table: Reals, i: int, column: int) -> Vector:
     """The vector in row i from a column on."""
     return table[i, column], table[i, column + 1], table[i, column + 2]
 
 
-@compiled
+@lean
 def put(table: Reals, i: int, column: int, v: Vector) -> None:
     """Write a vector into row i from a column on."""
     table[i, column], table[i, column + 1], table[i, column + 2] = v
 
 
-@compiled
+@lean
 def add(table: Reals, i: int, column: int, v: Vector) -> None:
     """Add a vector to the one in row i from a column on."""
     table[i, column] += v[0]
@@ -38,37 +38,37 @@ def add(table: Reals, i: int, column: int, v: Vector) -> None:
     table[i, column + 2] += v[2]
 
 
-@compiled
+@lean
 def plus(a: Vector, b: Vector) -> Vector:
     """The sum of two vectors."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@compiled
+@lean
 def minus(a: Vector, b: Vector) -> Vector:
     """The first vector less the second."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@compiled
+@lean
 def times(s: float, a: Vector) -> Vector:
     """A number times a vector."""
     return s * a[0], s * a[1], s * a[2]
 
 
-@compiled
+@lean
 def dot(a: Vector, b: Vector) -> float:
     """The scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@compiled
+@lean
 def cross(a: Vector, b: Vector) -> Vector:
     """The vector product."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@compiled
+@lean
 def turned(table: Reals, i: int, column: int, a: Vector) -> Vector:
     """The 3 x 3 matrix in row i from a column on, times a vector."""
     return (
@@ -78,7 +78,7 @@ def turned(table: Reals, i: int, column: int, a: Vector) -> Vector:
     )
 
 
-@compiled
+@lean
 def turned_back(table: Reals, i: int, column: int, a: Vector) -> Vector:
     """The transpose of the 3 x 3 matrix in row i from a column on, times a vector."""
     x, y, z = at(table, i, column), at(table, i, column + 3), at(table, i, column + 6)
@@ -89,7 +89,7 @@ def turned_back(table: Reals, i: int, column: int, a: Vector) -> Vector:
     )
 
 
-@compiled
+@lean
 def symmetric(table: Reals, i: int, column: int) -> Symmetric:
     """The symmetric matrix in row i from a column on."""
     return (
@@ -102,21 +102,21 @@ def symmetric(table: Reals, i: int, column: int) -> Symmetric:
     )
 
 
-@compiled
+@lean
 def add_symmetric(table: Reals, i: int, column: int, s: Symmetric) -> None:
     """Add a symmetric matrix to the one in row i from a column on."""
     for k in range(6):
         table[i, column + k] += s[k]
 
 
-@compiled
+@lean
 def product(s: float, a: Vector) -> Symmetric:
     """The symmetric matrix s a a^T."""
     x, y, z = times(s, a)
     return x * a[0], y * a[1], z * a[2], x * a[1], x * a[2], y * a[2]
 
 
-@compiled
+@lean
 def applied(s: Symmetric, a: Vector) -> Vector:
     """A symmetric matrix times a vector."""
     return (
@@ -126,7 +126,7 @@ def applied(s: Symmetric, a: Vector) -> Vector:
     )
 
 
-@compiled
+@lean
 def conjugated(table: Reals, i: int, column: int, s: Symmetric) -> Symmetric:
     """R S R^T for the rotation in row i from a column on."""
     rx, ry, rz = at(table, i, column), at(table, i, column + 3), at(table, i, column + 6)
@@ -134,7 +134,7 @@ def conjugated(table: Reals, i: int, column: int, s: Symmetric) -> Symmetric:
     return dot(rx, x), dot(ry, y), dot(rz, z), dot(rx, y), dot(rx, z), dot(ry, z)
 
 
-@compiled
+@lean
 def turn_row(r: Vector, axis: Vector, angle: float) -> Vector:
     """A row of a rotation that is followed, in its own axes, by one about an axis of unit length."""
     s = math.sin(angle)

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.multibody.tree import (
     ARM_A,
     ARM_B,
@@ -39,7 +39,7 @@ INDEPENDENT = 1e-11
 """A row is chosen when its pivot is above this share of the largest Delassus entry with all joints free."""
 
 
-@compiled
+@lean
 def weld_errors(tree: Tree, work: Work, errors: Reals) -> float:
     """Write the closure residual: turns (rad) and gaps over the size; return the largest; after `place`."""
     worst = 0.0
@@ -73,7 +73,7 @@ def weld_errors(tree: Tree, work: Work, errors: Reals) -> float:
     return worst
 
 
-@compiled
+@lean
 def weld_rates(tree: Tree, work: Work, rates: Reals) -> float:
     """Write the relative velocities of the welded bodies along the rows; return the largest; after `move`."""
     worst = 0.0
@@ -132,7 +132,7 @@ def choose(work: Work, scale: float) -> None:
     work.chosen_count[0] = count
 
 
-@compiled
+@lean
 def factorise(work: Work, scale: float) -> bool:
     """Cholesky factor of the Delassus matrix on the chosen rows; whether they are still independent."""
     count = work.chosen_count[0]
@@ -154,7 +154,7 @@ def factorise(work: Work, scale: float) -> bool:
     return good
 
 
-@compiled
+@lean
 def close_rows(work: Work, unwanted: Reals) -> None:
     """Forces of the rows that take away what is unwanted of each; 0 for rows not chosen; after `factorise`."""
     count = work.chosen_count[0]
