@@ -109,9 +109,9 @@ class Report:
             Table(
                 "deployments",
                 "Whole deployments",
-                "With stops and damping, to flat. `hits`: the first hinges at a stop, with milliseconds. The thesis's "
-                "stops are springs that throw hinges back, those of `constrained` are hard without restitution, so "
-                "that motions go apart after the first hit.",
+                "With stops and damping, to flat. `arrivals`: the first hinges that come to a stop, with milliseconds; "
+                "bounces are left out. The thesis's stops are springs that throw hinges back, those of `constrained` "
+                "are hard without restitution.",
                 self.deployments,
             ),
             Table(
@@ -258,11 +258,11 @@ def _whole_deployment(rows: Sequence[DeploymentRow]) -> list[GoalRow]:
     ours, theirs = found["constrained"], found["penalty"]
     ends = f"ours {ours.outcome} at {ours.end:.4g} s, theirs {theirs.outcome} at {theirs.end:.4g} s"
     name = f"{LOOP}, whole deployment"
-    hits = abs(ours.first_hit - theirs.first_hit) if ours.first_hit and theirs.first_hit else None
+    hits = abs(ours.first_arrival - theirs.first_arrival) if ours.first_arrival and theirs.first_arrival else None
     apart = abs(ours.end - theirs.end) / ours.end if ours.outcome == theirs.outcome == "flat" else None
     return [
         _between(f"{name}: times faster than the thesis's method", 50.0, None, theirs.seconds / ours.seconds, ends),
-        _between(f"{name}: first hits apart, s", None, 1e-4, hits, ""),
+        _between(f"{name}: first arrivals at stops apart, s", None, 1e-4, hits, ""),
         _between(f"{name}: flat times apart, as a share", None, 0.01, apart, ends),
     ]
 

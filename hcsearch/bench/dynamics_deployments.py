@@ -12,8 +12,9 @@ import numpy as np
 
 from hcsearch.bench.dynamics_subjects import SCENE, Case, Subject
 from hcsearch.bench.dynamics_work import gap_of
+from hcsearch.deployment.arrivals import arrivals
 from hcsearch.deployment.compiling import compile_scene
-from hcsearch.deployment.deploying import Deployment, deploy, run
+from hcsearch.deployment.deploying import deploy, run
 from hcsearch.deployment.subjects import folding_linkage
 from hcsearch.enumeration import enumerate_circuits
 from hcsearch.folding import Folding, foldings
@@ -23,9 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 ORDER = 6
-"""Hits that are told."""
-AT_STOP = 1e-6
-"""A hinge is at a stop within this, rad; those that start there do not hit it."""
+"""Arrivals that are told."""
 QUICK_TOLERANCE = 1e-4
 
 
@@ -33,8 +32,8 @@ QUICK_TOLERANCE = 1e-4
 class DeploymentRow:
     """A whole deployment with stops and damping.
 
-    end : s, when flat or given up. first_hit : s. hits : the first hinges at a stop, in order, with times in ms.
-    energy : error of the balance, J. gap : greatest of loops, m. seconds : on the wall, one run.
+    end : s, when flat or given up. first_arrival : s. arrivals : the first hinges that come to a stop, in order, with
+        times in ms. energy : error of the balance, J. gap : greatest of loops, m. seconds : on the wall, one run.
     """
 
     subject: str
@@ -43,8 +42,8 @@ class DeploymentRow:
     tolerance: float
     outcome: str
     end: float
-    first_hit: float | None
-    hits: str
+    first_arrival: float | None
+    arrivals: str
     events: int
     energy: float
     gap: float
@@ -80,30 +79,17 @@ def deployment_rows(subject: Subject, seconds: float) -> Iterator[DeploymentRow]
         warm = replace(compiled, scene=replace(compiled.scene, seconds=1e-6))
         run(warm, method=method, tolerance=tolerance, margin=None)
         found = run(compiled, method=method, tolerance=tolerance, margin=None)
-        hits = hits_of(found)
+        arrived = arrivals(found)
         yield DeploymentRow(
             *(subject.name, formulation, method, tolerance, found.outcome, float(found.motion.times[-1])),
-            first_hit=hits[0][0] if hits else None,
-            hits=" ".join(f"{hinge}@{1e3 * moment:.2f}" for moment, hinge in hits[:ORDER]),
-            events=len(found.motion.events) or len(hits),
+            first_arrival=arrived[0].time if arrived else None,
+            arrivals=" ".join(f"{'+'.join(map(str, a.hinges))}@{1e3 * a.time:.2f}" for a in arrived[:ORDER]),
+            events=len(found.motion.events),
             energy=compiled.factor * found.motion.drift,
             gap=gap_of(Case(subject.name, formulation, compiled, seconds), found.motion.q),
             steps=found.motion.steps,
             seconds=found.seconds,
         )
-
-
-def hits_of(deployment: Deployment) -> list[tuple[float, int]]:
-    """When each hinge first comes to a stop after it was off both, s, in order: stops that give way tell no events."""
-    angles, times = deployment.angles, deployment.motion.times
-    at = (angles <= AT_STOP) | (angles >= np.pi - AT_STOP)
-    been_off = np.maximum.accumulate(~at, axis=0)
-    found = []
-    for hinge in range(angles.shape[1]):
-        hit = np.flatnonzero(at[:, hinge] & been_off[:, hinge])
-        if len(hit):
-            found.append((float(times[hit[0]]), hinge))
-    return sorted(found)
 
 
 def untwisted(grid: str, n: int) -> list[Folding]:

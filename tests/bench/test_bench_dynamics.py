@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from hcsearch.bench import dynamics, pinocchio_system
 from hcsearch.bench.dense_system import Dense
 from hcsearch.bench.dynamics import best_of, goals_of
-from hcsearch.bench.dynamics_deployments import DeploymentRow, QuickRow, deployment_rows, hits_of, quick_row, untwisted
+from hcsearch.bench.dynamics_deployments import DeploymentRow, QuickRow, deployment_rows, quick_row, untwisted
 from hcsearch.bench.dynamics_scale import ScaleRow, slope_of, strip
 from hcsearch.bench.dynamics_subjects import LOOP, WHOLE, subjects
 from hcsearch.bench.dynamics_work import WorkRow, gap_of, reference_of, seconds_at, verdict_of
@@ -18,7 +18,6 @@ from hcsearch.bench.iftomm_problems import bricard, governor
 from hcsearch.bench.states import UnableError, closure, depth_first
 from hcsearch.bench.work import OURS
 from hcsearch.cli import hcsearch
-from hcsearch.deployment.deploying import run
 from hcsearch.dynamics.laws import linear
 from hcsearch.dynamics.simulation import simulate
 from tests.dynamics.naive_dynamics import Twin, random_system
@@ -224,19 +223,14 @@ def test_slopes_are_powers():
     assert slope_of([1, 4], [1.0, 2.0]) == pytest.approx(0.5)
 
 
-def test_hits_are_told_of_both_formulations():
+def test_arrivals_are_told_of_both_formulations():
     own = subject("thesis-4x4")
-    scene = replace(own.compiled("constrained").scene, seconds=0.14)
-    found = run(replace(own.compiled("constrained"), scene=scene), tolerance=1e-6, margin=None)
-    hits = hits_of(found)
-    assert hits[0][0] == pytest.approx(0.1296, abs=1e-4)
-    assert {hinge for moment, hinge in hits if moment == hits[0][0]} == {1, 10}  # mirror images
-    short = [replace(row, seconds=0.0) for row in deployment_rows(own, 0.001)]
-    assert [(row.formulation, row.outcome, row.hits, row.events) for row in short] == [
-        ("constrained", "moving", "", 0),
-        ("penalty", "moving", "", 0),
-    ]
-    assert short[0].gap < 1e-15 < short[1].gap
+    (exact, springs) = deployment_rows(own, 0.13)
+    assert (exact.formulation, springs.formulation) == ("constrained", "penalty")
+    assert exact.arrivals == springs.arrivals == "1+10@129.58"
+    assert exact.first_arrival == pytest.approx(springs.first_arrival, abs=1e-5)
+    assert exact.events == 1 < springs.events  # half of the array; and bounces
+    assert exact.gap < 1e-13 < springs.gap
 
 
 def test_the_gap_of_cut_hinges_is_that_of_their_ends():
