@@ -145,17 +145,21 @@ def _reason(compiled: Compiled, motion: Motion) -> str:
     shut = ", ".join(map(str, held.closed)) or "none"
     opened = ", ".join(map(str, held.open)) or "none"
     where = f"hinges {shut} closed, {opened} open"
+    easier, tighter = "raise the tolerance, or take the implicit method", "lower the tolerance"
+    closer = f"{tighter}, or start further from a singular state"
+    if compiled.formulation == "penalty":
+        easier, closer = "raise the tolerance, or lower cut_stiffness and stop_stiffness", "raise cut_stiffness"
     widest = float(np.abs(motion.q[-1][compiled.hinged]).max(initial=0.0))
     return {
         "flat": f"flat after {end}",
         "time": f"after {end} the widest fold angle is {widest:.3g} rad: give it more seconds",
         "rest": f"at rest from {end} on: {where}",
         "jammed": f"at {end} stops and loops let nothing move on: {where}",
-        "steps": f"{motion.steps} steps reach to {end}: raise the tolerance, or take the implicit method",
-        "stuck": f"no step is short enough at {end}: raise the tolerance, or take the implicit method",
-        "open": f"the loops open at {end}: lower the tolerance, or start further from a singular state",
-        "diverged": f"numbers overflow at {end}: lower the tolerance, or take the implicit method",
-        "energy": f"the energy balance is off by {motion.drift:.2g} J at {end}: lower the tolerance",
+        "steps": f"{motion.steps} steps reach to {end}: {easier}",
+        "stuck": f"no step is short enough at {end}: {easier}",
+        "open": f"the loops open at {end}: {closer}",
+        "diverged": f"numbers overflow at {end}: {tighter}, or take the implicit method",
+        "energy": f"the energy balance is off by {motion.drift:.2g} J at {end}: {tighter}",
     }[motion.ending]
 
 

@@ -66,7 +66,7 @@ class Motion:
     overdamped : whether velocities are all that is known beside the coordinates, and a is 0.
     kinetic, stored, height, in_stops : (k,), energy of motion, of laws and struts, of gravity, of compliant stops, J.
     damped, lost : (k,), energy lost in dampers, and at events, since the start. gap : greatest closure residual before
-        projection, rad or gap over size.
+        projection, rad or gap over size; of cut hinges, what their springs give way.
     """
 
     ending: Ending

@@ -84,6 +84,18 @@ def test_hinges_come_to_hard_and_to_compliant_stops_in_the_same_order():
     assert sum(event.kind == "hit" for event in springs.motion.events) > 50  # bounces
 
 
+def test_springs_that_give_way_too_far_are_no_answer():
+    gaps = []
+    for stiffness in (1e8, 1e6, 1e2):
+        scene = replace(DEFAULT, seconds=0.01, cut_stiffness=stiffness)
+        found = deploy(subject("thesis-4x4"), scene, "penalty", tolerance=1e-5, margin=None)
+        gaps.append(found.motion.gap)
+    assert 0.0 < 20 * gaps[0] < gaps[1] < 1e-3 < gaps[2]
+    assert found.outcome == "diverged"
+    assert found.reason.startswith("the loops open at ")
+    assert found.reason.endswith("s: raise cut_stiffness")
+
+
 def test_an_arrival_is_no_bounce():
     found = deploy(subject("thesis-4x4"), replace(DEFAULT, seconds=0.17, restitution=0.5), margin=None)
     hits = [event for event in found.motion.events if event.kind == "hit"]

@@ -71,7 +71,7 @@ def value(law, angle, branch=0):
 
 
 @settings(max_examples=60)
-@given(laws, angles, st.integers(0, 1))
+@given(laws, angles.filter(lambda x: x == 0.0 or abs(x) > 1e-100), st.integers(0, 1))
 def test_energy_is_the_integral_of_the_moment_from_angle_0(law, angle, branch):
     hinges = kernel(FREE, law)
     breaks = [

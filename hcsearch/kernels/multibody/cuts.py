@@ -113,6 +113,19 @@ def _push(work: Work, body: int, arm: Vector, force: Vector, couple: Vector) -> 
 
 
 @compiled
+def cut_gap(cuts: Cuts, work: Work) -> float:
+    """The greatest gap that a spring feels, m; after `move`."""
+    worst = 0.0
+    for c in range(len(cuts.bodies)):
+        for end in range(2):
+            one = _turned(work, cuts.bodies[c, 0], at(cuts.points, c, 3 * end))
+            two = _turned(work, cuts.bodies[c, 1], at(cuts.points, c, 6 + 3 * end))
+            gap, _ = _gap(cuts, c, end, one, two, work)
+            worst = max(worst, math.sqrt(dot(gap, gap)))
+    return worst
+
+
+@compiled
 def cut_energy(cuts: Cuts, branches: Signs, work: Work) -> tuple[float, float, float, float]:
     """Energy of the laws, of the stops, of the springs across, and power lost in all dampers; after `move`."""
     count = len(cuts.bodies)

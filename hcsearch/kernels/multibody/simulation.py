@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled
-from hcsearch.kernels.multibody.cuts import cut_energy
+from hcsearch.kernels.multibody.cuts import cut_energy, cut_gap
 from hcsearch.kernels.multibody.events import UP, first_event, first_near, pulling
 from hcsearch.kernels.multibody.explicit import Method, write_stage
 from hcsearch.kernels.multibody.hinges import energies, moment
@@ -106,6 +106,8 @@ def simulate(
         q[:], v[:], books[4] = end[:n], end[n : 2 * n], end[2 * n]
         time += took
         gap, _ = project(mechanism.tree, hold.held, q, v, plan.closed, work)
+        if len(mechanism.cuts.bodies):
+            gap = cut_gap(mechanism.cuts, work) / mechanism.tree.size
         if share <= 1.0:
             crowd = crowd + 1 if time - crowd_time <= CROWDED * plan.end else 0
             crowd_time = time
