@@ -1,0 +1,61 @@
+"""Deployments before the first impact against Pinocchio, MuJoCo and Exudyn, which have dynamics of their own."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hcsearch.assemblies import ASSEMBLIES
+from hcsearch.bench import exudyn_system, mujoco_system, pinocchio_system
+from hcsearch.circuit import Circuit
+from hcsearch.deployment.compiling import OMISSIONS, compile_scene
+from hcsearch.deployment.subjects import folding_linkage
+from hcsearch.dynamics.simulation import simulate
+from hcsearch.folding import folding_of
+from hcsearch.linkage import Linkage
+from hcsearch.scenes import SCENES
+
+pytestmark = pytest.mark.slow
+
+SCENE_CHANGES = {
+    "default": {},
+    "gravity": {"gravity": (0.0, -9.81, 0.0)},
+    "floating": {"held": "free", "base_mass": 0.02, "base_inertia": (1e-5, 2e-5, 3e-5)},
+}
+NAMES = ("thesis-4x4", "hex:023224350400:4")
+END = 0.03
+
+
+def linkage_of(name):
+    if name in ASSEMBLIES:
+        return Linkage(ASSEMBLIES[name].build(ASSEMBLIES[name].defaults))
+    circuit, crease = name.rsplit(":", 1)
+    return folding_linkage(folding_of(Circuit.from_notation(circuit).canonical(), int(crease)))
+
+
+def unstopped(name, scene):
+    """The scene with nothing left out, and without stops, which nothing hits in the time; its start."""
+    compiled = compile_scene(
+        linkage_of(name), replace(SCENES["default"], **SCENE_CHANGES[scene]), keep=frozenset(OMISSIONS)
+    )
+    drives = tuple(replace(drive, lower=-math.inf, upper=math.inf) for drive in compiled.system.drives)
+    return replace(compiled.system, drives=drives), compiled.start
+
+
+@pytest.mark.parametrize("scene", SCENE_CHANGES)
+@pytest.mark.parametrize("name", NAMES)
+def test_other_engines_find_the_same_motion(name, scene):
+    system, start = unstopped(name, scene)
+    times, still = np.linspace(0.0, END, 31), np.zeros(len(start))
+    own = simulate(system, start, end=END, method="dormand-prince-8", tolerance=1e-11)
+    expected = own.at(times)
+    assert np.abs(expected[-1] - start).max() > 0.1
+    pinocchio = pinocchio_system.run(system, start, still, times, tolerance=1e-9)
+    assert pinocchio.q == pytest.approx(expected, abs=1e-6)
+    if scene == "floating":  # the others take no bodies without mass, which a base of six joints has
+        return
+    mujoco = mujoco_system.run(system, start, still, times, step=2e-6)
+    assert mujoco.q == pytest.approx(expected, abs=2e-5)
+    exudyn = exudyn_system.run(system, start, still, times, step=2e-5)
+    assert exudyn.q == pytest.approx(expected, abs=1e-4)
