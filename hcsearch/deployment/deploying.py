@@ -147,7 +147,8 @@ def _reason(compiled: Compiled, motion: Motion) -> str:
     where = f"hinges {shut} closed, {opened} open"
     easier, tighter = "raise the tolerance, or take the implicit method", "lower the tolerance"
     closer = f"{tighter}, or start further from a singular state"
-    if compiled.formulation == "penalty":
+    penalty = compiled.formulation == "penalty"
+    if penalty:
         easier, closer = "raise the tolerance, or lower cut_stiffness and stop_stiffness", "raise cut_stiffness"
     widest = float(np.abs(motion.q[-1][compiled.hinged]).max(initial=0.0))
     return {
@@ -159,7 +160,7 @@ def _reason(compiled: Compiled, motion: Motion) -> str:
         "stuck": f"no step is short enough at {end}: {easier}",
         "open": f"the loops open at {end}: {closer}",
         "diverged": f"numbers overflow at {end}: {tighter}, or take the implicit method",
-        "energy": f"the energy balance is off by {motion.drift:.2g} J at {end}: {tighter}",
+        "energy": f"the energy balance is off by {motion.drift:.2g} J at {end}: {tighter if penalty else closer}",
     }[motion.ending]
 
 
