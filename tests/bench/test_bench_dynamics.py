@@ -140,7 +140,7 @@ def test_dense_matrices_have_no_struts():
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["thesis-4x4", LOOP])
 def test_pinocchio_has_the_accelerations_of_a_tree_with_branches(name):
-    import pinocchio as pin  # noqa: PLC0415 - an extra
+    import pinocchio as pin
 
     case = subject(name).case(WHOLE, 0.05)
     motion = simulate(case.system, case.q, end=case.end, tolerance=1e-9)
