@@ -22,8 +22,8 @@ class Scene:
         to a floating base of base_mass (kg) and base_inertia (kg m^2) about its centre, which is the panel's.
     start : share of the folded angles at which it starts, projected onto closure and at rest.
     restitution : of hinge stops, 0 to 1. seconds : how long it is simulated.
-    stop_stiffness, stop_damping, cut_stiffness, cut_damping : of the penalty formulation (thesis Table 4.3): N m/rad,
-        N m s/rad, N/m, Ns/m.
+    stop_stiffness, stop_damping, cut_stiffness, cut_damping : of stops, and of the springs that close loops, in the
+        penalty (thesis Table 4.3) and the compliant formulation: N m/rad, N m s/rad, N/m, Ns/m.
     """
 
     name: str = "default"

@@ -27,11 +27,13 @@ _METHODS = ("bogacki-shampine", "dormand-prince", "dormand-prince-8", "implicit"
 @click.option("--scene", "scene_name", help="default, earth, thesis, satellite.  [default: default]")
 @click.option(
     "--formulation",
-    type=click.Choice(("constrained", "penalty", "quasistatic")),
+    type=click.Choice(("constrained", "compliant", "penalty", "quasistatic")),
     default="constrained",
     show_default=True,
 )
-@click.option("--method", type=click.Choice(_METHODS), help="Integrator.  [default: dormand-prince]")
+@click.option(
+    "--method", type=click.Choice(_METHODS), help="Integrator.  [default: dormand-prince; compliant: implicit]"
+)
 @click.option(
     "--tolerance", type=float, default=1e-6, show_default=True, help="Error of a step, relative and absolute."
 )
@@ -69,7 +71,7 @@ def deploy(subject: str, scene_name: str | None, as_json: bool, **options: Any) 
     linkage, given = _subject(subject, options)
     named = given.pop("name", "default")
     scene = subjects.scene_with(subjects.scene_named(scene_name or named), given | _scene_values(options))
-    method = options["method"] or "dormand-prince"
+    method = options["method"]
     deployment = simulated(linkage, scene, options["formulation"], method=method, tolerance=options["tolerance"])
     told = telling.facts(deployment)
     if options["explain"]:

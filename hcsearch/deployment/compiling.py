@@ -25,8 +25,8 @@ from hcsearch.scenes import Scene
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
 
-Formulation = Literal["constrained", "penalty", "quasistatic"]
-FORMULATIONS: tuple[Formulation, ...] = ("constrained", "penalty", "quasistatic")
+Formulation = Literal["constrained", "compliant", "penalty", "quasistatic"]
+FORMULATIONS: tuple[Formulation, ...] = ("constrained", "compliant", "penalty", "quasistatic")
 
 OMISSIONS = ("half", "third dimension", "stops")
 """What the compiler leaves out of its own accord, by name."""
@@ -125,7 +125,10 @@ class _Compiler:
 
     def run(self) -> Compiled:
         mirror = self._mirror()
-        penalty = self.formulation == "penalty"
+        penalty, compliant = self.formulation == "penalty", self.formulation == "compliant"
+        springy = penalty or compliant
+        if springy and self.linkage.loops and not self.scene.cut_stiffness:
+            raise HcsearchError("cut_stiffness cannot be 0 where springs close the loops: give a positive number")
         tree = panel_tree(self.linkage, self.scene.density, self.held, cut_hinges=penalty, mirror=mirror)
         joints, bodies, welds, shift = self._based(tree, mirror)
         drives = (*(Drive() for _ in range(shift)), *self._drives(tree))
@@ -136,11 +139,13 @@ class _Compiler:
             self._welds(welds),
             gravity=self.scene.gravity,
             size=self.linkage.pattern.size,
-            stop_stiffness=self.scene.stop_stiffness if penalty else 0.0,
-            stop_damping=self.scene.stop_damping if penalty else 0.0,
+            stop_stiffness=self.scene.stop_stiffness if springy else 0.0,
+            stop_damping=self.scene.stop_damping if springy else 0.0,
             cuts=self._cuts(tree, shift),
             cut_stiffness=self.scene.cut_stiffness,
             cut_damping=self.scene.cut_damping,
+            closure_stiffness=self.scene.cut_stiffness if compliant else 0.0,
+            closure_damping=self.scene.cut_damping if compliant else 0.0,
             overdamped=self.formulation == "quasistatic",
         )
         joint_of = np.where(tree.joint_of >= 0, tree.joint_of + shift, -1)

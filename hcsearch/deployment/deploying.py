@@ -28,8 +28,15 @@ STILL = 1e-4
 STEEP = 1.4
 """A floating base that turns about its second axis by more than this (rad) nears the singularity of its angles."""
 
-STEPS: dict[Formulation, int] = {"constrained": 20_000, "penalty": 400_000, "quasistatic": 20_000}
+STEPS: dict[Formulation, int] = {"constrained": 20_000, "compliant": 100_000, "penalty": 400_000, "quasistatic": 20_000}
 """Steps until a simulation is given up; the thesis's springs need 140 for a millisecond."""
+METHOD: dict[Formulation, str] = {
+    "constrained": "dormand-prince",
+    "compliant": "implicit",
+    "penalty": "dormand-prince",
+    "quasistatic": "dormand-prince",
+}
+"""The integrator unless one is named."""
 LOOKS = 3_000
 """Most states at which contact is looked for."""
 
@@ -82,7 +89,7 @@ def deploy(
     scene: Scene,
     formulation: Formulation = "constrained",
     *,
-    method: str = "dormand-prince",
+    method: str | None = None,
     tolerance: float = 1e-6,
     keep: frozenset[str] = frozenset(),
     margin: float | None = 1e-4,
@@ -100,7 +107,7 @@ def deploy(
 def run(
     compiled: Compiled,
     *,
-    method: str = "dormand-prince",
+    method: str | None = None,
     tolerance: float = 1e-6,
     margin: float | None = 1e-4,
     max_steps: int | None = None,
@@ -114,7 +121,7 @@ def run(
         compiled.system,
         compiled.start,
         end=scene.seconds,
-        method=method,
+        method=method or METHOD[compiled.formulation],
         tolerance=tolerance,
         restitution=scene.restitution,
         flat=FLAT,
@@ -146,10 +153,10 @@ def _reason(compiled: Compiled, motion: Motion) -> str:
     opened = ", ".join(map(str, held.open)) or "none"
     where = f"hinges {shut} closed, {opened} open"
     easier, tighter = "raise the tolerance, or take the implicit method", "lower the tolerance"
-    closer = f"{tighter}, or start further from a singular state"
-    penalty = compiled.formulation == "penalty"
-    if penalty:
+    closer = "take the compliant formulation, or start further from a singular state"
+    if compiled.formulation == "penalty":
         easier, closer = "raise the tolerance, or lower cut_stiffness and stop_stiffness", "raise cut_stiffness"
+    balance = closer if compiled.formulation == "constrained" else tighter
     widest = float(np.abs(motion.q[-1][compiled.hinged]).max(initial=0.0))
     return {
         "flat": f"flat after {end}",
@@ -160,7 +167,7 @@ def _reason(compiled: Compiled, motion: Motion) -> str:
         "stuck": f"no step is short enough at {end}: {easier}",
         "open": f"the loops open at {end}: {closer}",
         "diverged": f"numbers overflow at {end}: {tighter}, or take the implicit method",
-        "energy": f"the energy balance is off by {motion.drift:.2g} J at {end}: {tighter if penalty else closer}",
+        "energy": f"the energy balance is off by {motion.drift:.2g} J at {end}: {balance}",
     }[motion.ending]
 
 

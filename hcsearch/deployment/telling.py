@@ -121,7 +121,7 @@ def save_table(deployment: Deployment, path: str) -> None:
         raise HcsearchError(f"{path} has no known ending: write {', '.join(FORMATS)}")
 
 
-def savings(deployment: Deployment, *, method: str, tolerance: float) -> list[dict[str, Any]]:
+def savings(deployment: Deployment, *, method: str | None, tolerance: float) -> list[dict[str, Any]]:
     """What each omission saved: the same scene with it kept, in joints, closure equations, evaluations and time."""
     found = []
     for omission in deployment.compiled.omissions:

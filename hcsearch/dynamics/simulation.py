@@ -140,7 +140,7 @@ def simulate(
     restitution : of hard stops, 0 to 1; impacts slower than `slow` (rad/s) do not bounce.
     flat : end when all coordinates, or those that are watched, are within this of 0 (rad).
     rest : end when no speed or acceleration would move a joint by more than this (rad) in the time left, or in 1 s.
-    closed : residual after the projection that follows each step.
+    closed : residual after the projection that follows each step, where loops are closed exactly.
     """
     n = system.n_joints
     record = _record(n, max_steps)
@@ -155,7 +155,7 @@ def simulate(
         flat=np.zeros(n) if watched is None else np.where(watched, 0.0, math.nan),
         near=-1.0 if flat is None else float(flat),
         rest=-1.0 if rest is None else float(rest),
-        closed=float(closed),
+        closed=math.inf if system.closure_stiffness else float(closed),
     )
     mechanism = system.mechanism
     coordinates = np.array(q, float)

@@ -72,6 +72,8 @@ class System:
     gravity : m/s^2. size : length that gaps of welds are divided by, m.
     stop_stiffness, stop_damping : of compliant stops (N m/rad, N m s/rad); 0 for hard ones.
     cuts : hinges held together by springs; cut_stiffness, cut_damping : of each spring (N/m, Ns/m).
+    closure_stiffness, closure_damping : of springs that close the loops across the welds (N/m, Ns/m; turns are held as
+        by springs at the distance `size`); 0 for exact closure.
     overdamped : whether inertia is left out, so that dampers alone resist: every joint needs one.
     """
 
@@ -87,6 +89,8 @@ class System:
     cuts: tuple[Cut, ...] = ()
     cut_stiffness: float = 0.0
     cut_damping: float = 0.0
+    closure_stiffness: float = 0.0
+    closure_damping: float = 0.0
     overdamped: bool = False
 
     @property
@@ -104,7 +108,9 @@ class System:
             tree.bodies[:, INERTIA:] = 0.0
             tree.gravity[:] = 0.0
         hinges = self._hinges(self.drives)
-        return Mechanism(tree, hinges, self._struts(), self._cuts(), loads, self.overdamped)
+        area = self.size**2
+        closure = (self.closure_stiffness * area, self.closure_damping * area)
+        return Mechanism(tree, hinges, self._struts(), self._cuts(), loads, *closure, self.overdamped)
 
     def _hinges(self, drives: Sequence[Drive]) -> Hinges:
         pieces, breaks, cubics, energies = tables_of([drive.law for drive in drives])

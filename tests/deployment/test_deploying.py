@@ -73,14 +73,17 @@ def test_hinges_come_to_hard_and_to_compliant_stops_in_the_same_order():
     exact = deploy(linkage, scene, tolerance=1e-8, margin=None)
     whole = deploy(linkage, scene, tolerance=1e-8, margin=None, keep=frozenset(["half"]))
     springs = deploy(linkage, scene, "penalty", margin=None, max_steps=100_000)
+    soft = deploy(linkage, scene, "compliant", tolerance=1e-5, margin=None)
     expected = [("flat", (1, 10)), ("flat", (3, 8)), ("flat", (5,))]
-    for found in (exact, whole, springs):
+    for found in (exact, whole, springs, soft):
         assert [(arrival.stop, arrival.hinges) for arrival in arrivals(found)] == expected
     times, speeds = (
         np.array([[getattr(a, name) for a in arrivals(d)] for d in (exact, springs)]) for name in ("time", "speed")
     )
     assert times[1] == pytest.approx(times[0], abs=2e-5)
     assert speeds[1] == pytest.approx(speeds[0], rel=1e-3)
+    assert [a.time for a in arrivals(soft)] == pytest.approx(times[0], abs=2e-4)
+    assert soft.motion.steps < springs.motion.steps / 3
     assert sum(event.kind == "hit" for event in springs.motion.events) > 50  # bounces
 
 
@@ -103,6 +106,38 @@ def test_an_arrival_is_no_bounce():
     (arrival,) = arrivals(found)
     assert (arrival.stop, arrival.hinges) == ("flat", (1, 10))
     assert (arrival.time, arrival.speed) == (hits[0].time, abs(hits[0].speed))
+
+
+def test_springs_across_the_loops_come_to_exact_closure_as_they_stiffen():
+    scene = replace(DEFAULT, seconds=0.05)
+    exact = deploy(subject("thesis-4x4"), scene, tolerance=1e-9, margin=None)
+    for stiffness in (1e6, 1e7, 1e8):
+        found = deploy(
+            subject("thesis-4x4"), replace(scene, cut_stiffness=stiffness), "compliant", tolerance=1e-7, margin=None
+        )
+        assert found.outcome == "moving"
+        assert found.motion.drift < 1e-8 * found.motion.stored[0]
+        assert found.motion.gap * stiffness == pytest.approx(187.5, rel=1e-3)
+        assert np.abs(found.angles[-1] - exact.angles[-1]).max() * stiffness == pytest.approx(128, rel=0.01)
+
+
+def test_springs_across_the_loops_pass_where_exact_closure_is_singular():
+    linkage = subject("hex:023424540021:3")
+    exact = deploy(linkage, DEFAULT, tolerance=1e-4, margin=None)
+    assert exact.outcome == "diverged"
+    assert exact.reason.endswith("take the compliant formulation, or start further from a singular state")
+    found = deploy(linkage, DEFAULT, "compliant", tolerance=1e-4, margin=None)
+    assert found.outcome == "moving"
+    assert 0.0 < found.motion.gap < 1e-3
+    assert found.motion.drift < 1e-5 * found.motion.stored[0]
+
+
+def test_springs_without_stiffness_close_nothing():
+    scene = replace(DEFAULT, cut_stiffness=0.0)
+    for formulation in ("compliant", "penalty"):
+        with pytest.raises(HcsearchError, match="cut_stiffness cannot be 0"):
+            deploy(subject("element-8r"), scene, formulation, margin=None)
+    assert deploy(subject("element-8r"), replace(scene, seconds=0.01), margin=None).outcome == "moving"
 
 
 def test_motion_without_inertia_is_the_limit_of_great_damping():

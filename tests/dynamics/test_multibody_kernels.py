@@ -6,7 +6,7 @@ from naive_dynamics import Twin, along, random_system
 
 from hcsearch.kernels.multibody import motion, sweeps, welds
 from hcsearch.kernels.multibody.contact import push_apart
-from hcsearch.kernels.multibody.hinges import energies, kinetic, lost_power
+from hcsearch.kernels.multibody.hinges import energies, joint_torques, kinetic, lost_power
 from hcsearch.kernels.multibody.tree import work_for
 
 SEEDS = range(25)
@@ -169,3 +169,40 @@ def test_stops_push_joints_apart_by_the_least_change(seed):
     assert np.abs(case.twin.rows(case.q) @ change).max(initial=0.0) < 1e-6 * size
     active = (touching != 0) & (np.abs(-touching * change - wanted) < 1e-4 * size)
     assert not (pushed[~active]).any()
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_closure_springs_pull_as_in_the_dense_equations(seed):
+    case = Case(seed, hold=0.2, welds=1)
+    q, v = case.q + 0.01 * case.rng.normal(size=case.n), case.rng.normal(size=case.n)
+    stiffness, damping = case.rng.uniform(1.0, 50.0, 2)
+    case.mechanism = case.mechanism._replace(closure_stiffness=stiffness, closure_damping=damping)
+    case.q, case.v = q, v
+    rows, gaps, free = case.twin.rows(q), case.twin.errors(q), ~case.held
+    forces = case.twin.forces(q, v) - rows.T @ (stiffness * gaps + damping * rows @ v)
+    expected = np.linalg.solve(case.twin.masses(q)[np.ix_(free, free)], forces[free])
+    found = case.accelerations()[free]
+    assert found == pytest.approx(expected, rel=1e-6, abs=1e-6 * max(1.0, np.abs(expected).max(initial=0.0)))
+    case.move()
+    stored, lost = motion.closure_energy(case.mechanism, case.work)
+    assert stored == pytest.approx(0.5 * stiffness * gaps @ gaps, rel=1e-9)
+    assert lost == pytest.approx(damping * np.sum((rows @ v) ** 2), rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_closure_springs_ahead_yield_as_in_the_dense_equations(seed):
+    case = Case(seed, hold=0.2, welds=1)
+    h, stiffness, damping = case.rng.uniform(0.01, 0.1), *case.rng.uniform(1.0, 50.0, 2)
+    mechanism = case.mechanism._replace(closure_stiffness=stiffness, closure_damping=damping)
+    motion.view(mechanism, case.hold, case.q, case.v, case.work)
+    joint_torques(mechanism.hinges, case.hold.branches, case.q, case.v, case.work.torques)
+    found = np.empty(case.n)
+    motion.solve_ahead(mechanism, case.hold, h, case.work, found)
+    rows, free = case.twin.rows(case.q), ~case.held
+    drift = along(lambda x: case.twin.rows(x) @ case.v, case.q, case.v)
+    # gap and rate are 0 now, so that both are h^2 and h times the rows' acceleration then
+    soft = h * h * stiffness + h * damping
+    matrix = case.twin.masses(case.q) + soft * rows.T @ rows
+    forces = case.twin.forces(case.q, case.v) - soft * rows.T @ drift
+    expected = np.linalg.solve(matrix[np.ix_(free, free)], forces[free])
+    assert found[free] == pytest.approx(expected, rel=1e-6, abs=1e-6 * max(1.0, np.abs(expected).max(initial=0.0)))

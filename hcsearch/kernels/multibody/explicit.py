@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.multibody.cuts import cut_energy
 from hcsearch.kernels.multibody.hinges import lost_power
-from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate
+from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, closure_energy
 from hcsearch.kernels.multibody.tree import Work
 
 Reals = NDArray[np.float64]
@@ -85,3 +85,5 @@ def write_stage(mechanism: Mechanism, hold: Hold, state: Reals, a: Reals, work: 
     if len(mechanism.cuts.bodies):
         _, _, _, lost = cut_energy(mechanism.cuts, hold.cut_branches, work)
         stage[2 * n] += lost
+    _, lost = closure_energy(mechanism, work)
+    stage[2 * n] += lost

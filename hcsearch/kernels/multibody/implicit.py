@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hcsearch.kernels.compiled import compiled
 from hcsearch.kernels.multibody.cuts import cut_energy
 from hcsearch.kernels.multibody.hinges import joint_torques, lost_power, steepness
-from hcsearch.kernels.multibody.motion import Hold, Mechanism, solve, view
+from hcsearch.kernels.multibody.motion import Hold, Mechanism, closure_energy, solve, solve_ahead, view
 from hcsearch.kernels.multibody.tree import Work
 
 Reals = NDArray[np.float64]
@@ -37,7 +37,10 @@ def _part(mechanism: Mechanism, hold: Hold, h: float, scale: float, work: Work, 
             drag += mechanism.hinges.stop_damping
         work.soft[i] = h * drag + h * h * slope
         work.torques[i] -= h * slope * v[i]
-    solve(mechanism, hold, scale, False, work, a)
+    if mechanism.closure_stiffness > 0.0:
+        solve_ahead(mechanism, hold, h, work, a)
+    else:
+        solve(mechanism, hold, scale, False, work, a)
     for i in range(n):
         if not hold.held[i]:
             v[i] += h * a[i]
@@ -46,6 +49,8 @@ def _part(mechanism: Mechanism, hold: Hold, h: float, scale: float, work: Work, 
     if len(mechanism.cuts.bodies):
         _, _, _, lost = cut_energy(mechanism.cuts, hold.cut_branches, work)
         state[2 * n] += h * lost
+    _, lost = closure_energy(mechanism, work)
+    state[2 * n] += h * lost
 
 
 @compiled

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.multibody.compliance import forces_ahead, spring_energy, spring_forces
 from hcsearch.kernels.multibody.cuts import Cuts, pull_cuts
 from hcsearch.kernels.multibody.hinges import Hinges, Struts, joint_torques, pull_struts
 from hcsearch.kernels.multibody.sweeps import gather, load, move, place, release
@@ -23,6 +24,8 @@ class Mechanism(NamedTuple):
     """Bodies and what acts on them.
 
     loads : (n, 3), constant forces at the centres of mass, N; or no rows.
+    closure_stiffness, closure_damping : of springs in place of exact closure, N m and N m s per rad, or per gap over
+        size; 0 where it is exact.
     overdamped : whether bodies have no inertia, and dampers alone resist; then masses are 0 and weights are loads.
     """
 
@@ -31,6 +34,8 @@ class Mechanism(NamedTuple):
     struts: Struts
     cuts: Cuts
     loads: Reals
+    closure_stiffness: float
+    closure_damping: float
     overdamped: bool
 
 
@@ -80,12 +85,32 @@ def solve(mechanism: Mechanism, hold: Hold, scale: float, fresh: bool, work: Wor
     tree = mechanism.tree
     gather(tree, hold.held, work)
     load(tree, hold.held, work.torques, True, work)
-    if fresh:
-        choose(work, scale)
-    good = factorise(work, scale)
-    close_rows(work, work.rates)
+    good = True
+    if mechanism.closure_stiffness > 0.0:
+        spring_forces(tree, mechanism.closure_stiffness, mechanism.closure_damping, work)
+    else:
+        if fresh:
+            choose(work, scale)
+        good = factorise(work, scale)
+        close_rows(work, work.rates)
     release(tree, hold.held, True, work, found)
     return good
+
+
+@lean
+def solve_ahead(mechanism: Mechanism, hold: Hold, h: float, work: Work, found: Reals) -> None:
+    """Write the joint accelerations with closure springs as they will be after a time h; after `view`, as `solve`."""
+    tree = mechanism.tree
+    gather(tree, hold.held, work)
+    load(tree, hold.held, work.torques, True, work)
+    forces_ahead(tree, mechanism.closure_stiffness, mechanism.closure_damping, h, work)
+    release(tree, hold.held, True, work, found)
+
+
+@lean
+def closure_energy(mechanism: Mechanism, work: Work) -> tuple[float, float]:
+    """Energy of closure springs, and the power lost in their dampers; after `place` and `move`."""
+    return spring_energy(mechanism.tree, mechanism.closure_stiffness, mechanism.closure_damping, work)
 
 
 @lean

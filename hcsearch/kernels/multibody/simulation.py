@@ -10,7 +10,7 @@ from hcsearch.kernels.multibody.cuts import cut_energy, cut_gap
 from hcsearch.kernels.multibody.events import UP, first_event, first_near, pulling
 from hcsearch.kernels.multibody.explicit import Method, write_stage
 from hcsearch.kernels.multibody.hinges import energies, moment
-from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, largest_pivot, project
+from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, closure_energy, largest_pivot, project
 from hcsearch.kernels.multibody.recording import (
     LET_GO,
     SNAP_DOWN,
@@ -72,6 +72,7 @@ def simulate(
     rejected, crowd, crowd_time = False, 0, 0.0
     turns = np.zeros(n + len(mechanism.cuts.bodies))
     all_turns(mechanism, q, v, work, turns, turns.copy())
+    apart = APART if mechanism.closure_stiffness == 0.0 else np.inf
     counts[4] = GOES_ON
     while counts[4] == GOES_ON:
         counts[4] = _ending(plan, hold, time, h, q, v, a, record)
@@ -135,8 +136,8 @@ def simulate(
         start[:n], start[n : 2 * n], start[2 * n] = q, v, books[4]
         write_stage(mechanism, hold, start, a, work, stages[0])
         largest = max(largest, np.abs(books).max())
-        if not gap <= APART:
-            counts[4] = OPEN if gap > APART else WRONG
+        if not gap <= apart:
+            counts[4] = OPEN if gap > apart else WRONG
         elif not abs(books.sum() - whole) <= BALANCE * largest:
             counts[4] = UNBALANCED
         elif crowd > CHATTER:
@@ -243,6 +244,8 @@ def _balance(mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, work: Work, b
         stored, stops, across, _ = cut_energy(mechanism.cuts, hold.cut_branches, work)
         found[1] += stored
         found[3] += stops + across
+    stored, _ = closure_energy(mechanism, work)
+    found[3] += stored
     total = 0.0
     for k in range(4):
         books[k] = found[k]

@@ -81,7 +81,8 @@ class Work(NamedTuple):
     """What the recursions write.
 
     bodies : (n, 77). slots : (s, 7). ways : (m, 9).
-    errors, rates, forces : (m,), closure residual, its rate (or acceleration), and forces of the rows.
+    errors, rates, forces : (m,), closure residual, its rate (or acceleration), and forces of the rows. opening : (m,),
+        rates of the residuals of closure springs.
     delassus : (m, m), accelerations of the rows by their forces. factor : (m, m), its Cholesky factor on chosen rows.
     chosen : (m,), the rows that are independent. chosen_count : (1,), how many.
     torques, soft : (n,), joint forces, and what implicit steps add to the joints' own inertia.
@@ -93,6 +94,7 @@ class Work(NamedTuple):
     errors: Reals
     rates: Reals
     forces: Reals
+    opening: Reals
     delassus: Reals
     factor: Reals
     chosen: Whole
@@ -111,6 +113,7 @@ def work_for(tree: Tree) -> Work:
         errors=np.zeros(m),
         rates=np.zeros(m),
         forces=np.zeros(m),
+        opening=np.zeros(m),
         delassus=np.zeros((m, m)),
         factor=np.zeros((m, m)),
         chosen=np.zeros(m, np.int64),
