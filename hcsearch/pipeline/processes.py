@@ -96,16 +96,16 @@ def _serve(requests: Connection) -> None:
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
-    while True:
-        try:
+    try:
+        while True:
             call, arguments, options = requests.recv()
-        except EOFError:
-            return
-        try:
-            answer = True, call(*arguments, **options)
-        except Exception as error:
-            answer = False, error
-        requests.send(answer)
+            try:
+                answer = True, call(*arguments, **options)
+            except Exception as error:
+                answer = False, error
+            requests.send(answer)
+    except (EOFError, ConnectionError):
+        return  # nobody asks any more
 
 
 @contextmanager
