@@ -100,8 +100,8 @@ class Report:
                 f"that is greater; from `energy`: share of the largest energy. Accurate: at most {ALLOWED:g} "
                 f"tolerances, and {ROUNDING:g} for rounding. Degraded: within `bound`, {SAFETY:g} times the closure "
                 "residual and the distance to the same simulation at ten times the tolerance (penalty: a tenth of the "
-                "stiffness). Refused: the simulation says itself that it has no answer. `energy`: error of the "
-                "balance over the largest energy. `gap`: closure residual of the fold angles.",
+                "stiffness, or ten times it). Refused: the simulation says itself that it has no answer. `energy`: "
+                "error of the balance over the largest energy. `gap`: closure residual of the fold angles.",
                 self.rows,
             ),
         ]
@@ -203,18 +203,24 @@ def gap_of(deployment: Deployment) -> float:
 
 
 def bound_of(case: Case, deployment: Deployment, allowed: float) -> float | None:
-    """What the distance to a rougher simulation tells of the error; None where that one comes to no answer."""
-    try:
-        rough = simulated(case.rougher)
-    except HcsearchError:
-        return None
-    if rough.outcome in REFUSED or not finite(rough):
+    """What the distance to another simulation tells of the error; None where none comes to an answer."""
+    rough = next(filter(None, (_answer(other) for other in (case.rougher, case.stiffer) if other is not None)), None)
+    if rough is None:
         return None
     end = float(rough.motion.times[-1])
     times, angles = states(deployment, end if rough.outcome != "at rest" else math.inf)
     q = rough.motion.at(np.minimum(times, end))
     others, _ = rough.compiled.of_hinges(q, np.zeros_like(q))
     return allowed + SAFETY * (float(np.abs(angles - others).max()) + gap_of(deployment))
+
+
+def _answer(case: Case) -> Deployment | None:
+    """A simulation that comes to an answer."""
+    try:
+        found = simulated(case)
+    except HcsearchError:
+        return None
+    return None if found.outcome in REFUSED or not finite(found) else found
 
 
 def _row(

@@ -96,6 +96,13 @@ class Case:
             return replace(self, scene=self.rough)
         return replace(self, tolerance=min(10.0 * self.tolerance, 0.1))
 
+    @property
+    def stiffer(self) -> Case | None:
+        """What tells it of springs that close loops, where a tenth of their stiffness is too little."""
+        if self.rough is None:
+            return None
+        return replace(self, scene=replace(self.scene, cut_stiffness=10.0 * self.scene.cut_stiffness))
+
 
 def cases(*, quick: bool) -> Iterator[Case]:
     """All sweeps; quick: every third value, and few subjects."""
