@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from hcsearch.bench.dynamics_deployments import DeploymentRow, QuickRow, deployment_rows, quick_row, untwisted
+from hcsearch.bench.dynamics_deployments import DeploymentRow, QuickRow, deployment_rows, quick_row
 from hcsearch.bench.dynamics_scale import ScaleRow, scale_rows
 from hcsearch.bench.dynamics_subjects import LOOP, WHOLE, subjects
 from hcsearch.bench.dynamics_work import LEVELS, OUTPUTS, ReferenceRow, WorkRow, seconds_at, subject_rows
@@ -14,6 +14,7 @@ from hcsearch.bench.machine import Machine, this_machine
 from hcsearch.bench.plots import plot_work
 from hcsearch.bench.tables import Table, save
 from hcsearch.bench.work import OURS, QUICK_PATIENCE
+from hcsearch.unit_search.elements import untwisted
 
 Say = Callable[[str], None]
 
@@ -150,7 +151,7 @@ def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> Repor
     checked = []
     for grid, n in QUICK_CHECKED if quick else CHECKED:
         say(f"the quick check: {grid} n = {n}")
-        checked.append(quick_row(f"{grid} n = {n}", untwisted(grid, n)))
+        checked.append(quick_row(f"{grid} n = {n}", list(untwisted(grid, n))))
     return Report(machine, work, references, deployments, scale, checked)
 
 

@@ -16,12 +16,11 @@ from hcsearch.deployment.arrivals import arrivals
 from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.deploying import deploy, run
 from hcsearch.deployment.subjects import folding_linkage
-from hcsearch.enumeration import enumerate_circuits
-from hcsearch.folding import Folding, foldings
-from hcsearch.twisting import twist
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from hcsearch.folding import Folding
 
 ORDER = 6
 """Arrivals that are told."""
@@ -90,11 +89,6 @@ def deployment_rows(subject: Subject, seconds: float) -> Iterator[DeploymentRow]
             steps=found.motion.steps,
             seconds=found.seconds,
         )
-
-
-def untwisted(grid: str, n: int) -> list[Folding]:
-    """All untwisted foldings of all circuits of n cells."""
-    return [folding for circuit in enumerate_circuits(grid, n=n) for folding in foldings(circuit) if not twist(folding)]
 
 
 def quick_row(name: str, designs: Sequence[Folding]) -> QuickRow:

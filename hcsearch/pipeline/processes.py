@@ -41,7 +41,6 @@ class ProcessExecutor(Executor):
                     self._start()
         except BaseException:
             self.kill()
-            self.shutdown()
             raise
 
     def _start(self) -> None:
@@ -72,9 +71,10 @@ class ProcessExecutor(Executor):
         return answer
 
     def kill(self) -> None:
-        """End the workers at once; what they were at is lost."""
+        """End the workers at once, and bury them; what they were at is lost."""
         for process in self._processes:
             process.kill()
+        self.shutdown(cancel_futures=True)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Let the workers end when they have nothing more to do, and bury them."""

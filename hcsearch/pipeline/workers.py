@@ -87,7 +87,6 @@ class Crew:
         finally:
             # whoever is still at work then is at a batch that nobody waits for, which may take minutes
             pool.kill()
-            pool.shutdown(cancel_futures=True)
 
 
 def _unpack(task: Callable[[str], T], parcel: Sequence[str]) -> list[T]:

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from hcsearch.bench import dynamics, pinocchio_system
 from hcsearch.bench.dense_system import Dense
 from hcsearch.bench.dynamics import best_of, goals_of
-from hcsearch.bench.dynamics_deployments import DeploymentRow, QuickRow, deployment_rows, quick_row, untwisted
+from hcsearch.bench.dynamics_deployments import DeploymentRow, QuickRow, deployment_rows, quick_row
 from hcsearch.bench.dynamics_scale import ScaleRow, slope_of, strip
 from hcsearch.bench.dynamics_subjects import LOOP, WHOLE, subjects
 from hcsearch.bench.dynamics_work import WorkRow, gap_of, reference_of, seconds_at, verdict_of
@@ -20,6 +20,7 @@ from hcsearch.bench.work import OURS
 from hcsearch.cli import hcsearch
 from hcsearch.dynamics.laws import linear
 from hcsearch.dynamics.simulation import simulate
+from hcsearch.unit_search.elements import untwisted
 from tests.dynamics.naive_dynamics import Twin, random_system
 
 TABLES = {"work", "references", "best", "deployments", "scale", "quick", "goals"}
@@ -244,7 +245,7 @@ def test_the_gap_of_cut_hinges_is_that_of_their_ends():
 
 
 def test_the_quick_check_counts_outcomes():
-    designs = untwisted("hex", 6)
+    designs = list(untwisted("hex", 6))
     row = quick_row("hex n = 6", designs)
     assert row.foldings == len(designs) == 1
     assert row.median_ms == row.worst_ms >= row.simulation_ms > 0.0
