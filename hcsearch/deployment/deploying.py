@@ -30,13 +30,6 @@ STEEP = 1.4
 
 STEPS: dict[Formulation, int] = {"constrained": 20_000, "compliant": 100_000, "penalty": 400_000, "quasistatic": 20_000}
 """Steps until a simulation is given up; the thesis's springs need 140 for a millisecond."""
-METHOD: dict[Formulation, str] = {
-    "constrained": "dormand-prince",
-    "compliant": "implicit",
-    "penalty": "dormand-prince",
-    "quasistatic": "dormand-prince",
-}
-"""The integrator unless one is named."""
 LOOKS = 3_000
 """Most states at which contact is looked for."""
 
@@ -121,7 +114,7 @@ def run(
         compiled.system,
         compiled.start,
         end=scene.seconds,
-        method=method or METHOD[compiled.formulation],
+        method=method or ("implicit" if compiled.formulation == "compliant" else "dormand-prince"),
         tolerance=tolerance,
         restitution=scene.restitution,
         flat=FLAT,

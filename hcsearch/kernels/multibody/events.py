@@ -126,9 +126,9 @@ def _within(
 
 
 @compiled
-def pulling(hold: Hold, grip: float, forces: Reals) -> bool:
-    """Whether a stop would have to pull, by more than the grip, to go on holding."""
+def greatest_pull(hold: Hold, forces: Reals) -> float:
+    """By how much a stop would have to pull at most to go on holding; 0 where all push."""
     most = 0.0
     for i in range(len(forces)):
         most = max(most, hold.held[i] * forces[i])
-    return most > grip
+    return most

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled
 from hcsearch.kernels.multibody.cuts import cut_energy, cut_gap
-from hcsearch.kernels.multibody.events import UP, first_event, first_near, pulling
+from hcsearch.kernels.multibody.events import UP, first_event, first_near, greatest_pull
 from hcsearch.kernels.multibody.explicit import Method, write_stage
 from hcsearch.kernels.multibody.hinges import energies, moment
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, closure_energy, largest_pivot, project
@@ -127,7 +127,7 @@ def simulate(
         else:
             accelerate(mechanism, hold, q, v, scale, True, work, a)
             counts[2] += 1
-            if pulling(hold, grip, a):
+            if greatest_pull(hold, a) > grip:
                 _let_go(mechanism, hold, plan, time, q, v, scale, work, a, record)
             _balance(mechanism, hold, q, v, work, books)
         if mechanism.hinges.stop_stiffness > 0.0:

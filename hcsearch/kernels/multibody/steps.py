@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled
-from hcsearch.kernels.multibody.events import threshold
+from hcsearch.kernels.multibody.events import greatest_pull, threshold
 from hcsearch.kernels.multibody.explicit import Method, step, write_stage
 from hcsearch.kernels.multibody.implicit import implicit_step
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, project
@@ -180,7 +180,4 @@ def _pull(mechanism: Mechanism, hold: Hold, plan: Plan, scale: float, work: Work
     q, v, forces = state[:n].copy(), state[n : 2 * n].copy(), np.empty(n)
     project(mechanism.tree, hold.held, q, v, plan.closed, work)
     accelerate(mechanism, hold, q, v, scale, True, work, forces)
-    most = 0.0
-    for i in range(n):
-        most = max(most, hold.held[i] * forces[i])
-    return most
+    return greatest_pull(hold, forces)
