@@ -32,7 +32,9 @@ _CRITERIA = "\n".join(
     "--weight", "weights", multiple=True, metavar="NAME=W", help="Weight of a criterion, 0 leaves it out.  [default: 1]"
 )
 @click.option(
-    "--pareto", is_flag=True, help="Print only the Pareto front: nothing selected is better in one, no worse in all."
+    "--pareto",
+    is_flag=True,
+    help="Print only the Pareto front: no other is as good in all criteria and better in one.",
 )
 @click.option("--limit", type=click.IntRange(min=0), help="At most this many rows.")
 @click.option("--format", "style", type=click.Choice(_STYLES), default="table", show_default=True)

@@ -1,15 +1,14 @@
 """The weighted score of a design: the mean worth of its criteria, each between 0 and 1.
 
 The worth of a value depends on nothing but the value, by a fixed scale: a score that is stored means the same after
-more designs have come in, and in another database. Scales from the least to the greatest value of the rows at hand, as
-min-max scaling or TOPSIS take them, would change with each row.
+more designs have come in, and in another database. Scales taken from the rows at hand, such as min-max scaling or the
+norms of TOPSIS, would change with each row.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from hcsearch.errors import QueryError
 from hcsearch.store.columns import CRITERIA, Quantity
+from hcsearch.store.conditions import nearest
 
 Reals = NDArray[np.float64]
 
@@ -29,9 +29,7 @@ def complete_weights(given: Mapping[str, float]) -> dict[str, float]:
     names = [quantity.name for quantity in CRITERIA]
     for name, weight in given.items():
         if name not in names:
-            close = get_close_matches(name, names, n=2)
-            hint = f" (did you mean {' or '.join(close)}?)" if close else ""
-            raise QueryError(f"no criterion {name!r}{hint}: weigh {', '.join(names)}")
+            raise QueryError(f"no criterion {name!r}{nearest(name, names)}: weigh {', '.join(names)}")
         if not (math.isfinite(weight) and weight >= 0):
             raise QueryError(f"the weight {weight} of {name} cannot be: give a number from 0, which leaves it out")
     weights = {name: float(given.get(name, 1.0)) for name in names}

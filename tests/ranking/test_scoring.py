@@ -10,7 +10,7 @@ from naive_ranks import dominates, score
 
 from hcsearch.errors import QueryError
 from hcsearch.ranking import complete_weights, weighted_score
-from hcsearch.store.columns import CRITERIA, DESIGNS
+from hcsearch.store.columns import CRITERIA, DESIGNS, VIEWS
 
 NAMES = [quantity.name for quantity in CRITERIA]
 BETTER = [quantity.better for quantity in CRITERIA]
@@ -43,6 +43,11 @@ def test_criteria_are_those_that_designs_are_ranked_by():
     assert [quantity for quantity in DESIGNS if quantity.better and quantity not in CRITERIA] == [
         quantity for quantity in DESIGNS if quantity.name in ("dof_merged", "score")
     ]
+
+
+def test_a_criterion_has_one_unit_and_one_direction_in_all_views():
+    told = {(q.name, q.unit, q.better) for view in VIEWS.values() for q in view if q.name in NAMES}
+    assert told == {(quantity.name, quantity.unit, quantity.better) for quantity in CRITERIA}
 
 
 @given(rows_of(VALUES), WEIGHTS)
