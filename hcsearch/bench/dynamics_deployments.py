@@ -106,7 +106,8 @@ def quick_row(name: str, designs: Sequence[Folding]) -> QuickRow:
         whole.append(1e3 * (end - begin))
         simulation.append(1e3 * found.seconds)
         contact.append(1e3 * (end - built - found.seconds))
-        outcomes[found.outcome + (", contact" if found.contact else "")] += 1
+        kind = "" if found.clearance is None or found.clearance.kind == "clear" else f", {found.clearance.kind}"
+        outcomes[found.outcome + kind] += 1
     told = "; ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common())
     return QuickRow(
         *(name, len(designs), float(np.median(whole)), float(np.quantile(whole, 0.9)), max(whole)),

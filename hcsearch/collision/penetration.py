@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from hcsearch.kernels.overlaps import Prisms, first_overlap
 from hcsearch.linkage import Linkage
+from hcsearch.pattern import Facet
 
 Reals = NDArray[np.float64]
 
@@ -65,15 +66,15 @@ def cuts_through(linkage: Linkage, states: Reals) -> bool:
     return first_cut(linkage, states, TOUCH * linkage.pattern.size) is not None
 
 
-def prisms_of(linkage: Linkage) -> Prisms:
-    """The prisms of all facets in the flat state."""
+def prisms_of(linkage: Linkage, margin: float = 0.0) -> Prisms:
+    """The prisms of all facets in the flat state, shrunk by a margin (m) on every face."""
     pattern = linkage.pattern
     upright = np.array([0.0, 0.0, 1.0])
     quarter = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
     solids, edges, normals = [], [], []
     for facet in pattern.facets:
-        flat = np.array([[*corner, 0.0] for corner in facet])
-        solids.append(np.concatenate([flat, flat + pattern.thickness * upright]))
+        flat = np.array([[*corner, margin] for corner in _inset(facet, margin)])
+        solids.append(np.concatenate([flat, flat + (pattern.thickness - 2.0 * margin) * upright]))
         sides = _classes(np.roll(flat, -1, axis=0) - flat)
         edges.append(np.concatenate([sides, upright[None]]))
         normals.append(np.concatenate([sides @ quarter, upright[None]]))
@@ -88,6 +89,18 @@ def prisms_of(linkage: Linkage) -> Prisms:
         normals=_table(normals),
         edges=_table(edges),
     )
+
+
+def _inset(facet: Facet, margin: float) -> Reals:
+    """Corners of a convex polygon, counterclockwise, with every side moved inwards."""
+    corners = np.array(facet)
+    sides = np.roll(corners, -1, axis=0) - corners
+    sides /= np.linalg.norm(sides, axis=1, keepdims=True)
+    normals = np.column_stack([-sides[:, 1], sides[:, 0]])
+    before = np.roll(normals, 1, axis=0)
+    cosines = (before * normals).sum(axis=1, keepdims=True)
+    found: Reals = corners + margin * (before + normals) / (1.0 + cosines)
+    return found
 
 
 def _classes(sides: Reals) -> Reals:

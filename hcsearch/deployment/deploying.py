@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from dataclasses import dataclass
 from typing import Literal
@@ -10,10 +9,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.penetration import first_cut
+from hcsearch.collision.clearance import MARGIN, Clearance, certify, check_margin
 from hcsearch.deployment.compiling import Compiled, Formulation, compile_scene
-from hcsearch.dynamics.simulation import Ending, Motion, simulate
+from hcsearch.dynamics.simulation import Ending, Motion, opening_of, simulate
 from hcsearch.errors import HcsearchError
+from hcsearch.kernels.clearance import Course
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
 
@@ -30,9 +30,6 @@ STEEP = 1.4
 
 STEPS: dict[Formulation, int] = {"constrained": 20_000, "compliant": 100_000, "penalty": 400_000, "quasistatic": 20_000}
 """Steps until a simulation is given up; the thesis's springs need 140 for a millisecond."""
-LOOKS = 3_000
-"""Most states at which contact is looked for."""
-
 _OUTCOMES: dict[Ending, Outcome] = {
     "flat": "flat",
     "time": "moving",
@@ -42,13 +39,14 @@ _OUTCOMES: dict[Ending, Outcome] = {
 }
 
 
-@dataclass(frozen=True)
-class Contact:
-    """Two panels that cut into each other: when it is first seen (s), which, and how deep (m)."""
+def outcome_of(ending: Ending) -> Outcome:
+    """What an ending of a simulation means for a deployment."""
+    return _OUTCOMES.get(ending, "diverged")
 
-    time: float
-    panels: tuple[int, int]
-    depth: float
+
+def method_of(formulation: Formulation) -> str:
+    """The integrator of a formulation, unless one is named."""
+    return "implicit" if formulation == "compliant" else "dormand-prince"
 
 
 @dataclass(frozen=True)
@@ -58,7 +56,7 @@ class Deployment:
     outcome : `flat`; `moving` when the time was over; `at rest` elsewhere; `jammed`, stops and loops together let
         nothing move on; `diverged`; `out of steps`. reason : in a sentence, with the remedy where there is one.
     angles, rates : (k, n_hinges), fold angles (rad) and their rates at `motion.times`.
-    contact : the first, among states and two between each; None without.
+    clearance : whether panels collide, certified for all times of the motion; None where nobody asked.
     seconds : computing time, without compilation of the kernels.
     """
 
@@ -68,7 +66,7 @@ class Deployment:
     reason: str
     angles: Reals
     rates: Reals
-    contact: Contact | None
+    clearance: Clearance | None
     seconds: float
 
     @property
@@ -85,13 +83,13 @@ def deploy(
     method: str | None = None,
     tolerance: float = 1e-6,
     keep: frozenset[str] = frozenset(),
-    margin: float | None = 1e-4,
+    margin: float | None = MARGIN,
     max_steps: int | None = None,
 ) -> Deployment:
     """Simulate a deployment until the array is flat, at rest, or the scene's time is over.
 
-    keep : what is not to be left out. margin : panels are shrunk by this on every face (m) where contact is looked for;
-    None to look for none.
+    keep : what is not to be left out. margin : panels are shrunk by this on every face (m) where collisions are looked
+    for; None to look for none.
     """
     compiled = compile_scene(linkage, scene, formulation, keep=keep)
     return run(compiled, method=method, tolerance=tolerance, margin=margin, max_steps=max_steps)
@@ -102,7 +100,7 @@ def run(
     *,
     method: str | None = None,
     tolerance: float = 1e-6,
-    margin: float | None = 1e-4,
+    margin: float | None = MARGIN,
     max_steps: int | None = None,
 ) -> Deployment:
     """Simulate a compiled scene; as `deploy`."""
@@ -114,7 +112,7 @@ def run(
         compiled.system,
         compiled.start,
         end=scene.seconds,
-        method=method or ("implicit" if compiled.formulation == "compliant" else "dormand-prince"),
+        method=method or method_of(compiled.formulation),
         tolerance=tolerance,
         restitution=scene.restitution,
         flat=FLAT,
@@ -123,13 +121,13 @@ def run(
         max_steps=max_steps or STEPS[compiled.formulation],
     )
     seconds = time.perf_counter() - began
-    outcome = _OUTCOMES.get(motion.ending, "diverged")
+    outcome = outcome_of(motion.ending)
     reason = _reason(compiled, motion)
     if scene.held == "free" and len(motion.q) and _steep(compiled, motion):
         outcome, reason = "diverged", "the floating base turns too far for its three angles: give it more inertia"
     angles, rates = compiled.of_hinges(motion.q, motion.v)
-    contact = None if margin is None else _first_contact(compiled, motion, margin)
-    return Deployment(compiled, motion, outcome, reason, angles, rates, contact, seconds)
+    clearance = None if margin is None else _clearance(compiled, motion, (angles, rates), margin)
+    return Deployment(compiled, motion, outcome, reason, angles, rates, clearance, seconds)
 
 
 def _steep(compiled: Compiled, motion: Motion) -> bool:
@@ -164,18 +162,20 @@ def _reason(compiled: Compiled, motion: Motion) -> str:
     }[motion.ending]
 
 
-def _first_contact(compiled: Compiled, motion: Motion, margin: float) -> Contact | None:
-    """The first state, or one of two between each, at which panels cut in deeper than both margins.
-
-    Of very many states, evenly spaced times are looked at.
-    """
+def _clearance(compiled: Compiled, motion: Motion, states: tuple[Reals, Reals], margin: float) -> Clearance:
+    """The certified verdict on the motion; where hinges are cut open, their accelerations are not known."""
     linkage = compiled.linkage
-    if math.comb(linkage.n_panels, 2) == len(compiled.apart) or len(motion.times) < 2:
-        return None
-    between = np.linspace(motion.times[:-1], motion.times[1:], 3, endpoint=False).T.ravel()
-    times = np.append(between, motion.times[-1])
-    if len(times) > LOOKS:
-        times = np.linspace(0.0, motion.times[-1], LOOKS)
-    states, _ = compiled.of_hinges(motion.at(times), np.zeros((len(times), motion.q.shape[1])))
-    found = first_cut(linkage, states, 2.0 * margin, compiled.apart)
-    return None if found is None else Contact(float(times[found.state]), found.panels, found.depth)
+    check_margin(linkage, margin)
+    cut = bool((compiled.joint_of < 0).any())
+    accelerations = np.zeros_like(states[0]) if cut else motion.a[:, compiled.joint_of]
+    course = Course(
+        motion.times,
+        np.ascontiguousarray(states[0]),
+        np.ascontiguousarray(states[1]),
+        np.ascontiguousarray(accelerations),
+        cut or motion.overdamped,
+    )
+    gap = max(motion.gap, opening_of(compiled.system, motion)) if linkage.loops else 0.0
+    slack = 0.5 * linkage.n_panels * linkage.pattern.size * gap
+    measured = motion.ending == "flat"
+    return certify(linkage, course, margin=margin, slack=slack, apart=compiled.apart, measured=measured)

@@ -39,7 +39,7 @@ def facts(deployment: Deployment) -> dict[str, Any]:
 
 def _facts(deployment: Deployment) -> dict[str, Any]:
     compiled, motion = deployment.compiled, deployment.motion
-    contact = deployment.contact
+    clearance = deployment.clearance
     books = _books(deployment)
     return {
         "scene": compiled.scene.name,
@@ -53,9 +53,10 @@ def _facts(deployment: Deployment) -> dict[str, Any]:
         "flat_time_s": deployment.flat_time,
         "end_time_s": float(motion.times[-1]),
         "widest_angle_rad": float(np.abs(deployment.angles[-1]).max(initial=0.0)),
-        "first_contact_s": None if contact is None else contact.time,
-        "contact_panels": None if contact is None else list(contact.panels),
-        "contact_depth_mm": None if contact is None else 1e3 * contact.depth,
+        "clearance": None if clearance is None else clearance.kind,
+        "collision_s": None if clearance is None else clearance.time,
+        "collision_panels": None if clearance is None or clearance.panels is None else list(clearance.panels),
+        "min_clearance_mm": None if clearance is None or clearance.gap is None else 1e3 * clearance.gap,
         "energy_start_J": float(sum(books[name][0] for name in ("kinetic_J", "stored_J", "height_J"))),
         "energy_damped_J": float(books["damped_J"][-1]),
         "energy_lost_at_stops_J": float(books["lost_J"][-1]),
@@ -165,8 +166,8 @@ def picture(deployment: Deployment, path: str, title: str) -> None:
     for event in motion.events:
         if event.kind == "hit":
             above.axvline(event.time, color="grey", linewidth=0.3)
-    if deployment.contact is not None:
-        above.axvline(deployment.contact.time, color="red", linewidth=1.0)
+    if deployment.clearance is not None and deployment.clearance.time is not None:
+        above.axvline(deployment.clearance.time, color="red", linewidth=1.0)
     for name, column in _books(deployment).items():
         if np.ptp(column) > 0.0:
             below.plot(motion.times, column, label=name.removesuffix("_J").replace("_", " "))

@@ -13,6 +13,7 @@ from hcsearch.dynamics.methods import method_named
 from hcsearch.dynamics.system import System
 from hcsearch.kernels.multibody import recording
 from hcsearch.kernels.multibody import simulation as kernel
+from hcsearch.kernels.multibody.between import opening
 from hcsearch.kernels.multibody.cuts import cut_angles
 from hcsearch.kernels.multibody.motion import hold_for
 from hcsearch.kernels.multibody.steps import Plan
@@ -25,7 +26,7 @@ Ending = Literal["time", "flat", "rest", "steps", "stuck", "open", "diverged", "
 """`time` is over; `flat`; at `rest` elsewhere; out of `steps`; `stuck`, no step is short enough; loops `open`;
 numbers `diverged`; the `energy` balance does not hold; stops `jammed`, with more and more events in no time."""
 
-_ENDINGS: dict[int, Ending] = {
+ENDINGS: dict[int, Ending] = {
     kernel.TIME_OUT: "time",
     kernel.FLAT: "flat",
     kernel.REST: "rest",
@@ -36,6 +37,7 @@ _ENDINGS: dict[int, Ending] = {
     kernel.UNBALANCED: "energy",
     kernel.JAMMED: "jammed",
 }
+"""Endings by the numbers that the kernel gives them."""
 _KINDS = {
     recording.HIT: "hit",
     recording.LET_GO: "released",
@@ -143,19 +145,20 @@ def simulate(
     closed : residual after the projection that follows each step, where loops are closed exactly.
     """
     n = system.n_joints
-    record = _record(n, max_steps)
-    plan = Plan(
-        end=float(end),
-        tolerance=float(tolerance),
-        floor=float(tolerance if floor is None else floor),
-        first=float(first_step),
-        longest=float(longest_step),
-        restitution=float(restitution),
-        slow=float(slow),
-        flat=np.zeros(n) if watched is None else np.where(watched, 0.0, math.nan),
-        near=-1.0 if flat is None else float(flat),
-        rest=-1.0 if rest is None else float(rest),
-        closed=math.inf if system.closure_stiffness else float(closed),
+    record = record_for(n, max_steps)
+    plan = plan_for(
+        system,
+        end=end,
+        tolerance=tolerance,
+        floor=floor,
+        restitution=restitution,
+        slow=slow,
+        flat=flat,
+        watched=watched,
+        rest=rest,
+        closed=closed,
+        first_step=first_step,
+        longest_step=longest_step,
     )
     mechanism = system.mechanism
     coordinates = np.array(q, float)
@@ -163,6 +166,44 @@ def simulate(
     speeds = np.zeros(n) if v is None else np.array(v, float)
     kernel.simulate(mechanism, hold, method_named(method), plan, coordinates, speeds, work_for(mechanism.tree), record)
     return _motion(record, system.overdamped)
+
+
+def plan_for(
+    system: System,
+    *,
+    end: float,
+    tolerance: float,
+    floor: float | None = None,
+    restitution: float = 0.0,
+    slow: float = 1e-2,
+    flat: float | None = None,
+    watched: NDArray[np.bool_] | None = None,
+    rest: float | None = None,
+    closed: float = 1e-14,
+    first_step: float = 0.0,
+    longest_step: float = math.inf,
+) -> Plan:
+    """What the kernel is asked for; as `simulate`."""
+    return Plan(
+        end=float(end),
+        tolerance=float(tolerance),
+        floor=float(tolerance if floor is None else floor),
+        first=float(first_step),
+        longest=float(longest_step),
+        restitution=float(restitution),
+        slow=float(slow),
+        flat=np.zeros(system.n_joints) if watched is None else np.where(watched, 0.0, math.nan),
+        near=-1.0 if flat is None else float(flat),
+        rest=-1.0 if rest is None else float(rest),
+        closed=math.inf if system.closure_stiffness else float(closed),
+    )
+
+
+def opening_of(system: System, motion: Motion) -> float:
+    """Greatest closure residual (rad, or gap over size) of a motion's states, and of what lies between them."""
+    tree, work = system.mechanism.tree, work_for(system.mechanism.tree)
+    states = (motion.times, motion.q, motion.v, motion.a)
+    return opening(tree, len(motion.times), *states, motion.overdamped, work)
 
 
 def cut_states(system: System, q: Reals, v: Reals) -> tuple[Reals, Reals]:
@@ -177,7 +218,8 @@ def cut_states(system: System, q: Reals, v: Reals) -> tuple[Reals, Reals]:
     return angles, rates
 
 
-def _record(n: int, steps: int) -> recording.Record:
+def record_for(n: int, steps: int) -> recording.Record:
+    """An empty record with room for so many steps of n joints."""
     return recording.Record(
         times=np.empty(steps + 1),
         q=np.empty((steps + 1, n)),
@@ -201,7 +243,7 @@ def _motion(record: recording.Record, overdamped: bool) -> Motion:
     if overdamped:  # the kernel writes velocities where accelerations are else
         v, a = a, v
     return Motion(
-        _ENDINGS[ending],
+        ENDINGS[ending],
         overdamped,
         record.times[:states].copy(),
         record.q[:states].copy(),

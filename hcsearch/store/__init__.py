@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from hcsearch.store.queries import find_design, parse_query, select, select_sql, stream, stream_sql
     from hcsearch.store.rows import Result, Rows
     from hcsearch.store.saving import save_rows
+    from hcsearch.store.scores import save_scores
     from hcsearch.store.writing import count_arrays, finish_run, finished_batches, record_batches, start_run
 
 _MODULES = {
@@ -26,6 +27,7 @@ _MODULES = {
     "queries": ("find_design", "parse_query", "select", "select_sql", "stream", "stream_sql"),
     "rows": ("Result", "Rows"),
     "saving": ("save_rows",),
+    "scores": ("save_scores",),
     "writing": ("count_arrays", "finish_run", "finished_batches", "record_batches", "start_run"),
 }
 _HOMES = {name: module for module, names in _MODULES.items() for name in names}
@@ -49,6 +51,7 @@ __all__ = [
     "record_batches",
     "room_at",
     "save_rows",
+    "save_scores",
     "select",
     "select_sql",
     "start_run",

@@ -1,6 +1,6 @@
-"""The one table of quantities that users can query: name, kind, unit and meaning, per view, in the order they print.
+"""The one table of quantities that users can query: name, kind, unit, meaning, which way is better, per view, in order.
 
-It drives the SQL views, the check of queries, and the help of the command line; it imports nothing heavy.
+It drives the SQL views, the check of queries, ranks, reports and the help of commands; it imports nothing heavy.
 """
 
 from __future__ import annotations
@@ -8,12 +8,15 @@ from __future__ import annotations
 from typing import Literal, NamedTuple
 
 Kind = Literal["integer", "boolean", "real", "text"]
+Better = Literal["higher", "lower", ""]
 
 
 class Quantity(NamedTuple):
     """One column of a view; `unit` is empty for pure numbers and text, booleans are 0 or 1.
 
     words : all values that a text may have; empty where it may have any.
+    better : which values of it make the better design; empty where none do.
+    half : for a criterion of ranks, the value that is worth 1/2, in its unit; None for anything else.
     """
 
     name: str
@@ -21,6 +24,14 @@ class Quantity(NamedTuple):
     unit: str
     meaning: str
     words: tuple[str, ...] = ()
+    better: Better = ""
+    half: float | None = None
+
+    @property
+    def note(self) -> str:
+        """Meaning, unit and direction in one line."""
+        direction = f"{self.better} is better" if self.better else ""
+        return ", ".join(part for part in (self.meaning, self.unit, direction) if part)
 
 
 _GRIDS = ("triangle", "square", "rectangle", "hex")
@@ -28,15 +39,19 @@ _KEEPS = ("all", "two-stack", "untwisted")
 _VERDICTS = ("deploys", "undecided", "collides", "locked")
 _PATHS = ("flat", "stopped", "stepwise", "none", "locked")
 
+# `half` is about what a 4x4 array has, the example of the thesis: 16 panels, 10 degrees of freedom, a mirror, and to be
+# flat after half a second, ten times the least clearance (0.1 mm) away from collisions.
 _MECHANISM = (
     Quantity("merged_panels", "integer", "", "panel pairs made one on the mirror axis"),
     Quantity("kutzbach_merged", "integer", "", "Kutzbach count after the mirror merge"),
-    Quantity("dof_merged", "integer", "", "degrees of freedom after the mirror merge"),
+    Quantity("dof_merged", "integer", "", "degrees of freedom after the mirror merge", better="lower"),
 )
 _VERDICT = (
     Quantity("deployable", "boolean", "", "1: deploys clear; 0: no folding, twisted or locked; null: not known"),
-    Quantity("min_clearance", "real", "mm", "smallest gap between panels during the deployment"),
-    Quantity("deploy_time", "real", "s", "time from folded to flat"),
+    Quantity(
+        *("min_clearance", "real", "mm", "smallest gap between panels during the deployment"), better="higher", half=1.0
+    ),
+    Quantity("deploy_time", "real", "s", "time from folded to flat", better="lower", half=0.5),
 )
 
 DESIGNS = (
@@ -46,7 +61,7 @@ DESIGNS = (
     Quantity("array", "text", "", "notation of the array, equal for congruent arrays"),
     Quantity("circuit", "text", "", "notation of the circuit, equal for congruent circuits"),
     Quantity("array_symmetry", "integer", "", "order of the symmetry group of the array"),
-    Quantity("symmetry", "integer", "", "order of the symmetry group of the circuit"),
+    Quantity("symmetry", "integer", "", "order of the symmetry group of the circuit", better="higher", half=2.0),
     Quantity("orbit_size", "integer", "", "circuits on this array congruent to this one, itself included"),
     Quantity("n_fixed", "integer", "", "circuits up to translation alone that this one stands for"),
     Quantity("n_foldings", "integer", "", "two-stack foldings"),
@@ -55,14 +70,20 @@ DESIGNS = (
     Quantity("untwisted", "boolean", "", "1 when there is an untwisted folding"),
     Quantity("min_twist", "integer", "", "smallest twist of its foldings; null without a folding"),
     Quantity("kutzbach", "integer", "", "Kutzbach count 6(n-1)-5j of the best untwisted folding"),
-    Quantity("dof", "integer", "", "degrees of freedom at a generic state of the motion"),
+    Quantity("dof", "integer", "", "degrees of freedom at a generic state of the motion", better="lower", half=10.0),
     *_MECHANISM,
     *_VERDICT,
     Quantity(
         *("status", "text", "", "deploys, undecided, collides, locked, twisted or no_folding"),
         words=(*_VERDICTS, "twisted", "no_folding"),
     ),
-    Quantity("score", "real", "", "rank of the design, higher is better"),
+    Quantity("score", "real", "", "score that `hcsearch rank --save` stored, 0 to 1", better="higher"),
+    Quantity(
+        "deployment_ratio", "integer", "", "flat area over folded footprint, untwisted", better="higher", half=8.0
+    ),
+    Quantity(
+        "hinges", "integer", "", "hinges of the best untwisted folding, flat pairs rigid", better="lower", half=14.0
+    ),
 )
 
 FOLDINGS = (
@@ -72,7 +93,10 @@ FOLDINGS = (
     Quantity("twist", "integer", "", "|Lk| of the band, in full twists"),
     Quantity("untwisted", "boolean", "", "1 when the twist is zero"),
     Quantity("kutzbach", "integer", "", "Kutzbach count 6(n-1)-5j, flat pairs hinged"),
-    Quantity("dof", "integer", "", "degrees of freedom at a generic state of the motion, flat pairs hinged"),
+    Quantity(
+        *("dof", "integer", "", "degrees of freedom at a generic state of the motion, flat pairs hinged"),
+        better="lower",
+    ),
     Quantity("dof_folded", "integer", "", "degrees of freedom at first order, folded"),
     Quantity("dof_flat", "integer", "", "degrees of freedom at first order, flat"),
     *_MECHANISM,
@@ -88,9 +112,9 @@ DEPLOYMENTS = (
     Quantity("formulation", "text", "", "equations of motion that were integrated"),
     Quantity("status", "text", "", "deploys, undecided, collides or locked", _VERDICTS),
     Quantity("reason", "text", "", "the sentence behind the status"),
-    Quantity("clearance", "real", "mm", "smallest gap between panels; negative is a penetration"),
+    Quantity("clearance", "real", "mm", "smallest gap between panels; negative is a penetration", better="higher"),
     Quantity("first_contact", "real", "s", "time of the first collision"),
-    Quantity("deploy_time", "real", "s", "time from folded to flat"),
+    Quantity("deploy_time", "real", "s", "time from folded to flat", better="lower"),
     Quantity("energy_error", "real", "", "largest relative error of the energy balance"),
     Quantity("closure_error", "real", "mm", "largest gap of the closed loop"),
 )
@@ -131,21 +155,24 @@ UNITS = (
     Quantity("copies", "integer", "", "copies of the element that are laid together"),
     Quantity("placements", "text", "", "where they lie, as JSON: over, inverted, turn (degrees), shift (mm)"),
     Quantity("panels", "integer", "", "panels of the unit"),
-    Quantity("hinges", "integer", "", "hinges of the unit"),
+    Quantity("hinges", "integer", "", "hinges of the unit", better="lower"),
     Quantity("directions", "integer", "", "directions of hinges; 1 when all are parallel, a planar linkage"),
     Quantity("loops", "integer", "", "independent loops"),
     Quantity("kutzbach", "integer", "", "Kutzbach count 6(n-1)-5j"),
-    Quantity("dof", "integer", "", "degrees of freedom at a generic state of the motion"),
+    Quantity("dof", "integer", "", "degrees of freedom at a generic state of the motion", better="lower"),
     Quantity("dof_folded", "integer", "", "degrees of freedom at first order, folded"),
     Quantity("dof_flat", "integer", "", "degrees of freedom at first order, flat"),
     Quantity("rank_gap", "real", "", "least singular value that counts, over the noise"),
-    Quantity("deployment_ratio", "real", "", "flat area over footprint of the folded package"),
+    Quantity("deployment_ratio", "real", "", "flat area over footprint of the folded package", better="higher"),
     Quantity("ways", "integer", "", "finite motions found out of the folded state, within the stops"),
     Quantity("path", "text", "", "how the motion from folded ends: flat, stopped, stepwise, none or locked", _PATHS),
     Quantity("closure_error", "real", "", "greatest closure residual on that motion, rad or gap over panel size"),
     Quantity("contact", "boolean", "", "1: panels cut through each other on the way; 0: they do not; null: not looked"),
     Quantity("known", "text", "", "name in the thesis, unit-i or unit-ii; empty where it has none"),
 )
+
+CRITERIA = tuple(quantity for quantity in DESIGNS if quantity.half is not None)
+"""What `hcsearch rank` weighs."""
 
 VIEWS = {"designs": DESIGNS, "foldings": FOLDINGS, "deployments": DEPLOYMENTS, "runs": RUNS, "units": UNITS}
 

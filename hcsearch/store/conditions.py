@@ -36,7 +36,7 @@ _EXAMPLE = "write conditions as in 'grid=hex n=12 untwisted dof<=6'"
 def view_table(view: str) -> TableClause:
     """Return a view as something to select from; QueryError when there is none of that name."""
     if view not in VIEWS:
-        raise QueryError(f"no view {view!r}{_close(view, list(VIEWS))}: choose one of {', '.join(VIEWS)}")
+        raise QueryError(f"no view {view!r}{nearest(view, list(VIEWS))}: choose one of {', '.join(VIEWS)}")
     return table(view, *(column(quantity.name) for quantity in VIEWS[view]))
 
 
@@ -44,7 +44,7 @@ def find_quantity(view: str, name: str) -> Quantity:
     """Return a column of a view; QueryError with the nearest names when there is none."""
     names = [quantity.name for quantity in VIEWS[view]]
     if name not in names:
-        raise QueryError(f"no column {name!r} in {view}{_close(name, names)}: choose from {', '.join(names)}")
+        raise QueryError(f"no column {name!r} in {view}{nearest(name, names)}: choose from {', '.join(names)}")
     return VIEWS[view][names.index(name)]
 
 
@@ -77,7 +77,9 @@ def _value(quantity: Quantity, text: str, sign: str, value: str) -> str | int | 
     if quantity.kind == "text":
         if quantity.words and sign in ("=", "!=") and value not in quantity.words:
             words = ", ".join(quantity.words)
-            raise QueryError(f"{quantity.name} is never {value!r}{_close(value, quantity.words)}: it is one of {words}")
+            raise QueryError(
+                f"{quantity.name} is never {value!r}{nearest(value, quantity.words)}: it is one of {words}"
+            )
         # Undecodable bytes of a command line arrive as lone surrogates, which no database stores.
         return value.encode(errors="replace").decode()
     if not _NUMBER.fullmatch(value):
@@ -104,6 +106,7 @@ def split_names(names: str | Sequence[str]) -> list[str]:
     return [part.strip() for part in parts if part.strip()]
 
 
-def _close(name: str, names: Sequence[str]) -> str:
+def nearest(name: str, names: Sequence[str]) -> str:
+    """Write which names are near to one that there is not, for a refusal; empty where none is."""
     close = get_close_matches(name, names, n=2)
     return f" (did you mean {' or '.join(close)}?)" if close else ""

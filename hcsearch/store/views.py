@@ -22,6 +22,9 @@ _DESIGNS = {
         WHEN d.n_foldings > 0 AND d.n_untwisted = 0 THEN 'twisted'
         ELSE d.status
     END""",
+    # Two stacks of n/2 panels on two cells; every crease but the two flat ones has a hinge in the scene `default`.
+    "deployment_ratio": "CASE WHEN d.n_untwisted > 0 THEN d.n / 2 END",
+    "hinges": "CASE WHEN d.n_untwisted > 0 THEN d.n - 2 END",
 }
 _FOLDINGS = {
     "untwisted": "CASE WHEN f.twist = 0 THEN 1 WHEN f.twist > 0 THEN 0 END",

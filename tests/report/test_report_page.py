@@ -94,8 +94,10 @@ def test_columns_of_later_stages_appear_when_known(hex_ten):
     later = {"dof": 6, "min_clearance": 0.123456, "deploy_time": 0.38, "deployable": 1, "status": "deploys"}
     page = Page(render(replace(hex_ten, designs=[{**hex_ten.designs[0], **later}])))
     texts = [text for _, text in page.texts]
-    assert {"dof", "6", "min_clearance", "0.1235", "deploy_time", "0.38", "deploys"} <= set(texts)
-    assert "smallest gap between panels during the deployment, mm" in [attrs.get("title") for _, attrs in page.elements]
+    assert {"dof", "6", "min_clearance", "0.1235 mm", "deploy_time", "0.38 s", "deploys"} <= set(texts)
+    titles = [attrs.get("title") for _, attrs in page.elements]
+    assert "smallest gap between panels during the deployment, mm, higher is better" in titles
+    assert "time from folded to flat, s, lower is better" in titles
     assert "deployable" in [attrs.get("value") for _, attrs in page.elements]
 
 

@@ -21,6 +21,7 @@ from hcsearch.enumeration import ArraySearch, PolygonSearch
 from hcsearch.errors import DatabaseError, QueryError
 from hcsearch.grid import GRIDS, parse_array
 from hcsearch.pipeline import Plan, run_into
+from hcsearch.ranking import rank_designs, save_ranks
 from hcsearch.store import (
     designs,
     finished_batches,
@@ -110,6 +111,25 @@ def test_any_sequence_of_batches_gives_the_same_ids(both, seed):
             record(database, batch, prefix=str(number), until=until, creases=creases, twists=[[0, 1]])
     stored = [{k: v for k, v in everything(database).items() if k in ("design", "folding")} for database in both]
     assert stored[0] == stored[1]
+
+
+def test_ranks_and_scores(both):
+    """Criteria of every kind and NULLs; the scores come back to the last bit, and some are taken away again."""
+    ranked = []
+    for database in both:
+        run_into(Plan(PolygonSearch(GRIDS["hex"], 10), "mobility"), database)
+        with database.writing() as connection:
+            folding = schema.folding
+            values = {"min_clearance": folding.c.design_id % 3 / 7.0, "deploy_time": 0.1 + folding.c.design_id % 4}
+            connection.execute(folding.update().where(folding.c.design_id % 2 == 0).values(values))
+        save_ranks(database, rank_designs(database, "n=10", {"dof": 0.3}))
+        with database.writing() as connection:
+            connection.execute(schema.design.update().where(schema.design.c.id % 5 == 0).values(status="locked"))
+        ranked.append(rank_designs(database))
+        save_ranks(database, ranked[-1])
+    assert ranked[0] == ranked[1]
+    assert ranked[0].result.rows
+    assert everything(both[0])["design"] == everything(both[1])["design"]
 
 
 def insert_and(database, names, then):

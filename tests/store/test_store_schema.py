@@ -60,7 +60,7 @@ def test_views_have_the_promised_columns(database):
     assert " ".join(column_names("designs")) == (
         "id grid n array circuit array_symmetry symmetry orbit_size n_fixed n_foldings two_stack n_untwisted untwisted"
         " min_twist kutzbach dof merged_panels kutzbach_merged dof_merged deployable min_clearance deploy_time status"
-        " score"
+        " score deployment_ratio hinges"
     )
     assert " ".join(column_names("foldings")) == (
         "design_id crease opposite twist untwisted kutzbach dof dof_folded dof_flat merged_panels kutzbach_merged"

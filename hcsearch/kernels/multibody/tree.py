@@ -13,6 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.kernels.compiled import compiled
+
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
 
@@ -103,6 +105,7 @@ class Work(NamedTuple):
     soft: Reals
 
 
+@compiled
 def work_for(tree: Tree) -> Work:
     """Tables for the recursions on a tree."""
     n, m, slots = len(tree.links), len(tree.rows), len(tree.slots)

@@ -1,0 +1,90 @@
+"""`hcsearch rank`: designs by a weighted score, and their Pareto front."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import click
+
+from hcsearch.cli.options import database_option
+from hcsearch.errors import QueryError
+from hcsearch.store.columns import CRITERIA
+from hcsearch.store.formats import FORMATS
+
+if TYPE_CHECKING:
+    from hcsearch.ranking import Ranked
+    from hcsearch.store import Rows
+
+_STYLES = tuple(style for style in FORMATS if style != "parquet")
+_CRITERIA = "\n".join(
+    f"  {quantity.name:18}{quantity.better} is better, worth 1/2 at {quantity.half:g} {quantity.unit}".rstrip()
+    for quantity in CRITERIA
+)
+
+
+@click.command(
+    epilog=f"Example: hcsearch rank 'grid=hex untwisted' --weight dof=3 --limit 10\n\n\b\nCriteria:\n{_CRITERIA}"
+)
+@click.argument("condition", default="", metavar="[QUERY]")
+@database_option
+@click.option(
+    "--weight", "weights", multiple=True, metavar="NAME=W", help="Weight of a criterion, 0 leaves it out.  [default: 1]"
+)
+@click.option(
+    "--pareto",
+    is_flag=True,
+    help="Print only the Pareto front: no other is as good in all criteria and better in one.",
+)
+@click.option("--limit", type=click.IntRange(min=0), help="At most this many rows.")
+@click.option("--format", "style", type=click.Choice(_STYLES), default="table", show_default=True)
+@click.option("--save", is_flag=True, help="Store the scores of all designs ranked in the column `score`.")
+def rank(
+    condition: str, db: str, weights: tuple[str, ...], pareto: bool, limit: int | None, style: str, save: bool
+) -> None:
+    """Rank the designs that satisfy QUERY: terms such as n=12, dof<=6, untwisted, all of which must hold.
+
+    The score is the weighted mean of the worth of six criteria, 0 to 1 by fixed scales; a missing value is worth 0.
+    Designs known not to deploy (no folding, twisted, locked) are left out.
+    """
+    from hcsearch.ranking import complete_weights, rank_designs, save_ranks  # noqa: PLC0415
+    from hcsearch.store import format_rows, open_database, open_readonly  # noqa: PLC0415
+
+    chosen = complete_weights(_read(weights))
+    with open_database(db, create=False) if save else open_readonly(db) as database:
+        ranked = rank_designs(database, condition, chosen)
+        if save:
+            save_ranks(database, ranked)
+    for text in format_rows(_shown(ranked, pareto, limit, style), style):
+        click.echo(text, nl=False)
+    if ranked.left_out:
+        click.echo(f"left out: {len(ranked.left_out):,} designs that are known not to deploy", err=True)
+    if save:
+        click.echo(f"scores saved: {len(ranked.result.rows):,} designs in {database.location}", err=True)
+
+
+def _read(weights: Sequence[str]) -> dict[str, float]:
+    """Weights by name, of texts such as dof=2."""
+    found: dict[str, float] = {}
+    for text in weights:
+        name, _, value = text.partition("=")
+        if name in found:
+            raise QueryError(f"the weight of {name} is given twice: give it once")
+        try:
+            found[name] = float(value)
+        except ValueError:
+            raise QueryError(f"cannot read the weight {text!r}: write NAME=W, such as dof=2") from None
+    return found
+
+
+def _shown(ranked: Ranked, pareto: bool, limit: int | None, style: str) -> Rows:
+    """What is printed; for people, with the units in the head."""
+    from hcsearch.store import Rows  # noqa: PLC0415
+
+    names = ranked.result.columns
+    on_front = names.index("pareto")
+    rows = [row for row in ranked.result.rows if row[on_front] or not pareto][:limit]
+    if style in ("table", "markdown"):
+        units = {quantity.name: f" ({quantity.unit})" for quantity in CRITERIA if quantity.unit}
+        names = tuple(name + units.get(name, "") for name in names)
+    return Rows(names, (None,) * len(names), iter([rows] if rows else []))

@@ -1,0 +1,158 @@
+"""The quick check of many foldings at once: all are simulated and certified in one call of compiled code."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.collision.clearance import MARGIN, NEAR, RESOLUTION, pairs_of
+from hcsearch.collision.penetration import prisms_of
+from hcsearch.deployment.compiling import Compiled
+from hcsearch.deployment.deploying import FLAT, STEPS, STILL, Outcome, method_of, outcome_of
+from hcsearch.dynamics.methods import method_named
+from hcsearch.dynamics.simulation import ENDINGS, plan_for, record_for
+from hcsearch.errors import HcsearchError
+from hcsearch.kernels.checking import Findings, Rules, Subject, check_all
+from hcsearch.kernels.clearance import CLEAR, COLLIDES
+
+Reals = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Check:
+    """What became of one deployment, without its motion.
+
+    outcome : as of `Deployment`. clear : whether it is certified clear as long as it lasts; None where undecided.
+    collision : when panels first collide (s) and which, or None. gap : smallest gap of one that comes flat and clear,
+        m (see `Clearance`). drift : greatest error of the energy balance, as a share of the largest energy.
+    opening : greatest closure residual, rad or gap over the pattern's size.
+    """
+
+    outcome: Outcome
+    end_time: float
+    clear: bool | None
+    collision: tuple[float, tuple[int, int]] | None
+    gap: float | None
+    drift: float
+    opening: float
+    steps: int
+    evaluations: int
+    looks: int
+
+    @property
+    def deploys(self) -> bool:
+        """Whether it comes flat, certified clear."""
+        return self.outcome == "flat" and self.clear is True
+
+
+def check(scenes: Sequence[Compiled], *, tolerance: float = 1e-6, margin: float = MARGIN) -> list[Check]:
+    """Check compiled scenes; those whose tables have the same shapes go into one call of the kernel.
+
+    Scenes must be `constrained` or `compliant`, with a panel held.
+    """
+    groups: dict[Any, list[int]] = defaultdict(list)
+    subjects = [_subject(compiled, margin) for compiled in scenes]
+    for i, (compiled, subject) in enumerate(zip(scenes, subjects, strict=True)):
+        scene = compiled.scene
+        if compiled.formulation not in {"constrained", "compliant"} or scene.held == "free":
+            raise HcsearchError("the quick check is of scenes with a panel held, constrained or compliant")
+        key = (compiled.formulation, scene.seconds, scene.restitution, scene.cut_stiffness, scene.cut_damping)
+        groups[(*key, *_shapes(subject))].append(i)
+    found: dict[int, Check] = {}
+    for members in groups.values():
+        rows = _run([scenes[i] for i in members], [subjects[i] for i in members], tolerance, margin)
+        found.update(zip(members, rows, strict=True))
+    return [found[i] for i in range(len(scenes))]
+
+
+def _subject(compiled: Compiled, margin: float) -> Subject:
+    mechanism, linkage = compiled.system.mechanism, compiled.linkage
+    return Subject(
+        tree=mechanism.tree,
+        hinges=mechanism.hinges,
+        start=compiled.start,
+        joint_of=compiled.joint_of,
+        chain=linkage.chain,
+        prisms=prisms_of(linkage),
+        shrunk=prisms_of(linkage, margin),
+        pairs=pairs_of(linkage, compiled.apart),
+        reach=0.5 * linkage.n_panels * linkage.pattern.size,
+    )
+
+
+def _run(scenes: list[Compiled], subjects: list[Subject], tolerance: float, margin: float) -> list[Check]:
+    first, count = scenes[0], len(scenes)
+    system, scene = first.system, first.scene
+    plan = plan_for(
+        system,
+        end=scene.seconds,
+        tolerance=tolerance,
+        restitution=scene.restitution,
+        flat=FLAT,
+        rest=STILL,
+    )
+    rules = Rules(
+        method_named(method_of(first.formulation)),
+        plan,
+        system.mechanism.struts,
+        system.mechanism.cuts,
+        system.mechanism.closure_stiffness,
+        system.mechanism.closure_damping,
+        2.0 * margin,
+        RESOLUTION,
+        NEAR * margin,
+    )
+    found = Findings(
+        endings=np.zeros(count, np.int64),
+        verdicts=np.zeros(count, np.int64),
+        pairs=np.zeros(count, np.int64),
+        counts=np.zeros((count, 4), np.int64),
+        times=np.zeros((count, 2)),
+        gaps=np.zeros(count),
+        drifts=np.zeros(count),
+        openings=np.zeros(count),
+    )
+    check_all(_stacked(subjects), rules, record_for(system.n_joints, STEPS[first.formulation]), found)
+    return [_check(scenes[i], subjects[i], found, i) for i in range(count)]
+
+
+def _check(compiled: Compiled, subject: Subject, found: Findings, i: int) -> Check:
+    verdict, gap = int(found.verdicts[i]), float(found.gaps[i])
+    collision = None
+    if verdict == COLLIDES:
+        one, two = sorted(compiled.linkage.pattern.panel_of[f] for f in subject.pairs.prisms[found.pairs[i]])
+        collision = (float(found.times[i, 1]), (one, two))
+    states, evaluations, _, looks = (int(number) for number in found.counts[i])
+    return Check(
+        outcome_of(ENDINGS[int(found.endings[i])]),
+        float(found.times[i, 0]),
+        {CLEAR: True, COLLIDES: False}.get(verdict),
+        collision,
+        gap if math.isfinite(gap) else None,
+        float(found.drifts[i]),
+        float(found.openings[i]),
+        states - 1,
+        evaluations,
+        looks,
+    )
+
+
+def _shapes(value: Any) -> tuple[Any, ...]:
+    """Shapes of all tables of nested tuples."""
+    if isinstance(value, tuple):
+        return tuple(shape for part in value for shape in _shapes(part))
+    return (np.shape(value),)
+
+
+def _stacked(values: Sequence[Any]) -> Any:
+    """Nested tuples of the same shapes as one, with a leading axis."""
+    first: NamedTuple | Any = values[0]
+    if isinstance(first, tuple):
+        return type(first)(*(_stacked(parts) for parts in zip(*values, strict=True)))
+    return np.stack([np.asarray(value) for value in values])

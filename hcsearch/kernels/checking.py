@@ -1,0 +1,193 @@
+"""The quick check of many foldings in one call: each is simulated, and its motion searched for collisions."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.clearance import CLEAR, Answer, Course, Search, search
+from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.loops import Chain
+from hcsearch.kernels.multibody.between import opening
+from hcsearch.kernels.multibody.cuts import Cuts
+from hcsearch.kernels.multibody.explicit import Method
+from hcsearch.kernels.multibody.hinges import Hinges, Struts
+from hcsearch.kernels.multibody.motion import Hold, Mechanism
+from hcsearch.kernels.multibody.recording import Record
+from hcsearch.kernels.multibody.simulation import FLAT, simulate
+from hcsearch.kernels.multibody.steps import Plan
+from hcsearch.kernels.multibody.tree import Tree, work_for
+from hcsearch.kernels.overlaps import Prisms
+from hcsearch.kernels.paths import Pairs
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+
+class Subject(NamedTuple):
+    """What is told of one folding; in a stack every table has a leading axis, and every number is a table.
+
+    start : (n_joints,), coordinates, at rest. joint_of : (n_hinges,). prisms, shrunk : of the panels, and with the
+        margin taken off. pairs : among which collisions are looked for. reach : what gaps of closure (over size) are
+        multiplied by for what panels may be elsewhere, m.
+    """
+
+    tree: Tree
+    hinges: Hinges
+    start: Reals
+    joint_of: Whole
+    chain: Chain
+    prisms: Prisms
+    shrunk: Prisms
+    pairs: Pairs
+    reach: float
+
+
+class Rules(NamedTuple):
+    """What all foldings of a call share: how they are simulated, and how gaps are measured.
+
+    struts, cuts : none of both, as tables of the right kind. touch, resolution, near : m, as of `Search`.
+    """
+
+    method: Method
+    plan: Plan
+    struts: Struts
+    cuts: Cuts
+    closure_stiffness: float
+    closure_damping: float
+    touch: float
+    resolution: float
+    near: float
+
+
+class Findings(NamedTuple):
+    """What became of k foldings.
+
+    endings : (k,), as of `simulate`. verdicts : (k,), as of `search`. pairs : (k,), that collide. counts : (k, 4),
+        states, evaluations, rejected steps, pairs looked at. times : (k, 2), of the end, and of the collision (s).
+    gaps : (k,), smallest (m), of those that come flat and clear. drifts : (k,), of the energy balance, as a share of
+        the largest energy. openings : (k,), greatest closure residual.
+    """
+
+    endings: Whole
+    verdicts: Whole
+    pairs: Whole
+    counts: Whole
+    times: Reals
+    gaps: Reals
+    drifts: Reals
+    openings: Reals
+
+
+@compiled
+def check_all(stack: Any, rules: Rules, record: Record, found: Findings) -> None:
+    """Check the foldings of a stack one after the other; the record is written anew by each."""
+    for i in range(len(found.endings)):
+        _check(_nth(stack, i), rules, record, found, i)
+
+
+@compiled
+def _check(subject: Subject, rules: Rules, record: Record, found: Findings, i: int) -> None:
+    tree, n, hinges = subject.tree, len(subject.start), len(subject.joint_of)
+    mechanism = Mechanism(
+        tree,
+        subject.hinges,
+        rules.struts,
+        rules.cuts,
+        np.zeros((0, 3)),
+        rules.closure_stiffness,
+        rules.closure_damping,
+        False,
+    )
+    hold = Hold(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8))
+    for k in range(n):
+        hold.branches[k] = 1 if subject.start[k] > subject.hinges.snaps_up[k] else 0
+    work = work_for(tree)
+    simulate(mechanism, hold, rules.method, rules.plan, subject.start.copy(), np.zeros(n), work, record)
+    states = record.counts[0]
+    found.endings[i], found.times[i, 0] = record.counts[4], record.times[states - 1]
+    found.openings[i] = opening(tree, states, record.times, record.q, record.v, record.a, False, work)
+    found.drifts[i] = _drift(record, states)
+    course = Course(
+        record.times[:states],
+        np.empty((states, hinges)),
+        np.empty((states, hinges)),
+        np.empty((states, hinges)),
+        False,
+    )
+    for s in range(states):
+        for k in range(hinges):
+            joint = subject.joint_of[k]
+            course.angles[s, k], course.rates[s, k] = record.q[s, joint], record.v[s, joint]
+            course.accelerations[s, k] = record.a[s, joint]
+    answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
+    slack = subject.reach * found.openings[i]
+    near = min(slack, rules.near)
+    wanted = Search(slack, near, False, rules.touch, rules.resolution)
+    verdict = search(subject.chain, subject.shrunk, subject.pairs, course, wanted, answer)
+    found.counts[i, 0], found.counts[i, 1], found.counts[i, 2] = states, record.counts[2], record.counts[3]
+    found.counts[i, 3] = answer.looks[0]
+    found.verdicts[i], found.pairs[i], found.times[i, 1] = verdict, answer.pairs[0], answer.times[0]
+    found.gaps[i] = math.nan
+    if verdict == CLEAR and record.counts[4] == FLAT:
+        wanted = Search(slack, near, True, rules.touch, rules.resolution)
+        search(subject.chain, subject.prisms, subject.pairs, course, wanted, answer)
+        found.gaps[i] = answer.gaps[0]
+        found.counts[i, 3] += answer.looks[0]
+
+
+@compiled
+def _drift(record: Record, states: int) -> float:
+    first = record.books[0].sum()
+    worst = 0.0
+    largest = 1e-300
+    for k in range(states):
+        worst = max(worst, abs(record.books[k].sum() - first))
+        largest = max(largest, np.abs(record.books[k]).max())
+    return worst / largest
+
+
+@compiled
+def _nth(s: Any, i: int) -> Subject:
+    """One subject of a stack, in which numbers are tables."""
+    t, h, c, r, p = s.tree, s.hinges, s.chain, s.pairs, s.prisms
+    return Subject(
+        Tree(
+            t.bodies[i],
+            t.links[i],
+            t.welds[i],
+            t.weld_places[i],
+            t.rows[i],
+            t.slots[i],
+            t.gravity[i],
+            t.size[i],
+        ),
+        Hinges(
+            h.pieces[i],
+            h.breaks[i],
+            h.cubics[i],
+            h.energies[i],
+            h.snaps_up[i],
+            h.snaps_down[i],
+            h.damping[i],
+            h.lower[i],
+            h.upper[i],
+            h.stop_stiffness[i],
+            h.stop_damping[i],
+        ),
+        s.start[i],
+        s.joint_of[i],
+        Chain(c.directions[i], c.points[i], c.order[i], c.parents[i], c.hinges[i], c.signs[i]),
+        _nth_prisms(p, i),
+        _nth_prisms(s.shrunk, i),
+        Pairs(r.prisms[i], r.lengths[i], r.hinges[i], r.beyond[i], r.before[i]),
+        s.reach[i],
+    )
+
+
+@compiled
+def _nth_prisms(p: Prisms, i: int) -> Prisms:
+    return Prisms(p.panels[i], p.counts[i], p.vertices[i], p.middles[i], p.reaches[i], p.normals[i], p.edges[i])
