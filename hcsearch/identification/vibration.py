@@ -162,10 +162,9 @@ def _likeness(one: Complexes, two: Complexes) -> float:
 
 def _described(records: Reals, rate: float, poles: Complexes) -> FreeVibration:
     """Modes with their shares and standard errors, from amplitudes fitted to the whole record."""
-    channels, samples = records.shape
-    time = np.arange(samples) / rate
+    time = np.arange(records.shape[1]) / rate
     waves = np.exp(np.outer(time, poles))
-    columns = np.column_stack([np.ones(samples), waves.real, waves.imag])
+    columns = np.column_stack([np.ones(len(time)), waves.real, waves.imag])
     amplitudes = lstsq(columns, records.T)[0]
     residuals = records.T - columns @ amplitudes
     freedom = records.size - amplitudes.size - 2 * len(poles)
