@@ -22,15 +22,15 @@ STILL = 0.8
 """What decays has less than this share of its variance in the quarter after."""
 MOST_ORDER = 20
 LEAST_ORDERS = 10
-"""A pole is physical if it is found in so many orders in a row, up to the last; those of noise seldom are in seven."""
+"""A pole is physical if it is found in so many orders in a row; those of noise seldom are in seven."""
 SAME_FREQUENCY, SAME_DAMPING = 0.01, 0.05
 """How much both may change from one order to the next, as shares."""
 ALIKENESS = 0.95
 """How alike its shapes over the channels must be (modal assurance criterion)."""
 LEAST_SHARE = 1e-6
 """Of the energy, that a mode must have; what thinning lets through of higher modes is less."""
-LEAST_SURENESS = 2.0
-"""How many times its standard error a mode's damping ratio must be; of the poles of noise that passed, none was."""
+LEAST_SURENESS = 3.0
+"""How many times its standard error a mode's damping ratio must be; most poles of noise that got so far are less."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def _thinned(records: Reals, factor: int) -> Reals:
 
 
 def _physical_poles(records: Reals, rate: float) -> Complexes:
-    """Poles s (1/s, positive imaginary part) that decay and stay where they are over the last orders."""
+    """Poles s (1/s, positive imaginary part) that decay and stay where they are over many orders."""
     channels, samples = records.shape
     block_rows = samples // 2
     windows = np.lib.stride_tricks.sliding_window_view(records, samples - block_rows + 1, axis=1)
@@ -125,29 +125,39 @@ def _physical_poles(records: Reals, rate: float) -> Complexes:
     left, values, _ = np.linalg.svd(hankel, full_matrices=False)
     # beyond its rank a record holds nothing: there higher orders repeat the last one
     rank = int((values > values[0] * max(hankel.shape) * np.finfo(float).eps).sum())
-    chains: list[tuple[complex, Complexes, int]] = []
+    chains: list[_Chain] = []
+    ended: list[_Chain] = []
     for order in range(1, MOST_ORDER + 1):
+        grown = []
         poles, shapes = _poles(left[:, : min(order, rank)], channels, rate)
-        chains = [_continued(chains, pole, shape) for pole, shape in zip(poles, shapes.T, strict=True)]
-    return np.array([pole for pole, _, length in chains if length >= LEAST_ORDERS], complex)
+        for pole, shape in zip(poles, shapes, strict=True):
+            alike = [chain for chain in chains if _near(chain.pole, pole) and _likeness(chain.shape, shape) > ALIKENESS]
+            before = min(alike, key=lambda chain: abs(chain.pole - pole), default=None)
+            if before is not None:
+                chains.remove(before)
+            grown.append(_Chain(pole, shape, 1 + (before.length if before else 0)))
+        ended += chains
+        chains = grown
+    return np.array([chain.pole for chain in ended + chains if chain.length >= LEAST_ORDERS], complex)
+
+
+@dataclass(frozen=True, eq=False)
+class _Chain:
+    """A pole, its shape over the channels, and in how many orders in a row it was found."""
+
+    pole: complex
+    shape: Complexes
+    length: int
 
 
 def _poles(left: Reals, channels: int, rate: float) -> tuple[Complexes, Complexes]:
-    """Decaying poles of one order with positive imaginary part, and their shapes over the channels, one a column."""
+    """Decaying poles of one order with positive imaginary part, and their shapes over the channels, one a row."""
     state = lstsq(left[:-channels], left[channels:])[0]
     eigenvalues, vectors = np.linalg.eig(state)
     kept = (eigenvalues.imag > 0.0) & (abs(eigenvalues) < 1.0)
     poles = rate * np.log(eigenvalues[kept].astype(complex))
     ascending = np.argsort(abs(poles))
-    return poles[ascending], (left[:channels] @ vectors[:, kept])[:, ascending]
-
-
-def _continued(
-    chains: list[tuple[complex, Complexes, int]], pole: complex, shape: Complexes
-) -> tuple[complex, Complexes, int]:
-    """A pole with its shape, and in how many orders up to this one it was found."""
-    lengths = [length for before, form, length in chains if _near(before, pole) and _likeness(form, shape) > ALIKENESS]
-    return pole, shape, 1 + max(lengths, default=0)
+    return poles[ascending], (left[:channels] @ vectors[:, kept]).T[ascending]
 
 
 def _near(one: complex, two: complex) -> bool:
