@@ -79,6 +79,7 @@ def identify_modes(accelerations: Reals, rate: float) -> FreeVibration:
     if thinning > 1:
         records, rate = _thinned(records, thinning), rate / thinning
     poles = _physical_poles(records, rate)
+    poles = poles[np.argsort(abs(poles))]
     # what has no whole cycle in the record cannot be told from drift
     poles = poles[abs(poles) * records.shape[1] > 2.0 * math.pi * rate]
     found = _described(records, rate, poles)
