@@ -66,6 +66,8 @@ def _read(path: str) -> dict[str, Reals]:
     if not lines:
         raise HcsearchError(f"{path} is empty: give a CSV file with a line of column names")
     names = [name.strip() for name in lines[0][1]]
+    if len(names) == 1 and any(mark in names[0] for mark in ";\t"):
+        raise HcsearchError(f"the columns of {path} are not separated by commas: write them so, and decimals by points")
     if len(set(names)) < len(names) or any(map(_is_number, names)) or "" in names:
         raise HcsearchError(f"the first line of {path} names no columns: write one name for each, such as {TIME}")
     values = np.empty((len(lines) - 1, len(names)))

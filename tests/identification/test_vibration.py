@@ -128,11 +128,14 @@ def test_the_swing_is_found_through(disturbance):
     rig, random = Rig(), np.random.default_rng(5)
     record = rig.record(0.005, 6)
     time = np.arange(record.shape[1]) / RATE
-    record = record + {
-        "drift": np.cumsum(0.002 * random.standard_normal(record.shape), axis=1),
-        "ramp": 0.05 * time,
-        "hum": 0.02 * np.sin(2 * math.pi * 50 * time),
-    }[disturbance]
+    record = (
+        record
+        + {
+            "drift": np.cumsum(0.002 * random.standard_normal(record.shape), axis=1),
+            "ramp": 0.05 * time,
+            "hum": 0.02 * np.sin(2 * math.pi * 50 * time),
+        }[disturbance]
+    )
     mode = identify_modes(record, RATE).modes[0]
     assert mode.frequency == pytest.approx(rig.frequency, rel=0.01)
     assert mode.damping == pytest.approx(rig.ratio, rel=0.1)
@@ -146,14 +149,14 @@ def test_shares_are_of_the_energy():
 
 def test_a_fitted_sinusoid_says_the_same():
     rig = Rig()
-    record = rig.record(0.0, 8)[0] * 0 + sinusoid(rig.frequency, rig.ratio, 0.4, np.arange(1000) / RATE)
-    record = record + 0.02 * np.random.default_rng(8).standard_normal(1000)
+    time = np.arange(1000) / RATE
+    record = sinusoid(rig.frequency, rig.ratio, 0.4, time) + 0.02 * np.random.default_rng(8).standard_normal(1000)
     (mode,) = identify_modes(record, RATE).modes
 
     def model(time, size, frequency, ratio, phase):
         return size * sinusoid(frequency, ratio, phase, time)
 
-    values, covariance = curve_fit(model, np.arange(1000) / RATE, record, p0=(1.0, 2.4, 0.1, 0.3))
+    values, covariance = curve_fit(model, time, record, p0=(1.0, 2.4, 0.1, 0.3))
     fitted = np.sqrt(np.diag(covariance))
     assert abs(mode.frequency - values[1]) < fitted[1]
     assert abs(mode.damping - values[2]) < fitted[2]
