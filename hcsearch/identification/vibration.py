@@ -112,7 +112,7 @@ def _lively(records: Reals) -> Reals:
 
 
 def _thinned(records: Reals, factor: int) -> Reals:
-    """Every so-manieth sample, after a low pass that keeps damped sinusoids what they are: its ends are left out."""
+    """One sample in so many, after a low pass that keeps damped sinusoids what they are: its ends are left out."""
     low_pass = firwin(20 * factor + 1, 0.75 / factor, window=("kaiser", 8.0))
     return np.asarray(oaconvolve(records, low_pass[None, :], mode="valid", axes=1)[:, ::factor])
 
