@@ -51,9 +51,12 @@ class Check:
         return self.outcome == "flat" and self.clear is True
 
 
-def check(scenes: Sequence[Compiled], *, tolerance: float = 1e-6, margin: float = MARGIN) -> list[Check]:
+def check(
+    scenes: Sequence[Compiled], *, tolerance: float = 1e-6, margin: float = MARGIN, early: float = 0.0
+) -> list[Check]:
     """Check compiled scenes; those whose tables have the same shapes go into one call of the kernel.
 
+    early : s; motions that collide before are not followed further, where only those that do not are wanted.
     Scenes must be `constrained` or `compliant`, with a panel held.
     """
     groups: dict[Any, list[int]] = defaultdict(list)
@@ -66,7 +69,7 @@ def check(scenes: Sequence[Compiled], *, tolerance: float = 1e-6, margin: float 
         groups[(*key, *_shapes(subject))].append(i)
     found: dict[int, Check] = {}
     for members in groups.values():
-        rows = _run([scenes[i] for i in members], [subjects[i] for i in members], tolerance, margin)
+        rows = _run([scenes[i] for i in members], [subjects[i] for i in members], tolerance, margin, early)
         found.update(zip(members, rows, strict=True))
     return [found[i] for i in range(len(scenes))]
 
@@ -86,7 +89,7 @@ def _subject(compiled: Compiled, margin: float) -> Subject:
     )
 
 
-def _run(scenes: list[Compiled], subjects: list[Subject], tolerance: float, margin: float) -> list[Check]:
+def _run(scenes: list[Compiled], subjects: list[Subject], tolerance: float, margin: float, early: float) -> list[Check]:
     first, count = scenes[0], len(scenes)
     system, scene = first.system, first.scene
     plan = plan_for(
@@ -107,6 +110,7 @@ def _run(scenes: list[Compiled], subjects: list[Subject], tolerance: float, marg
         2.0 * margin,
         RESOLUTION,
         NEAR * margin,
+        float(early),
     )
     found = Findings(
         endings=np.zeros(count, np.int64),

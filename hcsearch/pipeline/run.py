@@ -117,6 +117,7 @@ class _Totals:
             arrays=arrays,
             two_stack=self.passed.get("foldings", 0) if "foldings" in stages and lists != "untwisted" else None,
             untwisted=self.passed.get("twist", 0) if "twist" in stages else None,
+            deployable=self.passed.get("deployment", 0) if "deployment" in stages else None,
         )
 
 
