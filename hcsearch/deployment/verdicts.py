@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from hcsearch.circuit import Circuit
 from hcsearch.collision.clearance import MARGIN
-from hcsearch.deployment.checking import Check, check
+from hcsearch.deployment.checking import Check, Solids, check, solids_of
 from hcsearch.deployment.compiling import Compiled, compile_scene
 from hcsearch.deployment.springs import with_springs
 from hcsearch.deployment.subjects import folding_linkage
@@ -41,12 +41,11 @@ GRADES: dict[str, tuple[float, float, float]] = {
     "mountains first": (0.0, -1.0, 0.0),
     "one stack first": (0.0, 0.0, 1.0),
     "other stack first": (0.0, 0.0, -1.0),
-    "bottom mountains first": (1.0, -1.0, 0.0),
     "top of one stack first": (-1.0, 0.0, 1.0),
 }
 """Graded spring sets: how softness grows with the layer, with valleys after mountains, and with the second stack."""
-MIDDLE = {"outer layers first": -1.0, "middle layers first": 1.0}
-"""Those graded by the distance from the middle layer."""
+OUTER = "outer layers first"
+"""The set graded by the distance from the middle layer."""
 
 
 @dataclass(frozen=True)
@@ -66,20 +65,22 @@ class Look:
 LOOKS = (
     Look("hinged"),
     Look("merged"),
-    *(Look("rigid", grade) for grade in (*GRADES, *MIDDLE)),
-    *(Look("hinged", grade) for grade in (*GRADES, *MIDDLE)),
+    *(Look("rigid", grade) for grade in GRADES),
+    *(Look("hinged", grade) for grade in (*GRADES, OUTER)),
 )
 """The second look, in this order; a folding that deploys in one is not tried in those after it."""
+SCREENED = 1e-5
+"""Tolerance of the second look; what deploys in it is simulated again with the first look's."""
 
 
 def verdicts(
-    circuits: CircuitBatch, foldings: FoldingBatch, twists: NDArray[np.int16], found: MobilityBatch
+    circuits: CircuitBatch, foldings: FoldingBatch, twists: NDArray[np.int16], found: MobilityBatch, threads: int = 1
 ) -> DeploymentBatch:
     """Verdicts on a batch of foldings. Locked ones are tried with hinged or merged pairs: the proof is of rigid ones.
 
     Deploys: flat and certified clear. Collides: with every set tried. Undecided: it did neither with some set.
     """
-    return _Verdicts(circuits, foldings, twists == 0, found.locked).run()
+    return _Verdicts(circuits, foldings, twists == 0, found.locked, threads).run()
 
 
 class _Verdicts:
@@ -91,6 +92,7 @@ class _Verdicts:
         foldings: FoldingBatch,
         untwisted: NDArray[np.bool_],
         locked: NDArray[np.bool_],
+        threads: int,
     ) -> None:
         grid = grid_named(circuits.grid)
         self.panel = default_panel(circuits.grid)
@@ -98,17 +100,16 @@ class _Verdicts:
             i: Folding(Circuit(grid, tuple(circuits.words[foldings.row[i]].tolist())), int(foldings.crease[i]))
             for i in np.flatnonzero(untwisted).tolist()
         }
-        self.count = len(foldings)
+        self.count, self.threads = len(foldings), threads
         self.locked = {i for i in self.foldings if locked[i]}
-        self.compiled: dict[tuple[int, Pairs], Compiled] = {}
+        self.compiled: dict[tuple[int, Pairs], tuple[Compiled, Solids]] = {}
         self.tried: dict[int, list[Check]] = {i: [] for i in self.foldings}
         self.deploys: dict[int, Trial] = {}
         self.first: dict[int, Trial] = {}
 
     def run(self) -> DeploymentBatch:
-        self._look(Look(), early=0.0)
-        for look in LOOKS:
-            self._look(look, early=EARLY)
+        for look in (Look(), *LOOKS):
+            self._look(look)
         status: list[str | None] = [None] * self.count
         clearance, time = np.full(self.count, np.nan), np.full(self.count, np.nan)
         for i in self.foldings:
@@ -119,34 +120,46 @@ class _Verdicts:
         trials = [trial for i in self.foldings for trial in self._trials(i)]
         return DeploymentBatch(status, clearance, time, tuple(trials))
 
-    def _look(self, look: Look, early: float) -> None:
+    def _look(self, look: Look) -> None:
         """Try all foldings that are left in one scene."""
         left = [i for i in self.foldings if i not in self.deploys and self._can(i, look)]
-        scenes = [self._compiled(i, look) for i in left]
-        for i, compiled, found in zip(left, scenes, check(scenes, early=early), strict=True):
-            self.tried[i].append(found)
-            trial = self._trial(i, look, compiled, found)
-            if look == Look():
+        scenes = {i: self._compiled(i, look) for i in left}
+        first = look == Look()
+        found = self._check(left, scenes, {} if first else {"early": EARLY, "tolerance": SCREENED})
+        if not first:
+            found |= self._check([i for i in left if found[i].deploys], scenes, {})
+        for i in left:
+            self.tried[i].append(found[i])
+            trial = self._trial(i, look, scenes[i][0], found[i])
+            if first:
                 self.first[i] = trial
-            if found.deploys:
+            if found[i].deploys:
                 self.deploys[i] = trial
+
+    def _check(
+        self, some: list[int], scenes: dict[int, tuple[Compiled, Solids]], options: dict[str, float]
+    ) -> dict[int, Check]:
+        solids = [scenes[i][1] for i in some]
+        rows = check([scenes[i][0] for i in some], solids=solids, threads=self.threads, **options)
+        return dict(zip(some, rows, strict=True))
 
     def _can(self, i: int, look: Look) -> bool:
         if look.pairs == "merged":
             return bool(self.foldings[i].mirror_pairs)
         return look.pairs == "hinged" or i not in self.locked
 
-    def _compiled(self, i: int, look: Look) -> Compiled:
+    def _compiled(self, i: int, look: Look) -> tuple[Compiled, Solids]:
         key = (i, look.pairs)
         if key not in self.compiled:
             linkage = folding_linkage(
                 self.foldings[i], self.panel, hinged=look.pairs == "hinged", merged=look.pairs == "merged"
             )
-            self.compiled[key] = compile_scene(linkage, SCENES["default"], keep=frozenset({"stops"}))
-        compiled = self.compiled[key]
-        if not look.grade:
-            return compiled
-        return with_springs(compiled, graded(self.foldings[i], compiled, look.grade))
+            compiled = compile_scene(linkage, SCENES["default"], keep=frozenset({"stops"}))
+            self.compiled[key] = compiled, solids_of(compiled)
+        compiled, solids = self.compiled[key]
+        if look.grade:
+            compiled = with_springs(compiled, graded(self.foldings[i], compiled, look.grade))
+        return compiled, solids
 
     def _trial(self, i: int, look: Look, compiled: Compiled, found: Check) -> Trial:
         length, width, thickness = self.panel
@@ -216,9 +229,8 @@ def scene_values(scene: Scene) -> dict[str, object]:
 def graded(folding: Folding, compiled: Compiled, grade: str) -> Reals:
     """Stiffnesses (N m/rad) of the joints of a folding, shape (n_joints,), geometric between `STIFF` and `SOFT`."""
     places = _places(folding, compiled)
-    if grade in MIDDLE:
-        softness = np.abs(2.0 * places[:, 0] - 1.0)
-        softness = softness if MIDDLE[grade] > 0.0 else 1.0 - softness
+    if grade == OUTER:
+        softness = 1.0 - np.abs(2.0 * places[:, 0] - 1.0)
     else:
         weights = np.array(GRADES[grade])
         towards = np.where(weights < 0.0, 1.0 - places, places)

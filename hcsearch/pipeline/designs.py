@@ -34,18 +34,20 @@ class Job(Travelling):
     """What is done with every unit of a run.
 
     stages : name and version of those to run; keep : which designs to keep.
-    rows : whether the rows for the store are wanted, or only the fingerprints of the arrays.
+    rows : whether the rows for the store are wanted, or only the fingerprints of the arrays. threads : that may check
+    deployments beside each other.
     """
 
     search: Search
     stages: dict[str, int]
     keep: str
     rows: bool
+    threads: int = 1
 
     def __call__(self, prefix: str) -> Output:
         """Work on one unit."""
         search = warm(self.search)
-        unit = run_unit(search, prefix, self.stages, self.keep)
+        unit = run_unit(search, prefix, self.stages, self.keep, self.threads)
         rows = design_rows(search, unit) if self.rows else None
         arrays = None if self.rows else array_fingerprints(search, unit.circuits)
         return Output(unit.results, len(unit.circuits), rows, arrays)
@@ -82,7 +84,7 @@ class UnitResult:
     results: tuple[StageResult, ...]
 
 
-def run_unit(search: Search, prefix: str, stages: dict[str, int], keep: str) -> UnitResult:
+def run_unit(search: Search, prefix: str, stages: dict[str, int], keep: str, threads: int = 1) -> UnitResult:
     """Run the stages on one unit of a search."""
     clock = time.perf_counter()
     circuits = _joined(search, prefix)
@@ -126,7 +128,7 @@ def run_unit(search: Search, prefix: str, stages: dict[str, int], keep: str) -> 
     if deployment.STAGE in stages and foldings is not None and twists is not None and found is not None:
         from hcsearch.deployment.verdicts import verdicts  # noqa: PLC0415 - its kernels take seconds to load
 
-        deployed = verdicts(circuits, foldings, twists, found)
+        deployed = verdicts(circuits, foldings, twists, found, threads)
         passed = np.zeros(len(circuits), bool)
         passed[foldings.row[[status == "deploys" for status in deployed.status]]] = True
         finish(deployment.STAGE, passed)
