@@ -192,6 +192,16 @@ def stability(output: Path, quick: bool, json_file: Path | None) -> None:
     _finish(report, lambda folder: save_report(report, folder), output, json_file)
 
 
+@bench.command(epilog="Example: hcsearch bench identification --quick --json identification.json")
+@_common("identification")
+def identification(output: Path, quick: bool, json_file: Path | None) -> None:
+    """Springs and damping from made-up measurements with known laws: error against noise, and the error told."""
+    from hcsearch.bench.identification import measure, save_report  # noqa: PLC0415
+
+    report = measure(quick=quick, say=_say)
+    _finish(report, lambda folder: save_report(report, folder), output, json_file)
+
+
 @bench.command(epilog="Example: hcsearch bench tables --output docs")
 @_common("tables")
 @_limit("600, quick: 10", "a search")

@@ -27,7 +27,7 @@ MARGIN = 1e-4
 """Panels are shrunk by this on every face (m), unless another margin is given."""
 RESOLUTION = 5e-5
 """A smallest gap is known to this (m)."""
-NEAR = 1e-2
+NEAR = 0.1
 """Shrunk panels that are no further apart than what is left open of the loops collide, if that is no more than this
 share of the margin; where more is left open, they may or may not."""
 

@@ -163,17 +163,17 @@ def _reason(compiled: Compiled, motion: Motion) -> str:
 
 
 def _clearance(compiled: Compiled, motion: Motion, states: tuple[Reals, Reals], margin: float) -> Clearance:
-    """The certified verdict on the motion; where hinges are cut open, their accelerations are not known."""
+    """The certified verdict on the motion."""
     linkage = compiled.linkage
     check_margin(linkage, margin)
-    cut = bool((compiled.joint_of < 0).any())
-    accelerations = np.zeros_like(states[0]) if cut else motion.a[:, compiled.joint_of]
+    cubic = motion.cubic or bool((compiled.joint_of < 0).any())  # accelerations of cut hinges are not known
+    accelerations = np.zeros_like(states[0]) if cubic else motion.a[:, compiled.joint_of]
     course = Course(
         motion.times,
         np.ascontiguousarray(states[0]),
         np.ascontiguousarray(states[1]),
         np.ascontiguousarray(accelerations),
-        cut or motion.overdamped,
+        cubic,
     )
     gap = max(motion.gap, opening_of(compiled.system, motion)) if linkage.loops else 0.0
     slack = 0.5 * linkage.n_panels * linkage.pattern.size * gap

@@ -17,7 +17,7 @@ from hcsearch.kernels.multibody.explicit import Method
 from hcsearch.kernels.multibody.hinges import Hinges, Struts
 from hcsearch.kernels.multibody.motion import Hold, Mechanism
 from hcsearch.kernels.multibody.recording import Record
-from hcsearch.kernels.multibody.simulation import FLAT, simulate
+from hcsearch.kernels.multibody.simulation import FLAT, TIME_OUT, simulate
 from hcsearch.kernels.multibody.steps import Plan
 from hcsearch.kernels.multibody.tree import Tree, work_for
 from hcsearch.kernels.overlaps import Prisms
@@ -50,6 +50,7 @@ class Rules(NamedTuple):
     """What all foldings of a call share: how they are simulated, and how gaps are measured.
 
     struts, cuts : none of both, as tables of the right kind. touch, resolution, near : m, as of `Search`.
+    early : s; where it is above 0, motions that collide before are not followed further.
     """
 
     method: Method
@@ -61,6 +62,7 @@ class Rules(NamedTuple):
     touch: float
     resolution: float
     near: float
+    early: float
 
 
 class Findings(NamedTuple):
@@ -91,7 +93,7 @@ def check_all(stack: Any, rules: Rules, record: Record, found: Findings) -> None
 
 @compiled
 def _check(subject: Subject, rules: Rules, record: Record, found: Findings, i: int) -> None:
-    tree, n, hinges = subject.tree, len(subject.start), len(subject.joint_of)
+    tree, n = subject.tree, len(subject.start)
     mechanism = Mechanism(
         tree,
         subject.hinges,
@@ -103,33 +105,32 @@ def _check(subject: Subject, rules: Rules, record: Record, found: Findings, i: i
         False,
     )
     hold = Hold(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8))
-    for k in range(n):
-        hold.branches[k] = 1 if subject.start[k] > subject.hinges.snaps_up[k] else 0
+    cubic = rules.closure_stiffness > 0.0  # stiff springs make accelerations that say nothing of the motion
     work = work_for(tree)
-    simulate(mechanism, hold, rules.method, rules.plan, subject.start.copy(), np.zeros(n), work, record)
-    states = record.counts[0]
-    found.endings[i], found.times[i, 0] = record.counts[4], record.times[states - 1]
-    found.openings[i] = opening(tree, states, record.times, record.q, record.v, record.a, False, work)
-    found.drifts[i] = _drift(record, states)
-    course = Course(
-        record.times[:states],
-        np.empty((states, hinges)),
-        np.empty((states, hinges)),
-        np.empty((states, hinges)),
-        False,
-    )
-    for s in range(states):
-        for k in range(hinges):
-            joint = subject.joint_of[k]
-            course.angles[s, k], course.rates[s, k] = record.q[s, joint], record.v[s, joint]
-            course.accelerations[s, k] = record.a[s, joint]
+    plan, whole, verdict = rules.plan, rules.plan.end, CLEAR
     answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
-    slack = subject.reach * found.openings[i]
-    near = min(slack, rules.near)
-    wanted = Search(slack, near, False, rules.touch, rules.resolution)
-    verdict = search(subject.chain, subject.shrunk, subject.pairs, course, wanted, answer)
+    looks = 0
+    for stage in range(2):
+        # most collisions come early: where only clear deployments are wanted, a short motion is looked at first
+        end = rules.early if stage == 0 and 0.0 < rules.early < whole else whole
+        hold.held[:] = 0
+        for k in range(n):
+            hold.branches[k] = 1 if subject.start[k] > subject.hinges.snaps_up[k] else 0
+        simulate(mechanism, hold, rules.method, _until(plan, end), subject.start.copy(), np.zeros(n), work, record)
+        states = record.counts[0]
+        course = _course(subject, record, cubic)
+        found.openings[i] = opening(tree, states, record.times, record.q, record.v, record.a, cubic, work)
+        slack = subject.reach * found.openings[i]
+        near = min(slack, rules.near)
+        wanted = Search(slack, near, False, rules.touch, rules.resolution)
+        verdict = search(subject.chain, subject.shrunk, subject.pairs, course, wanted, answer)
+        looks += answer.looks[0]
+        if verdict != CLEAR or end == whole or record.counts[4] != TIME_OUT:
+            break
+    found.endings[i], found.times[i, 0] = record.counts[4], record.times[states - 1]
+    found.drifts[i] = _drift(record, states)
     found.counts[i, 0], found.counts[i, 1], found.counts[i, 2] = states, record.counts[2], record.counts[3]
-    found.counts[i, 3] = answer.looks[0]
+    found.counts[i, 3] = looks
     found.verdicts[i], found.pairs[i], found.times[i, 1] = verdict, answer.pairs[0], answer.times[0]
     found.gaps[i] = math.nan
     if verdict == CLEAR and record.counts[4] == FLAT:
@@ -137,6 +138,43 @@ def _check(subject: Subject, rules: Rules, record: Record, found: Findings, i: i
         search(subject.chain, subject.prisms, subject.pairs, course, wanted, answer)
         found.gaps[i] = answer.gaps[0]
         found.counts[i, 3] += answer.looks[0]
+
+
+@compiled
+def _until(plan: Plan, end: float) -> Plan:
+    """The same plan with another end."""
+    return Plan(
+        end,
+        plan.tolerance,
+        plan.floor,
+        plan.first,
+        plan.longest,
+        plan.restitution,
+        plan.slow,
+        plan.flat,
+        plan.near,
+        plan.rest,
+        plan.closed,
+    )
+
+
+@compiled
+def _course(subject: Subject, record: Record, cubic: bool) -> Course:
+    """The motion of the fold angles."""
+    states, hinges = record.counts[0], len(subject.joint_of)
+    course = Course(
+        record.times[:states],
+        np.empty((states, hinges)),
+        np.empty((states, hinges)),
+        np.empty((states, hinges)),
+        cubic,
+    )
+    for s in range(states):
+        for k in range(hinges):
+            joint = subject.joint_of[k]
+            course.angles[s, k], course.rates[s, k] = record.q[s, joint], record.v[s, joint]
+            course.accelerations[s, k] = record.a[s, joint]
+    return course
 
 
 @compiled

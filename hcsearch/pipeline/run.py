@@ -63,6 +63,11 @@ class Plan:
         return Crew() if self.small and self.crew.scheduler is None else self.crew
 
     @property
+    def threads(self) -> int:
+        """Threads of each process: several where one process works."""
+        return self.crew.jobs if self.hands.jobs == 1 and self.hands.scheduler is None else 1
+
+    @property
     def work(self) -> Work:
         """The key of this plan's finished batches."""
         return Work(self.search.grid.name, self.search.n, self.search.target, self.keep)
@@ -117,6 +122,7 @@ class _Totals:
             arrays=arrays,
             two_stack=self.passed.get("foldings", 0) if "foldings" in stages and lists != "untwisted" else None,
             untwisted=self.passed.get("twist", 0) if "twist" in stages else None,
+            deployable=self.passed.get("deployment", 0) if "deployment" in stages else None,
         )
 
 
@@ -125,7 +131,7 @@ def run_dry(plan: Plan, progress: Progress | None = None) -> Summary:
     totals = _Totals()
     arrays = _DistinctArrays()
     prefixes = plan.search.prefixes
-    job = Job(plan.search, stages_until(plan.until), plan.keep, rows=False)
+    job = Job(plan.search, stages_until(plan.until), plan.keep, rows=False, threads=plan.threads)
     for done, (_, output) in enumerate(plan.hands.work(job, prefixes), 1):
         totals.add(output.results, fresh=True)
         assert output.arrays is not None
@@ -179,7 +185,7 @@ def run_into(plan: Plan, database: Database, progress: Progress | None = None) -
         versions=_versions() | {f"stage {name}": str(number) for name, number in stages.items()},
     )
 
-    job = Job(plan.search, stages, plan.keep, rows=True)
+    job = Job(plan.search, stages, plan.keep, rows=True, threads=plan.threads)
     done = len(reused)
     for batches in _grouped(plan.hands.work(job, todo)):
         record_batches(database, run_id, plan.work, batches)
