@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import MARGIN, NEAR, RESOLUTION, pairs_of
-from hcsearch.collision.penetration import prisms_of
+from hcsearch.collision.clearance import MARGIN, RESOLUTION, check_margin, pairs_of, slack_of
+from hcsearch.collision.penetration import deepest_margin, prisms_of
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.deployment.deploying import FLAT, STEPS, STILL, Outcome, method_of, outcome_of
 from hcsearch.dynamics.methods import method_named
@@ -73,6 +73,7 @@ def check(scenes: Sequence[Compiled], *, tolerance: float = 1e-6, margin: float 
 
 def _subject(compiled: Compiled, margin: float) -> Subject:
     mechanism, linkage = compiled.system.mechanism, compiled.linkage
+    check_margin(linkage, margin)
     return Subject(
         tree=mechanism.tree,
         hinges=mechanism.hinges,
@@ -82,7 +83,8 @@ def _subject(compiled: Compiled, margin: float) -> Subject:
         prisms=prisms_of(linkage),
         shrunk=prisms_of(linkage, margin),
         pairs=pairs_of(linkage, compiled.apart),
-        reach=0.5 * linkage.n_panels * linkage.pattern.size,
+        deepest=deepest_margin(linkage),
+        reach=slack_of(linkage, 1.0),
     )
 
 
@@ -104,9 +106,8 @@ def _run(scenes: list[Compiled], subjects: list[Subject], tolerance: float, marg
         system.mechanism.cuts,
         system.mechanism.closure_stiffness,
         system.mechanism.closure_damping,
-        2.0 * margin,
+        margin,
         RESOLUTION,
-        NEAR * margin,
     )
     found = Findings(
         endings=np.zeros(count, np.int64),
