@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import MARGIN, NEAR, RESOLUTION, pairs_of
-from hcsearch.collision.penetration import prisms_of
+from hcsearch.collision.clearance import MARGIN, RESOLUTION, check_margin, pairs_of, slack_of
+from hcsearch.collision.penetration import deepest_margin, prisms_of
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.deployment.deploying import FLAT, STEPS, STILL, Outcome, method_of, outcome_of
 from hcsearch.dynamics.methods import method_named
@@ -33,7 +33,9 @@ class Check:
 
     outcome : as of `Deployment`. clear : whether it is certified clear as long as it lasts; None where undecided.
     collision : when panels first collide (s) and which, or None. gap : smallest gap of one that comes flat and clear,
-        m (see `Clearance`). drift : greatest error of the energy balance, as a share of the largest energy.
+        m (see `Clearance`). speed : at which panels come together where it is not clear, m/s, else 0. remaining : mean
+        fold angle over pi then, or where it is clear at the end; end_remaining : at the end. widest : greatest fold
+        angle at the end, rad. drift : greatest error of the energy balance, as a share of the largest energy.
     opening : greatest closure residual, rad or gap over the pattern's size.
     """
 
@@ -42,6 +44,10 @@ class Check:
     clear: bool | None
     collision: tuple[float, tuple[int, int]] | None
     gap: float | None
+    speed: float
+    remaining: float
+    end_remaining: float
+    widest: float
     drift: float
     opening: float
     steps: int
@@ -55,17 +61,23 @@ class Check:
 
 
 class Solids(NamedTuple):
-    """The panels of a linkage as the kernel takes them: prisms, those with the margin taken off, and pairs."""
+    """The panels of a linkage as the kernel takes them: prisms, those with the margin taken off, and pairs.
+
+    deepest : the margin (m) by which a panel would be gone.
+    """
 
     prisms: Prisms
     shrunk: Prisms
     pairs: Pairs
+    deepest: float
 
 
 def solids_of(compiled: Compiled, margin: float = MARGIN) -> Solids:
     """The panels of a scene; the same with any springs."""
     linkage = compiled.linkage
-    return Solids(prisms_of(linkage), prisms_of(linkage, margin), pairs_of(linkage, compiled.apart))
+    check_margin(linkage, margin)
+    pairs = pairs_of(linkage, compiled.apart)
+    return Solids(prisms_of(linkage), prisms_of(linkage, margin), pairs, deepest_margin(linkage))
 
 
 def check(
@@ -117,7 +129,8 @@ def _subject(compiled: Compiled, solids: Solids) -> Subject:
         prisms=solids.prisms,
         shrunk=solids.shrunk,
         pairs=solids.pairs,
-        reach=0.5 * linkage.n_panels * linkage.pattern.size,
+        deepest=solids.deepest,
+        reach=slack_of(linkage, 1.0),
     )
 
 
@@ -139,9 +152,8 @@ def _run(scenes: list[Compiled], subjects: list[Subject], tolerance: float, marg
         system.mechanism.cuts,
         system.mechanism.closure_stiffness,
         system.mechanism.closure_damping,
-        2.0 * margin,
+        margin,
         RESOLUTION,
-        NEAR * margin,
         float(early),
     )
     found = Findings(
@@ -151,6 +163,8 @@ def _run(scenes: list[Compiled], subjects: list[Subject], tolerance: float, marg
         counts=np.zeros((count, 4), np.int64),
         times=np.zeros((count, 2)),
         gaps=np.zeros(count),
+        speeds=np.zeros(count),
+        lefts=np.zeros((count, 3)),
         drifts=np.zeros(count),
         openings=np.zeros(count),
     )
@@ -171,6 +185,10 @@ def _check(compiled: Compiled, subject: Subject, found: Findings, i: int) -> Che
         {CLEAR: True, COLLIDES: False}.get(verdict),
         collision,
         gap if math.isfinite(gap) else None,
+        float(found.speeds[i]),
+        float(found.lefts[i, 0]),
+        float(found.lefts[i, 1]),
+        math.pi * float(found.lefts[i, 2]),
         float(found.drifts[i]),
         float(found.openings[i]),
         states - 1,

@@ -9,11 +9,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import MARGIN, Clearance, certify, check_margin
+from hcsearch.collision.clearance import MARGIN, Clearance, certify, slack_of
 from hcsearch.deployment.compiling import Compiled, Formulation, compile_scene
 from hcsearch.dynamics.simulation import Ending, Motion, opening_of, simulate
 from hcsearch.errors import HcsearchError
-from hcsearch.kernels.clearance import Course
+from hcsearch.kernels.intervals import Course
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
 
@@ -165,8 +165,8 @@ def _reason(compiled: Compiled, motion: Motion) -> str:
 def _clearance(compiled: Compiled, motion: Motion, states: tuple[Reals, Reals], margin: float) -> Clearance:
     """The certified verdict on the motion."""
     linkage = compiled.linkage
-    check_margin(linkage, margin)
-    cubic = motion.cubic or bool((compiled.joint_of < 0).any())  # accelerations of cut hinges are not known
+    cut = bool((compiled.joint_of < 0).any())
+    cubic = motion.cubic or cut  # accelerations of cut hinges are not known
     accelerations = np.zeros_like(states[0]) if cubic else motion.a[:, compiled.joint_of]
     course = Course(
         motion.times,
@@ -175,7 +175,7 @@ def _clearance(compiled: Compiled, motion: Motion, states: tuple[Reals, Reals], 
         np.ascontiguousarray(accelerations),
         cubic,
     )
-    gap = max(motion.gap, opening_of(compiled.system, motion)) if linkage.loops else 0.0
-    slack = 0.5 * linkage.n_panels * linkage.pattern.size * gap
-    measured = motion.ending == "flat"
+    # where a hinge is cut, what its spring gives way opens the loop
+    gap = max(opening_of(compiled.system, motion), motion.gap if cut else 0.0)
+    slack, measured = slack_of(linkage, gap), motion.ending == "flat"
     return certify(linkage, course, margin=margin, slack=slack, apart=compiled.apart, measured=measured)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, replace
 from typing import Any, NamedTuple, Protocol
 
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 
 from hcsearch.deployment.checking import Check, check
 from hcsearch.deployment.compiling import Compiled, Formulation, compile_scene
-from hcsearch.deployment.springs import UNIT, scene_springs, stiffnesses_of, with_springs
+from hcsearch.deployment.springs import scene_springs, stiffnesses_of, with_springs
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
 
@@ -65,15 +64,20 @@ class Evaluator:
     def of_springs(self, sets: Iterable[Sequence[float] | Reals]) -> list[Check]:
         """Check spring sets, each a stiffness (N m/rad) for every hinge; mirror hinges have equal ones."""
         if self._base is None:
-            uniform = replace(self.scene, spring=f"linear:{UNIT}", springs=())
-            self._base = self._compiled(uniform)
-        base = self._base
+            # mirror hinges have equal springs in all sets, so that one with equal springs everywhere stands for all
+            self._base = self._compiled(replace(self.scene, spring="linear:0.1", springs=()))
         scenes = [scene_springs(self.scene, stiffnesses) for stiffnesses in sets]
-        return self._checked(scenes, lambda scene: with_springs(base, stiffnesses_of(self.linkage, scene)))
+        return self._checked(scenes, self._sprung)
 
     def of_scenes(self, scenes: Sequence[Scene]) -> list[Check]:
         """Check scenes that may differ in anything, all with linear springs."""
         return self._checked(scenes, self._compiled)
+
+    def _sprung(self, scene: Scene) -> Compiled:
+        assert self._base is not None
+        stiffnesses = np.empty(self._base.system.n_joints)
+        stiffnesses[self._base.joint_of] = stiffnesses_of(self.linkage, scene)
+        return with_springs(self._base, stiffnesses)
 
     def _compiled(self, scene: Scene) -> Compiled:
         # whether folded stops can be reached depends on the springs, which change
@@ -93,16 +97,8 @@ class Evaluator:
 
     def _run(self, scenes: Sequence[Compiled]) -> list[Check]:
         """All scenes, dealt out to as many threads as there are cores; the kernels run without Python's lock."""
-        cores = min(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1, len(scenes))
-        tolerance = TOLERANCES[self.formulation]
-        if cores < 2:
-            return check(scenes, tolerance=tolerance)
-        found: list[Check | None] = [None] * len(scenes)
-        with ThreadPoolExecutor(cores) as pool:
-            parts = pool.map(lambda k: check(scenes[k::cores], tolerance=tolerance), range(cores))
-            for k, part in enumerate(parts):
-                found[k::cores] = part
-        return [one for one in found if one is not None]
+        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        return check(scenes, tolerance=TOLERANCES[self.formulation], threads=max(1, min(cores, len(scenes))))
 
     def _key(self, scene: Scene) -> Key:
         values = asdict(scene)
