@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.deployment.checking import Check, check
+from hcsearch.deployment.checking import Check, Solids, check, solids_of
 from hcsearch.deployment.compiling import Compiled, Formulation, compile_scene
 from hcsearch.deployment.springs import scene_springs, stiffnesses_of, with_springs
 from hcsearch.linkage import Linkage
@@ -60,6 +60,7 @@ class Evaluator:
         self.done = self.recalled = 0
         self._memory = memory
         self._base: Compiled | None = None
+        self._solids: dict[frozenset[tuple[int, int]], Solids] = {}
 
     def of_springs(self, sets: Iterable[Sequence[float] | Reals]) -> list[Check]:
         """Check spring sets, each a stiffness (N m/rad) for every hinge; mirror hinges have equal ones."""
@@ -98,7 +99,12 @@ class Evaluator:
     def _run(self, scenes: Sequence[Compiled]) -> list[Check]:
         """All scenes, dealt out to as many threads as there are cores; the kernels run without Python's lock."""
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        return check(scenes, tolerance=TOLERANCES[self.formulation], threads=max(1, min(cores, len(scenes))))
+        for scene in scenes:
+            if scene.apart not in self._solids:
+                self._solids[scene.apart] = solids_of(scene)
+        solids = [self._solids[scene.apart] for scene in scenes]
+        threads = max(1, min(cores, len(scenes)))
+        return check(scenes, solids=solids, tolerance=TOLERANCES[self.formulation], threads=threads)
 
     def _key(self, scene: Scene) -> Key:
         values = asdict(scene)

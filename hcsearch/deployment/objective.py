@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 
-from hcsearch.collision.clearance import APART, MARGIN
 from hcsearch.deployment.checking import Check
 
 SPEED = 1.0
 """Approach speed that is worth as much as all of the way from folded to flat, m/s: p of eq. 4.26 is its inverse."""
-AMPLE = APART * MARGIN
+AMPLE = 2e-3
 """A gap that is as good as any larger one, m: q of eq. 4.26 is its inverse."""
 
 

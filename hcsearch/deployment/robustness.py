@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hcsearch.deployment.checking import Check
 from hcsearch.deployment.evaluating import Evaluator
+from hcsearch.deployment.springs import scene_springs
 from hcsearch.scenes import Scene
 
 Reals = NDArray[np.float64]
