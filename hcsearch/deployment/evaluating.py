@@ -46,19 +46,32 @@ class Memory(Protocol):
         """Keep more, all or none."""
 
 
+class Own:
+    """A memory of one run."""
+
+    def __init__(self) -> None:
+        self._known: dict[Key, Check] = {}
+
+    def recall(self, keys: Sequence[Key]) -> Mapping[Key, Check]:
+        """Those of the keys that are known."""
+        return {key: self._known[key] for key in keys if key in self._known}
+
+    def record(self, found: Mapping[Key, Check]) -> None:
+        """Keep more."""
+        self._known |= found
+
+
 class Evaluator:
     """Checks of one array in scenes that differ in their springs, or in more.
 
     done, recalled : how many have been asked for, and how many of these the memory knew.
     """
 
-    def __init__(
-        self, linkage: Linkage, scene: Scene, formulation: Formulation, memory: Memory | None = None
-    ) -> None:
+    def __init__(self, linkage: Linkage, scene: Scene, formulation: Formulation, memory: Memory | None = None) -> None:
         self.linkage, self.formulation = linkage, formulation
         self.scene = softened(scene) if formulation == "compliant" else scene
         self.done = self.recalled = 0
-        self._memory = memory
+        self._memory = Own() if memory is None else memory
         self._base: Compiled | None = None
         self._solids: dict[frozenset[tuple[int, int]], Solids] = {}
 
@@ -86,12 +99,12 @@ class Evaluator:
 
     def _checked(self, scenes: Sequence[Scene], compiled: Any) -> list[Check]:
         keys = [self._key(scene) for scene in scenes]
-        known = dict(self._memory.recall(keys)) if self._memory is not None else {}
+        known = dict(self._memory.recall(keys))
         self.done += len(keys)
         self.recalled += sum(key in known for key in keys)
         missing = {key: scene for key, scene in zip(keys, scenes, strict=True) if key not in known}
         fresh = dict(zip(missing, self._run([compiled(scene) for scene in missing.values()]), strict=True))
-        if fresh and self._memory is not None:
+        if fresh:
             self._memory.record(fresh)
         known |= fresh
         return [known[key] for key in keys]

@@ -94,9 +94,33 @@ def sampled(scene: Scene, stiffnesses: Sequence[float] | Reals, spread: Spread, 
     return found
 
 
-def robustness(evaluator: Evaluator, stiffnesses: Sequence[float] | Reals, spread: Spread, samples: int, seed: int) -> Robustness:
-    """The probability of collision of a spring set in the evaluator's scene, from random samples in one call."""
-    return counted(evaluator.of_scenes(sampled(evaluator.scene, stiffnesses, spread, samples, seed)))
+def robustness(
+    evaluator: Evaluator, sets: Sequence[Sequence[float] | Reals], spread: Spread, samples: int, seed: int
+) -> list[Robustness]:
+    """The probability of collision of spring sets in the evaluator's scene, from random samples, all in one call."""
+    scenes = [scene for one in sets for scene in sampled(evaluator.scene, one, spread, samples, seed)]
+    checks = evaluator.of_scenes(scenes)
+    return [counted(checks[k : k + samples]) for k in range(0, len(checks), samples)]
+
+
+def most_robust(
+    evaluator: Evaluator,
+    sets: Sequence[Sequence[float] | Reals],
+    spread: Spread,
+    stages: Sequence[tuple[int, int]],
+    seed: int,
+) -> list[int]:
+    """Numbers of the sets that fail least, the best first; of equal ones those given first.
+
+    stages : how many sets get how many samples, fewer sets and more samples each time: most sets are out after a few.
+    """
+    left = list(range(len(sets)))
+    for kept, samples in stages:
+        left = left[:kept]
+        found = robustness(evaluator, [sets[k] for k in left], spread, samples, seed)
+        failures = {k: one.failures for k, one in zip(left, found, strict=True)}
+        left.sort(key=lambda k: (failures[k], k))  # noqa: B023 - used at once
+    return left
 
 
 def counted(checks: Sequence[Check]) -> Robustness:

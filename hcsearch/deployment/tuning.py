@@ -24,7 +24,7 @@ from hcsearch.deployment.compiling import Formulation
 from hcsearch.deployment.deploying import Deployment, deploy
 from hcsearch.deployment.evaluating import Evaluator, Memory
 from hcsearch.deployment.objective import objective
-from hcsearch.deployment.robustness import Robustness, Spread, robustness
+from hcsearch.deployment.robustness import Robustness, Spread, most_robust, robustness
 from hcsearch.deployment.springs import SOFTEST, STIFFEST, scene_springs, stiffnesses_of, tied_hinges
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
@@ -32,16 +32,18 @@ from hcsearch.scenes import Scene
 Reals = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 
-EVALUATIONS, SAMPLES = 1000, 128
+EVALUATIONS, SAMPLES = 500, 64
 """Spring sets that a search tries, and samples of the tolerances that are drawn for what it found."""
 GENERATION, GENERATIONS = 16, 40
 """Sets of a generation of CMA-ES, and generations until it starts anew."""
 LATER = 12
 """Generations after the first set that comes flat and clear."""
-ROUNDS = 4
-"""Starts that have found a set that comes flat and clear; then the search has seen enough."""
-FIRST_LOOK = 32
-"""Samples of each set that was found, to choose the one that is least likely to collide."""
+ROUNDS = 3
+"""Starts of CMA-ES that found a set that comes flat and clear, after which the search has seen enough."""
+STAGES = ((16, 4), (4, 12))
+"""Sets that are compared by samples of the tolerances, and how many samples each gets: the few best get more."""
+APART = 0.05
+"""Sets count as different where a stiffness differs by this share."""
 GOOD = -0.999
 """Objective of a set whose gap is ample."""
 PRECISE = (1e-6, 1e-7)
@@ -127,7 +129,7 @@ def tune(
     rounded = None
     try:
         search.run(start, first)
-        finder.choose([place.stiffnesses for place in search.candidates()])
+        finder.choose(search.candidates())
         if catalogue:
             rounded = finder.round(catalogue_levels(catalogue, STIFFEST))
     except KeyboardInterrupt:
@@ -202,7 +204,8 @@ class _Search:
         self.evaluator, self.tied, self.budget, self.seed, self.progress = evaluator, tied, budget, seed, progress
         self.spent = 0
         self.best: _Place | None = None
-        self.rounds: list[_Place] = []
+        self.found: list[_Place] = []
+        self.successes = 0
         self.low, self.high = math.log(SOFTEST), math.log(STIFFEST)
 
     def run(self, start: Reals, first: Reals) -> None:
@@ -217,12 +220,13 @@ class _Search:
         except _SpentError:
             pass
 
-    def candidates(self) -> list[_Place]:
-        """The best set of each round that came flat and clear, the best first; or else the best of all."""
-        found = [place for place in self.rounds if place.check.deploys]
-        if self.best is not None and self.best.check.deploys and all(self.best is not place for place in found):
-            found.append(self.best)
-        return sorted(found, key=lambda place: place.value) or ([self.best] if self.best else [])
+    def candidates(self) -> list[Reals]:
+        """Sets that came flat and clear, the best first, without those that hardly differ; else the best of all."""
+        kept: list[Reals] = []
+        for place in sorted(self.found, key=lambda place: place.value):
+            if all(np.abs(np.log(place.stiffnesses / other)).max() > APART for other in kept):
+                kept.append(place.stiffnesses)
+        return kept or ([self.best.stiffnesses] if self.best else [])
 
     def best_set(self) -> SpringSet:
         """The set of the least objective; the start where nothing was seen."""
@@ -240,6 +244,7 @@ class _Search:
             _Place(point, stiffnesses, check, objective(check))
             for point, stiffnesses, check in zip(inside, sets, self.evaluator.of_springs(sets), strict=True)
         ]
+        self.found += [place for place in places if place.check.deploys]
         least = min(places, key=lambda place: place.value)
         if self.best is None or least.value < self.best.value:
             self.best = least
@@ -251,22 +256,18 @@ class _Search:
     _own: _Place | None = None
 
     def _enough(self) -> bool:
-        found = [place for place in self.rounds if place.check.deploys]
-        return len(found) >= ROUNDS or any(place.value <= GOOD for place in found)
+        return self.successes >= ROUNDS or (self.best is not None and self.best.value <= GOOD)
 
     def _round(self, number: int, start: Reals) -> None:
         """One start of CMA-ES, and from the best set it found, where that comes flat and clear, up to its largest gap."""
         rng = np.random.default_rng([self.seed, number])
         self._own = None
         begin = start if number == 0 else rng.uniform(self.low, self.high, len(self.tied))
-        try:
-            self._evolve(begin, rng)
-            own: Any = self._own
-            if own is not None and own.value < 0.0:
-                self._descend(own.point, steps=4)
-        finally:
-            if self._own is not None:
-                self.rounds.append(self._own)
+        self._evolve(begin, rng)
+        own: Any = self._own
+        if own is not None and own.check.deploys:
+            self.successes += 1
+            self._descend(own.point, steps=4)
 
     def _evolve(self, start: Reals, rng: np.random.Generator) -> None:
         import cma  # noqa: PLC0415 - takes seconds to load
@@ -288,7 +289,7 @@ class _Search:
             values = self.values(points)
             strategy.tell(list(points), values.tolist())
             own: Any = self._own
-            later += own.value < 0.0
+            later += own.check.deploys
             if own.value <= GOOD:
                 return
 
@@ -336,34 +337,36 @@ class _Finder:
             self.search.progress(self.search.budget, self.search.budget, f"catalogue springs, {len(chosen)} sets")
             return found
 
-        seen = descend(start, len(levels), costs, budget=self.search.budget // 3)
+        seen = descend(start, len(levels), costs, budget=self.search.budget // 2)
         ranked = sorted(seen, key=lambda chosen: (seen[chosen], chosen))
-        return self._chosen(sets(ranked[:ROUNDS]))
+        clear = [chosen for chosen in ranked if seen[chosen] <= 0.0]
+        return self._chosen(sets(clear or ranked[:1]))
 
     def _chosen(self, sets: Sequence[Reals]) -> SpringSet:
-        """The confirmed set that is least likely to collide; the first where none is confirmed."""
+        """Of sets, the best first, the confirmed one that is least likely to fail; the first where none is confirmed."""
         total = self.search.budget
-        found = []
-        for stiffnesses, check in zip(sets, self.evaluator.of_springs(sets), strict=True):
-            place = SpringSet(tuple(np.asarray(stiffnesses).tolist()), check)
-            if check.deploys:
-                self.search.progress(total, total, "confirming")
-                sprung = scene_springs(self.scene, place.stiffnesses)
-                place = replace(place, deployment=_precise(self.evaluator, sprung))
-            found.append(place)
-        confirmed = [place for place in found if place.confirmed]
-        if not confirmed or not self.samples:
-            return (confirmed or found)[0]
-        first = min(FIRST_LOOK, self.samples)
-        if len(confirmed) > 1:
-            self.search.progress(total, total, "drawing samples")
-            chances = [self._sampled(place, first).failures for place in confirmed]
-            confirmed = [confirmed[int(np.argmin(chances))]]
-        self.search.progress(total, total, "drawing samples")
-        return replace(confirmed[0], robustness=self._sampled(confirmed[0], self.samples))
+        if self.samples and len(sets) > 1:
+            self.search.progress(total, total, "comparing by samples")
+            order = most_robust(self.evaluator, sets, self.spread, STAGES, self.search.seed)
+            sets = [sets[k] for k in order]
+        checks = self.evaluator.of_springs(sets)
+        places = [SpringSet(tuple(one.tolist()), check) for one, check in zip(sets, checks, strict=True)]
+        for place in places:
+            if not place.check.deploys:
+                continue
+            self.search.progress(total, total, "confirming")
+            precise = _precise(self.evaluator, scene_springs(self.scene, place.stiffnesses))
+            if deploys(precise):
+                return self._sampled(replace(place, deployment=precise))
+        return places[0]
 
-    def _sampled(self, place: SpringSet, samples: int) -> Robustness:
-        return robustness(self.evaluator, place.stiffnesses, self.spread, samples, self.search.seed)
+    def _sampled(self, place: SpringSet) -> SpringSet:
+        if not self.samples:
+            return place
+        total = self.search.budget
+        self.search.progress(total, total, "drawing samples")
+        (found,) = robustness(self.evaluator, [place.stiffnesses], self.spread, self.samples, self.search.seed)
+        return replace(place, robustness=found)
 
 
 def _precise(evaluator: Evaluator, scene: Scene) -> Deployment:

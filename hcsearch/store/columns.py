@@ -197,7 +197,14 @@ EVALUATIONS = (
 CRITERIA = tuple(quantity for quantity in DESIGNS if quantity.half is not None)
 """What `hcsearch rank` weighs."""
 
-VIEWS = {"designs": DESIGNS, "foldings": FOLDINGS, "deployments": DEPLOYMENTS, "runs": RUNS, "units": UNITS, "evaluations": EVALUATIONS}
+VIEWS = {
+    "designs": DESIGNS,
+    "foldings": FOLDINGS,
+    "deployments": DEPLOYMENTS,
+    "runs": RUNS,
+    "units": UNITS,
+    "evaluations": EVALUATIONS,
+}
 
 
 def view_names() -> tuple[str, ...]:

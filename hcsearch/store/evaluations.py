@@ -15,7 +15,10 @@ from hcsearch.store.upsert import insert_rows
 def find_evaluations(database: Database, subject: str) -> list[Mapping[str, Any]]:
     """All evaluations of a subject, as columns of the table by name."""
     with database.reading() as connection:
-        return [dict(row) for row in connection.execute(select(evaluation).where(evaluation.c.subject == subject)).mappings()]
+        return [
+            dict(row)
+            for row in connection.execute(select(evaluation).where(evaluation.c.subject == subject)).mappings()
+        ]
 
 
 def record_evaluations(database: Database, rows: Sequence[Mapping[str, Any]]) -> int:
