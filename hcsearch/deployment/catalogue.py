@@ -39,14 +39,15 @@ def neighbours(chosen: Levels, levels: int) -> list[Levels]:
 
 
 def descend(
-    start: Levels, levels: int, costs: Callable[[list[Levels]], Sequence[float]], *, budget: int
+    starts: Sequence[Levels], levels: int, costs: Callable[[list[Levels]], Sequence[float]], *, budget: int
 ) -> dict[Levels, float]:
-    """Search the sets around a start: from the best one seen whose neighbours have not been asked for, to these.
+    """Search the sets around some: from the best one seen whose neighbours have not been asked for, to these.
 
     Ends when all neighbours of the best sets are known or when the budget of sets is spent; returns all that it saw.
     costs : of sets, together.
     """
-    seen = {start: float(costs([start])[0])}
+    first = list(dict.fromkeys(starts))
+    seen = dict(zip(first, map(float, costs(first)), strict=True))
     opened: set[Levels] = set()
     while len(seen) < budget:
         waiting = [chosen for chosen in seen if chosen not in opened]
@@ -55,5 +56,6 @@ def descend(
         best = min(waiting, key=lambda chosen: (seen[chosen], chosen))
         opened.add(best)
         fresh = [chosen for chosen in neighbours(best, levels) if chosen not in seen]
-        seen.update(zip(fresh, map(float, costs(fresh)), strict=True)) if fresh else None
+        if fresh:
+            seen.update(zip(fresh, map(float, costs(fresh)), strict=True))
     return seen

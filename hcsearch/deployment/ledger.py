@@ -55,7 +55,7 @@ def check_of(row: Mapping[str, Any]) -> Check:
     collision = None
     if row["collision_time"] is not None:
         collision = (row["collision_time"], (row["first_panel"], row["second_panel"]))
-    reals = {name: math.nan if row[name] is None and name != "gap" else row[name] for name in _REALS}
+    reals: dict[str, Any] = {name: math.nan if row[name] is None and name != "gap" else row[name] for name in _REALS}
     return Check(
         outcome=row["outcome"],
         end_time=row["end_time"],

@@ -119,7 +119,7 @@ def most_robust(
         left = left[:kept]
         found = robustness(evaluator, [sets[k] for k in left], spread, samples, seed)
         failures = {k: one.failures for k, one in zip(left, found, strict=True)}
-        left.sort(key=lambda k: (failures[k], k))  # noqa: B023 - used at once
+        left.sort(key=lambda k: (failures[k], k))
     return left
 
 

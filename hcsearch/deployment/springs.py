@@ -22,7 +22,7 @@ SOFTEST, STIFFEST = 0.001, 0.2
 
 
 def tied_hinges(linkage: Linkage, scene: Scene) -> tuple[tuple[int, ...], ...]:
-    """Hinges that get the same spring, so that the deployment can be symmetric (thesis 4.5.4): with their mirror images.
+    """Hinges that get the same spring, so that the deployment can be symmetric (thesis 4.5.4): mirror images.
 
     By the mirror that maps the held panel onto itself; without one every hinge stands alone. In the order of the first.
     """

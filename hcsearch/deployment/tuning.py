@@ -42,6 +42,8 @@ ROUNDS = 3
 """Starts of CMA-ES that found a set that comes flat and clear, after which the search has seen enough."""
 STAGES = ((16, 4), (4, 12))
 """Sets that are compared by samples of the tolerances, and how many samples each gets: the few best get more."""
+STARTS = 31
+"""Sets, beside the best, that are rounded to catalogue springs to begin the search for those with."""
 APART = 0.05
 """Sets count as different where a stiffness differs by this share."""
 GOOD = -0.999
@@ -113,8 +115,8 @@ def tune(
 ) -> Tuning:
     """Choose the stiffness of each hinge, from `SOFTEST` to `STIFFEST`, with dampers in proportion.
 
-    formulation : unless given, that in which more of the first generation comes flat. catalogue : stiffnesses of springs
-    to be bought (N m/rad). evaluations : spring sets tried in all but the rounding. samples : drawn of the tolerances
+    formulation : unless given, that in which more of the first generation comes flat. catalogue : stiffnesses of what
+    can be bought (N m/rad). evaluations : spring sets tried in all but the rounding. samples : drawn of the tolerances
     in `spread`. memory : takes and gives evaluations, so that the same tuning again goes on where it stopped.
     The same arguments find the same springs.
     """
@@ -144,7 +146,7 @@ def _silent(done: int, total: int, note: str) -> None:
 
 
 def _first_generation(start: Reals, tied: Sequence[tuple[int, ...]], seed: int) -> Reals:
-    """Logarithms of stiffnesses, (GENERATION, len(tied)): those of the start, and a Latin hypercube within the bounds."""
+    """Logarithms of stiffnesses, (GENERATION, len(tied)): the start, and a Latin hypercube within the bounds."""
     from scipy.stats import qmc  # noqa: PLC0415 - takes longer to load than many checks
 
     low, high = math.log(SOFTEST), math.log(STIFFEST)
@@ -259,7 +261,7 @@ class _Search:
         return self.successes >= ROUNDS or (self.best is not None and self.best.value <= GOOD)
 
     def _round(self, number: int, start: Reals) -> None:
-        """One start of CMA-ES, and from the best set it found, where that comes flat and clear, up to its largest gap."""
+        """One start of CMA-ES, and from the best set, where that comes flat and clear, up to its largest gap."""
         rng = np.random.default_rng([self.seed, number])
         self._own = None
         begin = start if number == 0 else rng.uniform(self.low, self.high, len(self.tied))
@@ -327,7 +329,9 @@ class _Finder:
         """Catalogue springs near the best set."""
         assert self.best is not None
         tied = self.search.tied
-        start = nearest_levels([self.best.stiffnesses[hinges[0]] for hinges in tied], levels)
+        # sets that were found further off may round to better ones
+        near = [np.array(self.best.stiffnesses), *self.search.candidates()[:STARTS]]
+        starts = [nearest_levels([one[hinges[0]] for hinges in tied], levels) for one in near]
 
         def sets(chosen: Sequence[Levels]) -> list[Reals]:
             return [spread_out([levels[level] for level in one], tied) for one in chosen]
@@ -337,13 +341,13 @@ class _Finder:
             self.search.progress(self.search.budget, self.search.budget, f"catalogue springs, {len(chosen)} sets")
             return found
 
-        seen = descend(start, len(levels), costs, budget=self.search.budget // 2)
+        seen = descend(starts, len(levels), costs, budget=self.search.budget // 2)
         ranked = sorted(seen, key=lambda chosen: (seen[chosen], chosen))
         clear = [chosen for chosen in ranked if seen[chosen] <= 0.0]
         return self._chosen(sets(clear or ranked[:1]))
 
     def _chosen(self, sets: Sequence[Reals]) -> SpringSet:
-        """Of sets, the best first, the confirmed one that is least likely to fail; the first where none is confirmed."""
+        """Of sets, the best first, the confirmed one that is least likely to fail; else the first."""
         total = self.search.budget
         if self.samples and len(sets) > 1:
             self.search.progress(total, total, "comparing by samples")

@@ -45,4 +45,4 @@ def approach(chain: Chain, prisms: Prisms, pairs: Pairs, p: int, course: Course,
         place_panels(chain, book.angles, book.highs[0])
         relate(prisms, pairs, p, book.highs[0], book.seen[0])
         gaps[i] = max(nearest(prisms, pairs, p, book.seen[0], book)[0], 0.0)
-    return max(gaps[1] - gaps[0], 0.0) / wait
+    return float(max(gaps[1] - gaps[0], 0.0) / wait)

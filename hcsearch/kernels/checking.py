@@ -52,8 +52,8 @@ class Subject(NamedTuple):
 class Rules(NamedTuple):
     """What all foldings of a call share: how they are simulated, and how gaps are measured.
 
-    struts, cuts : none of both, as tables of the right kind. margin, resolution : m, as of `Search`. early : s; where it
-        is above 0, motions that collide before are not followed further.
+    struts, cuts : none of both, as tables of the right kind. margin, resolution : m, as of `Search`.
+    early : s; where it is above 0, motions that collide before are not followed further.
     """
 
     method: Method
