@@ -213,6 +213,16 @@ def tables(output: Path, quick: bool, limit: float | None, json_file: Path | Non
     _finish(report, lambda folder: save_report(report, folder), output, json_file)
 
 
+@bench.command(epilog="Example: hcsearch bench deployability --quick")
+@_common("deployability")
+def deployability(output: Path, quick: bool, json_file: Path | None) -> None:
+    """Which untwisted foldings come flat without a collision, and what helps the others: docs/deployability.md."""
+    from hcsearch.bench.deployability import measure, save_report  # noqa: PLC0415
+
+    report = measure(quick=quick, say=_say)
+    _finish(report, lambda folder: save_report(report, folder), output, json_file)
+
+
 def _pipeline() -> Pipeline:
     """What the rows of `tables` are made with."""
     from hcsearch.bench.funnels import Pipeline  # noqa: PLC0415
