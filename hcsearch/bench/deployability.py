@@ -36,7 +36,7 @@ class DeployabilityRow:
 
     default : certified clear to flat in the scene `default`; hinged : in none before, but so with hinged flat pairs;
     merged : with mirror pairs made one; graded : with graded springs. collides : in every scene tried. locked : proved
-    so with rigid flat pairs, and no other deploys. designs : untwisted ones; deployable : those with a folding that deploys.
+    so with rigid flat pairs, and no other deploys. designs : untwisted ones; deployable : those of which one deploys.
     """
 
     grid: str
@@ -110,12 +110,14 @@ def _row(grid: str, cells: str, search: Search, say: Callable[[str], None]) -> D
         tally.update(_told(found))
         deploys = np.array([status == "deploys" for status in found.status], bool)
         tally.update({"designs": len(np.unique(foldings.row)), "deployable": len(np.unique(foldings.row[deploys]))})
+    told = {name: tally[name] for name in ("default", "hinged", "merged", "graded", "collides", "undecided", "locked")}
     return DeployabilityRow(
-        grid,
-        cells,
-        sum(tally[name] for name in ("default", "hinged", "merged", "graded", "collides", "undecided", "locked")),
-        *(tally[name] for name in ("default", "hinged", "merged", "graded", "collides", "undecided", "locked")),
-        *(tally[name] for name in ("designs", "deployable")),
+        grid=grid,
+        cells=cells,
+        foldings=sum(told.values()),
+        **told,
+        designs=tally["designs"],
+        deployable=tally["deployable"],
         seconds=time.perf_counter() - begin,
     )
 

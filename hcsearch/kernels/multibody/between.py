@@ -16,6 +16,8 @@ Reals = NDArray[np.float64]
 States = tuple[Reals, Reals, Reals, Reals]
 """Times (k,), coordinates, velocities and accelerations (k, n)."""
 
+OPEN = 1e-6
+"""Closure residual (rad, or gap over size) up to which loops count as closed between states."""
 PASSES = 4
 """A step is halved no more often than this."""
 STILL = 1e-9
