@@ -68,9 +68,17 @@ def closest(first: Reals, n_first: int, second: Reals, n_second: int, guess: Vec
     k = 1 + (c1 >= 0) + (c2 >= 0) + (c3 >= 0)
     size = _size(first, second, n_second, c0)
     upper = math.inf
-    for _ in range(ROUNDS):
+    for step in range(ROUNDS):
         square, (s0, s1, s2, s3) = _nearest(k, p0, p1, p2, p3)
-        # only what carries the nearest point stays, moved to the front
+        if step > 0:
+            # the last corner lies nearer along the direction: without rounding it would always stay
+            if k == 2 and s1 <= 0.0:
+                s0 = s1 = 1.0
+            elif k == 3 and s2 <= 0.0:
+                s0 = s1 = s2 = 1.0
+            elif k == 4 and s3 <= 0.0:
+                s0, s1, s2, s3 = _side_with_last(p0, p1, p2, p3)
+        # what does not carry the nearest point is left out, and the rest moved to the front
         if s2 <= 0.0:
             p2, c2, s2, s3 = p3, c3, s3, 0.0
         if s1 <= 0.0:
@@ -78,12 +86,14 @@ def closest(first: Reals, n_first: int, second: Reals, n_second: int, guess: Vec
         if s0 <= 0.0:
             p0, c0, s0, p1, c1, s1, p2, c2, s2, s3 = p1, c1, s1, p2, c2, s2, p3, c3, s3, 0.0
         k = 1 + (s1 > 0.0) + (s2 > 0.0) + (s3 > 0.0)
-        now = math.sqrt(square)
-        if now <= EXACT * size:
-            return 0.0, way, (c0, c1 if k > 1 else -1, c2 if k > 2 else -1, c3 if k > 3 else -1)
-        if now >= upper or k == 4:
+        c1, c2, c3 = c1 if k > 1 else -1, c2 if k > 2 else -1, c3 if k > 3 else -1
+        upper = min(upper, math.sqrt(square))
+        if upper <= EXACT * size:
+            if best < -EXACT * size:
+                best, way = _touching(first, n_first, second, n_second, k, p0, p1, p2, p3, best, way)
+            return 0.0, way, (c0, c1, c2, c3)
+        if k == 4:
             break
-        upper = now
         n = _normal(k, p0, p1, p2)
         corner = _facing(first, n_first, second, n_second, n)
         point = _difference(first, second, n_second, corner)
@@ -92,7 +102,9 @@ def closest(first: Reals, n_first: int, second: Reals, n_second: int, guess: Vec
         if lower > best:
             best, way = lower, n
         if upper - best <= EXACT * size:
-            return max(best, 0.0), way, (c0, c1 if k > 1 else -1, c2 if k > 2 else -1, -1)
+            return max(best, 0.0), way, (c0, c1, c2, c3)
+        if corner in (c0, c1, c2):
+            break
         if k == 1:
             p1, c1 = point, corner
         elif k == 2:
@@ -135,19 +147,13 @@ def _difference(first: Reals, second: Reals, n_second: int, corner: int) -> Vect
 def _size(first: Reals, second: Reals, n_second: int, corner: int) -> float:
     """How large the coordinates of two vertices are, which is what is rounded."""
     i, j = corner // n_second, corner % n_second
-    return (
-        abs(first[i, 0])
-        + abs(first[i, 1])
-        + abs(first[i, 2])
-        + abs(second[j, 0])
-        + abs(second[j, 1])
-        + abs(second[j, 2])
-    )
+    one, two = _row(first, i), _row(second, j)
+    return max(abs(one[0]), abs(one[1]), abs(one[2]), abs(two[0]), abs(two[1]), abs(two[2]))
 
 
 @lean
 def _nearest(k: int, a: Vector, b: Vector, c: Vector, d: Vector) -> tuple[float, Shares]:
-    """The point of a simplex nearest to the origin: square of its length, and the shares of the corners, none below 0."""
+    """The point of a simplex nearest to the origin: square of its length, and the corners' shares, none below 0."""
     if k == 1:
         return dot(a, a), (1.0, 0.0, 0.0, 0.0)
     if k == 2:
@@ -182,7 +188,8 @@ def _nearest_of_triangle(a: Vector, b: Vector, c: Vector) -> tuple[float, float,
     least, shares = math.inf, (0.0, 0.0, 0.0)
     if s > 0.0 and t > 0.0 and u > 0.0:
         shares = (s / whole, t / whole, u / whole)
-        least = _square(a, b, c, c, (shares[0], shares[1], shares[2], 0.0))
+        near = _point(a, b, c, c, (shares[0], shares[1], shares[2], 0.0))
+        least = dot(near, near)
     # the nearest point lies on a side that the origin is beyond, or within; not above: without an area, too
     if not s > OPEN * whole:
         square, x, y = _nearest_of_edge(b, c)
@@ -209,7 +216,8 @@ def _nearest_of_tetrahedron(a: Vector, b: Vector, c: Vector, d: Vector) -> tuple
     least, shares = math.inf, (0.0, 0.0, 0.0, 0.0)
     if s > 0.0 and t > 0.0 and u > 0.0 and v > 0.0:
         shares = (s / whole, t / whole, u / whole, v / whole)
-        least = _square(a, b, c, d, shares)
+        shares = _refined(a, b, c, d, shares)
+        least = dot(_point(a, b, c, d, shares), _point(a, b, c, d, shares))
     if not s > OPEN * whole:
         square, x, y, z = _nearest_of_triangle(b, c, d)
         if square < least:
@@ -230,12 +238,65 @@ def _nearest_of_tetrahedron(a: Vector, b: Vector, c: Vector, d: Vector) -> tuple
 
 
 @lean
-def _square(a: Vector, b: Vector, c: Vector, d: Vector, shares: Shares) -> float:
+def _point(a: Vector, b: Vector, c: Vector, d: Vector, shares: Shares) -> Vector:
     s, t, u, v = shares
-    x = s * a[0] + t * b[0] + u * c[0] + v * d[0]
-    y = s * a[1] + t * b[1] + u * c[1] + v * d[1]
-    z = s * a[2] + t * b[2] + u * c[2] + v * d[2]
-    return x * x + y * y + z * z
+    return (
+        s * a[0] + t * b[0] + u * c[0] + v * d[0],
+        s * a[1] + t * b[1] + u * c[1] + v * d[1],
+        s * a[2] + t * b[2] + u * c[2] + v * d[2],
+    )
+
+
+@lean
+def _refined(a: Vector, b: Vector, c: Vector, d: Vector, shares: Shares) -> Shares:
+    """Shares of the origin in a tetrahedron, corrected by where they lead: it may be flat."""
+    off = _point(a, b, c, d, shares)
+    x, y, z = minus(b, a), minus(c, a), minus(d, a)
+    whole = dot(x, cross(y, z))
+    if whole == 0.0:
+        return shares
+    t, u, v = dot(off, cross(y, z)) / whole, dot(off, cross(z, x)) / whole, dot(off, cross(x, y)) / whole
+    found = (shares[0] + t + u + v, shares[1] - t, shares[2] - u, shares[3] - v)
+    return found if found[0] > 0.0 and found[1] > 0.0 and found[2] > 0.0 and found[3] > 0.0 else shares
+
+
+@lean
+def _side_with_last(a: Vector, b: Vector, c: Vector, d: Vector) -> Shares:
+    """The side of a tetrahedron, of those with its last corner, that is nearest to the origin; 0 for who is not in."""
+    one, two, three = (
+        _nearest_of_triangle(b, c, d)[0],
+        _nearest_of_triangle(a, c, d)[0],
+        _nearest_of_triangle(a, b, d)[0],
+    )
+    if one <= two and one <= three:
+        return 0.0, 1.0, 1.0, 1.0
+    return (1.0, 0.0, 1.0, 1.0) if two <= three else (1.0, 1.0, 0.0, 1.0)
+
+
+@lean
+def _touching(
+    first: Reals,
+    n_first: int,
+    second: Reals,
+    n_second: int,
+    k: int,
+    a: Vector,
+    b: Vector,
+    c: Vector,
+    d: Vector,
+    best: float,
+    way: Vector,
+) -> tuple[float, Vector]:
+    """The gap and direction across a triangle or a flat tetrahedron through the origin, where it is better."""
+    if k < 3:
+        return best, way
+    n = cross(minus(b, a), minus(c, a))
+    if k == 4:
+        # across two opposite edges, those with the greatest product
+        for m in (cross(minus(c, a), minus(d, b)), cross(minus(b, a), minus(d, c)), cross(minus(d, a), minus(c, b))):
+            if dot(m, m) > dot(n, n):
+                n = m
+    return _better(first, n_first, second, n_second, _unit(n), best, way)
 
 
 @lean
@@ -289,15 +350,15 @@ def exhaustive(first: Reals, n_first: int, second: Reals, n_second: int) -> tupl
         for j in range(n_second):
             b = _row(second, j)
             best, way = _better(first, n_first, second, n_second, _unit(minus(b, a)), best, way)
-            for l in range(j):
-                n = _across(minus(b, a), minus(_row(second, l), a))
+            for m in range(j):
+                n = _across(minus(b, a), minus(_row(second, m), a))
                 best, way = _better(first, n_first, second, n_second, n, best, way)
             for k in range(i):
                 e = minus(_row(first, k), a)
                 n = _across(minus(b, a), minus(b, _row(first, k)))
                 best, way = _better(first, n_first, second, n_second, n, best, way)
-                for l in range(j):
-                    n = _unit(cross(e, minus(_row(second, l), b)))
+                for m in range(j):
+                    n = _unit(cross(e, minus(_row(second, m), b)))
                     best, way = _better(first, n_first, second, n_second, n, best, way)
     for points, count in ((first, n_first), (second, n_second)):
         for i in range(count):
