@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.overlaps import Prisms, first_overlap
+from hcsearch.kernels.overlaps import first_overlap
+from hcsearch.kernels.prisms import Prisms
 from hcsearch.linkage import Linkage
 
 Reals = NDArray[np.float64]

@@ -22,15 +22,14 @@ from hcsearch.kernels.multibody.vectors import Vector, cross, dot, minus, times
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
 Corners = tuple[int, int, int, int]
-"""Which differences of vertices span a simplex: number in the first times that of the second's vertices, plus number
-in the second; -1 for none."""
+"""Which differences of vertices span a simplex: the numbers in the first and in the second, packed; -1 for none."""
+BITS = 20
+MASK = (1 << BITS) - 1
 Shares = tuple[float, float, float, float]
 Answer = tuple[float, Vector, Corners]
 
 EXACT = 1e-14
 """Both bounds of a distance agree where they differ by no more than this share of the coordinates."""
-OPEN = 1e-6
-"""Sides of a simplex are looked at where the share of the corner opposite is no greater: rounding may hide its sign."""
 ROUNDS = 50
 """Steps after which a search is stuck; ten are many."""
 
@@ -43,16 +42,19 @@ def proximity(
 
     first, second : (>= n, 3), of which the first n_first and n_second rows count. guess : direction to start from, the
         last answer; zero for none. The distance is the gap of the hulls along the direction: least of the second less
-        greatest of the first. Where they touch or overlap it is 0, and the direction is the one of greatest gap that
-        was met: a separating one, as a rule, where they touch.
+        greatest of the first. Where they touch or overlap it is 0, and the direction is that of the greatest gap that
+        was met: where they touch a separating one, as a rule.
     """
-    found, n, _ = closest(first, n_first, second, n_second, guess, (-1, -1, -1, -1))
-    return found, n[0], n[1], n[2]
+    gap, way, _ = closest(first, n_first, second, n_second, guess, (-1, -1, -1, -1))
+    return max(gap, 0.0), way[0], way[1], way[2]
 
 
 @lean
 def closest(first: Reals, n_first: int, second: Reals, n_second: int, guess: Vector, corners: Corners) -> Answer:
-    """The same, from the direction and the simplex of the last answer, and with the simplex of this one."""
+    """The same, from the direction and the simplex of the last answer, and with the simplex of this one.
+
+    Where they touch or overlap: the gap along the direction, not above 0; they overlap by no more than that.
+    """
     long = math.sqrt(dot(guess, guess))
     n = minus(_row(second, 0), _row(first, 0)) if long == 0.0 else times(1.0 / long, guess)
     best, way = -math.inf, n if long > 0.0 else (1.0, 0.0, 0.0)
@@ -60,13 +62,13 @@ def closest(first: Reals, n_first: int, second: Reals, n_second: int, guess: Vec
     if c0 < 0:
         c0 = _facing(first, n_first, second, n_second, n)
         if long > 0.0:
-            best = dot(n, _difference(first, second, n_second, c0))
-    p0 = _difference(first, second, n_second, c0)
-    p1 = _difference(first, second, n_second, c1) if c1 >= 0 else p0
-    p2 = _difference(first, second, n_second, c2) if c2 >= 0 else p0
-    p3 = _difference(first, second, n_second, c3) if c3 >= 0 else p0
+            best = dot(n, _difference(first, second, c0))
+    p0 = _difference(first, second, c0)
+    p1 = _difference(first, second, c1) if c1 >= 0 else p0
+    p2 = _difference(first, second, c2) if c2 >= 0 else p0
+    p3 = _difference(first, second, c3) if c3 >= 0 else p0
     k = 1 + (c1 >= 0) + (c2 >= 0) + (c3 >= 0)
-    size = _size(first, second, n_second, c0)
+    size = _size(first, second, c0)
     upper = math.inf
     for step in range(ROUNDS):
         square, (s0, s1, s2, s3) = _nearest(k, p0, p1, p2, p3)
@@ -89,20 +91,22 @@ def closest(first: Reals, n_first: int, second: Reals, n_second: int, guess: Vec
         c1, c2, c3 = c1 if k > 1 else -1, c2 if k > 2 else -1, c3 if k > 3 else -1
         upper = min(upper, math.sqrt(square))
         if upper <= EXACT * size:
-            if best < -EXACT * size:
-                best, way = _touching(first, n_first, second, n_second, k, p0, p1, p2, p3, best, way)
-            return 0.0, way, (c0, c1, c2, c3)
+            if best == -math.inf:
+                best = gap_along(first, n_first, second, n_second, way)
+            if best < -EXACT * size and k > 2:
+                best, way = _better(first, n_first, second, n_second, _flat(k, p0, p1, p2, p3), best, way)
+            return min(best, 0.0), way, (c0, c1, c2, c3)
         if k == 4:
             break
         n = _normal(k, p0, p1, p2)
         corner = _facing(first, n_first, second, n_second, n)
-        point = _difference(first, second, n_second, corner)
-        size = max(size, _size(first, second, n_second, corner))
+        point = _difference(first, second, corner)
+        size = max(size, _size(first, second, corner))
         lower = dot(n, point)
         if lower > best:
             best, way = lower, n
         if upper - best <= EXACT * size:
-            return max(best, 0.0), way, (c0, c1, c2, c3)
+            return best, way, (c0, c1, c2, c3)
         if corner in (c0, c1, c2):
             break
         if k == 1:
@@ -113,7 +117,7 @@ def closest(first: Reals, n_first: int, second: Reals, n_second: int, guess: Vec
             p3, c3 = point, corner
         k += 1
     best, way = exhaustive(first, n_first, second, n_second)
-    return max(best, 0.0), way, (-1, -1, -1, -1)
+    return best, way, (-1, -1, -1, -1)
 
 
 @lean
@@ -135,18 +139,24 @@ def _outermost(points: Reals, n: int, way: Vector) -> int:
 @lean
 def _facing(first: Reals, n_first: int, second: Reals, n_second: int, way: Vector) -> int:
     """The difference of vertices that is least along a direction."""
-    return _outermost(first, n_first, way) * n_second + _outermost(second, n_second, times(-1.0, way))
+    return (_outermost(first, n_first, way) << BITS) | _outermost(second, n_second, times(-1.0, way))
 
 
 @lean
-def _difference(first: Reals, second: Reals, n_second: int, corner: int) -> Vector:
-    return minus(_row(second, corner % n_second), _row(first, corner // n_second))
+def gap_along(first: Reals, n_first: int, second: Reals, n_second: int, way: Vector) -> float:
+    """The gap along a direction."""
+    return dot(way, _difference(first, second, _facing(first, n_first, second, n_second, way)))
 
 
 @lean
-def _size(first: Reals, second: Reals, n_second: int, corner: int) -> float:
+def _difference(first: Reals, second: Reals, corner: int) -> Vector:
+    return minus(_row(second, corner & MASK), _row(first, corner >> BITS))
+
+
+@lean
+def _size(first: Reals, second: Reals, corner: int) -> float:
     """How large the coordinates of two vertices are, which is what is rounded."""
-    i, j = corner // n_second, corner % n_second
+    i, j = corner >> BITS, corner & MASK
     one, two = _row(first, i), _row(second, j)
     return max(abs(one[0]), abs(one[1]), abs(one[2]), abs(two[0]), abs(two[1]), abs(two[2]))
 
@@ -191,15 +201,15 @@ def _nearest_of_triangle(a: Vector, b: Vector, c: Vector) -> tuple[float, float,
         near = _point(a, b, c, c, (shares[0], shares[1], shares[2], 0.0))
         least = dot(near, near)
     # the nearest point lies on a side that the origin is beyond, or within; not above: without an area, too
-    if not s > OPEN * whole:
+    if not s > 0.0:
         square, x, y = _nearest_of_edge(b, c)
         if square < least:
             least, shares = square, (0.0, x, y)
-    if not t > OPEN * whole:
+    if not t > 0.0:
         square, x, y = _nearest_of_edge(a, c)
         if square < least:
             least, shares = square, (x, 0.0, y)
-    if not u > OPEN * whole:
+    if not u > 0.0:
         square, x, y = _nearest_of_edge(a, b)
         if square < least:
             least, shares = square, (x, y, 0.0)
@@ -218,19 +228,19 @@ def _nearest_of_tetrahedron(a: Vector, b: Vector, c: Vector, d: Vector) -> tuple
         shares = (s / whole, t / whole, u / whole, v / whole)
         shares = _refined(a, b, c, d, shares)
         least = dot(_point(a, b, c, d, shares), _point(a, b, c, d, shares))
-    if not s > OPEN * whole:
+    if not s > 0.0:
         square, x, y, z = _nearest_of_triangle(b, c, d)
         if square < least:
             least, shares = square, (0.0, x, y, z)
-    if not t > OPEN * whole:
+    if not t > 0.0:
         square, x, y, z = _nearest_of_triangle(a, c, d)
         if square < least:
             least, shares = square, (x, 0.0, y, z)
-    if not u > OPEN * whole:
+    if not u > 0.0:
         square, x, y, z = _nearest_of_triangle(a, b, d)
         if square < least:
             least, shares = square, (x, y, 0.0, z)
-    if not v > OPEN * whole:
+    if not v > 0.0:
         square, x, y, z = _nearest_of_triangle(a, b, c)
         if square < least:
             least, shares = square, (x, y, z, 0.0)
@@ -274,29 +284,15 @@ def _side_with_last(a: Vector, b: Vector, c: Vector, d: Vector) -> Shares:
 
 
 @lean
-def _touching(
-    first: Reals,
-    n_first: int,
-    second: Reals,
-    n_second: int,
-    k: int,
-    a: Vector,
-    b: Vector,
-    c: Vector,
-    d: Vector,
-    best: float,
-    way: Vector,
-) -> tuple[float, Vector]:
-    """The gap and direction across a triangle or a flat tetrahedron through the origin, where it is better."""
-    if k < 3:
-        return best, way
+def _flat(k: int, a: Vector, b: Vector, c: Vector, d: Vector) -> Vector:
+    """The unit direction across a triangle, or a tetrahedron that is flat."""
     n = cross(minus(b, a), minus(c, a))
     if k == 4:
-        # across two opposite edges, those with the greatest product
+        # of the products of two opposite edges the greatest
         for m in (cross(minus(c, a), minus(d, b)), cross(minus(b, a), minus(d, c)), cross(minus(d, a), minus(c, b))):
             if dot(m, m) > dot(n, n):
                 n = m
-    return _better(first, n_first, second, n_second, _unit(n), best, way)
+    return _unit(n)
 
 
 @lean
@@ -322,20 +318,21 @@ def _normal(k: int, a: Vector, b: Vector, c: Vector) -> Vector:
 def _across(a: Vector, b: Vector) -> Vector:
     """The unit direction to the line through two points."""
     e = minus(b, a)
-    long = dot(e, e)
+    share = 1.0 / dot(e, e)
     if dot(b, b) < dot(a, a):
         a = b
-    t = dot(a, e) / long
+    t = share * dot(a, e)
     n = _unit((a[0] - t * e[0], a[1] - t * e[1], a[2] - t * e[2]))
-    # again: what is left along the line is multiplied by its length, not by the distance
-    t = dot(n, e) / long
-    return _unit((n[0] - t * e[0], n[1] - t * e[1], n[2] - t * e[2]))
+    # again: what rounding has left along the line counts by the line's length, not by the distance
+    t = share * dot(n, e)
+    n = (n[0] - t * e[0], n[1] - t * e[1], n[2] - t * e[2])
+    return times(1.5 - 0.5 * dot(n, n), n)
 
 
 @lean
 def _unit(a: Vector) -> Vector:
-    long = math.sqrt(dot(a, a))
-    return (a[0] / long, a[1] / long, a[2] / long) if long > 0.0 else (1.0, 0.0, 0.0)
+    square = dot(a, a)
+    return times(1.0 / math.sqrt(square), a) if square > 0.0 else (1.0, 0.0, 0.0)
 
 
 @lean
@@ -377,7 +374,7 @@ def _better(
     """The gap along a direction or its opposite, where it is greater."""
     for sign in (1.0, -1.0):
         m = times(sign, n)
-        gap = dot(m, _difference(first, second, n_second, _facing(first, n_first, second, n_second, m)))
+        gap = gap_along(first, n_first, second, n_second, m)
         if gap > best:
             best, way = gap, m
     return best, way
