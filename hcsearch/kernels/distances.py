@@ -318,9 +318,12 @@ def _normal(k: int, a: Vector, b: Vector, c: Vector) -> Vector:
 def _across(a: Vector, b: Vector) -> Vector:
     """The unit direction to the line through two points."""
     e = minus(b, a)
-    share = 1.0 / dot(e, e)
+    long = dot(e, e)
     if dot(b, b) < dot(a, a):
         a = b
+    if long == 0.0:
+        return _unit(a)
+    share = 1.0 / long
     t = share * dot(a, e)
     n = _unit((a[0] - t * e[0], a[1] - t * e[1], a[2] - t * e[2]))
     # again: what rounding has left along the line counts by the line's length, not by the distance
