@@ -16,7 +16,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import lean
+from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.multibody.vectors import Vector, cross, dot, minus, times
 
 Reals = NDArray[np.float64]
@@ -42,8 +42,8 @@ def proximity(
 
     first, second : (>= n, 3), of which the first n_first and n_second rows count. guess : direction to start from, the
         last answer; zero for none. The distance is the gap of the hulls along the direction: least of the second less
-        greatest of the first. Where they touch or overlap it is 0, and the direction is that of the greatest gap that
-        was met: where they touch a separating one, as a rule.
+        greatest of the first. Where they touch or overlap it is 0, and the direction any: that of the greatest gap that
+        was met, which need not separate hulls that touch.
     """
     gap, way, _ = closest(first, n_first, second, n_second, guess, (-1, -1, -1, -1))
     return max(gap, 0.0), way[0], way[1], way[2]
@@ -118,6 +118,29 @@ def closest(first: Reals, n_first: int, second: Reals, n_second: int, guess: Vec
         k += 1
     best, way = exhaustive(first, n_first, second, n_second)
     return best, way, (-1, -1, -1, -1)
+
+
+@compiled
+def closest_of_pairs(
+    first: Reals, n_first: Whole, second: Reals, n_second: Whole, ways: Reals, corners: Whole, gaps: Reals
+) -> None:
+    """Write the gaps of pairs of hulls as `closest` does, and where each search ends.
+
+    first, second : (k, >= n, 3). n_first, n_second : (k,). ways, corners : (k, 3), (k, 4), where each search begins;
+        0 and -1 for anywhere. gaps : (k,).
+    """
+    for k in range(len(gaps)):
+        _write(first, n_first, second, n_second, ways, corners, gaps, k)
+
+
+@lean
+def _write(
+    first: Reals, n_first: Whole, second: Reals, n_second: Whole, ways: Reals, corners: Whole, gaps: Reals, k: int
+) -> None:
+    way, at = _row(ways, k), (corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3])
+    gaps[k], way, at = closest(first[k], n_first[k], second[k], n_second[k], way, at)
+    ways[k, 0], ways[k, 1], ways[k, 2] = way
+    corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3] = at
 
 
 @lean
@@ -329,7 +352,8 @@ def _across(a: Vector, b: Vector) -> Vector:
     # again: what rounding has left along the line counts by the line's length, not by the distance
     t = share * dot(n, e)
     n = (n[0] - t * e[0], n[1] - t * e[1], n[2] - t * e[2])
-    return times(1.5 - 0.5 * dot(n, n), n)
+    off = 1.0 - dot(n, n)
+    return times(1.0 + 0.5 * off, n) if off < 1e-8 else _unit(n)
 
 
 @lean
