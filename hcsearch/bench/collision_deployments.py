@@ -1,0 +1,137 @@
+"""Distances in whole deployments: time of a pair, beside the dynamics of the same deployment and beside coal."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.bench import coal_distances as coal
+from hcsearch.bench.dynamics_subjects import SCENE, assembly, design
+from hcsearch.bench.work import timed
+from hcsearch.collision.distances import Proximity, proximal_distances
+from hcsearch.deployment.compiling import compile_scene
+from hcsearch.deployment.deploying import run
+from hcsearch.linkage import Linkage
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+DEPLOYMENTS = (
+    "thesis-4x4",
+    "hex:023224350400:4",
+    "hex:023454401022:0",
+    "hex:023343551151:3",
+    "hex:023224534000:4",
+    "hex:022244345010:3",
+    "square:0121222323030001:5",
+)
+QUICK_DEPLOYMENTS = DEPLOYMENTS[:2]
+
+
+@dataclass(frozen=True)
+class DeploymentRow:
+    """A deployment, and the distances at its states.
+
+    pairs : of panels; facet_pairs : of their facets. dynamics_ms, distances_ms : the simulation, and all distances.
+    others : see the table.
+    """
+
+    deployment: str
+    outcome: str
+    panels: int
+    pairs: int
+    facet_pairs: int
+    states: int
+    touch: float
+    collide: float
+    dynamics_ms: float
+    distances_ms: float
+    pair_us: float
+    facet_us: float
+    near_us: float
+    coal_facet_us: float | None
+    difference: float | None
+    runs: int
+
+
+def deployment_row(name: str, repeats: int) -> DeploymentRow:
+    """Deploy with uniform springs until flat or 1 s, and ask for the distances of all pairs that no hinge joins."""
+    linkage = design(name) if ":" in name else assembly(name)
+    compiled = compile_scene(linkage, SCENE)
+    found = run(compiled, margin=None)
+    dynamics, _ = timed(lambda: run(compiled, margin=None).seconds, repeats)
+    motion = found.motion
+    times = np.append(np.linspace(motion.times[:-1], motion.times[1:], 3, endpoint=False).T.ravel(), motion.times[-1])
+    states, _ = compiled.of_hinges(motion.at(times), np.zeros((len(times), motion.q.shape[1])))
+    proximity = proximal_distances(linkage, states)
+    seconds, runs = timed(_watched(lambda: proximal_distances(linkage, states)), repeats)
+    near, _ = timed(_watched(lambda: proximal_distances(linkage, states, reach=linkage.pattern.thickness)), repeats)
+    facets = facet_pairs(linkage, proximity.pairs)
+    size = proximity.gaps.size
+    theirs = difference = None
+    if coal.installed():
+        theirs, difference = _beside_coal(linkage, states, proximity, facets, repeats)
+    return DeploymentRow(
+        deployment=name,
+        outcome=found.outcome,
+        panels=linkage.n_panels,
+        pairs=len(proximity.pairs),
+        facet_pairs=len(facets),
+        states=len(states),
+        touch=float((proximity.gaps == 0.0).mean()),
+        collide=float((proximity.gaps < 0.0).mean()),
+        dynamics_ms=1e3 * dynamics,
+        distances_ms=1e3 * seconds,
+        pair_us=1e6 * seconds / size,
+        facet_us=1e6 * seconds / (len(facets) * len(states)),
+        near_us=1e6 * near / size,
+        coal_facet_us=theirs,
+        difference=difference,
+        runs=runs,
+    )
+
+
+def _watched(call: Callable[[], object]) -> Callable[[], float]:
+    """A call, as one that returns its seconds."""
+
+    def run() -> float:
+        begin = time.perf_counter()
+        call()
+        return time.perf_counter() - begin
+
+    return run
+
+
+def facet_pairs(linkage: Linkage, pairs: Whole) -> Whole:
+    """The pairs of facets of pairs of panels, (q, 3): the facets, and the number of the pair of panels."""
+    panels = np.array(linkage.pattern.panel_of)
+    found = [
+        (one, two, number)
+        for number, (i, j) in enumerate(pairs)
+        for one in np.flatnonzero(panels == i)
+        for two in np.flatnonzero(panels == j)
+    ]
+    return np.array(found, np.int64)
+
+
+def _beside_coal(
+    linkage: Linkage, states: Reals, proximity: Proximity, facets: Whole, repeats: int
+) -> tuple[float, float]:
+    """Microseconds a pair of facets and state, and the greatest difference between both distances (m)."""
+    solids = [solid.reshape(-1, 3) for solid in linkage.solids(linkage.flat)]
+    panels = np.array(linkage.pattern.panel_of)
+    poses = [linkage.poses(angles)[panels] for angles in states]
+    scene = coal.Scene(solids, facets[:, :2], moving=True)
+    placed = [scene.coordinates(pose[:, :, :3], pose[:, :, 3]) for pose in poses]
+    seconds, _ = timed(lambda: scene.follow(placed), repeats)
+    worst = 0.0
+    for k, state in enumerate(placed):
+        scene.follow([state])
+        distances = np.full(len(proximity.pairs), np.inf)
+        np.minimum.at(distances, facets[:, 2], scene.distances())
+        worst = max(worst, float(np.abs(distances - proximity.distances[:, k]).max()))
+    return 1e6 * seconds / (len(facets) * len(states)), worst
