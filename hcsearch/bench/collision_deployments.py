@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.bench import coal_distances as coal
+from hcsearch.bench.collision_proofs import search, settle
 from hcsearch.bench.dynamics_subjects import SCENE, assembly, design
 from hcsearch.bench.work import timed
 from hcsearch.collision.distances import Proximity, proximal_distances
@@ -30,6 +31,8 @@ DEPLOYMENTS = (
     "square:0121222323030001:5",
 )
 QUICK_DEPLOYMENTS = DEPLOYMENTS[:2]
+FAR = 1e-9
+"""Distances that differ by no more (m) agree."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,10 @@ class DeploymentRow:
     near_us: float
     coal_facet_us: float | None
     difference: float | None
+    beyond: int | None
+    settled: int | None
+    ours: int | None
+    theirs: int | None
     runs: int
 
 
@@ -72,9 +79,9 @@ def deployment_row(name: str, repeats: int) -> DeploymentRow:
     near, _ = timed(_watched(lambda: proximal_distances(linkage, states, reach=linkage.pattern.thickness)), repeats)
     facets = facet_pairs(linkage, proximity.pairs)
     size = proximity.gaps.size
-    theirs = difference = None
+    beside = dict.fromkeys(("coal_facet_us", "difference", "beyond", "settled", "ours", "theirs"))
     if coal.installed():
-        theirs, difference = _beside_coal(linkage, states, proximity, facets, repeats)
+        beside |= _beside_coal(linkage, states, proximity, facets, repeats)
     return DeploymentRow(
         deployment=name,
         outcome=found.outcome,
@@ -89,9 +96,8 @@ def deployment_row(name: str, repeats: int) -> DeploymentRow:
         pair_us=1e6 * seconds / size,
         facet_us=1e6 * seconds / (len(facets) * len(states)),
         near_us=1e6 * near / size,
-        coal_facet_us=theirs,
-        difference=difference,
         runs=runs,
+        **beside,
     )
 
 
@@ -120,8 +126,8 @@ def facet_pairs(linkage: Linkage, pairs: Whole) -> Whole:
 
 def _beside_coal(
     linkage: Linkage, states: Reals, proximity: Proximity, facets: Whole, repeats: int
-) -> tuple[float, float]:
-    """Microseconds a pair of facets and state, and the greatest difference between both distances (m)."""
+) -> dict[str, float | int]:
+    """Its time of a pair of facets and state, how far its distances are from ours, and who is right."""
     solids = [solid.reshape(-1, 3) for solid in linkage.solids(linkage.flat)]
     panels = np.array(linkage.pattern.panel_of)
     poses = [linkage.poses(angles)[panels] for angles in states]
@@ -129,9 +135,23 @@ def _beside_coal(
     placed = [scene.coordinates(pose[:, :, :3], pose[:, :, 3]) for pose in poses]
     seconds, _ = timed(lambda: scene.follow(placed), repeats)
     worst = 0.0
+    hulls, ours, theirs = [], [], []
     for k, state in enumerate(placed):
         scene.follow([state])
-        distances = np.full(len(proximity.pairs), np.inf)
-        np.minimum.at(distances, facets[:, 2], scene.distances())
-        worst = max(worst, float(np.abs(distances - proximity.distances[:, k]).max()))
-    return 1e6 * seconds / (len(facets) * len(states)), worst
+        distances = scene.distances()
+        least = np.full(len(proximity.pairs), np.inf)
+        np.minimum.at(least, facets[:, 2], distances)
+        apart = np.abs(least - proximity.distances[:, k])
+        worst = max(worst, float(apart.max()))
+        for p in np.flatnonzero(apart > FAR):
+            # the facets that coal, or we, take for the nearest
+            of_pair = np.flatnonzero(facets[:, 2] == p)
+            now = [solid.reshape(-1, 3) for solid in linkage.solids(states[k])]
+            found = [max(search(now[one], now[two])[0], 0.0) for one, two, _ in facets[of_pair]]
+            q = int(np.argmin(found if min(found) < least[p] else distances[of_pair]))
+            one, two, _ = facets[of_pair[q]]
+            hulls.append((now[one], now[two]))
+            ours.append(found[q])
+            theirs.append(distances[of_pair[q]])
+    right = settle(hulls, np.array(ours), np.array(theirs), linkage.pattern.size)
+    return {"coal_facet_us": 1e6 * seconds / (len(facets) * len(states)), "difference": worst, **asdict(right)}

@@ -16,7 +16,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.compiled import compiled, inlined, lean
 from hcsearch.kernels.multibody.vectors import Vector, cross, dot, minus, times
 
 Reals = NDArray[np.float64]
@@ -49,7 +49,7 @@ def proximity(
     return max(gap, 0.0), way[0], way[1], way[2]
 
 
-@lean
+@inlined
 def closest(first: Reals, n_first: int, second: Reals, n_second: int, guess: Vector, corners: Corners) -> Answer:
     """The same, from the direction and the simplex of the last answer, and with the simplex of this one.
 
@@ -143,12 +143,12 @@ def _write(
     corners[k, 0], corners[k, 1], corners[k, 2], corners[k, 3] = at
 
 
-@lean
+@inlined
 def _row(points: Reals, k: int) -> Vector:
     return points[k, 0], points[k, 1], points[k, 2]
 
 
-@lean
+@inlined
 def _outermost(points: Reals, n: int, way: Vector) -> int:
     """The point that is furthest along a direction."""
     found, most = 0, -math.inf
@@ -159,24 +159,24 @@ def _outermost(points: Reals, n: int, way: Vector) -> int:
     return found
 
 
-@lean
+@inlined
 def _facing(first: Reals, n_first: int, second: Reals, n_second: int, way: Vector) -> int:
     """The difference of vertices that is least along a direction."""
     return (_outermost(first, n_first, way) << BITS) | _outermost(second, n_second, times(-1.0, way))
 
 
-@lean
+@inlined
 def gap_along(first: Reals, n_first: int, second: Reals, n_second: int, way: Vector) -> float:
     """The gap along a direction."""
     return dot(way, _difference(first, second, _facing(first, n_first, second, n_second, way)))
 
 
-@lean
+@inlined
 def _difference(first: Reals, second: Reals, corner: int) -> Vector:
     return minus(_row(second, corner & MASK), _row(first, corner >> BITS))
 
 
-@lean
+@inlined
 def _size(first: Reals, second: Reals, corner: int) -> float:
     """How large the coordinates of two vertices are, which is what is rounded."""
     i, j = corner >> BITS, corner & MASK
@@ -184,7 +184,7 @@ def _size(first: Reals, second: Reals, corner: int) -> float:
     return max(abs(one[0]), abs(one[1]), abs(one[2]), abs(two[0]), abs(two[1]), abs(two[2]))
 
 
-@lean
+@inlined
 def _nearest(k: int, a: Vector, b: Vector, c: Vector, d: Vector) -> tuple[float, Shares]:
     """The point of a simplex nearest to the origin: square of its length, and the corners' shares, none below 0."""
     if k == 1:
@@ -198,7 +198,7 @@ def _nearest(k: int, a: Vector, b: Vector, c: Vector, d: Vector) -> tuple[float,
     return _nearest_of_tetrahedron(a, b, c, d)
 
 
-@lean
+@inlined
 def _nearest_of_edge(a: Vector, b: Vector) -> tuple[float, float, float]:
     e = minus(b, a)
     long = dot(e, e)
@@ -213,7 +213,7 @@ def _nearest_of_edge(a: Vector, b: Vector) -> tuple[float, float, float]:
     return x * x + y * y + z * z, s, t
 
 
-@lean
+@inlined
 def _nearest_of_triangle(a: Vector, b: Vector, c: Vector) -> tuple[float, float, float, float]:
     n = cross(minus(b, a), minus(c, a))
     s, t, u = dot(n, cross(b, c)), dot(n, cross(c, a)), dot(n, cross(a, b))
@@ -318,7 +318,7 @@ def _flat(k: int, a: Vector, b: Vector, c: Vector, d: Vector) -> Vector:
     return _unit(n)
 
 
-@lean
+@inlined
 def _normal(k: int, a: Vector, b: Vector, c: Vector) -> Vector:
     """The unit direction away from the origin across a point, an edge or a triangle that it is nearest to."""
     if k == 1:
@@ -337,7 +337,7 @@ def _normal(k: int, a: Vector, b: Vector, c: Vector) -> Vector:
     return _unit(times(-1.0, n) if long < 0.0 else n)
 
 
-@lean
+@inlined
 def _across(a: Vector, b: Vector) -> Vector:
     """The unit direction to the line through two points."""
     e = minus(b, a)
@@ -356,7 +356,7 @@ def _across(a: Vector, b: Vector) -> Vector:
     return times(1.0 + 0.5 * off, n) if off < 1e-8 else _unit(n)
 
 
-@lean
+@inlined
 def _unit(a: Vector) -> Vector:
     square = dot(a, a)
     return times(1.0 / math.sqrt(square), a) if square > 0.0 else (1.0, 0.0, 0.0)

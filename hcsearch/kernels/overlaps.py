@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.compiled import compiled, inlined, lean
 from hcsearch.kernels.loops import Chain, place_panels
 from hcsearch.kernels.multibody.vectors import Vector, at, dot
 from hcsearch.kernels.prisms import Prisms, apart, copy_of, place_prisms, turn_axes
@@ -62,7 +62,7 @@ def overlap(prisms: Prisms, one: int, two: int, enough: float, last: Whole, pair
     return least
 
 
-@lean
+@inlined
 def _along(prisms: Prisms, one: int, two: int, number: int) -> float:
     """Overlap of two prisms along a direction: normals of the first, of the second, then across edges of both."""
     a, b = prisms.counts[one, 1], prisms.counts[two, 1]
@@ -83,7 +83,7 @@ def _along(prisms: Prisms, one: int, two: int, number: int) -> float:
     return min(high - low_two, high_two - low)
 
 
-@lean
+@inlined
 def _extent(prisms: Prisms, f: int, way: Vector) -> tuple[float, float]:
     """How far a prism reaches along a direction, back and forth: the vertices of its bottom, and what is above them."""
     low, high = math.inf, -math.inf

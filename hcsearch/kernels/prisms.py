@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.compiled import compiled, inlined, lean
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -67,7 +67,7 @@ def turn_axes(prisms: Prisms, poses: Reals, placed: Prisms) -> None:
             _move(pose, 0.0, prisms.edges[f, j], placed.edges[f, j])
 
 
-@lean
+@inlined
 def apart(prisms: Prisms, one: int, two: int) -> float:
     """The distance of the spheres about two prisms, below 0 where they overlap."""
     x = prisms.middles[one, 0] - prisms.middles[two, 0]
@@ -77,7 +77,7 @@ def apart(prisms: Prisms, one: int, two: int) -> float:
     return between - float(prisms.reaches[one] + prisms.reaches[two])
 
 
-@lean
+@inlined
 def _move(pose: Reals, shift: float, vector: Reals, found: Reals) -> None:
     for i in range(3):
         found[i] = pose[i, 0] * vector[0] + pose[i, 1] * vector[1] + pose[i, 2] * vector[2] + shift * pose[i, 3]
