@@ -82,7 +82,7 @@ def _thin(rng: Random, n: int) -> Sample:
 
 def _stacked(rng: Random, n: int) -> Sample:
     """Equal panels in layers that touch, straight above each other or moved by half and whole widths."""
-    layers = rng.integers(1, 6, n) * rng.choice([-1, 1], n)
+    layers = rng.choice([-5, -3, -2, -1, -1, -1, 1, 1, 1, 2, 3, 5], n)
     sideways = rng.integers(-4, 5, (n, 2)) * rng.choice([0.0, 0.5 * WIDTH, 0.5 * WIDTH * math.sqrt(3.0)], (n, 2))
     return _together(rng, np.column_stack([sideways, THICKNESS * layers]))
 
