@@ -54,7 +54,7 @@ def _set(request: Any, *, warm: bool) -> None:
 
 
 def one_by_one(shapes: list[Reals], which: Whole, turns: Reals, shifts: Reals) -> tuple[Reals, float]:
-    """Distances of pairs, 0 where they meet, and the seconds of the calls, without making what they are given."""
+    """Distances of pairs, 0 where they meet, and the processor seconds of the calls, without making what they are given."""
     import coal  # noqa: PLC0415
 
     solids = [convex(shape) for shape in shapes]
@@ -64,11 +64,11 @@ def one_by_one(shapes: list[Reals], which: Whole, turns: Reals, shifts: Reals) -
     request, result = coal.DistanceRequest(), coal.DistanceResult()
     _set(request, warm=False)
     found = np.empty(len(which))
-    begin = time.perf_counter()
+    begin = time.process_time()
     for k, (call, one, two) in enumerate(zip(chosen, *places, strict=True)):
         result.clear()
         found[k] = call(one, two, request, result)
-    seconds = time.perf_counter() - begin
+    seconds = time.process_time() - begin
     return np.maximum(found, 0.0), seconds
 
 
@@ -98,21 +98,21 @@ class Scene:
         return np.concatenate([self.pin.SE3ToXYZQUAT(place) for place in places])
 
     def seconds(self, *, warm: bool) -> float:
-        """Of asking for all distances where the solids are now, each search from the last one's end where warm."""
+        """Processor seconds of asking for all distances where the solids are now, each search from the last one's end where warm."""
         for request in self.found.distanceRequests:
             _set(request, warm=warm)
-        begin = time.perf_counter()
+        begin = time.process_time()
         self.pin.computeDistances(self.shapes, self.found)
-        return time.perf_counter() - begin
+        return time.process_time() - begin
 
     def follow(self, states: list[Reals]) -> float:
-        """Seconds of placing the solids and asking for all distances at one state after the other, warm."""
+        """Processor seconds of placing the solids and asking for all distances at one state after the other, warm."""
         for request in self.found.distanceRequests:
             _set(request, warm=True)
-        begin = time.perf_counter()
+        begin = time.process_time()
         for state in states:
             self.pin.computeDistances(self.model, self.data, self.shapes, self.found, state)
-        return time.perf_counter() - begin
+        return time.process_time() - begin
 
     def distances(self) -> Reals:
         """What was found last, 0 where they meet."""

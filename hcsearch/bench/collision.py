@@ -102,7 +102,7 @@ class Report:
                 "`meet`: share that touches or overlaps. `exhaustive`: searches that ended in trying all directions. "
                 "`difference`: greatest between our and coal's distance, in widths of a panel; `beyond`: pairs that "
                 f"differ by more than {SAME:g}, of which at most {LOOKED_AT:,} were `settled` in exact arithmetic: "
-                "`ours` is right, `theirs` is. Microseconds a pair, one core: ours from nowhere (`cold`) and from the "
+                "`ours` is right, `theirs` is. Processor microseconds a pair: ours from nowhere (`cold`) and from the "
                 "answer (`warm`), placed before; coal through Pinocchio (`coal`, `coal_warm`: "
                 f"{AT_ONCE:,} pairs in one call) and pair by pair from Python (`coal_loop`).",
                 self.pairs,
@@ -119,7 +119,7 @@ class Report:
                 f"which at most {LOOKED_AT:,} were `settled` in exact arithmetic: `ours` is right, `theirs` is.",
                 self.deployments,
             ),
-            Table("goals", "Goals", "On one core, medians.", self.goals),
+            Table("goals", "Goals", "Processor time, medians.", self.goals),
         ]
 
 
@@ -172,7 +172,7 @@ def pair_row(family: Family, n: int, repeats: int, seed: int) -> PairRow:
 
 
 def _search(solids: Reals, counts: Whole, start: _Answers | None, repeats: int) -> tuple[_Answers, float, int]:
-    """Answers, from nowhere or from others, median seconds, and how many runs there were."""
+    """Answers, from nowhere or from others, median processor seconds, and how many runs there were."""
     n = len(counts[0])
     found = _Answers(np.empty(n), np.empty((n, 3)), np.empty((n, 4), np.int64))
 
@@ -182,7 +182,7 @@ def _search(solids: Reals, counts: Whole, start: _Answers | None, repeats: int) 
         watch = Stopwatch()
         with watch:
             closest_of_pairs(solids[0], counts[0], solids[1], counts[1], found.ways, found.corners, found.gaps)
-        return watch.wall
+        return watch.cpu
 
     run()  # compiled
     return found, *timed(run, repeats)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from hcsearch.bench import coal_distances as coal
 from hcsearch.bench.collision_proofs import search, settle
 from hcsearch.bench.dynamics_subjects import SCENE, assembly, design
+from hcsearch.bench.timing import Stopwatch
 from hcsearch.bench.work import timed
 from hcsearch.collision.distances import Proximity, proximal_distances
 from hcsearch.deployment.compiling import compile_scene
@@ -70,7 +70,7 @@ def deployment_row(name: str, repeats: int) -> DeploymentRow:
     linkage = design(name) if ":" in name else assembly(name)
     compiled = compile_scene(linkage, SCENE)
     found = run(compiled, margin=None)
-    dynamics, _ = timed(lambda: run(compiled, margin=None).seconds, repeats)
+    dynamics, _ = timed(_watched(lambda: run(compiled, margin=None)), repeats)
     motion = found.motion
     times = np.append(np.linspace(motion.times[:-1], motion.times[1:], 3, endpoint=False).T.ravel(), motion.times[-1])
     states, _ = compiled.of_hinges(motion.at(times), np.zeros((len(times), motion.q.shape[1])))
@@ -102,12 +102,13 @@ def deployment_row(name: str, repeats: int) -> DeploymentRow:
 
 
 def _watched(call: Callable[[], object]) -> Callable[[], float]:
-    """A call, as one that returns its seconds."""
+    """A call, as one that returns its processor seconds."""
 
     def run() -> float:
-        begin = time.perf_counter()
-        call()
-        return time.perf_counter() - begin
+        watch = Stopwatch()
+        with watch:
+            call()
+        return watch.cpu
 
     return run
 

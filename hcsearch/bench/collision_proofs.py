@@ -41,7 +41,7 @@ def settle(solids: Sequence[tuple[Reals, Reals]], ours: Reals, theirs: Reals, wi
         _, way, corners = search(one, two)
         lower, upper = bounds(one, two, way, corners)
         for side, distances in enumerate((ours, theirs)):
-            right[side] += lower - within <= distances[k] <= upper + within and upper - lower <= within
+            right[side] += int(upper - lower <= within and lower - within <= distances[k] <= upper + within)
     return Disagreements(len(solids), len(looked), *right)
 
 
