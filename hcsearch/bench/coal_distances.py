@@ -54,7 +54,7 @@ def _set(request: Any, *, warm: bool) -> None:
 
 
 def one_by_one(shapes: list[Reals], which: Whole, turns: Reals, shifts: Reals) -> tuple[Reals, float]:
-    """Distances of pairs, 0 where they meet, and the processor seconds of the calls, without making what they are given."""
+    """Distances of pairs, 0 where they meet, and the processor seconds of the calls alone."""
     import coal  # noqa: PLC0415
 
     solids = [convex(shape) for shape in shapes]
@@ -98,7 +98,7 @@ class Scene:
         return np.concatenate([self.pin.SE3ToXYZQUAT(place) for place in places])
 
     def seconds(self, *, warm: bool) -> float:
-        """Processor seconds of asking for all distances where the solids are now, each search from the last one's end where warm."""
+        """Processor seconds of asking for all distances; warm : each search begins where the last one ended."""
         for request in self.found.distanceRequests:
             _set(request, warm=warm)
         begin = time.process_time()

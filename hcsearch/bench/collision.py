@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hcsearch.bench import coal_distances as coal
 from hcsearch.bench.collision_deployments import DEPLOYMENTS, FAR, QUICK_DEPLOYMENTS, DeploymentRow, deployment_row
 from hcsearch.bench.collision_pairs import FAMILIES, Family, Sample
-from hcsearch.bench.collision_proofs import LOOKED_AT, settle
+from hcsearch.bench.collision_proofs import settle
 from hcsearch.bench.machine import Machine, this_machine
 from hcsearch.bench.tables import Table, save
 from hcsearch.bench.timing import Stopwatch
@@ -38,7 +38,7 @@ class PairRow:
 
     meet : share that touches or overlaps. exhaustive : of ours, searches that ended in trying all directions.
     difference : greatest between ours and coal's distance, in widths. beyond : pairs that differ by more than SAME;
-    settled : those of them that were looked at in exact arithmetic; ours, theirs : where ours is right, where coal's.
+    ours, theirs : of these, where ours is right, and where coal's, in exact arithmetic.
     cold_us, warm_us : of a pair, ours, from nowhere and from the answer. coal_us, coal_warm_us : AT_ONCE pairs at once.
     coal_loop_us : pair by pair from Python.
     """
@@ -50,7 +50,6 @@ class PairRow:
     exhaustive: int
     difference: float | None
     beyond: int | None
-    settled: int | None
     ours: int | None
     theirs: int | None
     cold_us: float
@@ -101,8 +100,7 @@ class Report:
                 "Pairs of panels",
                 "`meet`: share that touches or overlaps. `exhaustive`: searches that ended in trying all directions. "
                 "`difference`: greatest between our and coal's distance, in widths of a panel; `beyond`: pairs that "
-                f"differ by more than {SAME:g}, of which at most {LOOKED_AT:,} were `settled` in exact arithmetic: "
-                "`ours` is right, `theirs` is. Processor microseconds a pair: ours from nowhere (`cold`) and from the "
+                f"differ by more than {SAME:g}, of which `ours` is right, `theirs` is, by exact arithmetic. Processor microseconds a pair: ours from nowhere (`cold`) and from the "
                 "answer (`warm`), placed before; coal through Pinocchio (`coal`, `coal_warm`: "
                 f"{AT_ONCE:,} pairs in one call) and pair by pair from Python (`coal_loop`).",
                 self.pairs,
@@ -116,7 +114,7 @@ class Report:
                 "panels and state, all distances exact; `facet_us`: the same a pair of facets; `near_us`: distances "
                 "beyond the thickness told by a bound. `coal_facet_us`: coal through Pinocchio, placed and asked at "
                 f"once, a pair of facets. `difference` (m): greatest between both; `beyond`: more than {FAR:g} m, of "
-                f"which at most {LOOKED_AT:,} were `settled` in exact arithmetic: `ours` is right, `theirs` is.",
+                "which `ours` is right, `theirs` is, by exact arithmetic. Processor time, medians of `runs`.",
                 self.deployments,
             ),
             Table("goals", "Goals", "Processor time, medians.", self.goals),
@@ -153,9 +151,7 @@ def pair_row(family: Family, n: int, repeats: int, seed: int) -> PairRow:
     solids, counts = sample.vertices(), sample.counts
     found, cold, runs = _search(solids, counts, None, repeats)
     _, warm, _ = _search(solids, counts, found, repeats)
-    row = dict.fromkeys(
-        ("difference", "beyond", "settled", "ours", "theirs", "coal_us", "coal_warm_us", "coal_loop_us")
-    )
+    row = dict.fromkeys(("difference", "beyond", "ours", "theirs", "coal_us", "coal_warm_us", "coal_loop_us"))
     if coal.installed():
         row |= _beside_coal(sample, solids, counts, found, repeats)
     return PairRow(

@@ -59,7 +59,6 @@ class DeploymentRow:
     coal_facet_us: float | None
     difference: float | None
     beyond: int | None
-    settled: int | None
     ours: int | None
     theirs: int | None
     runs: int
@@ -79,7 +78,7 @@ def deployment_row(name: str, repeats: int) -> DeploymentRow:
     near, _ = timed(_watched(lambda: proximal_distances(linkage, states, reach=linkage.pattern.thickness)), repeats)
     facets = facet_pairs(linkage, proximity.pairs)
     size = proximity.gaps.size
-    beside = dict.fromkeys(("coal_facet_us", "difference", "beyond", "settled", "ours", "theirs"))
+    beside = dict.fromkeys(("coal_facet_us", "difference", "beyond", "ours", "theirs"))
     if coal.installed():
         beside |= _beside_coal(linkage, states, proximity, facets, repeats)
     return DeploymentRow(

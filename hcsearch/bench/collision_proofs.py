@@ -15,34 +15,29 @@ from hcsearch.kernels.distances import BITS, MASK, closest_of_pairs
 Reals = NDArray[np.float64]
 Exact = list[Fraction]
 
-LOOKED_AT = 1_000
-"""Most disagreements that are settled by exact arithmetic, the greatest; all where they are fewer."""
 PROVED = 1e-12
 """An answer is right where it lies within exact bounds, or beyond them by this share of a panel's width."""
 
 
 @dataclass(frozen=True)
 class Disagreements:
-    """Pairs on which two programs differ: how many, how many of them were looked at, and who is right there."""
+    """Pairs on which two programs differ: how many, and of how many each is right."""
 
     beyond: int
-    settled: int
     ours: int
     theirs: int
 
 
 def settle(solids: Sequence[tuple[Reals, Reals]], ours: Reals, theirs: Reals, width: float) -> Disagreements:
     """Who is right about some pairs of hulls; ours, theirs : distances, m."""
-    looked = np.argsort(-np.abs(ours - theirs))[:LOOKED_AT]
     within = PROVED * width
     right = [0, 0]
-    for k in looked:
-        one, two = solids[k]
+    for k, (one, two) in enumerate(solids):
         _, way, corners = search(one, two)
         lower, upper = bounds(one, two, way, corners)
         for side, distances in enumerate((ours, theirs)):
             right[side] += int(upper - lower <= within and lower - within <= distances[k] <= upper + within)
-    return Disagreements(len(solids), len(looked), *right)
+    return Disagreements(len(solids), *right)
 
 
 def search(first: Reals, second: Reals) -> tuple[float, Reals, list[int]]:
