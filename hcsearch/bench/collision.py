@@ -100,9 +100,10 @@ class Report:
                 "Pairs of panels",
                 "`meet`: share that touches or overlaps. `exhaustive`: searches that ended in trying all directions. "
                 "`difference`: greatest between our and coal's distance, in widths of a panel; `beyond`: pairs that "
-                f"differ by more than {SAME:g}, of which `ours` is right, `theirs` is, by exact arithmetic. Processor microseconds a pair: ours from nowhere (`cold`) and from the "
-                "answer (`warm`), placed before; coal through Pinocchio (`coal`, `coal_warm`: "
-                f"{AT_ONCE:,} pairs in one call) and pair by pair from Python (`coal_loop`).",
+                f"differ by more than {SAME:g}, of which `ours` is right, `theirs` is, by exact arithmetic. Processor "
+                "microseconds a pair: ours from nowhere (`cold`) and from the answer (`warm`), placed before; coal "
+                f"through Pinocchio (`coal`, `coal_warm`: {AT_ONCE:,} pairs in one call) and pair by pair from Python "
+                "(`coal_loop`). Medians of `runs`.",
                 self.pairs,
                 hidden=("what",),
             ),
