@@ -16,6 +16,7 @@ from hcsearch.kernels.prisms import Prisms, apart, copy_of, place_prisms, turn_a
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 
 class Pairs(NamedTuple):
@@ -32,6 +33,7 @@ class _Memory(NamedTuple):
     """Where the last search of each pair of prisms ended, and of each pair of panels the nearest pair of prisms.
 
     gaps, ways, corners : (q,), (q, 3), (q, 4), of `closest`. axes : (q,), of `overlap`. nearest : (p,).
+    turned : (f,), whether the axes of a prism are those of this state.
     """
 
     gaps: Reals
@@ -39,6 +41,7 @@ class _Memory(NamedTuple):
     corners: Whole
     axes: Whole
     nearest: Whole
+    turned: Flags
 
 
 @compiled
@@ -54,7 +57,12 @@ def gaps_at(
     poses = np.empty((len(chain.order), 3, 4))
     q = len(pairs.prisms)
     memory = _Memory(
-        np.full(q, -np.inf), np.zeros((q, 3)), np.full((q, 4), -1), np.zeros(q, np.int64), pairs.starts[:-1].copy()
+        np.full(q, -np.inf),
+        np.zeros((q, 3)),
+        np.full((q, 4), -1),
+        np.zeros(q, np.int64),
+        pairs.starts[:-1].copy(),
+        np.zeros(len(prisms.panels), np.bool_),
     )
     for k in range(len(states)):
         place_panels(chain, states[k], poses)
@@ -75,7 +83,7 @@ def _write(
 ) -> None:
     """The gaps at one state."""
     ways, corners, nearest = memory.ways, memory.corners, memory.nearest
-    turned = False
+    memory.turned[:] = False
     for p in range(len(gaps)):
         begin, best, least = pairs.starts[p], nearest[p], math.inf
         # the nearest prisms of the last state come first: others need not be searched where a bound is no less
@@ -103,17 +111,21 @@ def _write(
                 nearest[p] = k
         if least < -allowed:
             # that deep along one direction: how deep along all?
-            if not turned:
-                turn_axes(prisms, poses, placed)
-                turned = True
-            least = -_deepest(placed, pairs, p, allowed, memory)
+            least = -_deepest(prisms, placed, poses, pairs, p, allowed, memory)
         gaps[p] = least if least > 0.0 or least < -allowed else 0.0
 
 
 @lean
-def _deepest(prisms: Prisms, pairs: Pairs, pair: int, allowed: float, memory: _Memory) -> float:
+def _deepest(
+    prisms: Prisms, placed: Prisms, poses: Reals, pairs: Pairs, pair: int, allowed: float, memory: _Memory
+) -> float:
     """How deep the prisms of two panels cut into each other; any that is allowed where it is."""
     depth = 0.0
     for p in range(pairs.starts[pair], pairs.starts[pair + 1]):
-        depth = max(depth, overlap(prisms, pairs.prisms[p, 0], pairs.prisms[p, 1], allowed, memory.axes, p))
+        for side in range(2):
+            f = pairs.prisms[p, side]
+            if not memory.turned[f]:
+                turn_axes(prisms, poses, placed, f)
+                memory.turned[f] = True
+        depth = max(depth, overlap(placed, pairs.prisms[p, 0], pairs.prisms[p, 1], allowed, memory.axes, p))
     return depth

@@ -32,7 +32,8 @@ def first_overlap(chain: Chain, prisms: Prisms, pairs: Whole, states: Reals, all
     for k in range(len(states)):
         place_panels(chain, states[k], poses)
         place_prisms(prisms, poses, placed)
-        turn_axes(prisms, poses, placed)
+        for f in range(len(prisms.panels)):
+            turn_axes(prisms, poses, placed, f)
         for p in range(len(pairs)):
             if overlap(placed, pairs[p, 0], pairs[p, 1], allowed, last, p) > allowed:
                 for r in range(len(pairs)):

@@ -58,13 +58,12 @@ def place_prisms(prisms: Prisms, poses: Reals, placed: Prisms) -> None:
 
 
 @lean
-def turn_axes(prisms: Prisms, poses: Reals, placed: Prisms) -> None:
-    """Turn the normals and edges of all prisms with their panels."""
-    for f in range(len(prisms.panels)):
-        pose = poses[prisms.panels[f]]
-        for j in range(prisms.counts[f, 1]):
-            _move(pose, 0.0, prisms.normals[f, j], placed.normals[f, j])
-            _move(pose, 0.0, prisms.edges[f, j], placed.edges[f, j])
+def turn_axes(prisms: Prisms, poses: Reals, placed: Prisms, f: int) -> None:
+    """Turn the normals and edges of a prism with its panel."""
+    pose = poses[prisms.panels[f]]
+    for j in range(prisms.counts[f, 1]):
+        _move(pose, 0.0, prisms.normals[f, j], placed.normals[f, j])
+        _move(pose, 0.0, prisms.edges[f, j], placed.edges[f, j])
 
 
 @inlined

@@ -122,7 +122,7 @@ def test_coal_finds_the_same_distance_of_a_million_pairs_or_is_proved_wrong(numb
     assert row.pairs == PAIRS
     assert row.theirs == 0
     assert row.ours == row.beyond
-    # coal's error is one of length: 1e-9 m, whatever the size of the panels
+    # coal's error is one of length, about the tolerance that it is given
     assert row.difference * (WIDTH if family.name != "tiny" else 1e-6 * WIDTH) < 1e-9
     assert row.exhaustive < 1e-4 * PAIRS
     if not row.beyond:
