@@ -21,8 +21,8 @@ from hcsearch.dynamics.simulation import ENDINGS, plan_for, record_for
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.checking import Findings, Rules, Subject, check_all
 from hcsearch.kernels.clearance import CLEAR, COLLIDES
-from hcsearch.kernels.overlaps import Prisms
 from hcsearch.kernels.paths import Pairs
+from hcsearch.kernels.prisms import Prisms
 
 Reals = NDArray[np.float64]
 

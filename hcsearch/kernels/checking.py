@@ -20,8 +20,8 @@ from hcsearch.kernels.multibody.recording import Record
 from hcsearch.kernels.multibody.simulation import FLAT, TIME_OUT, simulate
 from hcsearch.kernels.multibody.steps import Plan
 from hcsearch.kernels.multibody.tree import Tree, work_for
-from hcsearch.kernels.overlaps import Prisms
 from hcsearch.kernels.paths import Pairs
+from hcsearch.kernels.prisms import Prisms
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
