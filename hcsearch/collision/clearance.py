@@ -15,9 +15,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.penetration import prisms_of
+from hcsearch.collision.penetration import deepest_margin, prisms_of
 from hcsearch.errors import HcsearchError
-from hcsearch.kernels.clearance import CLEAR, COLLIDES, Answer, Course, Search, search
+from hcsearch.kernels.clearance import CLEAR, COLLIDES, Answer, Search, judge
+from hcsearch.kernels.intervals import Course
 from hcsearch.kernels.paths import Pairs, pairs_between
 from hcsearch.linkage import Linkage
 
@@ -27,20 +28,18 @@ MARGIN = 1e-4
 """Panels are shrunk by this on every face (m), unless another margin is given."""
 RESOLUTION = 5e-5
 """A smallest gap is known to this (m)."""
-NEAR = 0.1
-"""Shrunk panels that are no further apart than what is left open of the loops collide, if that is no more than this
-share of the margin; where more is left open, they may or may not."""
 
 
 @dataclass(frozen=True)
 class Clearance:
     """The verdict on a motion.
 
-    kind : `clear` at all times, with the margin; `collides` at a time; `undecided`, so near that no interval is short
-        enough to tell. time : s, of what is not clear; panels : which two, the lower number first.
-    gap : of a clear motion, what no pair of panels comes nearer than between the time it is first further apart than
-        two margins and the time it last is, in m; None where no pair counts. Neighbours touch in the packed and in the
-        flat state, so without this it would be 0. The least gap itself is within `RESOLUTION` of it.
+    kind : `clear` at all times, with the margin; `collides`, for sure, at a time; `undecided`, nearer than the slack at
+        a time, but overlapping by more at none. time : s, of what is not clear; panels : which two, the lower first.
+    gap : of a clear motion, what no two panels come nearer than where they come near and part again, in m; None where
+        none do. A gap counts that lies between two states at which the pair is further apart by two margins more:
+        neighbours touch in the packed and in the flat state, so without this it would be 0. The least gap itself is
+        within `RESOLUTION`, and the slack, of it.
     looks : how often a pair was looked at.
     """
 
@@ -66,21 +65,20 @@ def certify(
     slack : what panels may be elsewhere than the tree of hinges places them, m. apart : pairs of panels, the lower
     number first, that are left out. measured : whether the smallest gap of a clear motion is wanted.
     """
+    check_margin(linkage, margin)
     pairs = pairs_of(linkage, apart)
-    answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.full(1, math.inf), np.zeros(1, np.int64))
     if not len(pairs.prisms) or len(course.times) < 2:
         return Clearance("clear", margin, None, None, None, 0)
-    verdict = search(linkage.chain, prisms_of(linkage, margin), pairs, course, search_for(margin, slack), answer)
-    looks = int(answer.looks[0])
-    if verdict != CLEAR:
-        one, two = (linkage.pattern.panel_of[facet] for facet in pairs.prisms[answer.pairs[0]])
-        kind: Literal["collides", "undecided"] = "collides" if verdict == COLLIDES else "undecided"
-        return Clearance(kind, margin, float(answer.times[0]), (min(one, two), max(one, two)), None, looks)
-    if not measured:
-        return Clearance("clear", margin, None, None, None, looks)
-    search(linkage.chain, prisms_of(linkage), pairs, course, search_for(margin, slack, measuring=True), answer)
-    gap = float(answer.gaps[0])
-    return Clearance("clear", margin, None, None, None if math.isinf(gap) else gap, looks + int(answer.looks[0]))
+    answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.zeros(1), np.zeros(1, np.int64))
+    wanted = Search(float(slack), float(margin), deepest_margin(linkage), RESOLUTION)
+    prisms, shrunk = prisms_of(linkage), prisms_of(linkage, margin)
+    verdict = judge(linkage.chain, prisms, shrunk, pairs, course, wanted, measured, answer)
+    looks, gap = int(answer.looks[0]), float(answer.gaps[0])
+    if verdict == CLEAR:
+        return Clearance("clear", margin, None, None, gap if math.isfinite(gap) else None, looks)
+    one, two = sorted(linkage.pattern.panel_of[facet] for facet in pairs.prisms[answer.pairs[0]])
+    kind: Literal["collides", "undecided"] = "collides" if verdict == COLLIDES else "undecided"
+    return Clearance(kind, margin, float(answer.times[0]), (one, two), None, looks)
 
 
 def pairs_of(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> Pairs:
@@ -93,16 +91,28 @@ def pairs_of(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> Pairs
     return pairs_between(linkage.chain, prisms_of(linkage), np.column_stack([first[wanted], second[wanted]]))
 
 
-def search_for(margin: float, slack: float, *, measuring: bool = False) -> Search:
-    """What the kernel is asked: whether panels come together, or how near they come."""
-    return Search(float(slack), min(float(slack), NEAR * margin), measuring, 2.0 * margin, RESOLUTION)
+def slack_of(linkage: Linkage, gap: float) -> float:
+    """What panels may be elsewhere (m) where loops are open by a gap (rad, or over the pattern's size).
+
+    A panel that is reached the other way around a loop is turned by up to sqrt(3) gaps about a point of the loop, from
+    which no panel is further than half of all are wide, and moved by as much times the size. The rest of the factor is
+    for what lies between the places at which gaps are looked for.
+    """
+    pattern = linkage.pattern
+    widths = []
+    for facets in pattern.panels:
+        corners = np.concatenate([np.array(pattern.facets[facet]) for facet in facets])
+        across = np.linalg.norm(corners[:, None] - corners, axis=2).max()
+        widths.append(math.hypot(float(across), pattern.thickness))
+    reach = 0.5 * (sum(widths) + max(widths)) + pattern.size
+    return 2.0 * len(linkage.loops) * reach * gap
 
 
 def check_margin(linkage: Linkage, margin: float) -> None:
-    """Refuse a margin that leaves nothing of a panel."""
-    pattern = linkage.pattern
-    if not 0.0 <= margin < 0.5 * pattern.thickness:
+    """Refuse a margin that leaves nothing of a panel, or with which what touches could never be clear."""
+    most = deepest_margin(linkage)
+    if not 0.0 < margin < most:
         raise HcsearchError(
-            f"a margin of {1e3 * margin:g} mm leaves nothing of panels {1e3 * pattern.thickness:g} mm thick: "
-            "give less than half of that"
+            f"a margin of {1e3 * margin:g} mm is none or leaves nothing of a panel: "
+            f"give more than 0 and less than {1e3 * most:.4g} mm"
         )

@@ -97,6 +97,18 @@ def prisms_of(linkage: Linkage, margin: float = 0.0) -> Prisms:
     )
 
 
+def deepest_margin(linkage: Linkage) -> float:
+    """The margin (m) by which prisms would be shrunk to nothing, or a side of one would be gone."""
+    least = 0.5 * linkage.pattern.thickness
+    for facet in linkage.pattern.facets:
+        corners, inside = np.array(facet), _inset(facet, 1.0)
+        before, after = np.roll(corners, -1, axis=0) - corners, np.roll(inside, -1, axis=0) - inside
+        lengths = np.linalg.norm(before, axis=1)
+        lost = lengths - (before * after).sum(axis=1) / lengths
+        least = min(least, float((lengths[lost > 0.0] / lost[lost > 0.0]).min(initial=least)))
+    return least
+
+
 def _inset(facet: Facet, margin: float) -> list[tuple[float, float]]:
     """Corners of a convex polygon, counterclockwise, with every side moved inwards."""
     found = []

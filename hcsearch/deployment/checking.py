@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import MARGIN, NEAR, RESOLUTION, pairs_of
-from hcsearch.collision.penetration import prisms_of
+from hcsearch.collision.clearance import MARGIN, RESOLUTION, check_margin, pairs_of, slack_of
+from hcsearch.collision.penetration import deepest_margin, prisms_of
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.deployment.deploying import FLAT, STEPS, STILL, Outcome, method_of, outcome_of
 from hcsearch.dynamics.methods import method_named
@@ -55,17 +55,23 @@ class Check:
 
 
 class Solids(NamedTuple):
-    """The panels of a linkage as the kernel takes them: prisms, those with the margin taken off, and pairs."""
+    """The panels of a linkage as the kernel takes them: prisms, those with the margin taken off, and pairs.
+
+    deepest : the margin that would leave nothing of a panel, m.
+    """
 
     prisms: Prisms
     shrunk: Prisms
     pairs: Pairs
+    deepest: float
 
 
 def solids_of(compiled: Compiled, margin: float = MARGIN) -> Solids:
     """The panels of a scene; the same with any springs."""
     linkage = compiled.linkage
-    return Solids(prisms_of(linkage), prisms_of(linkage, margin), pairs_of(linkage, compiled.apart))
+    check_margin(linkage, margin)
+    pairs = pairs_of(linkage, compiled.apart)
+    return Solids(prisms_of(linkage), prisms_of(linkage, margin), pairs, deepest_margin(linkage))
 
 
 def check(
@@ -117,7 +123,8 @@ def _subject(compiled: Compiled, solids: Solids) -> Subject:
         prisms=solids.prisms,
         shrunk=solids.shrunk,
         pairs=solids.pairs,
-        reach=0.5 * linkage.n_panels * linkage.pattern.size,
+        deepest=solids.deepest,
+        reach=slack_of(linkage, 1.0),
     )
 
 
@@ -139,9 +146,8 @@ def _run(scenes: list[Compiled], subjects: list[Subject], tolerance: float, marg
         system.mechanism.cuts,
         system.mechanism.closure_stiffness,
         system.mechanism.closure_damping,
-        2.0 * margin,
+        margin,
         RESOLUTION,
-        NEAR * margin,
         float(early),
     )
     found = Findings(

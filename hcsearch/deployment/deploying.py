@@ -9,11 +9,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import MARGIN, Clearance, certify, check_margin
+from hcsearch.collision.clearance import MARGIN, Clearance, certify, slack_of
 from hcsearch.deployment.compiling import Compiled, Formulation, compile_scene
 from hcsearch.dynamics.simulation import Ending, Motion, closed_between, simulate
 from hcsearch.errors import HcsearchError
-from hcsearch.kernels.clearance import Course
+from hcsearch.kernels.intervals import Course
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
 
@@ -165,13 +165,13 @@ def _reason(compiled: Compiled, motion: Motion) -> str:
 def _clearance(compiled: Compiled, motion: Motion, margin: float) -> Clearance:
     """The certified verdict on the motion."""
     linkage = compiled.linkage
-    check_margin(linkage, margin)
     (times, q, v, a), gap = closed_between(compiled.system, motion)
     angles, rates = compiled.of_hinges(q, v)
     cubic = motion.cubic or bool((compiled.joint_of < 0).any())  # accelerations of cut hinges are not known
     accelerations = np.zeros_like(angles) if cubic else a[:, compiled.joint_of]
     angles, rates, accelerations = map(np.ascontiguousarray, (angles, rates, accelerations))
     course = Course(times, angles, rates, accelerations, cubic)
-    slack = 0.5 * linkage.n_panels * linkage.pattern.size * max(motion.gap, gap) if linkage.loops else 0.0
-    measured = motion.ending == "flat"
+    if (compiled.joint_of < 0).any():  # what the springs of cut hinges give way opens the loops
+        gap = max(gap, motion.gap)
+    slack, measured = slack_of(linkage, gap), motion.ending == "flat"
     return certify(linkage, course, margin=margin, slack=slack, apart=compiled.apart, measured=measured)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.clearance import CLEAR, Answer, Course, Search, search
+from hcsearch.kernels.clearance import CLEAR, Answer, Search, judge
 from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.intervals import Course
 from hcsearch.kernels.loops import Chain
 from hcsearch.kernels.multibody.between import OPEN, States, opening, refined
 from hcsearch.kernels.multibody.cuts import Cuts
@@ -31,8 +31,8 @@ class Subject(NamedTuple):
     """What is told of one folding; in a stack every table has a leading axis, and every number is a table.
 
     start : (n_joints,), coordinates, at rest. joint_of : (n_hinges,). prisms, shrunk : of the panels, and with the
-        margin taken off. pairs : among which collisions are looked for. reach : what gaps of closure (over size) are
-        multiplied by for what panels may be elsewhere, m.
+        margin taken off. pairs : among which collisions are looked for. deepest, reach : m, the margin by which a panel
+        would be gone, and what gaps of closure (over size) are multiplied by for what panels may be elsewhere.
     """
 
     tree: Tree
@@ -43,13 +43,14 @@ class Subject(NamedTuple):
     prisms: Prisms
     shrunk: Prisms
     pairs: Pairs
+    deepest: float
     reach: float
 
 
 class Rules(NamedTuple):
     """What all foldings of a call share: how they are simulated, and how gaps are measured.
 
-    struts, cuts : none of both, as tables of the right kind. touch, resolution, near : m, as of `Search`.
+    struts, cuts : none of both, as tables of the right kind. margin, resolution : m, as of `Search`.
     early : s; where it is above 0, motions that collide before are not followed further.
     """
 
@@ -59,19 +60,18 @@ class Rules(NamedTuple):
     cuts: Cuts
     closure_stiffness: float
     closure_damping: float
-    touch: float
+    margin: float
     resolution: float
-    near: float
     early: float
 
 
 class Findings(NamedTuple):
     """What became of k foldings.
 
-    endings : (k,), as of `simulate`. verdicts : (k,), as of `search`. pairs : (k,), that collide. counts : (k, 4),
+    endings : (k,), as of `simulate`. verdicts : (k,), as of `judge`. pairs : (k,), that collide. counts : (k, 4),
         states, evaluations, rejected steps, pairs looked at. times : (k, 2), of the end, and of the collision (s).
-    gaps : (k,), smallest (m), of those that come flat and clear. drifts : (k,), of the energy balance, as a share of
-        the largest energy. openings : (k,), greatest closure residual.
+    gaps : (k,), smallest (m), of those that come flat and clear, else infinite. drifts : (k,), of the energy balance,
+        as a share of the largest energy. openings : (k,), greatest closure residual.
     """
 
     endings: Whole
@@ -123,10 +123,9 @@ def _check(subject: Subject, rules: Rules, record: Record, found: Findings, i: i
             motion = refined(mechanism, motion, OPEN, work)
         found.openings[i] = opening(tree, motion, cubic, work)
         course = _course(subject, motion, cubic)
-        slack = subject.reach * found.openings[i]
-        near = min(slack, rules.near)
-        wanted = Search(slack, near, False, rules.touch, rules.resolution)
-        verdict = search(subject.chain, subject.shrunk, subject.pairs, course, wanted, answer)
+        wanted = Search(subject.reach * found.openings[i], rules.margin, subject.deepest, rules.resolution)
+        flat = record.counts[4] == FLAT
+        verdict = judge(subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, wanted, flat, answer)
         looks += answer.looks[0]
         if verdict != CLEAR or end == whole or record.counts[4] != TIME_OUT:
             break
@@ -135,12 +134,7 @@ def _check(subject: Subject, rules: Rules, record: Record, found: Findings, i: i
     found.counts[i, 0], found.counts[i, 1], found.counts[i, 2] = states, record.counts[2], record.counts[3]
     found.counts[i, 3] = looks
     found.verdicts[i], found.pairs[i], found.times[i, 1] = verdict, answer.pairs[0], answer.times[0]
-    found.gaps[i] = math.nan
-    if verdict == CLEAR and record.counts[4] == FLAT:
-        wanted = Search(slack, near, True, rules.touch, rules.resolution)
-        search(subject.chain, subject.prisms, subject.pairs, course, wanted, answer)
-        found.gaps[i] = answer.gaps[0]
-        found.counts[i, 3] += answer.looks[0]
+    found.gaps[i] = answer.gaps[0]
 
 
 @compiled
@@ -219,6 +213,7 @@ def _nth(s: Any, i: int) -> Subject:
         _nth_prisms(p, i),
         _nth_prisms(s.shrunk, i),
         Pairs(r.prisms[i], r.lengths[i], r.hinges[i], r.beyond[i], r.before[i]),
+        s.deepest[i],
         s.reach[i],
     )
 

@@ -5,22 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.circuit import Circuit
 from hcsearch.collision.penetration import cuts_through, first_cut, penetration
-from hcsearch.deployment.subjects import folding_linkage
-from hcsearch.folding import folding_of
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Crease, Pattern
+from tests.linkages import linkage_named
 
 NAMES = ("thesis-4x4", "unit-i", "element-8r")
-
-
-def subject(name):
-    if name in ASSEMBLIES:
-        return Linkage(ASSEMBLIES[name].build(ASSEMBLIES[name].defaults))
-    circuit, crease = name.rsplit(":", 1)
-    return folding_linkage(folding_of(Circuit.from_notation(circuit).canonical(), int(crease)))
 
 
 def depth_of(one, two):
@@ -54,7 +44,7 @@ def depths(linkage, angles, apart=()):
 
 @pytest.mark.parametrize("name", [*NAMES, "hex:02234400:1", "triangle:0123434501:1", "square:01222300:0"])
 def test_the_deepest_cut_is_that_along_all_directions(name):
-    linkage = subject(name)
+    linkage = linkage_named(name)
     rng = np.random.default_rng(len(name))
     hinged = {(hinge.first, hinge.second) for hinge in linkage.pattern.hinges}
     seen = 0
@@ -75,7 +65,7 @@ def test_the_deepest_cut_is_that_along_all_directions(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_first_of_many_states_is_the_first_that_cuts_too_deep(name):
-    linkage = subject(name)
+    linkage = linkage_named(name)
     rng = np.random.default_rng(7)
     # back and forth about the flat state, wider and wider: directions that separated once are tried first
     swings = np.sin(np.arange(200) / 5)[:, None] * np.arange(200)[:, None] / 100 * rng.normal(size=linkage.n_hinges)
@@ -89,7 +79,7 @@ def test_the_first_of_many_states_is_the_first_that_cuts_too_deep(name):
 
 
 def test_packed_and_flat_panels_only_touch():
-    linkage = subject("thesis-4x4")
+    linkage = linkage_named("thesis-4x4")
     for angles in (np.zeros(linkage.n_hinges), linkage.folded):
         assert penetration(linkage, angles) < 1e-12
         assert not cuts_through(linkage, angles[None])
@@ -107,7 +97,7 @@ def test_facets_may_have_different_numbers_of_corners():
 
 
 def test_nothing_is_looked_for_without_pairs():
-    linkage = subject("element-8r")
+    linkage = linkage_named("element-8r")
     n = linkage.n_panels
     everything = {(i, j) for i in range(n) for j in range(i + 1, n)}
     states = np.random.default_rng(1).normal(size=(3, linkage.n_hinges))

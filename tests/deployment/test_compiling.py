@@ -6,29 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.circuit import Circuit
 from hcsearch.deployment.compiling import OMISSIONS, compile_scene
 from hcsearch.deployment.deploying import deploy
-from hcsearch.deployment.subjects import folding_linkage, scene_named
+from hcsearch.deployment.subjects import scene_named
 from hcsearch.dynamics.panels import panel_bodies
 from hcsearch.errors import HcsearchError
-from hcsearch.folding import folding_of
-from hcsearch.linkage import Linkage
 from hcsearch.scenes import SCENES
+from tests.linkages import linkage_named
 from tests.naive import rotation
 
 DEFAULT = SCENES["default"]
 FLOATING = replace(DEFAULT, held="free", base_mass=0.1, base_inertia=(1e-4, 2e-4, 1e-4))
 FULL = frozenset(OMISSIONS)
 TOLERANCE = 1e-8
-
-
-def subject(name):
-    if name in ASSEMBLIES:
-        return Linkage(ASSEMBLIES[name].build(ASSEMBLIES[name].defaults))
-    circuit, crease = name.rsplit(":", 1)
-    return folding_linkage(folding_of(Circuit.from_notation(circuit).canonical(), int(crease)))
 
 
 def left_out(deployment):
@@ -66,7 +56,9 @@ def _counts(deployment, hinge):
 
 
 def motion(name, scene, keep=frozenset(), formulation="constrained", **options):
-    return deploy(subject(name), scene, formulation, tolerance=TOLERANCE, keep=frozenset(keep), margin=None, **options)
+    return deploy(
+        linkage_named(name), scene, formulation, tolerance=TOLERANCE, keep=frozenset(keep), margin=None, **options
+    )
 
 
 MIRRORED = [
@@ -113,7 +105,7 @@ def test_half_of_a_motion_without_inertia():
     [{"springs": ((1, "linear:0.2"),)}, {"gravity": (0.5, 0.3, 0.0)}, {"gravity": (0.3, 0.0, -9.81)}],
 )
 def test_what_breaks_the_symmetry_keeps_both_halves(changes):
-    compiled = compile_scene(subject("thesis-4x4"), replace(DEFAULT, **changes))
+    compiled = compile_scene(linkage_named("thesis-4x4"), replace(DEFAULT, **changes))
     normal = [abs(np.array(changes.get("gravity", (1, 0, 0)))[axis]) for axis in (0, 1)]
     assert max(normal) > 0.0
     assert compiled.factor == 1.0
@@ -121,7 +113,7 @@ def test_what_breaks_the_symmetry_keeps_both_halves(changes):
 
 
 def test_gravity_in_the_mirror_plane_keeps_the_symmetry():
-    linkage = subject("thesis-4x4")
+    linkage = linkage_named("thesis-4x4")
     factors = [
         compile_scene(linkage, replace(DEFAULT, gravity=gravity)).factor
         for gravity in ((0.0, 0.0, -9.81), (9.81, 0.0, 0.0), (0.0, 9.81, 0.0))
@@ -145,7 +137,7 @@ def test_panels_on_parallel_hinges_need_no_third_dimension(name, scene):
 
 
 def test_hinges_in_two_directions_need_the_third_dimension():
-    compiled = compile_scene(subject("hex:0234550132:4"), DEFAULT)
+    compiled = compile_scene(linkage_named("hex:0234550132:4"), DEFAULT)
     assert "third dimension" not in {omission.name for omission in compiled.omissions}
 
 
@@ -165,17 +157,17 @@ def test_stops_that_the_energy_does_not_reach(name, start, hinge):
 
 def test_stops_within_reach_stay():
     scene = replace(DEFAULT, start=0.3, springs=((0, "linear:0.001"),))
-    compiled = compile_scene(subject("hex:0234550132:4"), scene)
+    compiled = compile_scene(linkage_named("hex:0234550132:4"), scene)
     assert compiled.system.drives[compiled.joint_of[0]].upper == math.pi
-    earth = compile_scene(subject("hex:0234550132:4"), replace(scene, gravity=(0.0, 0.0, -9.81)))
+    earth = compile_scene(linkage_named("hex:0234550132:4"), replace(scene, gravity=(0.0, 0.0, -9.81)))
     assert all(drive.upper == math.pi for drive in earth.system.drives)
 
 
 def test_pairs_that_are_left_out_are_hinged_or_mirrored():
-    whole = compile_scene(subject("thesis-4x4"), DEFAULT, keep=FULL)
+    whole = compile_scene(linkage_named("thesis-4x4"), DEFAULT, keep=FULL)
     pattern = whole.linkage.pattern
     assert whole.apart == {(hinge.first, hinge.second) for hinge in pattern.hinges}
-    half = compile_scene(subject("thesis-4x4"), DEFAULT)
+    half = compile_scene(linkage_named("thesis-4x4"), DEFAULT)
     assert half.apart > whole.apart
 
 
@@ -227,7 +219,7 @@ def test_a_light_base_keeps_the_momentum_of_the_whole():
 
 
 def test_the_base_is_the_panel_and_what_it_carries():
-    compiled = compile_scene(subject("hex:0234550132:4"), FLOATING)
+    compiled = compile_scene(linkage_named("hex:0234550132:4"), FLOATING)
     panel = panel_bodies(compiled.linkage, FLOATING.density)[compiled.linkage.base]
     base = compiled.system.bodies[5]
     assert base.mass == pytest.approx(panel.mass + 0.1)
@@ -252,19 +244,19 @@ def test_the_base_is_the_panel_and_what_it_carries():
 )
 def test_scenes_that_cannot_be_are_refused(changes, message):
     with pytest.raises(HcsearchError, match=message):
-        compile_scene(subject("hex:0234550132:4"), replace(DEFAULT, **changes))
+        compile_scene(linkage_named("hex:0234550132:4"), replace(DEFAULT, **changes))
 
 
 def test_names_that_are_not_left_out_are_refused():
     with pytest.raises(HcsearchError, match="nothing called 'gravity' is left out: choose from half, third dimension"):
-        compile_scene(subject("hex:0234550132:4"), DEFAULT, keep=frozenset({"gravity"}))
+        compile_scene(linkage_named("hex:0234550132:4"), DEFAULT, keep=frozenset({"gravity"}))
     with pytest.raises(HcsearchError, match="there is no scene 'moon': choose one of default, earth"):
         scene_named("moon")
 
 
 def test_a_start_that_does_not_close_is_refused_far_from_the_folded_state():
     with pytest.raises(HcsearchError, match=r"no closed state lies near 0\.5 .*: start nearer to 1"):
-        compile_scene(subject("hex:0234451512:0"), replace(DEFAULT, start=0.5))
-    locked = subject("hex:0234535012:4")
+        compile_scene(linkage_named("hex:0234451512:0"), replace(DEFAULT, start=0.5))
+    locked = linkage_named("hex:0234535012:4")
     compiled = compile_scene(locked, DEFAULT)
     assert (compiled.of_hinges(compiled.start[None], compiled.start[None])[0][0] == locked.folded).all()

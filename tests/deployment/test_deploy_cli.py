@@ -31,9 +31,10 @@ KEYS = [
     "flat_time_s",
     "end_time_s",
     "widest_angle_rad",
-    "first_contact_s",
-    "contact_panels",
-    "contact_depth_mm",
+    "clearance",
+    "collision_s",
+    "collision_panels",
+    "min_clearance_mm",
     "energy_start_J",
     "energy_damped_J",
     "energy_lost_at_stops_J",
@@ -94,7 +95,7 @@ def test_json_is_plain_and_complete():
     assert all(set(row) == {"name", "what", "why"} for row in facts["left_out"])
 
 
-def test_json_tells_events_and_contact():
+def test_json_tells_events_and_clearance():
     facts = told("hex:0234550132:4")
     assert facts["outcome"] == "flat"
     assert facts["flat_time_s"] == facts["end_time_s"]
@@ -102,10 +103,11 @@ def test_json_tells_events_and_contact():
     assert set(hit) == {"time_s", "hinges", "kind", "speed_rad_s"}
     assert hit["kind"] == "hit"
     assert all(0 <= hinge < 8 for event in facts["events"] for hinge in event["hinges"])
+    assert [facts[key] for key in ("clearance", "collision_s", "collision_panels")] == ["clear", None, None]
+    assert facts["min_clearance_mm"] == pytest.approx(0.575, abs=1e-3)
     facts = told("hex:02234400:1")
-    assert facts["contact_panels"] == [3, 5]
-    assert 0.2 < facts["contact_depth_mm"] < 1.0
-    assert 0.0 < facts["first_contact_s"] < facts["flat_time_s"]
+    assert [facts[key] for key in ("clearance", "collision_panels", "min_clearance_mm")] == ["collides", [3, 5], None]
+    assert 0.0 < facts["collision_s"] < facts["flat_time_s"]
 
 
 @pytest.mark.parametrize("spring", ["linear:1e300", "linear:1e160"])

@@ -1,4 +1,4 @@
-"""Deployments: formulations agree where they must, books of energy, every outcome, and contact."""
+"""Deployments: formulations agree where they must, books of energy, every outcome, and clearance."""
 
 import math
 from dataclasses import replace
@@ -8,25 +8,14 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.circuit import Circuit
-from hcsearch.collision.penetration import first_cut, penetration
 from hcsearch.deployment.arrivals import arrivals
 from hcsearch.deployment.deploying import FLAT, STEEP, STILL, deploy
-from hcsearch.deployment.subjects import folding_linkage
 from hcsearch.errors import HcsearchError
-from hcsearch.folding import folding_of
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import SCENES
+from tests.linkages import linkage_named
 
 DEFAULT = SCENES["default"]
-
-
-def subject(name):
-    if name in ASSEMBLIES:
-        return Linkage(ASSEMBLIES[name].build(ASSEMBLIES[name].defaults))
-    circuit, crease = name.rsplit(":", 1)
-    return folding_linkage(folding_of(Circuit.from_notation(circuit).canonical(), int(crease)))
 
 
 def angles_at(deployment, times):
@@ -37,8 +26,8 @@ def angles_at(deployment, times):
 @pytest.mark.parametrize("scene", ["default", "thesis"])
 def test_springs_at_cut_hinges_hold_as_exact_loops_do(scene):
     scene = replace(SCENES[scene], seconds=0.02)
-    exact = deploy(subject("thesis-4x4"), scene, tolerance=1e-7, margin=None)
-    springs = deploy(subject("thesis-4x4"), scene, "penalty", margin=None)
+    exact = deploy(linkage_named("thesis-4x4"), scene, tolerance=1e-7, margin=None)
+    springs = deploy(linkage_named("thesis-4x4"), scene, "penalty", margin=None)
     assert exact.compiled.system.stop_stiffness == 0.0
     assert springs.compiled.system.stop_stiffness == 1e6
     assert (springs.compiled.joint_of < 0).sum() == 1
@@ -54,8 +43,8 @@ def test_springs_at_cut_hinges_hold_as_exact_loops_do(scene):
 @pytest.mark.slow
 def test_compliant_stops_are_hit_as_hard_ones_are():
     scene = replace(DEFAULT, seconds=0.135)
-    exact = deploy(subject("thesis-4x4"), scene, tolerance=1e-8, margin=None)
-    springs = deploy(subject("thesis-4x4"), scene, "penalty", margin=None, max_steps=100_000)
+    exact = deploy(linkage_named("thesis-4x4"), scene, tolerance=1e-8, margin=None)
+    springs = deploy(linkage_named("thesis-4x4"), scene, "penalty", margin=None, max_steps=100_000)
     hit = exact.motion.events[0]
     assert hit.kind == "hit"
     hinges = np.flatnonzero(exact.compiled.joint_of == hit.joint)
@@ -69,7 +58,7 @@ def test_compliant_stops_are_hit_as_hard_ones_are():
 
 @pytest.mark.slow
 def test_hinges_come_to_hard_and_to_compliant_stops_in_the_same_order():
-    scene, linkage = replace(DEFAULT, seconds=0.21), subject("thesis-4x4")
+    scene, linkage = replace(DEFAULT, seconds=0.21), linkage_named("thesis-4x4")
     exact = deploy(linkage, scene, tolerance=1e-8, margin=None)
     whole = deploy(linkage, scene, tolerance=1e-8, margin=None, keep=frozenset(["half"]))
     springs = deploy(linkage, scene, "penalty", margin=None, max_steps=100_000)
@@ -91,7 +80,7 @@ def test_springs_that_give_way_too_far_are_no_answer():
     gaps = []
     for stiffness in (1e8, 1e6, 1e2):
         scene = replace(DEFAULT, seconds=0.01, cut_stiffness=stiffness)
-        found = deploy(subject("thesis-4x4"), scene, "penalty", tolerance=1e-5, margin=None)
+        found = deploy(linkage_named("thesis-4x4"), scene, "penalty", tolerance=1e-5, margin=None)
         gaps.append(found.motion.gap)
     assert 0.0 < 20 * gaps[0] < gaps[1] < 1e-3 < gaps[2]
     assert found.outcome == "diverged"
@@ -100,7 +89,7 @@ def test_springs_that_give_way_too_far_are_no_answer():
 
 
 def test_an_arrival_is_no_bounce():
-    found = deploy(subject("thesis-4x4"), replace(DEFAULT, seconds=0.17, restitution=0.5), margin=None)
+    found = deploy(linkage_named("thesis-4x4"), replace(DEFAULT, seconds=0.17, restitution=0.5), margin=None)
     hits = [event for event in found.motion.events if event.kind == "hit"]
     assert len(hits) > 3
     (arrival,) = arrivals(found)
@@ -110,10 +99,14 @@ def test_an_arrival_is_no_bounce():
 
 def test_springs_across_the_loops_come_to_exact_closure_as_they_stiffen():
     scene = replace(DEFAULT, seconds=0.05)
-    exact = deploy(subject("thesis-4x4"), scene, tolerance=1e-9, margin=None)
+    exact = deploy(linkage_named("thesis-4x4"), scene, tolerance=1e-9, margin=None)
     for stiffness in (1e6, 1e7, 1e8):
         found = deploy(
-            subject("thesis-4x4"), replace(scene, cut_stiffness=stiffness), "compliant", tolerance=1e-7, margin=None
+            linkage_named("thesis-4x4"),
+            replace(scene, cut_stiffness=stiffness),
+            "compliant",
+            tolerance=1e-7,
+            margin=None,
         )
         assert found.outcome == "moving"
         assert found.motion.drift < 1e-8 * found.motion.stored[0]
@@ -122,7 +115,7 @@ def test_springs_across_the_loops_come_to_exact_closure_as_they_stiffen():
 
 
 def test_springs_across_the_loops_pass_where_exact_closure_is_singular():
-    linkage = subject("hex:023424540021:3")
+    linkage = linkage_named("hex:023424540021:3")
     exact = deploy(linkage, DEFAULT, tolerance=1e-4, margin=None)
     assert exact.outcome == "diverged"
     assert exact.reason.endswith("take the compliant formulation, or start further from a singular state")
@@ -136,12 +129,12 @@ def test_springs_without_stiffness_close_nothing():
     scene = replace(DEFAULT, cut_stiffness=0.0)
     for formulation in ("compliant", "penalty"):
         with pytest.raises(HcsearchError, match="cut_stiffness cannot be 0"):
-            deploy(subject("element-8r"), scene, formulation, margin=None)
-    assert deploy(subject("element-8r"), replace(scene, seconds=0.01), margin=None).outcome == "moving"
+            deploy(linkage_named("element-8r"), scene, formulation, margin=None)
+    assert deploy(linkage_named("element-8r"), replace(scene, seconds=0.01), margin=None).outcome == "moving"
 
 
 def test_motion_without_inertia_is_the_limit_of_great_damping():
-    linkage = subject("thesis-4x4")
+    linkage = linkage_named("thesis-4x4")
     slow = []
     for factor in (30.0, 100.0):
         scene = replace(DEFAULT, damping=0.0043 * factor, seconds=0.03 * factor)
@@ -154,7 +147,7 @@ def test_motion_without_inertia_is_the_limit_of_great_damping():
 
 
 def test_the_implicit_method_is_right_on_a_heavily_damped_scene():
-    linkage = subject("hex:0234550132:4")
+    linkage = linkage_named("hex:0234550132:4")
     scene = replace(DEFAULT, damping=300 * 0.0043, seconds=0.3)
     stiff = deploy(linkage, scene, method="implicit", tolerance=1e-7, margin=None)
     plain = deploy(linkage, scene, method="dormand-prince", tolerance=1e-8, margin=None)
@@ -168,7 +161,7 @@ def test_the_implicit_method_is_right_on_a_heavily_damped_scene():
 def test_the_energy_balance_holds_the_better_the_less_tolerance(name):
     drifts = []
     for tolerance in (1e-4, 1e-6, 1e-8):
-        found = deploy(subject(name), replace(DEFAULT, seconds=0.1), tolerance=tolerance, margin=None)
+        found = deploy(linkage_named(name), replace(DEFAULT, seconds=0.1), tolerance=tolerance, margin=None)
         motion = found.motion
         total = motion.kinetic + motion.stored + motion.height + motion.in_stops + motion.damped + motion.lost
         assert np.abs(total - total[0]).max() == motion.drift
@@ -180,7 +173,7 @@ def test_the_energy_balance_holds_the_better_the_less_tolerance(name):
 
 
 def test_what_is_stored_at_the_start_is_what_the_springs_hold():
-    found = deploy(subject("element-8r"), DEFAULT, margin=None)
+    found = deploy(linkage_named("element-8r"), DEFAULT, margin=None)
     springs = sum(0.5 * 0.1 * angle**2 for angle in found.angles[0])
     assert found.compiled.factor * found.motion.stored[0] == pytest.approx(springs, rel=1e-12)
     assert found.motion.damped[-1] == pytest.approx(springs, rel=0.01)  # flat and slow at the end
@@ -189,7 +182,7 @@ def test_what_is_stored_at_the_start_is_what_the_springs_hold():
 def test_the_time_of_flatness_does_not_follow_the_steps():
     times = []
     for tolerance in (1e-3, 1e-5, 1e-9):
-        found = deploy(subject("element-8r"), DEFAULT, tolerance=tolerance, margin=None)
+        found = deploy(linkage_named("element-8r"), DEFAULT, tolerance=tolerance, margin=None)
         assert np.abs(found.angles[-1]).max() == pytest.approx(FLAT, rel=1e-3)
         times.append(found.flat_time)
     assert times[1] == pytest.approx(times[2], abs=1e-6)
@@ -197,8 +190,8 @@ def test_the_time_of_flatness_does_not_follow_the_steps():
 
 
 def test_flat():
-    found = deploy(subject("element-8r"), DEFAULT)
-    assert (found.outcome, found.contact) == ("flat", None)
+    found = deploy(linkage_named("element-8r"), DEFAULT)
+    assert (found.outcome, found.clearance.kind) == ("flat", "clear")
     assert found.flat_time == found.motion.times[-1] == pytest.approx(0.26965, abs=1e-5)
     widest = np.abs(found.angles).max(axis=1)
     assert widest[-1] == pytest.approx(FLAT, abs=1e-9)
@@ -207,7 +200,7 @@ def test_flat():
 
 
 def test_moving():
-    found = deploy(subject("element-8r"), replace(DEFAULT, seconds=0.05))
+    found = deploy(linkage_named("element-8r"), replace(DEFAULT, seconds=0.05))
     assert (found.outcome, found.flat_time) == ("moving", None)
     assert found.motion.times[-1] == pytest.approx(0.05)
     widest = np.abs(found.angles[-1]).max()
@@ -215,7 +208,7 @@ def test_moving():
 
 
 def test_at_rest_from_the_start_where_it_is_locked():
-    linkage = subject("hex:0234535012:4")
+    linkage = linkage_named("hex:0234535012:4")
     found = deploy(linkage, DEFAULT)
     assert found.outcome == "at rest"
     assert found.motion.times.tolist() == [0.0]
@@ -224,21 +217,21 @@ def test_at_rest_from_the_start_where_it_is_locked():
 
 
 def test_at_rest_where_springs_balance():
-    found = deploy(subject("hex:023350:1"), replace(DEFAULT, spring="linear:0.1-0.1", seconds=3.0))
+    found = deploy(linkage_named("hex:023350:1"), replace(DEFAULT, spring="linear:0.1-0.1", seconds=3.0))
     assert found.outcome == "at rest"
     assert np.abs(found.rates[-1]).max() < STILL
     assert 0.1 < np.abs(found.angles[-1]).max() < math.pi
 
 
 def test_jammed():
-    found = deploy(subject("hex:0234405022:1"), DEFAULT, tolerance=1e-5)
+    found = deploy(linkage_named("hex:0234405022:1"), DEFAULT, tolerance=1e-5)
     assert found.outcome == "jammed"
     assert found.reason.startswith(f"at {found.motion.times[-1]:.4g} s stops and loops let nothing move on: hinges 0")
     assert len(found.motion.events) >= 40
 
 
 def test_out_of_steps():
-    found = deploy(subject("element-8r"), DEFAULT, max_steps=10)
+    found = deploy(linkage_named("element-8r"), DEFAULT, max_steps=10)
     assert found.outcome == "out of steps"
     assert found.motion.steps == 10
     assert found.reason.startswith("10 steps reach to ")
@@ -246,13 +239,13 @@ def test_out_of_steps():
 
 
 def test_diverged_where_no_step_is_short_enough():
-    found = deploy(subject("hex:023350:1"), replace(DEFAULT, spring="linear:1e300"))
+    found = deploy(linkage_named("hex:023350:1"), replace(DEFAULT, spring="linear:1e300"))
     assert found.outcome == "diverged"
     assert found.reason == "no step is short enough at 0 s: raise the tolerance, or take the implicit method"
 
 
 def test_diverged_where_the_base_turns_too_far():
-    linkage = subject("square:0123:0")
+    linkage = linkage_named("square:0123:0")
     scene = replace(DEFAULT, held="free", base_mass=0.001, base_inertia=(1e-7, 1e-7, 1e-7))
     whole = frozenset({"half"})
     found = deploy(linkage, scene, keep=whole, margin=None)
@@ -267,27 +260,27 @@ def test_diverged_where_the_base_turns_too_far():
 @pytest.mark.parametrize("tolerance", [0.0, -1e-6, 1e-14, 0.2, math.nan, math.inf])
 def test_tolerances_beyond_sense_are_refused(tolerance):
     with pytest.raises(HcsearchError, match=r"give one from 1e-13 to 0\.1"):
-        deploy(subject("hex:023350:1"), DEFAULT, tolerance=tolerance)
+        deploy(linkage_named("hex:023350:1"), DEFAULT, tolerance=tolerance)
 
 
 def test_unknown_methods_are_refused():
     with pytest.raises(HcsearchError, match="there is no method 'euler': choose one of bogacki-shampine"):
-        deploy(subject("hex:023350:1"), DEFAULT, method="euler")
+        deploy(linkage_named("hex:023350:1"), DEFAULT, method="euler")
 
 
 @pytest.mark.parametrize(("formulation", "scene"), [("constrained", "earth"), ("quasistatic", "default")])
 def test_the_same_scene_gives_the_same_bits(formulation, scene):
     scene = replace(SCENES[scene], seconds=0.2, restitution=0.3)
-    one, two = (deploy(subject("hex:0234550132:4"), scene, formulation) for _ in range(2))
+    one, two = (deploy(linkage_named("hex:0234550132:4"), scene, formulation) for _ in range(2))
     assert one.motion.steps > 10
     for name in ("times", "q", "v", "a", "stored", "damped", "lost"):
         assert getattr(one.motion, name).tobytes() == getattr(two.motion, name).tobytes()
     assert one.motion.events == two.motion.events
-    assert (one.outcome, one.reason, one.contact) == (two.outcome, two.reason, two.contact)
+    assert (one.outcome, one.reason, one.clearance) == (two.outcome, two.reason, two.clearance)
 
 
-def ball(linkage, angles, first, second):
-    """Radius of the largest ball in both of two panels, m, by linear programming; at most 0 where they are apart."""
+def ball(linkage, angles, first, second, margin=0.0):
+    """Radius of the largest ball in both of two panels that are shrunk by a margin, m; at most 0 where apart."""
     found = -math.inf
     poses = linkage.poses(angles)
     for one in linkage.pattern.panels[first]:
@@ -301,48 +294,59 @@ def ball(linkage, angles, first, second):
                 ends = [*(normals[:-2, :2] * corners).sum(axis=1), linkage.pattern.thickness, 0.0]
                 turn, shift = poses[panel][:, :3], poses[panel][:, 3]
                 rows += list(normals @ turn.T)
-                limits += list(ends + normals @ turn.T @ shift)
+                limits += list(np.array(ends) - margin + normals @ turn.T @ shift)
             table = np.column_stack([rows, np.ones(len(rows))])
-            solved = linprog([0, 0, 0, -1], table, limits, bounds=[(None, None)] * 4)
-            found = max(found, solved.x[3])
+            # in micrometres, as the solver allows 1e-7 of whatever unit
+            solved = linprog([0, 0, 0, -1], table, 1e6 * np.array(limits), bounds=[(None, None)] * 4)
+            found = max(found, 1e-6 * solved.x[3])
     return found
 
 
 @pytest.mark.parametrize(
-    ("name", "time", "panels"), [("thesis-4x4", 0.166, (0, 7)), ("hex:02234400:1", 0.0144, (3, 5))]
+    ("name", "time", "panels"), [("thesis-4x4", 0.165843, (0, 7)), ("hex:02234400:1", 0.012817, (3, 5))]
 )
-def test_the_first_contact_is_one_and_the_first(name, time, panels):
-    linkage = subject(name)
-    found = deploy(linkage, replace(DEFAULT, seconds=0.17), margin=1e-4)
-    contact = found.contact
-    assert contact.panels == panels
-    assert contact.time == pytest.approx(time, rel=0.02)
-    assert 2e-4 < contact.depth < 1e-3
-    (angles,) = angles_at(found, [contact.time])
-    assert penetration(linkage, angles) == pytest.approx(contact.depth)
-    others = first_cut(linkage, angles[None], 0.0, {panels})
-    assert others is None or others.depth < contact.depth
-    # a ball between two parallel faces has half the depth; no direction separates more easily
-    assert 0.2 * contact.depth < ball(linkage, angles, *panels) <= 0.5 * contact.depth * (1 + 1e-6)
-    hinged = {(hinge.first, hinge.second) for hinge in linkage.pattern.hinges}
-    for earlier in np.linspace(0.0, 0.9 * contact.time, 4):
-        (angles,) = angles_at(found, [earlier])
+def test_the_collision_is_one_and_the_first(name, time, panels):
+    linkage = linkage_named(name)
+    found = deploy(linkage, replace(DEFAULT, seconds=0.17))
+    clearance = found.clearance
+    assert (clearance.kind, clearance.panels, clearance.gap) == ("collides", panels, None)
+    assert clearance.time == pytest.approx(time, abs=2e-6)
+    moments = clearance.time + np.array([-1e-5, 0.0, 1e-5])
+    balls = [ball(linkage, angles, *panels, clearance.margin) for angles in angles_at(found, moments)]
+    assert balls[0] < -1e-8 < 1e-8 < balls[2]
+    assert -1e-9 < balls[1] < 1e-7  # by then they overlap by what the loops leave open
+    for angles in angles_at(found, np.linspace(0.0, 0.999 * clearance.time, 4)):
         for pair in combinations(range(linkage.n_panels), 2):
-            if pair not in hinged:
-                assert ball(linkage, angles, *pair) < 1.5e-4, (earlier, pair)
+            if pair not in found.compiled.apart:
+                assert ball(linkage, angles, *pair, clearance.margin) < 0.0, pair
 
 
-def test_the_eight_bar_element_has_no_contact():
-    linkage = subject("element-8r")
+def test_the_eight_bar_element_is_clear():
+    linkage = linkage_named("element-8r")
     found = deploy(linkage, DEFAULT)
-    assert found.contact is None
+    assert (found.clearance.kind, found.clearance.time, found.clearance.panels) == ("clear", None, None)
+    assert found.clearance.gap is None  # its panels part or close, and none does both
     assert len(found.compiled.apart) < math.comb(linkage.n_panels, 2)
     for angles in found.angles[:: len(found.angles) // 8]:
         assert max(ball(linkage, angles, *pair) for pair in combinations(range(linkage.n_panels), 2)) < 1e-6
 
 
-def test_contact_is_looked_for_only_where_it_is_wanted():
-    scene = replace(DEFAULT, seconds=0.05)
-    assert deploy(subject("hex:02234400:1"), scene).contact is not None
-    assert deploy(subject("hex:02234400:1"), scene, margin=None).contact is None
-    assert deploy(subject("hex:02234400:1"), scene, margin=0.02).contact is None
+def test_springs_at_cut_hinges_are_certified_too():
+    scene = replace(DEFAULT, seconds=0.02)
+    exact, springs = (deploy(linkage_named("hex:02234400:1"), scene, f) for f in ("constrained", "penalty"))
+    assert exact.clearance.kind == springs.clearance.kind == "collides"
+    assert exact.clearance.panels == springs.clearance.panels
+    assert springs.clearance.time == pytest.approx(exact.clearance.time, abs=1e-4)
+
+
+def test_clearance_is_looked_for_only_where_it_is_wanted():
+    scene, linkage = replace(DEFAULT, seconds=0.05), linkage_named("hex:02234400:1")
+    assert deploy(linkage, scene).clearance.margin == 1e-4
+    assert deploy(linkage, scene, margin=None).clearance is None
+    assert deploy(linkage, scene, margin=2e-4).clearance.margin == 2e-4
+
+
+@pytest.mark.parametrize("margin", [0.0, -1e-4, 0.003, 0.02, math.nan])
+def test_margins_that_leave_nothing_are_refused(margin):
+    with pytest.raises(HcsearchError, match="leaves nothing of a panel: give more than 0 and less than 3 mm"):
+        deploy(linkage_named("hex:023350:1"), replace(DEFAULT, seconds=0.01), margin=margin)

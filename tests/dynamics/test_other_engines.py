@@ -6,15 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.bench import exudyn_system, mujoco_system, pinocchio_system
-from hcsearch.circuit import Circuit
 from hcsearch.deployment.compiling import OMISSIONS, compile_scene
-from hcsearch.deployment.subjects import folding_linkage
 from hcsearch.dynamics.simulation import simulate
-from hcsearch.folding import folding_of
-from hcsearch.linkage import Linkage
 from hcsearch.scenes import SCENES
+from tests.linkages import linkage_named
 
 pytestmark = pytest.mark.slow
 
@@ -27,17 +23,10 @@ NAMES = ("thesis-4x4", "hex:023224350400:4")
 END = 0.03
 
 
-def linkage_of(name):
-    if name in ASSEMBLIES:
-        return Linkage(ASSEMBLIES[name].build(ASSEMBLIES[name].defaults))
-    circuit, crease = name.rsplit(":", 1)
-    return folding_linkage(folding_of(Circuit.from_notation(circuit).canonical(), int(crease)))
-
-
 def unstopped(name, scene):
     """The scene with nothing left out, and without stops, which nothing hits in the time; its start."""
     compiled = compile_scene(
-        linkage_of(name), replace(SCENES["default"], **SCENE_CHANGES[scene]), keep=frozenset(OMISSIONS)
+        linkage_named(name), replace(SCENES["default"], **SCENE_CHANGES[scene]), keep=frozenset(OMISSIONS)
     )
     drives = tuple(replace(drive, lower=-math.inf, upper=math.inf) for drive in compiled.system.drives)
     return replace(compiled.system, drives=drives), compiled.start

@@ -26,9 +26,10 @@ STILL = 1e-9
 
 @compiled
 def opening(tree: Tree, states: States, cubic: bool, work: Work) -> float:
-    """Greatest closure residual (rad, or gap over size) of a motion's states, and in the middle between each.
+    """Greatest closure residual (rad, or gap over size) of a motion's states, and at three places between each.
 
-    A polynomial through exact states and rates at both ends strays most in the middle.
+    A polynomial through exact states and rates at both ends strays most in the middle, or first to one side, then to
+    the other.
     """
     times, q, v, a = states
     course, angles = np.empty((q.shape[1], TERMS)), np.empty(q.shape[1])
@@ -39,9 +40,10 @@ def opening(tree: Tree, states: States, cubic: bool, work: Work) -> float:
         h = times[k + 1] - times[k] if k + 1 < len(times) else 0.0
         if h > 0.0:
             write_course(h, cubic, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], course)
-            follow(course, 0.5, angles)
-            place(tree, angles, work)
-            worst = max(worst, weld_errors(tree, work, work.errors))
+            for share in (0.25, 0.5, 0.75):
+                follow(course, share, angles)
+                place(tree, angles, work)
+                worst = max(worst, weld_errors(tree, work, work.errors))
     return worst
 
 
