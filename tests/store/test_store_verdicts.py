@@ -34,7 +34,7 @@ def batch(status=None, trials=(), locked=False):
         numbers = np.full(4, np.nan), np.full(4, np.nan)
         for one in trials:
             if one.status == "deploys":
-                numbers[0][UNTWISTED] = np.nan if one.clearance is None else one.clearance
+                numbers[0][UNTWISTED] = one.clearance
                 numbers[1][UNTWISTED] = one.deploy_time
         found = DeploymentBatch([None, None, None, status], *numbers, tuple(trials))
     return replace(
@@ -108,8 +108,3 @@ def test_a_verdict_comes_after_mobility(database):
     assert told(database) == ["undecided", None, None, None]
     store(database, batch("deploys", [COLLIDES, DEPLOYS]))
     assert told(database) == ["deploys", 1, 1.5, 0.5]
-
-
-def test_a_gap_that_nobody_comes_to_is_null(database):
-    store(database, batch("deploys", [replace(DEPLOYS, clearance=None)]))
-    assert told(database) == ["deploys", 1, None, 0.5]
