@@ -124,8 +124,8 @@ class Report:
             Table(
                 "quick",
                 "The quick check",
-                "Of all untwisted foldings, locked ones included: linkage, start, simulation to flat or for 1 s, first "
-                "contact. `tenth_ms`: one tenth takes longer.",
+                "Of all untwisted foldings, locked ones included: linkage, start, simulation to flat or for 1 s, "
+                "clearance. `tenth_ms`: one tenth takes longer.",
                 self.quick,
             ),
             Table("goals", "Goals", f"Ratios of run times at an error of {ERROR:g} rad.", self.goals),
@@ -211,7 +211,7 @@ def goals_of(
         _between(
             "quick check of one design of 12 panels, median ms",
             *(None, 50.0, None if median is None else median.median_ms),
-            "" if median is None else f"simulation {median.simulation_ms:.0f}, contact {median.contact_ms:.0f} ms",
+            "" if median is None else f"simulation {median.simulation_ms:.0f}, clearance {median.clearance_ms:.0f} ms",
         ),
     ]
 

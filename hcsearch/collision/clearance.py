@@ -94,9 +94,18 @@ def pairs_of(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> Pairs
 def slack_of(linkage: Linkage, gap: float) -> float:
     """What panels may be elsewhere (m) where loops are open by a gap (rad, or over the pattern's size).
 
-    Half of the loop lies between a panel and the hinge at which the tree leaves the loop open, at most.
+    A panel that is reached the other way around a loop is turned by up to sqrt(3) gaps about a point of the loop, from
+    which no panel is further than half of all are wide, and moved by as much times the size. The rest of the factor is
+    for what lies between the places at which gaps are looked for.
     """
-    return 0.5 * linkage.n_panels * linkage.pattern.size * gap
+    pattern = linkage.pattern
+    widths = []
+    for facets in pattern.panels:
+        corners = np.concatenate([np.array(pattern.facets[facet]) for facet in facets])
+        across = np.linalg.norm(corners[:, None] - corners, axis=2).max()
+        widths.append(math.hypot(float(across), pattern.thickness))
+    reach = 0.5 * (sum(widths) + max(widths)) + pattern.size
+    return 2.0 * len(linkage.loops) * reach * gap
 
 
 def check_margin(linkage: Linkage, margin: float) -> None:

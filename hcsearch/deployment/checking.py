@@ -21,8 +21,8 @@ from hcsearch.dynamics.simulation import ENDINGS, plan_for, record_for
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.checking import Findings, Rules, Subject, check_all
 from hcsearch.kernels.clearance import CLEAR, COLLIDES
-from hcsearch.kernels.overlaps import Prisms
 from hcsearch.kernels.paths import Pairs
+from hcsearch.kernels.prisms import Prisms
 
 Reals = NDArray[np.float64]
 
@@ -63,7 +63,7 @@ class Check:
 class Solids(NamedTuple):
     """The panels of a linkage as the kernel takes them: prisms, those with the margin taken off, and pairs.
 
-    deepest : the margin (m) by which a panel would be gone.
+    deepest : the margin that would leave nothing of a panel, m.
     """
 
     prisms: Prisms

@@ -74,7 +74,7 @@ def _read(key: str, value: Any) -> Any:
 
 
 def read_file(path: str) -> dict[str, Any]:
-    """A TOML file: `design` or `assembly`, `panel_mm`, `flat_pairs`, `merge`, `formulation`; `[parameters]`, `[scene]`."""
+    """A TOML file: `design` or `assembly`, `panel_mm`, `flat_pairs`, `merge`, `formulation`, `parameters`, `scene`."""
     try:
         with Path(path).open("rb") as file:
             found = tomllib.load(file)

@@ -13,7 +13,7 @@ from hcsearch.dynamics.methods import method_named
 from hcsearch.dynamics.system import System
 from hcsearch.kernels.multibody import recording
 from hcsearch.kernels.multibody import simulation as kernel
-from hcsearch.kernels.multibody.between import opening
+from hcsearch.kernels.multibody.between import OPEN, States, opening, refined
 from hcsearch.kernels.multibody.cuts import cut_angles
 from hcsearch.kernels.multibody.motion import hold_for
 from hcsearch.kernels.multibody.steps import Plan
@@ -200,11 +200,18 @@ def plan_for(
     )
 
 
-def opening_of(system: System, motion: Motion) -> float:
-    """Greatest closure residual (rad, or gap over size) of a motion's states, and of what lies between them."""
-    tree, work = system.mechanism.tree, work_for(system.mechanism.tree)
-    states = (motion.times, motion.q, motion.v, motion.a)
-    return opening(tree, len(motion.times), *states, motion.cubic, work)
+def closed_between(system: System, motion: Motion) -> tuple[States, float]:
+    """The states of a motion, closed ones put between where loops open by more than `OPEN`, and what they still open.
+
+    States are times (k,), coordinates, velocities and accelerations (k, n_joints). Loops that springs close, or that
+    are cut open, stay as they are.
+    """
+    mechanism = system.mechanism
+    work = work_for(mechanism.tree)
+    states: States = (motion.times, motion.q, motion.v, motion.a)
+    if not motion.cubic and len(mechanism.tree.rows):
+        states = refined(mechanism, states, OPEN, work)
+    return states, opening(mechanism.tree, states, motion.cubic, work)
 
 
 def cut_states(system: System, q: Reals, v: Reals) -> tuple[Reals, Reals]:

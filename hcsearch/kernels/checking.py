@@ -13,7 +13,7 @@ from hcsearch.kernels.clearance import CLEAR, Answer, Search, judge
 from hcsearch.kernels.compiled import compiled
 from hcsearch.kernels.intervals import Course
 from hcsearch.kernels.loops import Chain
-from hcsearch.kernels.multibody.between import opening
+from hcsearch.kernels.multibody.between import OPEN, States, opening, refined
 from hcsearch.kernels.multibody.cuts import Cuts
 from hcsearch.kernels.multibody.explicit import Method
 from hcsearch.kernels.multibody.hinges import Hinges, Struts
@@ -22,8 +22,8 @@ from hcsearch.kernels.multibody.recording import Record
 from hcsearch.kernels.multibody.simulation import FLAT, TIME_OUT, simulate
 from hcsearch.kernels.multibody.steps import Plan
 from hcsearch.kernels.multibody.tree import Tree, work_for
-from hcsearch.kernels.overlaps import Prisms
 from hcsearch.kernels.paths import Pairs
+from hcsearch.kernels.prisms import Prisms
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -124,8 +124,11 @@ def _check(subject: Subject, rules: Rules, record: Record, found: Findings, i: i
             hold.branches[k] = 1 if subject.start[k] > subject.hinges.snaps_up[k] else 0
         simulate(mechanism, hold, rules.method, _until(plan, end), subject.start.copy(), np.zeros(n), work, record)
         states = record.counts[0]
-        course = _course(subject, record, cubic)
-        found.openings[i] = opening(tree, states, record.times, record.q, record.v, record.a, cubic, work)
+        motion = (record.times[:states], record.q[:states], record.v[:states], record.a[:states])
+        if not cubic:
+            motion = refined(mechanism, motion, OPEN, work)
+        found.openings[i] = opening(tree, motion, cubic, work)
+        course = _course(subject, motion, cubic)
         wanted = Search(subject.reach * found.openings[i], rules.margin, subject.deepest, rules.resolution)
         flat = record.counts[4] == FLAT
         verdict = judge(subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, wanted, flat, answer)
@@ -173,21 +176,15 @@ def _until(plan: Plan, end: float) -> Plan:
 
 
 @compiled
-def _course(subject: Subject, record: Record, cubic: bool) -> Course:
+def _course(subject: Subject, motion: States, cubic: bool) -> Course:
     """The motion of the fold angles."""
-    states, hinges = record.counts[0], len(subject.joint_of)
-    course = Course(
-        record.times[:states],
-        np.empty((states, hinges)),
-        np.empty((states, hinges)),
-        np.empty((states, hinges)),
-        cubic,
-    )
+    times, q, v, a = motion
+    states, hinges = len(times), len(subject.joint_of)
+    course = Course(times, np.empty((states, hinges)), np.empty((states, hinges)), np.empty((states, hinges)), cubic)
     for s in range(states):
         for k in range(hinges):
             joint = subject.joint_of[k]
-            course.angles[s, k], course.rates[s, k] = record.q[s, joint], record.v[s, joint]
-            course.accelerations[s, k] = record.a[s, joint]
+            course.angles[s, k], course.rates[s, k], course.accelerations[s, k] = q[s, joint], v[s, joint], a[s, joint]
     return course
 
 

@@ -11,6 +11,7 @@ from importlib.metadata import version
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch import deployment
 from hcsearch.enumeration import Search
 from hcsearch.errors import DatabaseError
 from hcsearch.kernels.words import insert_fingerprints
@@ -28,7 +29,7 @@ from hcsearch.store import (
     start_run,
 )
 
-SMALL = 5_000_000  # circuits
+SMALL, SMALL_DEPLOYED = 5_000_000, 3_000  # circuits
 _GROUPS = 25
 _MAX_WAITING = 200_000  # designs, of about 500 bytes
 _UNIT_SIZE = 10_000  # circuits, where a search cannot say how many it has
@@ -52,10 +53,16 @@ class Plan:
         _ = self.search.prefixes  # what is too large to list is refused before a database is touched
 
     @property
+    def deploys(self) -> bool:
+        """Whether deployments are checked, which takes a thousand times longer than all else."""
+        return deployment.STAGE in stages_until(self.until)
+
+    @property
     def small(self) -> bool:
         """Whether the run takes seconds: other processes would take longer to start, and a probe to answer."""
         expected = self.search.expected
-        return (len(self.search.prefixes) * _UNIT_SIZE if expected is None else expected) < SMALL
+        circuits = len(self.search.prefixes) * _UNIT_SIZE if expected is None else expected
+        return circuits < (SMALL_DEPLOYED if self.deploys else SMALL)
 
     @property
     def hands(self) -> Crew:
@@ -64,8 +71,10 @@ class Plan:
 
     @property
     def threads(self) -> int:
-        """Threads of each process: several where one process works."""
-        return self.crew.jobs if self.hands.jobs == 1 and self.hands.scheduler is None else 1
+        """Threads of each process, where there are fewer processes at work than cores."""
+        if self.crew.scheduler is not None:
+            return 1
+        return max(1, self.crew.jobs // min(self.hands.jobs, max(1, len(self.search.prefixes))))
 
     @property
     def work(self) -> Work:

@@ -1,0 +1,130 @@
+"""The quick check of many foldings in one call against one deployment at a time."""
+
+from dataclasses import replace
+
+import pytest
+
+from hcsearch.deployment.checking import check
+from hcsearch.deployment.compiling import compile_scene
+from hcsearch.deployment.deploying import deploy, run
+from hcsearch.errors import HcsearchError
+from hcsearch.scenes import SCENES
+from tests.linkages import linkage_named
+
+DEFAULT = SCENES["default"]
+TOLERANCE = 1e-5
+NAMES = [
+    "hex:0234550132:4",  # flat and clear
+    "hex:02234400:1",  # flat, collides
+    "hex:0234535012:4",  # locked: at rest
+    "hex:0234405022:1",  # jammed
+    "hex:0233340501:3",
+    "hex:023424540021:3",  # diverges at a singular state
+    "square:01222300:3",  # half of it is simulated
+    "square:0123:0",  # a single joint
+    "hex:023350:1",  # in the plane
+    "thesis-4x4",
+    "element-8r",
+    "square:012230:1",
+]
+VERDICTS = {"clear": True, "collides": False, "undecided": None}
+
+
+def compiled(name, formulation="constrained", **changes):
+    return compile_scene(linkage_named(name), replace(DEFAULT, **changes), formulation)
+
+
+def agrees(found, one):
+    """An entry tells what a deployment of its own does, to the last bit."""
+    motion, clearance = one.motion, one.clearance
+    assert found.outcome == one.outcome
+    assert found.end_time == motion.times[-1]
+    assert (found.steps, found.evaluations) == (len(motion.times) - 1, motion.evaluations)
+    assert found.clear is VERDICTS[clearance.kind]
+    assert found.looks == clearance.looks
+    assert found.collision == ((clearance.time, clearance.panels) if clearance.kind == "collides" else None)
+    assert found.gap == clearance.gap
+    assert found.drift == pytest.approx(motion.drift / largest_energy(motion), rel=1e-12)
+    assert found.deploys is (one.outcome == "flat" and clearance.kind == "clear")
+
+
+def largest_energy(motion):
+    books = (motion.kinetic, motion.stored, motion.height, motion.in_stops, motion.damped, motion.lost)
+    return max(abs(book).max() for book in books)
+
+
+def test_each_entry_is_that_of_its_own_deployment():
+    scenes = [compiled(name) for name in NAMES]
+    found = check(scenes, tolerance=TOLERANCE)
+    assert {each.outcome for each in found} >= {"flat", "at rest", "jammed", "diverged"}
+    assert {each.clear for each in found} >= {True, False}
+    for scene, entry in zip(scenes, found, strict=True):
+        agrees(entry, run(scene, tolerance=TOLERANCE))
+    assert found[NAMES.index("hex:0234550132:4")].deploys
+    assert not found[NAMES.index("hex:02234400:1")].deploys
+
+
+def test_the_order_of_a_batch_does_not_matter():
+    scenes = [compiled(name, seconds=0.1) for name in NAMES]
+    found = check(scenes, tolerance=TOLERANCE)
+    assert check(scenes[::-1], tolerance=TOLERANCE) == found[::-1]
+    assert check(scenes[:1], tolerance=TOLERANCE) == found[:1]
+    twice = check([scenes[0], *scenes, scenes[0]], tolerance=TOLERANCE)
+    assert twice == [found[0], *found, found[0]]
+    assert check([]) == []
+
+
+def test_scenes_of_one_shape_may_differ():
+    """Springs, gravity and start are told of each; times and restitution part them into calls of their own."""
+    changes = [
+        {},
+        {"spring": "linear:0.2"},
+        {"gravity": (0.0, 0.0, -9.81)},
+        {"start": 0.99},
+        {"seconds": 0.05},
+        {"restitution": 0.5},
+        {"held": 3},
+        {"springs": ((0, "linear:0.05"),)},
+    ]
+    scenes = [compiled("hex:0233340501:3", **each) for each in changes]
+    found = check(scenes, tolerance=TOLERANCE, margin=2e-4)
+    assert len({each.end_time for each in found}) > 5
+    for scene, entry in zip(scenes, found, strict=True):
+        agrees(entry, run(scene, tolerance=TOLERANCE, margin=2e-4))
+
+
+@pytest.mark.slow
+def test_springs_across_the_loops_are_checked_too():
+    scenes = [compiled(name, "compliant", seconds=0.1) for name in ("hex:0234550132:4", "hex:023424540021:3")]
+    scenes.append(compiled("hex:0234550132:4", seconds=0.1))
+    found = check(scenes, tolerance=1e-4)
+    for scene, entry in zip(scenes, found, strict=True):
+        agrees(entry, run(scene, tolerance=1e-4))
+    assert found[0].end_time == pytest.approx(found[2].end_time, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("formulation", "changes"),
+    [
+        ("penalty", {}),
+        ("quasistatic", {}),
+        ("constrained", {"held": "free", "base_mass": 0.1, "base_inertia": (1e-4, 2e-4, 1e-4)}),
+    ],
+)
+def test_other_scenes_are_refused(formulation, changes):
+    scenes = [compiled("hex:023350:1"), compiled("hex:023350:1", formulation, **changes)]
+    with pytest.raises(HcsearchError, match="the quick check is of scenes with a panel held, constrained or compliant"):
+        check(scenes)
+
+
+def test_margins_that_leave_nothing_are_refused():
+    with pytest.raises(HcsearchError, match="leaves nothing of a panel: give more than 0 and less than 3 mm"):
+        check([compiled("hex:023350:1")], margin=0.003)
+
+
+def test_a_batch_tells_the_same_bits_again():
+    scenes = [compiled(name, seconds=0.1) for name in NAMES[:5]]
+    one, two = (check(scenes, tolerance=TOLERANCE) for _ in range(2))
+    assert one == two
+    again = deploy(linkage_named(NAMES[0]), replace(DEFAULT, seconds=0.1), tolerance=TOLERANCE)
+    agrees(one[0], again)
