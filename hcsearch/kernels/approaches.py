@@ -9,8 +9,8 @@ from hcsearch.kernels.compiled import compiled
 from hcsearch.kernels.courses import TERMS, follow, write_course
 from hcsearch.kernels.intervals import Course, book_for, nearest, relate
 from hcsearch.kernels.loops import Chain, place_panels
-from hcsearch.kernels.prisms import Prisms
 from hcsearch.kernels.paths import Pairs
+from hcsearch.kernels.prisms import Prisms
 
 Reals = NDArray[np.float64]
 
