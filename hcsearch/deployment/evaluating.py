@@ -103,10 +103,11 @@ class Evaluator:
         self.done += len(keys)
         self.recalled += sum(key in known for key in keys)
         missing = {key: scene for key, scene in zip(keys, scenes, strict=True) if key not in known}
-        fresh = dict(zip(missing, self._run([compiled(scene) for scene in missing.values()]), strict=True))
-        if fresh:
-            self._memory.record(fresh)
-        known |= fresh
+        if missing:
+            fresh = self._run([compiled(scene) for scene in missing.values()])
+            found = dict(zip(missing, fresh, strict=True))
+            self._memory.record(found)
+            known |= found
         return [known[key] for key in keys]
 
     def _run(self, scenes: Sequence[Compiled]) -> list[Check]:

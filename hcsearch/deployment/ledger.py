@@ -26,13 +26,15 @@ class Ledger:
 
     def record(self, found: Mapping[Key, Check]) -> None:
         """Store more, in one transaction."""
-        record_evaluations(self._database, [self._row(key, check) for key, check in found.items()])
+        record_evaluations(self._database, [self.row(self._subject, key, check) for key, check in found.items()])
         self._known |= found
 
-    def _row(self, key: Key, check: Check) -> dict[str, Any]:
+    @staticmethod
+    def row(subject: str, key: Key, check: Check) -> dict[str, Any]:
+        """A row of the table."""
         time, panels = (None, (None, None)) if check.collision is None else check.collision
         return {
-            "subject": self._subject,
+            "subject": subject,
             "setting": key.setting,
             "springs": key.springs,
             "outcome": check.outcome,
