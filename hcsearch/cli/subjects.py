@@ -60,7 +60,8 @@ def read_subject(name: str, options: dict[str, Any]) -> Subject:
 
     found = read_file(name) if name.endswith(".toml") else {}
     scene, formulation = _scene(found, options), found.get("formulation")
-    name = found.get("design") or found.get("assembly") or name
+    if found:
+        name = found["design"] if "design" in found else found["assembly"]
     panel = _panel(options["panel_text"] or found.get("panel_mm"))
     pairs = options["flat_pairs"] or found.get("flat_pairs", "rigid")
     merged = options["merge"] or bool(found.get("merge"))
