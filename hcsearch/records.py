@@ -59,9 +59,11 @@ class DesignBatch:
     n_foldings : None where the stage `foldings` has not run.
     folding_row, folding_crease : as in `FoldingBatch`.
     folding_twist, n_untwisted, min_twist : None where the stage `twist` has not run; min_twist is -1 without a folding.
-    mobility, best_crease, locked : None where the stage `mobility` has not run. `mobility` has a row a folding;
-        best_crease is that of the untwisted folding with the lowest dof, then crease, or -1; locked tells whether all
-        untwisted foldings are.
+    mobility, best_crease : None where the stage `mobility` has not run. `mobility` has a row a folding; best_crease is
+        that of the untwisted folding with the lowest dof, then crease, or -1.
+    folding_status : a word for each folding, None where it is twisted; status : the best of each design's foldings,
+        None without an untwisted one. None where the stage `mobility` has not run.
+    deployment : None where the stage `deployment` has not run; it has a row a folding.
     """
 
     grid: str
@@ -79,7 +81,9 @@ class DesignBatch:
     min_twist: Integers | None = None
     mobility: MobilityBatch | None = None
     best_crease: Integers | None = None
-    locked: NDArray[np.bool_] | None = None
+    folding_status: list[str | None] | None = None
+    status: list[str | None] | None = None
+    deployment: DeploymentBatch | None = None
 
     def __len__(self) -> int:
         return len(self.circuit)
@@ -101,6 +105,42 @@ class MobilityBatch:
     kutzbach_merged: Integers
     dof_merged: Integers
     locked: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A deployment of one folding of a batch in one scene: what it was, and what became of it.
+
+    folding : index in the batch. values : of the scene, as JSON. status : deploys, collides, undecided. reason : a
+    sentence. clearance : smallest gap, m; first_contact, deploy_time : s; None where there is none.
+    energy_error : greatest relative error of the energy balance. closure_error : greatest gap of the closed loop, m.
+    """
+
+    folding: int
+    scene: str
+    values: str
+    formulation: str
+    status: str
+    reason: str
+    clearance: float | None
+    first_contact: float | None
+    deploy_time: float | None
+    energy_error: float
+    closure_error: float
+
+
+@dataclass(frozen=True)
+class DeploymentBatch:
+    """Verdicts on a batch of foldings, one entry each, and the deployments that they are told from.
+
+    status : deploys, collides, undecided, locked; None where the folding is twisted. clearance (m), time (s) : of those
+        that deploy, in the first scene in which they do; NaN else, and where no pair of panels has a gap that counts.
+    """
+
+    status: list[str | None]
+    clearance: NDArray[np.float64]
+    time: NDArray[np.float64]
+    trials: tuple[Trial, ...]
 
 
 @dataclass(frozen=True)

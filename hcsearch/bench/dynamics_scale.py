@@ -13,6 +13,8 @@ from hcsearch.dynamics.laws import linear
 from hcsearch.dynamics.system import Drive, System
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
 
+EVALUATED = 100_000
+"""Panels times evaluations that are timed together."""
 STEPS, STEP = 200, 1e-6
 """Steps that are timed, and their length, s."""
 SIDE, THICKNESS, DENSITY = 0.05, 0.006, 547.0
@@ -20,9 +22,10 @@ SIDE, THICKNESS, DENSITY = 0.05, 0.006, 547.0
 
 @dataclass(frozen=True)
 class ScaleRow:
-    """A loop or chain of n panels: microseconds a step, over the accelerations evaluated in it, and those a panel.
+    """A loop or chain of n panels: microseconds an evaluation of the accelerations, also over the panels.
 
-    A step's projection and books are counted in. slope : of all sizes of this kind, by least squares of logarithms.
+    step_us : of a whole step with its projection, books and record, over the evaluations in it. slope : of the
+    evaluations of all sizes of this kind, by least squares of logarithms.
     """
 
     kind: str
@@ -30,6 +33,7 @@ class ScaleRow:
     evaluations: int
     evaluation_us: float
     panel_us: float
+    step_us: float
     slope: float
 
 
@@ -65,10 +69,35 @@ def scale_rows(sizes: Sequence[int], repeats: int) -> list[ScaleRow]:
 
 
 def _row(kind: str, system: System, repeats: int) -> ScaleRow:
+    n = system.n_joints
+    evaluations = max(1, EVALUATED // n)
+    evaluation = _evaluation_us(system, evaluations, repeats)
+    return ScaleRow(kind, n, evaluations, evaluation, evaluation / n, _step_us(system, repeats), 0.0)
+
+
+def _evaluation_us(system: System, evaluations: int, repeats: int) -> float:
+    from hcsearch.kernels.multibody.motion import accelerate, hold_for, largest_pivot  # noqa: PLC0415 - loads numba
+    from hcsearch.kernels.multibody.repeating import accelerate_often  # noqa: PLC0415
+    from hcsearch.kernels.multibody.tree import work_for  # noqa: PLC0415
+
+    mechanism, still = system.mechanism, np.zeros(system.n_joints)
+    hold, work, found = hold_for(mechanism, still), work_for(mechanism.tree), np.empty(system.n_joints)
+    scale = largest_pivot(mechanism, still, work)
+    accelerate(mechanism, hold, still, still, scale, True, work, found)
+
+    def run(times: int) -> float:
+        begin = time.perf_counter()
+        accelerate_often(mechanism, hold, still, still, scale, times, work, found)
+        return time.perf_counter() - begin
+
+    run(1)
+    return 1e6 * float(np.median([run(evaluations) for _ in range(repeats)])) / evaluations
+
+
+def _step_us(system: System, repeats: int) -> float:
     from hcsearch.dynamics.simulation import simulate  # noqa: PLC0415 - loads numba
 
-    n = system.n_joints
-    v = np.zeros(n)
+    v = np.zeros(system.n_joints)
 
     def run(steps: int) -> tuple[float, int]:
         # steps of one length, so short that none is rejected
@@ -83,8 +112,7 @@ def _row(kind: str, system: System, repeats: int) -> ScaleRow:
     for _ in range(repeats):
         fewest, many = run(STEPS // 10), run(STEPS)
         each.append((many[0] - fewest[0]) / (many[1] - fewest[1]))  # without what comes once a simulation
-    median = 1e6 * float(np.median(each))
-    return ScaleRow(kind, n, many[1], median, median / n, 0.0)
+    return 1e6 * float(np.median(each))
 
 
 def slope_of(sizes: Sequence[float], values: Sequence[float]) -> float:

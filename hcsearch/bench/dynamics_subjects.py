@@ -113,19 +113,21 @@ def subjects() -> list[Subject]:
     """
     array = "square:012222222223333300000000012222222210000000012222222210000000:13"
     return [
-        Subject("thesis-4x4", "4x4 squares, 12 panels", lambda: _assembly("thesis-4x4")),
-        Subject(LOOP, "16 squares, two pairs merged", lambda: _design("square:0121222323030001:5", merged=True)),
-        Subject("12 hexagons", "flat pairs rigid: 10 panels", lambda: _design("hex:023224350400:4")),
-        Subject("10x6 squares", "60 cells, flat pairs rigid: 58 panels", lambda: _design(array)),
-        Subject("unit-i", "21 panels, 4 loops", lambda: _assembly("unit-i"), until=0.07),
+        Subject("thesis-4x4", "4x4 squares, 12 panels", lambda: assembly("thesis-4x4")),
+        Subject(LOOP, "16 squares, two pairs merged", lambda: design("square:0121222323030001:5", merged=True)),
+        Subject("12 hexagons", "flat pairs rigid: 10 panels", lambda: design("hex:023224350400:4")),
+        Subject("10x6 squares", "60 cells, flat pairs rigid: 58 panels", lambda: design(array)),
+        Subject("unit-i", "21 panels, 4 loops", lambda: assembly("unit-i"), until=0.07),
     ]
 
 
-def _assembly(name: str) -> Linkage:
-    assembly = ASSEMBLIES[name]
-    return Linkage(assembly.build(assembly.defaults))
+def assembly(name: str) -> Linkage:
+    """An assembly by its name, as the thesis has it."""
+    found = ASSEMBLIES[name]
+    return Linkage(found.build(found.defaults))
 
 
-def _design(text: str, *, merged: bool = False) -> Linkage:
+def design(text: str, *, merged: bool = False) -> Linkage:
+    """The linkage of a folding by its notation, such as `hex:023224350400:4`."""
     notation, crease = text.rsplit(":", 1)
     return folding_linkage(folding_of(Circuit.from_notation(notation).canonical(), int(crease)), merged=merged)

@@ -14,6 +14,7 @@ from hcsearch.bench.work import OURS
 
 if TYPE_CHECKING:
     from hcsearch.bench.folding import FoldingRow
+    from hcsearch.bench.identification import DampingRow, SpringRow
 
     WorkPoint = tuple[str, str, str, float, float]
     """A run of a bench of error against time: problem, engine, label of its curve, seconds, error."""
@@ -139,4 +140,36 @@ def plot_work(points: Sequence[WorkPoint], ylabel: str, path: Path) -> None:
     for axes in pictures[len(names) :]:
         axes.set_axis_off()
     figure.legend(*pictures[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize="small")
+    figure.savefig(path, dpi=120)
+
+
+def plot_identification(damping: Sequence[DampingRow], springs: Sequence[SpringRow], path: Path) -> None:
+    """Errors against noise, of the damping test and of springs; what the program itself tells of them dashed."""
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    figure = Figure(figsize=(11, 4.5), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    rows = [row for row in damping if row.noise > 0.0]
+    noise = [row.noise for row in rows]
+    for colour, name, label in (
+        ("tab:blue", "frequency", "frequency f"),
+        ("tab:orange", "damping", "damping ratio ζ"),
+        ("tab:green", "coefficient", "damping coefficient c"),
+    ):
+        left.plot(noise, [getattr(row, f"{name}_error") for row in rows], "o-", color=colour, label=label)
+    left.plot(noise, [row.told_error for row in rows], "k--", label="standard error of c as told")
+    left.set(xlabel="noise, share of the swing's amplitude", ylabel="relative error, rms", title="Free vibration")
+    for k, law in enumerate(dict.fromkeys(row.law for row in springs)):
+        own = [row for row in springs if row.law == law and row.noise > 0.0]
+        label = law if len(law) < 30 else f"{law[:27]}..."
+        right.plot([row.noise for row in own], [row.moment_error for row in own], "o-", color=f"C{k}", label=label)
+    right.set(
+        xlabel="noise, share of the greatest moment",
+        ylabel="error of the moment, share of the greatest",
+        title="Springs",
+    )
+    for axes in (left, right):
+        axes.set(xscale="log", yscale="log")
+        axes.legend(fontsize="small")
+        axes.grid(alpha=0.3)
     figure.savefig(path, dpi=120)

@@ -16,6 +16,7 @@ from hcsearch.cli.bench import bench
 from hcsearch.cli.count import count
 from hcsearch.cli.deploy import deploy
 from hcsearch.cli.enumerate import enumerate_
+from hcsearch.cli.identify import identify
 from hcsearch.cli.query import query
 from hcsearch.cli.rank import rank
 from hcsearch.cli.report import report
@@ -53,7 +54,7 @@ def hcsearch() -> None:
     """Search for Hamiltonian-circuit designs of thick-panel arrays that fold into two stacks."""
 
 
-for command in (enumerate_, count, query, rank, show, report, assembly, deploy, units, bench):
+for command in (enumerate_, count, query, rank, show, report, assembly, deploy, identify, units, bench):
     hcsearch.add_command(command)
 
 

@@ -179,6 +179,20 @@ def dynamics(output: Path, quick: bool, repeats: int, json_file: Path | None) ->
     _finish(report, lambda folder: save_report(report, folder), output, json_file)
 
 
+@bench.command(epilog="Example: hcsearch bench collision --quick --json collision.json")
+@_common("collision")
+@_repeats
+def collision(output: Path, quick: bool, repeats: int, json_file: Path | None) -> None:
+    """Distances of pairs of panels, random, degenerate and stacked, and of all pairs of deployments, beside coal.
+
+    coal comes with Pinocchio, an extra: pip install 'hcsearch[bench]'.
+    """
+    from hcsearch.bench.collision import measure, save_report  # noqa: PLC0415
+
+    report = measure(quick=quick, repeats=repeats, say=_say)
+    _finish(report, lambda folder: save_report(report, folder), output, json_file)
+
+
 @bench.command(epilog="Example: hcsearch bench stability --quick --json stability.json")
 @_common("stability")
 def stability(output: Path, quick: bool, json_file: Path | None) -> None:
@@ -192,6 +206,16 @@ def stability(output: Path, quick: bool, json_file: Path | None) -> None:
     _finish(report, lambda folder: save_report(report, folder), output, json_file)
 
 
+@bench.command(epilog="Example: hcsearch bench identification --quick --json identification.json")
+@_common("identification")
+def identification(output: Path, quick: bool, json_file: Path | None) -> None:
+    """Springs and damping from made-up measurements with known laws: error against noise, and the error told."""
+    from hcsearch.bench.identification import measure, save_report  # noqa: PLC0415
+
+    report = measure(quick=quick, say=_say)
+    _finish(report, lambda folder: save_report(report, folder), output, json_file)
+
+
 @bench.command(epilog="Example: hcsearch bench tables --output docs")
 @_common("tables")
 @_limit("600, quick: 10", "a search")
@@ -200,6 +224,16 @@ def tables(output: Path, quick: bool, limit: float | None, json_file: Path | Non
     from hcsearch.bench.reference import measure, save_report  # noqa: PLC0415
 
     report = measure(_pipeline(), quick=quick, limit=limit, say=_say)
+    _finish(report, lambda folder: save_report(report, folder), output, json_file)
+
+
+@bench.command(epilog="Example: hcsearch bench deployability --quick")
+@_common("deployability")
+def deployability(output: Path, quick: bool, json_file: Path | None) -> None:
+    """Which untwisted foldings come flat without a collision, and what helps the others: docs/deployability.md."""
+    from hcsearch.bench.deployability import measure, save_report  # noqa: PLC0415
+
+    report = measure(quick=quick, say=_say)
     _finish(report, lambda folder: save_report(report, folder), output, json_file)
 
 

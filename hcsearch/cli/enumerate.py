@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 @click.command("enumerate", epilog="Example: hcsearch enumerate --grid hex --n 12 --db arrays.sqlite")
 @target_options
 @database_option
-@click.option("--until", metavar="STAGE", help="Last stage: circuits, foldings, twist, mobility.  [default: the last]")
+@click.option(
+    "--until", metavar="STAGE", help="Last stage: circuits, foldings, twist, mobility, deployment.  [default: the last]"
+)
 @click.option("--panel", metavar="LxWxT", help="Panel size in millimetres, kept with the run.")
 @crew_options
 @click.option("--dry-run", is_flag=True, help="List and print the funnel without a database.")

@@ -6,17 +6,20 @@ cross product of two edges. Otherwise the least overlap along these directions i
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.overlaps import Prisms, first_overlap
+from hcsearch.kernels.overlaps import first_overlap
+from hcsearch.kernels.prisms import Prisms
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Facet
 
 Reals = NDArray[np.float64]
+Corner = tuple[float, float, float]
 
 TOUCH = 1e-6
 """Prisms that cut into each other by no more than this share of the pattern's size only touch."""
@@ -69,23 +72,26 @@ def cuts_through(linkage: Linkage, states: Reals) -> bool:
 def prisms_of(linkage: Linkage, margin: float = 0.0) -> Prisms:
     """The prisms of all facets in the flat state, shrunk by a margin (m) on every face."""
     pattern = linkage.pattern
-    upright = np.array([0.0, 0.0, 1.0])
-    quarter = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    solids, edges, normals = [], [], []
+    upright = (0.0, 0.0, 1.0)
+    solids: list[list[Corner]] = []
+    edges: list[list[Corner]] = []
+    normals: list[list[Corner]] = []
     for facet in pattern.facets:
-        flat = np.array([[*corner, margin] for corner in _inset(facet, margin)])
-        solids.append(np.concatenate([flat, flat + (pattern.thickness - 2.0 * margin) * upright]))
-        sides = _classes(np.roll(flat, -1, axis=0) - flat)
-        edges.append(np.concatenate([sides, upright[None]]))
-        normals.append(np.concatenate([sides @ quarter, upright[None]]))
-    middles = np.array([solid.mean(axis=0) for solid in solids])
-    reaches = [np.linalg.norm(solid - middle, axis=1).max() for solid, middle in zip(solids, middles, strict=True)]
+        sides = _classes(facet)
+        faces = (margin, pattern.thickness - margin)
+        solids.append([(x, y, z) for z in faces for x, y in _inset(facet, margin)])
+        edges.append([*((x, y, 0.0) for x, y in sides), upright])
+        normals.append([*((-y, x, 0.0) for x, y in sides), upright])
+    counts = np.array([(len(solid), len(axes)) for solid, axes in zip(solids, edges, strict=True)], np.int64)
+    vertices = _table(solids)
+    real = (np.arange(vertices.shape[1]) < counts[:, :1])[..., None]
+    middles = vertices.sum(axis=1) / counts[:, :1]
     return Prisms(
         panels=np.array(pattern.panel_of, np.int64),
-        counts=np.array([(len(solid), len(axes)) for solid, axes in zip(solids, edges, strict=True)], np.int64),
-        vertices=_table(solids),
+        counts=counts,
+        vertices=vertices,
         middles=middles,
-        reaches=np.array(reaches),
+        reaches=np.linalg.norm((vertices - middles[:, None]) * real, axis=2).max(axis=1),
         normals=_table(normals),
         edges=_table(edges),
     )
@@ -103,28 +109,30 @@ def deepest_margin(linkage: Linkage) -> float:
     return least
 
 
-def _inset(facet: Facet, margin: float) -> Reals:
+def _inset(facet: Facet, margin: float) -> list[tuple[float, float]]:
     """Corners of a convex polygon, counterclockwise, with every side moved inwards."""
-    corners = np.array(facet)
-    sides = np.roll(corners, -1, axis=0) - corners
-    sides /= np.linalg.norm(sides, axis=1, keepdims=True)
-    normals = np.column_stack([-sides[:, 1], sides[:, 0]])
-    before = np.roll(normals, 1, axis=0)
-    cosines = (before * normals).sum(axis=1, keepdims=True)
-    found: Reals = corners + margin * (before + normals) / (1.0 + cosines)
+    found = []
+    for before, (x, y), after in zip((facet[-1], *facet[:-1]), facet, (*facet[1:], facet[0]), strict=True):
+        first, second = math.dist(before, (x, y)), math.dist((x, y), after)
+        a, b = (before[1] - y) / first, (x - before[0]) / first  # normals of both sides
+        c, d = (y - after[1]) / second, (after[0] - x) / second
+        share = margin / (1.0 + a * c + b * d)
+        found.append((x + share * (a + c), y + share * (b + d)))
     return found
 
 
-def _classes(sides: Reals) -> Reals:
+def _classes(facet: Facet) -> list[tuple[float, float]]:
     """Unit vectors of the sides of a facet, one of those that are parallel."""
-    units: Reals = sides / np.linalg.norm(sides, axis=1, keepdims=True)
-    across = np.abs(np.outer(units[:, 0], units[:, 1]) - np.outer(units[:, 1], units[:, 0]))
-    return units[~np.tril(across <= SAME, -1).any(axis=1)]
-
-
-def _table(rows: list[Reals]) -> Reals:
-    """Arrays of different lengths, (n, 3), as one."""
-    found = np.zeros((len(rows), max(map(len, rows)), 3))
-    for k, row in enumerate(rows):
-        found[k, : len(row)] = row
+    found: list[tuple[float, float]] = []
+    for (x, y), (to_x, to_y) in zip(facet, (*facet[1:], facet[0]), strict=True):
+        long = math.hypot(to_x - x, to_y - y)
+        u, v = (to_x - x) / long, (to_y - y) / long
+        if all(abs(u * b - v * a) > SAME for a, b in found):
+            found.append((u, v))
     return found
+
+
+def _table(rows: list[list[Corner]]) -> Reals:
+    """Rows of different lengths as one table, (n, m, 3), filled with zeros."""
+    longest = max(map(len, rows))
+    return np.array([[*row, *[(0.0, 0.0, 0.0)] * (longest - len(row))] for row in rows])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -20,6 +21,8 @@ from hcsearch.dynamics.simulation import ENDINGS, plan_for, record_for
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.checking import Findings, Rules, Subject, check_all
 from hcsearch.kernels.clearance import CLEAR, COLLIDES
+from hcsearch.kernels.paths import Pairs
+from hcsearch.kernels.prisms import Prisms
 
 Reals = NDArray[np.float64]
 
@@ -51,44 +54,81 @@ class Check:
         return self.outcome == "flat" and self.clear is True
 
 
-def check(scenes: Sequence[Compiled], *, tolerance: float = 1e-6, margin: float = MARGIN) -> list[Check]:
-    """Check compiled scenes; those whose tables have the same shapes go into one call of the kernel.
+class Solids(NamedTuple):
+    """The panels of a linkage as the kernel takes them: prisms, those with the margin taken off, and pairs.
 
-    Scenes must be `constrained` or `compliant`, with a panel held.
+    deepest : the margin that would leave nothing of a panel, m.
+    """
+
+    prisms: Prisms
+    shrunk: Prisms
+    pairs: Pairs
+    deepest: float
+
+
+def solids_of(compiled: Compiled, margin: float = MARGIN) -> Solids:
+    """The panels of a scene; the same with any springs."""
+    linkage = compiled.linkage
+    check_margin(linkage, margin)
+    pairs = pairs_of(linkage, compiled.apart)
+    return Solids(prisms_of(linkage), prisms_of(linkage, margin), pairs, deepest_margin(linkage))
+
+
+def check(
+    scenes: Sequence[Compiled],
+    *,
+    solids: Sequence[Solids] | None = None,
+    tolerance: float = 1e-6,
+    margin: float = MARGIN,
+    early: float = 0.0,
+    threads: int = 1,
+) -> list[Check]:
+    """Check compiled scenes; those whose tables have the same shapes go into one call of the kernel for each thread.
+
+    solids : of each scene, with the same margin, where they are known. early : s; motions that collide before are not
+    followed further, where only those that do not are wanted. Scenes must be `constrained` or `compliant`, with a
+    panel held.
     """
     groups: dict[Any, list[int]] = defaultdict(list)
-    subjects = [_subject(compiled, margin) for compiled in scenes]
+    if solids is None:
+        solids = [solids_of(compiled, margin) for compiled in scenes]
+    subjects = [_subject(compiled, own) for compiled, own in zip(scenes, solids, strict=True)]
     for i, (compiled, subject) in enumerate(zip(scenes, subjects, strict=True)):
         scene = compiled.scene
         if compiled.formulation not in {"constrained", "compliant"} or scene.held == "free":
             raise HcsearchError("the quick check is of scenes with a panel held, constrained or compliant")
         key = (compiled.formulation, scene.seconds, scene.restitution, scene.cut_stiffness, scene.cut_damping)
         groups[(*key, *_shapes(subject))].append(i)
+    # neighbours are alike: dealt out in turn, the threads end together
+    calls = [members[k::threads] for members in groups.values() for k in range(min(threads, len(members)))]
+
+    def run(members: list[int]) -> list[Check]:
+        return _run([scenes[i] for i in members], [subjects[i] for i in members], tolerance, margin, early)
+
     found: dict[int, Check] = {}
-    for members in groups.values():
-        rows = _run([scenes[i] for i in members], [subjects[i] for i in members], tolerance, margin)
-        found.update(zip(members, rows, strict=True))
+    with ThreadPoolExecutor(threads) as pool:  # the kernel leaves the interpreter's lock
+        for members, rows in zip(calls, pool.map(run, calls), strict=True):
+            found.update(zip(members, rows, strict=True))
     return [found[i] for i in range(len(scenes))]
 
 
-def _subject(compiled: Compiled, margin: float) -> Subject:
+def _subject(compiled: Compiled, solids: Solids) -> Subject:
     mechanism, linkage = compiled.system.mechanism, compiled.linkage
-    check_margin(linkage, margin)
     return Subject(
         tree=mechanism.tree,
         hinges=mechanism.hinges,
         start=compiled.start,
         joint_of=compiled.joint_of,
         chain=linkage.chain,
-        prisms=prisms_of(linkage),
-        shrunk=prisms_of(linkage, margin),
-        pairs=pairs_of(linkage, compiled.apart),
-        deepest=deepest_margin(linkage),
+        prisms=solids.prisms,
+        shrunk=solids.shrunk,
+        pairs=solids.pairs,
+        deepest=solids.deepest,
         reach=slack_of(linkage, 1.0),
     )
 
 
-def _run(scenes: list[Compiled], subjects: list[Subject], tolerance: float, margin: float) -> list[Check]:
+def _run(scenes: list[Compiled], subjects: list[Subject], tolerance: float, margin: float, early: float) -> list[Check]:
     first, count = scenes[0], len(scenes)
     system, scene = first.system, first.scene
     plan = plan_for(
@@ -108,6 +148,7 @@ def _run(scenes: list[Compiled], subjects: list[Subject], tolerance: float, marg
         system.mechanism.closure_damping,
         margin,
         RESOLUTION,
+        float(early),
     )
     found = Findings(
         endings=np.zeros(count, np.int64),

@@ -50,7 +50,8 @@ class Compiled:
     """A scene of a linkage as a system of bodies.
 
     start : (n_joints,), coordinates. joint_of : (n_hinges,), the joint of each hinge, -1 where it is cut open.
-    hinged : (n_joints,), whether the joint is a hinge, and not one of a floating base.
+    hinged : (n_joints,), whether the joint is a hinge, and not one of a floating base. shares : (n_joints,), 1/2 where
+        half of a hinge is left, else 1.
     factor : what energies are to be multiplied by, 2 where half of the array is left out.
     apart : pairs of panels, the lower number first, that cannot meet, or only when others do.
     """
@@ -62,6 +63,7 @@ class Compiled:
     start: Reals
     joint_of: Whole
     hinged: NDArray[np.bool_]
+    shares: Reals
     factor: float
     apart: frozenset[tuple[int, int]]
     omissions: tuple[Omission, ...]
@@ -162,6 +164,7 @@ class _Compiler:
             start,
             joint_of,
             hinged,
+            np.concatenate([np.ones(shift), tree.shares]),
             factor,
             self._apart(mirror),
             tuple(self.left_out),

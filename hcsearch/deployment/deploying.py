@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hcsearch.collision.clearance import MARGIN, Clearance, certify, slack_of
 from hcsearch.deployment.compiling import Compiled, Formulation, compile_scene
-from hcsearch.dynamics.simulation import Ending, Motion, opening_of, simulate
+from hcsearch.dynamics.simulation import Ending, Motion, closed_between, simulate
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.intervals import Course
 from hcsearch.linkage import Linkage
@@ -126,7 +126,7 @@ def run(
     if scene.held == "free" and len(motion.q) and _steep(compiled, motion):
         outcome, reason = "diverged", "the floating base turns too far for its three angles: give it more inertia"
     angles, rates = compiled.of_hinges(motion.q, motion.v)
-    clearance = None if margin is None else _clearance(compiled, motion, (angles, rates), margin)
+    clearance = None if margin is None else _clearance(compiled, motion, margin)
     return Deployment(compiled, motion, outcome, reason, angles, rates, clearance, seconds)
 
 
@@ -162,19 +162,16 @@ def _reason(compiled: Compiled, motion: Motion) -> str:
     }[motion.ending]
 
 
-def _clearance(compiled: Compiled, motion: Motion, states: tuple[Reals, Reals], margin: float) -> Clearance:
-    """The certified verdict on the motion; where hinges are cut open, their accelerations are not known."""
+def _clearance(compiled: Compiled, motion: Motion, margin: float) -> Clearance:
+    """The certified verdict on the motion."""
     linkage = compiled.linkage
-    cut = bool((compiled.joint_of < 0).any())
-    accelerations = np.zeros_like(states[0]) if cut else motion.a[:, compiled.joint_of]
-    course = Course(
-        motion.times,
-        np.ascontiguousarray(states[0]),
-        np.ascontiguousarray(states[1]),
-        np.ascontiguousarray(accelerations),
-        cut or motion.overdamped,
-    )
-    # where a hinge is cut, what its spring gives way opens the loop
-    gap = max(opening_of(compiled.system, motion), motion.gap if cut else 0.0)
+    (times, q, v, a), gap = closed_between(compiled.system, motion)
+    angles, rates = compiled.of_hinges(q, v)
+    cubic = motion.cubic or bool((compiled.joint_of < 0).any())  # accelerations of cut hinges are not known
+    accelerations = np.zeros_like(angles) if cubic else a[:, compiled.joint_of]
+    angles, rates, accelerations = map(np.ascontiguousarray, (angles, rates, accelerations))
+    course = Course(times, angles, rates, accelerations, cubic)
+    if (compiled.joint_of < 0).any():  # what the springs of cut hinges give way opens the loops
+        gap = max(gap, motion.gap)
     slack, measured = slack_of(linkage, gap), motion.ending == "flat"
     return certify(linkage, course, margin=margin, slack=slack, apart=compiled.apart, measured=measured)

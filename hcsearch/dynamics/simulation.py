@@ -13,7 +13,7 @@ from hcsearch.dynamics.methods import method_named
 from hcsearch.dynamics.system import System
 from hcsearch.kernels.multibody import recording
 from hcsearch.kernels.multibody import simulation as kernel
-from hcsearch.kernels.multibody.between import opening
+from hcsearch.kernels.multibody.between import OPEN, States, opening, refined
 from hcsearch.kernels.multibody.cuts import cut_angles
 from hcsearch.kernels.multibody.motion import hold_for
 from hcsearch.kernels.multibody.steps import Plan
@@ -65,14 +65,15 @@ class Motion:
 
     times : (k,), s. q, v, a : (k, n_joints), coordinates, velocities, accelerations; at an event two
         states, before it and after it.
-    overdamped : whether velocities are all that is known beside the coordinates, and a is 0.
+    cubic : whether accelerations say nothing of the motion between states: it is overdamped, and they are 0, or stiff
+        springs close its loops.
     kinetic, stored, height, in_stops : (k,), energy of motion, of laws and struts, of gravity, of compliant stops, J.
     damped, lost : (k,), energy lost in dampers, and at events, since the start. gap : greatest closure residual before
         projection, rad or gap over size; of cut hinges, what their springs give way.
     """
 
     ending: Ending
-    overdamped: bool
+    cubic: bool
     times: Reals
     q: Reals
     v: Reals
@@ -98,7 +99,7 @@ class Motion:
     def at(self, times: Reals) -> Reals:
         """Coordinates at given times, shape (len(times), n_joints): quintics through the states of each step.
 
-        The error of a step of length h is O(h^6); of overdamped motion O(h^4), with cubics.
+        The error of a step of length h is O(h^6), with cubics O(h^4).
         """
         times = np.asarray(times, float)
         k = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
@@ -107,7 +108,7 @@ class Motion:
         q0, q1 = self.q[k], self.q[k + 1]
         v0, v1, a0, a1 = h * self.v[k], h * self.v[k + 1], h * h * self.a[k], h * h * self.a[k + 1]
         rise = q1 - q0
-        if self.overdamped:
+        if self.cubic:
             cubic: Reals = q0 + x * (v0 + x * (3 * rise - 2 * v0 - v1 + x * (v0 + v1 - 2 * rise)))
             return cubic
         c3 = 10 * rise - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1
@@ -165,7 +166,7 @@ def simulate(
     hold = hold_for(mechanism, coordinates)
     speeds = np.zeros(n) if v is None else np.array(v, float)
     kernel.simulate(mechanism, hold, method_named(method), plan, coordinates, speeds, work_for(mechanism.tree), record)
-    return _motion(record, system.overdamped)
+    return _motion(record, system)
 
 
 def plan_for(
@@ -199,11 +200,18 @@ def plan_for(
     )
 
 
-def opening_of(system: System, motion: Motion) -> float:
-    """Greatest closure residual (rad, or gap over size) of a motion's states, and of what lies between them."""
-    tree, work = system.mechanism.tree, work_for(system.mechanism.tree)
-    states = (motion.times, motion.q, motion.v, motion.a)
-    return opening(tree, len(motion.times), *states, motion.overdamped, work)
+def closed_between(system: System, motion: Motion) -> tuple[States, float]:
+    """The states of a motion, closed ones put between where loops open by more than `OPEN`, and what they still open.
+
+    States are times (k,), coordinates, velocities and accelerations (k, n_joints). Loops that springs close, or that
+    are cut open, stay as they are.
+    """
+    mechanism = system.mechanism
+    work = work_for(mechanism.tree)
+    states: States = (motion.times, motion.q, motion.v, motion.a)
+    if not motion.cubic and len(mechanism.tree.rows):
+        states = refined(mechanism, states, OPEN, work)
+    return states, opening(mechanism.tree, states, motion.cubic, work)
 
 
 def cut_states(system: System, q: Reals, v: Reals) -> tuple[Reals, Reals]:
@@ -235,16 +243,16 @@ def record_for(n: int, steps: int) -> recording.Record:
     )
 
 
-def _motion(record: recording.Record, overdamped: bool) -> Motion:
+def _motion(record: recording.Record, system: System) -> Motion:
     states, events, evaluations, rejected, ending = (int(x) for x in record.counts)
     events = min(events, len(record.event_times))
     kinetic, stored, height, in_stops, damped, lost = record.books[:states].T.copy()
     v, a = record.v[:states].copy(), record.a[:states].copy()
-    if overdamped:  # the kernel writes velocities where accelerations are else
+    if system.overdamped:  # the kernel writes velocities where accelerations are else
         v, a = a, v
     return Motion(
         ENDINGS[ending],
-        overdamped,
+        system.overdamped or system.closure_stiffness > 0.0,
         record.times[:states].copy(),
         record.q[:states].copy(),
         v,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -111,6 +111,12 @@ class System:
         area = self.size**2
         closure = (self.closure_stiffness * area, self.closure_damping * area)
         return Mechanism(tree, hinges, self._struts(), self._cuts(), loads, *closure, self.overdamped)
+
+    def driven(self, drives: tuple[Drive, ...]) -> System:
+        """The same bodies with other laws, dampers and stops in the joints; the tables of the tree are kept."""
+        found = replace(self, drives=drives)
+        found.__dict__["mechanism"] = self.mechanism._replace(hinges=self._hinges(drives))
+        return found
 
     def _hinges(self, drives: Sequence[Drive]) -> Hinges:
         pieces, breaks, cubics, energies = tables_of([drive.law for drive in drives])

@@ -7,21 +7,21 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.clearance import Answer, Search, judge
+from hcsearch.kernels.clearance import CLEAR, Answer, Search, judge
 from hcsearch.kernels.compiled import compiled
 from hcsearch.kernels.intervals import Course
 from hcsearch.kernels.loops import Chain
-from hcsearch.kernels.multibody.between import opening
+from hcsearch.kernels.multibody.between import OPEN, States, opening, refined
 from hcsearch.kernels.multibody.cuts import Cuts
 from hcsearch.kernels.multibody.explicit import Method
 from hcsearch.kernels.multibody.hinges import Hinges, Struts
 from hcsearch.kernels.multibody.motion import Hold, Mechanism
 from hcsearch.kernels.multibody.recording import Record
-from hcsearch.kernels.multibody.simulation import FLAT, simulate
+from hcsearch.kernels.multibody.simulation import FLAT, TIME_OUT, simulate
 from hcsearch.kernels.multibody.steps import Plan
 from hcsearch.kernels.multibody.tree import Tree, work_for
-from hcsearch.kernels.overlaps import Prisms
 from hcsearch.kernels.paths import Pairs
+from hcsearch.kernels.prisms import Prisms
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -51,6 +51,7 @@ class Rules(NamedTuple):
     """What all foldings of a call share: how they are simulated, and how gaps are measured.
 
     struts, cuts : none of both, as tables of the right kind. margin, resolution : m, as of `Search`.
+    early : s; where it is above 0, motions that collide before are not followed further.
     """
 
     method: Method
@@ -61,6 +62,7 @@ class Rules(NamedTuple):
     closure_damping: float
     margin: float
     resolution: float
+    early: float
 
 
 class Findings(NamedTuple):
@@ -91,7 +93,7 @@ def check_all(stack: Any, rules: Rules, record: Record, found: Findings) -> None
 
 @compiled
 def _check(subject: Subject, rules: Rules, record: Record, found: Findings, i: int) -> None:
-    tree, n, hinges = subject.tree, len(subject.start), len(subject.joint_of)
+    tree, n = subject.tree, len(subject.start)
     mechanism = Mechanism(
         tree,
         subject.hinges,
@@ -103,34 +105,67 @@ def _check(subject: Subject, rules: Rules, record: Record, found: Findings, i: i
         False,
     )
     hold = Hold(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8))
-    for k in range(n):
-        hold.branches[k] = 1 if subject.start[k] > subject.hinges.snaps_up[k] else 0
+    cubic = rules.closure_stiffness > 0.0  # stiff springs make accelerations that say nothing of the motion
     work = work_for(tree)
-    simulate(mechanism, hold, rules.method, rules.plan, subject.start.copy(), np.zeros(n), work, record)
-    states = record.counts[0]
+    plan, whole, verdict = rules.plan, rules.plan.end, CLEAR
+    answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
+    looks = 0
+    for stage in range(2):
+        # most collisions come early: where only clear deployments are wanted, a short motion is looked at first
+        end = rules.early if stage == 0 and 0.0 < rules.early < whole else whole
+        hold.held[:] = 0
+        for k in range(n):
+            hold.branches[k] = 1 if subject.start[k] > subject.hinges.snaps_up[k] else 0
+        simulate(mechanism, hold, rules.method, _until(plan, end), subject.start.copy(), np.zeros(n), work, record)
+        states = record.counts[0]
+        motion = (record.times[:states], record.q[:states], record.v[:states], record.a[:states])
+        if not cubic:
+            motion = refined(mechanism, motion, OPEN, work)
+        found.openings[i] = opening(tree, motion, cubic, work)
+        course = _course(subject, motion, cubic)
+        wanted = Search(subject.reach * found.openings[i], rules.margin, subject.deepest, rules.resolution)
+        flat = record.counts[4] == FLAT
+        verdict = judge(subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, wanted, flat, answer)
+        looks += answer.looks[0]
+        if verdict != CLEAR or end == whole or record.counts[4] != TIME_OUT:
+            break
     found.endings[i], found.times[i, 0] = record.counts[4], record.times[states - 1]
-    found.openings[i] = opening(tree, states, record.times, record.q, record.v, record.a, False, work)
     found.drifts[i] = _drift(record, states)
-    course = Course(
-        record.times[:states],
-        np.empty((states, hinges)),
-        np.empty((states, hinges)),
-        np.empty((states, hinges)),
-        False,
+    found.counts[i, 0], found.counts[i, 1], found.counts[i, 2] = states, record.counts[2], record.counts[3]
+    found.counts[i, 3] = looks
+    found.verdicts[i], found.pairs[i], found.times[i, 1] = verdict, answer.pairs[0], answer.times[0]
+    found.gaps[i] = answer.gaps[0]
+
+
+@compiled
+def _until(plan: Plan, end: float) -> Plan:
+    """The same plan with another end."""
+    return Plan(
+        end,
+        plan.tolerance,
+        plan.floor,
+        plan.first,
+        plan.longest,
+        plan.restitution,
+        plan.slow,
+        plan.flat,
+        plan.near,
+        plan.rest,
+        plan.closed,
     )
+
+
+@compiled
+def _course(subject: Subject, motion: States, cubic: bool) -> Course:
+    """The motion of the fold angles."""
+    times, q, v, a = motion
+    states, hinges = len(times), len(subject.joint_of)
+    course = Course(times, np.empty((states, hinges)), np.empty((states, hinges)), np.empty((states, hinges)), cubic)
     for s in range(states):
         for k in range(hinges):
             joint = subject.joint_of[k]
-            course.angles[s, k], course.rates[s, k] = record.q[s, joint], record.v[s, joint]
-            course.accelerations[s, k] = record.a[s, joint]
-    answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
-    wanted = Search(subject.reach * found.openings[i], rules.margin, subject.deepest, rules.resolution)
-    flat = record.counts[4] == FLAT
-    verdict = judge(subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, wanted, flat, answer)
-    found.counts[i, 0], found.counts[i, 1], found.counts[i, 2] = states, record.counts[2], record.counts[3]
-    found.counts[i, 3] = answer.looks[0]
-    found.verdicts[i], found.pairs[i], found.times[i, 1] = verdict, answer.pairs[0], answer.times[0]
-    found.gaps[i] = answer.gaps[0]
+            course.angles[s, k], course.rates[s, k], course.accelerations[s, k] = q[s, joint], v[s, joint], a[s, joint]
+    return course
 
 
 @compiled

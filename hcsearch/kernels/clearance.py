@@ -15,8 +15,8 @@ from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.dips import smallest_dip
 from hcsearch.kernels.intervals import HALVINGS, Book, Course, begin, book_for, bound, halve, nearest, relate
 from hcsearch.kernels.loops import Chain
-from hcsearch.kernels.overlaps import Prisms
 from hcsearch.kernels.paths import Pairs
+from hcsearch.kernels.prisms import Prisms
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]

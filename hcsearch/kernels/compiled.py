@@ -26,7 +26,12 @@ def lean(function: Kernel) -> Kernel:
     return _compiled(function, counting=False)
 
 
-def _compiled(function: Kernel, *, counting: bool) -> Kernel:
+def inlined(function: Kernel) -> Kernel:
+    """Compile a lean kernel into each that calls it: where handing arrays over takes as long as the work itself."""
+    return _compiled(function, counting=False, forceinline=True)
+
+
+def _compiled(function: Kernel, *, counting: bool, **options: bool) -> Kernel:
     """A kernel, cached with a stamp.
 
     numba would compile again only when the file of the kernel itself has changed, and not those of the kernels that it
@@ -34,7 +39,7 @@ def _compiled(function: Kernel, *, counting: bool) -> Kernel:
     """
     # the flag is passed on to kernels that are compiled on the way, unless they say themselves
     njit: Any = numba.njit  # has options that its types do not tell
-    dispatcher = njit(cache=True, nogil=True, _nrt=counting)(function)
+    dispatcher = njit(cache=True, nogil=True, _nrt=counting, **options)(function)
     # numba has no public way to say this
     file = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
     if file is not None:

@@ -42,6 +42,16 @@ def follow(course: Reals, x: float, angles: Reals) -> None:
         angles[i] = value
 
 
+@lean
+def rates_at(course: Reals, x: float, h: float, rates: Reals) -> None:
+    """Write the rates (rad/s) at a share x of a step of length h (s)."""
+    for i in range(len(rates)):
+        value = (TERMS - 1) * course[i, TERMS - 1]
+        for k in range(TERMS - 2, 0, -1):
+            value = k * course[i, k] + x * value
+        rates[i] = value / h
+
+
 @compiled
 def bound_rates(course: Reals, h: float, speeds: Reals, accelerations: Reals) -> None:
     """Write what |rate| (rad/s) and |acceleration| (rad/s^2) do not exceed in the step.

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.intervals import Book, Course, begin, book_for, bound, halve, nearest, relate, spheres
 from hcsearch.kernels.loops import Chain
-from hcsearch.kernels.overlaps import Prisms
 from hcsearch.kernels.paths import Pairs
+from hcsearch.kernels.prisms import Prisms
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]

@@ -18,8 +18,8 @@ from hcsearch.kernels.courses import TERMS, bound_rates, follow, path_bounds, wr
 from hcsearch.kernels.distances import proximity
 from hcsearch.kernels.loops import Chain, place_panels
 from hcsearch.kernels.multibody.vectors import Vector, at, dot, minus, put, times
-from hcsearch.kernels.overlaps import Prisms
 from hcsearch.kernels.paths import Pairs
+from hcsearch.kernels.prisms import Prisms
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]

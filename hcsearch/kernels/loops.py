@@ -14,28 +14,27 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import compiled, lean
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
 
 
-@compiled
+@lean
 def _fold_on(pose: Reals, direction: Reals, point: Reals, angle: float) -> None:
     """Multiply a pose (3 x 4, rotation and translation) by the rotation about a line, from the right."""
     s = math.sin(angle)
     c = 2.0 * math.sin(0.5 * angle) ** 2  # 1 - cos, exact for small angles
     ux, uy, uz = direction[0], direction[1], direction[2]
-    turn = np.empty((3, 3))
-    turn[0, 0], turn[0, 1], turn[0, 2] = -c * (uy * uy + uz * uz), c * ux * uy - s * uz, c * ux * uz + s * uy
-    turn[1, 0], turn[1, 1], turn[1, 2] = c * ux * uy + s * uz, -c * (ux * ux + uz * uz), c * uy * uz - s * ux
-    turn[2, 0], turn[2, 1], turn[2, 2] = c * ux * uz - s * uy, c * uy * uz + s * ux, -c * (ux * ux + uy * uy)
-    # `turn` is the rotation less the identity, so that what does not move stays exact
+    # the rotation less the identity, by rows, so that what does not move stays exact
+    xx, xy, xz = -c * (uy * uy + uz * uz), c * ux * uy - s * uz, c * ux * uz + s * uy
+    yx, yy, yz = c * ux * uy + s * uz, -c * (ux * ux + uz * uz), c * uy * uz - s * ux
+    zx, zy, zz = c * ux * uz - s * uy, c * uy * uz + s * ux, -c * (ux * ux + uy * uy)
     for i in range(3):
         a, b, d = pose[i, 0], pose[i, 1], pose[i, 2]
-        x = a * turn[0, 0] + b * turn[1, 0] + d * turn[2, 0]
-        y = a * turn[0, 1] + b * turn[1, 1] + d * turn[2, 1]
-        z = a * turn[0, 2] + b * turn[1, 2] + d * turn[2, 2]
+        x = a * xx + b * yx + d * zx
+        y = a * xy + b * yy + d * zy
+        z = a * xz + b * yz + d * zz
         pose[i, 0] = a + x
         pose[i, 1] = b + y
         pose[i, 2] = d + z
@@ -156,17 +155,17 @@ class Chain(NamedTuple):
     signs: Whole
 
 
-@compiled
+@lean
 def place_panels(chain: Chain, angles: Reals, poses: Reals) -> None:
     """Write the pose of every panel, shape (n_panels, 3, 4): rotation and translation from the flat position."""
-    for panel in chain.order:
+    for k in range(len(chain.order)):
+        panel = chain.order[k]
         pose = poses[panel]
         parent = chain.parents[panel]
-        if parent < 0:
-            pose[:] = 0.0
-            pose[0, 0] = pose[1, 1] = pose[2, 2] = 1.0
-        else:
-            pose[:] = poses[parent]
+        for i in range(3):
+            for j in range(4):
+                pose[i, j] = poses[parent, i, j] if parent >= 0 else 1.0 if i == j else 0.0
+        if parent >= 0:
             h = chain.hinges[panel]
             _fold_on(pose, chain.directions[h], chain.points[h], chain.signs[panel] * angles[h])
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.loops import Chain
 from hcsearch.kernels.multibody.vectors import at, cross, dot, minus
-from hcsearch.kernels.overlaps import Prisms
+from hcsearch.kernels.prisms import Prisms
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]

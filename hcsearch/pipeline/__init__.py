@@ -3,12 +3,11 @@
 from hcsearch.pipeline.counting import Counted, count_designs, counting_seconds
 from hcsearch.pipeline.estimate import check_room, duration, estimate
 from hcsearch.pipeline.run import Funnel, Plan, Summary, finished_units, run_dry, run_into
-from hcsearch.pipeline.stages import BUILT, PLANNED, check_keep, stages_until
+from hcsearch.pipeline.stages import BUILT, check_keep, stages_until
 from hcsearch.pipeline.workers import Crew
 
 __all__ = [
     "BUILT",
-    "PLANNED",
     "Counted",
     "Crew",
     "Funnel",

@@ -9,11 +9,14 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch import folding, mobility, twisting
+from hcsearch import deployment, folding, mobility, twisting
 from hcsearch.enumeration import STAGE, Search
 from hcsearch.grid import Grid
 from hcsearch.kernels.words import array_rows, fingerprint_rows, write_rows
-from hcsearch.records import CircuitBatch, DesignBatch, FoldingBatch, MobilityBatch, StageResult
+from hcsearch.records import CircuitBatch, DeploymentBatch, DesignBatch, FoldingBatch, MobilityBatch, StageResult
+
+BEST_FIRST: tuple[str, ...] = ("deploys", "undecided", "collides", "locked")
+"""Verdicts on foldings; a design has the best of its foldings."""
 
 
 class Travelling:
@@ -31,18 +34,20 @@ class Job(Travelling):
     """What is done with every unit of a run.
 
     stages : name and version of those to run; keep : which designs to keep.
-    rows : whether the rows for the store are wanted, or only the fingerprints of the arrays.
+    rows : whether the rows for the store are wanted, or only the fingerprints of the arrays. threads : that may check
+    deployments beside each other.
     """
 
     search: Search
     stages: dict[str, int]
     keep: str
     rows: bool
+    threads: int = 1
 
     def __call__(self, prefix: str) -> Output:
         """Work on one unit."""
         search = warm(self.search)
-        unit = run_unit(search, prefix, self.stages, self.keep)
+        unit = run_unit(search, prefix, self.stages, self.keep, self.threads)
         rows = design_rows(search, unit) if self.rows else None
         arrays = None if self.rows else array_fingerprints(search, unit.circuits)
         return Output(unit.results, len(unit.circuits), rows, arrays)
@@ -68,17 +73,18 @@ class Output:
 class UnitResult:
     """What one search unit gave, stage by stage, after the rows not to be kept are dropped.
 
-    twists : None where that stage has not run; foldings and mobility likewise.
+    twists : None where that stage has not run; foldings, mobility and deployment likewise.
     """
 
     circuits: CircuitBatch
     foldings: FoldingBatch | None
     twists: NDArray[np.int16] | None
     mobility: MobilityBatch | None
+    deployment: DeploymentBatch | None
     results: tuple[StageResult, ...]
 
 
-def run_unit(search: Search, prefix: str, stages: dict[str, int], keep: str) -> UnitResult:
+def run_unit(search: Search, prefix: str, stages: dict[str, int], keep: str, threads: int = 1) -> UnitResult:
     """Run the stages on one unit of a search."""
     clock = time.perf_counter()
     circuits = _joined(search, prefix)
@@ -118,7 +124,15 @@ def run_unit(search: Search, prefix: str, stages: dict[str, int], keep: str) -> 
         passed = np.zeros(len(circuits), bool)
         passed[foldings.row[(twists == 0) & ~found.locked]] = True
         finish(mobility.STAGE, passed)
-    return UnitResult(circuits, foldings, twists, found, tuple(results))
+    deployed = None
+    if deployment.STAGE in stages and foldings is not None and twists is not None and found is not None:
+        from hcsearch.deployment.verdicts import verdicts  # noqa: PLC0415 - its kernels take seconds to load
+
+        deployed = verdicts(circuits, foldings, twists, found, threads)
+        passed = np.zeros(len(circuits), bool)
+        passed[foldings.row[[status == "deploys" for status in deployed.status]]] = True
+        finish(deployment.STAGE, passed)
+    return UnitResult(circuits, foldings, twists, found, deployed, tuple(results))
 
 
 def _joined(search: Search, prefix: str) -> CircuitBatch:
@@ -133,9 +147,12 @@ def design_rows(search: Search, unit: UnitResult) -> DesignBatch:
     """The rows of a unit: notations of circuits and arrays, orders of groups, foldings and twists."""
     circuits, foldings, twists = unit.circuits, unit.foldings, unit.twists
     array, array_symmetry = _array_texts(search, circuits)
-    best_crease = locked = None
+    best_crease = folding_status = status = None
     if foldings is not None and twists is not None and unit.mobility is not None:
-        best_crease, locked = _best(circuits, foldings, twists, unit.mobility)
+        best = mobility.best_foldings(len(circuits), foldings, twists, unit.mobility)
+        best_crease = np.where(best < 0, -1, foldings.crease[best] if len(foldings) else -1)
+        folding_status = _folding_status(unit)
+        status = _status(len(circuits), foldings, folding_status)
     n_foldings = n_untwisted = min_twist = None
     if foldings is not None:
         n_foldings = np.bincount(foldings.row, minlength=len(circuits))
@@ -160,19 +177,28 @@ def design_rows(search: Search, unit: UnitResult) -> DesignBatch:
         min_twist=min_twist,
         mobility=unit.mobility,
         best_crease=best_crease,
-        locked=locked,
+        folding_status=folding_status,
+        status=status,
+        deployment=unit.deployment,
     )
 
 
-def _best(
-    circuits: CircuitBatch, foldings: FoldingBatch, twists: NDArray[np.int16], found: MobilityBatch
-) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Crease of the best untwisted folding of each circuit, or -1, and whether all its untwisted ones are locked."""
-    best = mobility.best_foldings(len(circuits), foldings, twists, found)
-    crease = np.where(best < 0, -1, foldings.crease[best] if len(foldings) else -1)
-    free = np.zeros(len(circuits), bool)
-    free[foldings.row[(twists == 0) & ~found.locked]] = True
-    return crease, (best >= 0) & ~free
+def _folding_status(unit: UnitResult) -> list[str | None]:
+    """The verdict on each folding, or what is known before a deployment is tried; None where it is twisted."""
+    if unit.deployment is not None:
+        return unit.deployment.status
+    assert unit.mobility is not None
+    assert unit.twists is not None
+    pairs = zip(unit.twists.tolist(), unit.mobility.locked.tolist(), strict=True)
+    return [None if twist else ("locked" if locked else "undecided") for twist, locked in pairs]
+
+
+def _status(count: int, foldings: FoldingBatch, words: list[str | None]) -> list[str | None]:
+    """The best verdict on the foldings of each circuit; None without an untwisted one."""
+    rank = {word: place for place, word in enumerate(BEST_FIRST)}
+    best = np.full(count, len(rank))
+    np.minimum.at(best, foldings.row, [len(rank) if word is None else rank[word] for word in words])
+    return [BEST_FIRST[place] if place < len(rank) else None for place in best.tolist()]
 
 
 def array_fingerprints(search: Search, circuits: CircuitBatch) -> NDArray[np.uint64]:

@@ -11,6 +11,7 @@ from importlib.metadata import version
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch import deployment
 from hcsearch.enumeration import Search
 from hcsearch.errors import DatabaseError
 from hcsearch.kernels.words import insert_fingerprints
@@ -28,7 +29,7 @@ from hcsearch.store import (
     start_run,
 )
 
-SMALL = 5_000_000  # circuits
+SMALL, SMALL_DEPLOYED = 5_000_000, 3_000  # circuits
 _GROUPS = 25
 _MAX_WAITING = 200_000  # designs, of about 500 bytes
 _UNIT_SIZE = 10_000  # circuits, where a search cannot say how many it has
@@ -52,15 +53,28 @@ class Plan:
         _ = self.search.prefixes  # what is too large to list is refused before a database is touched
 
     @property
+    def deploys(self) -> bool:
+        """Whether deployments are checked, which takes a thousand times longer than all else."""
+        return deployment.STAGE in stages_until(self.until)
+
+    @property
     def small(self) -> bool:
         """Whether the run takes seconds: other processes would take longer to start, and a probe to answer."""
         expected = self.search.expected
-        return (len(self.search.prefixes) * _UNIT_SIZE if expected is None else expected) < SMALL
+        circuits = len(self.search.prefixes) * _UNIT_SIZE if expected is None else expected
+        return circuits < (SMALL_DEPLOYED if self.deploys else SMALL)
 
     @property
     def hands(self) -> Crew:
         """Who works in fact: not several processes where one is done before the others have started."""
         return Crew() if self.small and self.crew.scheduler is None else self.crew
+
+    @property
+    def threads(self) -> int:
+        """Threads of each process, where there are fewer processes at work than cores."""
+        if self.crew.scheduler is not None:
+            return 1
+        return max(1, self.crew.jobs // min(self.hands.jobs, max(1, len(self.search.prefixes))))
 
     @property
     def work(self) -> Work:
@@ -117,6 +131,7 @@ class _Totals:
             arrays=arrays,
             two_stack=self.passed.get("foldings", 0) if "foldings" in stages and lists != "untwisted" else None,
             untwisted=self.passed.get("twist", 0) if "twist" in stages else None,
+            deployable=self.passed.get("deployment", 0) if "deployment" in stages else None,
         )
 
 
@@ -125,7 +140,7 @@ def run_dry(plan: Plan, progress: Progress | None = None) -> Summary:
     totals = _Totals()
     arrays = _DistinctArrays()
     prefixes = plan.search.prefixes
-    job = Job(plan.search, stages_until(plan.until), plan.keep, rows=False)
+    job = Job(plan.search, stages_until(plan.until), plan.keep, rows=False, threads=plan.threads)
     for done, (_, output) in enumerate(plan.hands.work(job, prefixes), 1):
         totals.add(output.results, fresh=True)
         assert output.arrays is not None
@@ -179,7 +194,7 @@ def run_into(plan: Plan, database: Database, progress: Progress | None = None) -
         versions=_versions() | {f"stage {name}": str(number) for name, number in stages.items()},
     )
 
-    job = Job(plan.search, stages, plan.keep, rows=True)
+    job = Job(plan.search, stages, plan.keep, rows=True, threads=plan.threads)
     done = len(reused)
     for batches in _grouped(plan.hands.work(job, todo)):
         record_batches(database, run_id, plan.work, batches)

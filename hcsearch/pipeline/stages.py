@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from hcsearch import enumeration, folding, mobility, twisting
+from hcsearch import deployment, enumeration, folding, mobility, twisting
 from hcsearch.errors import StageError
 
-BUILT: dict[str, int] = {module.STAGE: module.VERSION for module in (enumeration, folding, twisting, mobility)}
-PLANNED = ("deployment",)
+BUILT: dict[str, int] = {
+    module.STAGE: module.VERSION for module in (enumeration, folding, twisting, mobility, deployment)
+}
 
 KEEP_NEEDS = {"all": enumeration.STAGE, "two-stack": folding.STAGE, "untwisted": twisting.STAGE}
 
 
 def stages_until(last: str) -> dict[str, int]:
-    """Name and version of every stage up to `last`; StageError when it is unknown or not built yet."""
+    """Name and version of every stage up to `last`; StageError when it is unknown."""
     if last not in BUILT:
-        known = "is not built yet" if last in PLANNED else "is unknown"
-        raise StageError(f"stage {last!r} {known}: use --until {', '.join(BUILT)}")
+        raise StageError(f"stage {last!r} is unknown: use --until {', '.join(BUILT)}")
     names = list(BUILT)
     return {name: BUILT[name] for name in names[: names.index(last) + 1]}
 

@@ -34,23 +34,31 @@ _FOLDINGS = {
         WHEN f.status = 'deploys' THEN 1
     END""",
 }
-_BEST_FOLDING = (
-    *("kutzbach", "dof", "merged_panels", "kutzbach_merged", "dof_merged"),
-    *("min_clearance", "deploy_time"),
-)
+_BEST_FOLDING = ("kutzbach", "dof", "merged_panels", "kutzbach_merged", "dof_merged")
+_BEST_DEPLOYING = ("min_clearance", "deploy_time")
 
 # Where a column of a view is more than the column of that name in its table.
 _EXPRESSIONS = {
-    "designs": _DESIGNS | {name: f'f."{name}"' for name in _BEST_FOLDING},
+    "designs": _DESIGNS
+    | {name: f'f."{name}"' for name in _BEST_FOLDING}
+    | {name: f'g."{name}"' for name in _BEST_DEPLOYING},
     "foldings": _FOLDINGS,
     "deployments": {},
     "runs": {},
     "units": {},
 }
 
-# The join of `designs` finds one row at most, so SQLite leaves it out when none of its columns is asked for.
+# The joins of `designs` find one row each at most, so SQLite leaves out those of which no column is asked for.
 _SOURCES = {
-    "designs": ("d", "design AS d LEFT JOIN folding AS f ON f.design_id = d.id AND f.crease = d.best_crease"),
+    "designs": (
+        "d",
+        """design AS d
+LEFT JOIN folding AS f ON f.design_id = d.id AND f.crease = d.best_crease
+LEFT JOIN folding AS g ON g.design_id = d.id AND g.crease = (
+    SELECT e.crease FROM folding AS e WHERE e.design_id = d.id AND e.status = 'deploys'
+    ORDER BY e.dof IS NULL, e.dof, e.crease LIMIT 1
+)""",
+    ),
     "foldings": ("f", "folding AS f"),
     "deployments": ("p", "deployment AS p"),
     "runs": ("r", "run AS r"),

@@ -36,7 +36,8 @@ class Job:
     n: int
 
     def into(self, path):
-        return ["enumerate", "--grid", self.grid, "--n", str(self.n), "--jobs", "2", "--db", str(path)]
+        words = ["enumerate", "--grid", self.grid, "--n", str(self.n), "--until", "mobility"]
+        return [*words, "--jobs", "2", "--db", str(path)]
 
 
 # Even, so that there are foldings; in batches enough to lose one (12, 60), or small, where only rows count.

@@ -435,10 +435,10 @@ def test_interrupted_statement_stops_at_once(server, name, url):
 
 
 def test_the_same_commands(server, name, url):
-    out, error = command("enumerate", "--grid", "hex", "--n", "10", "--db", url)
+    out, error = command("enumerate", "--grid", "hex", "--n", "10", "--until", "mobility", "--db", url)
     assert "non-isomorphic circuits" in out
     assert error == ""
-    out, _ = command("enumerate", "--grid", "hex", "--n", "10", "--db", url)
+    out, _ = command("enumerate", "--grid", "hex", "--n", "10", "--until", "mobility", "--db", url)
     assert "0 done" in out
     out, _ = command("query", "untwisted", "--db", url, "-c", "id", "--format", "csv")
     assert len(out.splitlines()) == 26

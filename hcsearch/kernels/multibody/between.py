@@ -1,4 +1,4 @@
-"""What happens between the states of a motion: how far its loops open there."""
+"""What lies between the states of a motion: how far the loops open there, and closed states where that is too far."""
 
 from __future__ import annotations
 
@@ -6,28 +6,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled
-from hcsearch.kernels.courses import TERMS, follow, write_course
+from hcsearch.kernels.courses import TERMS, follow, rates_at, write_course
+from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, largest_pivot, project
 from hcsearch.kernels.multibody.sweeps import place
 from hcsearch.kernels.multibody.tree import Tree, Work
 from hcsearch.kernels.multibody.welds import weld_errors
 
 Reals = NDArray[np.float64]
+States = tuple[Reals, Reals, Reals, Reals]
+"""Times (k,), coordinates, velocities and accelerations (k, n)."""
+
+OPEN = 1e-6
+"""Closure residual (rad, or gap over size) up to which loops count as closed between states."""
+PASSES = 4
+"""A step is halved no more often than this."""
+STILL = 1e-9
+"""A joint is held throughout a step at whose ends it is no further apart (rad), and no faster (rad/s)."""
 
 
 @compiled
-def opening(tree: Tree, count: int, times: Reals, q: Reals, v: Reals, a: Reals, cubic: bool, work: Work) -> float:
-    """Greatest closure residual (rad, or gap over size) at the first `count` states and at three places between each.
+def opening(tree: Tree, states: States, cubic: bool, work: Work) -> float:
+    """Greatest closure residual (rad, or gap over size) of a motion's states, and at three places between each.
 
     A polynomial through exact states and rates at both ends strays most in the middle, or first to one side, then to
     the other.
     """
-    n = q.shape[1]
-    course, angles = np.empty((n, TERMS)), np.empty(n)
+    times, q, v, a = states
+    course, angles = np.empty((q.shape[1], TERMS)), np.empty(q.shape[1])
     worst = 0.0
-    for k in range(count):
+    for k in range(len(times)):
         place(tree, q[k], work)
         worst = max(worst, weld_errors(tree, work, work.errors))
-        h = times[k + 1] - times[k] if k + 1 < count else 0.0
+        h = times[k + 1] - times[k] if k + 1 < len(times) else 0.0
         if h > 0.0:
             write_course(h, cubic, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], course)
             for share in (0.25, 0.5, 0.75):
@@ -35,3 +45,59 @@ def opening(tree: Tree, count: int, times: Reals, q: Reals, v: Reals, a: Reals, 
                 place(tree, angles, work)
                 worst = max(worst, weld_errors(tree, work, work.errors))
     return worst
+
+
+@compiled
+def refined(mechanism: Mechanism, states: States, closed: float, work: Work) -> States:
+    """The motion with closed states put into the middle of steps in which the loops open by more than `closed`.
+
+    They are those nearest to the polynomials, and so again in the halves.
+    """
+    tree, n = mechanism.tree, states[1].shape[1]
+    hold = Hold(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8))
+    course, scale = np.empty((n, TERMS)), largest_pivot(mechanism, states[1][0], work)
+    for _ in range(PASSES):
+        times, q, v, a = states
+        count = len(times)
+        wide = np.zeros(count, np.bool_)
+        middles = np.empty((3, count, n))
+        for k in range(count - 1):
+            h = times[k + 1] - times[k]
+            if h <= 0.0:
+                continue
+            write_course(h, False, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], course)
+            follow(course, 0.5, middles[0, k])
+            place(tree, middles[0, k], work)
+            wide[k] = weld_errors(tree, work, work.errors) > closed
+            if wide[k]:
+                rates_at(course, 0.5, h, middles[1, k])
+                for i in range(n):
+                    still = abs(q[k + 1, i] - q[k, i]) <= STILL and max(abs(v[k, i]), abs(v[k + 1, i])) <= STILL
+                    hold.held[i] = 1 if still else 0
+                _close(mechanism, hold, scale, middles[:, k], work)
+        more = wide.sum()
+        if more == 0:
+            break
+        rows = count + more
+        states = (np.empty(rows), np.empty((rows, n)), np.empty((rows, n)), np.empty((rows, n)))
+        at = 0
+        for k in range(count):
+            states[0][at], states[1][at], states[2][at], states[3][at] = times[k], q[k], v[k], a[k]
+            at += 1
+            if wide[k]:
+                states[0][at] = 0.5 * (times[k] + times[k + 1])
+                states[1][at], states[2][at], states[3][at] = middles[0, k], middles[1, k], middles[2, k]
+                at += 1
+    return states
+
+
+@compiled
+def _close(mechanism: Mechanism, hold: Hold, scale: float, state: Reals, work: Work) -> None:
+    """Move a state (position, velocity) onto closure, and write its acceleration."""
+    for _ in range(2):
+        accelerate(mechanism, hold, state[0], state[1], scale, True, work, state[2])
+        project(mechanism.tree, hold.held, state[0], state[1], 1e-14, work)
+    accelerate(mechanism, hold, state[0], state[1], scale, True, work, state[2])
+    for i in range(len(hold.held)):
+        if hold.held[i]:
+            state[1, i] = state[2, i] = 0.0

@@ -1,4 +1,4 @@
-"""Deployment ratio and hinges of designs, which the views work out: no table changes."""
+"""Criteria of designs, which the views work out (ratio, hinges, the folding that deploys): no table changes."""
 
 revision = "0003"
 down_revision = "0002"

@@ -1,0 +1,119 @@
+"""`hcsearch identify`: springs and dampers from measurements."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from statistics import mean, stdev
+from typing import TYPE_CHECKING
+
+import click
+
+from hcsearch.errors import HcsearchError
+
+if TYPE_CHECKING:
+    from hcsearch.identification.damping import HingeTest
+    from hcsearch.identification.springs import Spring
+    from hcsearch.identification.vibration import FreeVibration
+
+_UNITS = {"stiffness": "N m/rad", "growth": "N m/rad^2", "preload": "N m", "hysteresis": "N m"}
+
+
+@click.group(
+    epilog="Example: hcsearch identify spring moments.csv; "
+    "hcsearch identify damping --inertia 0.0051 --hinges 4 test1.csv test2.csv"
+)
+def identify() -> None:
+    """Springs and dampers of hinges from measurements, as `hcsearch deploy` takes them."""
+
+
+@identify.command(epilog="Example: hcsearch identify spring moments.csv, a file that begins: angle_deg,moment_N_mm")
+@click.argument("file", metavar="FILE.csv")
+def spring(file: str) -> None:
+    """The moment-angle law of a spring from measured pairs, rows in the order measured.
+
+    The file has a column angle_rad or angle_deg (fold angle, 0 flat) and a column moment_N_m or moment_N_mm. Linear and
+    quadratic laws are tried, through the origin or preloaded, then a table; the simplest that suffices is chosen. Where
+    the angle also goes back, the gap between loading and unloading is told, and the law lies midway.
+    """
+    from hcsearch.identification.springs import identify_spring  # noqa: PLC0415
+    from hcsearch.identification.tables import read_moments  # noqa: PLC0415
+
+    _print_spring(identify_spring(*read_moments(file)))
+
+
+@identify.command(
+    epilog="Example: hcsearch identify damping --inertia 0.0051 --hinges 4 --from 0.2 test1.csv test2.csv, "
+    "files that begin: time_s,block_g,frame_g"
+)
+@click.argument("files", metavar="FILE.csv...", nargs=-1, required=True)
+@click.option("--inertia", type=float, required=True, metavar="I", help="Of the block about the hinges, kg m^2.")
+@click.option("--hinges", type=int, default=1, show_default=True, metavar="N", help="Equal ones that hold the block.")
+@click.option("--rate", type=float, metavar="HZ", help="Sampling rate of files without a column time_s.")
+@click.option("--from", "start", type=float, metavar="SECONDS", help="Leave out what was measured before.")
+def damping(files: tuple[str, ...], inertia: float, hinges: int, rate: float | None, start: float | None) -> None:
+    """The damping coefficient of a hinge from free vibrations of a block that swings on some, one file a test.
+
+    A file has a column time_s (or --rate) and a column for each accelerometer, all in one unit, whichever. It begins
+    when the hammer has let go, or --from says when. The mode of the lowest frequency is taken as the swing.
+    """
+    from hcsearch.identification.damping import hinge_damping, hinge_test  # noqa: PLC0415
+    from hcsearch.identification.tables import read_accelerations  # noqa: PLC0415
+    from hcsearch.identification.vibration import identify_modes  # noqa: PLC0415
+
+    hinge_damping(0.0, 0.0, inertia, hinges)  # refuses what is no inertia before the work begins
+    vibrations = [identify_modes(*read_accelerations(file, rate, start)) for file in files]
+    for file, vibration in zip(files, vibrations, strict=True):
+        if not vibration.modes:
+            raise HcsearchError(
+                f"{file} holds no decaying vibration that is clear of its noise: begin where the block is let go, "
+                "and leave out what does not move"
+            )
+    tests = [hinge_test(vibration.modes[0], inertia, hinges) for vibration in vibrations]
+    _print_tests(files, tests)
+    _print_modes(files, vibrations)
+
+
+def _print_spring(found: Spring) -> None:
+    """The chosen law with its numbers, and how all laws compare."""
+    chosen = found.chosen
+    low, high = found.span
+    click.echo(f"{'pairs':14}{found.loading} loading, {found.unloading} unloading; {low:.4g} to {high:.4g} rad")
+    click.echo(f"{'law':14}{chosen.law.text}")
+    for name, estimate in chosen.estimates.items():
+        interval = f"95 %: {estimate.low:.4g} to {estimate.high:.4g}"
+        click.echo(f"{name:14}{estimate.value:.4g} {_UNITS[name]}, standard error {estimate.error:.2g} ({interval})")
+    if not (found.loading and found.unloading):
+        click.echo(f"{'hysteresis':14}not measured: the angle goes one way only")
+    click.echo(f"\n{'law tried':22}{'left, rms N m':>14}{'off, % of the greatest':>24}  verdict")
+    for fit in found.fits:
+        verdict = "chosen" if fit is chosen else ("suffices" if fit.sufficient else "does not suffice")
+        click.echo(f"{fit.kind:22}{fit.residual:>14.3g}{100.0 * fit.misfit:>24.2g}  {verdict}")
+
+
+def _print_tests(files: Sequence[str], tests: Sequence[HingeTest]) -> None:
+    """A row a test, as in thesis table 4.2, with standard errors; average and standard deviation of several."""
+    width = max(len("average"), *map(len, files)) + 2
+    titles = ("f, Hz", "omega, rad/s", "zeta", "c, N m s/rad")
+    click.echo(" " * width + "".join(f"{title:>20}" for title in titles))
+    for file, test in zip(files, tests, strict=True):
+        pairs = (
+            (test.frequency, test.frequency_error),
+            (2.0 * math.pi * test.frequency, 2.0 * math.pi * test.frequency_error),
+            (test.damping, test.damping_error),
+            (test.coefficient, test.coefficient_error),
+        )
+        click.echo(f"{file:{width}}" + "".join(f"{f'{value:#.4g} +- {error:.1g}':>20}" for value, error in pairs))
+    rows = [(test.frequency, 2.0 * math.pi * test.frequency, test.damping, test.coefficient) for test in tests]
+    if len(rows) > 1:
+        for name, of in (("average", mean), ("deviation", stdev)):
+            click.echo(f"{name:{width}}" + "".join(f"{of(column):>#20.4g}" for column in zip(*rows, strict=True)))
+    stiffness = mean(test.stiffness for test in tests)
+    click.echo(f"what drives the block back, springs and weight: {stiffness:.4g} N m/rad")
+
+
+def _print_modes(files: Sequence[str], vibrations: Sequence[FreeVibration]) -> None:
+    """The modes that were not taken, so that a wrong choice shows."""
+    for file, vibration in zip(files, vibrations, strict=True):
+        shares = [f"{100.0 * mode.share:.2g} % at {mode.frequency:.4g} Hz" for mode in vibration.modes]
+        click.echo(f"energy of {file}: {', '.join(shares)}; noise {vibration.noise:.2g} rms")

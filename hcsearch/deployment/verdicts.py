@@ -1,0 +1,255 @@
+"""Stage `deployment`: which foldings come flat without a collision, in the scene `default` or with a few spring sets.
+
+The first look is at the scene `default`. Foldings that do not deploy in it get a second, cheap look: their flat pairs
+hinged, their mirror pairs merged, and spring sets graded over the layers, the faces or the stacks, so that panels
+open one after the other (docs/collision.md tells how many each look finds). A full search is `hcsearch tune`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.circuit import Circuit
+from hcsearch.collision.clearance import MARGIN
+from hcsearch.deployment.checking import Check, Solids, check, solids_of
+from hcsearch.deployment.compiling import Compiled, compile_scene
+from hcsearch.deployment.springs import with_springs
+from hcsearch.deployment.subjects import folding_linkage
+from hcsearch.folding import Folding
+from hcsearch.grid import grid_named
+from hcsearch.linkage import Linkage
+from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch, MobilityBatch, Trial
+from hcsearch.scenes import SCENES, Scene, default_panel
+
+Reals = NDArray[np.float64]
+Pairs = Literal["rigid", "hinged", "merged"]
+
+EARLY = 0.08
+"""In the second look, motions that collide within this time (s) are not followed further: three of four that do."""
+STIFF, SOFT = 0.2, 0.005
+"""Stiffnesses that graded sets run between, N m/rad."""
+
+GRADES: dict[str, tuple[float, float, float]] = {
+    "bottom first": (1.0, 0.0, 0.0),
+    "top first": (-1.0, 0.0, 0.0),
+    "mountains first": (0.0, -1.0, 0.0),
+    "one stack first": (0.0, 0.0, 1.0),
+    "other stack first": (0.0, 0.0, -1.0),
+    "top of one stack first": (-1.0, 0.0, 1.0),
+}
+"""Graded spring sets: how softness grows with the layer, with valleys after mountains, and with the second stack."""
+OUTER = "outer layers first"
+"""The set graded by the distance from the middle layer."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """A scene that a folding is tried in: how its flat pairs are joined, and how its springs are graded."""
+
+    pairs: Pairs = "rigid"
+    grade: str = ""
+
+    @property
+    def scene(self) -> str:
+        """Its name, `default` for the first look."""
+        parts = [self.pairs if self.pairs != "rigid" else "", self.grade]
+        return ", ".join(part for part in parts if part) or "default"
+
+
+LOOKS = (
+    Look("hinged"),
+    Look("merged"),
+    *(Look("rigid", grade) for grade in GRADES),
+    *(Look("hinged", grade) for grade in (*GRADES, OUTER)),
+)
+"""The second look, in this order; a folding that deploys in one is not tried in those after it."""
+SCREENED = 1e-5
+"""Tolerance of the second look; what deploys in it is simulated again with the first look's."""
+
+
+def verdicts(
+    circuits: CircuitBatch, foldings: FoldingBatch, twists: NDArray[np.int16], found: MobilityBatch, threads: int = 1
+) -> DeploymentBatch:
+    """Verdicts on a batch of foldings. Locked ones are tried with hinged or merged pairs: the proof is of rigid ones.
+
+    Deploys: flat and certified clear. Collides: with every set tried. Undecided: it did neither with some set.
+    """
+    return _Verdicts(circuits, foldings, twists == 0, found.locked, threads).run()
+
+
+class _Verdicts:
+    """The verdicts on a batch while they are found; foldings are numbers in the batch."""
+
+    def __init__(
+        self,
+        circuits: CircuitBatch,
+        foldings: FoldingBatch,
+        untwisted: NDArray[np.bool_],
+        locked: NDArray[np.bool_],
+        threads: int,
+    ) -> None:
+        grid = grid_named(circuits.grid)
+        self.panel = default_panel(circuits.grid)
+        self.foldings = {
+            i: Folding(Circuit(grid, tuple(circuits.words[foldings.row[i]].tolist())), int(foldings.crease[i]))
+            for i in np.flatnonzero(untwisted).tolist()
+        }
+        self.count, self.threads = len(foldings), threads
+        self.locked = {i for i in self.foldings if locked[i]}
+        self.compiled: dict[tuple[int, Pairs], tuple[Compiled, Solids]] = {}
+        self.tried: dict[int, list[Check]] = {i: [] for i in self.foldings}
+        self.deploys: dict[int, Trial] = {}
+        self.first: dict[int, Trial] = {}
+
+    def run(self) -> DeploymentBatch:
+        for look in (Look(), *LOOKS):
+            self._look(look)
+        status: list[str | None] = [None] * self.count
+        clearance, time = np.full(self.count, np.nan), np.full(self.count, np.nan)
+        for i in self.foldings:
+            status[i] = self._status(i)
+            if (trial := self.deploys.get(i)) is not None:
+                clearance[i] = np.nan if trial.clearance is None else trial.clearance
+                time[i] = trial.deploy_time
+        trials = [trial for i in self.foldings for trial in self._trials(i)]
+        return DeploymentBatch(status, clearance, time, tuple(trials))
+
+    def _look(self, look: Look) -> None:
+        """Try all foldings that are left in one scene."""
+        left = [i for i in self.foldings if i not in self.deploys and self._can(i, look)]
+        scenes = {i: self._compiled(i, look) for i in left}
+        first = look == Look()
+        found = self._check(left, scenes, {} if first else {"early": EARLY, "tolerance": SCREENED})
+        if not first:
+            found |= self._check([i for i in left if found[i].deploys], scenes, {})
+        for i in left:
+            self.tried[i].append(found[i])
+            trial = self._trial(i, look, scenes[i][0], found[i])
+            if first:
+                self.first[i] = trial
+            if found[i].deploys:
+                self.deploys[i] = trial
+
+    def _check(
+        self, some: list[int], scenes: dict[int, tuple[Compiled, Solids]], options: dict[str, float]
+    ) -> dict[int, Check]:
+        solids = [scenes[i][1] for i in some]
+        rows = check([scenes[i][0] for i in some], solids=solids, threads=self.threads, **options)
+        return dict(zip(some, rows, strict=True))
+
+    def _can(self, i: int, look: Look) -> bool:
+        if look.pairs == "merged":
+            return bool(self.foldings[i].mirror_pairs)
+        return look.pairs == "hinged" or i not in self.locked
+
+    def _compiled(self, i: int, look: Look) -> tuple[Compiled, Solids]:
+        key = (i, look.pairs)
+        if key not in self.compiled:
+            linkage = folding_linkage(
+                self.foldings[i], self.panel, hinged=look.pairs == "hinged", merged=look.pairs == "merged"
+            )
+            compiled = compile_scene(linkage, SCENES["default"], keep=frozenset({"stops"}))
+            self.compiled[key] = compiled, solids_of(compiled)
+        compiled, solids = self.compiled[key]
+        if look.grade:
+            compiled = with_springs(compiled, graded(self.foldings[i], compiled, look.grade))
+        return compiled, solids
+
+    def _trial(self, i: int, look: Look, compiled: Compiled, found: Check) -> Trial:
+        length, width, thickness = self.panel
+        values = scene_values(compiled.scene) | {
+            "panel_mm": f"{1e3 * length:g}x{1e3 * width:g}x{1e3 * thickness:g}",
+            "flat_pairs": "hinged" if look.pairs == "hinged" else "rigid",
+            "merge": look.pairs == "merged",
+            "margin_mm": 1e3 * MARGIN,
+        }
+        return Trial(
+            folding=i,
+            scene=look.scene,
+            values=json.dumps(values, sort_keys=True),
+            formulation=compiled.formulation,
+            status=status_of(found),
+            reason=reason_of(found),
+            clearance=found.gap if found.deploys else None,
+            first_contact=None if found.collision is None else found.collision[0],
+            deploy_time=found.end_time if found.outcome == "flat" else None,
+            energy_error=found.drift,
+            closure_error=found.opening * compiled.linkage.pattern.size,
+        )
+
+    def _status(self, i: int) -> str:
+        if i in self.deploys:
+            return "deploys"
+        if i in self.locked:
+            return "locked"
+        return "collides" if all(found.clear is False for found in self.tried[i]) else "undecided"
+
+    def _trials(self, i: int) -> Iterator[Trial]:
+        """What is kept of a folding: the first look, and the one in which it deploys."""
+        first, deploys = self.first.get(i), self.deploys.get(i)
+        if first is not None:
+            yield first
+        if deploys is not None and deploys is not first:
+            yield deploys
+
+
+def status_of(found: Check) -> str:
+    """What one check says of its scene."""
+    if found.deploys:
+        return "deploys"
+    return "collides" if found.clear is False else "undecided"
+
+
+def reason_of(found: Check) -> str:
+    """The sentence behind it."""
+    if found.collision is not None:
+        time, (one, two) = found.collision
+        return f"panels {one} and {two} collide at {time:.4g} s"
+    end = (
+        f"flat after {found.end_time:.4g} s"
+        if found.outcome == "flat"
+        else f"{found.outcome} at {found.end_time:.4g} s"
+    )
+    return f"{end}, " + ("clear until then" if found.clear else "whether panels collide is too close to tell")
+
+
+def scene_values(scene: Scene) -> dict[str, object]:
+    """The values of a scene as its TOML file has them, without those of other formulations."""
+    names = ("density", "spring", "damping_time", "damping", "gravity", "held", "start", "restitution", "seconds")
+    values = {name: getattr(scene, name) for name in names}
+    return {k: v for k, v in values.items() if v is not None} | {"springs": {str(h): law for h, law in scene.springs}}
+
+
+def graded(folding: Folding, compiled: Compiled, grade: str) -> Reals:
+    """Stiffnesses (N m/rad) of the joints of a folding, shape (n_joints,), geometric between `STIFF` and `SOFT`."""
+    places = _places(folding, compiled)
+    if grade == OUTER:
+        softness = 1.0 - np.abs(2.0 * places[:, 0] - 1.0)
+    else:
+        weights = np.array(GRADES[grade])
+        towards = np.where(weights < 0.0, 1.0 - places, places)
+        softness = towards @ np.abs(weights) / np.abs(weights).sum()
+    found: Reals = STIFF * (SOFT / STIFF) ** softness
+    return found
+
+
+def _places(folding: Folding, compiled: Compiled) -> Reals:
+    """Layer (0 lowest to 1), face (1 for a valley) and stack (1 for the second) of the hinge of each joint."""
+    linkage: Linkage = compiled.linkage
+    pattern, half = linkage.pattern, folding.circuit.n // 2
+    first = set(folding.stacks[0])
+    found = np.zeros((compiled.system.n_joints, 3))
+    for pair, crease in pattern.creases.items():
+        if crease.face is None:
+            continue
+        layers = [folding.layers[panel] for panel in pair]
+        layer = min(layers) / max(1, half - 2)
+        joint = compiled.joint_of[pattern.hinge_of(pair)]
+        found[joint] = min(layer, 1.0), crease.face == "top", pair[0] not in first
+    return found

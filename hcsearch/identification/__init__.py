@@ -1,0 +1,1 @@
+"""Springs and dampers from measurements: moment-angle data, free vibration."""

@@ -1,0 +1,214 @@
+"""Moment-angle laws of springs from measured pairs (thesis 4.5.2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+from scipy.linalg import lstsq
+from scipy.stats import f as f_distribution
+from scipy.stats import t as t_distribution
+
+from hcsearch.dynamics.laws import Law, linear, quadratic, tabulated
+from hcsearch.errors import HcsearchError
+
+Reals = NDArray[np.float64]
+
+LEAST_ANGLES = 5
+MOST_FREE = 8
+"""Coefficients of the curve that laws are measured against: a cubic spline of five pieces."""
+TABLE_POINTS = 9
+SURE = 0.99
+"""How surely a curve must fit better than a law before the law is refused."""
+MISFIT = 0.005
+"""Systematic error of a law that no measurement of a spring tells: share of the greatest moment, rms."""
+TURN = 0.05
+"""By how much of its range the angle must go back to be unloading: less is noise."""
+CONFIDENCE = 0.95
+
+_TERMS: dict[str, tuple[str, ...]] = {
+    "linear": ("stiffness",),
+    "linear, preloaded": ("stiffness", "preload"),
+    "quadratic": ("stiffness", "growth"),
+    "quadratic, preloaded": ("stiffness", "growth", "preload"),
+}
+_POWERS = {"stiffness": 1, "growth": 2, "preload": 0}
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A fitted number with its standard error and the ends of its 95 % confidence interval."""
+
+    value: float
+    error: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class SpringFit:
+    """A law fitted to all pairs by least squares.
+
+    law : its numbers have six digits, as has its text. size : fitted coefficients. estimates : `stiffness` (N m/rad),
+    `growth` (N m/rad^2), `preload` and `hysteresis` (N m) as far as there are; of a table only the hysteresis.
+    hysteresis : how much more moment a growing angle takes than one that goes back returns, the mean.
+    residual : rms of what is left, N m. misfit : systematic error, rms, as a share of the greatest moment.
+    sureness : probability that a curve fits better, and not by chance.
+    """
+
+    kind: str
+    law: Law
+    size: int
+    estimates: dict[str, Estimate]
+    residual: float
+    misfit: float
+    sureness: float
+
+    @property
+    def sufficient(self) -> bool:
+        """Whether the data ask for no other law."""
+        return self.sureness < SURE or self.misfit < MISFIT
+
+
+@dataclass(frozen=True)
+class Spring:
+    """What moment-angle data tell of a spring.
+
+    fits : simplest first, the table last. loading, unloading : pairs with growing angles, and with angles that go back.
+    span : least and greatest angle, rad.
+    """
+
+    fits: tuple[SpringFit, ...]
+    loading: int
+    unloading: int
+    span: tuple[float, float]
+
+    @property
+    def chosen(self) -> SpringFit:
+        """The sufficient law with the fewest coefficients; of two with as many, the one that leaves less."""
+        return min((fit for fit in self.fits if fit.sufficient), key=lambda fit: (fit.size, fit.residual))
+
+
+def identify_spring(angles: Reals, moments: Reals) -> Spring:
+    """The law of a spring from fold angles (rad) and the moments (N m) that hold them, in the order measured.
+
+    Linear and quadratic laws, each through the origin or preloaded, are compared with a cubic spline of five pieces
+    fitted to the same pairs: a law is sufficient unless the spline fits better, surely (F test) and by more than such
+    measurements tell. If no law is, a table of nine points on the spline is. Where the angle also goes back, a constant
+    gap between loading and unloading is fitted along with each law, which then lies midway. The thesis fits one line
+    to all (4.5.2) and says that its springs stiffen at large angles: that is a quadratic law.
+
+    Standard errors take residuals for independent; where they are not (densely read gauges), they come out too small.
+    Errors: HcsearchError for fewer than five angles, numbers that are not finite, moments that are all the same.
+    """
+    angles, moments = _checked(angles, moments)
+    unloading = _unloading(angles)
+    both = unloading.any() and not unloading.all()
+    gap = np.where(unloading, -0.5, 0.5)[:, None][:, : int(both)]
+    knots, degree = _knots(angles)
+    spline = _least_squares(np.hstack([BSpline.design_matrix(angles, knots, degree).toarray(), gap]), moments)
+    fits = []
+    for kind, terms in _TERMS.items():
+        found = _least_squares(np.column_stack([*(angles ** _POWERS[term] for term in terms), gap]), moments)
+        names = (*terms, "hysteresis")[: len(found.values)]
+        fits.append(_described(kind, names, _law(dict(zip(terms, found.values, strict=False))), found, spline))
+    curve = BSpline(knots, spline.values[: len(knots) - degree - 1], degree)
+    nodes = np.linspace(angles.min(), angles.max(), TABLE_POINTS)
+    law = tabulated(map(_six_digits, nodes), map(_six_digits, curve(nodes)))
+    fits.append(_described("table", ("hysteresis",)[: int(both)], law, spline, spline))
+    span = (float(angles.min()), float(angles.max()))
+    return Spring(tuple(fits), int((~unloading).sum()), int(unloading.sum()), span)
+
+
+def _checked(angles: Reals, moments: Reals) -> tuple[Reals, Reals]:
+    angles, moments = np.asarray(angles, float), np.asarray(moments, float)
+    if not (np.isfinite(angles).all() and np.isfinite(moments).all()):
+        raise HcsearchError("angles or moments hold values that are no numbers: leave those rows out")
+    distinct = len(np.unique(angles))
+    if distinct < LEAST_ANGLES:
+        raise HcsearchError(f"{distinct} different angles tell no law: measure at {LEAST_ANGLES} or more")
+    if np.ptp(moments) == 0.0:
+        raise HcsearchError(f"the moment is {moments[0]:g} N m at every angle: is the gauge connected?")
+    return angles, moments
+
+
+def _unloading(angles: Reals) -> NDArray[np.bool_]:
+    """Which angles lie on the way back: after a peak and before a trough, unless the turn is mere noise."""
+    turn = TURN * float(np.ptp(angles))
+    found = np.zeros(len(angles), bool)
+    way = top = bottom = 0
+    for k, angle in enumerate(angles):
+        top = k if angle > angles[top] else top
+        bottom = k if angle < angles[bottom] else bottom
+        if way <= 0 and angle - angles[bottom] > turn:
+            found[bottom + 1 : k] = False
+            way, top = 1, k
+        elif way >= 0 and angles[top] - angle > turn:
+            found[top + (top > 0) : k] = True
+            way, bottom = -1, k
+        found[k] = way < 0
+    return found
+
+
+def _knots(angles: Reals) -> tuple[Reals, int]:
+    """Knots and degree of the spline: at most five pieces, each with as many of the different angles."""
+    distinct = np.unique(angles)
+    size = min(MOST_FREE, len(distinct) // 2)
+    degree = min(3, size - 1)
+    breaks = np.quantile(distinct, np.linspace(0.0, 1.0, size - degree + 1))
+    return np.concatenate([[breaks[0]] * degree, breaks, [breaks[-1]] * degree]), degree
+
+
+@dataclass(frozen=True)
+class _Solution:
+    """Least squares: values with standard errors, sum of squared residuals, degrees of freedom, unknowns' number."""
+
+    values: Reals
+    errors: Reals
+    squares: float
+    freedom: int
+    moments: Reals
+
+
+def _least_squares(columns: Reals, moments: Reals) -> _Solution:
+    values = lstsq(columns, moments)[0]
+    squares = float(((moments - columns @ values) ** 2).sum())
+    freedom = len(moments) - columns.shape[1]
+    errors = np.sqrt(np.diag(np.linalg.inv(columns.T @ columns)) * squares / freedom)
+    return _Solution(values, errors, squares, freedom, moments)
+
+
+def _described(kind: str, names: tuple[str, ...], law: Law, found: _Solution, spline: _Solution) -> SpringFit:
+    """A fit with the last of its values by name, and how it compares with the spline."""
+    rows = len(found.moments)
+    half = t_distribution.ppf(0.5 + CONFIDENCE / 2.0, found.freedom)
+    estimates = {
+        name: Estimate(float(value), float(error), float(value - half * error), float(value + half * error))
+        for name, value, error in zip(names, found.values[-len(names) :], found.errors[-len(names) :], strict=False)
+    }
+    excess, unknowns = max(0.0, found.squares - spline.squares), found.freedom - spline.freedom
+    sureness = 0.0
+    if unknowns > 0 and excess > 0.0:
+        ratio = excess / unknowns / (spline.squares / spline.freedom) if spline.squares > 0.0 else np.inf
+        sureness = float(f_distribution.cdf(ratio, unknowns, spline.freedom))
+    return SpringFit(
+        kind=kind,
+        law=law,
+        size=rows - found.freedom,
+        estimates=estimates,
+        residual=float(np.sqrt(found.squares / rows)),
+        misfit=float(np.sqrt(excess / rows) / abs(found.moments).max()),
+        sureness=sureness,
+    )
+
+
+def _law(values: dict[str, float]) -> Law:
+    rounded = {name: _six_digits(value) for name, value in values.items()}
+    return (quadratic if "growth" in rounded else linear)(**rounded)
+
+
+def _six_digits(value: float) -> float:
+    """What a notation can be read with; no gauge has more."""
+    return float(f"{value:.6g}")

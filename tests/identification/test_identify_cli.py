@@ -1,0 +1,182 @@
+"""`hcsearch identify` as a person meets it: files, tables, one clear line for what is wrong."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from hcsearch.bench.identification_rig import Rig, pairs
+from hcsearch.cli import hcsearch
+from hcsearch.dynamics.laws import law_named
+from hcsearch.errors import HcsearchError
+from hcsearch.identification.tables import read_accelerations, read_moments
+
+
+def run(*words):
+    result = CliRunner().invoke(hcsearch, ["identify", *map(str, words)], catch_exceptions=True)
+    assert result.exception is None, result.exception
+    return result.output
+
+
+def refused(*words):
+    """The one line of an error."""
+    result = CliRunner().invoke(hcsearch, ["identify", *map(str, words)])
+    assert isinstance(result.exception, HcsearchError), result.output
+    assert result.output == ""
+    assert "\n" not in str(result.exception)
+    return str(result.exception)
+
+
+def write(path, heading, rows, digits=9):
+    lines = [",".join(f"{value:.{digits}g}" for value in row) for row in rows]
+    path.write_text("\n".join([heading, *lines]) + "\n", encoding="utf-8")
+    return path
+
+
+def write_test(path, seed, *, heading="time_s,block_g,frame_g", times=True, noise=0.01, rig=None):
+    rig = rig or Rig()
+    record = rig.record(noise, seed)
+    columns = [np.arange(record.shape[1]) / rig.rate, *record] if times else record
+    return write(path, heading, np.transpose(columns))
+
+
+@pytest.mark.parametrize("angle", ["angle_rad", "angle_deg"])
+@pytest.mark.parametrize("moment", ["moment_N_m", "moment_N_mm"])
+def test_a_spring_in_any_unit(tmp_path, angle, moment):
+    angles, moments = pairs(law_named("linear:0.1"), 0.0, 1)
+    columns = np.transpose([np.degrees(angles) if "deg" in angle else angles, moments * (1e3 if "mm" in moment else 1)])
+    output = run("spring", write(tmp_path / "spring.csv", f" {angle}, {moment}", columns))
+    assert re.search(r"^law +linear:0.1$", output, re.MULTILINE)
+    assert "156 loading, 156 unloading" in output
+    assert output.count("chosen") == 1
+
+
+def test_a_spring_with_other_columns_and_empty_lines(tmp_path):
+    path = tmp_path / "spring.csv"
+    rows = "\n\n".join(f"{0.1 * angle + 0.02},{angle},{20 + angle}" for angle in range(6))
+    path.write_text(f"\ufeffmoment_N_m,angle_rad,kelvin\n{rows}\n", encoding="utf-8")
+    output = run("spring", path)
+    assert "linear:0.1+0.02" in output
+    assert "one way only" in output
+
+
+def test_several_tests_make_a_table_like_4_2(tmp_path):
+    files = [write_test(tmp_path / f"test{k}.csv", k) for k in range(3)]
+    output = run("damping", "--inertia", "0.0051", "--hinges", "4", *files)
+    lines = output.splitlines()
+    assert [line.split()[0] for line in lines[1:6]] == [*map(str, files), "average", "deviation"]
+    rig = Rig()
+    average = [float(number) for number in lines[4].split()[1:]]
+    assert average == pytest.approx([rig.frequency, 2 * math.pi * rig.frequency, rig.ratio, rig.damping], rel=5e-3)
+    assert "springs and weight: 1.2" in lines[6]
+    assert re.search(r"% at 33\.\d+ Hz", lines[7])
+
+
+def test_one_test_has_no_average_and_its_hinge_all_the_damping(tmp_path):
+    output = run("damping", "--inertia", "0.0051", write_test(tmp_path / "test.csv", 1))
+    assert len(output.splitlines()) == 4
+    assert float(output.splitlines()[1].split()[-3]) == pytest.approx(4 * Rig().damping, rel=0.01)
+
+
+def test_without_times_by_rate(tmp_path):
+    path = write_test(tmp_path / "test.csv", 1, heading="block,frame", times=False)
+    timed = write_test(tmp_path / "timed.csv", 1)
+    by_rate = run("damping", "--inertia", "0.0051", "--rate", "200", path)
+    assert (
+        by_rate.replace(str(path), "").split()
+        == run("damping", "--inertia", "0.0051", timed).replace(str(timed), "").split()
+    )
+
+
+def test_what_was_measured_before_is_left_out(tmp_path):
+    record = Rig().record(0.002, 5)
+    strike = np.concatenate([np.zeros((2, 60)), np.full((2, 5), 7.0), record], axis=1)
+    timed = np.transpose([np.arange(strike.shape[1]) / 200.0, *strike])
+    path = write(tmp_path / "raw.csv", "time_s,block_g,frame_g", timed)
+    bare = write(tmp_path / "bare.csv", "block_g,frame_g", timed[:, 1:])
+    for words in ((path,), ("--rate", "200", bare)):
+        output = run("damping", "--inertia", "0.0051", "--hinges", "4", "--from", "0.325", *words)
+        assert float(output.splitlines()[1].split()[-3]) == pytest.approx(Rig().damping, rel=0.01)
+
+
+def test_times_of_few_digits_are_even(tmp_path):
+    rig = Rig(rate=1024.0, seconds=1.0)
+    times = np.round(np.arange(1024) / 1024.0, 4)
+    path = write(tmp_path / "test.csv", "time_s,block", np.transpose([times, rig.record(0.0, 1)[0]]))
+    records, rate = read_accelerations(str(path))
+    assert records.shape == (1, 1024)
+    assert rate == pytest.approx(1024.0, rel=1e-4)
+
+
+MOMENTS = "angle_rad,moment_N_m\n"
+TEST = "time_s,block\n"
+EVEN = [f"{k / 100},{k % 7}" for k in range(100)]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "is empty"),
+        ("angle_rad,moment\n0,1\n", "no columns of the moment .*angle_rad, moment.*: name one of them moment_N_m or"),
+        ("angle,moment_N_m\n0,1\n", "no columns of the angle"),
+        ("angle_rad,angle_deg,moment_N_m\n0,0,1\n", "2 columns of the angle"),
+        ("0,1\n1,2\n", "first line .* names no columns"),
+        ("angle_rad,angle_rad,moment_N_m\n0,0,1\n", "first line .* names no columns"),
+        (MOMENTS + "0,0\n1,nan\n", "line 3 .* 'nan' for moment_N_m"),
+        (MOMENTS + "0,0\n1,inf\n", "line 3 .* 'inf'"),
+        (MOMENTS + "0,0\n1,x\n", "line 3 .* 'x' for moment_N_m"),
+        (MOMENTS + "0,0\n1\n", "line 3 .* 1 values for 2 columns"),
+        ("angle_rad;moment_N_m\n0;0,1\n", "not separated by commas"),
+        (MOMENTS, "0 different angles"),
+        (MOMENTS + "0,0\n1,1\n2,2\n", "3 different angles"),
+        (MOMENTS + "".join(f"{k},0.5\n" for k in range(6)), "0.5 N m at every angle"),
+    ],
+)
+def test_wrong_moments_are_one_clear_line(tmp_path, text, message):
+    path = tmp_path / "spring.csv"
+    path.write_text(text, encoding="utf-8")
+    assert re.search(message, refused("spring", path))
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "message"),
+    [
+        (TEST + "\n".join(EVEN), ("--rate", "100"), "leave out --rate"),
+        ("block\n" + "\n".join("12" * 50), (), "tell the sampling rate by --rate"),
+        ("block\n" + "\n".join("12" * 50), ("--rate", "0"), "sampling rate of 0 Hz"),
+        ("time_s\n" + "\n".join(map(str, range(100))), (), "has no accelerations"),
+        (TEST + "\n".join(EVEN[:20]), (), "20 samples"),
+        (TEST + "\n".join(EVEN), ("--from", "0.9"), "10 samples"),
+        (TEST + "\n".join(EVEN), ("--from", "9"), "0 samples"),
+        (TEST + "0,1\n", (), "has 1 rows"),
+        (TEST + "\n".join(EVEN[::-1]), (), "sort the rows"),
+        (TEST + "\n".join([*EVEN[:50], EVEN[49], *EVEN[50:]]), (), "0.49 s comes after 0.49 s"),
+        (TEST + "\n".join(EVEN[:50] + EVEN[52:]), (), "not sampled evenly"),
+        (TEST + "\n".join(f"{k / 100},0.3" for k in range(100)), (), "'block' .* is 0.3 all the time"),
+        (TEST + "\n".join(f"{k / 100},{k}" for k in range(100)), (), "no decaying vibration"),
+        (TEST + "\n".join(EVEN), ("--hinges", "0"), "0 hinges"),
+        (TEST + "\n".join(EVEN), ("--inertia", "-1"), "inertia of -1"),
+    ],
+)
+def test_wrong_records_are_one_clear_line(tmp_path, text, options, message):
+    path = tmp_path / "test.csv"
+    path.write_text(text, encoding="utf-8")
+    assert re.search(message, refused("damping", "--inertia", "0.0051", *options, path))
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    assert "No such file" in refused("spring", tmp_path / "none.csv")
+    assert "Is a directory" in refused("damping", "--inertia", "1", tmp_path)
+    (tmp_path / "bytes.csv").write_bytes(b"\xff\xfe\x00\x81")
+    assert "is no table" in refused("spring", tmp_path / "bytes.csv")
+    with pytest.raises(HcsearchError, match="No such file"):
+        read_moments(str(tmp_path / "none.csv"))
+
+
+@pytest.mark.parametrize("command", ["spring", "damping"])
+def test_help_has_an_example(command):
+    result = CliRunner().invoke(hcsearch, ["identify", command, "--help"])
+    assert result.exit_code == 0
+    assert f"Example: hcsearch identify {command}" in " ".join(result.output.split())
