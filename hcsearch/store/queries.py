@@ -110,7 +110,7 @@ def _statement(view: str, names: Sequence[str], query: str, sort: str, limit: in
 
 
 def find_design(database: Database, text: str) -> dict[str, Any]:
-    """Return the row of `designs` of an id or a circuit notation, with its rows of `foldings` under that key."""
+    """Return the row of `designs` of an id or a circuit notation, with its rows of `foldings` and `deployments`."""
     by_id = re.fullmatch(r"[0-9]+", text) is not None
     source = view_table("designs")
     wanted = source.c.id == int(text[:20]) if by_id else source.c.circuit == text.encode(errors="replace").decode()
@@ -120,8 +120,10 @@ def find_design(database: Database, text: str) -> dict[str, Any]:
         found = connection.execute(sql_select(source).where(wanted)).mappings().first()
     if found is None:
         raise _unknown(database, text)
-    foldings = select(database, f"design_id={found['id']}", view="foldings")
-    return {**found, "foldings": [dict(zip(foldings.columns, row, strict=True)) for row in foldings.rows]}
+    parts = {view: select(database, f"design_id={found['id']}", view=view) for view in ("foldings", "deployments")}
+    return {**found} | {
+        view: [dict(zip(own.columns, row, strict=True)) for row in own.rows] for view, own in parts.items()
+    }
 
 
 def _unknown(database: Database, text: str) -> QueryError:

@@ -25,9 +25,10 @@ from scipy.optimize import brentq, minimize_scalar
 from hcsearch.collision.clearance import MARGIN, RESOLUTION, certify, pairs_of, slack_of
 from hcsearch.collision.penetration import deepest_margin, prisms_of
 from hcsearch.deployment.deploying import deploy
-from hcsearch.dynamics.simulation import opening_of
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.intervals import Course
+from hcsearch.kernels.multibody.between import opening
+from hcsearch.kernels.multibody.tree import work_for
 from hcsearch.kernels.overlaps import first_overlap
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Pattern
@@ -410,7 +411,9 @@ def test_no_panel_is_further_from_its_place_than_the_slack(name, tolerance):
     found = deploy(linkage_named(name), scene, tolerance=tolerance, margin=None)
     compiled, motion = found.compiled, found.motion
     own = compiled.linkage
-    slack = slack_of(own, opening_of(compiled.system, motion))
+    tree = compiled.system.mechanism.tree
+    gap = opening(tree, (motion.times, motion.q, motion.v, motion.a), motion.cubic, work_for(tree))
+    slack = slack_of(own, gap)
     trees = {}
     for base in range(own.n_panels):
         other = Linkage(own.pattern, base=base)
