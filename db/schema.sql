@@ -207,8 +207,8 @@ CREATE VIEW designs AS SELECT
         WHEN d.status IN ('no_folding', 'twisted', 'locked') THEN 0
         WHEN d.status = 'deploys' THEN 1
     END AS "deployable",
-    f."min_clearance" AS "min_clearance",
-    f."deploy_time" AS "deploy_time",
+    g."min_clearance" AS "min_clearance",
+    g."deploy_time" AS "deploy_time",
     CASE
         WHEN d.n_foldings = 0 THEN 'no_folding'
         WHEN d.n_foldings > 0 AND d.n_untwisted = 0 THEN 'twisted'
@@ -217,7 +217,12 @@ CREATE VIEW designs AS SELECT
     d."score" AS "score",
     CASE WHEN d.n_untwisted > 0 THEN d.n / 2 END AS "deployment_ratio",
     CASE WHEN d.n_untwisted > 0 THEN d.n - 2 END AS "hinges"
-FROM design AS d LEFT JOIN folding AS f ON f.design_id = d.id AND f.crease = d.best_crease;
+FROM design AS d
+LEFT JOIN folding AS f ON f.design_id = d.id AND f.crease = d.best_crease
+LEFT JOIN folding AS g ON g.design_id = d.id AND g.crease = (
+    SELECT e.crease FROM folding AS e WHERE e.design_id = d.id AND e.twist = 0 AND e.status = 'deploys'
+    ORDER BY e.dof IS NULL, e.dof, e.crease LIMIT 1
+);
 
 CREATE VIEW foldings AS SELECT
     f."design_id" AS "design_id",

@@ -112,7 +112,8 @@ class Trial:
     """A deployment of one folding of a batch in one scene: what it was, and what became of it.
 
     folding : index in the batch. values : of the scene, as JSON. status : deploys, collides, undecided. reason : a
-    sentence. clearance : smallest gap, m; first_contact, deploy_time : s; None where there is none.
+    sentence. clearance : smallest gap to which panels come back, m, at most a panel's size, as none of them may come
+    back; first_contact, deploy_time : s; None where there is none.
     energy_error : greatest relative error of the energy balance. closure_error : greatest gap of the closed loop, m.
     """
 
@@ -134,7 +135,7 @@ class DeploymentBatch:
     """Verdicts on a batch of foldings, one entry each, and the deployments that they are told from.
 
     status : deploys, collides, undecided, locked; None where the folding is twisted. clearance (m), time (s) : of those
-        that deploy, in the first scene in which they do; NaN else, and where no pair of panels has a gap that counts.
+        that deploy, in the first scene in which they do; NaN else.
     """
 
     status: list[str | None]

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 def show(design: str, db: str) -> None:
     """Print a design, named by its id or its circuit notation, and its foldings (or only the one at CREASE).
 
-    Untwisted ones with their degrees of freedom, whether an end of the motion is proved locked, and, of a design named by
-    its id, the deployments that are in the database.
+    Untwisted ones with their degrees of freedom, whether an end of the motion is proved locked, and, of a design named
+    by its id, the deployments that are in the database.
 
     A circuit notation needs no database; it may be in any position, order or direction. Creases are numbered in the
     canonical order that the first lines show.

@@ -8,6 +8,7 @@ open one after the other (docs/collision.md tells how many each look finds). A f
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
@@ -115,7 +116,7 @@ class _Verdicts:
         for i in self.foldings:
             status[i] = self._status(i)
             if (trial := self.deploys.get(i)) is not None:
-                clearance[i] = np.nan if trial.clearance is None else trial.clearance
+                clearance[i] = trial.clearance
                 time[i] = trial.deploy_time
         trials = [trial for i in self.foldings for trial in self._trials(i)]
         return DeploymentBatch(status, clearance, time, tuple(trials))
@@ -163,6 +164,7 @@ class _Verdicts:
 
     def _trial(self, i: int, look: Look, compiled: Compiled, found: Check) -> Trial:
         length, width, thickness = self.panel
+        size = compiled.linkage.pattern.size
         values = scene_values(compiled.scene) | {
             "panel_mm": f"{1e3 * length:g}x{1e3 * width:g}x{1e3 * thickness:g}",
             "flat_pairs": "hinged" if look.pairs == "hinged" else "rigid",
@@ -176,11 +178,11 @@ class _Verdicts:
             formulation=compiled.formulation,
             status=status_of(found),
             reason=reason_of(found),
-            clearance=found.gap if found.deploys else None,
+            clearance=min(math.inf if found.gap is None else found.gap, size) if found.deploys else None,
             first_contact=None if found.collision is None else found.collision[0],
             deploy_time=found.end_time if found.outcome == "flat" else None,
             energy_error=found.drift,
-            closure_error=found.opening * compiled.linkage.pattern.size,
+            closure_error=found.opening * size,
         )
 
     def _status(self, i: int) -> str:

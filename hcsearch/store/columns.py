@@ -49,7 +49,9 @@ _MECHANISM = (
 _VERDICT = (
     Quantity("deployable", "boolean", "", "1: deploys clear; 0: no folding, twisted or locked; null: not known"),
     Quantity(
-        *("min_clearance", "real", "mm", "smallest gap between panels during the deployment"), better="higher", half=1.0
+        *("min_clearance", "real", "mm", "smallest gap to which panels come back, at most a panel's size"),
+        better="higher",
+        half=1.0,
     ),
     Quantity("deploy_time", "real", "s", "time from folded to flat", better="lower", half=0.5),
 )
@@ -112,7 +114,9 @@ DEPLOYMENTS = (
     Quantity("formulation", "text", "", "equations of motion that were integrated"),
     Quantity("status", "text", "", "deploys, undecided, collides or locked", _VERDICTS),
     Quantity("reason", "text", "", "the sentence behind the status"),
-    Quantity("clearance", "real", "mm", "smallest gap between panels; negative is a penetration", better="higher"),
+    Quantity(
+        "clearance", "real", "mm", "smallest gap to which panels come back; null unless it deploys", better="higher"
+    ),
     Quantity("first_contact", "real", "s", "time of the first collision"),
     Quantity("deploy_time", "real", "s", "time from folded to flat", better="lower"),
     Quantity("energy_error", "real", "", "largest relative error of the energy balance"),

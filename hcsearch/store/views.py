@@ -55,7 +55,7 @@ _SOURCES = {
         """design AS d
 LEFT JOIN folding AS f ON f.design_id = d.id AND f.crease = d.best_crease
 LEFT JOIN folding AS g ON g.design_id = d.id AND g.crease = (
-    SELECT e.crease FROM folding AS e WHERE e.design_id = d.id AND e.status = 'deploys'
+    SELECT e.crease FROM folding AS e WHERE e.design_id = d.id AND e.twist = 0 AND e.status = 'deploys'
     ORDER BY e.dof IS NULL, e.dof, e.crease LIMIT 1
 )""",
     ),

@@ -41,7 +41,7 @@ def folding_at(unit, i):
     return Folding(Circuit(GRIDS[unit.circuits.grid], word), int(unit.foldings.crease[i]))
 
 
-@pytest.mark.parametrize(("grid", "n", "twisted"), [("hex", 12, 251), ("square", 14, 32)])
+@pytest.mark.parametrize(("grid", "n", "twisted"), [("hex", 12, 251), ("square", 14, 66)])
 def test_no_twisted_folding_deploys(grid, n, twisted):
     _, unit = unit_of(grid, n, "twist")
     found = np.flatnonzero(unit.twists != 0).tolist()
@@ -61,9 +61,9 @@ def test_verdicts_of_ten_hexagons(tens):
     assert set(words) <= set(BEST_FIRST)
     assert words.count("locked") <= int(unit.mobility.locked.sum())
     deploys = np.array([word == "deploys" for word in found.status])
-    assert 8 <= deploys.sum() <= 25
+    assert 6 <= deploys.sum() <= 25
     assert (np.isfinite(found.time) == deploys).all()
-    assert not np.isfinite(found.clearance[~deploys]).any()
+    assert (np.isfinite(found.clearance) == deploys).all()
     assert (found.time[deploys] > 0.05).all()
     assert (found.time[deploys] <= DEFAULT.seconds).all()
 

@@ -37,7 +37,7 @@ def forces_ahead(tree: Tree, stiffness: float, damping: float, h: float, work: W
         work.delassus[r, r] += 1.0 / stiff
         work.rates[r] += (stiffness * work.errors[r] + (h * stiffness + damping) * work.opening[r]) / stiff
     work.chosen_count[0] = m
-    factorise(work, 0.0, 0.0)
+    factorise(work, 0.0)
     close_rows(work, work.rates)
 
 

@@ -91,7 +91,7 @@ def solve(mechanism: Mechanism, hold: Hold, scale: float, fresh: bool, work: Wor
     else:
         if fresh:
             choose(work, scale)
-        good = factorise(work, scale, 0.0)
+        good = factorise(work, scale)
         close_rows(work, work.rates)
     release(tree, hold.held, True, work, found)
     return good
@@ -150,9 +150,8 @@ def largest_pivot(mechanism: Mechanism, q: Reals, work: Work) -> float:
 def project(tree: Tree, held: Signs, q: Reals, v: Reals, closed: float, work: Work) -> tuple[float, float]:
     """Move a state to the nearest closed one, by the metric of the masses; the residual and rate that are left.
 
-    Newton with the Delassus matrix that `work` holds, so near to the state it was made at; damped by the residual, as
-    near singular states a gap tells little of the way. closed : residual (and rate) at which to stop; three steps at
-    most.
+    Newton with the factor that `work` holds, so near to the state it was made at. closed : residual (and rate) at which
+    to stop; three steps at most.
     """
     n = len(q)
     still, change = np.zeros(n), np.empty(n)
@@ -162,8 +161,6 @@ def project(tree: Tree, held: Signs, q: Reals, v: Reals, closed: float, work: Wo
         worst = weld_errors(tree, work, work.errors)
         if worst <= closed or k == 3:
             break
-        # along rows that hardly hold, a gap g is closed by a way of no more than sqrt(g) / 2, as second order does
-        factorise(work, 0.0, worst)
         _correct(tree, held, still, change, work)
         q += change
     for k in range(3):

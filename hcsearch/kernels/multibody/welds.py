@@ -133,22 +133,16 @@ def choose(work: Work, scale: float) -> None:
 
 
 @lean
-def factorise(work: Work, scale: float, damping: float) -> bool:
-    """Cholesky factor of the Delassus matrix on the chosen rows; whether they are still independent.
-
-    damping : added to the diagonal, as a share of its largest entry.
-    """
+def factorise(work: Work, scale: float) -> bool:
+    """Cholesky factor of the Delassus matrix on the chosen rows; whether they are still independent."""
     count = work.chosen_count[0]
     factor, chosen = work.factor, work.chosen
     least = 1e-3 * INDEPENDENT * scale
     good = True
-    more = 0.0
-    for k in range(count):
-        more = max(more, damping * work.delassus[chosen[k], chosen[k]])
     for k in range(count):
         r = chosen[k]
         for j in range(k + 1):
-            value = work.delassus[r, chosen[j]] + (more if j == k else 0.0)
+            value = work.delassus[r, chosen[j]]
             for i in range(j):
                 value -= factor[r, i] * factor[chosen[j], i]
             if j < k:
