@@ -115,14 +115,14 @@ def test_springs_across_the_loops_come_to_exact_closure_as_they_stiffen():
 
 
 def test_springs_across_the_loops_pass_where_exact_closure_is_singular():
-    linkage = linkage_named("hex:023244450012:5")
+    linkage = linkage_named("hex:023424540021:3")
     exact = deploy(linkage, DEFAULT, tolerance=1e-4, margin=None)
     assert exact.outcome == "diverged"
     assert exact.reason.endswith("take the compliant formulation, or start further from a singular state")
     found = deploy(linkage, DEFAULT, "compliant", tolerance=1e-4, margin=None)
     assert found.outcome == "moving"
     assert 0.0 < found.motion.gap < 1e-3
-    assert found.motion.drift < 1e-4 * found.motion.stored[0]
+    assert found.motion.drift < 1e-5 * found.motion.stored[0]
 
 
 def test_springs_without_stiffness_close_nothing():
@@ -224,11 +224,9 @@ def test_at_rest_where_springs_balance():
 
 
 def test_jammed():
-    found = deploy(linkage_named("hex:0234535012:2"), DEFAULT, tolerance=1e-5)
+    found = deploy(linkage_named("hex:0234405022:1"), DEFAULT, tolerance=1e-5)
     assert found.outcome == "jammed"
-    assert found.reason.startswith(
-        f"at {found.motion.times[-1]:.4g} s stops and loops let nothing move on: hinges 1, 3, 5, 7"
-    )
+    assert found.reason.startswith(f"at {found.motion.times[-1]:.4g} s stops and loops let nothing move on: hinges 0")
     assert len(found.motion.events) >= 40
 
 
@@ -305,7 +303,7 @@ def ball(linkage, angles, first, second, margin=0.0):
 
 
 @pytest.mark.parametrize(
-    ("name", "time", "panels"), [("thesis-4x4", 0.165843, (0, 7)), ("hex:02234400:1", 0.012817, (3, 5))]
+    ("name", "time", "panels"), [("thesis-4x4", 0.165843, (0, 7)), ("hex:02234400:1", 0.012822, (3, 5))]
 )
 def test_the_collision_is_one_and_the_first(name, time, panels):
     linkage = linkage_named(name)
@@ -337,9 +335,9 @@ def test_springs_at_cut_hinges_are_certified_too():
     scene = replace(DEFAULT, seconds=0.02)
     exact, springs = (deploy(linkage_named("hex:02234400:1"), scene, f) for f in ("constrained", "penalty"))
     assert exact.clearance.kind == springs.clearance.kind == "collides"
-    twins = {(0, 2), (3, 5)}  # opposite each other in the array, they meet together
-    assert {exact.clearance.panels, springs.clearance.panels} <= twins
-    # what the springs give way makes it sure a little later
+    # the pattern is symmetric: two pairs collide at the same time
+    assert {exact.clearance.panels, springs.clearance.panels} <= {(3, 5), (0, 2)}
+    # by what the springs give way it is sure a little later
     assert exact.clearance.time < springs.clearance.time < exact.clearance.time + 1e-3
 
 
