@@ -199,7 +199,7 @@ def test_goals():
         work("MuJoCo", "RK4", 2e-5, 9e-2, WHOLE),
         work("Pinocchio", "SciPy DOP853", 2e-5, 3e-1, WHOLE),
     ]
-    scale = [ScaleRow("loop", 10, 1, 1.0, 0.1, 1.2)]
+    scale = [ScaleRow("loop", 10, 1, 1.0, 0.1, 1.3, 1.2)]
     quick = [QuickRow("hex n = 12", 1, 30.0, 40.0, 50.0, 20.0, 10.0, "1 flat")]
     deployments = [deployment("constrained", 0.3, 0.1), deployment("penalty", 0.33, 20.0)]
     found = goals_of(rows, deployments, scale, quick)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from naive_clearance import chain, fan, polynomial, random_course
 
 from hcsearch.collision.clearance import pairs_of
-from hcsearch.kernels.courses import TERMS, bound_rates, follow, path_bounds, write_course
+from hcsearch.kernels.courses import TERMS, bound_rates, follow, path_bounds, rates_at, write_course
 
 LINKAGES = {
     "2 panels": chain([0.02, 0.03], ["top"]),
@@ -43,6 +43,8 @@ def test_a_course_passes_through_both_states(seed, cubic):
     for x in (0.0, 0.1, 0.5, 0.9, 1.0):
         follow(table, x, found)
         assert found == pytest.approx(own(x * h), rel=1e-10, abs=1e-10)
+        rates_at(table, x, h, found)
+        assert found == pytest.approx(own.derivative()(x * h), rel=1e-9, abs=1e-9 / h)
     shares = table[:, ::-1]
     for degree, row in enumerate((course.angles, course.rates, course.accelerations)[: 2 if cubic else 3]):
         for x in (0.0, 1.0):

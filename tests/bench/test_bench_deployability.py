@@ -1,0 +1,41 @@
+"""The bench `deployability`: its rows add up, and it is saved."""
+
+import pytest
+
+from hcsearch.bench.deployability import measure, save_report
+
+
+@pytest.fixture(scope="module")
+def report():
+    said = []
+    return measure(quick=True, say=said.append), said
+
+
+def test_every_folding_is_counted_once(report):
+    found, said = report
+    assert said == [f"{row.grid} {row.cells}" for row in found.rows]
+    for row in found.rows:
+        assert row.foldings == sum(
+            (row.default, row.hinged, row.merged, row.graded, row.collides, row.undecided, row.locked)
+        )
+        assert 0 <= row.deployable <= row.designs <= row.foldings
+        deploys = row.default + row.hinged + row.merged + row.graded
+        assert (row.deployable > 0) == (deploys > 0)
+
+
+def test_known_small_cases(report):
+    rows = {(row.grid, row.cells): row for row in report[0].rows}
+    assert rows["hex", "n = 8"].designs == 1
+    assert rows["square", "n = 8"].designs == 1
+    eight_r = rows["triangle", "n = 10"]
+    assert (eight_r.designs, eight_r.default) == (1, eight_r.foldings)  # the thesis's 8R element deploys
+
+
+def test_it_is_saved(report, tmp_path):
+    save_report(report[0], tmp_path)
+    page = (tmp_path / "deployability.md").read_text(encoding="utf-8")
+    assert page.startswith("# Deployability")
+    assert "| triangle | n = 10" in page
+    assert (tmp_path / "deployability" / "deployability.csv").read_text(encoding="utf-8").count("\n") == len(
+        report[0].rows
+    ) + 1

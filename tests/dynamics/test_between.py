@@ -1,0 +1,64 @@
+"""Closed states between those of a motion: where they are put, and that they belong to it."""
+
+import numpy as np
+import pytest
+
+from hcsearch.deployment.deploying import deploy
+from hcsearch.dynamics.simulation import closed_between
+from hcsearch.kernels.multibody.between import OPEN, opening
+from hcsearch.kernels.multibody.tree import work_for
+from hcsearch.scenes import SCENES
+from tests.linkages import linkage_named
+
+DEFAULT = SCENES["default"]
+
+
+def deployed(name, tolerance, formulation="constrained"):
+    return deploy(linkage_named(name), DEFAULT, formulation, tolerance=tolerance, margin=None)
+
+
+def own_opening(system, states, cubic=False):
+    tree = system.mechanism.tree
+    return opening(tree, states, cubic, work_for(tree))
+
+
+@pytest.mark.parametrize("name", ["hex:0234550132:4", "hex:022344440011:1", "hex:0233340501:3"])
+def test_closed_states_come_between_where_loops_open(name):
+    found = deployed(name, 1e-4)
+    system, motion, linkage = found.compiled.system, found.motion, found.compiled.linkage
+    before = own_opening(system, (motion.times, motion.q, motion.v, motion.a))
+    (times, q, v, a), after = closed_between(system, motion)
+    assert before > OPEN
+    assert after == own_opening(system, (times, q, v, a))
+    assert after < max(1.1 * OPEN, 0.1 * before)
+    assert len(times) > len(motion.times)
+    assert (np.diff(times) >= 0.0).all()
+    # the states there were are all there, in their order
+    rows = {row.tobytes(): k for k, row in enumerate(np.column_stack([times, q, v, a]))}
+    old = [rows[row.tobytes()] for row in np.column_stack([motion.times, motion.q, motion.v, motion.a])]
+    assert old == sorted(old)
+    # the others are closed, near the motion, and move along its loops
+    new = np.setdiff1d(np.arange(len(times)), old)
+    exact = deployed(name, 1e-9).motion
+    early = new[times[new] < 0.5 * min([event.time for event in motion.events], default=times[-1])]
+    for k in new:
+        angles, rates = found.compiled.of_hinges(q[k : k + 1], v[k : k + 1])
+        residual, jacobian = linkage.closure(angles[0])
+        assert np.abs(residual).max() < 1e-11
+        assert np.abs(jacobian @ rates[0]).max() < 1e-9 * max(1.0, np.abs(rates).max())
+    assert np.abs(q[early] - exact.at(times[early])).max(initial=0.0) < 1e-3
+
+
+def test_motions_whose_loops_stay_closed_stay_as_they_are():
+    found = deployed("hex:0234550132:4", 1e-9)
+    (times, q, v, a), gap = closed_between(found.compiled.system, found.motion)
+    assert gap < OPEN
+    for table, own in zip((times, q, v, a), ("times", "q", "v", "a"), strict=True):
+        assert table.tobytes() == getattr(found.motion, own).tobytes()
+
+
+def test_springs_across_the_loops_close_them_as_they_do():
+    found = deployed("hex:0234550132:4", 1e-3, "compliant")
+    (times, *_), gap = closed_between(found.compiled.system, found.motion)
+    assert times.tobytes() == found.motion.times.tobytes()
+    assert gap > OPEN
