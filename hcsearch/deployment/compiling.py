@@ -175,7 +175,9 @@ class _Compiler:
 
     def _mirror(self) -> Mirror | None:
         """The mirror of the whole scene, if half of it tells the other half."""
-        if "half" in self.keep or self.formulation == "penalty":
+        # springs that close the loops of a half are other ones than those of the whole, and in other places
+        springy = self.formulation == "penalty" or (self.formulation == "compliant" and bool(self.linkage.loops))
+        if "half" in self.keep or springy:
             return None
         mirror = mirror_of(self.linkage, self.held)
         if mirror is None:

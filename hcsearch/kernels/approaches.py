@@ -14,8 +14,8 @@ from hcsearch.kernels.prisms import Prisms
 
 Reals = NDArray[np.float64]
 
-BEFORE = 1e-4
-"""The approach speed is the mean over this time before the collision (s)."""
+WAIT, WAITS = 1e-4, 100
+"""The approach speed is the mean over this time (s) before prisms meet; how many times that is gone back for it."""
 
 
 @compiled
@@ -34,15 +34,22 @@ def angles_at(course: Course, time: float, angles: Reals) -> None:
 
 @compiled
 def approach(chain: Chain, prisms: Prisms, pairs: Pairs, p: int, course: Course, time: float) -> float:
-    """Mean speed (m/s) at which the gap of a pair closed in the last `BEFORE` seconds; 0 where it did not."""
-    wait = min(BEFORE, time - course.times[0])
-    if wait <= 0.0:
-        return 0.0
+    """Mean speed (m/s) at which the gap of a pair closed in the last `WAIT` seconds in which it was open.
+
+    A collision is told when prisms overlap for sure, which can be a while after they have met. 0 where they were not
+    apart in all of the time that is gone back.
+    """
     book = book_for(chain, prisms, pairs, course)
-    gaps = np.empty(2)
-    for i in range(2):
-        angles_at(course, time - wait * i, book.angles)
+    last = 0.0
+    for k in range(WAITS):
+        before = time - WAIT * k
+        if before < course.times[0]:
+            return 0.0
+        angles_at(course, before, book.angles)
         place_panels(chain, book.angles, book.highs[0])
         relate(prisms, pairs, p, book.highs[0], book.seen[0])
-        gaps[i] = max(nearest(prisms, pairs, p, book.seen[0], book)[0], 0.0)
-    return float(max(gaps[1] - gaps[0], 0.0) / wait)
+        gap = nearest(prisms, pairs, p, book.seen[0], book)[0]
+        if k > 0 and gap > 0.0:
+            return float(max(gap - last, 0.0) / WAIT)
+        last = gap
+    return 0.0
