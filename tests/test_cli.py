@@ -380,7 +380,7 @@ def test_an_interrupted_run_says_how_to_go_on(run, tmp_path, number):
     if number == signal.SIGINT:
         assert process.returncode == 130
         assert said.strip() == (
-            "hcsearch: interrupted; an enumeration into a database goes on from there when it is run again"
+            "hcsearch: interrupted; work that is kept in a database goes on from there when it is run again"
         )
     else:
         assert process.returncode == -signal.SIGTERM

@@ -21,10 +21,11 @@ from hcsearch.cli.query import query
 from hcsearch.cli.rank import rank
 from hcsearch.cli.report import report
 from hcsearch.cli.show import show
+from hcsearch.cli.tune import tune
 from hcsearch.cli.units import units
 from hcsearch.errors import HcsearchError
 
-_INTERRUPTED = "hcsearch: interrupted; an enumeration into a database goes on from there when it is run again"
+_INTERRUPTED = "hcsearch: interrupted; work that is kept in a database goes on from there when it is run again"
 _INTERRUPT_CODE = 128 + signal.SIGINT
 _PIPE_CODE = 128 + 13  # SIGPIPE, as shells say it
 
@@ -54,7 +55,7 @@ def hcsearch() -> None:
     """Search for Hamiltonian-circuit designs of thick-panel arrays that fold into two stacks."""
 
 
-for command in (enumerate_, count, query, rank, show, report, assembly, deploy, identify, units, bench):
+for command in (enumerate_, count, query, rank, show, report, assembly, deploy, tune, identify, units, bench):
     hcsearch.add_command(command)
 
 

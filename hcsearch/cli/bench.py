@@ -206,6 +206,16 @@ def stability(output: Path, quick: bool, json_file: Path | None) -> None:
     _finish(report, lambda folder: save_report(report, folder), output, json_file)
 
 
+@bench.command(epilog="Example: hcsearch bench experiment --quick")
+@_common("experiment")
+def experiment(output: Path, quick: bool, json_file: Path | None) -> None:
+    """The thesis's deployment of the 4x4 array: equal, tuned and catalogue springs; gravity and panel held tried."""
+    from hcsearch.bench.experiment import measure, save_report  # noqa: PLC0415
+
+    report = measure(quick=quick, say=_say)
+    _finish(report, lambda folder: save_report(report, folder), output, json_file)
+
+
 @bench.command(epilog="Example: hcsearch bench identification --quick --json identification.json")
 @_common("identification")
 def identification(output: Path, quick: bool, json_file: Path | None) -> None:

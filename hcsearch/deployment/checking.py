@@ -33,7 +33,9 @@ class Check:
 
     outcome : as of `Deployment`. clear : whether it is certified clear as long as it lasts; None where undecided.
     collision : when panels first collide (s) and which, or None. gap : smallest gap of one that comes flat and clear,
-        m (see `Clearance`). drift : greatest error of the energy balance, as a share of the largest energy.
+        m (see `Clearance`). speed : at which panels come together where it is not clear, m/s, else 0. remaining : mean
+        fold angle over pi then, or where it is clear at the end; end_remaining : at the end. widest : greatest fold
+        angle at the end, rad. drift : greatest error of the energy balance, as a share of the largest energy.
     opening : greatest closure residual, rad or gap over the pattern's size.
     """
 
@@ -42,6 +44,10 @@ class Check:
     clear: bool | None
     collision: tuple[float, tuple[int, int]] | None
     gap: float | None
+    speed: float
+    remaining: float
+    end_remaining: float
+    widest: float
     drift: float
     opening: float
     steps: int
@@ -157,6 +163,8 @@ def _run(scenes: list[Compiled], subjects: list[Subject], tolerance: float, marg
         counts=np.zeros((count, 4), np.int64),
         times=np.zeros((count, 2)),
         gaps=np.zeros(count),
+        speeds=np.zeros(count),
+        lefts=np.zeros((count, 3)),
         drifts=np.zeros(count),
         openings=np.zeros(count),
     )
@@ -177,6 +185,10 @@ def _check(compiled: Compiled, subject: Subject, found: Findings, i: int) -> Che
         {CLEAR: True, COLLIDES: False}.get(verdict),
         collision,
         gap if math.isfinite(gap) else None,
+        float(found.speeds[i]),
+        float(found.lefts[i, 0]),
+        float(found.lefts[i, 1]),
+        math.pi * float(found.lefts[i, 2]),
         float(found.drifts[i]),
         float(found.openings[i]),
         states - 1,

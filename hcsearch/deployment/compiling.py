@@ -118,7 +118,7 @@ class _Compiler:
 
     def __init__(self, linkage: Linkage, scene: Scene, formulation: Formulation, keep: frozenset[str]) -> None:
         self.linkage, self.scene, self.formulation, self.keep = linkage, scene, formulation, keep
-        self.held = _held_panel(linkage, scene)
+        self.held = held_panel(linkage, scene)
         self.free = scene.held == "free"
         self.laws = _laws(linkage, scene)
         self.angles = start_state(linkage, scene.start)
@@ -175,7 +175,9 @@ class _Compiler:
 
     def _mirror(self) -> Mirror | None:
         """The mirror of the whole scene, if half of it tells the other half."""
-        if "half" in self.keep or self.formulation == "penalty":
+        # springs that close the loops of a half are other ones than those of the whole, and in other places
+        springy = self.formulation == "penalty" or (self.formulation == "compliant" and bool(self.linkage.loops))
+        if "half" in self.keep or springy:
             return None
         mirror = mirror_of(self.linkage, self.held)
         if mirror is None:
@@ -320,7 +322,8 @@ class _Compiler:
             self._leave_out("base", "six freedoms of a floating base", "a panel is held")
 
 
-def _held_panel(linkage: Linkage, scene: Scene) -> int:
+def held_panel(linkage: Linkage, scene: Scene) -> int:
+    """The panel that stands still, or belongs to the floating base."""
     if isinstance(scene.held, str):
         return linkage.base
     if not 0 <= scene.held < linkage.n_panels:

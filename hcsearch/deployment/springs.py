@@ -1,19 +1,56 @@
-"""Springs of single hinges, changed without compiling the scene anew."""
+"""Springs of single hinges: which get the same, and other ones without compiling the scene anew."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.deployment.compiling import Compiled
-from hcsearch.dynamics.laws import linear
+from hcsearch.deployment.compiling import Compiled, held_panel
+from hcsearch.dynamics.laws import law_named, linear
+from hcsearch.dynamics.mirror import mirror_of
+from hcsearch.errors import HcsearchError
+from hcsearch.linkage import Linkage
+from hcsearch.scenes import Scene
 
 Reals = NDArray[np.float64]
 
 SOFTEST, STIFFEST = 0.001, 0.2
 """Bounds of the stiffness of a spring, N m/rad (thesis 4.5.4)."""
+
+
+def tied_hinges(linkage: Linkage, scene: Scene) -> tuple[tuple[int, ...], ...]:
+    """Hinges that get the same spring, so that the deployment can be symmetric (thesis 4.5.4): mirror images.
+
+    By the mirror that maps the held panel onto itself; without one every hinge stands alone. In the order of the first.
+    """
+    mirror = mirror_of(linkage, held_panel(linkage, scene))
+    images = range(linkage.n_hinges) if mirror is None else mirror.hinges
+    return tuple(sorted({tuple(sorted({hinge, image})) for hinge, image in enumerate(images)}))
+
+
+def scene_springs(scene: Scene, stiffnesses: Sequence[float] | Reals) -> Scene:
+    """The scene with a linear spring at every hinge, N m/rad in their order; 0 is none, and with it no damper."""
+    laws = (linear(float(stiffness)).text for stiffness in stiffnesses)
+    return replace(scene, springs=tuple(enumerate(laws)))
+
+
+def stiffnesses_of(linkage: Linkage, scene: Scene) -> Reals:
+    """Stiffness of each hinge of a scene, N m/rad; HcsearchError where a law is not linear, or has a preload."""
+    texts = dict.fromkeys(range(linkage.n_hinges), scene.spring) | dict(scene.springs)
+    if len(texts) > linkage.n_hinges:
+        raise HcsearchError(f"there is no hinge {max(texts)}: give springs to hinges 0 to {linkage.n_hinges - 1}")
+    return np.array([_stiffness(text) for text in texts.values()])
+
+
+def _stiffness(text: str) -> float:
+    law = law_named(text)
+    constant, slope, *rest = law.straight.cubics[0]
+    if law.bent is not None or len(law.straight.cubics) > 1 or constant or any(rest):
+        raise HcsearchError(f"springs that are tuned are linear, without a preload: write linear:0.1, not {text}")
+    return slope
 
 
 def with_springs(compiled: Compiled, stiffnesses: Reals) -> Compiled:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
+from hcsearch.deployment.compiling import FORMULATIONS
 from hcsearch.errors import HcsearchError
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
@@ -72,7 +74,7 @@ def _read(key: str, value: Any) -> Any:
 
 
 def read_file(path: str) -> dict[str, Any]:
-    """A TOML file: `design` or `assembly`, `panel_mm`, `flat_pairs`, `merge`, tables `[parameters]` and `[scene]`."""
+    """A TOML file: `design` or `assembly`, `panel_mm`, `flat_pairs`, `merge`, `formulation`, `parameters`, `scene`."""
     try:
         with Path(path).open("rb") as file:
             found = tomllib.load(file)
@@ -91,6 +93,9 @@ def read_file(path: str) -> dict[str, Any]:
             raise HcsearchError(f"{path} has {key} = {value!r}: write {example}")
     if found.get("flat_pairs", "rigid") not in {"rigid", "hinged"}:
         raise HcsearchError(f"{path} has flat_pairs = {found['flat_pairs']!r}: write 'rigid' or 'hinged'")
+    if found.get("formulation", FORMULATIONS[0]) not in FORMULATIONS:
+        names = ", ".join(FORMULATIONS)
+        raise HcsearchError(f"{path} has formulation = {found['formulation']!r}: write one of {names}")
     if not isinstance(found.get("scene", {}).get("name", ""), str):
         raise HcsearchError(f"{path} has the scene {found['scene']['name']!r}: choose one of {', '.join(SCENES)}")
     for key, value in found.get("parameters", {}).items():
@@ -100,6 +105,33 @@ def read_file(path: str) -> dict[str, Any]:
     return found
 
 
+def file_text(facts: Mapping[str, Any], formulation: str, scene: Scene) -> str:
+    """A file that `read_file` reads, and `hcsearch deploy` replays: what is deployed, and all of its scene that counts.
+
+    facts : its other keys, `parameters` among them.
+    """
+    plain = Scene()
+    values = {field.name: getattr(scene, field.name) for field in fields(Scene)}
+    changed = {name: value for name, value in values.items() if name != "name" and value != getattr(plain, name)}
+    lines = [f"{key} = {_toml(value)}" for key, value in facts.items() if not isinstance(value, dict)]
+    lines.append(f"formulation = {_toml(formulation)}")
+    tables = {"parameters": facts.get("parameters", {}), "scene": changed}
+    for title, table in tables.items():
+        if table:
+            lines += ["", f"[{title}]", *(f"{key} = {_toml(value)}" for key, value in table.items())]
+    return "\n".join(lines) + "\n"
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple) and value and isinstance(value[0], tuple):  # springs of single hinges
+        return "{ " + ", ".join(f"{hinge} = {_toml(law)}" for hinge, law in value) + " }"
+    if isinstance(value, tuple):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    return json.dumps(value)
+
+
 _KINDS: dict[str, tuple[type, str]] = {
     "design": (str, "design = 'hex:0234550132:4'"),
     "assembly": (str, "assembly = 'unit-i'"),
@@ -107,6 +139,7 @@ _KINDS: dict[str, tuple[type, str]] = {
     "flat_pairs": (str, "'rigid' or 'hinged'"),
     "merge": (bool, "merge = true"),
     "parameters": (dict, "a table [parameters] with lines such as alpha = 70"),
+    "formulation": (str, "formulation = 'compliant'"),
     "scene": (dict, "a table [scene] with lines such as spring = 'linear:0.1'"),
 }
 """What a file may hold: of which kind, and an example."""

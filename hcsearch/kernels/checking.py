@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.kernels.approaches import angles_at, approach
 from hcsearch.kernels.clearance import CLEAR, Answer, Search, judge
 from hcsearch.kernels.compiled import compiled
 from hcsearch.kernels.intervals import Course
@@ -70,8 +72,10 @@ class Findings(NamedTuple):
 
     endings : (k,), as of `simulate`. verdicts : (k,), as of `judge`. pairs : (k,), that collide. counts : (k, 4),
         states, evaluations, rejected steps, pairs looked at. times : (k, 2), of the end, and of the collision (s).
-    gaps : (k,), smallest (m), of those that come flat and clear, else infinite. drifts : (k,), of the energy balance,
-        as a share of the largest energy. openings : (k,), greatest closure residual.
+    gaps : (k,), smallest (m), of those that come flat and clear, else infinite. speeds : (k,), at which the panels come
+        together of those that are not clear, m/s. lefts : (k, 3), fold angles over pi: their mean then, or where it is
+        clear at the end, their mean at the end, and the greatest at the end. drifts : (k,), of the energy balance, as a
+        share of the largest energy. openings : (k,), greatest closure residual.
     """
 
     endings: Whole
@@ -80,6 +84,8 @@ class Findings(NamedTuple):
     counts: Whole
     times: Reals
     gaps: Reals
+    speeds: Reals
+    lefts: Reals
     drifts: Reals
     openings: Reals
 
@@ -135,6 +141,20 @@ def _check(subject: Subject, rules: Rules, record: Record, found: Findings, i: i
     found.counts[i, 3] = looks
     found.verdicts[i], found.pairs[i], found.times[i, 1] = verdict, answer.pairs[0], answer.times[0]
     found.gaps[i] = answer.gaps[0]
+    _tell_end(subject, course, verdict, answer, found, i)
+
+
+@compiled
+def _tell_end(subject: Subject, course: Course, verdict: int, answer: Answer, found: Findings, i: int) -> None:
+    """Write how fast panels come together, and how much of the way is left."""
+    angles = course.angles[len(course.times) - 1].copy()
+    found.lefts[i, 1], found.lefts[i, 2] = np.abs(angles).mean() / math.pi, np.abs(angles).max() / math.pi
+    found.speeds[i] = 0.0
+    if verdict != CLEAR and len(course.times) > 1:
+        pair, time = answer.pairs[0], answer.times[0]
+        found.speeds[i] = approach(subject.chain, subject.shrunk, subject.pairs, pair, course, time)
+        angles_at(course, time, angles)
+    found.lefts[i, 0] = np.abs(angles).mean() / math.pi
 
 
 @compiled

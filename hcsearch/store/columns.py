@@ -37,6 +37,7 @@ class Quantity(NamedTuple):
 _GRIDS = ("triangle", "square", "rectangle", "hex")
 _KEEPS = ("all", "two-stack", "untwisted")
 _VERDICTS = ("deploys", "undecided", "collides", "locked")
+_OUTCOMES = ("flat", "moving", "at rest", "jammed", "diverged", "out of steps")
 _PATHS = ("flat", "stopped", "stepwise", "none", "locked")
 
 # `half` is about what a 4x4 array has, the example of the thesis: 16 panels, 10 degrees of freedom, a mirror, and to be
@@ -175,10 +176,39 @@ UNITS = (
     Quantity("known", "text", "", "name in the thesis, unit-i or unit-ii; empty where it has none"),
 )
 
+EVALUATIONS = (
+    Quantity("subject", "text", "", "design or assembly, with its sizes"),
+    Quantity("setting", "text", "", "values of the scene, and how it was simulated, as JSON"),
+    Quantity("springs", "text", "N m/rad", "stiffness of each hinge's spring, in their order"),
+    Quantity("outcome", "text", "", "flat, moving, at rest, jammed, diverged or out of steps", _OUTCOMES),
+    Quantity("clear", "boolean", "", "1: certified clear while it lasts; 0: panels collide; null: not told apart"),
+    Quantity("end_time", "real", "s", "when it ended"),
+    Quantity("collision_time", "real", "s", "time of the first collision"),
+    Quantity("first_panel", "integer", "", "panel that collides"),
+    Quantity("second_panel", "integer", "", "the panel it meets"),
+    Quantity("clearance", "real", "mm", "smallest gap of one that comes flat and clear", better="higher"),
+    Quantity("speed", "real", "m/s", "at which the panels that collide came together", better="lower"),
+    Quantity("remaining", "real", "", "mean fold angle over pi at the collision, or at the end", better="lower"),
+    Quantity("end_remaining", "real", "", "mean fold angle over pi at the end", better="lower"),
+    Quantity("widest", "real", "rad", "greatest fold angle at the end", better="lower"),
+    Quantity("drift", "real", "", "greatest error of the energy balance, over the largest energy"),
+    Quantity("opening", "real", "", "greatest closure residual, rad or gap over panel size"),
+    Quantity("steps", "integer", "", "steps of the simulation"),
+    Quantity("evaluations", "integer", "", "evaluations of the equations of motion"),
+    Quantity("looks", "integer", "", "pairs of panels looked at"),
+)
+
 CRITERIA = tuple(quantity for quantity in DESIGNS if quantity.half is not None)
 """What `hcsearch rank` weighs."""
 
-VIEWS = {"designs": DESIGNS, "foldings": FOLDINGS, "deployments": DEPLOYMENTS, "runs": RUNS, "units": UNITS}
+VIEWS = {
+    "designs": DESIGNS,
+    "foldings": FOLDINGS,
+    "deployments": DEPLOYMENTS,
+    "runs": RUNS,
+    "units": UNITS,
+    "evaluations": EVALUATIONS,
+}
 
 
 def view_names() -> tuple[str, ...]:

@@ -25,6 +25,7 @@ _IDENTITY = {
     "deployments": ("design_id", "crease", "scene"),
     "runs": ("id",),
     "units": ("id",),
+    "evaluations": ("subject", "setting", "springs"),
 }
 
 # On a server, rows wait there until they are fetched.

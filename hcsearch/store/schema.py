@@ -22,7 +22,7 @@ from sqlalchemy import (
 )
 from sqlalchemy.types import REAL, TypeEngine
 
-REVISION = "0003"
+REVISION = "0004"
 """The newest migration. Revisions are numbers of four digits, so that an older one is a smaller text."""
 
 VERSION_TABLE = "hcsearch_version"
@@ -211,4 +211,34 @@ unit = Table(
     _status("path", "flat", "stopped", "stepwise", "none", "locked"),
     Index(None, "grid", "n"),
     sqlite_strict=True,
+)
+
+# No reference to `design`: assemblies and sizes of panels of one's own are tuned as well.
+evaluation = Table(
+    "evaluation",
+    metadata,
+    Column("subject", _TEXT, primary_key=True),
+    Column("setting", _TEXT, primary_key=True),
+    Column("springs", _TEXT, primary_key=True),
+    Column("outcome", _TEXT, nullable=False),
+    # NULL where it cannot be told; so are numbers that overflowed.
+    Column("clear", Integer),
+    Column("end_time", _REAL, nullable=False),
+    Column("collision_time", _REAL),
+    Column("first_panel", Integer),
+    Column("second_panel", Integer),
+    Column("gap", _REAL),
+    Column("speed", _REAL),
+    Column("remaining", _REAL),
+    Column("end_remaining", _REAL),
+    Column("widest", _REAL),
+    Column("drift", _REAL),
+    Column("opening", _REAL),
+    Column("steps", Integer, nullable=False),
+    Column("evaluations", Integer, nullable=False),
+    Column("looks", Integer, nullable=False),
+    CheckConstraint("clear IN (0, 1)", name="clear"),
+    _status("outcome", "flat", "moving", "at rest", "jammed", "diverged", "out of steps"),
+    sqlite_strict=True,
+    sqlite_with_rowid=False,
 )

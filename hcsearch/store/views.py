@@ -1,4 +1,4 @@
-"""The SQL views that users query, `designs` to `units`, with the columns of `columns.py`.
+"""The SQL views that users query, `designs` to `evaluations`, with the columns of `columns.py`.
 
 Plain SQL that SQLite and PostgreSQL both read. NULL where a stage has not run, booleans as 0 or 1.
 """
@@ -46,6 +46,7 @@ _EXPRESSIONS = {
     "deployments": {},
     "runs": {},
     "units": {},
+    "evaluations": {"clearance": 'e."gap" * 1000.0'},
 }
 
 # The joins of `designs` find one row each at most, so SQLite leaves out those of which no column is asked for.
@@ -63,6 +64,7 @@ LEFT JOIN folding AS g ON g.design_id = d.id AND g.crease = (
     "deployments": ("p", "deployment AS p"),
     "runs": ("r", "run AS r"),
     "units": ("u", "unit AS u"),
+    "evaluations": ("e", "evaluation AS e"),
 }
 
 

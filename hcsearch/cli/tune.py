@@ -1,0 +1,185 @@
+"""`hcsearch tune`: springs for a deployment that comes flat without a collision."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hcsearch.cli.progress import Meter
+from hcsearch.cli.subjects import Subject, read_subject, subject_options
+from hcsearch.errors import HcsearchError
+
+if TYPE_CHECKING:
+    from hcsearch.deployment.robustness import Spread
+    from hcsearch.deployment.tuning import SpringSet, Tuning
+
+
+@click.command(
+    epilog="Example: hcsearch tune thesis-4x4 --scene thesis --output springs.toml, then hcsearch deploy springs.toml; "
+    "hcsearch tune hex:0234550132:4 --catalogue 0.07,0.10"
+)
+@subject_options
+@click.option(
+    "--formulation",
+    type=click.Choice(("constrained", "compliant")),
+    help="Equations of motion.  [default: those in which more spring sets come flat]",
+)
+@click.option("--catalogue", metavar="K,K", help="Springs to be bought (N m/rad): none, one or two at each hinge.")
+@click.option("--evaluations", type=click.IntRange(min=1), default=500, show_default=True, help="Spring sets to try.")
+@click.option("--samples", type=click.IntRange(min=0), default=64, show_default=True, help="Of the tolerances.")
+@click.option(
+    "--spread",
+    "spreads",
+    multiple=True,
+    metavar="NAME=SHARE",
+    help="Tolerance of stiffness, damping, mass (default 0.05 each) or start (0.001); may be repeated.",
+)
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of all that is random.")
+@click.option("--json", "as_json", is_flag=True, help="Print plain data.")
+@click.option("--output", metavar="FILE.toml", help="Write the scene with its springs: hcsearch deploy replays it.")
+def tune(subject: str, as_json: bool, **options: Any) -> None:
+    """Choose the stiffness of each hinge so that the array comes flat without a collision (thesis 4.4).
+
+    Mirror hinges get equal springs of 0.001 to 0.2 N m/rad, with dampers in proportion. Every evaluation is stored in
+    the database: the same command again goes on where it stopped. Of the sets that are certified clear the one is told
+    that is least likely to fail within the tolerances, with its catalogue springs where a catalogue is given.
+    """
+    from hcsearch.deployment.ledger import Ledger  # noqa: PLC0415
+    from hcsearch.deployment.subjects import file_text  # noqa: PLC0415
+    from hcsearch.deployment.tuning import tune as tuned  # noqa: PLC0415
+    from hcsearch.store import open_database  # noqa: PLC0415
+
+    output = None if options["output"] is None else _target(options["output"])
+    catalogue, spread = _catalogue(options["catalogue"]), _spread(options["spreads"])
+    found = read_subject(subject, options)
+    with open_database(options["db"], create=True) as database, Meter("set") as meter:
+        tuning = tuned(
+            found.linkage,
+            found.scene,
+            options["formulation"] or found.formulation,
+            catalogue=catalogue,
+            evaluations=options["evaluations"],
+            samples=options["samples"],
+            spread=spread,
+            seed=options["seed"],
+            memory=Ledger(database, json.dumps(found.facts, sort_keys=True)),
+            progress=meter,
+        )
+    chosen = tuning.rounded if tuning.rounded is not None and tuning.rounded.confirmed else tuning.best
+    if output is not None:
+        from hcsearch.deployment.springs import scene_springs  # noqa: PLC0415
+
+        output.write_text(file_text(found.facts, tuning.formulation, scene_springs(found.scene, chosen.stiffnesses)))
+    if as_json:
+        click.echo(json.dumps(_facts(tuning), indent=2, allow_nan=False))
+    else:
+        _print(tuning, found)
+    if tuning.interrupted:
+        raise KeyboardInterrupt
+
+
+def _target(name: str) -> Path:
+    path = Path(name)
+    if path.suffix != ".toml":
+        raise HcsearchError(f"{name} has no known ending: write FILE.toml")
+    if not path.parent.is_dir():
+        raise HcsearchError(f"there is no folder {path.parent}: make it, or write to another")
+    return path
+
+
+def _catalogue(text: str | None) -> tuple[float, ...]:
+    from hcsearch.deployment.catalogue import catalogue_levels  # noqa: PLC0415
+    from hcsearch.deployment.springs import STIFFEST  # noqa: PLC0415
+
+    if text is None:
+        return ()
+    try:
+        found = tuple(float(part) for part in text.split(","))
+    except ValueError as error:
+        raise HcsearchError(f"{text!r} is no catalogue: write stiffnesses in N m/rad, such as 0.07,0.10") from error
+    catalogue_levels(found, STIFFEST)
+    return found
+
+
+def _spread(texts: tuple[str, ...]) -> Spread:
+    from hcsearch.deployment.robustness import SPREADS, Spread  # noqa: PLC0415
+
+    found = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        try:
+            found[name] = float(value)
+        except ValueError:
+            found[name] = -1.0
+        if name not in SPREADS or not 0.0 <= found[name] <= 0.5:
+            names = ", ".join(SPREADS)
+            raise HcsearchError(f"{text!r} is no tolerance: write NAME=SHARE, a share from 0 to 0.5 of {names}")
+    return Spread(**found)
+
+
+def _facts(tuning: Tuning) -> dict[str, Any]:
+    sets = {"start": tuning.start, "best": tuning.best, "rounded": tuning.rounded}
+    return {
+        "formulation": tuning.formulation,
+        "tied_hinges": [list(hinges) for hinges in tuning.tied],
+        **{name: None if one is None else _set_facts(one) for name, one in sets.items()},
+        "evaluations": tuning.evaluations,
+        "taken_from_database": tuning.recalled,
+        "interrupted": tuning.interrupted,
+    }
+
+
+def _set_facts(one: SpringSet) -> dict[str, Any]:
+    check, precise, chance = one.check, one.deployment, one.robustness
+    clearance = None if precise is None else precise.clearance
+    return {
+        "stiffness_N_m_rad": list(one.stiffnesses),
+        "outcome": check.outcome,
+        "clear": check.clear,
+        "collision_s": None if check.collision is None else check.collision[0],
+        "collision_panels": None if check.collision is None else list(check.collision[1]),
+        "min_clearance_mm": None if check.gap is None else 1e3 * check.gap,
+        "objective": one.value,
+        "confirmed": one.confirmed,
+        "flat_time_s": None if precise is None else precise.flat_time,
+        "certified": None if clearance is None else clearance.kind,
+        "samples": None if chance is None else chance.samples,
+        "collision_probability": None if chance is None else chance.probability,
+        "collision_interval_95": None if chance is None else list(chance.interval),
+        "failure_interval_95": None if chance is None else list(chance.failure_interval),
+    }
+
+
+def _print(tuning: Tuning, found: Subject) -> None:
+    panels = found.linkage.pattern.hinges
+    click.echo(f"{'formulation':24}{tuning.formulation}")
+    click.echo(f"{'evaluations':24}{tuning.evaluations}, {tuning.recalled} taken from the database")
+    sets = [("start", tuning.start), ("tuned", tuning.best), ("catalogue", tuning.rounded)]
+    told = [(name, one) for name, one in sets if one is not None]
+    for name, one in told:
+        click.echo(f"{name:24}{_sentence(one)}")
+    click.echo(f"\n{'hinge':8}{'panels':10}" + "".join(f"{name:>12}" for name, _ in told) + "  N m/rad")
+    for hinge, own in enumerate(panels):
+        values = "".join(f"{one.stiffnesses[hinge]:12.4g}" for _, one in told)
+        click.echo(f"{hinge:<8}{f'{own.first}, {own.second}':10}{values}")
+
+
+def _sentence(one: SpringSet) -> str:
+    """What became of a set, in one line."""
+    check, precise, chance = one.check, one.deployment, one.robustness
+    if check.collision is not None:
+        time, (first, second) = check.collision
+        text = f"panels {first} and {second} collide at {time:.4g} s; {check.outcome} at {check.end_time:.4g} s"
+    else:
+        clear = "clear" if check.clear else "too near to tell whether panels collide"
+        text = f"{check.outcome} at {check.end_time:.4g} s, {clear}"
+    if precise is not None:
+        kind = "clear" if one.confirmed else "not clear"
+        text += f"; in a precise simulation {precise.reason}, certified {kind}"
+    if chance is not None:
+        low, high = chance.interval
+        text += f"; collides in {chance.collisions} of {chance.samples} samples, {low:.0%} to {high:.0%} at 95 %"
+    return text

@@ -1,0 +1,47 @@
+"""Evaluations: checks of spring sets, so that a tuning goes on where it stopped.
+
+A migration is frozen: it spells out its DDL and imports nothing of hcsearch.
+"""
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0004"
+down_revision = "0003"
+
+TEXT = sa.Text().with_variant(sa.Text(collation="C"), "postgresql")
+REAL: sa.types.TypeEngine[float] = sa.Double().with_variant(sa.REAL(), "sqlite")
+
+
+def upgrade() -> None:
+    """Create the table `evaluation`."""
+    op.create_table(
+        "evaluation",
+        sa.Column("subject", TEXT, nullable=False),
+        sa.Column("setting", TEXT, nullable=False),
+        sa.Column("springs", TEXT, nullable=False),
+        sa.Column("outcome", TEXT, nullable=False),
+        sa.Column("clear", sa.Integer()),
+        sa.Column("end_time", REAL, nullable=False),
+        sa.Column("collision_time", REAL),
+        sa.Column("first_panel", sa.Integer()),
+        sa.Column("second_panel", sa.Integer()),
+        sa.Column("gap", REAL),
+        sa.Column("speed", REAL),
+        sa.Column("remaining", REAL),
+        sa.Column("end_remaining", REAL),
+        sa.Column("widest", REAL),
+        sa.Column("drift", REAL),
+        sa.Column("opening", REAL),
+        sa.Column("steps", sa.Integer(), nullable=False),
+        sa.Column("evaluations", sa.Integer(), nullable=False),
+        sa.Column("looks", sa.Integer(), nullable=False),
+        sa.CheckConstraint("clear IN (0, 1)", name=op.f("ck_evaluation_clear")),
+        sa.CheckConstraint(
+            "outcome IN ('flat', 'moving', 'at rest', 'jammed', 'diverged', 'out of steps')",
+            name=op.f("ck_evaluation_outcome"),
+        ),
+        sa.PrimaryKeyConstraint("subject", "setting", "springs", name=op.f("pk_evaluation")),
+        sqlite_strict=True,
+        sqlite_with_rowid=False,
+    )
