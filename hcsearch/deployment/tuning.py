@@ -36,8 +36,8 @@ EVALUATIONS, SAMPLES = 500, 64
 """Spring sets that a search tries, and samples of the tolerances that are drawn for what it found."""
 GENERATION, GENERATIONS = 16, 40
 """Sets of a generation of CMA-ES, and generations until it starts anew."""
-LATER = 12
-"""Generations after the first set that comes flat and clear."""
+LATER, MORE = 4, 0.01
+"""Generations without a gain, of this in the objective, after the first set that comes flat and clear."""
 ROUNDS = 3
 """Starts of CMA-ES that found a set that comes flat and clear, after which the search has seen enough."""
 STAGES = ((16, 4), (4, 12))
@@ -264,12 +264,15 @@ class _Search:
         """One start of CMA-ES, and from the best set, where that comes flat and clear, up to its largest gap."""
         rng = np.random.default_rng([self.seed, number])
         self._own = None
+        known = len(self.found)
         begin = start if number == 0 else rng.uniform(self.low, self.high, len(self.tied))
         self._evolve(begin, rng)
         own: Any = self._own
         if own is not None and own.check.deploys:
             self.successes += 1
             self._descend(own.point, steps=4)
+            # the middle of the sets that do is further from those that do not
+            self.values(np.mean([place.point for place in self.found[known:]], axis=0)[None])
 
     def _evolve(self, start: Reals, rng: np.random.Generator) -> None:
         import cma  # noqa: PLC0415 - takes seconds to load
@@ -285,15 +288,17 @@ class _Search:
             "seed": math.nan,
         }
         strategy = cma.CMAEvolutionStrategy(start, 0.2 * (self.high - self.low), options)
-        later = 0
-        while not strategy.stop() and later < LATER:
+        idle, least = 0, 0.0
+        while not strategy.stop() and idle < LATER:
             points = np.array(strategy.ask())
             values = self.values(points)
             strategy.tell(list(points), values.tolist())
             own: Any = self._own
-            later += own.check.deploys
             if own.value <= GOOD:
                 return
+            if own.check.deploys:
+                idle = 0 if own.value < least - MORE else idle + 1
+                least = min(least, own.value)
 
     def _descend(self, point: Reals, steps: int) -> None:
         """Down the gradient; differences to both sides, all in one call."""

@@ -1,0 +1,124 @@
+"""`hcsearch tune` as a person meets it."""
+
+import json
+import shlex
+from pathlib import Path
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from hcsearch.cli import hcsearch
+from hcsearch.errors import HcsearchError
+from hcsearch.store import open_readonly, select
+
+DESIGN = "hex:0233340501:3"
+QUICK = ("--evaluations", "30", "--samples", "4")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("HCSEARCH_DB", raising=False)
+    return tmp_path
+
+
+def run(*words):
+    result = CliRunner().invoke(hcsearch, words, catch_exceptions=False)
+    assert result.exit_code == 0
+    return result.stdout
+
+
+def test_a_tuning_is_told_stored_and_replayed(folder):
+    words = ("tune", DESIGN, *QUICK, "--catalogue", "0.07,0.10", "--output", "found.toml", "--json")
+    found = json.loads(run(*words))
+    assert found["formulation"] == "constrained"
+    assert not found["interrupted"]
+    for name in ("best", "rounded"):
+        one = found[name]
+        assert one["confirmed"]
+        assert one["certified"] == "clear"
+        assert one["samples"] == 4
+        low, high = one["collision_interval_95"]
+        assert low <= one["collision_probability"] <= high
+    again = json.loads(run(*words))
+    assert again["taken_from_database"] == again["evaluations"] == found["evaluations"]
+    assert again["best"] == found["best"]
+    replayed = json.loads(run("deploy", "found.toml", "--json"))
+    assert replayed["outcome"] == "flat"
+    assert replayed["clearance"] == "clear"
+    assert replayed["flat_time_s"] == found["rounded"]["flat_time_s"]
+    with open_readonly(str(folder / "hcsearch.sqlite")) as database:
+        rows = select(database, "outcome=flat clear", columns="subject,springs,clearance", view="evaluations").rows
+    assert rows
+    assert all(json.loads(row[0])["design"] == DESIGN for row in rows)
+
+
+def test_text_tells_each_set_and_each_hinge():
+    text = run("tune", DESIGN, *QUICK)
+    lines = text.splitlines()
+    assert lines[0].split() == ["formulation", "constrained"]
+    assert any(line.startswith("tuned") and "certified clear" in line and "of 4 samples" in line for line in lines)
+    table = lines[lines.index("") + 1 :]
+    assert table[0].split() == ["hinge", "panels", "start", "tuned", "N", "m/rad"]
+    assert len(table) == 1 + 8
+    assert run("tune", DESIGN, *QUICK).splitlines()[2:] == lines[2:]
+
+
+def test_files_give_the_scene_and_the_formulation():
+    Path("scene.toml").write_text(
+        f'design = "{DESIGN}"\nformulation = "compliant"\n[scene]\nseconds = 0.05\nspring = "linear:0.05"\n'
+    )
+    found = json.loads(run("tune", "scene.toml", "--evaluations", "4", "--samples", "0", "--json"))
+    assert found["formulation"] == "compliant"
+    assert set(found["start"]["stiffness_N_m_rad"]) == {0.05}
+    assert not found["best"]["confirmed"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (f"{DESIGN} --catalogue springs", "is no catalogue"),
+        (f"{DESIGN} --catalogue 0.5", "up to 0.2 N m/rad"),
+        (f"{DESIGN} --spread length=0.1", "is no tolerance"),
+        (f"{DESIGN} --spread mass=-0.1", "is no tolerance"),
+        (f"{DESIGN} --output found.csv", "write FILE.toml"),
+        (f"{DESIGN} --output nowhere/found.toml", "there is no folder"),
+        (f"{DESIGN} --held free", "with a panel held"),
+        ("nothing", "there is no assembly"),
+    ],
+)
+def test_wrong_words_say_what_to_do(folder, words, message):
+    result = CliRunner().invoke(hcsearch, ["tune", *shlex.split(words)])
+    assert isinstance(result.exception, HcsearchError), result.exception
+    assert message in str(result.exception)
+    assert result.stdout == ""
+    assert not list(folder.glob("*.toml"))
+
+
+@pytest.mark.parametrize("law", ["linear:0.1+0.02", "tape:0.2@0.05,0.03@0.01"])
+def test_springs_that_are_not_linear_are_refused(law):
+    Path("scene.toml").write_text(f'design = "{DESIGN}"\n[scene]\nspring = "{law}"\n')
+    result = CliRunner().invoke(hcsearch, ["tune", "scene.toml"])
+    assert "linear, without a preload" in str(result.exception)
+
+
+def test_ctrl_c_leaves_what_was_found(monkeypatch):
+    from hcsearch.deployment.ledger import Ledger
+
+    record, calls = Ledger.record, []
+
+    def pressed(self, found):
+        record(self, found)
+        calls.append(found)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Ledger, "record", pressed)
+    result = CliRunner().invoke(hcsearch, ["tune", DESIGN, *QUICK, "--output", "found.toml"], standalone_mode=False)
+    assert isinstance(result.exception, click.Abort)
+    assert "tuned" in result.stdout
+    monkeypatch.setattr(Ledger, "record", record)
+    assert json.loads(run("deploy", "found.toml", "--json"))["outcome"] == "flat"
+    found = json.loads(run("tune", DESIGN, *QUICK, "--json"))
+    assert found["taken_from_database"] >= sum(map(len, calls))

@@ -1,0 +1,182 @@
+"""The search for springs: what it finds is confirmed, the same arguments find the same, and it can be stopped."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hcsearch.deployment import tuning
+from hcsearch.deployment.checking import Check
+from hcsearch.deployment.deploying import deploy
+from hcsearch.deployment.evaluating import Own
+from hcsearch.deployment.robustness import Spread
+from hcsearch.deployment.springs import SOFTEST, STIFFEST, scene_springs
+from hcsearch.deployment.tuning import deploys, spread_out, told, tune
+from hcsearch.scenes import SCENES
+from tests.linkages import linkage_named
+
+DEFAULT = SCENES["default"]
+NAME = "hex:0233340501:3"
+GOOD = Check("flat", 0.4, True, None, 1e-3, 0.0, 0.001, 0.001, 0.01, 1e-6, 1e-7, 100, 1000, 500)
+QUICK = {"evaluations": 60, "samples": 6}
+
+
+@pytest.fixture(scope="module")
+def found():
+    return tune(linkage_named(NAME), DEFAULT, catalogue=(0.07, 0.10), **QUICK)
+
+
+def test_what_is_found_comes_flat_certified_clear(found):
+    linkage = linkage_named(NAME)
+    for one in (found.best, found.rounded):
+        assert one.confirmed
+        assert one.check.deploys
+        again = deploy(linkage, scene_springs(DEFAULT, one.stiffnesses), found.formulation, tolerance=1e-6)
+        assert (again.outcome, again.clearance.kind) == ("flat", "clear")
+        assert one.deployment.flat_time == again.flat_time
+        assert one.robustness.samples == 6
+    assert found.formulation == "constrained"
+    assert not found.interrupted
+
+
+def test_springs_keep_to_bounds_symmetry_and_catalogue(found):
+    for hinges in found.tied:
+        assert len({found.best.stiffnesses[hinge] for hinge in hinges}) == 1
+    assert min(found.best.stiffnesses) >= SOFTEST
+    assert max(found.best.stiffnesses) <= STIFFEST
+    assert set(np.round(found.rounded.stiffnesses, 9)) <= {0.0, 0.07, 0.1, 0.14, 0.17, 0.2}
+
+
+def test_the_same_arguments_find_the_same(found):
+    again = tune(linkage_named(NAME), DEFAULT, catalogue=(0.07, 0.10), **QUICK)
+    assert again.best.stiffnesses == found.best.stiffnesses
+    assert again.rounded.stiffnesses == found.rounded.stiffnesses
+    assert again.best.robustness == found.best.robustness
+    assert again.evaluations == found.evaluations
+
+
+def test_a_tuning_that_was_stopped_goes_on(found, monkeypatch):
+    memory = Stopping(after=3)
+    linkage = linkage_named(NAME)
+    stopped = tune(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
+    assert stopped.interrupted
+    assert stopped.best.deployment is None
+    known = len(memory.known)
+    memory.after = 10**9
+    whole = tune(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
+    assert whole.best.stiffnesses == found.best.stiffnesses
+    assert whole.recalled >= known > 0
+    monkeypatch.setattr("hcsearch.deployment.evaluating.check", None)
+    again = tune(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
+    assert again.best.stiffnesses == found.best.stiffnesses
+    assert again.recalled == again.evaluations
+
+
+class Stopping(Own):
+    """A memory during whose n-th note Ctrl-C is pressed."""
+
+    def __init__(self, after):
+        super().__init__()
+        self.after, self.known = after, {}
+
+    def record(self, found):
+        super().record(found)
+        self.known |= found
+        self.after -= 1
+        if self.after == 0:
+            raise KeyboardInterrupt
+
+
+class Bowl:
+    """An evaluator of a made-up array: clear where all springs are near some stiffness, the nearer the wider."""
+
+    formulation = "constrained"
+    scene = DEFAULT
+
+    def __init__(self, least):
+        self.least, self.asked = np.log(least), []
+
+    def of_springs(self, sets):
+        self.asked += [tuple(one) for one in sets]
+        return [self._check(np.abs(np.log(one) - self.least).max()) for one in sets]
+
+    def _check(self, distance):
+        if distance < 0.5:
+            return replace(GOOD, gap=2e-3 * (1.0 - distance))
+        return replace(GOOD, clear=False, gap=None, speed=distance, remaining=0.5)
+
+
+TIED = ((0, 3), (1,), (2,))
+
+
+def searched(budget, seed=0, least=(0.02, 0.004, 0.15, 0.02)):
+    bowl, notes = Bowl(least), []
+    search = tuning._Search(bowl, TIED, budget, seed, lambda *note: notes.append(note))
+    start = np.full(4, 0.1)
+    search.run(start, tuning._first_generation(start, TIED, seed))
+    return bowl, search, notes
+
+
+def test_the_search_finds_the_way_into_a_bowl():
+    bowl, search, notes = searched(600)
+    assert bowl.asked[0] == (0.1,) * 4
+    assert search.best.check.gap > 1.5e-3
+    assert search.best.stiffnesses[0] == search.best.stiffnesses[3]
+    assert [done for done, _, _ in notes] == sorted(done for done, _, _ in notes)
+    assert notes[-1][2].startswith("flat, clear by")
+
+
+def test_the_search_keeps_to_its_budget_and_to_its_seed():
+    bowl, search, notes = searched(100)
+    assert len(bowl.asked) == search.spent < 100 + 16
+    assert notes[-1][:2] == (100, 100)
+    assert searched(100)[0].asked == bowl.asked
+    assert searched(100, seed=1)[0].asked != bowl.asked
+
+
+def test_candidates_are_the_best_and_differ():
+    _, search, _ = searched(600)
+    sets = search.candidates()
+    assert np.array_equal(sets[0], search.best.stiffnesses)
+    for i, one in enumerate(sets):
+        for other in sets[:i]:
+            assert np.abs(np.log(one / other)).max() > tuning.APART
+
+
+def test_the_search_leaves_the_shared_generator_alone():
+    before = np.random.get_state()[1].copy()
+    searched(60)
+    assert np.array_equal(np.random.get_state()[1], before)
+
+
+def test_tied_groups_are_spread_out_to_four_digits():
+    assert spread_out([0.123456, 0.1, 0.2], TIED).tolist() == [0.1235, 0.1, 0.2, 0.1235]
+
+
+def test_exact_closure_gives_way_where_it_keeps_arrays_shut():
+    linkage = linkage_named("thesis-4x4")
+    first = tuning._first_generation(np.full(12, 0.1), tuning.tied_hinges(linkage, DEFAULT), 0)
+    chosen = tuning._evaluator(linkage, DEFAULT, None, first[:3], None)
+    assert chosen.formulation == "compliant"
+    assert tuning._evaluator(linkage, DEFAULT, "constrained", first, None).formulation == "constrained"
+
+
+def test_checks_are_told_in_a_few_words():
+    assert told(GOOD) == "flat, clear by 1 mm"
+    assert told(replace(GOOD, gap=None)) == "flat, clear"
+    assert told(replace(GOOD, clear=False)) == "flat, collides"
+    assert told(replace(GOOD, clear=None, outcome="moving")) == "moving, undecided"
+
+
+def test_a_set_without_samples_is_told_without_a_probability():
+    found = tune(linkage_named(NAME), DEFAULT, evaluations=20, samples=0, spread=Spread(0.1))
+    assert found.best.confirmed
+    assert found.best.robustness is None
+    assert found.rounded is None
+
+
+def test_deploys_wants_flat_and_clear():
+    linkage = linkage_named(NAME)
+    assert deploys(deploy(linkage, DEFAULT))
+    assert not deploys(deploy(linkage, DEFAULT, margin=None))
+    assert not deploys(deploy(linkage, replace(DEFAULT, seconds=0.01)))

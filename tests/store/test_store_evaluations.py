@@ -1,0 +1,66 @@
+import pytest
+
+from hcsearch.errors import DatabaseError
+from hcsearch.store import open_readonly, select
+from hcsearch.store.columns import column_names
+from hcsearch.store.evaluations import find_evaluations, record_evaluations
+
+
+def row(**changes):
+    values = {
+        "subject": "thesis-4x4",
+        "setting": '{"seconds": 1.0}',
+        "springs": "0.1 0.2",
+        "outcome": "flat",
+        "clear": 1,
+        "end_time": 0.5,
+        "collision_time": None,
+        "first_panel": None,
+        "second_panel": None,
+        "gap": 0.002,
+        "speed": 0.0,
+        "remaining": 0.25,
+        "end_remaining": 0.125,
+        "widest": 0.01,
+        "drift": 1e-6,
+        "opening": None,
+        "steps": 100,
+        "evaluations": 1000,
+        "looks": 500,
+    }
+    return values | changes
+
+
+def test_evaluations_come_back_as_they_were_stored(database):
+    hit = row(springs="0.1 0.1", clear=0, collision_time=0.3, first_panel=0, second_panel=7, gap=None)
+    assert record_evaluations(database, [row(), hit]) == 2
+    assert find_evaluations(database, "thesis-4x4") == [hit, row()]
+    assert find_evaluations(database, "unit-i") == []
+
+
+def test_the_view_tells_gaps_in_millimetres(database):
+    record_evaluations(database, [row()])
+    found = select(database, view="evaluations")
+    assert found.columns == column_names("evaluations")
+    told = dict(zip(found.columns, found.rows[0], strict=True))
+    assert told.pop("clearance") == pytest.approx(2.0)
+    assert told == {name: value for name, value in row().items() if name != "gap"}
+
+
+def test_the_same_again_adds_nothing(database):
+    assert record_evaluations(database, [row()]) == 1
+    assert record_evaluations(database, [row(), row(springs="0.2 0.2")]) == 1
+    assert record_evaluations(database, []) == 0
+    assert len(select(database, view="evaluations").rows) == 2
+
+
+def test_an_evaluation_that_cannot_be_leaves_nothing_behind(database):
+    for bad in (row(outcome="round"), row(clear=2), row(subject=None)):
+        with pytest.raises(Exception, match="constraint failed"):
+            record_evaluations(database, [row(), bad])
+    assert select(database, view="evaluations").rows == ()
+
+
+def test_a_read_only_database_takes_no_evaluations(database, path):
+    with open_readonly(str(path)) as reader, pytest.raises(DatabaseError, match="read-only"):
+        record_evaluations(reader, [row()])
