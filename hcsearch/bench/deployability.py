@@ -20,7 +20,7 @@ from hcsearch.mobility import mobility
 from hcsearch.records import DeploymentBatch, FoldingBatch
 from hcsearch.twisting import twist_batch
 
-SIZES = {"hex": range(6, 13, 2), "square": range(4, 15, 2), "triangle": range(10, 19, 4)}
+SIZES = {"hex": range(6, 13, 2), "square": range(4, 13, 2), "triangle": range(10, 15, 4)}
 QUICK = {"hex": range(6, 9, 2), "square": range(4, 9, 2), "triangle": range(10, 11)}
 ARRAYS = (("square", "4x4"), ("rectangle", "4x4"))
 
