@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @click.option(
     "--formulation",
     type=click.Choice(("constrained", "compliant")),
-    help="Equations of motion.  [default: those in which more spring sets come flat]",
+    help="Equations of motion.  [default: constrained, unless nothing comes flat in it]",
 )
 @click.option("--catalogue", metavar="K,K", help="Springs to be bought (N m/rad): none, one or two at each hinge.")
 @click.option("--evaluations", type=click.IntRange(min=1), default=500, show_default=True, help="Spring sets to try.")
