@@ -44,6 +44,8 @@ STAGES = ((16, 4), (4, 12))
 """Sets that are compared by samples of the tolerances, and how many samples each gets: the few best get more."""
 STARTS = 31
 """Sets, beside the best, that are rounded to catalogue springs to begin the search for those with."""
+TRIES = 6
+"""Sets that are simulated precisely until one is confirmed."""
 HARDENING = (10, 4)
 """Sets of a generation of the search for robust ones, and samples that each is judged by."""
 APART = 0.05
@@ -118,7 +120,7 @@ def tune(
     """Choose the stiffness of each hinge, from `SOFTEST` to `STIFFEST`, with dampers in proportion.
 
     formulation : unless given `constrained`, or `compliant` where only so any set comes flat at first. catalogue :
-    stiffnesses of what can be bought (N m/rad). evaluations : spring sets tried, in all but the rounding; as many
+    stiffnesses of what can be bought (N m/rad). evaluations : spring sets tried, in all but the rounding; half as many
     samples may be drawn to harden what was found. samples : drawn of the tolerances
     in `spread`. memory : takes and gives evaluations, so that the same tuning again goes on where it stopped.
     The same arguments find the same springs.
@@ -355,7 +357,7 @@ class _Finder:
         begin = np.log([clear[first][hinges[0]] for hinges in tied])
         strategy = _strategy(begin, 0.04, HARDENING[0], np.random.default_rng([seed, 1_000_000]))
         found: list[tuple[float, int, Reals]] = []
-        generations = max(1, self.search.budget // (HARDENING[0] * HARDENING[1]))
+        generations = max(1, self.search.budget // (2 * HARDENING[0] * HARDENING[1]))
         for k in range(generations):
             points = np.array(strategy.ask())
             near = [spread_out(np.exp(point), tied) for point in points]
@@ -365,7 +367,7 @@ class _Finder:
             self.search.progress(self.search.budget, self.search.budget, f"hardening, {k + 1} of {generations}")
             if strategy.stop() or min(means) < 0.0:
                 break
-        middle = spread_out(np.exp(strategy.mean), tied)
+        middle = spread_out(np.exp(strategy.result.xfavorite), tied)
         return [middle, *(one for _, _, one in sorted(found)[: STAGES[0][0] // 2])]
 
     def _means(self, sets: Sequence[Reals]) -> list[float]:
@@ -403,20 +405,20 @@ class _Finder:
     def _chosen(self, sets: Sequence[Reals]) -> SpringSet:
         """Of sets, the best first, the confirmed one that is least likely to fail; else the first."""
         total = self.search.budget
-        if self.samples and len(sets) > 1:
-            self.search.progress(total, total, "comparing by samples")
-            order = most_robust(self.evaluator, sets, self.spread, STAGES, self.search.seed)
-            sets = [sets[k] for k, _ in order]
         checks = self.evaluator.of_springs(sets)
         places = [SpringSet(tuple(one.tolist()), check) for one, check in zip(sets, checks, strict=True)]
-        for place in places:
-            if not place.check.deploys:
-                continue
+        clear = [place for place in places if place.check.deploys]
+        if self.samples and len(clear) > 1:
+            self.search.progress(total, total, "comparing by samples")
+            springs = [place.stiffnesses for place in clear]
+            order = [k for k, _ in most_robust(self.evaluator, springs, self.spread, STAGES, self.search.seed)]
+            clear = [clear[k] for k in order] + [place for k, place in enumerate(clear) if k not in order]
+        for place in clear[:TRIES]:
             self.search.progress(total, total, "confirming")
             precise = _precise(self.evaluator, scene_springs(self.scene, place.stiffnesses))
             if deploys(precise):
                 return self._sampled(replace(place, deployment=precise))
-        return places[0]
+        return (clear or places)[0]
 
     def _sampled(self, place: SpringSet) -> SpringSet:
         if not self.samples:
