@@ -335,7 +335,7 @@ def test_it_does_not_matter_how_one_looks(motion):
         Linkage(linkage.pattern, base=linkage.n_panels - 1),
         mirrored(linkage),
     ):
-        same_verdict(found, certified(other, course))
+        same_verdict(found, certified(other, course), linkage, course)
     other = reversed_order(linkage)
     n = linkage.n_panels - 1
     number = {(hinge.first, hinge.second): k for k, hinge in enumerate(linkage.pattern.hinges)}
@@ -343,17 +343,22 @@ def test_it_does_not_matter_how_one_looks(motion):
     order = [number[pair if pair in number else pair[::-1]] for pair in turned]
     tables = (np.ascontiguousarray(table[:, order]) for table in course[1:4])
     last = certified(other, Course(course.times, *tables, course.cubic))
-    same_verdict(found, replace(last, panels=last.panels and (n - last.panels[1], n - last.panels[0])))
+    last = replace(last, panels=last.panels and (n - last.panels[1], n - last.panels[0]))
+    same_verdict(found, last, linkage, course)
 
 
-def same_verdict(one, two, tolerance=1e-9):
+def same_verdict(one, two, linkage, course, tolerance=1e-9):
+    """The same but for rounding, which may make a dip of a gap count that is about as deep as the rise."""
     assert one.kind == two.kind
     assert one.time == pytest.approx(two.time, abs=tolerance)
     if one.time is None or one.time > tolerance:  # at the start several pairs may overlap
         assert one.panels == two.panels
-    if one.gap is None or two.gap is None:
-        assert one.gap is two.gap is None
-    else:
+    if (one.gap is None) != (two.gap is None):
+        times, states = moments(course, 80)
+        table = gaps(linkage, states, pairs_looked_at(linkage, hinged(linkage)))
+        for found in (one, two):
+            check_gap(found.gap, table, np.isin(times, course.times))
+    elif one.gap is not None:
         assert abs(one.gap - two.gap) <= 1.01 * RESOLUTION
 
 
@@ -368,7 +373,7 @@ def test_a_state_more_changes_nothing_but_rounding(motion, share):
     tables[2] *= not course.cubic
     finer = Course(np.insert(course.times, 1, course.times[0] + share * h), *tables, course.cubic)
     one, two = (certified(linkage, each, measured=False) for each in (course, finer))
-    same_verdict(one, two)
+    same_verdict(one, two, linkage, course)
 
 
 @settings(max_examples=40)
@@ -383,7 +388,7 @@ def test_backwards_it_is_the_same_but_for_the_time(motion):
         # backwards the last collision comes first
         assert course.times[-1] - two.time >= one.time - 1e-9
     else:
-        same_verdict(one, two)
+        same_verdict(one, two, linkage, course)
 
 
 def test_nothing_is_looked_at_without_pairs_or_steps():
