@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @click.option(
     "--formulation",
     type=click.Choice(("constrained", "compliant")),
-    help="Equations of motion.  [default: those in which more spring sets come flat]",
+    help="Equations of motion.  [default: constrained, unless nothing comes flat in it]",
 )
 @click.option("--catalogue", metavar="K,K", help="Springs to be bought (N m/rad): none, one or two at each hinge.")
 @click.option("--evaluations", type=click.IntRange(min=1), default=500, show_default=True, help="Spring sets to try.")
@@ -127,7 +127,7 @@ def _facts(tuning: Tuning) -> dict[str, Any]:
         "tied_hinges": [list(hinges) for hinges in tuning.tied],
         **{name: None if one is None else _set_facts(one) for name, one in sets.items()},
         "evaluations": tuning.evaluations,
-        "taken_from_database": tuning.recalled,
+        "known_before": tuning.recalled,
         "interrupted": tuning.interrupted,
     }
 
@@ -156,7 +156,7 @@ def _set_facts(one: SpringSet) -> dict[str, Any]:
 def _print(tuning: Tuning, found: Subject) -> None:
     panels = found.linkage.pattern.hinges
     click.echo(f"{'formulation':24}{tuning.formulation}")
-    click.echo(f"{'evaluations':24}{tuning.evaluations}, {tuning.recalled} taken from the database")
+    click.echo(f"{'evaluations':24}{tuning.evaluations}, {tuning.recalled} of them known before")
     sets = [("start", tuning.start), ("tuned", tuning.best), ("catalogue", tuning.rounded)]
     told = [(name, one) for name, one in sets if one is not None]
     for name, one in told:

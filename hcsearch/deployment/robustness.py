@@ -109,18 +109,18 @@ def most_robust(
     spread: Spread,
     stages: Sequence[tuple[int, int]],
     seed: int,
-) -> list[int]:
-    """Numbers of the sets that fail least, the best first; of equal ones those given first.
+) -> list[tuple[int, Robustness]]:
+    """Numbers of the sets that fail least, the best first, with their samples; of equal ones those given first.
 
     stages : how many sets get how many samples, fewer sets and more samples each time: most sets are out after a few.
     """
     left = list(range(len(sets)))
+    found: dict[int, Robustness] = {}
     for kept, samples in stages:
         left = left[:kept]
-        found = robustness(evaluator, [sets[k] for k in left], spread, samples, seed)
-        failures = {k: one.failures for k, one in zip(left, found, strict=True)}
-        left.sort(key=lambda k: (failures[k], k))
-    return left
+        found = dict(zip(left, robustness(evaluator, [sets[k] for k in left], spread, samples, seed), strict=True))
+        left = sorted(left, key=lambda k, told=found: (told[k].failures, k))  # type: ignore[misc]
+    return [(k, found[k]) for k in left]
 
 
 def counted(checks: Sequence[Check]) -> Robustness:

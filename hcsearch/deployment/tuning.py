@@ -24,7 +24,7 @@ from hcsearch.deployment.compiling import Formulation
 from hcsearch.deployment.deploying import Deployment, deploy
 from hcsearch.deployment.evaluating import Evaluator, Memory
 from hcsearch.deployment.objective import objective
-from hcsearch.deployment.robustness import Robustness, Spread, most_robust, robustness
+from hcsearch.deployment.robustness import Robustness, Spread, most_robust, robustness, sampled
 from hcsearch.deployment.springs import SOFTEST, STIFFEST, scene_springs, stiffnesses_of, tied_hinges
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
@@ -44,6 +44,10 @@ STAGES = ((16, 4), (4, 12))
 """Sets that are compared by samples of the tolerances, and how many samples each gets: the few best get more."""
 STARTS = 31
 """Sets, beside the best, that are rounded to catalogue springs to begin the search for those with."""
+TRIES = 6
+"""Sets that are simulated precisely until one is confirmed."""
+HARDENING = (10, 4)
+"""Sets of a generation of the search for robust ones, and samples that each is judged by."""
 APART = 0.05
 """Sets count as different where a stiffness differs by this share."""
 GOOD = -0.999
@@ -115,8 +119,9 @@ def tune(
 ) -> Tuning:
     """Choose the stiffness of each hinge, from `SOFTEST` to `STIFFEST`, with dampers in proportion.
 
-    formulation : unless given, that in which more of the first generation comes flat. catalogue : stiffnesses of what
-    can be bought (N m/rad). evaluations : spring sets tried in all but the rounding. samples : drawn of the tolerances
+    formulation : unless given `constrained`, or `compliant` where only so any set comes flat at first. catalogue :
+    stiffnesses of what can be bought (N m/rad). evaluations : spring sets tried, in all but the rounding; half as many
+    samples may be drawn to harden what was found. samples : drawn of the tolerances
     in `spread`. memory : takes and gives evaluations, so that the same tuning again goes on where it stopped.
     The same arguments find the same springs.
     """
@@ -159,7 +164,7 @@ def _first_generation(start: Reals, tied: Sequence[tuple[int, ...]], seed: int) 
 def _evaluator(
     linkage: Linkage, scene: Scene, formulation: Formulation | None, first: Reals, memory: Memory | None
 ) -> Evaluator:
-    """The evaluator of the formulation that is asked for, or in which more of the first generation comes flat.
+    """The evaluator of the formulation that is asked for, or of exact closure unless only compliant arrays come flat.
 
     Exact closure can keep hinges shut that a real array lets go (docs/dynamics.md, known limits).
     """
@@ -168,11 +173,10 @@ def _evaluator(
     exact = Evaluator(linkage, scene, "constrained", memory)
     tied = tied_hinges(linkage, scene)
     sets = [spread_out(np.exp(point), tied) for point in first]
-    flat = sum(check.outcome == "flat" for check in exact.of_springs(sets))
-    if 2 * flat >= len(first):
+    if any(check.outcome == "flat" for check in exact.of_springs(sets)):
         return exact
     other = Evaluator(linkage, scene, "compliant", memory)
-    return other if sum(check.outcome == "flat" for check in other.of_springs(sets)) > flat else exact
+    return other if any(check.outcome == "flat" for check in other.of_springs(sets)) else exact
 
 
 def spread_out(values: Sequence[float] | Reals, tied: Sequence[tuple[int, ...]]) -> Reals:
@@ -275,19 +279,7 @@ class _Search:
             self.values(np.mean([place.point for place in self.found[known:]], axis=0)[None])
 
     def _evolve(self, start: Reals, rng: np.random.Generator) -> None:
-        import cma  # noqa: PLC0415 - takes seconds to load
-
-        options = {
-            "bounds": [self.low, self.high],
-            "popsize": GENERATION,
-            "maxiter": GENERATIONS,
-            "tolfun": 1e-3,
-            "tolx": 1e-2,
-            "verbose": -9,
-            "randn": lambda *shape: rng.standard_normal(shape),  # else the generator that all of NumPy shares is seeded
-            "seed": math.nan,
-        }
-        strategy = cma.CMAEvolutionStrategy(start, 0.2 * (self.high - self.low), options)
+        strategy = _strategy(start, 0.2, GENERATION, rng)
         idle, least = 0, 0.0
         while not strategy.stop() and idle < LATER:
             points = np.array(strategy.ask())
@@ -318,6 +310,24 @@ class _Search:
         )
 
 
+def _strategy(start: Reals, share: float, population: int, rng: np.random.Generator) -> Any:
+    """CMA-ES from a point, with steps that are a share of the bounds to begin with."""
+    import cma  # noqa: PLC0415 - takes seconds to load
+
+    low, high = math.log(SOFTEST), math.log(STIFFEST)
+    options = {
+        "bounds": [low, high],
+        "popsize": population,
+        "maxiter": GENERATIONS,
+        "tolfun": 1e-3,
+        "tolx": 1e-2,
+        "verbose": -9,
+        "randn": lambda *shape: rng.standard_normal(shape),  # else the generator that all of NumPy shares is seeded
+        "seed": math.nan,
+    }
+    return cma.CMAEvolutionStrategy(start, share * (high - low), options)
+
+
 class _Finder:
     """From sets that were seen to those that are told: confirmed, and the least likely to collide."""
 
@@ -327,8 +337,49 @@ class _Finder:
         self.best: SpringSet | None = None
 
     def choose(self, sets: Sequence[Reals]) -> None:
-        """Set `best` to the one of these that is confirmed and the least likely to collide."""
-        self.best = self._chosen(sets)
+        """Set `best` to the one of these that is confirmed and the least likely to fail, once hardened."""
+        self.best = self._chosen([*self._hardened(sets), *sets])
+
+    def _hardened(self, sets: Sequence[Reals]) -> list[Reals]:
+        """Sets near the most robust one of these that are better in the mean over some samples, the best first.
+
+        Among sets that come flat and clear the objective tells little of how near they are to those that do not; its
+        mean over samples of the tolerances does.
+        """
+        clear = [one for one, check in zip(sets, self.evaluator.of_springs(sets), strict=True) if check.deploys]
+        if not self.samples or not clear:
+            return []
+        chances = most_robust(self.evaluator, clear, self.spread, STAGES, self.search.seed)
+        first, chance = chances[0]
+        if not chance.failures:
+            return []
+        tied, seed = self.search.tied, self.search.seed
+        begin = np.log([clear[first][hinges[0]] for hinges in tied])
+        strategy = _strategy(begin, 0.04, HARDENING[0], np.random.default_rng([seed, 1_000_000]))
+        found: list[tuple[float, int, Reals]] = []
+        generations = max(1, self.search.budget // (2 * HARDENING[0] * HARDENING[1]))
+        for k in range(generations):
+            points = np.array(strategy.ask())
+            near = [spread_out(np.exp(point), tied) for point in points]
+            means = self._means(near)
+            strategy.tell(list(points), means)
+            found += [(mean, len(found) + n, one) for n, (mean, one) in enumerate(zip(means, near, strict=True))]
+            self.search.progress(self.search.budget, self.search.budget, f"hardening, {k + 1} of {generations}")
+            if strategy.stop() or min(means) < 0.0:
+                break
+        middle = spread_out(np.exp(strategy.result.xfavorite), tied)
+        return [middle, *(one for _, _, one in sorted(found)[: STAGES[0][0] // 2])]
+
+    def _means(self, sets: Sequence[Reals]) -> list[float]:
+        """Mean objective of each set over the same few samples."""
+        count = HARDENING[1]
+        scenes = [
+            scene
+            for one in sets
+            for scene in sampled(self.evaluator.scene, one, self.spread, count, self.search.seed + 1)
+        ]
+        values = [objective(check) for check in self.evaluator.of_scenes(scenes)]
+        return [float(np.mean(values[k : k + count])) for k in range(0, len(values), count)]
 
     def round(self, levels: Sequence[float]) -> SpringSet:
         """Catalogue springs near the best set."""
@@ -354,20 +405,20 @@ class _Finder:
     def _chosen(self, sets: Sequence[Reals]) -> SpringSet:
         """Of sets, the best first, the confirmed one that is least likely to fail; else the first."""
         total = self.search.budget
-        if self.samples and len(sets) > 1:
-            self.search.progress(total, total, "comparing by samples")
-            order = most_robust(self.evaluator, sets, self.spread, STAGES, self.search.seed)
-            sets = [sets[k] for k in order]
         checks = self.evaluator.of_springs(sets)
         places = [SpringSet(tuple(one.tolist()), check) for one, check in zip(sets, checks, strict=True)]
-        for place in places:
-            if not place.check.deploys:
-                continue
+        clear = [place for place in places if place.check.deploys]
+        if self.samples and len(clear) > 1:
+            self.search.progress(total, total, "comparing by samples")
+            springs = [place.stiffnesses for place in clear]
+            order = [k for k, _ in most_robust(self.evaluator, springs, self.spread, STAGES, self.search.seed)]
+            clear = [clear[k] for k in order] + [place for k, place in enumerate(clear) if k not in order]
+        for place in clear[:TRIES]:
             self.search.progress(total, total, "confirming")
             precise = _precise(self.evaluator, scene_springs(self.scene, place.stiffnesses))
             if deploys(precise):
                 return self._sampled(replace(place, deployment=precise))
-        return places[0]
+        return (clear or places)[0]
 
     def _sampled(self, place: SpringSet) -> SpringSet:
         if not self.samples:

@@ -42,7 +42,7 @@ def test_a_tuning_is_told_stored_and_replayed(folder):
         low, high = one["collision_interval_95"]
         assert low <= one["collision_probability"] <= high
     again = json.loads(run(*words))
-    assert again["taken_from_database"] == again["evaluations"] == found["evaluations"]
+    assert again["known_before"] == again["evaluations"] == found["evaluations"]
     assert again["best"] == found["best"]
     replayed = json.loads(run("deploy", "found.toml", "--json"))
     assert replayed["outcome"] == "flat"
@@ -121,4 +121,4 @@ def test_ctrl_c_leaves_what_was_found(monkeypatch):
     monkeypatch.setattr(Ledger, "record", record)
     assert json.loads(run("deploy", "found.toml", "--json"))["outcome"] == "flat"
     found = json.loads(run("tune", DESIGN, *QUICK, "--json"))
-    assert found["taken_from_database"] >= sum(map(len, calls))
+    assert found["known_before"] >= sum(map(len, calls))
