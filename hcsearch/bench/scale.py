@@ -21,6 +21,8 @@ from hcsearch.bench.tables import Table, save
 from hcsearch.errors import HcsearchError
 
 WORKERS = 2
+LAST = "mobility"
+"""The last stage: deployments take a thousand times longer than all before them, and have a bench of their own."""
 _NO_SERVER = "not measured: no --postgresql"
 _COUNTS = {"all": "non-isomorphic circuits", "two-stack": "two-stack", "untwisted": "untwisted"}
 
@@ -35,7 +37,7 @@ class Job:
 
     def run(self, options: Sequence[str], variables: Variables) -> Finished:
         """Run the command in a process of its own."""
-        words = ["enumerate", "--grid", self.grid, "--n", str(self.n), "--keep", self.keep, *options]
+        words = ["enumerate", "--grid", self.grid, "--n", str(self.n), "--until", LAST, "--keep", self.keep, *options]
         return run_measured([sys.executable, "-m", "hcsearch", *words], OWN_LIMIT, variables)
 
 
@@ -100,8 +102,8 @@ class Report:
             Table(
                 "scale",
                 "The whole command: processes, a cluster, databases",
-                "`hcsearch enumerate`, start of the interpreter included, the ways of a job by turns; medians of "
-                f"`runs`. The cluster is a Dask scheduler with {WORKERS} workers of one process and one thread each "
+                f"`hcsearch enumerate --until {LAST}`, start of the interpreter included, the ways of a job by turns; "
+                f"medians of `runs`. The cluster is a Dask scheduler with {WORKERS} workers of one process and one thread each "
                 "on this machine, which have worked once before. `into` -: a dry run; else a new database each time. "
                 "`cpu_s` and `peak_mib` leave out what a cluster or a server takes, `peak_mib` all but the first "
                 "process. `speed_up`: designs a second over those of one process, within one job and `into`; "

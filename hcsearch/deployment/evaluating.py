@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.collision.clearance import MARGIN
 from hcsearch.deployment.checking import Check, Solids, check, solids_of
 from hcsearch.deployment.compiling import Compiled, Formulation, compile_scene
 from hcsearch.deployment.springs import scene_springs, stiffnesses_of, with_springs
@@ -19,11 +20,14 @@ from hcsearch.scenes import Scene
 
 Reals = NDArray[np.float64]
 
-VERSION = 1
+VERSION = 2
 """Raised when the same scene is simulated or checked otherwise, so that what is stored no longer counts."""
 
 TOLERANCES: Mapping[Formulation, float] = {"constrained": 1e-4, "compliant": 3e-5}
 """Errors of a step while springs are searched for."""
+STRICT = 0.75 * MARGIN
+"""Margin by which panels are shrunk on every face while springs are searched for, m: less than what is asked for in the
+end, for the stops and the closure of the scene itself open the loops a little further."""
 SOFT = {"cut_damping": 1e4, "stop_stiffness": 100.0, "stop_damping": 0.1}
 """Of compliant scenes while springs are searched for: stops give way by 0.2 degrees at most, loops as in the scene, and
 steps are ten times longer. What is found is confirmed in the scene itself."""
@@ -115,17 +119,18 @@ class Evaluator:
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         for scene in scenes:
             if scene.apart not in self._solids:
-                self._solids[scene.apart] = solids_of(scene)
+                self._solids[scene.apart] = solids_of(scene, STRICT)
         solids = [self._solids[scene.apart] for scene in scenes]
         threads = max(1, min(cores, len(scenes)))
-        return check(scenes, solids=solids, tolerance=TOLERANCES[self.formulation], threads=threads)
+        return check(scenes, solids=solids, tolerance=TOLERANCES[self.formulation], margin=STRICT, threads=threads)
 
     def _key(self, scene: Scene) -> Key:
         values = asdict(scene)
         springs = stiffnesses_of(self.linkage, scene)
         for name in ("name", "spring", "springs"):
             del values[name]
-        values |= {"formulation": self.formulation, "tolerance": TOLERANCES[self.formulation], "version": VERSION}
+        values |= {"formulation": self.formulation, "tolerance": TOLERANCES[self.formulation]}
+        values |= {"margin": STRICT, "version": VERSION}
         return Key(json.dumps(values, sort_keys=True), " ".join(repr(float(value)) for value in springs))
 
 

@@ -21,7 +21,7 @@ FOLDINGS = "SELECT * FROM foldings ORDER BY design_id, crease"
 
 
 def start(folder, *words):
-    command = [sys.executable, "-m", "hcsearch", "enumerate", "--grid", "hex", *words]
+    command = [sys.executable, "-m", "hcsearch", "enumerate", "--grid", "hex", "--until", "mobility", *words]
     return subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
