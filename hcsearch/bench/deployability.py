@@ -20,9 +20,9 @@ from hcsearch.mobility import mobility
 from hcsearch.records import DeploymentBatch, FoldingBatch
 from hcsearch.twisting import twist_batch
 
-SIZES = {"hex": range(6, 13, 2), "square": range(4, 17, 2), "triangle": range(10, 23, 4)}
+SIZES = {"hex": range(6, 13, 2), "square": range(4, 13, 2), "triangle": range(10, 15, 4)}
 QUICK = {"hex": range(6, 9, 2), "square": range(4, 9, 2), "triangle": range(10, 11)}
-ARRAYS = (("square", "6x5"), ("rectangle", "6x5"))
+ARRAYS = (("square", "4x4"), ("rectangle", "4x4"))
 
 _HEADING = """# Deployability
 
