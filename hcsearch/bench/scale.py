@@ -103,8 +103,9 @@ class Report:
                 "scale",
                 "The whole command: processes, a cluster, databases",
                 f"`hcsearch enumerate --until {LAST}`, start of the interpreter included, the ways of a job by turns; "
-                f"medians of `runs`. The cluster is a Dask scheduler with {WORKERS} workers of one process and one thread "
-                "each on this machine, which have worked once before. `into` -: a dry run; else a new database each time. "
+                f"medians of `runs`. The cluster is a Dask scheduler with {WORKERS} workers of one process and one "
+                "thread each on this machine, which have worked once before. `into` -: a dry run; else a new database "
+                "each time. "
                 "`cpu_s` and `peak_mib` leave out what a cluster or a server takes, `peak_mib` all but the first "
                 "process. `speed_up`: designs a second over those of one process, within one job and `into`; "
                 "`net_speed_up`: the same without `start_s`. Two commands of one process each, started together, "
