@@ -6,7 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from hcsearch.bench.dynamics_deployments import DeploymentRow, QuickRow, deployment_rows, quick_row
+from hcsearch.bench.dynamics_deployments import (
+    BOUNCE,
+    COMPARED,
+    DeploymentRow,
+    QuickRow,
+    deployment_rows,
+    quick_row,
+)
 from hcsearch.bench.dynamics_scale import ScaleRow, scale_rows
 from hcsearch.bench.dynamics_subjects import LOOP, WHOLE, subjects
 from hcsearch.bench.dynamics_work import LEVELS, OUTPUTS, ReferenceRow, WorkRow, seconds_at, subject_rows
@@ -112,7 +119,9 @@ class Report:
                 "Whole deployments",
                 "With stops and damping, to flat. `arrivals`: the first hinges that come to a stop, with milliseconds; "
                 "bounces are left out. The thesis's stops are springs that throw hinges back, those of `constrained` "
-                "are hard without restitution.",
+                f"are hard, with `restitution` (default 0). `apart`: share of the time by which the first {COMPARED} "
+                f"arrivals come earlier or later than in `constrained` with restitution {BOUNCE:g}. `cut` (N/m): "
+                "springs at the cut hinge; the thesis has 1e8.",
                 self.deployments,
             ),
             Table(
@@ -145,7 +154,8 @@ def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> Repor
         work += rows
         references += found
         say(f"{subject.name}: whole deployments")
-        deployments += deployment_rows(subject, 0.05 if quick else 1.0)
+        stiffer = subject.name == LOOP and not quick
+        deployments += deployment_rows(subject, 0.05 if quick else 1.0, stiffer=stiffer)
     say("cost of an evaluation")
     scale = scale_rows(QUICK_SIZES if quick else SIZES, 3 * repeats)
     checked = []
@@ -252,20 +262,25 @@ def _fastest(rows: Sequence[WorkRow], formulation: str) -> float | None:
 
 
 def _whole_deployment(rows: Sequence[DeploymentRow]) -> list[GoalRow]:
-    """The goal of the loop's whole deployment: run times, and whether events come at equal times."""
-    found = {row.formulation: row for row in rows if row.subject == LOOP}
-    if len(found) < 2:
-        return []
-    ours, theirs = found["constrained"], found["penalty"]
-    ends = f"ours {ours.outcome} at {ours.end:.4g} s, theirs {theirs.outcome} at {theirs.end:.4g} s"
-    name = f"{LOOP}, whole deployment"
-    hits = abs(ours.first_arrival - theirs.first_arrival) if ours.first_arrival and theirs.first_arrival else None
-    apart = abs(ours.end - theirs.end) / ours.end if ours.outcome == theirs.outcome == "flat" else None
-    return [
-        _between(f"{name}: times faster than the thesis's method", 50.0, None, theirs.seconds / ours.seconds, ends),
-        _between(f"{name}: first arrivals at stops apart, s", None, 1e-4, hits, ""),
-        _between(f"{name}: flat times apart, as a share", None, 0.01, apart, ends),
-    ]
+    """The goals of the loop's whole deployment: run times, and whether events come at equal times.
+
+    They do where the thesis's springs are so stiff that what they give way matters no more.
+    """
+    loop = [row for row in rows if row.subject == LOOP]
+    ours = next((row for row in loop if row.restitution == BOUNCE), None)
+    theirs = [row for row in loop if row.formulation == "penalty"]
+    found = []
+    for row in theirs if ours else []:
+        assert ours is not None
+        name = f"{LOOP}, whole deployment, springs of {row.cut:.0e} N/m"
+        ends = f"ours {ours.outcome} at {ours.end:.4g} s, theirs {row.outcome} at {row.end:.4g} s"
+        apart = abs(ours.end - row.end) / ours.end if ours.outcome == row.outcome == "flat" else None
+        found += [
+            _between(f"{name}: times faster than the thesis's method", 50.0, None, row.seconds / ours.seconds, ends),
+            _between(f"{name}: first {COMPARED} arrivals apart, as a share", None, 1e-3, row.apart, ""),
+            _between(f"{name}: flat times apart, as a share", None, 0.01, apart, ends),
+        ]
+    return found
 
 
 def _between(goal: str, least: float | None, most: float | None, measured: float | None, note: str) -> GoalRow:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -12,18 +13,26 @@ import numpy as np
 
 from hcsearch.bench.dynamics_subjects import SCENE, Case, Subject
 from hcsearch.bench.dynamics_work import gap_of
-from hcsearch.deployment.arrivals import arrivals
+from hcsearch.deployment.arrivals import Arrival, arrivals
 from hcsearch.deployment.compiling import compile_scene
-from hcsearch.deployment.deploying import deploy, run
+from hcsearch.deployment.deploying import Deployment, deploy, run
 from hcsearch.deployment.subjects import folding_linkage
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hcsearch.folding import Folding
+    from hcsearch.scenes import Scene
 
-ORDER = 6
-"""Arrivals that are told."""
+ORDER, COMPARED = 6, 3
+"""Arrivals that are told, and those that must come at equal times."""
+BOUNCE = 0.5
+"""Restitution that is compared with the thesis's stops, springs of 1e6 N m/rad with dampers of 1 N m s/rad: from those
+a hinge with the inertia of a panel comes back with about 0.4 of its speed, with that of several panels 0.8."""
+STIFFER = 100.0
+"""Springs at the cut hinge of the second `penalty`, times those of the thesis: it gives way a hundredth as far."""
+LONG = 4_000_000
+"""Steps that `penalty` may take."""
 QUICK_TOLERANCE = 1e-4
 
 
@@ -31,18 +40,22 @@ QUICK_TOLERANCE = 1e-4
 class DeploymentRow:
     """A whole deployment with stops and damping.
 
-    end : s, when flat or given up. first_arrival : s. arrivals : the first hinges that come to a stop, in order, with
-        times in ms. energy : error of the balance, J. gap : greatest of loops, m. seconds : on the wall, one run.
+    cut : N/m, of the springs at a cut hinge. end : s, when flat or given up. arrivals : the first hinges that come to a
+    stop, in order, with times in ms. apart : share of the time by which the first `COMPARED` of them come earlier or
+    later than in the constrained deployment with stops that bounce. energy : error of the balance, J. gap : greatest
+    of loops, m. seconds : on the wall, one run.
     """
 
     subject: str
     formulation: str
     method: str
     tolerance: float
+    restitution: float | None
+    cut: float | None
     outcome: str
     end: float
-    first_arrival: float | None
     arrivals: str
+    apart: float | None
     events: int
     energy: float
     gap: float
@@ -68,28 +81,62 @@ class QuickRow:
     outcomes: str
 
 
-def deployment_rows(subject: Subject, seconds: float) -> Iterator[DeploymentRow]:
-    """With exact loops and hard stops, and by the thesis's springs and method; seconds : the longest, s."""
-    for formulation, method, tolerance in (
-        ("constrained", "dormand-prince", 1e-6),
-        ("penalty", "bogacki-shampine", 1e-5),
-    ):
-        compiled = subject.compiled(formulation)
-        compiled = replace(compiled, scene=replace(compiled.scene, seconds=seconds))
-        warm = replace(compiled, scene=replace(compiled.scene, seconds=1e-6))
-        run(warm, method=method, tolerance=tolerance, margin=None)
-        found = run(compiled, method=method, tolerance=tolerance, margin=None)
-        arrived = arrivals(found)
-        yield DeploymentRow(
-            *(subject.name, formulation, method, tolerance, found.outcome, float(found.motion.times[-1])),
-            first_arrival=arrived[0].time if arrived else None,
-            arrivals=" ".join(f"{'+'.join(map(str, a.hinges))}@{1e3 * a.time:.2f}" for a in arrived[:ORDER]),
-            events=len(found.motion.events),
-            energy=compiled.factor * found.motion.drift,
-            gap=gap_of(Case(subject.name, formulation, compiled, seconds), found.motion.q),
-            steps=found.motion.steps,
-            seconds=found.seconds,
-        )
+def deployment_rows(subject: Subject, seconds: float, *, stiffer: bool) -> Iterator[DeploymentRow]:
+    """With exact loops and hard stops that bounce or do not, and by the thesis's springs and method.
+
+    seconds : the longest, s. stiffer : also by stiffer springs, which takes minutes.
+    """
+    bouncing = replace(SCENE, restitution=BOUNCE)
+    ours = _deployed(subject, "constrained", bouncing, seconds)
+    yield _row(subject, _deployed(subject, "constrained", SCENE, seconds), None)
+    yield _row(subject, ours, None)
+    yield _row(subject, _deployed(subject, "penalty", SCENE, seconds), ours)
+    if stiffer:
+        damping = math.sqrt(STIFFER) * SCENE.cut_damping
+        scene = replace(SCENE, cut_stiffness=STIFFER * SCENE.cut_stiffness, cut_damping=damping)
+        yield _row(subject, _deployed(subject, "penalty", scene, seconds), ours)
+
+
+METHODS: dict[str, tuple[str, float]] = {"constrained": ("dormand-prince", 1e-6), "penalty": ("bogacki-shampine", 1e-5)}
+
+
+def _deployed(subject: Subject, formulation: str, scene: Scene, seconds: float) -> Deployment:
+    """A deployment, once compiled."""
+    method, tolerance = METHODS[formulation]
+    compiled = subject.compiled(formulation, replace(scene, seconds=seconds))
+    warm = replace(compiled, scene=replace(compiled.scene, seconds=1e-6))
+    run(warm, method=method, tolerance=tolerance, margin=None)
+    steps = LONG if formulation == "penalty" else None
+    return run(compiled, method=method, tolerance=tolerance, margin=None, max_steps=steps)
+
+
+def _row(subject: Subject, found: Deployment, ours: Deployment | None) -> DeploymentRow:
+    compiled, scene = found.compiled, found.compiled.scene
+    springs = compiled.formulation == "penalty"
+    arrived = arrivals(found)
+    return DeploymentRow(
+        *(subject.name, compiled.formulation, *METHODS[compiled.formulation]),
+        *(None if springs else scene.restitution, scene.cut_stiffness if springs else None),
+        *(found.outcome, float(found.motion.times[-1])),
+        arrivals=" ".join(f"{'+'.join(map(str, a.hinges))}@{1e3 * a.time:.2f}" for a in arrived[:ORDER]),
+        apart=None if ours is None else arrivals_apart(arrivals(ours), arrived),
+        events=len(found.motion.events),
+        energy=compiled.factor * found.motion.drift,
+        gap=gap_of(Case(subject.name, compiled.formulation, compiled, scene.seconds), found.motion.q),
+        steps=found.motion.steps,
+        seconds=found.seconds,
+    )
+
+
+def arrivals_apart(ours: Sequence[Arrival], theirs: Sequence[Arrival]) -> float | None:
+    """Greatest share of the time by which the first of our arrivals come at other times elsewhere; None without."""
+    shares = []
+    for arrival in ours[:COMPARED]:
+        own = [other for other in theirs if other.stop == arrival.stop and set(other.hinges) >= set(arrival.hinges)]
+        if not own:
+            return None
+        shares.append(min(abs(other.time - arrival.time) for other in own) / arrival.time)
+    return max(shares, default=None)
 
 
 def quick_row(name: str, designs: Sequence[Folding]) -> QuickRow:

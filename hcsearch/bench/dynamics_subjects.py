@@ -18,7 +18,7 @@ from hcsearch.deployment.subjects import folding_linkage
 from hcsearch.dynamics.system import System
 from hcsearch.folding import folding_of
 from hcsearch.linkage import Linkage
-from hcsearch.scenes import SCENES
+from hcsearch.scenes import SCENES, Scene
 
 Reals = NDArray[np.float64]
 
@@ -49,12 +49,12 @@ class Subject:
         """Its panels and hinges."""
         return self.build()
 
-    def compiled(self, formulation: str) -> Compiled:
-        """The scene in a formulation, or `constrained` with nothing left out."""
+    def compiled(self, formulation: str, scene: Scene = SCENE) -> Compiled:
+        """A scene in a formulation, or `constrained` with nothing left out."""
         if formulation == WHOLE:
-            return compile_scene(self.linkage, SCENE, keep=frozenset(OMISSIONS) - {"stops"})
+            return compile_scene(self.linkage, scene, keep=frozenset(OMISSIONS) - {"stops"})
         names: dict[str, Formulation] = {name: name for name in ("constrained", "penalty", "quasistatic")}
-        return compile_scene(self.linkage, SCENE, names[formulation])
+        return compile_scene(self.linkage, scene, names[formulation])
 
     def horizon(self, formulation: str) -> float:
         """Until when motions are compared, s: before the first event of a tight run, and before `until`."""

@@ -10,7 +10,14 @@ from click.testing import CliRunner
 from hcsearch.bench import dynamics, pinocchio_system
 from hcsearch.bench.dense_system import Dense
 from hcsearch.bench.dynamics import best_of, goals_of
-from hcsearch.bench.dynamics_deployments import DeploymentRow, QuickRow, deployment_rows, quick_row
+from hcsearch.bench.dynamics_deployments import (
+    BOUNCE,
+    DeploymentRow,
+    QuickRow,
+    arrivals_apart,
+    deployment_rows,
+    quick_row,
+)
 from hcsearch.bench.dynamics_scale import ScaleRow, slope_of, strip
 from hcsearch.bench.dynamics_subjects import LOOP, WHOLE, subjects
 from hcsearch.bench.dynamics_work import WorkRow, gap_of, reference_of, seconds_at, verdict_of
@@ -18,6 +25,7 @@ from hcsearch.bench.iftomm_problems import bricard, governor
 from hcsearch.bench.states import UnableError, closure, depth_first
 from hcsearch.bench.work import OURS
 from hcsearch.cli import hcsearch
+from hcsearch.deployment.arrivals import Arrival
 from hcsearch.dynamics.laws import linear
 from hcsearch.dynamics.simulation import simulate
 from hcsearch.unit_search.elements import untwisted
@@ -187,8 +195,10 @@ def test_the_fastest_of_each_method():
     ]
 
 
-def deployment(formulation, end, seconds, outcome="flat"):
-    return DeploymentRow(LOOP, formulation, "m", 1e-6, outcome, end, 0.1, "3@100", 1, 0.0, 0.0, 1, seconds)
+def deployment(formulation, end, seconds, outcome="flat", *, restitution=None, apart=None):
+    cut = None if formulation == "constrained" else 1e8
+    how = (LOOP, formulation, "m", 1e-6, restitution, cut)
+    return DeploymentRow(*how, outcome, end, "3@100", apart, 1, 0.0, 0.0, 1, seconds)
 
 
 def test_goals():
@@ -201,13 +211,17 @@ def test_goals():
     ]
     scale = [ScaleRow("loop", 10, 1, 1.0, 0.1, 1.3, 1.2)]
     quick = [QuickRow("hex n = 12", 1, 30.0, 40.0, 50.0, 20.0, 10.0, "1 flat")]
-    deployments = [deployment("constrained", 0.3, 0.1), deployment("penalty", 0.33, 20.0)]
+    ours = [
+        deployment("constrained", 0.2, 1.0, restitution=0.0),
+        deployment("constrained", 0.3, 0.1, restitution=BOUNCE),
+    ]
+    deployments = [*ours, deployment("penalty", 0.33, 20.0, apart=1e-4)]
     found = goals_of(rows, deployments, scale, quick)
-    assert [row.measured for row in found] == pytest.approx([300.0, 9.0, 30.0, 200.0, 0.0, 0.1, 1.2, 30.0])
+    assert [row.measured for row in found] == pytest.approx([300.0, 9.0, 30.0, 200.0, 1e-4, 0.1, 1.2, 30.0])
     assert [row.met for row in found] == ["yes", "no", "yes", "yes", "yes", "no", "no", "yes"]
     assert found[0].note == "it never comes to 2e-05: 0.001 rad in 3 s; nothing left out: 150"
-    jammed = goals_of(rows, [deployments[0], deployment("penalty", 0.33, 20.0, "jammed")], scale, quick)
-    assert [row.met for row in jammed][3:6] == ["yes", "yes", "not measured"]
+    jammed = goals_of(rows, [*ours, deployment("penalty", 0.33, 20.0, "jammed", apart=2e-3)], scale, quick)
+    assert [row.met for row in jammed][3:6] == ["yes", "no", "not measured"]
     assert {row.met for row in goals_of([], [], [], [])} == {"not measured"}
 
 
@@ -228,12 +242,31 @@ def test_slopes_are_powers():
 
 def test_arrivals_are_told_of_both_formulations():
     own = subject("thesis-4x4")
-    (exact, springs) = deployment_rows(own, 0.13)
-    assert (exact.formulation, springs.formulation) == ("constrained", "penalty")
-    assert exact.arrivals == springs.arrivals == "1+10@129.58"
-    assert exact.first_arrival == pytest.approx(springs.first_arrival, abs=1e-5)
+    exact, bouncing, springs = deployment_rows(own, 0.13, stiffer=False)
+    assert [row.formulation for row in (exact, bouncing, springs)] == ["constrained", "constrained", "penalty"]
+    assert exact.arrivals == bouncing.arrivals == springs.arrivals == "1+10@129.58"
+    assert [row.restitution for row in (exact, bouncing, springs)] == [0.0, BOUNCE, None]
+    assert (exact.apart, bouncing.apart) == (None, None)
+    assert 0.0 < springs.apart < 1e-4
     assert exact.events == 1 < springs.events  # half of the array; and bounces
     assert exact.gap < 1e-13 < springs.gap
+
+
+def test_springs_that_give_way_less_come_nearer_to_exact_loops():
+    *_, springs, stiffer = deployment_rows(subject("thesis-4x4"), 0.01, stiffer=True)
+    assert (springs.cut, stiffer.cut) == (1e8, 1e10)
+    assert 0.0 < stiffer.gap < 0.1 * springs.gap
+    assert stiffer.apart is None  # nothing arrives so early
+
+
+def test_arrivals_are_compared_by_hinges_and_stops():
+    first, second = Arrival(0.1, "flat", (3,), 1.0), Arrival(0.2, "flat", (4, 5), 1.0)
+    assert arrivals_apart([first, second], [first, second]) == 0.0
+    early = Arrival(0.002, "folded", (3,), 1.0)  # a bounce at the start is no arrival of ours
+    late = Arrival(0.22, "flat", (2, 4, 5), 1.0)
+    assert arrivals_apart([first, second], [early, first, late]) == pytest.approx(0.1)
+    assert arrivals_apart([first, second], [early, first]) is None
+    assert arrivals_apart([], [first]) is None
 
 
 def test_the_gap_of_cut_hinges_is_that_of_their_ends():
