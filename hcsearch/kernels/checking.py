@@ -92,16 +92,44 @@ class Findings(NamedTuple):
 
 @compiled
 def check_all(stack: Any, rules: Rules, record: Record, found: Findings) -> None:
-    """Check the foldings of a stack one after the other; the record is written anew by each."""
+    """Check the foldings of a stack one after the other; the record is written anew by each.
+
+    Every kernel has all that it calls compiled into it once more: so this one calls what takes long to compile itself.
+    """
+    cubic = rules.closure_stiffness > 0.0  # stiff springs make accelerations that say nothing of the motion
+    plan, whole, verdict, states = rules.plan, rules.plan.end, CLEAR, 0
+    answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
     for i in range(len(found.endings)):
-        _check(_nth(stack, i), rules, record, found, i)
+        subject = _nth(stack, i)
+        tree, n = subject.tree, len(subject.start)
+        mechanism = _mechanism(subject, rules)
+        work = work_for(tree)
+        course = Course(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0)), cubic)
+        for stage in range(2):
+            # most collisions come early: where only clear deployments are wanted, a short motion is looked at first
+            end = rules.early if stage == 0 and 0.0 < rules.early < whole else whole
+            hold = _hold(subject)
+            simulate(mechanism, hold, rules.method, _until(plan, end), subject.start.copy(), np.zeros(n), work, record)
+            states = record.counts[0]
+            motion = (record.times[:states], record.q[:states], record.v[:states], record.a[:states])
+            if not cubic:
+                motion = refined(mechanism, motion, OPEN, work)
+            found.openings[i] = opening(tree, motion, cubic, work)
+            course = _course(subject, motion, cubic)
+            wanted = Search(subject.reach * found.openings[i], rules.margin, subject.deepest, rules.resolution)
+            flat = record.counts[4] == FLAT
+            verdict = judge(subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, wanted, flat, answer)
+            found.counts[i, 3] += answer.looks[0]
+            if verdict != CLEAR or end == whole or record.counts[4] != TIME_OUT:
+                break
+        _tell(record, states, verdict, answer, found, i)
+        _tell_end(subject, course, verdict, answer, found, i)
 
 
 @compiled
-def _check(subject: Subject, rules: Rules, record: Record, found: Findings, i: int) -> None:
-    tree, n = subject.tree, len(subject.start)
-    mechanism = Mechanism(
-        tree,
+def _mechanism(subject: Subject, rules: Rules) -> Mechanism:
+    return Mechanism(
+        subject.tree,
         subject.hinges,
         rules.struts,
         rules.cuts,
@@ -110,38 +138,25 @@ def _check(subject: Subject, rules: Rules, record: Record, found: Findings, i: i
         rules.closure_damping,
         False,
     )
+
+
+@compiled
+def _hold(subject: Subject) -> Hold:
+    """Nothing held, and each spring on its branch."""
+    n = len(subject.start)
     hold = Hold(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8))
-    cubic = rules.closure_stiffness > 0.0  # stiff springs make accelerations that say nothing of the motion
-    work = work_for(tree)
-    plan, whole, verdict = rules.plan, rules.plan.end, CLEAR
-    answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
-    looks = 0
-    for stage in range(2):
-        # most collisions come early: where only clear deployments are wanted, a short motion is looked at first
-        end = rules.early if stage == 0 and 0.0 < rules.early < whole else whole
-        hold.held[:] = 0
-        for k in range(n):
-            hold.branches[k] = 1 if subject.start[k] > subject.hinges.snaps_up[k] else 0
-        simulate(mechanism, hold, rules.method, _until(plan, end), subject.start.copy(), np.zeros(n), work, record)
-        states = record.counts[0]
-        motion = (record.times[:states], record.q[:states], record.v[:states], record.a[:states])
-        if not cubic:
-            motion = refined(mechanism, motion, OPEN, work)
-        found.openings[i] = opening(tree, motion, cubic, work)
-        course = _course(subject, motion, cubic)
-        wanted = Search(subject.reach * found.openings[i], rules.margin, subject.deepest, rules.resolution)
-        flat = record.counts[4] == FLAT
-        verdict = judge(subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, wanted, flat, answer)
-        looks += answer.looks[0]
-        if verdict != CLEAR or end == whole or record.counts[4] != TIME_OUT:
-            break
+    for k in range(n):
+        hold.branches[k] = 1 if subject.start[k] > subject.hinges.snaps_up[k] else 0
+    return hold
+
+
+@compiled
+def _tell(record: Record, states: int, verdict: int, answer: Answer, found: Findings, i: int) -> None:
     found.endings[i], found.times[i, 0] = record.counts[4], record.times[states - 1]
     found.drifts[i] = _drift(record, states)
     found.counts[i, 0], found.counts[i, 1], found.counts[i, 2] = states, record.counts[2], record.counts[3]
-    found.counts[i, 3] = looks
     found.verdicts[i], found.pairs[i], found.times[i, 1] = verdict, answer.pairs[0], answer.times[0]
     found.gaps[i] = answer.gaps[0]
-    _tell_end(subject, course, verdict, answer, found, i)
 
 
 @compiled
