@@ -77,21 +77,31 @@ def bound_rates(course: Reals, h: float, speeds: Reals, accelerations: Reals) ->
 
 
 @lean
-def path_bounds(
-    hinges: Whole, row: int, count: int, back: bool, reaches: Reals, speeds: Reals, accelerations: Reals
-) -> tuple[float, float]:
-    """What speed (m/s) and acceleration (m/s^2) of a panel's points do not exceed, as seen from another panel.
+def path_speed(hinges: Whole, row: int, count: int, reaches: Reals, speeds: Reals) -> float:
+    """What speed (m/s) of a panel's points is not exceeded, as seen from another panel.
 
-    hinges : in the first `count` entries of a row, the way from the other panel, or with `back` the way to it.
-    reaches : greatest distance (m) of a point from each hinge's line. Each hinge turns all that lies beyond it:
-    |x''| <= sum of r_l (a_l + w_l (w_l + 2 sum of w_k over k before l)).
+    hinges : in the first `count` entries of a row, the way from the other panel. reaches : greatest distance (m) of a
+    point from each hinge's line. Each hinge turns all that lies beyond it.
     """
-    speed = acceleration = before = 0.0
+    speed = 0.0
+    for k in range(count):
+        speed += speeds[hinges[row, k]] * reaches[row, k]
+    return speed
+
+
+@lean
+def path_bend(
+    hinges: Whole, row: int, count: int, back: bool, reaches: Reals, speeds: Reals, accelerations: Reals
+) -> float:
+    """What acceleration (m/s^2) of a panel's points is not exceeded, as seen from another panel.
+
+    back : the way leads to the other panel. |x''| <= sum of r_l (a_l + w_l (w_l + 2 sum of w_k over k before l)).
+    """
+    acceleration = before = 0.0
     for i in range(count):
         k = count - 1 - i if back else i
         hinge, r = hinges[row, k], reaches[row, k]
         w = speeds[hinge]
-        speed += w * r
         acceleration += r * (accelerations[hinge] + w * (w + 2.0 * before))
         before += w
-    return speed, acceleration
+    return acceleration

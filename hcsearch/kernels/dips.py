@@ -50,7 +50,7 @@ def smallest_dip(
     _rise(prisms, pairs, rise, book, dips)
     looks = 0
     for k in range(len(course.times) - 1):
-        h = begin(chain, pairs, course, k, book)
+        h = begin(chain, pairs, course, k, dips.best[0] + rise, book)
         top = 0 if h > 0.0 else -1
         while top >= 0:
             share = book.high[top] - book.low[top]
@@ -103,10 +103,13 @@ def _fall(
 def _rise(prisms: Prisms, pairs: Pairs, rise: float, book: Book, dips: _Dips) -> None:
     """Close the dips of pairs that have risen at the end of a step."""
     for p in range(len(pairs.prisms)):
-        relate(prisms, pairs, p, book.highs[0], book.seen[1])
-        gap = spheres(prisms, pairs, p, book.seen[1])
-        if gap < dips.best[0] + rise:  # else it is wide enough, whatever it is
-            gap = nearest(prisms, pairs, p, book.seen[1], book)[0]
+        gap, enough = book.spare[p], dips.best[0] + rise
+        if not gap > enough:  # else it is wide enough, whatever it is
+            relate(prisms, pairs, p, book.highs[0], book.seen[1])
+            gap = spheres(prisms, pairs, p, book.seen[1])
+            if not gap > enough:
+                gap = nearest(prisms, pairs, p, book.seen[1], book)[0]
+            book.spare[p] = gap
         dips.widest[p] = max(dips.widest[p], gap)
         if gap >= dips.lows[p] + rise:
             dips.best[0] = min(dips.best[0], dips.lows[p])

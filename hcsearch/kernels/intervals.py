@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled, lean
-from hcsearch.kernels.courses import TERMS, bound_rates, follow, path_bounds, write_course
-from hcsearch.kernels.distances import proximity
+from hcsearch.kernels.courses import TERMS, bound_rates, follow, path_bend, path_speed, write_course
+from hcsearch.kernels.distances import closest
 from hcsearch.kernels.loops import Chain, place_panels
 from hcsearch.kernels.multibody.vectors import Vector, at, dot, minus, put, times
 from hcsearch.kernels.paths import Pairs
@@ -46,7 +46,10 @@ class Book(NamedTuple):
 
     low, high, lows, highs : ends of the interval as shares of the step, and poses there. lists, counts : its pairs.
     ways, keepers : of each pair, the direction that last told it apart, fixed to its first panel (0) or second (1) and
-        pointing away from that. bends, speeds : of the step, |x''| / 8 as seen from either panel, and |x'|.
+        pointing away from that. corners : of each pair, where the last search of its distance ended. spare : what the
+        gap of each pair is at least at the end of the last interval it was looked at in, less how far both may have
+        come nearer since; at the end of the last one of a step that is the end of the step.
+    bends, speeds : of the step, |x''| / 8 as seen from either panel, and |x'|.
     course, rates, accelerations : polynomials of the fold angles in the step, and bounds. seen : (2, 3, 4), poses of
         the second panel from the first at both ends. points : corners of the second prism from the first panel.
     """
@@ -59,6 +62,8 @@ class Book(NamedTuple):
     counts: Whole
     ways: Reals
     keepers: Whole
+    corners: Whole
+    spare: Reals
     bends: Reals
     speeds: Reals
     course: Reals
@@ -82,6 +87,8 @@ def book_for(chain: Chain, prisms: Prisms, pairs: Pairs, course: Course) -> Book
         counts=np.zeros(depth, np.int64),
         ways=np.zeros((count, 3)),
         keepers=np.zeros(count, np.int64),
+        corners=np.full((count, 4), -1),
+        spare=np.full(count, -math.inf),
         bends=np.zeros((count, 2)),
         speeds=np.zeros(count),
         course=np.zeros((hinges, TERMS)),
@@ -96,8 +103,12 @@ def book_for(chain: Chain, prisms: Prisms, pairs: Pairs, course: Course) -> Book
 
 
 @compiled
-def begin(chain: Chain, pairs: Pairs, course: Course, k: int, book: Book) -> float:
-    """Begin the step from state k, with all pairs; return its length (s), 0 where two states are of one time."""
+def begin(chain: Chain, pairs: Pairs, course: Course, k: int, need: float, book: Book) -> float:
+    """Begin the step from state k, with the pairs whose gap may come down to what is needed in it.
+
+    The others had more to spare when they were last looked at than they can have come nearer since. Returns the length
+    of the step (s), 0 where two states are of one time.
+    """
     h = course.times[k + 1] - course.times[k]
     book.lows[0] = book.highs[0]
     place_panels(chain, course.angles[k + 1], book.highs[0])
@@ -106,14 +117,22 @@ def begin(chain: Chain, pairs: Pairs, course: Course, k: int, book: Book) -> flo
     q, v, a = course.angles, course.rates, course.accelerations
     write_course(h, course.cubic, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], book.course)
     bound_rates(book.course, h, book.rates, book.accelerations)
+    listed = 0
     for p in range(len(pairs.prisms)):
         count = pairs.lengths[p]
-        speed, bend = path_bounds(pairs.hinges, p, count, False, pairs.beyond, book.rates, book.accelerations)
-        book.speeds[p], book.bends[p, 0] = speed, bend / 8.0
-        _, bend = path_bounds(pairs.hinges, p, count, True, pairs.before, book.rates, book.accelerations)
-        book.bends[p, 1] = bend / 8.0
-        book.lists[0, p] = p
-    book.low[0], book.high[0], book.counts[0] = 0.0, 1.0, len(pairs.prisms)
+        speed = path_speed(pairs.hinges, p, count, pairs.beyond, book.rates)
+        book.spare[p] -= speed * h
+        if book.spare[p] > need:
+            continue
+        book.spare[p] = -math.inf
+        book.speeds[p] = speed
+        for back in range(2):
+            reaches = pairs.before if back else pairs.beyond
+            bend = path_bend(pairs.hinges, p, count, back == 1, reaches, book.rates, book.accelerations)
+            book.bends[p, back] = bend / 8.0
+        book.lists[0, listed] = p
+        listed += 1
+    book.low[0], book.high[0], book.counts[0] = 0.0, 1.0, listed
     return float(h)
 
 
@@ -143,9 +162,12 @@ def bound(
     relate(prisms, pairs, p, book.lows[top], book.seen[0])
     low = spheres(prisms, pairs, p, book.seen[0]) - book.speeds[p] * wait
     if low > need:
+        book.spare[p] = low
         return low, low, low
     relate(prisms, pairs, p, book.highs[top], book.seen[1])
-    return _tell_apart(prisms, pairs, p, need, wait, book)
+    low, first, second = _tell_apart(prisms, pairs, p, need, wait, book)
+    book.spare[p] = second
+    return low, first, second
 
 
 @lean
@@ -220,9 +242,10 @@ def nearest(prisms: Prisms, pairs: Pairs, p: int, seen: Reals, book: Book) -> tu
     guess = at(book.ways, p, 0)
     if book.keepers[p]:
         guess = times(-1.0, _turned(seen, guess))
-    corners = prisms.counts[f, 0], prisms.counts[g, 0]
-    distance, along, across, up = proximity(prisms.vertices[f], corners[0], book.points, corners[1], guess)
-    return distance, (along, across, up)
+    last = (book.corners[p, 0], book.corners[p, 1], book.corners[p, 2], book.corners[p, 3])
+    gap, way, last = closest(prisms.vertices[f], prisms.counts[f, 0], book.points, prisms.counts[g, 0], guess, last)
+    book.corners[p, 0], book.corners[p, 1], book.corners[p, 2], book.corners[p, 3] = last
+    return max(gap, 0.0), way
 
 
 @lean

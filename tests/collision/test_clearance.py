@@ -391,6 +391,28 @@ def test_backwards_it_is_the_same_but_for_the_time(motion):
         same_verdict(one, two, linkage, course)
 
 
+@settings(max_examples=40)
+@given(motions)
+def test_each_step_alone_has_the_same_verdict(motion):
+    """What is known of a pair from earlier steps saves looks, and changes nothing."""
+    linkage, course = drawn(motion)
+    whole = certified(linkage, course, measured=False)
+    looks = 0
+    for k in range(len(course.times) - 1):
+        one = certified(linkage, Course(*(table[k : k + 2] for table in course[:4]), course.cubic), measured=False)
+        looks += one.looks
+        if one.kind != "clear":
+            break
+    assert whole.kind == one.kind
+    assert whole.time == pytest.approx(one.time, abs=1e-12)
+    assert whole.looks <= looks
+
+
+def test_pairs_that_are_far_apart_are_looked_at_once():
+    linkage, course = swinging(np.arange(11.0), 1e-3 * np.arange(11), np.zeros(11))
+    assert certified(linkage, course, measured=False).looks == 1
+
+
 def test_nothing_is_looked_at_without_pairs_or_steps():
     linkage = LINKAGES[0]
     course = random_course(np.random.default_rng(1), linkage, 3)

@@ -1,6 +1,5 @@
 """Motions between states, and the bounds of their speeds, against SciPy's polynomials and dense sampling."""
 
-import math
 
 import numpy as np
 import pytest
@@ -9,7 +8,7 @@ from hypothesis import strategies as st
 from naive_clearance import chain, fan, polynomial, random_course
 
 from hcsearch.collision.clearance import pairs_of
-from hcsearch.kernels.courses import TERMS, bound_rates, follow, path_bounds, rates_at, write_course
+from hcsearch.kernels.courses import TERMS, bound_rates, follow, path_bend, path_speed, rates_at, write_course
 
 LINKAGES = {
     "2 panels": chain([0.02, 0.03], ["top"]),
@@ -103,7 +102,8 @@ def test_no_point_is_faster_than_its_bound(name, cubic, back):
             fast = np.linalg.norm(np.diff(places, axis=0), axis=2).max() / step
             bent = np.linalg.norm(np.diff(places, 2, axis=0), axis=2).max() / step**2
             reaches = pairs.before if back else pairs.beyond
-            speed, bend = path_bounds(pairs.hinges, p, pairs.lengths[p], back, reaches, *rates)
+            speed = path_speed(pairs.hinges, p, pairs.lengths[p], reaches, rates[0])
+            bend = path_bend(pairs.hinges, p, pairs.lengths[p], back, reaches, *rates)
             assert fast <= speed * (1 + 1e-9)
             assert bent <= bend * (1 + 1e-9)
             tight = max(tight, fast / speed, bent / bend)
@@ -117,13 +117,14 @@ def test_the_bounds_of_one_hinge_that_turns_evenly_are_exact(back):
     corners = linkage.solids(linkage.flat)[0 if back else 1].reshape(-1, 3) - linkage.points[0]
     radius = np.linalg.norm(np.cross(corners, linkage.directions[0]), axis=1).max()
     reaches = pairs.before if back else pairs.beyond
-    speed, bend = path_bounds(pairs.hinges, 0, 1, back, reaches, np.array([7.0]), np.array([0.0]))
+    speed = path_speed(pairs.hinges, 0, 1, reaches, np.array([7.0]))
+    bend = path_bend(pairs.hinges, 0, 1, back, reaches, np.array([7.0]), np.array([0.0]))
     assert (speed, bend) == pytest.approx((7.0 * radius, 49.0 * radius), rel=1e-12)
 
 
 def test_the_bounds_of_turns_about_one_line_add_up():
     """Two hinges that turn as one: |x''| = (w + w')^2 r, and no less is allowed."""
     hinges, reaches = np.array([[0, 1]]), np.array([[2.0, 2.0]])
-    speed, bend = path_bounds(hinges, 0, 2, False, reaches, np.array([3.0, 4.0]), np.zeros(2))
-    assert (speed, bend) == pytest.approx((14.0, 98.0))
-    assert math.isclose(path_bounds(hinges, 0, 2, True, reaches, np.array([3.0, 4.0]), np.zeros(2))[1], 98.0)
+    speeds, none = np.array([3.0, 4.0]), np.zeros(2)
+    assert path_speed(hinges, 0, 2, reaches, speeds) == pytest.approx(14.0)
+    assert [path_bend(hinges, 0, 2, back, reaches, speeds, none) for back in (False, True)] == pytest.approx([98.0] * 2)
