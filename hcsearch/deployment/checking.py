@@ -87,13 +87,14 @@ def check(
     tolerance: float = 1e-6,
     margin: float = MARGIN,
     early: float = 0.0,
+    max_steps: int | None = None,
     threads: int = 1,
 ) -> list[Check]:
     """Check compiled scenes; those whose tables have the same shapes go into one call of the kernel for each thread.
 
     solids : of each scene, with the same margin, where they are known. early : s; motions that collide before are not
-    followed further, where only those that do not are wanted. Scenes must be `constrained` or `compliant`, with a
-    panel held.
+    followed further, where only those that do not are wanted. max_steps : of each, unless as many as `deploy` takes.
+    Scenes must be `constrained` or `compliant`, with a panel held.
     """
     groups: dict[Any, list[int]] = defaultdict(list)
     if solids is None:
@@ -109,7 +110,9 @@ def check(
     calls = [members[k::threads] for members in groups.values() for k in range(min(threads, len(members)))]
 
     def run(members: list[int]) -> list[Check]:
-        return _run([scenes[i] for i in members], [subjects[i] for i in members], tolerance, margin, early)
+        own = [scenes[i] for i in members]
+        steps = max_steps or STEPS[own[0].formulation]
+        return _run(own, [subjects[i] for i in members], tolerance, margin, early, steps)
 
     found: dict[int, Check] = {}
     with ThreadPoolExecutor(threads) as pool:  # the kernel leaves the interpreter's lock
@@ -134,7 +137,9 @@ def _subject(compiled: Compiled, solids: Solids) -> Subject:
     )
 
 
-def _run(scenes: list[Compiled], subjects: list[Subject], tolerance: float, margin: float, early: float) -> list[Check]:
+def _run(
+    scenes: list[Compiled], subjects: list[Subject], tolerance: float, margin: float, early: float, steps: int
+) -> list[Check]:
     first, count = scenes[0], len(scenes)
     system, scene = first.system, first.scene
     plan = plan_for(
@@ -168,7 +173,7 @@ def _run(scenes: list[Compiled], subjects: list[Subject], tolerance: float, marg
         drifts=np.zeros(count),
         openings=np.zeros(count),
     )
-    check_all(_stacked(subjects), rules, record_for(system.n_joints, STEPS[first.formulation]), found)
+    check_all(_stacked(subjects), rules, record_for(system.n_joints, steps), found)
     return [_check(scenes[i], subjects[i], found, i) for i in range(count)]
 
 
