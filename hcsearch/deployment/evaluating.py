@@ -20,14 +20,16 @@ from hcsearch.scenes import Scene
 
 Reals = NDArray[np.float64]
 
-VERSION = 2
+VERSION = 3
 """Raised when the same scene is simulated or checked otherwise, so that what is stored no longer counts."""
 
 TOLERANCES: Mapping[Formulation, float] = {"constrained": 1e-4, "compliant": 3e-5}
 """Errors of a step while springs are searched for."""
 STRICT = 0.75 * MARGIN
 """Margin by which panels are shrunk on every face while springs are searched for, m: less than what is asked for in the
-end, for the stops and the closure of the scene itself open the loops a little further."""
+end, so that what is found is clear in the scene itself, too."""
+EARLY = 0.25
+"""Motions that collide within this time (s) are not followed further: most that collide do."""
 SOFT = {"cut_damping": 1e4, "stop_stiffness": 100.0, "stop_damping": 0.1}
 """Of compliant scenes while springs are searched for: stops give way by 0.2 degrees at most, loops as in the scene, and
 steps are ten times longer. What is found is confirmed in the scene itself."""
@@ -119,10 +121,12 @@ class Evaluator:
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         for scene in scenes:
             if scene.apart not in self._solids:
-                self._solids[scene.apart] = solids_of(scene, STRICT)
+                # loops give way at impacts, for moments: with that for a slack at all times nothing would be certain
+                self._solids[scene.apart] = solids_of(scene, STRICT)._replace(reach=0.0)
         solids = [self._solids[scene.apart] for scene in scenes]
         threads = max(1, min(cores, len(scenes)))
-        return check(scenes, solids=solids, tolerance=TOLERANCES[self.formulation], margin=STRICT, threads=threads)
+        tolerance = TOLERANCES[self.formulation]
+        return check(scenes, solids=solids, tolerance=tolerance, margin=STRICT, early=EARLY, threads=threads)
 
     def _key(self, scene: Scene) -> Key:
         values = asdict(scene)
