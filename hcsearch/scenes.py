@@ -50,7 +50,7 @@ SCENES = {
     for scene in (
         Scene(),
         Scene("earth", gravity=(0.0, 0.0, -9.81)),
-        Scene("thesis", gravity=(0.0, -9.81, 0.0)),
+        Scene("thesis", gravity=(0.0, 9.81, 0.0)),
         Scene("satellite", held="free", base_mass=4.0, base_inertia=(0.0067, 0.0067, 0.0067)),
     )
 }

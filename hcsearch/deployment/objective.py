@@ -12,20 +12,24 @@ AMPLE = 2e-3
 """A gap that is as good as any larger one, m: q of eq. 4.26 is its inverse."""
 
 
-def objective(check: Check) -> float:
-    """The less, the better; below 0 for what comes flat and clear.
+def objective(check: Check, slack: float = 0.0) -> float:
+    """The less, the better; least for what comes flat and clear.
+
+    slack : what panels may be elsewhere as the loops give way, m.
 
     The thesis minimises f = p v_a - q d_p (eq. 4.26): the approach speed at the first collision, less the smallest gap
     where there is none. That says nothing of deployments that stop short of flat, and equals 0 for collisions at any
     time that are slow enough. So here:
 
-    - flat and clear: -q d_p, from 0 to -1, as gaps above `AMPLE` count as that;
+    - flat and clear: -q (d_p - slack), not less than -1, as gaps above `AMPLE` count as that, and less than 1: what
+      is certain of the gap, which impacts that open the loops lessen;
     - else 1 + the mean fold angle over pi that is left when panels come together (or cannot be told apart), or where it
       is clear at the end, so that what gets further is better; what comes after a collision counts for nothing. To that
       p v_a, and 1 where the simulation gave up.
     """
     if check.deploys:
-        return -min(AMPLE if check.gap is None else check.gap, AMPLE) / AMPLE
+        gap = AMPLE if check.gap is None else min(check.gap, AMPLE)
+        return min((slack - gap) / AMPLE, 0.999)
     value = 1.0 + check.remaining + (0.0 if check.clear else check.speed / SPEED)
     value += check.outcome in {"diverged", "out of steps"}
     # a simulation that overflowed tells nothing
