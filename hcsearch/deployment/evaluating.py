@@ -77,7 +77,7 @@ class Evaluator:
     def __init__(self, linkage: Linkage, scene: Scene, formulation: Formulation, memory: Memory | None = None) -> None:
         self.linkage, self.formulation = linkage, formulation
         self.scene = softened(scene) if formulation == "compliant" else scene
-        self.reach = slack_of(linkage, 1.0)
+        self.reach = slack_of(linkage, 1.0) if formulation == "compliant" else 0.0
         self.done = self.recalled = 0
         self._memory = Own() if memory is None else memory
         self._base: Compiled | None = None
@@ -99,7 +99,7 @@ class Evaluator:
         return self._checked(scenes, self._compiled, EARLY)
 
     def slack(self, check: Check) -> float:
-        """What panels may be elsewhere as the loops give way, m: the checks themselves leave it out of account."""
+        """What panels may be elsewhere as springs that close loops give way, m: checks leave it out of account."""
         return self.reach * check.opening
 
     def value(self, check: Check) -> float:
@@ -134,8 +134,9 @@ class Evaluator:
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         for scene in scenes:
             if scene.apart not in self._solids:
-                # loops give way at impacts, for moments: with that for a slack at all times nothing would be certain
-                self._solids[scene.apart] = solids_of(scene, STRICT)._replace(reach=0.0)
+                own = solids_of(scene, STRICT)
+                # springs give way at impacts, for moments: with that for a slack at all times nothing would be certain
+                self._solids[scene.apart] = own._replace(reach=0.0) if self.formulation == "compliant" else own
         solids = [self._solids[scene.apart] for scene in scenes]
         threads = max(1, min(cores, len(scenes)))
         tolerance = TOLERANCES[self.formulation]

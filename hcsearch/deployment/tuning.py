@@ -36,7 +36,7 @@ EVALUATIONS, SAMPLES = 500, 64
 """Spring sets that a search tries, and samples of the tolerances that are drawn for what it found."""
 GENERATION, GENERATIONS = 16, 40
 """Sets of a generation of CMA-ES, and generations until it starts anew."""
-LATER, MORE = 3, 0.01
+LATER, MORE = 2, 0.01
 """Generations without a gain, of this in the objective, after the first set that comes flat and clear."""
 STAGES = ((8, 4), (3, 8))
 """Sets that are compared by samples of the tolerances, and how many samples each gets: the few best get more."""
@@ -137,8 +137,8 @@ def tune(
             rounded = finder.round(catalogue_levels(catalogue, STIFFEST))
     except KeyboardInterrupt:
         interrupted = True
-    best = finder.best or search.best_set()
     begin = SpringSet(tuple(start.tolist()), evaluator.of_springs([start])[0])
+    best = finder.best or search.best_set() or begin
     return Tuning(evaluator.formulation, tied, begin, best, rounded, evaluator.done, evaluator.recalled, interrupted)
 
 
@@ -229,10 +229,9 @@ class _Search:
                 kept.append(place.stiffnesses)
         return kept or ([self.best.stiffnesses] if self.best else [])
 
-    def best_set(self) -> SpringSet:
-        """The set of the least objective; the start where nothing was seen."""
-        assert self.best is not None
-        return SpringSet(tuple(self.best.stiffnesses.tolist()), self.best.check)
+    def best_set(self) -> SpringSet | None:
+        """The set of the least objective; None where nothing was seen."""
+        return None if self.best is None else SpringSet(tuple(self.best.stiffnesses.tolist()), self.best.check)
 
     def values(self, points: Reals) -> Reals:
         """Objectives of points, (k, len(tied)), checked together; those beyond the bounds count as on them."""
@@ -272,7 +271,7 @@ class _Search:
 
     def _evolve(self, start: Reals, rng: np.random.Generator) -> None:
         strategy = _strategy(start, 0.2, GENERATION, rng)
-        idle, least = 0, 0.0
+        idle, least = 0, math.inf
         while not strategy.stop() and idle < LATER:
             points = np.array(strategy.ask())
             values = self.values(points)
@@ -390,7 +389,7 @@ class _Finder:
             self.search.progress(self.search.budget, self.search.budget, f"catalogue springs, {len(chosen)} sets")
             return found
 
-        seen = descend(starts, len(levels), costs, budget=self.search.budget // 2)
+        seen = descend(starts, len(levels), costs, budget=self.search.budget // 4)
         ranked = sorted(seen, key=lambda chosen: (seen[chosen], chosen))
         clear = [chosen for chosen in ranked if seen[chosen] < 1.0]
         return self._chosen(sets(clear or ranked[:1]))

@@ -9,6 +9,7 @@ from hcsearch.deployment import tuning
 from hcsearch.deployment.checking import Check
 from hcsearch.deployment.deploying import deploy
 from hcsearch.deployment.evaluating import Own
+from hcsearch.deployment.objective import objective
 from hcsearch.deployment.robustness import Spread
 from hcsearch.deployment.springs import SOFTEST, STIFFEST, scene_springs
 from hcsearch.deployment.tuning import deploys, spread_out, told, tune
@@ -95,6 +96,9 @@ class Bowl:
 
     def __init__(self, least):
         self.least, self.asked = np.log(least), []
+
+    def value(self, check):
+        return objective(check)
 
     def of_springs(self, sets):
         self.asked += [tuple(one) for one in sets]
