@@ -90,7 +90,8 @@ class _Certificate:
         own, looks, undecided = np.asarray(slack), 0, None
         changes = np.flatnonzero(np.diff(own)) + 1
         for first, last in pairwise([0, *changes.tolist(), len(own)]):
-            piece = Course(*(part[first : last + 1] for part in course[:4]), course.cubic)
+            times, angles, rates, accelerations = (part[first : last + 1] for part in course[:4])
+            piece = Course(times, angles, rates, accelerations, course.cubic)
             found = self._judged(piece, float(own[first]), False)
             looks += found.looks
             if found.kind == "collides":

@@ -65,6 +65,8 @@ def test_springs_across_the_loops_close_them_as_they_do():
     assert times.tobytes() == motion.times.tobytes()
     assert gaps.max() > OPEN
     # what a step opens is told with its neighbours, and never less than it is
-    own = [own_opening(system, tuple(t[k : k + 2] for t in (motion.times, motion.q, motion.v, motion.a))) for k in range(5)]
+    own = [
+        own_opening(system, tuple(t[k : k + 2] for t in (motion.times, motion.q, motion.v, motion.a))) for k in range(5)
+    ]
     assert len(gaps) == len(times) - 1
     assert 0.0 < max(own) <= gaps[0] < gaps.max()
