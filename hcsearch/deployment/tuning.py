@@ -3,9 +3,9 @@
 The thesis starts at equal springs and follows gradients; from where they lead nowhere it starts anew. The objective has
 jumps where one collision takes the place of another, so here CMA-ES (Hansen 2016, the library `cma`) searches over
 the logarithms of the stiffnesses, from equal springs first and then from random ones, and gradients serve where the
-objective is smooth: down from equal springs, and up to the largest gap from where there is no collision. On the 4x4
-array of the thesis under gravity CMA-ES takes some hundred evaluations, where SciPy's differential evolution takes
-several times as many, or finds nothing.
+objective is smooth: up to the largest gap from where there is no collision. On the 4x4 array of the thesis under
+gravity CMA-ES takes some hundred evaluations, where SciPy's differential evolution takes several times as many, or
+finds nothing; descents from equal springs end at collisions there.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class SpringSet:
 
     @property
     def value(self) -> float:
-        """The objective."""
+        """The objective, whatever the loops give way."""
         return objective(self.check)
 
     @property
@@ -198,7 +198,7 @@ class _Place:
 
 
 class _Search:
-    """The search for springs: rounds of CMA-ES with descents, until enough is found or the evaluations are spent."""
+    """The search for springs: starts of CMA-ES until one finds what comes flat and clear, or evaluations are spent."""
 
     def __init__(
         self, evaluator: Evaluator, tied: Sequence[tuple[int, ...]], budget: int, seed: int, progress: Progress
@@ -407,12 +407,13 @@ class _Finder:
             springs = [place.stiffnesses for place in clear]
             order = [k for k, _ in most_robust(self.evaluator, springs, self.spread, STAGES, self.search.seed)]
             clear = [clear[k] for k in order] + [place for k, place in enumerate(clear) if k not in order]
+        tried: list[SpringSet] = []
         for place in clear[:TRIES]:
             self.search.progress(total, total, "confirming")
-            tried = self._precise(place)
-            if tried.confirmed:
-                return self._sampled(tried)
-        return (clear or places)[0]
+            tried.append(self._precise(place))
+            if tried[-1].confirmed:
+                return self._sampled(tried[-1])
+        return (tried or places)[0]
 
     def _precise(self, place: SpringSet) -> SpringSet:
         """With the deployment in the scene itself, as `hcsearch deploy` simulates it."""
