@@ -50,12 +50,13 @@ SCENES = {
     for scene in (
         Scene(),
         Scene("earth", gravity=(0.0, 0.0, -9.81)),
-        Scene("thesis", gravity=(0.0, -9.81, 0.0)),
+        Scene("thesis", gravity=(0.0, 9.81, 0.0)),
         Scene("satellite", held="free", base_mass=4.0, base_inertia=(0.0067, 0.0067, 0.0067)),
     )
 }
 """`default`: no gravity. `earth`: the sheet lies level. `thesis`: Tables 4.1 and 4.3, with gravity in the plane of the
-sheet: the text does not tell its direction. `satellite`: on a floating cube of 4 kg and 0.1 m, a CubeSat of 3 units."""
+sheet: the text does not tell its direction; the array hangs from its held panel, see docs/tuning.md. `satellite`: on a
+floating cube of 4 kg and 0.1 m, a CubeSat of 3 units."""
 
 
 def default_panel(grid: str) -> PanelSize:

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from hcsearch.collision.penetration import deepest_margin, prisms_of
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.clearance import CLEAR, COLLIDES, Answer, Search, judge
+from hcsearch.kernels.dips import smallest_dip
 from hcsearch.kernels.intervals import Course
 from hcsearch.kernels.paths import Pairs, pairs_between
 from hcsearch.linkage import Linkage
@@ -56,29 +58,64 @@ def certify(
     course: Course,
     *,
     margin: float = MARGIN,
-    slack: float = 0.0,
+    slack: float | Reals = 0.0,
     apart: Collection[tuple[int, int]] = (),
     measured: bool = True,
 ) -> Clearance:
     """Certify a motion of the fold angles of a linkage.
 
-    slack : what panels may be elsewhere than the tree of hinges places them, m. apart : pairs of panels, the lower
-    number first, that are left out. measured : whether the smallest gap of a clear motion is wanted.
+    slack : what panels may be elsewhere than the tree of hinges places them, m, at all times or in each step, (k - 1,).
+    apart : pairs of panels, the lower number first, that are left out. measured : whether the smallest gap of a clear
+    motion is wanted.
     """
     check_margin(linkage, margin)
     pairs = pairs_of(linkage, apart)
     if not len(pairs.prisms) or len(course.times) < 2:
         return Clearance("clear", margin, None, None, None, 0)
-    answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.zeros(1), np.zeros(1, np.int64))
-    wanted = Search(float(slack), float(margin), deepest_margin(linkage), RESOLUTION)
-    prisms, shrunk = prisms_of(linkage), prisms_of(linkage, margin)
-    verdict = judge(linkage.chain, prisms, shrunk, pairs, course, wanted, measured, answer)
-    looks, gap = int(answer.looks[0]), float(answer.gaps[0])
-    if verdict == CLEAR:
-        return Clearance("clear", margin, None, None, gap if math.isfinite(gap) else None, looks)
-    one, two = sorted(linkage.pattern.panel_of[facet] for facet in pairs.prisms[answer.pairs[0]])
-    kind: Literal["collides", "undecided"] = "collides" if verdict == COLLIDES else "undecided"
-    return Clearance(kind, margin, float(answer.times[0]), (one, two), None, looks)
+    return _Certificate(linkage, margin, pairs).of(course, slack, measured)
+
+
+class _Certificate:
+    """The search of one motion for collisions."""
+
+    def __init__(self, linkage: Linkage, margin: float, pairs: Pairs) -> None:
+        self.linkage, self.margin, self.pairs = linkage, margin, pairs
+        self.prisms, self.shrunk = prisms_of(linkage), prisms_of(linkage, margin)
+        self.deepest = deepest_margin(linkage)
+
+    def of(self, course: Course, slack: float | Reals, measured: bool) -> Clearance:
+        """As `certify`."""
+        if np.ndim(slack) == 0:
+            return self._judged(course, float(slack), measured)
+        own, looks, undecided = np.asarray(slack), 0, None
+        changes = np.flatnonzero(np.diff(own)) + 1
+        for first, last in pairwise([0, *changes.tolist(), len(own)]):
+            times, angles, rates, accelerations = (part[first : last + 1] for part in course[:4])
+            piece = Course(times, angles, rates, accelerations, course.cubic)
+            found = self._judged(piece, float(own[first]), False)
+            looks += found.looks
+            if found.kind == "collides":
+                return replace(found, looks=looks)
+            undecided = undecided or (found if found.kind == "undecided" else None)
+        if undecided is not None:
+            return replace(undecided, looks=looks)
+        gap = math.inf
+        if measured:  # where pairs come back to shows in the whole motion only
+            chain, threshold = self.linkage.chain, 2.0 * float(self.margin)
+            gap, more = smallest_dip(chain, self.prisms, self.pairs, course, threshold, RESOLUTION)
+            gap, looks = max(gap - float(own.max()), 0.0), looks + more
+        return Clearance("clear", self.margin, None, None, gap if math.isfinite(gap) else None, looks)
+
+    def _judged(self, course: Course, slack: float, measured: bool) -> Clearance:
+        answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.zeros(1), np.zeros(1, np.int64))
+        wanted = Search(slack, float(self.margin), self.deepest, RESOLUTION)
+        verdict = judge(self.linkage.chain, self.prisms, self.shrunk, self.pairs, course, wanted, measured, answer)
+        looks, gap = int(answer.looks[0]), float(answer.gaps[0])
+        if verdict == CLEAR:
+            return Clearance("clear", self.margin, None, None, gap if math.isfinite(gap) else None, looks)
+        one, two = sorted(self.linkage.pattern.panel_of[facet] for facet in self.pairs.prisms[answer.pairs[0]])
+        kind: Literal["collides", "undecided"] = "collides" if verdict == COLLIDES else "undecided"
+        return Clearance(kind, self.margin, float(answer.times[0]), (one, two), None, looks)
 
 
 def pairs_of(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> Pairs:
@@ -95,17 +132,40 @@ def slack_of(linkage: Linkage, gap: float) -> float:
     """What panels may be elsewhere (m) where loops are open by a gap (rad, or over the pattern's size).
 
     A panel that is reached the other way around a loop is turned by up to sqrt(3) gaps about a point of the loop, from
-    which no panel is further than half of all are wide, and moved by as much times the size. The rest of the factor is
-    for what lies between the places at which gaps are looked for.
+    which no panel is further than the longest way, and moved by as much times the size. The rest of the factor is for
+    what lies between the places at which gaps are looked for.
+    """
+    if not linkage.loops:
+        return 0.0
+    return 2.0 * len(linkage.loops) * (longest_way(linkage) + linkage.pattern.size) * gap
+
+
+def longest_way(linkage: Linkage) -> float:
+    """What no two corners are further apart, however the hinges are folded (m).
+
+    The greatest length of the shortest ways from corner to corner that are straight in each panel and go over from one
+    to the next at an end of their hinge: panels are rigid, so such a way keeps its length.
     """
     pattern = linkage.pattern
-    widths = []
-    for facets in pattern.panels:
-        corners = np.concatenate([np.array(pattern.facets[facet]) for facet in facets])
-        across = np.linalg.norm(corners[:, None] - corners, axis=2).max()
-        widths.append(math.hypot(float(across), pattern.thickness))
-    reach = 0.5 * (sum(widths) + max(widths)) + pattern.size
-    return 2.0 * len(linkage.loops) * reach * gap
+    ends, panels = [], []
+    for own, point in zip(pattern.hinges, linkage.points, strict=True):
+        ends += [(*own.start, point[2]), (*own.end, point[2])]
+        panels += 2 * [(own.first, own.second)]
+    points, sides = np.array(ends), np.array(panels)
+    shared = (sides[:, None, :, None] == sides[None, :, None, :]).any(axis=(2, 3))
+    ways = np.where(shared, np.linalg.norm(points[:, None] - points, axis=2), np.inf)
+    for k in range(len(points)):  # Floyd and Warshall's shortest paths
+        ways = np.minimum(ways, ways[:, k, None] + ways[k])
+    corners, owners = [], []
+    for panel, facets in enumerate(pattern.panels):
+        for x, y in (corner for facet in facets for corner in pattern.facets[facet]):
+            corners += [(x, y, 0.0), (x, y, pattern.thickness)]
+            owners += 2 * [panel]
+    own_ends = (sides[None] == np.array(owners)[:, None, None]).any(axis=2)
+    first = np.where(own_ends, np.linalg.norm(np.array(corners)[:, None] - points, axis=2), np.inf)
+    reached = np.min([first[:, k, None] + ways[k] for k in range(len(points))], axis=0)
+    longest = np.min([reached[:, k, None] + first[:, k] for k in range(len(points))], axis=0)
+    return float(longest.max())
 
 
 def check_margin(linkage: Linkage, margin: float) -> None:

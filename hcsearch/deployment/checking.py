@@ -63,13 +63,15 @@ class Check:
 class Solids(NamedTuple):
     """The panels of a linkage as the kernel takes them: prisms, those with the margin taken off, and pairs.
 
-    deepest : the margin that would leave nothing of a panel, m.
+    deepest : the margin that would leave nothing of a panel, m. reach : what panels may be elsewhere (m) over what the
+    loops are open, see `slack_of`; the check takes the largest opening of a motion for all of its times.
     """
 
     prisms: Prisms
     shrunk: Prisms
     pairs: Pairs
     deepest: float
+    reach: float
 
 
 def solids_of(compiled: Compiled, margin: float = MARGIN) -> Solids:
@@ -77,7 +79,8 @@ def solids_of(compiled: Compiled, margin: float = MARGIN) -> Solids:
     linkage = compiled.linkage
     check_margin(linkage, margin)
     pairs = pairs_of(linkage, compiled.apart)
-    return Solids(prisms_of(linkage), prisms_of(linkage, margin), pairs, deepest_margin(linkage))
+    shrunk, deepest = prisms_of(linkage, margin), deepest_margin(linkage)
+    return Solids(prisms_of(linkage), shrunk, pairs, deepest, slack_of(linkage, 1.0))
 
 
 def check(
@@ -133,7 +136,7 @@ def _subject(compiled: Compiled, solids: Solids) -> Subject:
         shrunk=solids.shrunk,
         pairs=solids.pairs,
         deepest=solids.deepest,
-        reach=slack_of(linkage, 1.0),
+        reach=solids.reach,
     )
 
 

@@ -165,13 +165,15 @@ def _reason(compiled: Compiled, motion: Motion) -> str:
 def _clearance(compiled: Compiled, motion: Motion, margin: float) -> Clearance:
     """The certified verdict on the motion."""
     linkage = compiled.linkage
-    (times, q, v, a), gap = closed_between(compiled.system, motion)
+    (times, q, v, a), gaps = closed_between(compiled.system, motion)
     angles, rates = compiled.of_hinges(q, v)
     cubic = motion.cubic or bool((compiled.joint_of < 0).any())  # accelerations of cut hinges are not known
     accelerations = np.zeros_like(angles) if cubic else a[:, compiled.joint_of]
     angles, rates, accelerations = map(np.ascontiguousarray, (angles, rates, accelerations))
     course = Course(times, angles, rates, accelerations, cubic)
     if (compiled.joint_of < 0).any():  # what the springs of cut hinges give way opens the loops
-        gap = max(gap, motion.gap)
-    slack, measured = slack_of(linkage, gap), motion.ending == "flat"
+        gaps = np.maximum(gaps, motion.gap)
+    # springs that close loops give way at impacts, for moments; exact loops hardly open at all
+    slack = slack_of(linkage, 1.0) * (gaps if motion.cubic else gaps.max(initial=0.0))
+    measured = motion.ending == "flat"
     return certify(linkage, course, margin=margin, slack=slack, apart=compiled.apart, measured=measured)

@@ -11,23 +11,26 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import MARGIN
+from hcsearch.collision.clearance import MARGIN, slack_of
 from hcsearch.deployment.checking import Check, Solids, check, solids_of
 from hcsearch.deployment.compiling import Compiled, Formulation, compile_scene
+from hcsearch.deployment.objective import objective
 from hcsearch.deployment.springs import scene_springs, stiffnesses_of, with_springs
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
 
 Reals = NDArray[np.float64]
 
-VERSION = 2
+VERSION = 3
 """Raised when the same scene is simulated or checked otherwise, so that what is stored no longer counts."""
 
 TOLERANCES: Mapping[Formulation, float] = {"constrained": 1e-4, "compliant": 3e-5}
 """Errors of a step while springs are searched for."""
 STRICT = 0.75 * MARGIN
 """Margin by which panels are shrunk on every face while springs are searched for, m: less than what is asked for in the
-end, for the stops and the closure of the scene itself open the loops a little further."""
+end, so that what is found is clear in the scene itself, too."""
+EARLY = 0.25
+"""Motions that collide within this time (s) are not followed further: most that collide do."""
 SOFT = {"cut_damping": 1e4, "stop_stiffness": 100.0, "stop_damping": 0.1}
 """Of compliant scenes while springs are searched for: stops give way by 0.2 degrees at most, loops as in the scene, and
 steps are ten times longer. What is found is confirmed in the scene itself."""
@@ -74,22 +77,34 @@ class Evaluator:
     def __init__(self, linkage: Linkage, scene: Scene, formulation: Formulation, memory: Memory | None = None) -> None:
         self.linkage, self.formulation = linkage, formulation
         self.scene = softened(scene) if formulation == "compliant" else scene
+        self.reach = slack_of(linkage, 1.0) if formulation == "compliant" else 0.0
         self.done = self.recalled = 0
         self._memory = Own() if memory is None else memory
         self._base: Compiled | None = None
         self._solids: dict[frozenset[tuple[int, int]], Solids] = {}
 
-    def of_springs(self, sets: Iterable[Sequence[float] | Reals]) -> list[Check]:
-        """Check spring sets, each a stiffness (N m/rad) for every hinge; mirror hinges have equal ones."""
+    def of_springs(self, sets: Iterable[Sequence[float] | Reals], early: float = EARLY) -> list[Check]:
+        """Check spring sets, each a stiffness (N m/rad) for every hinge; mirror hinges have equal ones.
+
+        early : s, motions that collide before are not followed further.
+        """
         if self._base is None:
             # mirror hinges have equal springs in all sets, so that one with equal springs everywhere stands for all
             self._base = self._compiled(replace(self.scene, spring="linear:0.1", springs=()))
         scenes = [scene_springs(self.scene, stiffnesses) for stiffnesses in sets]
-        return self._checked(scenes, self._sprung)
+        return self._checked(scenes, self._sprung, early)
 
     def of_scenes(self, scenes: Sequence[Scene]) -> list[Check]:
         """Check scenes that may differ in anything, all with linear springs."""
-        return self._checked(scenes, self._compiled)
+        return self._checked(scenes, self._compiled, EARLY)
+
+    def slack(self, check: Check) -> float:
+        """What panels may be elsewhere as springs that close loops give way, m: checks leave it out of account."""
+        return self.reach * check.opening
+
+    def value(self, check: Check) -> float:
+        """The objective."""
+        return objective(check, self.slack(check))
 
     def _sprung(self, scene: Scene) -> Compiled:
         assert self._base is not None
@@ -101,36 +116,39 @@ class Evaluator:
         # whether folded stops can be reached depends on the springs, which change
         return compile_scene(self.linkage, scene, self.formulation, keep=frozenset({"stops"}))
 
-    def _checked(self, scenes: Sequence[Scene], compiled: Any) -> list[Check]:
-        keys = [self._key(scene) for scene in scenes]
+    def _checked(self, scenes: Sequence[Scene], compiled: Any, early: float) -> list[Check]:
+        keys = [self._key(scene, early) for scene in scenes]
         known = dict(self._memory.recall(keys))
         self.done += len(keys)
         self.recalled += sum(key in known for key in keys)
         missing = {key: scene for key, scene in zip(keys, scenes, strict=True) if key not in known}
         if missing:
-            fresh = self._run([compiled(scene) for scene in missing.values()])
+            fresh = self._run([compiled(scene) for scene in missing.values()], early)
             found = dict(zip(missing, fresh, strict=True))
             self._memory.record(found)
             known |= found
         return [known[key] for key in keys]
 
-    def _run(self, scenes: Sequence[Compiled]) -> list[Check]:
+    def _run(self, scenes: Sequence[Compiled], early: float) -> list[Check]:
         """All scenes, dealt out to as many threads as there are cores; the kernels run without Python's lock."""
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         for scene in scenes:
             if scene.apart not in self._solids:
-                self._solids[scene.apart] = solids_of(scene, STRICT)
+                own = solids_of(scene, STRICT)
+                # springs give way at impacts, for moments: with that for a slack at all times nothing would be certain
+                self._solids[scene.apart] = own._replace(reach=0.0) if self.formulation == "compliant" else own
         solids = [self._solids[scene.apart] for scene in scenes]
         threads = max(1, min(cores, len(scenes)))
-        return check(scenes, solids=solids, tolerance=TOLERANCES[self.formulation], margin=STRICT, threads=threads)
+        tolerance = TOLERANCES[self.formulation]
+        return check(scenes, solids=solids, tolerance=tolerance, margin=STRICT, early=early, threads=threads)
 
-    def _key(self, scene: Scene) -> Key:
+    def _key(self, scene: Scene, early: float) -> Key:
         values = asdict(scene)
         springs = stiffnesses_of(self.linkage, scene)
         for name in ("name", "spring", "springs"):
             del values[name]
         values |= {"formulation": self.formulation, "tolerance": TOLERANCES[self.formulation]}
-        values |= {"margin": STRICT, "version": VERSION}
+        values |= {"margin": STRICT, "early": early, "version": VERSION}
         return Key(json.dumps(values, sort_keys=True), " ".join(repr(float(value)) for value in springs))
 
 

@@ -38,6 +38,8 @@ ENDINGS: dict[int, Ending] = {
     kernel.JAMMED: "jammed",
 }
 """Endings by the numbers that the kernel gives them."""
+TOGETHER = 100
+"""Steps in which it is told together how far loops open."""
 _KINDS = {
     recording.HIT: "hit",
     recording.LET_GO: "released",
@@ -200,18 +202,22 @@ def plan_for(
     )
 
 
-def closed_between(system: System, motion: Motion) -> tuple[States, float]:
+def closed_between(system: System, motion: Motion) -> tuple[States, Reals]:
     """The states of a motion, closed ones put between where loops open by more than `OPEN`, and what they still open.
 
-    States are times (k,), coordinates, velocities and accelerations (k, n_joints). Loops that springs close, or that
-    are cut open, stay as they are.
+    States are times (k,), coordinates, velocities and accelerations (k, n_joints); openings are of each step (k - 1,),
+    the largest of `TOGETHER` steps. Loops that springs close, or that are cut open, stay as they are.
     """
     mechanism = system.mechanism
     work = work_for(mechanism.tree)
     states: States = (motion.times, motion.q, motion.v, motion.a)
     if not motion.cubic and len(mechanism.tree.rows):
         states = refined(mechanism, states, OPEN, work)
-    return states, opening(mechanism.tree, states, motion.cubic, work)
+    gaps = np.zeros(len(states[0]) - 1)
+    for k in range(0, len(gaps), TOGETHER):
+        times, q, v, a = (part[k : k + TOGETHER + 1] for part in states)
+        gaps[k : k + TOGETHER] = opening(mechanism.tree, (times, q, v, a), motion.cubic, work)
+    return states, gaps
 
 
 def cut_states(system: System, q: Reals, v: Reals) -> tuple[Reals, Reals]:

@@ -22,7 +22,7 @@ from naive_clearance import (
 )
 from scipy.optimize import brentq, minimize_scalar
 
-from hcsearch.collision.clearance import MARGIN, RESOLUTION, certify, pairs_of, slack_of
+from hcsearch.collision.clearance import MARGIN, RESOLUTION, certify, longest_way, pairs_of, slack_of
 from hcsearch.collision.penetration import deepest_margin, prisms_of
 from hcsearch.deployment.deploying import deploy
 from hcsearch.errors import HcsearchError
@@ -421,6 +421,42 @@ def test_nothing_is_looked_at_without_pairs_or_steps():
     assert (found.kind, found.gap, found.looks) == ("clear", None, 0)
     one = Course(*(table[:1] for table in course[:4]), False)
     assert certified(linkage, one).looks == 0
+
+
+@given(motions, st.lists(st.sampled_from([0.0, 1e-5, 3e-4]), min_size=8, max_size=8))
+def test_slack_of_each_step_is_between_the_least_and_the_most(motion, slacks):
+    linkage, seed, steps, cubic, size = motion
+    course = random_course(np.random.default_rng(seed), linkage, steps, cubic=cubic, size=size)
+    slack = np.array(slacks)[: len(course.times) - 1]
+    found = certified(linkage, course, slack=slack)
+    least, most = (certified(linkage, course, slack=float(one)) for one in (slack.min(), slack.max()))
+    if most.kind != "undecided":
+        assert found.kind == most.kind
+    if found.kind == "clear":
+        assert least.kind == "clear"
+        assert (found.gap is None) == (least.gap is None)
+        if found.gap:
+            assert found.gap == pytest.approx(least.gap + slack.min() - slack.max(), abs=1e-11)
+    if found.kind == "collides":
+        assert least.kind == "collides"
+        assert least.time <= found.time
+    even = certified(linkage, course, slack=np.full(len(slack), slack[0]))
+    one = certified(linkage, course, slack=float(slack[0]))
+    assert (even.kind, even.time, even.panels) == (one.kind, one.time, one.panels)
+
+
+@given(st.sampled_from(LINKAGES), st.integers(0, 2**32))
+def test_no_two_corners_are_further_apart_than_the_longest_way(linkage, seed):
+    angles = np.random.default_rng(seed).uniform(-np.pi, np.pi, linkage.n_hinges)
+    corners = np.concatenate([solid.reshape(-1, 3) for solid in linkage.solids(angles)])
+    assert np.linalg.norm(corners[:, None] - corners, axis=2).max() <= longest_way(linkage) + 1e-12
+
+
+def test_the_longest_way_of_a_strip_is_its_length():
+    strip = LINKAGES[0]
+    corners = np.concatenate([solid.reshape(-1, 3) for solid in strip.solids(np.zeros(strip.n_hinges))])
+    across = np.linalg.norm(corners[:, None] - corners, axis=2).max()
+    assert across <= longest_way(strip) < 1.5 * across
 
 
 def test_the_same_motion_gives_the_same_bits():

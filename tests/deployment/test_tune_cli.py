@@ -2,6 +2,10 @@
 
 import json
 import shlex
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import click
@@ -103,6 +107,54 @@ def test_springs_that_are_not_linear_are_refused(law):
     assert "linear, without a preload" in str(result.exception)
 
 
+def test_ctrl_c_ends_it_as_other_commands_and_tells_what_was_found(folder):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "hcsearch", "tune", DESIGN, "--samples", "100000", "--db", "t.sqlite"],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # a test run in the background ignores the interrupt, and its children would too
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509 - no threads here
+    )
+    while evaluations(folder / "t.sqlite") < 64:
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    told, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert said.splitlines()[-1].startswith("hcsearch: interrupted; work that is kept in a database")
+    assert "Traceback" not in said
+    lines = told.splitlines()
+    assert any(line.startswith("tuned") for line in lines)
+    assert len(lines[lines.index("") + 1 :]) == 1 + 8
+
+
+def evaluations(path):
+    """How many are stored."""
+    if not path.exists():
+        return 0
+    try:
+        with open_readonly(str(path)) as database:
+            return select(database, "", columns="COUNT(*)", view="evaluations").rows[0][0]
+    except HcsearchError:  # still being made
+        return 0
+
+
+def test_ctrl_c_before_the_first_sets_are_known_tells_the_start(monkeypatch):
+    from hcsearch.deployment.tuning import _Search
+
+    def pressed(self, start, first):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(_Search, "run", pressed)
+    result = CliRunner().invoke(hcsearch, ["tune", DESIGN, *QUICK, "--json"], standalone_mode=False)
+    assert isinstance(result.exception, click.Abort)
+    found = json.loads(result.stdout)
+    assert found["interrupted"]
+    assert found["best"] == found["start"]
+
+
 def test_ctrl_c_leaves_what_was_found(monkeypatch):
     from hcsearch.deployment.ledger import Ledger
 
@@ -111,7 +163,7 @@ def test_ctrl_c_leaves_what_was_found(monkeypatch):
     def pressed(self, found):
         record(self, found)
         calls.append(found)
-        if len(calls) == 2:
+        if len(calls) == 4:
             raise KeyboardInterrupt
 
     monkeypatch.setattr(Ledger, "record", pressed)

@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hcsearch.collision.clearance import slack_of
 from hcsearch.deployment import tuning
 from hcsearch.deployment.checking import Check
 from hcsearch.deployment.deploying import deploy
-from hcsearch.deployment.evaluating import Own
+from hcsearch.deployment.evaluating import Evaluator, Own
+from hcsearch.deployment.objective import objective
 from hcsearch.deployment.robustness import Spread
 from hcsearch.deployment.springs import SOFTEST, STIFFEST, scene_springs
 from hcsearch.deployment.tuning import deploys, spread_out, told, tune
@@ -87,6 +89,31 @@ class Stopping(Own):
             raise KeyboardInterrupt
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", ["default", "thesis"])
+def test_the_array_of_the_thesis_comes_flat_certified_clear(scene):
+    linkage = linkage_named("thesis-4x4")
+    found = tune(linkage, SCENES[scene], samples=4)
+    assert found.start.check.clear is False
+    assert found.formulation == "compliant"
+    assert found.best.confirmed
+    again = deploy(linkage, scene_springs(SCENES[scene], found.best.stiffnesses), found.formulation)
+    assert (again.outcome, again.clearance.kind) == ("flat", "clear")
+
+
+def test_what_springs_that_close_loops_give_way_counts_in_the_objective_alone():
+    linkage = linkage_named("thesis-4x4")
+    tied = tuning.tied_hinges(linkage, DEFAULT)
+    springs = spread_out([0.1397, 0.0125, 0.1972, 0.1146, 0.0248, 0.0437, 0.1423], tied)
+    evaluator = Evaluator(linkage, DEFAULT, "compliant")
+    (quick,) = evaluator.of_springs([springs])
+    assert quick.deploys
+    assert evaluator.slack(quick) == pytest.approx(slack_of(linkage, quick.opening))
+    assert evaluator.value(quick) == objective(quick, evaluator.slack(quick)) > objective(quick)
+    exact = Evaluator(linkage, DEFAULT, "constrained")
+    assert exact.slack(quick) == 0.0
+
+
 class Bowl:
     """An evaluator of a made-up array: clear where all springs are near some stiffness, the nearer the wider."""
 
@@ -95,6 +122,9 @@ class Bowl:
 
     def __init__(self, least):
         self.least, self.asked = np.log(least), []
+
+    def value(self, check):
+        return objective(check)
 
     def of_springs(self, sets):
         self.asked += [tuple(one) for one in sets]

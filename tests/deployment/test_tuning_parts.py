@@ -13,9 +13,9 @@ from scipy.stats import beta
 from hcsearch.deployment.catalogue import catalogue_levels, descend, nearest_levels, neighbours
 from hcsearch.deployment.checking import Check, check
 from hcsearch.deployment.compiling import compile_scene
-from hcsearch.deployment.evaluating import SOFT, STRICT, TOLERANCES, Evaluator
+from hcsearch.deployment.evaluating import EARLY, SOFT, STRICT, TOLERANCES, Evaluator
 from hcsearch.deployment.ledger import Ledger
-from hcsearch.deployment.objective import AMPLE, objective
+from hcsearch.deployment.objective import AMPLE, SPEED, objective
 from hcsearch.deployment.robustness import Robustness, Spread, counted, most_robust, sampled
 from hcsearch.deployment.springs import scene_springs, stiffnesses_of, tied_hinges, with_springs
 from hcsearch.deployment.subjects import file_text, read_file, scene_named, scene_with
@@ -56,19 +56,26 @@ def test_only_what_comes_flat_and_clear_is_at_most_nothing(one):
 
 @given(checks, st.floats(0.01, 1.0))
 def test_faster_earlier_and_less_open_is_worse(one, more):
+    if not one.deploys:
+        assert objective(replace(one, remaining=one.remaining + more)) > objective(one)
+        assert objective(replace(one, outcome="flat", clear=True)) < 1.0 <= objective(one)
     if one.clear is not True:
         assert objective(replace(one, speed=one.speed + more)) > objective(one)
-        assert objective(replace(one, remaining=one.remaining + more)) > objective(one)
-        assert objective(replace(one, clear=True, gap=None)) < objective(one)
-    if one.outcome != "flat":
-        assert objective(replace(one, end_remaining=one.end_remaining + more)) > objective(one)
-        assert objective(replace(one, outcome="flat")) < objective(one)
+        # what comes after a collision counts for nothing
+        assert objective(replace(one, end_remaining=one.end_remaining + more)) == objective(one)
+
+
+@given(checks, st.floats(0.0, 1.0), st.floats(0.0, 1.0))
+def test_what_loops_give_way_lessens_the_gap_and_no_more(one, slack, more):
+    assert objective(one, slack + more) >= objective(one, slack)
+    assert (objective(one, slack) < 1.0) == one.deploys
 
 
 def test_the_objective_is_the_thesis_one_where_that_speaks():
     assert objective(replace(GOOD, gap=0.5 * AMPLE)) == pytest.approx(-0.5)
     assert objective(replace(GOOD, gap=None)) == objective(replace(GOOD, gap=7 * AMPLE)) == -1.0
-    assert objective(HIT) == pytest.approx(1.0 + 0.5 + 0.3)
+    assert objective(HIT) == pytest.approx(1.0 + 0.5 / SPEED + 0.3)
+    assert objective(replace(GOOD, gap=0.5 * AMPLE), 0.2 * AMPLE) == pytest.approx(-0.3)
     assert objective(replace(HIT, speed=math.nan)) == objective(replace(HIT, remaining=math.inf)) == 10.0
 
 
@@ -203,7 +210,8 @@ def test_an_evaluation_is_the_check_of_its_scene():
             one[list(hinges)] = rng.uniform(0.01, 0.2)
         sets.append(one)
     scenes = [compile_scene(linkage, scene_springs(DEFAULT, one), keep=frozenset({"stops"})) for one in sets]
-    naive = [check([scene], tolerance=TOLERANCES["constrained"], margin=STRICT)[0] for scene in scenes]
+    rules = {"tolerance": TOLERANCES["constrained"], "margin": STRICT, "early": EARLY}
+    naive = [check([scene], **rules)[0] for scene in scenes]
     assert evaluator.of_springs(sets) == naive
     assert (evaluator.done, evaluator.recalled) == (3, 0)
     assert evaluator.of_springs(sets) == naive
