@@ -20,7 +20,7 @@ from hcsearch.mobility import mobility
 from hcsearch.records import DeploymentBatch, FoldingBatch
 from hcsearch.twisting import twist_batch
 
-SIZES = {"hex": range(6, 13, 2), "square": range(4, 13, 2), "triangle": range(10, 15, 4)}
+SIZES = {"hex": range(6, 13, 2), "square": range(4, 17, 2), "triangle": range(10, 23, 4)}
 QUICK = {"hex": range(6, 9, 2), "square": range(4, 9, 2), "triangle": range(10, 11)}
 ARRAYS = (("square", "4x4"), ("rectangle", "4x4"))
 
@@ -80,7 +80,7 @@ class Report:
 
 
 def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> Report:
-    """Check everything: some minutes, or seconds when `quick`."""
+    """Check everything: half an hour, or seconds when `quick`."""
     return Report(this_machine(), [_row(*named, say) for named in _searches(quick)])
 
 
