@@ -12,17 +12,23 @@ import numpy as np
 
 from hcsearch.bench.machine import Machine, this_machine
 from hcsearch.bench.tables import Table, save
+from hcsearch.circuit import Circuit
+from hcsearch.deployment.subjects import folding_linkage
+from hcsearch.deployment.tuning import tune
 from hcsearch.deployment.verdicts import verdicts
 from hcsearch.enumeration import ArraySearch, PolygonSearch, Search
-from hcsearch.folding import fold
+from hcsearch.folding import Folding, fold
 from hcsearch.grid import grid_named, parse_array
 from hcsearch.mobility import mobility
-from hcsearch.records import DeploymentBatch, FoldingBatch
+from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch
+from hcsearch.scenes import SCENES, default_panel
 from hcsearch.twisting import twist_batch
 
 SIZES = {"hex": range(6, 13, 2), "square": range(4, 17, 2), "triangle": range(10, 23, 4)}
 QUICK = {"hex": range(6, 9, 2), "square": range(4, 9, 2), "triangle": range(10, 11)}
 ARRAYS = (("square", "4x4"), ("rectangle", "4x4"))
+TUNED, SETS = 14, 150
+"""Cells up to which springs are tuned for what the stage leaves open, and spring sets of a tuning."""
 
 _HEADING = """# Deployability
 
@@ -36,7 +42,9 @@ class DeployabilityRow:
 
     default : certified clear to flat in the scene `default`; hinged : in none before, but so with hinged flat pairs;
     merged : with mirror pairs made one; graded : with graded springs. collides : in every scene tried. locked : proved
-    so with rigid flat pairs, and no other deploys. designs : untwisted ones; deployable : those of which one deploys.
+    so with rigid flat pairs, and no other deploys. tuned : of those that collide or are undecided, how many come flat,
+    certified clear, with tuned springs; None where that was not tried. designs : untwisted ones; deployable : those of
+    which a folding deploys.
     """
 
     grid: str
@@ -49,6 +57,7 @@ class DeployabilityRow:
     collides: int
     undecided: int
     locked: int
+    tuned: int | None
     designs: int
     deployable: int
     seconds: float
@@ -72,8 +81,10 @@ class Report:
                 "pairs, no gravity). Of the rest, the first that helps of: `hinged` flat pairs, `merged` mirror pairs, "
                 "`graded` springs from 0.005 to 0.2 N m/rad over layers, faces or stacks, with rigid or hinged pairs. "
                 "`collides`: in each of them. `undecided`: in some it neither collides nor comes flat within 1 s. "
-                "`locked`: proved locked with rigid flat pairs, and clear with no other. `designs`: untwisted ones; "
-                "`deployable`: those of which a folding deploys. Wall time, with two threads.",
+                "`locked`: proved locked with rigid flat pairs, and clear with no other. `tuned`: of those that "
+                f"collide or are undecided, how many `hcsearch tune --evaluations {SETS}` brings flat, certified clear, "
+                f"in `constrained` with rigid flat pairs; up to {TUNED} cells. `designs`: untwisted ones; "
+                "`deployable`: those of which a folding deploys in the stage. Wall time, with two threads.",
                 self.rows,
             )
         ]
@@ -108,6 +119,8 @@ def _row(grid: str, cells: str, search: Search, say: Callable[[str], None]) -> D
         twists = np.zeros(len(foldings), np.int16)
         found = verdicts(circuits, foldings, twists, mobility(circuits, foldings, twists), threads=2)
         tally.update(_told(found))
+        if search.n <= TUNED:
+            tally["tuned"] += sum(_comes_flat(folding) for folding in _open(circuits, foldings, found))
         deploys = np.array([status == "deploys" for status in found.status], bool)
         tally.update({"designs": len(np.unique(foldings.row)), "deployable": len(np.unique(foldings.row[deploys]))})
     told = {name: tally[name] for name in ("default", "hinged", "merged", "graded", "collides", "undecided", "locked")}
@@ -116,6 +129,7 @@ def _row(grid: str, cells: str, search: Search, say: Callable[[str], None]) -> D
         cells=cells,
         foldings=sum(told.values()),
         **told,
+        tuned=tally["tuned"] if search.n <= TUNED else None,
         designs=tally["designs"],
         deployable=tally["deployable"],
         seconds=time.perf_counter() - begin,
@@ -131,3 +145,17 @@ def _told(found: DeploymentBatch) -> Iterator[str]:
             yield scene if scene in {"default", "hinged", "merged"} else "graded"
         elif status is not None:
             yield status
+
+
+def _open(circuits: CircuitBatch, foldings: FoldingBatch, found: DeploymentBatch) -> Iterator[Folding]:
+    """The foldings that collide or are undecided."""
+    grid = grid_named(circuits.grid)
+    for i, status in enumerate(found.status):
+        if status in {"collides", "undecided"}:
+            yield Folding(Circuit(grid, tuple(circuits.words[foldings.row[i]].tolist())), int(foldings.crease[i]))
+
+
+def _comes_flat(folding: Folding) -> bool:
+    """Whether tuned springs bring a folding flat, certified clear."""
+    linkage = folding_linkage(folding, default_panel(folding.circuit.grid.name))
+    return tune(linkage, SCENES["default"], "constrained", evaluations=SETS, samples=0).best.confirmed

@@ -19,6 +19,7 @@ def test_every_folding_is_counted_once(report):
             (row.default, row.hinged, row.merged, row.graded, row.collides, row.undecided, row.locked)
         )
         assert 0 <= row.deployable <= row.designs <= row.foldings
+        assert 0 <= row.tuned <= row.collides + row.undecided
         deploys = row.default + row.hinged + row.merged + row.graded
         assert (row.deployable > 0) == (deploys > 0)
 

@@ -1,6 +1,5 @@
 """Motions between states, and the bounds of their speeds, against SciPy's polynomials and dense sampling."""
 
-
 import numpy as np
 import pytest
 from hypothesis import given
