@@ -82,7 +82,7 @@ class Report:
                 "`graded` springs from 0.005 to 0.2 N m/rad over layers, faces or stacks, with rigid or hinged pairs. "
                 "`collides`: in each of them. `undecided`: in some it neither collides nor comes flat within 1 s. "
                 "`locked`: proved locked with rigid flat pairs, and clear with no other. `tuned`: of those that "
-                f"collide or are undecided, how many `hcsearch tune --evaluations {SETS}` brings flat, certified clear, "
+                f"collide or are undecided, how many `hcsearch tune --evaluations {SETS}` brings flat and clear, "
                 f"in `constrained` with rigid flat pairs; up to {TUNED} cells. `designs`: untwisted ones; "
                 "`deployable`: those of which a folding deploys in the stage. Wall time, with two threads.",
                 self.rows,
