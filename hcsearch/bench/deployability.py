@@ -27,7 +27,7 @@ from hcsearch.twisting import twist_batch
 SIZES = {"hex": range(6, 13, 2), "square": range(4, 17, 2), "triangle": range(10, 23, 4)}
 QUICK = {"hex": range(6, 9, 2), "square": range(4, 9, 2), "triangle": range(10, 11)}
 ARRAYS = (("square", "4x4"), ("rectangle", "4x4"))
-TUNED, SETS = 14, 150
+TUNED, SETS = 12, 150
 """Cells up to which springs are tuned for what the stage leaves open, and spring sets of a tuning."""
 
 _HEADING = """# Deployability
