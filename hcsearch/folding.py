@@ -158,6 +158,12 @@ def foldings(circuit: Circuit) -> list[Folding]:
     return [Folding(circuit, int(crease)) for crease in batch.crease]
 
 
+def folding_at(circuits: CircuitBatch, foldings: FoldingBatch, i: int) -> Folding:
+    """Folding i of a batch."""
+    word = tuple(circuits.words[foldings.row[i]].tolist())
+    return Folding(Circuit(grid_named(circuits.grid), word), int(foldings.crease[i]))
+
+
 def folding_of(circuit: Circuit, crease: int) -> Folding:
     """The folding with a given flat crease; NotationError when the circuit does not fold there."""
     found = foldings(circuit)

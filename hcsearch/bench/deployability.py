@@ -12,16 +12,15 @@ import numpy as np
 
 from hcsearch.bench.machine import Machine, this_machine
 from hcsearch.bench.tables import Table, save
-from hcsearch.circuit import Circuit
 from hcsearch.deployment.subjects import folding_linkage
 from hcsearch.deployment.tuning import tune
 from hcsearch.deployment.verdicts import verdicts
 from hcsearch.enumeration import ArraySearch, PolygonSearch, Search
-from hcsearch.folding import Folding, fold
+from hcsearch.folding import Folding, fold, folding_at
 from hcsearch.grid import grid_named, parse_array
 from hcsearch.mobility import mobility
 from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch
-from hcsearch.scenes import SCENES, default_panel
+from hcsearch.scenes import SCENES
 from hcsearch.twisting import twist_batch
 
 SIZES = {"hex": range(6, 13, 2), "square": range(4, 17, 2), "triangle": range(10, 23, 4)}
@@ -149,13 +148,12 @@ def _told(found: DeploymentBatch) -> Iterator[str]:
 
 def _open(circuits: CircuitBatch, foldings: FoldingBatch, found: DeploymentBatch) -> Iterator[Folding]:
     """The foldings that collide or are undecided."""
-    grid = grid_named(circuits.grid)
     for i, status in enumerate(found.status):
         if status in {"collides", "undecided"}:
-            yield Folding(Circuit(grid, tuple(circuits.words[foldings.row[i]].tolist())), int(foldings.crease[i]))
+            yield folding_at(circuits, foldings, i)
 
 
 def _comes_flat(folding: Folding) -> bool:
     """Whether tuned springs bring a folding flat, certified clear."""
-    linkage = folding_linkage(folding, default_panel(folding.circuit.grid.name))
-    return tune(linkage, SCENES["default"], "constrained", evaluations=SETS, samples=0).best.confirmed
+    tuning = tune(folding_linkage(folding), SCENES["default"], "constrained", evaluations=SETS, samples=0)
+    return tuning.best.confirmed

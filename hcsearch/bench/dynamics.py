@@ -268,10 +268,10 @@ def _whole_deployment(rows: Sequence[DeploymentRow]) -> list[GoalRow]:
     """
     loop = [row for row in rows if row.subject == LOOP]
     ours = next((row for row in loop if row.restitution == BOUNCE), None)
-    theirs = [row for row in loop if row.formulation == "penalty"]
+    if ours is None:
+        return []
     found = []
-    for row in theirs if ours else []:
-        assert ours is not None
+    for row in (row for row in loop if row.formulation == "penalty"):
         name = f"{LOOP}, whole deployment, springs of {row.cut:.0e} N/m"
         ends = f"ours {ours.outcome} at {ours.end:.4g} s, theirs {row.outcome} at {row.end:.4g} s"
         apart = abs(ours.end - row.end) / ours.end if ours.outcome == row.outcome == "flat" else None

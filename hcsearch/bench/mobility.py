@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
@@ -12,9 +12,8 @@ import numpy as np
 
 from hcsearch.bench.machine import Machine, this_machine
 from hcsearch.bench.tables import Table, save
-from hcsearch.circuit import Circuit
 from hcsearch.enumeration import FoldedSearch
-from hcsearch.folding import Folding, fold
+from hcsearch.folding import Folding, fold, folding_at
 from hcsearch.grid import grid_named
 from hcsearch.kinematics.locks import Lock, lock_at
 from hcsearch.linkage import Linkage
@@ -169,11 +168,11 @@ def _locks(circuits: CircuitBatch, foldings: FoldingBatch) -> LockRow:
     grid, n = circuits.grid, circuits.words.shape[1]
     found = mobility(circuits, foldings, np.zeros(len(foldings), np.int16))
     panel = default_panel(grid)
-    locked = list(_foldings(circuits, foldings, np.flatnonzero(found.locked)))
+    locked = [folding_at(circuits, foldings, i) for i in np.flatnonzero(found.locked).tolist()]
     ends = [_ends(folding, panel) for folding in locked]
     free = np.bincount(foldings.row[~found.locked], minlength=len(circuits)) > 0
     tried = locked[:MOST_LOCKED]
-    mirrored = list(_foldings(circuits, foldings, np.flatnonzero(found.merged_panels > 0)))
+    mirrored = [folding_at(circuits, foldings, i) for i in np.flatnonzero(found.merged_panels > 0).tolist()]
     before = sum(_is_locked(_ends(folding, panel)) for folding in mirrored)
     after = sum(_is_locked(_ends(folding, panel, merged=True)) for folding in mirrored)
     thin, thick = (
@@ -202,12 +201,6 @@ def _locks(circuits: CircuitBatch, foldings: FoldingBatch) -> LockRow:
         play_most=max(known, default=None),
         margin=min((lock.margin for pair in ends for lock in pair.values() if lock.locked), default=None),
     )
-
-
-def _foldings(circuits: CircuitBatch, foldings: FoldingBatch, chosen: Sequence[int] | np.ndarray) -> Iterator[Folding]:
-    for i in chosen:
-        word = tuple(circuits.words[foldings.row[i]].tolist())
-        yield Folding(Circuit(grid_named(circuits.grid), word), int(foldings.crease[i]))
 
 
 def _ends(folding: Folding, panel: PanelSize, *, hinged: bool = False, merged: bool = False) -> dict[str, Lock]:

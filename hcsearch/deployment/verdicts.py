@@ -16,14 +16,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.circuit import Circuit
 from hcsearch.collision.clearance import MARGIN
 from hcsearch.deployment.checking import Check, Solids, check, solids_of
 from hcsearch.deployment.compiling import Compiled, compile_scene
 from hcsearch.deployment.springs import with_springs
 from hcsearch.deployment.subjects import folding_linkage
-from hcsearch.folding import Folding
-from hcsearch.grid import grid_named
+from hcsearch.folding import Folding, folding_at
 from hcsearch.linkage import Linkage
 from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch, MobilityBatch, Trial
 from hcsearch.scenes import SCENES, Scene, default_panel
@@ -97,12 +95,8 @@ class _Verdicts:
         locked: NDArray[np.bool_],
         threads: int,
     ) -> None:
-        grid = grid_named(circuits.grid)
         self.panel = default_panel(circuits.grid)
-        self.foldings = {
-            i: Folding(Circuit(grid, tuple(circuits.words[foldings.row[i]].tolist())), int(foldings.crease[i]))
-            for i in np.flatnonzero(untwisted).tolist()
-        }
+        self.foldings = {i: folding_at(circuits, foldings, i) for i in np.flatnonzero(untwisted).tolist()}
         self.count, self.threads = len(foldings), threads
         self.locked = {i for i in self.foldings if locked[i]}
         self.compiled: dict[tuple[int, Pairs], tuple[Compiled, Solids]] = {}
