@@ -89,14 +89,15 @@ def check(
     solids: Sequence[Solids] | None = None,
     tolerance: float = 1e-6,
     margin: float = MARGIN,
-    early: float = 0.0,
+    whole: bool = True,
     max_steps: int | None = None,
     threads: int = 1,
 ) -> list[Check]:
     """Check compiled scenes; those whose tables have the same shapes go into one call of the kernel for each thread.
 
-    solids : of each scene, with the same margin, where they are known. early : s; motions that collide before are not
-    followed further, where only those that do not are wanted. max_steps : of each, unless as many as `deploy` takes.
+    solids : of each scene, with the same margin, where they are known. whole : whether motions that collide are
+        followed to the end, too, which nobody needs who wants clear ones only. max_steps : of each, unless as many as
+        `deploy` takes.
     Scenes must be `constrained` or `compliant`, with a panel held.
     """
     groups: dict[Any, list[int]] = defaultdict(list)
@@ -115,7 +116,7 @@ def check(
     def run(members: list[int]) -> list[Check]:
         own = [scenes[i] for i in members]
         steps = max_steps or STEPS[own[0].formulation]
-        return _run(own, [subjects[i] for i in members], tolerance, margin, early, steps)
+        return _run(own, [subjects[i] for i in members], tolerance, margin, whole, steps)
 
     found: dict[int, Check] = {}
     with ThreadPoolExecutor(threads) as pool:  # the kernel leaves the interpreter's lock
@@ -141,7 +142,7 @@ def _subject(compiled: Compiled, solids: Solids) -> Subject:
 
 
 def _run(
-    scenes: list[Compiled], subjects: list[Subject], tolerance: float, margin: float, early: float, steps: int
+    scenes: list[Compiled], subjects: list[Subject], tolerance: float, margin: float, whole: bool, steps: int
 ) -> list[Check]:
     first, count = scenes[0], len(scenes)
     system, scene = first.system, first.scene
@@ -162,7 +163,7 @@ def _run(
         system.mechanism.closure_damping,
         margin,
         RESOLUTION,
-        float(early),
+        whole,
     )
     found = Findings(
         endings=np.zeros(count, np.int64),

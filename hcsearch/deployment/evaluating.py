@@ -21,7 +21,7 @@ from hcsearch.scenes import Scene
 
 Reals = NDArray[np.float64]
 
-VERSION = 3
+VERSION = 4
 """Raised when the same scene is simulated or checked otherwise, so that what is stored no longer counts."""
 
 TOLERANCES: Mapping[Formulation, float] = {"constrained": 1e-4, "compliant": 3e-5}
@@ -29,8 +29,6 @@ TOLERANCES: Mapping[Formulation, float] = {"constrained": 1e-4, "compliant": 3e-
 STRICT = 0.75 * MARGIN
 """Margin by which panels are shrunk on every face while springs are searched for, m: less than what is asked for in the
 end, so that what is found is clear in the scene itself, too."""
-EARLY = 0.25
-"""Motions that collide within this time (s) are not followed further: most that collide do."""
 SOFT = {"cut_damping": 1e4, "stop_stiffness": 100.0, "stop_damping": 0.1}
 """Of compliant scenes while springs are searched for: stops give way by 0.2 degrees at most, loops as in the scene, and
 steps are ten times longer. What is found is confirmed in the scene itself."""
@@ -83,20 +81,20 @@ class Evaluator:
         self._base: Compiled | None = None
         self._solids: dict[frozenset[tuple[int, int]], Solids] = {}
 
-    def of_springs(self, sets: Iterable[Sequence[float] | Reals], early: float = EARLY) -> list[Check]:
+    def of_springs(self, sets: Iterable[Sequence[float] | Reals], whole: bool = False) -> list[Check]:
         """Check spring sets, each a stiffness (N m/rad) for every hinge; mirror hinges have equal ones.
 
-        early : s, motions that collide before are not followed further.
+        whole : whether motions that collide are followed to their end, too.
         """
         if self._base is None:
             # mirror hinges have equal springs in all sets, so that one with equal springs everywhere stands for all
             self._base = self._compiled(replace(self.scene, spring="linear:0.1", springs=()))
         scenes = [scene_springs(self.scene, stiffnesses) for stiffnesses in sets]
-        return self._checked(scenes, self._sprung, early)
+        return self._checked(scenes, self._sprung, whole)
 
     def of_scenes(self, scenes: Sequence[Scene]) -> list[Check]:
         """Check scenes that may differ in anything, all with linear springs."""
-        return self._checked(scenes, self._compiled, EARLY)
+        return self._checked(scenes, self._compiled, whole=False)
 
     def slack(self, check: Check) -> float:
         """What panels may be elsewhere as springs that close loops give way, m: checks leave it out of account."""
@@ -116,20 +114,20 @@ class Evaluator:
         # whether folded stops can be reached depends on the springs, which change
         return compile_scene(self.linkage, scene, self.formulation, keep=frozenset({"stops"}))
 
-    def _checked(self, scenes: Sequence[Scene], compiled: Any, early: float) -> list[Check]:
-        keys = [self._key(scene, early) for scene in scenes]
+    def _checked(self, scenes: Sequence[Scene], compiled: Any, whole: bool) -> list[Check]:
+        keys = [self._key(scene, whole) for scene in scenes]
         known = dict(self._memory.recall(keys))
         self.done += len(keys)
         self.recalled += sum(key in known for key in keys)
         missing = {key: scene for key, scene in zip(keys, scenes, strict=True) if key not in known}
         if missing:
-            fresh = self._run([compiled(scene) for scene in missing.values()], early)
+            fresh = self._run([compiled(scene) for scene in missing.values()], whole)
             found = dict(zip(missing, fresh, strict=True))
             self._memory.record(found)
             known |= found
         return [known[key] for key in keys]
 
-    def _run(self, scenes: Sequence[Compiled], early: float) -> list[Check]:
+    def _run(self, scenes: Sequence[Compiled], whole: bool) -> list[Check]:
         """All scenes, dealt out to as many threads as there are cores; the kernels run without Python's lock."""
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         for scene in scenes:
@@ -140,15 +138,15 @@ class Evaluator:
         solids = [self._solids[scene.apart] for scene in scenes]
         threads = max(1, min(cores, len(scenes)))
         tolerance = TOLERANCES[self.formulation]
-        return check(scenes, solids=solids, tolerance=tolerance, margin=STRICT, early=early, threads=threads)
+        return check(scenes, solids=solids, tolerance=tolerance, margin=STRICT, whole=whole, threads=threads)
 
-    def _key(self, scene: Scene, early: float) -> Key:
+    def _key(self, scene: Scene, whole: bool) -> Key:
         values = asdict(scene)
         springs = stiffnesses_of(self.linkage, scene)
         for name in ("name", "spring", "springs"):
             del values[name]
         values |= {"formulation": self.formulation, "tolerance": TOLERANCES[self.formulation]}
-        values |= {"margin": STRICT, "early": early, "version": VERSION}
+        values |= {"margin": STRICT, "whole": whole, "version": VERSION}
         return Key(json.dumps(values, sort_keys=True), " ".join(repr(float(value)) for value in springs))
 
 

@@ -169,10 +169,10 @@ def _evaluator(
     exact = Evaluator(linkage, scene, "constrained", memory)
     tied = tied_hinges(linkage, scene)
     sets = [spread_out(np.exp(point), tied) for point in first]
-    if any(check.outcome == "flat" for check in exact.of_springs(sets, early=0.0)):
+    if any(check.outcome == "flat" for check in exact.of_springs(sets, whole=True)):
         return exact
     other = Evaluator(linkage, scene, "compliant", memory)
-    return other if any(check.outcome == "flat" for check in other.of_springs(sets, early=0.0)) else exact
+    return other if any(check.outcome == "flat" for check in other.of_springs(sets, whole=True)) else exact
 
 
 def spread_out(values: Sequence[float] | Reals, tied: Sequence[tuple[int, ...]]) -> Reals:

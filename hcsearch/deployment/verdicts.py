@@ -29,8 +29,6 @@ from hcsearch.scenes import SCENES, Scene, default_panel
 Reals = NDArray[np.float64]
 Pairs = Literal["rigid", "hinged", "merged"]
 
-EARLY = 0.15
-"""In the second look, motions that collide within this time (s) are not followed further: most that do."""
 STIFF, SOFT = 0.2, 0.005
 """Stiffnesses that graded sets run between, N m/rad."""
 
@@ -71,7 +69,7 @@ LOOKS = (
 SCREENED, BRIEF = 1e-5, 4000
 """Tolerance of the second look, and steps that it may take; what deploys in it is simulated again as in the first look.
 Of 27 in 12 hexagons none takes more than 700; two of 1,500 motions that do not would take a quarter of all time."""
-SECOND: dict[str, Any] = {"early": EARLY, "tolerance": SCREENED, "max_steps": BRIEF}
+SECOND: dict[str, Any] = {"whole": False, "tolerance": SCREENED, "max_steps": BRIEF}
 
 
 def verdicts(

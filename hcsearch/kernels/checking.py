@@ -1,4 +1,8 @@
-"""The quick check of many foldings in one call: each is simulated, and its motion searched for collisions."""
+"""The quick check of many foldings in one call: each is simulated, and its motion searched for collisions.
+
+Most motions that collide do so early. Where only clear ones are wanted, a motion is judged in parts, each as long as
+all before it, and one that collides is not followed further.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.kernels.approaches import angles_at, approach
-from hcsearch.kernels.clearance import CLEAR, Answer, Search, judge
+from hcsearch.kernels.clearance import CLEAR, COLLIDES, Answer, Search, judge
 from hcsearch.kernels.compiled import compiled
 from hcsearch.kernels.intervals import Course
 from hcsearch.kernels.loops import Chain
@@ -27,6 +31,9 @@ from hcsearch.kernels.prisms import Prisms
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
+
+FIRST_PART = 0.1
+"""Length of the first part of a motion that is judged in parts, s."""
 
 
 class Subject(NamedTuple):
@@ -53,7 +60,7 @@ class Rules(NamedTuple):
     """What all foldings of a call share: how they are simulated, and how gaps are measured.
 
     struts, cuts : none of both, as tables of the right kind. margin, resolution : m, as of `Search`.
-    early : s; where it is above 0, motions that collide before are not followed further.
+    whole : whether motions that collide are followed to their end, too.
     """
 
     method: Method
@@ -64,7 +71,7 @@ class Rules(NamedTuple):
     closure_damping: float
     margin: float
     resolution: float
-    early: float
+    whole: bool
 
 
 class Findings(NamedTuple):
@@ -97,33 +104,65 @@ def check_all(stack: Any, rules: Rules, record: Record, found: Findings) -> None
     Every kernel has all that it calls compiled into it once more: so this one calls what takes long to compile itself.
     """
     cubic = rules.closure_stiffness > 0.0  # stiff springs make accelerations that say nothing of the motion
-    plan, whole, verdict, states = rules.plan, rules.plan.end, CLEAR, 0
+    plan = rules.plan
     answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
     for i in range(len(found.endings)):
         subject = _nth(stack, i)
         tree, n = subject.tree, len(subject.start)
-        mechanism = _mechanism(subject, rules)
+        mechanism, hold = _mechanism(subject, rules), _hold(subject)
         work = work_for(tree)
+        q, v = subject.start.copy(), np.zeros(n)
         course = Course(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0)), cubic)
-        for stage in range(2):
-            # most collisions come early: where only clear deployments are wanted, a short motion is looked at first
-            end = rules.early if stage == 0 and 0.0 < rules.early < whole else whole
-            hold = _hold(subject)
-            simulate(mechanism, hold, rules.method, _until(plan, end), subject.start.copy(), np.zeros(n), work, record)
-            states = record.counts[0]
-            motion = (record.times[:states], record.q[:states], record.v[:states], record.a[:states])
+        begin, clear, states, verdict, over = 0, 0, 0, CLEAR, False
+        record.times[0], record.books[0] = 0.0, 0.0
+        end = plan.end if rules.whole else min(FIRST_PART, plan.end)
+        while verdict != COLLIDES and not over:
+            begun, spent = record.times[begin], record.books[begin, 4:].copy()
+            part = _part(record, begin)
+            simulate(mechanism, hold, rules.method, _until(plan, end - begun), q, v, work, part)
+            states = begin + record.counts[0]
+            record.times[begin:states] += begun
+            record.books[begin:states, 4:] += spent
+            flat = record.counts[4] == FLAT
+            over = record.counts[4] != TIME_OUT or end == plan.end
+            clear = 0 if flat else clear  # a gap may dip across parts
+            motion = _states(record, clear, states)
             if not cubic:
                 motion = refined(mechanism, motion, OPEN, work)
-            found.openings[i] = opening(tree, motion, cubic, work)
+            found.openings[i] = max(found.openings[i], opening(tree, motion, cubic, work))
             course = _course(subject, motion, cubic)
             wanted = Search(subject.reach * found.openings[i], rules.margin, subject.deepest, rules.resolution)
-            flat = record.counts[4] == FLAT
             verdict = judge(subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, wanted, flat, answer)
+            found.counts[i, 1] += record.counts[2]
+            found.counts[i, 2] += record.counts[3]
             found.counts[i, 3] += answer.looks[0]
-            if verdict != CLEAR or end == whole or record.counts[4] != TIME_OUT:
-                break
+            begin, end = states - 1, min(2.0 * end, plan.end)
+            clear = begin if verdict == CLEAR else clear
         _tell(record, states, verdict, answer, found, i)
         _tell_end(subject, course, verdict, answer, found, i)
+
+
+@compiled
+def _states(record: Record, begin: int, end: int) -> States:
+    return record.times[begin:end], record.q[begin:end], record.v[begin:end], record.a[begin:end]
+
+
+@compiled
+def _part(record: Record, begin: int) -> Record:
+    """What is left of a record, from a state on."""
+    return Record(
+        record.times[begin:],
+        record.q[begin:],
+        record.v[begin:],
+        record.a[begin:],
+        record.books[begin:],
+        record.gaps[begin:],
+        record.counts,
+        record.event_times,
+        record.event_joints,
+        record.event_kinds,
+        record.event_speeds,
+    )
 
 
 @compiled
@@ -154,7 +193,7 @@ def _hold(subject: Subject) -> Hold:
 def _tell(record: Record, states: int, verdict: int, answer: Answer, found: Findings, i: int) -> None:
     found.endings[i], found.times[i, 0] = record.counts[4], record.times[states - 1]
     found.drifts[i] = _drift(record, states)
-    found.counts[i, 0], found.counts[i, 1], found.counts[i, 2] = states, record.counts[2], record.counts[3]
+    found.counts[i, 0] = states
     found.verdicts[i], found.pairs[i], found.times[i, 1] = verdict, answer.pairs[0], answer.times[0]
     found.gaps[i] = answer.gaps[0]
 

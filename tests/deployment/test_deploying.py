@@ -199,6 +199,15 @@ def test_flat():
     assert found.reason == f"flat after {found.flat_time:.4g} s"
 
 
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-5, 1e-6])
+def test_flatness_just_before_a_stop_is_found_in_its_step(tolerance):
+    """The array is flat to 0.01 rad less than a millisecond before its hinges hit their stops."""
+    linkage = linkage_named("hex:023350:1")
+    precise, found = (deploy(linkage, DEFAULT, tolerance=each, margin=None) for each in (1e-9, tolerance))
+    assert found.flat_time == pytest.approx(precise.flat_time, rel=10 * tolerance)
+    assert np.abs(found.angles[-1]).max() == pytest.approx(FLAT, rel=tolerance)
+
+
 def test_moving():
     found = deploy(linkage_named("element-8r"), replace(DEFAULT, seconds=0.05))
     assert (found.outcome, found.flat_time) == ("moving", None)

@@ -13,7 +13,7 @@ from scipy.stats import beta
 from hcsearch.deployment.catalogue import catalogue_levels, descend, nearest_levels, neighbours
 from hcsearch.deployment.checking import Check, check
 from hcsearch.deployment.compiling import compile_scene
-from hcsearch.deployment.evaluating import EARLY, SOFT, STRICT, TOLERANCES, Evaluator
+from hcsearch.deployment.evaluating import SOFT, STRICT, TOLERANCES, Evaluator
 from hcsearch.deployment.ledger import Ledger
 from hcsearch.deployment.objective import AMPLE, SPEED, objective
 from hcsearch.deployment.robustness import Robustness, Spread, counted, most_robust, sampled
@@ -210,7 +210,7 @@ def test_an_evaluation_is_the_check_of_its_scene():
             one[list(hinges)] = rng.uniform(0.01, 0.2)
         sets.append(one)
     scenes = [compile_scene(linkage, scene_springs(DEFAULT, one), keep=frozenset({"stops"})) for one in sets]
-    rules = {"tolerance": TOLERANCES["constrained"], "margin": STRICT, "early": EARLY}
+    rules = {"tolerance": TOLERANCES["constrained"], "margin": STRICT, "whole": False}
     naive = [check([scene], **rules)[0] for scene in scenes]
     assert evaluator.of_springs(sets) == naive
     assert (evaluator.done, evaluator.recalled) == (3, 0)

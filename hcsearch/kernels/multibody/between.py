@@ -51,7 +51,7 @@ def opening(tree: Tree, states: States, cubic: bool, work: Work) -> float:
 def refined(mechanism: Mechanism, states: States, closed: float, work: Work) -> States:
     """The motion with closed states put into the middle of steps in which the loops open by more than `closed`.
 
-    They are those nearest to the polynomials, and so again in the halves.
+    They are those nearest to the polynomials, where Newton finds them, and so again in the halves.
     """
     tree, n = mechanism.tree, states[1].shape[1]
     hold = Hold(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8))
@@ -68,13 +68,13 @@ def refined(mechanism: Mechanism, states: States, closed: float, work: Work) -> 
             write_course(h, False, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], course)
             follow(course, 0.5, middles[0, k])
             place(tree, middles[0, k], work)
-            wide[k] = weld_errors(tree, work, work.errors) > closed
-            if wide[k]:
+            gap = weld_errors(tree, work, work.errors)
+            if gap > closed:
                 rates_at(course, 0.5, h, middles[1, k])
                 for i in range(n):
                     still = abs(q[k + 1, i] - q[k, i]) <= STILL and max(abs(v[k, i]), abs(v[k + 1, i])) <= STILL
                     hold.held[i] = 1 if still else 0
-                _close(mechanism, hold, scale, middles[:, k], work)
+                wide[k] = _close(mechanism, hold, scale, middles[:, k], work) < gap
         more = wide.sum()
         if more == 0:
             break
@@ -92,12 +92,17 @@ def refined(mechanism: Mechanism, states: States, closed: float, work: Work) -> 
 
 
 @compiled
-def _close(mechanism: Mechanism, hold: Hold, scale: float, state: Reals, work: Work) -> None:
-    """Move a state (position, velocity) onto closure, and write its acceleration."""
+def _close(mechanism: Mechanism, hold: Hold, scale: float, state: Reals, work: Work) -> float:
+    """Move a state (position, velocity) onto closure, and write its acceleration; its closure residual then.
+
+    Near singular states Newton may go astray: then the residual is no less than it was.
+    """
+    gap = 0.0
     for _ in range(2):
         accelerate(mechanism, hold, state[0], state[1], scale, True, work, state[2])
-        project(mechanism.tree, hold.held, state[0], state[1], 1e-14, work)
+        gap, _ = project(mechanism.tree, hold.held, state[0], state[1], 1e-14, work)
     accelerate(mechanism, hold, state[0], state[1], scale, True, work, state[2])
     for i in range(len(hold.held)):
         if hold.held[i]:
             state[1, i] = state[2, i] = 0.0
+    return gap

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import lean
 from hcsearch.kernels.multibody.motion import Hold, Mechanism
 
 Reals = NDArray[np.float64]
@@ -19,7 +19,7 @@ AT_LOWER, AT_UPPER, DOWN, UP = 0, 1, 2, 3
 """What a joint can come to: its stops, and the angles at which its law snaps. Odd ones are passed upwards."""
 
 
-@compiled
+@lean
 def quintic(x: float, h: float, q0: float, v0: float, a0: float, q1: float, v1: float, a1: float) -> float:
     """The polynomial through positions, velocities and accelerations at both ends of a step, at a share x of it."""
     c3 = 10.0 * (q1 - q0) - h * (6.0 * v0 + 4.0 * v1) - 0.5 * h * h * (3.0 * a0 - a1)
@@ -28,7 +28,7 @@ def quintic(x: float, h: float, q0: float, v0: float, a0: float, q1: float, v1: 
     return q0 + x * (h * v0 + x * (0.5 * h * h * a0 + x * (c3 + x * (c4 + x * c5))))
 
 
-@compiled
+@lean
 def threshold(mechanism: Mechanism, hold: Hold, i: int, kind: int) -> float:
     """The coordinate at which a joint has an event of a kind; infinite where it has none."""
     hinges = mechanism.hinges
@@ -42,7 +42,7 @@ def threshold(mechanism: Mechanism, hold: Hold, i: int, kind: int) -> float:
     return np.inf if hold.branches[i] else hinges.snaps_up[i]
 
 
-@compiled
+@lean
 def first_event(
     mechanism: Mechanism, hold: Hold, h: float, q0: Reals, v0: Reals, a0: Reals, q1: Reals, v1: Reals, a1: Reals
 ) -> tuple[float, int, int]:
@@ -74,7 +74,7 @@ def first_event(
     return best, joint, what
 
 
-@compiled
+@lean
 def first_near(
     h: float,
     q0: Reals,
@@ -105,7 +105,7 @@ def first_near(
     return 2.0
 
 
-@compiled
+@lean
 def _within(
     x: float,
     h: float,
@@ -125,7 +125,7 @@ def _within(
     return True
 
 
-@compiled
+@lean
 def greatest_pull(hold: Hold, forces: Reals) -> float:
     """By how much a stop would have to pull at most to go on holding; 0 where all push."""
     most = 0.0

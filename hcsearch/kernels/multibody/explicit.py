@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.compiled import compiled, inlined, lean
 from hcsearch.kernels.multibody.cuts import cut_energy
 from hcsearch.kernels.multibody.hinges import lost_power
-from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, closure_energy
+from hcsearch.kernels.multibody.motion import Hold, Mechanism, closure_energy, evaluate
 from hcsearch.kernels.multibody.tree import Work
 
 Reals = NDArray[np.float64]
@@ -49,33 +49,48 @@ def step(
     """One step from `start` to `end`, states (q, v, energy lost); the first stage is given. Its error."""
     n = len(hold.held)
     s = len(method.b)
-    a = np.empty(n)
+    a, q, v = np.empty(n), end[:n], end[n : 2 * n]
     for k in range(1, s + 1):
-        for j in range(2 * n + 1):
-            total = 0.0
-            for i in range(k):
-                total += (method.a[k, i] if k < s else method.b[i]) * stages[i, j]
-            end[j] = start[j] + h * total
-        accelerate(mechanism, hold, end[:n], end[n : 2 * n], scale, False, work, a)
+        _join(method.a[k] if k < s else method.b, k, h, stages, start, end)
+        evaluate(mechanism, hold, q, v, scale, False, work, a)
         write_stage(mechanism, hold, end, a, work, stages[k])
-    first = second = 0.0
-    for j in range(2 * n):
-        one = two = 0.0
-        for i in range(s + 1):
-            one += method.errors[0, i] * stages[i, j]
-            two += method.errors[1, i] * stages[i, j]
-        weight = floor + tolerance * max(abs(start[j]), abs(end[j]))
-        first += (one / weight) ** 2
-        second += (two / weight) ** 2
-    if first == 0.0:
-        return 0.0
-    # DOP853 joins its estimates of orders 5 and 3 (Hairer, Norsett and Wanner 1993, section II.10)
-    return h * first / math.sqrt((first + 0.01 * second) * 2 * n)
+    return h * _error(method.errors, tolerance, floor, stages, start, end)
 
 
 @lean
+def _join(weights: Reals, count: int, h: float, stages: Reals, start: Reals, end: Reals) -> None:
+    """Write the state that the first stages lead to; many weights are 0."""
+    for j in range(len(start)):
+        end[j] = start[j]
+    for i in range(count):
+        weight = h * weights[i]
+        if weight != 0.0:
+            for j in range(len(start)):
+                end[j] += weight * stages[i, j]
+
+
+@lean
+def _error(weights: Reals, tolerance: float, floor: float, stages: Reals, start: Reals, end: Reals) -> float:
+    """Error of a step over what is allowed, and over its length."""
+    first = second = 0.0
+    count = len(start) - 1
+    for j in range(count):
+        one = two = 0.0
+        for i in range(len(stages)):
+            one += weights[0, i] * stages[i, j]
+            two += weights[1, i] * stages[i, j]
+        allowed = floor + tolerance * max(abs(start[j]), abs(end[j]))
+        first += (one / allowed) ** 2
+        second += (two / allowed) ** 2
+    if first == 0.0:
+        return 0.0
+    # DOP853 joins its estimates of orders 5 and 3 (Hairer, Norsett and Wanner 1993, section II.10)
+    return first / math.sqrt((first + 0.01 * second) * count)
+
+
+@inlined
 def write_stage(mechanism: Mechanism, hold: Hold, state: Reals, a: Reals, work: Work, stage: Reals) -> None:
-    """Derivative of a state (q, v, energy lost), with the accelerations given; after `accelerate`."""
+    """Derivative of a state (q, v, energy lost), with the accelerations given; after `evaluate`."""
     n = len(a)
     for i in range(n):
         rate = a[i] if mechanism.overdamped else state[n + i]

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.compiled import compiled, inlined, lean
 from hcsearch.kernels.multibody.compliance import forces_ahead, spring_energy, spring_forces
 from hcsearch.kernels.multibody.cuts import Cuts, pull_cuts
 from hcsearch.kernels.multibody.hinges import Hinges, Struts, joint_torques, pull_struts
@@ -61,7 +61,7 @@ def hold_for(mechanism: Mechanism, q: Reals) -> Hold:
     )
 
 
-@lean
+@inlined
 def view(mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, work: Work) -> None:
     """Positions and velocities of all bodies, and the forces of loads, struts and cut hinges on them."""
     tree = mechanism.tree
@@ -79,7 +79,7 @@ def view(mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, work: Work) -> No
         pull_cuts(mechanism.cuts, hold.cut_branches, work)
 
 
-@lean
+@inlined
 def solve(mechanism: Mechanism, hold: Hold, scale: float, fresh: bool, work: Work, found: Reals) -> bool:
     """Write the joint accelerations for the joint forces in `work.torques`; after `view`. As `accelerate`."""
     tree = mechanism.tree
@@ -113,6 +113,19 @@ def closure_energy(mechanism: Mechanism, work: Work) -> tuple[float, float]:
     return spring_energy(mechanism.tree, mechanism.closure_stiffness, mechanism.closure_damping, work)
 
 
+@inlined
+def evaluate(
+    mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, scale: float, fresh: bool, work: Work, found: Reals
+) -> bool:
+    """As `accelerate`, compiled into its caller: for steps, which spend their time here."""
+    view(mechanism, hold, q, v, work)
+    joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
+    if mechanism.overdamped:
+        for i in range(len(work.soft)):
+            work.soft[i] = mechanism.hinges.damping[i]
+    return solve(mechanism, hold, scale, fresh, work, found)
+
+
 @lean
 def accelerate(
     mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, scale: float, fresh: bool, work: Work, found: Reals
@@ -122,12 +135,7 @@ def accelerate(
     Where motion is overdamped these are velocities, and `v` is 0.
     scale : of `choose`. fresh : whether to choose rows anew. The forces of the rows are left in `work.forces`.
     """
-    view(mechanism, hold, q, v, work)
-    joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
-    if mechanism.overdamped:
-        for i in range(len(work.soft)):
-            work.soft[i] = mechanism.hinges.damping[i]
-    return solve(mechanism, hold, scale, fresh, work, found)
+    return evaluate(mechanism, hold, q, v, scale, fresh, work, found)
 
 
 @compiled

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.multibody.cuts import cut_energy, cut_gap
 from hcsearch.kernels.multibody.events import UP, first_event, first_near, greatest_pull
 from hcsearch.kernels.multibody.explicit import Method, write_stage
@@ -89,21 +89,20 @@ def simulate(
         share, joint, kind = first_event(
             mechanism, hold, h, start[:n], start[n : 2 * n], a, end[:n], end[n : 2 * n], last[n : 2 * n]
         )
-        came = 2.0
-        if plan.near >= 0.0:
-            came = first_near(
-                h, start[:n], start[n : 2 * n], a, end[:n], end[n : 2 * n], last[n : 2 * n], plan.flat, plan.near
-            )
-        took = h
-        if came < share:
-            took, share = came * h, 2.0
-            take_step(mechanism, hold, method, plan, took, scale, work, stages, start, end, counts)
-        elif share <= 1.0:
+        if share <= 1.0:
             took = land(
                 mechanism, hold, method, plan, share * h, h, joint, kind, scale, work, stages, start, end, counts
             )
         else:
             took = loosen(mechanism, hold, method, plan, grip, h, scale, work, stages, start, end, counts)
+        came = 2.0
+        if plan.near >= 0.0:
+            came = first_near(
+                took, start[:n], start[n : 2 * n], a, end[:n], end[n : 2 * n], last[n : 2 * n], plan.flat, plan.near
+            )
+        if came < 1.0:
+            took, share = came * took, 2.0
+            take_step(mechanism, hold, method, plan, took, scale, work, stages, start, end, counts)
         q[:], v[:], books[4] = end[:n], end[n : 2 * n], end[2 * n]
         time += took
         gap, _ = project(mechanism.tree, hold.held, q, v, plan.closed, work)
@@ -127,7 +126,7 @@ def simulate(
         else:
             accelerate(mechanism, hold, q, v, scale, True, work, a)
             counts[2] += 1
-            if greatest_pull(hold, a) > grip:
+            if not came < 1.0 and greatest_pull(hold, a) > grip:
                 _let_go(mechanism, hold, plan, time, q, v, scale, work, a, record)
             _balance(mechanism, hold, q, v, work, books)
         if mechanism.hinges.stop_stiffness > 0.0:
@@ -142,7 +141,7 @@ def simulate(
             counts[4] = UNBALANCED
         elif crowd > CHATTER:
             counts[4] = JAMMED
-        elif came <= 1.0 and share > 1.0:
+        elif came < 1.0:
             counts[4] = FLAT
         grow = 5.0 if error == 0.0 else min(5.0, 0.9 * error ** (-1.0 / method.order))
         if share > 1.0:
@@ -230,10 +229,10 @@ def _grip(mechanism: Mechanism, hold: Hold, q: Reals) -> float:
     return grip
 
 
-@compiled
+@lean
 def _balance(mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, work: Work, books: Reals) -> float:
     """Write the energies of a state into the first four entries; their sum."""
-    found = np.empty(4)
+    found = books[:4]
     place(mechanism.tree, q, work)
     move(mechanism.tree, v, work)
     energies(mechanism.tree, mechanism.hinges, mechanism.struts, hold.branches, q, work, found)
@@ -246,8 +245,5 @@ def _balance(mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, work: Work, b
         found[3] += stops + across
     stored, _ = closure_energy(mechanism, work)
     found[3] += stored
-    total = 0.0
-    for k in range(4):
-        books[k] = found[k]
-        total += found[k]
+    total: float = found[0] + found[1] + found[2] + found[3]
     return total

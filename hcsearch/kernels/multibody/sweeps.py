@@ -75,6 +75,7 @@ from hcsearch.kernels.multibody.vectors import (
     plus,
     product,
     put,
+    rotation,
     symmetric,
     times,
     turn_row,
@@ -103,7 +104,8 @@ def place(tree: Tree, q: Reals, work: Work) -> None:
         if tree.links[i, SLIDES]:
             arm = plus(arm, times(q[i], line))
         else:
-            x, y, z = turn_row(x, own, q[i]), turn_row(y, own, q[i]), turn_row(z, own, q[i])
+            columns = rotation(own, q[i])
+            x, y, z = turn_row(x, columns), turn_row(y, columns), turn_row(z, columns)
         put(b, i, TURN, x)
         put(b, i, TURN + 3, y)
         put(b, i, TURN + 6, z)

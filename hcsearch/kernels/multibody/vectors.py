@@ -135,13 +135,20 @@ def conjugated(table: Reals, i: int, column: int, s: Symmetric) -> Symmetric:
 
 
 @lean
-def turn_row(r: Vector, axis: Vector, angle: float) -> Vector:
-    """A row of a rotation that is followed, in its own axes, by one about an axis of unit length."""
+def rotation(axis: Vector, angle: float) -> tuple[Vector, Vector, Vector]:
+    """Columns of the rotation about an axis of unit length, less the unit matrix."""
     s = math.sin(angle)
     c = 2.0 * math.sin(0.5 * angle) ** 2  # 1 - cos, exact for small angles
     x, y, z = axis
     return (
-        r[0] - c * (y * y + z * z) * r[0] + (c * x * y + s * z) * r[1] + (c * x * z - s * y) * r[2],
-        r[1] + (c * x * y - s * z) * r[0] - c * (x * x + z * z) * r[1] + (c * y * z + s * x) * r[2],
-        r[2] + (c * x * z + s * y) * r[0] + (c * y * z - s * x) * r[1] - c * (x * x + y * y) * r[2],
+        (-c * (y * y + z * z), c * x * y + s * z, c * x * z - s * y),
+        (c * x * y - s * z, -c * (x * x + z * z), c * y * z + s * x),
+        (c * x * z + s * y, c * y * z - s * x, -c * (x * x + y * y)),
     )
+
+
+@lean
+def turn_row(r: Vector, columns: tuple[Vector, Vector, Vector]) -> Vector:
+    """A row of a rotation that is followed, in its own axes, by another, of which `rotation` tells the columns."""
+    x, y, z = columns
+    return r[0] + dot(r, x), r[1] + dot(r, y), r[2] + dot(r, z)
