@@ -172,7 +172,7 @@ def _sentence(one: SpringSet) -> str:
     check, precise, chance = one.check, one.deployment, one.robustness
     if check.collision is not None:
         time, (first, second) = check.collision
-        text = f"panels {first} and {second} collide at {time:.4g} s; {check.outcome} at {check.end_time:.4g} s"
+        text = f"panels {first} and {second} collide at {time:.4g} s"
     else:
         clear = "clear" if check.clear else "too near to tell whether panels collide"
         text = f"{check.outcome} at {check.end_time:.4g} s, {clear}"
