@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.circuit import Circuit
-from hcsearch.folding import Folding
+from hcsearch.folding import Folding, folding_at
 from hcsearch.grid import Grid, grid_named
 from hcsearch.kernels.cones import LOCKED, OPEN, settle
 from hcsearch.kernels.lines import survey
@@ -93,8 +92,7 @@ def best_foldings(n_circuits: int, foldings: FoldingBatch, twists: NDArray[np.in
 
 
 def _part(circuits: CircuitBatch, foldings: FoldingBatch, untwisted: NDArray[np.bool_], locks: bool) -> MobilityBatch:
-    grid, words = grid_named(circuits.grid), circuits.words
-    lattice = _lattice(grid)
+    words, lattice = circuits.words, _lattice(grid_named(circuits.grid))
     count, n = len(foldings), words.shape[1]
     rows, creases = foldings.row.astype(np.int32), foldings.crease.astype(np.int16)
     steps, edges, scale = lattice.steps, lattice.edges, lattice.scale
@@ -106,13 +104,13 @@ def _part(circuits: CircuitBatch, foldings: FoldingBatch, untwisted: NDArray[np.
     dof, dof_merged, locked = np.full(count, NONE), np.full(count, NONE), np.zeros(count, bool)
     dof[untwisted] = _generic(screws[untwisted, 1])
     for i in np.flatnonzero(untwisted & (pairs > 0)).tolist():
-        nullity = generic_rank(_linkage(grid, words[rows[i]], creases[i], merged=True)).nullity
+        nullity = generic_rank(_linkage(folding_at(circuits, foldings, i), merged=True)).nullity
         dof_merged[i] = NONE if nullity is None else nullity
     ends = _settled(lines[untwisted], screws[untwisted]) if locks else np.zeros((0, 2), np.int8)
     for i, found in zip(np.flatnonzero(untwisted).tolist(), ends.tolist(), strict=locks):
         locked[i] = LOCKED in found
         if not locked[i] and OPEN in found:
-            linkage = _linkage(grid, words[rows[i]], creases[i], merged=False)
+            linkage = _linkage(folding_at(circuits, foldings, i), merged=False)
             ways = zip(found, (linkage.folded, linkage.flat), strict=True)
             locked[i] = any(state == OPEN and lock_at(linkage, angles).locked for state, angles in ways)
     return MobilityBatch(
@@ -138,9 +136,8 @@ def _settled(lines: Whole, screws: Reals) -> NDArray[np.int8]:
     return found.reshape(count, 2)
 
 
-def _linkage(grid: Grid, word: NDArray[np.int8], crease: int, *, merged: bool) -> Linkage:
-    folding = Folding(Circuit(grid, tuple(word.tolist())), int(crease))
-    return Linkage(folding.pattern(default_panel(grid.name), merged=merged))
+def _linkage(folding: Folding, *, merged: bool) -> Linkage:
+    return Linkage(folding.pattern(default_panel(folding.circuit.grid.name), merged=merged))
 
 
 def _generic(screws: Reals) -> Whole:
