@@ -12,12 +12,14 @@ import numpy as np
 
 from hcsearch.bench.machine import Machine, this_machine
 from hcsearch.bench.tables import Table, save
+from hcsearch.deployment.springs import SOFTEST, STIFFEST
 from hcsearch.deployment.subjects import folding_linkage
 from hcsearch.deployment.tuning import tune
-from hcsearch.deployment.verdicts import verdicts
+from hcsearch.deployment.verdicts import PATIENT, SPREAD, verdicts
 from hcsearch.enumeration import ArraySearch, PolygonSearch, Search
 from hcsearch.folding import Folding, fold, folding_at
 from hcsearch.grid import grid_named, parse_array
+from hcsearch.linkage import Linkage
 from hcsearch.mobility import mobility
 from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch
 from hcsearch.scenes import SCENES
@@ -25,9 +27,10 @@ from hcsearch.twisting import twist_batch
 
 SIZES = {"hex": range(6, 13, 2), "square": range(4, 17, 2), "triangle": range(10, 23, 4)}
 QUICK = {"hex": range(6, 9, 2), "square": range(4, 9, 2), "triangle": range(10, 11)}
-ARRAYS = (("square", "4x4"), ("rectangle", "4x4"))
+ARRAYS = (("square", "4x4"), ("square", "6x5"), ("rectangle", "4x4"))
 TUNED, SETS = 12, 150
 """Cells up to which springs are tuned for what the stage leaves open, and spring sets of a tuning."""
+HELPS = ("default", "hinged", "merged", "graded", "spread")
 
 _HEADING = """# Deployability
 
@@ -40,10 +43,10 @@ class DeployabilityRow:
     """All untwisted foldings of all arrays of n cells, or of one array.
 
     default : certified clear to flat in the scene `default`; hinged : in none before, but so with hinged flat pairs;
-    merged : with mirror pairs made one; graded : with graded springs. collides : in every scene tried. locked : proved
-    so with rigid flat pairs, and no other deploys. tuned : of those that collide or are undecided, how many come flat,
-    certified clear, with tuned springs; None where that was not tried. designs : untwisted ones; deployable : those of
-    which a folding deploys.
+    merged : with mirror pairs made one; graded, spread : with such springs. collides : in every scene tried. locked :
+    proved so with rigid flat pairs, and no other deploys. tuned : of those that collide or are undecided, how many come
+    flat, certified clear, with tuned springs; None where that was not tried. designs : untwisted ones; deployable :
+    those of which a folding deploys.
     """
 
     grid: str
@@ -53,6 +56,7 @@ class DeployabilityRow:
     hinged: int
     merged: int
     graded: int
+    spread: int
     collides: int
     undecided: int
     locked: int
@@ -78,12 +82,14 @@ class Report:
                 "All untwisted foldings",
                 "`default`: certified clear to flat in the scene `default` (uniform springs of 0.1 N m/rad, rigid flat "
                 "pairs, no gravity). Of the rest, the first that helps of: `hinged` flat pairs, `merged` mirror pairs, "
-                "`graded` springs from 0.005 to 0.2 N m/rad over layers, faces or stacks, with rigid or hinged pairs. "
-                "`collides`: in each of them. `undecided`: in some it neither collides nor comes flat within 1 s. "
+                "`graded` springs from 0.005 to 0.2 N m/rad over layers, faces or stacks, with rigid or hinged pairs; "
+                f"{len(SPREAD)} sets `spread` from {SOFTEST:g} to {STIFFEST:g} N m/rad, with hinged pairs. "
+                "`collides`: in each of them. `undecided`: in some it neither collides nor comes flat, within 1 s in "
+                f"`default` and {PATIENT:g} s in the others. "
                 "`locked`: proved locked with rigid flat pairs, and clear with no other. `tuned`: of those that "
                 f"collide or are undecided, how many `hcsearch tune --evaluations {SETS}` brings flat and clear, "
-                f"in `constrained` with rigid flat pairs; up to {TUNED} cells. `designs`: untwisted ones; "
-                "`deployable`: those of which a folding deploys in the stage. Wall time, with two threads.",
+                f"in `constrained` with rigid or else hinged flat pairs; up to {TUNED} cells. `designs`: untwisted "
+                "ones; `deployable`: those of which a folding deploys in the stage. Wall time, with two threads.",
                 self.rows,
             )
         ]
@@ -122,7 +128,7 @@ def _row(grid: str, cells: str, search: Search, say: Callable[[str], None]) -> D
             tally["tuned"] += sum(_comes_flat(folding) for folding in _open(circuits, foldings, found))
         deploys = np.array([status == "deploys" for status in found.status], bool)
         tally.update({"designs": len(np.unique(foldings.row)), "deployable": len(np.unique(foldings.row[deploys]))})
-    told = {name: tally[name] for name in ("default", "hinged", "merged", "graded", "collides", "undecided", "locked")}
+    told = {name: tally[name] for name in (*HELPS, "collides", "undecided", "locked")}
     return DeployabilityRow(
         grid=grid,
         cells=cells,
@@ -141,9 +147,15 @@ def _told(found: DeploymentBatch) -> Iterator[str]:
     for i, status in enumerate(found.status):
         scene = helped.get(i)
         if scene is not None:
-            yield scene if scene in {"default", "hinged", "merged"} else "graded"
+            yield _help(scene)
         elif status is not None:
             yield status
+
+
+def _help(scene: str) -> str:
+    if scene in HELPS:
+        return scene
+    return "spread" if scene.removeprefix("hinged, ") in SPREAD else "graded"
 
 
 def _open(circuits: CircuitBatch, foldings: FoldingBatch, found: DeploymentBatch) -> Iterator[Folding]:
@@ -154,6 +166,9 @@ def _open(circuits: CircuitBatch, foldings: FoldingBatch, found: DeploymentBatch
 
 
 def _comes_flat(folding: Folding) -> bool:
-    """Whether tuned springs bring a folding flat, certified clear."""
-    tuning = tune(folding_linkage(folding), SCENES["default"], "constrained", evaluations=SETS, samples=0)
-    return tuning.best.confirmed
+    """Whether tuned springs bring a folding flat, certified clear, with rigid or hinged flat pairs."""
+    return any(_tuned(folding_linkage(folding, hinged=hinged)) for hinged in (False, True))
+
+
+def _tuned(linkage: Linkage) -> bool:
+    return tune(linkage, SCENES["default"], "constrained", evaluations=SETS, samples=0).best.confirmed

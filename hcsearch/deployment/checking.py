@@ -26,6 +26,9 @@ from hcsearch.kernels.prisms import Prisms
 
 Reals = NDArray[np.float64]
 
+CALL = 16
+"""Scenes in one call of the kernel: few enough that threads end together and that their tables need little memory."""
+
 
 @dataclass(frozen=True)
 class Check:
@@ -93,7 +96,7 @@ def check(
     max_steps: int | None = None,
     threads: int = 1,
 ) -> list[Check]:
-    """Check compiled scenes; those whose tables have the same shapes go into one call of the kernel for each thread.
+    """Check compiled scenes; those whose tables have the same shapes go into calls of the kernel together.
 
     solids : of each scene, with the same margin, where they are known. whole : whether motions that collide are
         followed to the end, too, which nobody needs who wants clear ones only. max_steps : of each, unless as many as
@@ -110,8 +113,7 @@ def check(
             raise HcsearchError("the quick check is of scenes with a panel held, constrained or compliant")
         key = (compiled.formulation, scene.seconds, scene.restitution, scene.cut_stiffness, scene.cut_damping)
         groups[(*key, *_shapes(subject))].append(i)
-    # neighbours are alike: dealt out in turn, the threads end together
-    calls = [members[k::threads] for members in groups.values() for k in range(min(threads, len(members)))]
+    calls = [members[k : k + CALL] for members in groups.values() for k in range(0, len(members), CALL)]
 
     def run(members: list[int]) -> list[Check]:
         own = [scenes[i] for i in members]

@@ -70,3 +70,15 @@ def with_springs(compiled: Compiled, stiffnesses: Reals) -> Compiled:
         springs[hinge] = law.text
     scene = replace(scene, springs=tuple(springs.items()))
     return replace(compiled, scene=scene, system=compiled.system.driven(tuple(drives)))
+
+
+def spring_sets(n_joints: int, count: int) -> Reals:
+    """Stiffnesses (N m/rad) spread evenly over the logarithms between the bounds, shape (count, n_joints).
+
+    A scrambled Sobol sequence (scipy.stats.qmc), always the same.
+    """
+    from scipy.stats import qmc  # noqa: PLC0415 - takes longer to load than many deployments to compute
+
+    points = qmc.Sobol(n_joints, seed=1).random(count)
+    found: Reals = SOFTEST * (STIFFEST / SOFTEST) ** points
+    return found

@@ -1,8 +1,9 @@
 """Stage `deployment`: which foldings come flat without a collision, in the scene `default` or with a few spring sets.
 
 The first look is at the scene `default`. Foldings that do not deploy in it get a second, cheap look: their flat pairs
-hinged, their mirror pairs merged, and spring sets graded over the layers, the faces or the stacks, so that panels
-open one after the other (docs/collision.md tells how many each look finds). A full search is `hcsearch tune`.
+hinged, their mirror pairs merged, spring sets graded over the layers, the faces or the stacks, so that panels open one
+after the other, and sets spread over all that springs may be (docs/deployability.md tells how many each finds). A full
+search is `hcsearch tune`.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 from hcsearch.collision.clearance import MARGIN
 from hcsearch.deployment.checking import Check, Solids, check, solids_of
 from hcsearch.deployment.compiling import Compiled, compile_scene
-from hcsearch.deployment.springs import with_springs
+from hcsearch.deployment.springs import spring_sets, with_springs
 from hcsearch.deployment.subjects import folding_linkage
 from hcsearch.folding import Folding, folding_at
 from hcsearch.linkage import Linkage
@@ -43,32 +44,39 @@ GRADES: dict[str, tuple[float, float, float]] = {
 """Graded spring sets: how softness grows with the layer, with valleys after mountains, and with the second stack."""
 OUTER = "outer layers first"
 """The set graded by the distance from the middle layer."""
+SPREAD = tuple(f"spread {number}" for number in range(1, 9))
+"""Sets spread evenly over the logarithms of what springs may be. Of 12 hexagons they find 4 after 37."""
 
 
 @dataclass(frozen=True)
 class Look:
-    """A scene that a folding is tried in: how its flat pairs are joined, and how its springs are graded."""
+    """A scene that a folding is tried in: how its flat pairs are joined, and which springs it has."""
 
     pairs: Pairs = "rigid"
-    grade: str = ""
+    springs: str = ""
 
     @property
     def scene(self) -> str:
         """Its name, `default` for the first look."""
-        parts = [self.pairs if self.pairs != "rigid" else "", self.grade]
+        parts = [self.pairs if self.pairs != "rigid" else "", self.springs]
         return ", ".join(part for part in parts if part) or "default"
 
 
-LOOKS = (
-    Look("hinged"),
-    Look("merged"),
-    *(Look("rigid", grade) for grade in GRADES),
-    *(Look("hinged", grade) for grade in (*GRADES, OUTER)),
+FIRST = Look()
+ROUNDS: tuple[tuple[Look, ...], ...] = (
+    (FIRST,),
+    (Look("hinged"), Look("merged")),
+    tuple(Look("rigid", springs) for springs in GRADES),
+    tuple(Look("hinged", springs) for springs in (*GRADES, OUTER, *SPREAD)),
 )
-"""The second look, in this order; a folding that deploys in one is not tried in those after it."""
+"""The first look and the second, in this order; those of a round are simulated together, on all threads.
+What deploys in one does not count as tried in those after it."""
+PATIENT = 3.0
+"""How long the second look lasts, s: of 158 motions of 12 hexagons, clear and not at rest after 1 s, 11 come flat."""
 SCREENED, BRIEF = 1e-5, 4000
 """Tolerance of the second look, and steps that it may take; what deploys in it is simulated again as in the first look.
 Of 27 in 12 hexagons none takes more than 700; two of 1,500 motions that do not would take a quarter of all time."""
+Tried = tuple[int, Look]
 SECOND: dict[str, Any] = {"whole": False, "tolerance": SCREENED, "max_steps": BRIEF}
 
 
@@ -103,8 +111,8 @@ class _Verdicts:
         self.first: dict[int, Trial] = {}
 
     def run(self) -> DeploymentBatch:
-        for look in (Look(), *LOOKS):
-            self._look(look)
+        for looks in ROUNDS:
+            self._round(looks)
         status: list[str | None] = [None] * self.count
         clearance, time = np.full(self.count, np.nan), np.full(self.count, np.nan)
         for i in self.foldings:
@@ -115,28 +123,30 @@ class _Verdicts:
         trials = [trial for i in self.foldings for trial in self._trials(i)]
         return DeploymentBatch(status, clearance, time, tuple(trials))
 
-    def _look(self, look: Look) -> None:
-        """Try all foldings that are left in one scene."""
-        left = [i for i in self.foldings if i not in self.deploys and self._can(i, look)]
-        scenes = {i: self._compiled(i, look) for i in left}
-        first = look == Look()
-        found = self._check(left, scenes, {} if first else SECOND)
-        if not first:
-            found |= self._check([i for i in left if found[i].deploys], scenes, {})
-        for i in left:
-            self.tried[i].append(found[i])
-            trial = self._trial(i, look, scenes[i][0], found[i])
-            if first:
-                self.first[i] = trial
-            if found[i].deploys:
-                self.deploys[i] = trial
+    def _round(self, looks: tuple[Look, ...]) -> None:
+        """Try all foldings that are left in some scenes."""
+        left = [i for i in self.foldings if i not in self.deploys]
+        scenes = {(i, look): self._compiled(i, look) for look in looks for i in left if self._can(i, look)}
+        if FIRST in looks:
+            found = self._check(scenes, {})
+        else:
+            found = self._check(scenes, SECOND)
+            found |= self._check({tried: scenes[tried] for tried in scenes if found[tried].deploys}, {})
+        for (i, look), one in found.items():
+            if i not in self.deploys:
+                self._keep(i, look, scenes[i, look][0], one)
 
-    def _check(
-        self, some: list[int], scenes: dict[int, tuple[Compiled, Solids]], options: dict[str, Any]
-    ) -> dict[int, Check]:
-        solids = [scenes[i][1] for i in some]
-        rows = check([scenes[i][0] for i in some], solids=solids, threads=self.threads, **options)
-        return dict(zip(some, rows, strict=True))
+    def _check(self, scenes: dict[Tried, tuple[Compiled, Solids]], options: dict[str, Any]) -> dict[Tried, Check]:
+        compiled, solids = [scene for scene, _ in scenes.values()], [own for _, own in scenes.values()]
+        return dict(zip(scenes, check(compiled, solids=solids, threads=self.threads, **options), strict=True))
+
+    def _keep(self, i: int, look: Look, compiled: Compiled, found: Check) -> None:
+        self.tried[i].append(found)
+        trial = self._trial(i, look, compiled, found)
+        if look == FIRST:
+            self.first[i] = trial
+        if found.deploys:
+            self.deploys[i] = trial
 
     def _can(self, i: int, look: Look) -> bool:
         if look.pairs == "merged":
@@ -152,8 +162,10 @@ class _Verdicts:
             compiled = compile_scene(linkage, SCENES["default"], keep=frozenset({"stops"}))
             self.compiled[key] = compiled, solids_of(compiled)
         compiled, solids = self.compiled[key]
-        if look.grade:
-            compiled = with_springs(compiled, graded(self.foldings[i], compiled, look.grade))
+        if look.springs:
+            compiled = with_springs(compiled, springs_of(self.foldings[i], compiled, look.springs))
+        if look != FIRST:
+            compiled = replace(compiled, scene=replace(compiled.scene, seconds=PATIENT))
         return compiled, solids
 
     def _trial(self, i: int, look: Look, compiled: Compiled, found: Check) -> Trial:
@@ -222,13 +234,20 @@ def scene_values(scene: Scene) -> dict[str, object]:
     return {k: v for k, v in values.items() if v is not None} | {"springs": {str(h): law for h, law in scene.springs}}
 
 
-def graded(folding: Folding, compiled: Compiled, grade: str) -> Reals:
-    """Stiffnesses (N m/rad) of the joints of a folding, shape (n_joints,), geometric between `STIFF` and `SOFT`."""
+def springs_of(folding: Folding, compiled: Compiled, name: str) -> Reals:
+    """Stiffnesses (N m/rad) of the joints of a folding in a set, shape (n_joints,).
+
+    Graded ones are geometric between `STIFF` and `SOFT`, those of `SPREAD` between the bounds of `hcsearch tune`.
+    """
+    if name in SPREAD:
+        sets: Reals = spring_sets(compiled.system.n_joints, len(SPREAD))
+        spread: Reals = sets[SPREAD.index(name)]
+        return spread
     places = _places(folding, compiled)
-    if grade == OUTER:
+    if name == OUTER:
         softness = 1.0 - np.abs(2.0 * places[:, 0] - 1.0)
     else:
-        weights = np.array(GRADES[grade])
+        weights = np.array(GRADES[name])
         towards = np.where(weights < 0.0, 1.0 - places, places)
         softness = towards @ np.abs(weights) / np.abs(weights).sum()
     found: Reals = STIFF * (SOFT / STIFF) ** softness

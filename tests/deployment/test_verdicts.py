@@ -10,9 +10,20 @@ from hcsearch.circuit import Circuit
 from hcsearch.deployment.checking import check
 from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.deploying import deploy
-from hcsearch.deployment.springs import with_springs
+from hcsearch.deployment.springs import SOFTEST, STIFFEST, with_springs
 from hcsearch.deployment.subjects import folding_linkage
-from hcsearch.deployment.verdicts import GRADES, OUTER, SOFT, STIFF, graded, reason_of, status_of, verdicts
+from hcsearch.deployment.verdicts import (
+    GRADES,
+    OUTER,
+    PATIENT,
+    SOFT,
+    SPREAD,
+    STIFF,
+    reason_of,
+    springs_of,
+    status_of,
+    verdicts,
+)
 from hcsearch.enumeration import PolygonSearch
 from hcsearch.folding import Folding, folding_of
 from hcsearch.grid import GRIDS
@@ -65,7 +76,7 @@ def test_verdicts_of_ten_hexagons(tens):
     assert (np.isfinite(found.time) == deploys).all()
     assert (np.isfinite(found.clearance) == deploys).all()
     assert (found.time[deploys] > 0.05).all()
-    assert (found.time[deploys] <= DEFAULT.seconds).all()
+    assert (found.time[deploys] <= PATIENT).all()
 
 
 def test_each_trial_tells_what_it_was(tens):
@@ -97,7 +108,8 @@ def test_what_deploys_in_a_trial_does_so_when_it_is_simulated_alone(tens):
             folding_at(unit, trial.folding), hinged=values["flat_pairs"] == "hinged", merged=values["merge"]
         )
         springs = tuple((int(hinge), law) for hinge, law in values["springs"].items())
-        alone = deploy(linkage, replace(DEFAULT, springs=springs), keep=STOPS)
+        scene = replace(DEFAULT, springs=springs, seconds=values["seconds"])
+        alone = deploy(linkage, scene, keep=STOPS)
         assert (alone.outcome, alone.clearance.kind) == ("flat", "clear")
         assert alone.flat_time == pytest.approx(trial.deploy_time, rel=1e-3)
 
@@ -123,11 +135,23 @@ def test_a_design_has_the_best_verdict_of_its_foldings():
 def test_graded_springs_run_between_both_bounds(grade):
     folding = folding_of(Circuit.from_notation("hex:0234435011").canonical(), 1)
     compiled = compile_scene(folding_linkage(folding), DEFAULT, keep=STOPS)
-    found = graded(folding, compiled, grade)
+    found = springs_of(folding, compiled, grade)
     assert found.shape == (compiled.system.n_joints,)
     assert found.min() >= SOFT * (1 - 1e-12)
     assert found.max() <= STIFF * (1 + 1e-12)
     assert found.max() > 2.0 * found.min()
+
+
+def test_spread_springs_differ_and_stay_within_the_bounds():
+    folding = folding_of(Circuit.from_notation("hex:0234435011").canonical(), 1)
+    compiled = compile_scene(folding_linkage(folding, hinged=True), DEFAULT, keep=STOPS)
+    found = np.array([springs_of(folding, compiled, name) for name in SPREAD])
+    assert found.shape == (len(SPREAD), compiled.system.n_joints)
+    assert found.min() >= SOFTEST
+    assert found.max() <= STIFFEST
+    # eight points of a Sobol sequence lie one in each eighth of every coordinate
+    eighths = np.floor(8 * np.log(found / SOFTEST) / np.log(STIFFEST / SOFTEST))
+    assert (np.sort(eighths, axis=0) == np.arange(8)[:, None]).all()
 
 
 def test_springs_set_later_are_those_of_a_scene_compiled_with_them():
