@@ -154,6 +154,15 @@ def test_spread_springs_differ_and_stay_within_the_bounds():
     assert (np.sort(eighths, axis=0) == np.arange(8)[:, None]).all()
 
 
+def test_stops_that_seem_to_pull_in_a_singular_state_do_not_halt_the_motion():
+    folding = folding_of(Circuit.from_notation("hex:023234340000").canonical(), 3)
+    compiled = compile_scene(folding_linkage(folding, hinged=True), DEFAULT, keep=STOPS)
+    scenes = [with_springs(compiled, springs_of(folding, compiled, name)) for name in SPREAD]
+    for found in check(scenes, tolerance=1e-5):
+        assert found.outcome != "out of steps"
+        assert found.evaluations < 20_000
+
+
 def test_springs_set_later_are_those_of_a_scene_compiled_with_them():
     folding = folding_of(Circuit.from_notation("hex:0234435011").canonical(), 1)
     linkage = folding_linkage(folding)

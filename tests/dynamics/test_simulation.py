@@ -215,6 +215,20 @@ def test_a_joint_that_falls_on_its_stop_bounces_by_the_closed_form(restitution):
     assert after == pytest.approx((1 - restitution**2) * pull * height, rel=1e-6)
 
 
+@pytest.mark.parametrize("method", ORDERS)
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9])
+def test_a_spring_brings_a_joint_to_its_stop_after_part_of_a_period(method, tolerance):
+    inertia, stiffness, height, stop = 2.0, 5.0, 1.5, -0.4
+    rate = math.sqrt(stiffness / inertia)
+    system = wheel(inertia, Drive(linear(stiffness), lower=stop))
+    motion = simulate(system, np.array([height]), end=2.0, method=method, tolerance=tolerance)
+    hit = motion.events[0]
+    assert hit.time == pytest.approx(math.acos(stop / height) / rate, abs=100 * tolerance)
+    assert -hit.speed == pytest.approx(rate * math.sqrt(height**2 - stop**2), abs=100 * tolerance)
+    (before, _) = np.flatnonzero(motion.times == hit.time)
+    assert motion.q[before, 0] == pytest.approx(stop, abs=1e-9)  # in a step that ends there, whatever the tolerance
+
+
 def test_a_joint_that_creeps_is_not_at_rest():
     stiffness, damping = 0.1, 1e3
     time = damping / stiffness
