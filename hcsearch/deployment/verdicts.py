@@ -76,6 +76,8 @@ PATIENT = 3.0
 SCREENED, BRIEF = 1e-5, 4000
 """Tolerance of the second look, and steps that it may take; what deploys in it is simulated again as in the first look.
 Of 27 in 12 hexagons none takes more than 700; two of 1,500 motions that do not would take a quarter of all time."""
+TOGETHER = 256
+"""Foldings whose scenes are held in memory together."""
 Tried = tuple[int, Look]
 SECOND: dict[str, Any] = {"whole": False, "tolerance": SCREENED, "max_steps": BRIEF}
 
@@ -111,8 +113,11 @@ class _Verdicts:
         self.first: dict[int, Trial] = {}
 
     def run(self) -> DeploymentBatch:
-        for looks in ROUNDS:
-            self._round(looks)
+        numbers = list(self.foldings)
+        for begin in range(0, len(numbers), TOGETHER):
+            for looks in ROUNDS:
+                self._round(looks, numbers[begin : begin + TOGETHER])
+            self.compiled.clear()
         status: list[str | None] = [None] * self.count
         clearance, time = np.full(self.count, np.nan), np.full(self.count, np.nan)
         for i in self.foldings:
@@ -123,9 +128,9 @@ class _Verdicts:
         trials = [trial for i in self.foldings for trial in self._trials(i)]
         return DeploymentBatch(status, clearance, time, tuple(trials))
 
-    def _round(self, looks: tuple[Look, ...]) -> None:
-        """Try all foldings that are left in some scenes."""
-        left = [i for i in self.foldings if i not in self.deploys]
+    def _round(self, looks: tuple[Look, ...], some: list[int]) -> None:
+        """Try those of some foldings that are left in some scenes."""
+        left = [i for i in some if i not in self.deploys]
         scenes = {(i, look): self._compiled(i, look) for look in looks for i in left if self._can(i, look)}
         if FIRST in looks:
             found = self._check(scenes, {})

@@ -114,8 +114,9 @@ def test_what_deploys_in_a_trial_does_so_when_it_is_simulated_alone(tens):
         assert alone.flat_time == pytest.approx(trial.deploy_time, rel=1e-3)
 
 
-def test_threads_change_nothing(tens):
+def test_threads_and_how_many_are_held_in_memory_change_nothing(tens, monkeypatch):
     unit, found = tens
+    monkeypatch.setattr("hcsearch.deployment.verdicts.TOGETHER", 7)
     again = verdicts(unit.circuits, unit.foldings, unit.twists, unit.mobility)
     assert again.status == found.status
     assert again.trials == found.trials

@@ -39,7 +39,7 @@ def test_ctrl_c_again_and_again_loses_nothing(tmp_path, law):
     chance = seeded("interrupts")
     finished = frozenset()
     injected = 0
-    for _ in range(12):
+    for _ in range(8):
         more, delay = chance.choice([0, 1, 3]), chance.uniform(0, 0.02)
         code, err, now = interrupt(path, MOST, more, delay, times=injected % 2 + 1)
         assert now >= finished

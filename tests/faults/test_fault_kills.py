@@ -77,8 +77,8 @@ def test_five_kills_lose_no_finished_batch(tmp_path, reference, law):
 
 
 @pytest.mark.slow
-def test_fifty_kills_of_one_run_lose_no_finished_batch(tmp_path, reference, law):
-    kill_and_finish(MOST, tmp_path / "designs.sqlite", reference, law, 50)
+def test_twenty_five_kills_of_one_run_lose_no_finished_batch(tmp_path, reference, law):
+    kill_and_finish(MOST, tmp_path / "designs.sqlite", reference, law, 25)
 
 
 def start_workers(running, path):

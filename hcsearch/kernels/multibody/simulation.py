@@ -69,7 +69,7 @@ def simulate(
     start[:n], start[n : 2 * n], start[2 * n] = q, v, books[4]
     write_stage(mechanism, hold, start, a, work, stages[0])
     time, h = 0.0, first_step(plan, method.order, q, v, a)
-    rejected, in_vain, crowd, crowd_time = False, False, 0, 0.0
+    rejected, crowd, crowd_time = False, 0, 0.0
     turns = np.zeros(n + len(mechanism.cuts.bodies))
     all_turns(mechanism, q, v, work, turns, turns.copy())
     apart = APART if mechanism.closure_stiffness == 0.0 else np.inf
@@ -94,9 +94,7 @@ def simulate(
                 mechanism, hold, method, plan, share * h, h, joint, kind, scale, work, stages, start, end, counts
             )
         else:
-            took = h
-            if not in_vain:
-                took = loosen(mechanism, hold, method, plan, grip, h, scale, work, stages, start, end, counts)
+            took = loosen(mechanism, hold, method, plan, grip, h, scale, work, stages, start, end, counts)
         came = 2.0
         if plan.near >= 0.0:
             came = first_near(
@@ -128,9 +126,8 @@ def simulate(
         else:
             accelerate(mechanism, hold, q, v, scale, True, work, a)
             counts[2] += 1
-            pulls = not came < 1.0 and greatest_pull(hold, a) > grip
-            # stops of a singular state may seem to pull, and hold all the same: no step is to end at each such place
-            in_vain = pulls and not _let_go(mechanism, hold, plan, time, q, v, scale, work, a, record)
+            if not came < 1.0 and greatest_pull(hold, a) > grip:
+                _let_go(mechanism, hold, plan, time, q, v, scale, work, a, record)
             _balance(mechanism, hold, q, v, work, books)
         if mechanism.hinges.stop_stiffness > 0.0:
             note_stops(mechanism, time, took, q, v, work, turns, record)
@@ -213,14 +210,13 @@ def _let_go(
     work: Work,
     a: Reals,
     record: Record,
-) -> bool:
-    """Free the joints that their stops would have to pull, where the others do not hold them; whether any changed."""
+) -> None:
+    """Free the joints that their stops would have to pull, where the others do not hold them."""
     before = hold.held.copy()
-    changed = regrip(mechanism, hold, plan.slow, q, v, scale, work, a)
-    for i in range(len(q)):
-        if before[i] and not hold.held[i]:
-            note(record, time, i, LET_GO, 0.0)
-    return changed
+    if regrip(mechanism, hold, plan.slow, q, v, scale, work, a):
+        for i in range(len(q)):
+            if before[i] and not hold.held[i]:
+                note(record, time, i, LET_GO, 0.0)
 
 
 @compiled

@@ -22,6 +22,8 @@ REACHED = 1e-11
 """A joint is at a stop within this (rad)."""
 JUMP = 1e-6
 """A pull that is not gone within this share of a step, by far, does not grow from nothing: it jumps."""
+LEAST = 1e-4
+"""Share of a step that is taken at least where the pull jumps, so that the motion goes on."""
 SURE = 0.1
 """Share of the tolerance that the last bit of a step to an event may be off."""
 
@@ -175,8 +177,8 @@ def loosen(
     """Repeat the step so that it ends where a stop begins to pull, if one does at its end only; its length.
 
     A step across a release would have an error of its own length squared, whatever the tolerance. The factor that is
-    left is one at the end, for the projection that follows. Where the pull jumps, nothing is to be found: in singular
-    states rounding decides which forces of stops and loops stand for each other.
+    left is one at the end, for the projection that follows. Where the pull jumps, it goes on in small steps: in
+    singular states rounding decides which forces of stops and loops stand for each other.
     """
     n = len(hold.held)
     if not np.abs(hold.held).max():
@@ -191,7 +193,7 @@ def loosen(
         if below > grip or above <= 3.0 * grip or high - low <= 1e-12 * longest:
             break
         if high - low <= JUMP * longest and above > 1e3 * JUMP * most:
-            high = longest
+            high = max(high, LEAST * longest)
             break
         # by the secant; the end that stays counts less and less (Anderson and Bjorck 1973)
         h = low + (high - low) * min(max(-under / (over - under), 0.01), 0.99)
