@@ -127,9 +127,8 @@ def _within(
 
 @lean
 def greatest_pull(hold: Hold, forces: Reals) -> float:
-    """By how much a stop would have to pull at most to go on holding; negative where all push."""
-    most = -np.inf
+    """By how much a stop would have to pull at most to go on holding; 0 where all push."""
+    most = 0.0
     for i in range(len(forces)):
-        if hold.held[i]:
-            most = max(most, hold.held[i] * forces[i])
+        most = max(most, hold.held[i] * forces[i])
     return most
