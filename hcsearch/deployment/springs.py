@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,13 +73,15 @@ def with_springs(compiled: Compiled, stiffnesses: Reals) -> Compiled:
     return replace(compiled, scene=scene, system=compiled.system.driven(tuple(drives)))
 
 
+@cache
 def spring_sets(n_joints: int, count: int) -> Reals:
     """Stiffnesses (N m/rad) spread evenly over the logarithms between the bounds, shape (count, n_joints).
 
-    A scrambled Sobol sequence (scipy.stats.qmc), always the same.
+    A scrambled Sobol sequence (scipy.stats.qmc), always the same: one array for all who ask, read-only.
     """
     from scipy.stats import qmc  # noqa: PLC0415 - takes longer to load than many deployments to compute
 
     points = qmc.Sobol(n_joints, seed=1).random(count)
     found: Reals = SOFTEST * (STIFFEST / SOFTEST) ** points
+    found.flags.writeable = False
     return found
