@@ -35,7 +35,7 @@ FIXED = {
     "triangle": golden.values("A006774", step=2),
 }
 REACH = {"hex": 18, "square": 26, "triangle": 40}
-FAR = {"hex": 20, "square": 30, "triangle": 46}
+FAR = {"hex": 19, "square": 28, "triangle": 44}
 
 
 @pytest.mark.parametrize(
@@ -129,12 +129,6 @@ def test_published_array_counts_listed_and_counted(grid, spec, total, free):
 def test_published_square_arrays_up_to_symmetry_without_listing(half, free):
     counted = count_array(parse_array(GRIDS["square"], f"{2 * half}x{2 * half}"))
     assert (counted.circuits, counted.classes) == (golden.values("A003763")[half], free)
-
-
-@pytest.mark.slow
-def test_sixteen_by_sixteen():
-    counted = count_array(parse_array(GRIDS["square"], "16x16"))
-    assert (counted.circuits, counted.classes) == (golden.values("A003763")[8], golden.values("A209077")[8])
 
 
 @pytest.mark.parametrize(("n", "total"), [(n, v) for n, v in golden.values("A222200").items() if n <= 13])

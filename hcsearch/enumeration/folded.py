@@ -17,7 +17,7 @@ from hcsearch.enumeration.plane import Plane
 from hcsearch.enumeration.polygons import PolygonSearch
 from hcsearch.errors import SizeError
 from hcsearch.grid import Grid
-from hcsearch.kernels import chains
+from hcsearch.kernels import chains, joining
 from hcsearch.records import CircuitBatch
 
 Lists = tuple[chains.Chains, chains.Chains, NDArray[np.int64]]
@@ -181,7 +181,7 @@ class FoldedSearch:
 
     @cached_property
     def keys(self) -> NDArray[np.int64]:
-        """Keys that are the least of their images, shape (n_keys, 5), as `kernels.chains.join_chains` takes them."""
+        """Keys that are the least of their images, shape (n_keys, 5), as `kernels.joining.join_chains` takes them."""
         if self.n % 2:
             return np.empty((0, 5), np.int64)
         sizes = np.zeros((len(self._places.distance), self.grid.directions), np.int64)
@@ -242,7 +242,7 @@ class _Join:
         search = self.search
         lists = search.half_chains(key)
         order = search.group_order
-        written = chains.join_chains(
+        written = joining.join_chains(
             search.plane,
             search.keys[key],
             lists,

@@ -38,6 +38,12 @@ def inlined(function: Kernel) -> Kernel:
     return _compiled(function, counting=False, forceinline=True)
 
 
+def merged(function: Kernel) -> Kernel:
+    """Compile a kernel as a part of the one that calls it: each of its own is compiled with all that it calls."""
+    njit: Any = numba.njit
+    return cast(Kernel, njit(inline="always")(function))
+
+
 def _compiled(function: Kernel, *, counting: bool, **options: bool) -> Kernel:
     """A kernel, cached with a stamp.
 

@@ -6,10 +6,12 @@ keep the loop closed to first order when sum x_i screw_i = 0. What is proved fro
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import compiled, lean
 
 Whole = NDArray[np.int64]
 Reals = NDArray[np.float64]
@@ -23,22 +25,46 @@ LOCKED, PASSED, OPEN = 1, 2, 0
 motions to tell; or open, as no motion was found that second order allows."""
 
 
-@compiled
-def _least_squares(columns: Reals, target: Reals, chosen: Whole, count: int, found: Reals) -> None:
-    """Least squares over some of the columns, by orthogonalisation (twice, for accuracy)."""
-    q = np.zeros((count, len(target)))
-    r = np.zeros((count, count))
-    for i in range(count):
-        q[i] = columns[chosen[i]]
-        for _ in range(2):
-            for j in range(i):
-                part = np.dot(q[j], q[i])
-                r[j, i] += part
-                q[i] -= part * q[j]
-        r[i, i] = np.sqrt(np.dot(q[i], q[i]))
-        q[i] /= r[i, i]
+@lean
+def _dot(one: Reals, two: Reals) -> float:
+    """Scalar product; so short that calling a library takes longer."""
+    total = 0.0
+    for i in range(len(one)):
+        total += one[i] * two[i]
+    return total
+
+
+@lean
+def _join(columns: Reals, chosen: Whole, k: int, q: Reals, r: Reals) -> None:
+    """Add the k-th chosen column to those orthogonalised before it (twice, for accuracy)."""
+    height = columns.shape[1]
+    for c in range(height):
+        q[k, c] = columns[chosen[k], c]
+    for j in range(k):
+        r[j, k] = 0.0
+    for _ in range(2):
+        for j in range(k):
+            part = 0.0
+            for c in range(height):
+                part += q[j, c] * q[k, c]
+            r[j, k] += part
+            for c in range(height):
+                q[k, c] -= part * q[j, c]
+    length = 0.0
+    for c in range(height):
+        length += q[k, c] ** 2
+    r[k, k] = math.sqrt(length)
+    for c in range(height):
+        q[k, c] /= r[k, k]
+
+
+@lean
+def _least_squares(q: Reals, r: Reals, target: Reals, count: int, found: Reals) -> None:
+    """Least squares over the columns that are orthogonalised."""
     for i in range(count - 1, -1, -1):
-        value = np.dot(q[i], target)
+        value = 0.0
+        for c in range(len(target)):
+            value += q[i, c] * target[c]
         for j in range(i + 1, count):
             value -= r[i, j] * found[j]
         found[i] = value / r[i, i]
@@ -56,12 +82,15 @@ def nonnegative(columns: Reals, target: Reals, x: Reals, residual: Reals) -> Non
     chosen = np.empty(min(n, height), np.int64)
     inside = np.zeros(n, np.bool_)
     found = np.empty(len(chosen))
-    count = 0
+    q, r = np.empty((len(chosen), height)), np.empty((len(chosen), len(chosen)))
+    count = ready = 0
     for _ in range(20 * n):
         best, gain = -1, 1e-11
         for j in range(n):
             if not inside[j]:
-                value = np.dot(residual, columns[j])
+                value = 0.0
+                for c in range(height):
+                    value += residual[c] * columns[j, c]
                 if value > gain:
                     best, gain = j, value
         if best < 0 or count == len(chosen):
@@ -70,7 +99,10 @@ def nonnegative(columns: Reals, target: Reals, x: Reals, residual: Reals) -> Non
         inside[best] = True
         count += 1
         while count > 0:
-            _least_squares(columns, target, chosen, count, found)
+            for k in range(ready, count):
+                _join(columns, chosen, k, q, r)
+            ready = count
+            _least_squares(q, r, target, count, found)
             step = 1.0
             for i in range(count):
                 if found[i] <= 0.0:
@@ -86,14 +118,16 @@ def nonnegative(columns: Reals, target: Reals, x: Reals, residual: Reals) -> Non
                     chosen[kept] = chosen[i]
                     kept += 1
                 else:
+                    ready = min(ready, i)
                     inside[chosen[i]] = False
                     x[chosen[i]] = 0.0
             if kept == count:  # rounding: the last one brought nothing
                 return
             count = kept
-        residual[:] = target
-        for i in range(count):
-            residual -= columns[chosen[i]] * x[chosen[i]]
+        for c in range(height):
+            residual[c] = target[c]
+            for i in range(count):
+                residual[c] -= columns[chosen[i], c] * x[chosen[i]]
 
 
 @compiled
@@ -140,9 +174,10 @@ def cone_rays(columns: Reals, rays: Reals) -> int:
     """Write the extreme rays of the cone of x >= 0 with sum x_i columns_i = 0, each of sum 1; return how many.
 
     By double description: the equations are met one after the other, and two rays on different sides of one make a
-    new ray where no third has its zeros wherever both have. columns : shape (n, height), of about unit length, n at
-    most 63. rays : shape (most, n); -1 is returned where there is no room for what is met on
-    the way, or no telling whether an equation depends on those before.
+    new ray where no third has its zeros wherever both have. Those of a face of two dimensions have together at most
+    two entries above the number of equations met, so that only such pairs are held against all others. columns : shape
+    (n, height), of about unit length, n at most 63. rays : shape (most, n); -1 is returned where there is no room for
+    what is met on the way, or no telling whether an equation depends on those before.
     """
     n, height = columns.shape
     most = len(rays)
@@ -156,13 +191,14 @@ def cone_rays(columns: Reals, rays: Reals) -> int:
         supports[i] = np.int64(1) << i
     count = n
     equations = np.empty((height, n))
+    met = 0
     for row in range(height):
         # orthogonal to the equations before, so that rays found are not spoilt by nearly dependent ones
         equation = columns[:, row].copy()
         for _ in range(2):
             for before in range(row):
-                equation -= np.dot(equations[before], equation) * equations[before]
-        rest = np.sqrt(np.dot(equation, equation))
+                equation -= _dot(equations[before], equation) * equations[before]
+        rest = np.sqrt(_dot(equation, equation))
         if rest <= 1e-11:
             equations[row] = 0.0
             continue
@@ -170,7 +206,7 @@ def cone_rays(columns: Reals, rays: Reals) -> int:
             return -1
         equations[row] = equation / rest
         for k in range(count):
-            value = np.dot(rays[k], equations[row])
+            value = _dot(rays[k], equations[row])
             values[k] = value if abs(value) > 1e-11 else 0.0
         made = count
         for p in range(count):
@@ -180,6 +216,8 @@ def cone_rays(columns: Reals, rays: Reals) -> int:
                 if values[q] >= 0.0:
                     continue
                 joint = supports[p] | supports[q]
+                if not _at_most(joint, met + 2):
+                    continue
                 adjacent = True
                 for k in range(count):
                     if k not in (p, q) and supports[k] | joint == joint:
@@ -210,7 +248,16 @@ def cone_rays(columns: Reals, rays: Reals) -> int:
                 supports[kept] = supports[k]
                 kept += 1
         count = kept
+        met += 1
     return int(count)
+
+
+@lean
+def _at_most(support: int, size: int) -> bool:
+    """Whether a support has no more than so many members."""
+    for _ in range(size):
+        support &= support - 1
+    return support == 0
 
 
 @compiled
@@ -239,18 +286,18 @@ def _completes(screws: Reals, x: Reals, columns: Reals) -> bool:
     n = len(x)
     bend = np.empty(6)
     _bend(screws, x, bend)
-    length = np.sqrt(np.dot(bend, bend))
+    length = np.sqrt(_dot(bend, bend))
     if length < 1e-12:
         return True
     count = n
     for i in range(n):
-        columns[i] = screws[i] / np.sqrt(np.dot(screws[i], screws[i]))
+        columns[i] = screws[i] / np.sqrt(_dot(screws[i], screws[i]))
         if x[i] > 1e-9:  # else it may be a zero that rounding moved
             columns[count] = -columns[i]
             count += 1
     w, left = np.empty(count), np.empty(6)
     nonnegative(columns[:count], -bend / length, w, left)
-    return bool(np.dot(left, left) < 1e-18)
+    return bool(_dot(left, left) < 1e-18)
 
 
 @compiled

@@ -30,18 +30,19 @@ JOURNALS = ("-wal", "-journal")
 
 @dataclass(frozen=True)
 class Job:
-    """An enumeration, always with two workers."""
+    """An enumeration, always with two workers; by default with the last stage that needs no simulation."""
 
     grid: str
     n: int
+    until: str = "mobility"
 
     def into(self, path):
-        words = ["enumerate", "--grid", self.grid, "--n", str(self.n), "--until", "mobility"]
+        words = ["enumerate", "--grid", self.grid, "--n", str(self.n), "--until", self.until]
         return [*words, "--jobs", "2", "--db", str(path)]
 
 
 # Even, so that there are foldings; in batches enough to lose one (12, 60), or small, where only rows count.
-MANY, MOST = Job("rectangle", 20), Job("square", 22)
+MANY, MOST = Job("rectangle", 20, "twist"), Job("square", 22, "twist")
 SMALL, OTHER = Job("hex", 12), Job("square", 16)
 # Too long to be finished here, and long enough to be shared among processes.
 LONG = Job("square", 28)

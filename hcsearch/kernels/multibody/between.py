@@ -74,7 +74,7 @@ def refined(mechanism: Mechanism, states: States, closed: float, work: Work) -> 
                 for i in range(n):
                     still = abs(q[k + 1, i] - q[k, i]) <= STILL and max(abs(v[k, i]), abs(v[k + 1, i])) <= STILL
                     hold.held[i] = 1 if still else 0
-                wide[k] = _close(mechanism, hold, scale, middles[:, k], work) < gap
+                wide[k] = _close(mechanism, hold, scale, middles[0, k], middles[1, k], middles[2, k], work) < gap
         more = wide.sum()
         if more == 0:
             break
@@ -92,17 +92,17 @@ def refined(mechanism: Mechanism, states: States, closed: float, work: Work) -> 
 
 
 @compiled
-def _close(mechanism: Mechanism, hold: Hold, scale: float, state: Reals, work: Work) -> float:
-    """Move a state (position, velocity) onto closure, and write its acceleration; its closure residual then.
+def _close(mechanism: Mechanism, hold: Hold, scale: float, q: Reals, v: Reals, a: Reals, work: Work) -> float:
+    """Move a state onto closure, and write its accelerations; its closure residual then.
 
     Near singular states Newton may go astray: then the residual is no less than it was.
     """
     gap = 0.0
     for _ in range(2):
-        accelerate(mechanism, hold, state[0], state[1], scale, True, work, state[2])
-        gap, _ = project(mechanism.tree, hold.held, state[0], state[1], 1e-14, work)
-    accelerate(mechanism, hold, state[0], state[1], scale, True, work, state[2])
+        accelerate(mechanism, hold, q, v, scale, True, work, a)
+        gap, _ = project(mechanism.tree, hold.held, q, v, 1e-14, work)
+    accelerate(mechanism, hold, q, v, scale, True, work, a)
     for i in range(len(hold.held)):
         if hold.held[i]:
-            state[1, i] = state[2, i] = 0.0
+            v[i] = a[i] = 0.0
     return gap

@@ -127,8 +127,9 @@ def _within(
 
 @lean
 def greatest_pull(hold: Hold, forces: Reals) -> float:
-    """By how much a stop would have to pull at most to go on holding; 0 where all push."""
-    most = 0.0
+    """By how much a stop would have to pull at most to go on holding; negative where all push."""
+    most = -np.inf
     for i in range(len(forces)):
-        most = max(most, hold.held[i] * forces[i])
+        if hold.held[i]:
+            most = max(most, hold.held[i] * forces[i])
     return most

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import compiled, lean, merged
 from hcsearch.kernels.multibody.events import greatest_pull, threshold
 from hcsearch.kernels.multibody.explicit import Method, step, write_stage
 from hcsearch.kernels.multibody.implicit import implicit_step
@@ -20,6 +20,12 @@ Whole = NDArray[np.int64]
 
 REACHED = 1e-11
 """A joint is at a stop within this (rad)."""
+JUMP = 1e-6
+"""A pull that is not gone within this share of a step, by far, does not grow from nothing: it jumps."""
+LEAST = 1e-4
+"""Share of a step that is taken at least where the pull jumps, so that the motion goes on."""
+SURE = 0.01
+"""Share of the tolerance that the last bit of a step to an event may be off."""
 
 
 class Plan(NamedTuple):
@@ -90,7 +96,7 @@ def first_step(plan: Plan, order: int, q: Reals, v: Reals, a: Reals) -> float:
     return min(plan.longest, max(guess, 1e-9 * plan.end))
 
 
-@compiled
+@merged
 def land(
     mechanism: Mechanism,
     hold: Hold,
@@ -107,27 +113,54 @@ def land(
     end: Reals,
     counts: Whole,
 ) -> float:
-    """Repeat the step so that it ends where the joint has its event; its length."""
+    """Repeat the step so that it ends where the joint has its event; its length.
+
+    The last bit of it, over which accelerations hardly change, is a parabola, unless there is no inertia: then nothing
+    tells how velocities change.
+    """
     n = len(hold.held)
     limit = threshold(mechanism, hold, joint, kind)
+    last = stages[len(method.b)]
     h = guess
     low, high = 0.0, longest
     for _ in range(12):
         take_step(mechanism, hold, method, plan, h, scale, work, stages, start, end, counts)
-        past = (end[joint] - limit) * (1.0 if kind % 2 else -1.0)
-        if abs(past) <= REACHED:
+        miss, speed = end[joint] - limit, last[joint]
+        if abs(miss) <= REACHED:
             break
-        if past > 0.0:
+        if speed != 0.0 and not mechanism.overdamped:
+            more = -miss / speed
+            more = -(miss + 0.5 * more * more * last[n + joint]) / speed
+            if 0.0 < h + more < longest and _parabolic(plan, h, more, stages[0], last, end):
+                for j in range(n):
+                    end[j] += more * (last[j] + 0.5 * more * last[n + j])
+                    end[n + j] += more * last[n + j]
+                end[2 * n] += more * last[2 * n]
+                return float(h + more)
+        if miss * (1.0 if kind % 2 else -1.0) > 0.0:
             high = min(high, h)
         else:
             low = max(low, h)
-        speed = end[n + joint]
-        trial = h - (end[joint] - limit) / speed if speed != 0.0 else 0.5 * (low + high)
+        trial = h - miss / speed if speed != 0.0 else 0.5 * (low + high)
         h = trial if low < trial < high else 0.5 * (low + high)
     return h
 
 
-@compiled
+@lean
+def _parabolic(plan: Plan, h: float, more: float, first: Reals, last: Reals, end: Reals) -> bool:
+    """Whether accelerations change so little in a time that what they add to velocities is below the tolerance.
+
+    more : the time (s), beside the step h in which they change from the first to the last.
+    """
+    n = len(end) // 2
+    for j in range(n, 2 * n):
+        allowed = SURE * (plan.floor + plan.tolerance * abs(end[j]))
+        if abs(last[j] - first[j]) * more * more > 2.0 * h * allowed:
+            return False
+    return True
+
+
+@merged
 def loosen(
     mechanism: Mechanism,
     hold: Hold,
@@ -145,7 +178,8 @@ def loosen(
     """Repeat the step so that it ends where a stop begins to pull, if one does at its end only; its length.
 
     A step across a release would have an error of its own length squared, whatever the tolerance. The factor that is
-    left is one at the end, for the projection that follows.
+    left is one at the end, for the projection that follows. Where the pull jumps, it goes on in small steps: in
+    singular states rounding decides which forces of stops and loops stand for each other.
     """
     n = len(hold.held)
     if not np.abs(hold.held).max():
@@ -154,22 +188,33 @@ def loosen(
     if not above > grip:
         return longest
     below = _pull(mechanism, hold, plan, scale, work, start)
-    low, high, h = 0.0, longest, longest
-    for k in range(40):
+    low, high, h, side, most = 0.0, longest, longest, 0, above
+    under, over = below - 2.0 * grip, above - 2.0 * grip
+    for _ in range(40):
         if below > grip or above <= 3.0 * grip or high - low <= 1e-12 * longest:
             break
-        # by the secant, a third of the times by halves, so that one end does not stay
-        share = 0.5 if k % 3 == 2 else (2.0 * grip - below) / (above - below)
-        h = low + (high - low) * min(max(share, 0.01), 0.99)
+        if high - low <= JUMP * longest and above > 1e3 * JUMP * most:
+            high = max(high, LEAST * longest)
+            break
+        # by the secant; the end that stays counts less and less (Anderson and Bjorck 1973)
+        h = low + (high - low) * min(max(-under / (over - under), 0.01), 0.99)
         accelerate(mechanism, hold, start[:n], start[n : 2 * n], scale, True, work, np.empty(n))
         take_step(mechanism, hold, method, plan, h, scale, work, stages, start, end, counts)
         pull = _pull(mechanism, hold, plan, scale, work, end)
+        value = pull - 2.0 * grip
         if pull > grip:
-            high, above = h, pull
+            share = 1.0 - value / over
+            under *= (share if share > 0.0 else 0.5) if side > 0 else 1.0
+            high, above, over, side = h, pull, max(value, 0.0), 1
         else:
-            low, below = h, pull
-    accelerate(mechanism, hold, start[:n], start[n : 2 * n], scale, True, work, np.empty(n))
-    take_step(mechanism, hold, method, plan, high, scale, work, stages, start, end, counts)
+            share = 1.0 - value / under
+            over *= (share if share > 0.0 else 0.5) if side < 0 else 1.0
+            low, below, under, side = h, pull, value, -1
+    if h < high:
+        accelerate(mechanism, hold, start[:n], start[n : 2 * n], scale, True, work, np.empty(n))
+        take_step(mechanism, hold, method, plan, high, scale, work, stages, start, end, counts)
+    elif high == longest:  # nothing was repeated, and the factor is one at the start
+        accelerate(mechanism, hold, end[:n], end[n : 2 * n], scale, True, work, np.empty(n))
     return high
 
 
