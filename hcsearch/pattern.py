@@ -275,8 +275,8 @@ class _Places:
 
 def facet_area(facet: Sequence[Point]) -> float:
     """Area of a polygon whose corners run counterclockwise."""
-    x, y = np.array(facet).T
-    return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+    sides = zip(facet, (*facet[1:], facet[0]), strict=True)
+    return 0.5 * sum(x * to_y - y * to_x for (x, y), (to_x, to_y) in sides)
 
 
 def _centre(facet: Iterable[Point]) -> Point:

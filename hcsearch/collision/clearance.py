@@ -22,6 +22,7 @@ from hcsearch.kernels.clearance import CLEAR, COLLIDES, Answer, Search, judge
 from hcsearch.kernels.dips import smallest_dip
 from hcsearch.kernels.intervals import Course
 from hcsearch.kernels.paths import Pairs, pairs_between
+from hcsearch.kernels.prisms import Prisms
 from hcsearch.linkage import Linkage
 
 Reals = NDArray[np.float64]
@@ -68,20 +69,20 @@ def certify(
     apart : pairs of panels, the lower number first, that are left out. measured : whether the smallest gap of a clear
     motion is wanted.
     """
-    check_margin(linkage, margin)
-    pairs = pairs_of(linkage, apart)
-    if not len(pairs.prisms) or len(course.times) < 2:
+    certificate = _Certificate(linkage, margin, apart)
+    if not len(certificate.pairs.prisms) or len(course.times) < 2:
         return Clearance("clear", margin, None, None, None, 0)
-    return _Certificate(linkage, margin, pairs).of(course, slack, measured)
+    return certificate.of(course, slack, measured)
 
 
 class _Certificate:
     """The search of one motion for collisions."""
 
-    def __init__(self, linkage: Linkage, margin: float, pairs: Pairs) -> None:
-        self.linkage, self.margin, self.pairs = linkage, margin, pairs
+    def __init__(self, linkage: Linkage, margin: float, apart: Collection[tuple[int, int]]) -> None:
+        self.linkage, self.margin = linkage, margin
+        self.deepest = check_margin(linkage, margin)
         self.prisms, self.shrunk = prisms_of(linkage), prisms_of(linkage, margin)
-        self.deepest = deepest_margin(linkage)
+        self.pairs = pairs_of(linkage, self.prisms, apart)
 
     def of(self, course: Course, slack: float | Reals, measured: bool) -> Clearance:
         """As `certify`."""
@@ -118,14 +119,17 @@ class _Certificate:
         return Clearance(kind, self.margin, float(answer.times[0]), (one, two), None, looks)
 
 
-def pairs_of(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> Pairs:
-    """The pairs of facets of different panels but those left out, and the hinges between their panels."""
+def pairs_of(linkage: Linkage, prisms: Prisms, apart: Collection[tuple[int, int]] = ()) -> Pairs:
+    """The pairs of facets of different panels but those left out, and the hinges between their panels.
+
+    prisms : of all facets, not shrunk.
+    """
     panels = np.array(linkage.pattern.panel_of)
     first, second = np.triu_indices(len(panels), 1)
     low, high = np.minimum(panels[first], panels[second]), np.maximum(panels[first], panels[second])
     n = linkage.n_panels
     wanted = (low != high) & ~np.isin(low * n + high, [one * n + two for one, two in apart])
-    return pairs_between(linkage.chain, prisms_of(linkage), np.column_stack([first[wanted], second[wanted]]))
+    return pairs_between(linkage.chain, prisms, np.column_stack([first[wanted], second[wanted]]))
 
 
 def slack_of(linkage: Linkage, gap: float) -> float:
@@ -163,16 +167,23 @@ def longest_way(linkage: Linkage) -> float:
             owners += 2 * [panel]
     own_ends = (sides[None] == np.array(owners)[:, None, None]).any(axis=2)
     first = np.where(own_ends, np.linalg.norm(np.array(corners)[:, None] - points, axis=2), np.inf)
-    reached = np.min([first[:, k, None] + ways[k] for k in range(len(points))], axis=0)
-    longest = np.min([reached[:, k, None] + first[:, k] for k in range(len(points))], axis=0)
-    return float(longest.max())
+    return float(_by_way_of(_by_way_of(first, ways), first.T).max())
 
 
-def check_margin(linkage: Linkage, margin: float) -> None:
-    """Refuse a margin that leaves nothing of a panel, or with which what touches could never be clear."""
+def _by_way_of(before: Reals, after: Reals) -> Reals:
+    """Shortest ways in two parts, shape (i, j), from those to places, (i, k), and those from the places, (k, j)."""
+    shortest = np.full((len(before), after.shape[1]), np.inf)
+    for k in range(len(after)):
+        np.minimum(shortest, before[:, k, None] + after[k], out=shortest)
+    return shortest
+
+
+def check_margin(linkage: Linkage, margin: float) -> float:
+    """Refuse a margin that leaves nothing of a panel, or none between panels that touch; the least that is too much."""
     most = deepest_margin(linkage)
     if not 0.0 < margin < most:
         raise HcsearchError(
             f"a margin of {1e3 * margin:g} mm is none or leaves nothing of a panel: "
             f"give more than 0 and less than {1e3 * most:.4g} mm"
         )
+    return most

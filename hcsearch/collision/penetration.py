@@ -101,11 +101,13 @@ def deepest_margin(linkage: Linkage) -> float:
     """The margin (m) by which prisms would be shrunk to nothing, or a side of one would be gone."""
     least = 0.5 * linkage.pattern.thickness
     for facet in linkage.pattern.facets:
-        corners, inside = np.array(facet), _inset(facet, 1.0)
-        before, after = np.roll(corners, -1, axis=0) - corners, np.roll(inside, -1, axis=0) - inside
-        lengths = np.linalg.norm(before, axis=1)
-        lost = lengths - (before * after).sum(axis=1) / lengths
-        least = min(least, float((lengths[lost > 0.0] / lost[lost > 0.0]).min(initial=least)))
+        inside = _inset(facet, 1.0)
+        for k in range(len(facet)):
+            length = math.dist(facet[k], facet[k - 1])
+            across = ((facet[k][c] - facet[k - 1][c]) * (inside[k][c] - inside[k - 1][c]) for c in (0, 1))
+            lost = length - sum(across) / length
+            if lost > 0.0:
+                least = min(least, length / lost)
     return least
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.collision.clearance import MARGIN, RESOLUTION, check_margin, pairs_of, slack_of
-from hcsearch.collision.penetration import deepest_margin, prisms_of
+from hcsearch.collision.penetration import prisms_of
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.deployment.deploying import FLAT, STEPS, STILL, Outcome, method_of, outcome_of
 from hcsearch.dynamics.methods import method_named
@@ -80,10 +80,10 @@ class Solids(NamedTuple):
 def solids_of(compiled: Compiled, margin: float = MARGIN) -> Solids:
     """The panels of a scene; the same with any springs."""
     linkage = compiled.linkage
-    check_margin(linkage, margin)
-    pairs = pairs_of(linkage, compiled.apart)
-    shrunk, deepest = prisms_of(linkage, margin), deepest_margin(linkage)
-    return Solids(prisms_of(linkage), shrunk, pairs, deepest, slack_of(linkage, 1.0))
+    deepest = check_margin(linkage, margin)
+    prisms, shrunk = prisms_of(linkage), prisms_of(linkage, margin)
+    pairs = pairs_of(linkage, prisms, compiled.apart)
+    return Solids(prisms, shrunk, pairs, deepest, slack_of(linkage, 1.0))
 
 
 def check(

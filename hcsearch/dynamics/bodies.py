@@ -47,7 +47,7 @@ def prism(corners: Sequence[tuple[float, float]], thickness: float, density: flo
     x, y = np.array(corners, float).T
     x0, y0 = x.mean(), y.mean()  # near the polygon, so that nothing cancels far from the origin
     x, y = x - x0, y - y0
-    x2, y2 = np.roll(x, -1), np.roll(y, -1)
+    x2, y2 = np.append(x[1:], x[0]), np.append(y[1:], y[0])
     cross = x * y2 - x2 * y
     area = cross.sum() / 2
     cx, cy = ((x + x2) * cross).sum() / (6 * area), ((y + y2) * cross).sum() / (6 * area)

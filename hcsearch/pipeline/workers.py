@@ -115,7 +115,7 @@ def _cluster(address: str) -> Iterator[tuple[Executor, int]]:
         from distributed import Client, KilledWorker  # noqa: PLC0415 - an extra
     except ImportError as error:
         raise ClusterError("--scheduler needs Dask: pip install 'hcsearch[cluster]'") from error
-    for name in ("distributed.client", "distributed.core", "distributed.comm"):
+    for name in ("distributed", "distributed.client", "distributed.core", "distributed.comm"):
         logging.getLogger(name).setLevel(logging.CRITICAL)  # what they have to say comes as an exception
     connect: Any = Client  # untyped
     try:

@@ -21,7 +21,7 @@ FOLDINGS = "SELECT * FROM foldings ORDER BY design_id, crease"
 
 
 def start(folder, *words):
-    command = [sys.executable, "-m", "hcsearch", "enumerate", "--grid", "square", "--until", "mobility", *words]
+    command = [sys.executable, "-m", "hcsearch", "enumerate", "--grid", "rectangle", "--until", "mobility", *words]
     return subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
@@ -52,20 +52,20 @@ def batches(path):
 
 
 def test_a_worker_killed_in_the_middle_changes_nothing(tmp_path, cluster):
-    process = start(tmp_path, "--n", "22", "--scheduler", cluster.address, "--db", "cluster.sqlite")
-    until(lambda: batches(tmp_path / "cluster.sqlite") >= 3)
+    process = start(tmp_path, "--n", "20", "--scheduler", cluster.address, "--db", "cluster.sqlite")
+    until(lambda: batches(tmp_path / "cluster.sqlite") >= 2)
     victim = until(cluster.working)[0]
     os.kill(victim, signal.SIGKILL)
-    assert batches(tmp_path / "cluster.sqlite") < 26, "the run was over before the worker died"
+    assert batches(tmp_path / "cluster.sqlite") < 12, "the run was over before the worker died"
     _, errors = process.communicate(timeout=300)
     assert (process.returncode, errors) == (0, "")
-    run(tmp_path, "--n", "22", "--jobs", "1", "--db", "alone.sqlite")
+    run(tmp_path, "--n", "20", "--jobs", "1", "--db", "alone.sqlite")
     assert content(tmp_path / "cluster.sqlite") == content(tmp_path / "alone.sqlite")
-    assert "26 taken from before" in run(tmp_path, "--n", "22", "--jobs", "1", "--db", "cluster.sqlite")
+    assert "12 taken from before" in run(tmp_path, "--n", "20", "--jobs", "1", "--db", "cluster.sqlite")
 
 
 def test_a_lost_scheduler_is_one_line_and_finished_batches_stay(tmp_path, cluster):
-    process = start(tmp_path, "--n", "22", "--scheduler", cluster.address, "--db", "d.sqlite")
+    process = start(tmp_path, "--n", "20", "--scheduler", cluster.address, "--db", "d.sqlite")
     finished = until(lambda: batches(tmp_path / "d.sqlite"))
     os.killpg(cluster.scheduler.pid, signal.SIGKILL)
     _, errors = process.communicate(timeout=120)
@@ -73,9 +73,9 @@ def test_a_lost_scheduler_is_one_line_and_finished_batches_stay(tmp_path, cluste
     assert errors.count("\n") == 1
     assert "finished batches are kept" in errors
     kept = batches(tmp_path / "d.sqlite")
-    assert finished <= kept < 26
-    assert f"{kept} taken from before" in run(tmp_path, "--n", "22", "--jobs", "1", "--db", "d.sqlite")
-    run(tmp_path, "--n", "22", "--jobs", "1", "--db", "alone.sqlite")
+    assert finished <= kept < 12
+    assert f"{kept} taken from before" in run(tmp_path, "--n", "20", "--jobs", "1", "--db", "d.sqlite")
+    run(tmp_path, "--n", "20", "--jobs", "1", "--db", "alone.sqlite")
     assert content(tmp_path / "d.sqlite") == content(tmp_path / "alone.sqlite")
 
 
@@ -83,16 +83,16 @@ def test_sqlite_postgresql_and_a_cluster_into_postgresql_hold_the_same(tmp_path,
     with running_server() as server:
         name = server.create_database()
         alone, shared = server.url(server.create_database()), server.url(name)
-        process = start(tmp_path, "--n", "22", "--scheduler", cluster.address, "--db", shared)
+        process = start(tmp_path, "--n", "20", "--scheduler", cluster.address, "--db", shared)
         has_begun = "SELECT 1 FROM pg_tables WHERE tablename = 'batch'"
         until(lambda: server.run(has_begun, name) and server.run("SELECT 1 FROM batch LIMIT 1", name))
         os.kill(cluster.working()[0], signal.SIGKILL)
         _, errors = process.communicate(timeout=300)
         assert (process.returncode, errors) == (0, "")
-        assert PASSWORD not in run(tmp_path, "--n", "22", "--jobs", "1", "--db", alone)
-        run(tmp_path, "--n", "22", "--jobs", "1", "--db", "d.sqlite")
+        assert PASSWORD not in run(tmp_path, "--n", "20", "--jobs", "1", "--db", alone)
+        run(tmp_path, "--n", "20", "--jobs", "1", "--db", "d.sqlite")
         expected = content(tmp_path / "d.sqlite")
-        assert len(expected[0]) == 56_572
+        assert len(expected[0]) == 20_769
         assert content(alone) == expected
         assert content(shared) == expected
 

@@ -490,7 +490,7 @@ def test_no_panel_is_further_from_its_place_than_the_slack(name, tolerance):
     worst = 0.0
     for angles in states[openings.argsort()[-4:]]:
         for other in trees.values():
-            for f, g in pairs_of(own).prisms[::5]:
+            for f, g in pairs_of(own, prisms_of(own)).prisms[::5]:
                 seen = [relative(linkage, angles, f, g) for linkage in (own, other)]
                 worst = max(worst, np.linalg.norm(seen[0] - seen[1], axis=1).max())
     assert 1e-3 * slack < worst < slack

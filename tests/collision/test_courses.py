@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from naive_clearance import chain, fan, polynomial, random_course
 
 from hcsearch.collision.clearance import pairs_of
+from hcsearch.collision.penetration import prisms_of
 from hcsearch.kernels.courses import TERMS, bound_rates, follow, path_bend, path_speed, rates_at, write_course
 
 LINKAGES = {
@@ -87,7 +88,7 @@ def seen_from(linkage, states, f, g):
 @pytest.mark.parametrize("name", LINKAGES)
 def test_no_point_is_faster_than_its_bound(name, cubic, back):
     linkage = LINKAGES[name]
-    pairs = pairs_of(linkage)
+    pairs = pairs_of(linkage, prisms_of(linkage))
     rng = np.random.default_rng(len(name) + 2 * cubic)
     tight = 0.0
     for _ in range(3):
@@ -112,7 +113,7 @@ def test_no_point_is_faster_than_its_bound(name, cubic, back):
 @pytest.mark.parametrize("back", [False, True])
 def test_the_bounds_of_one_hinge_that_turns_evenly_are_exact(back):
     linkage = LINKAGES["2 panels"]
-    pairs = pairs_of(linkage)
+    pairs = pairs_of(linkage, prisms_of(linkage))
     corners = linkage.solids(linkage.flat)[0 if back else 1].reshape(-1, 3) - linkage.points[0]
     radius = np.linalg.norm(np.cross(corners, linkage.directions[0]), axis=1).max()
     reaches = pairs.before if back else pairs.beyond

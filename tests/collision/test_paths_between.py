@@ -8,6 +8,7 @@ import pytest
 from naive_clearance import chain, fan, hinged, pairs_looked_at
 
 from hcsearch.collision.clearance import pairs_of
+from hcsearch.collision.penetration import prisms_of
 from hcsearch.linkage import Linkage
 from tests.linkages import linkage_named
 
@@ -40,7 +41,7 @@ def test_ways_are_those_of_the_tree(name, apart):
     linkage = LINKAGES[name]
     tree, panel = tree_of(linkage), linkage.pattern.panel_of
     left_out = hinged(linkage) if apart else set()
-    pairs = pairs_of(linkage, left_out)
+    pairs = pairs_of(linkage, prisms_of(linkage), left_out)
     assert [tuple(pair) for pair in pairs.prisms] == pairs_looked_at(linkage, left_out)
     for (f, g), count, hinges in zip(pairs.prisms, pairs.lengths, pairs.hinges, strict=True):
         path = nx.shortest_path(tree, panel[f], panel[g])
@@ -50,7 +51,7 @@ def test_ways_are_those_of_the_tree(name, apart):
 @pytest.mark.parametrize("name", LINKAGES)
 def test_no_corner_is_further_from_a_hinge_than_its_reach(name):
     linkage = LINKAGES[name]
-    panel, pairs = linkage.pattern.panel_of, pairs_of(linkage)
+    panel, pairs = linkage.pattern.panel_of, pairs_of(linkage, prisms_of(linkage))
     rng = np.random.default_rng(5)
     greatest = np.zeros((2, *pairs.beyond.shape))
     for _ in range(60):
@@ -78,6 +79,7 @@ def test_no_corner_is_further_from_a_hinge_than_its_reach(name):
 
 
 def test_one_panel_has_no_pairs():
-    pairs = pairs_of(chain([0.02], []))
+    one = chain([0.02], [])
+    pairs = pairs_of(one, prisms_of(one))
     assert pairs.prisms.shape == (0, 2)
     assert pairs.hinges.shape == (0, 0)
