@@ -28,7 +28,9 @@ class Circuit:
                 f"0 to {self.grid.directions - 1}, as hex:024"
             )
         if any(turn not in self.grid.turns for turn in self.turns):
-            raise NotationError(f"circuit {self.notation!r} makes a turn that the {self.grid.name} grid does not have")
+            raise NotationError(
+                f"circuit {self.notation!r} makes a turn that the {self.grid.name} grid does not have: check its steps"
+            )
         end = (sum(self.grid.steps[d][0] for d in self.word), sum(self.grid.steps[d][1] for d in self.word))
         if end != (0, 0) or len(set(self.points)) < self.n:
             raise NotationError(f"circuit {self.notation!r} does not close or meets a panel twice: check its steps")

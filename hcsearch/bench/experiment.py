@@ -14,9 +14,10 @@ from pathlib import Path
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.bench.machine import Machine, this_machine
 from hcsearch.bench.tables import Table, save
+from hcsearch.deployment.choosing import SpringSet
 from hcsearch.deployment.compiling import Formulation
 from hcsearch.deployment.deploying import Deployment, deploy
-from hcsearch.deployment.tuning import EVALUATIONS, SAMPLES, SpringSet, Tuning, deploys, tune
+from hcsearch.deployment.tuning import EVALUATIONS, SAMPLES, Tuning, tune
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene, Vector
 
@@ -174,7 +175,7 @@ def _row(gravity: str, name: str, one: SpringSet, seconds: float) -> TunedRow:
         0,
         name,
         " ".join(f"{stiffness:.3g}" for stiffness in one.stiffnesses[:7]),
-        verdict if precise is None or deploys(precise) else f"{precise.outcome}, not certified clear",
+        verdict if precise is None or precise.deploys else f"{precise.outcome}, not certified clear",
         None if precise is None else precise.flat_time,
         "" if chance is None else f"{chance.collisions} of {chance.samples}",
         "" if chance is None else "{:.0%} to {:.0%}".format(*chance.interval),

@@ -115,5 +115,5 @@ def _print_tests(files: Sequence[str], tests: Sequence[HingeTest]) -> None:
 def _print_modes(files: Sequence[str], vibrations: Sequence[FreeVibration]) -> None:
     """The modes that were not taken, so that a wrong choice shows."""
     for file, vibration in zip(files, vibrations, strict=True):
-        shares = [f"{100.0 * mode.share:.2g} % at {mode.frequency:.4g} Hz" for mode in vibration.modes]
+        shares = [f"{100.0 * mode.share:.3g} % at {mode.frequency:.4g} Hz" for mode in vibration.modes]
         click.echo(f"energy of {file}: {', '.join(shares)}; noise {vibration.noise:.2g} rms")

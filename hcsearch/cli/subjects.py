@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -18,6 +17,9 @@ if TYPE_CHECKING:
     from hcsearch.scenes import PanelSize, Scene
 
 Command = Callable[..., Any]
+
+SMALLEST, LARGEST = 1e-6, 1e4
+"""Lengths of panels, m."""
 
 
 @dataclass(frozen=True)
@@ -125,6 +127,8 @@ def _panel(text: str | None) -> PanelSize | None:
         length, width, thickness = (float(part) * 1e-3 for part in str(text).split("x"))
     except ValueError as error:
         raise HcsearchError(f"{text!r} is no panel: write length x width x thickness in mm, such as 50x40x6") from error
-    if not all(0.0 < side < math.inf for side in (length, width, thickness)):
-        raise HcsearchError(f"{text!r} is no panel: give positive lengths in mm, such as 50x40x6")
+    if not all(SMALLEST <= side <= LARGEST for side in (length, width, thickness)):
+        raise HcsearchError(
+            f"{text!r} is no panel: give lengths from {1e3 * SMALLEST:g} to {1e3 * LARGEST:g} mm, such as 50x40x6"
+        )
     return (length, width, thickness)

@@ -13,13 +13,14 @@ from hcsearch.cli.subjects import Subject, read_subject, subject_options
 from hcsearch.errors import HcsearchError
 
 if TYPE_CHECKING:
+    from hcsearch.deployment.choosing import SpringSet
     from hcsearch.deployment.robustness import Spread
-    from hcsearch.deployment.tuning import SpringSet, Tuning
+    from hcsearch.deployment.tuning import Tuning
 
 
 @click.command(
     epilog="Example: hcsearch tune thesis-4x4 --scene thesis --output springs.toml, then hcsearch deploy springs.toml; "
-    "hcsearch tune hex:0234550132:4 --catalogue 0.07,0.10"
+    "hcsearch tune square:012233230011:4 --catalogue 0.07,0.10"
 )
 @subject_options
 @click.option(
@@ -28,7 +29,9 @@ if TYPE_CHECKING:
     help="Equations of motion.  [default: constrained, unless nothing comes flat in it]",
 )
 @click.option("--catalogue", metavar="K,K", help="Springs to be bought (N m/rad): none, one or two at each hinge.")
-@click.option("--evaluations", type=click.IntRange(min=1), default=500, show_default=True, help="Spring sets to try.")
+@click.option(
+    "--evaluations", type=click.IntRange(min=1), default=500, show_default=True, help="Spring sets to search."
+)
 @click.option("--samples", type=click.IntRange(min=0), default=64, show_default=True, help="Of the tolerances.")
 @click.option(
     "--spread",
@@ -48,11 +51,12 @@ def tune(subject: str, as_json: bool, **options: Any) -> None:
     that is least likely to fail within the tolerances, with its catalogue springs where a catalogue is given.
     """
     from hcsearch.deployment.ledger import Ledger  # noqa: PLC0415
-    from hcsearch.deployment.subjects import file_text  # noqa: PLC0415
+    from hcsearch.deployment.telling import check_file  # noqa: PLC0415
     from hcsearch.deployment.tuning import tune as tuned  # noqa: PLC0415
     from hcsearch.store import open_database  # noqa: PLC0415
 
-    output = None if options["output"] is None else _target(options["output"])
+    if options["output"]:
+        check_file(options["output"], (".toml",))
     catalogue, spread = _catalogue(options["catalogue"]), _spread(options["spreads"])
     found = read_subject(subject, options)
     with open_database(options["db"], create=True) as database, Meter("set") as meter:
@@ -68,11 +72,8 @@ def tune(subject: str, as_json: bool, **options: Any) -> None:
             memory=Ledger(database, json.dumps(found.facts, sort_keys=True)),
             progress=meter,
         )
-    chosen = tuning.rounded if tuning.rounded is not None and tuning.rounded.confirmed else tuning.best
-    if output is not None:
-        from hcsearch.deployment.springs import scene_springs  # noqa: PLC0415
-
-        output.write_text(file_text(found.facts, tuning.formulation, scene_springs(found.scene, chosen.stiffnesses)))
+    if options["output"]:
+        _write(options["output"], tuning, found)
     if as_json:
         click.echo(json.dumps(_facts(tuning), indent=2, allow_nan=False))
     else:
@@ -81,13 +82,18 @@ def tune(subject: str, as_json: bool, **options: Any) -> None:
         raise KeyboardInterrupt
 
 
-def _target(name: str) -> Path:
-    path = Path(name)
-    if path.suffix != ".toml":
-        raise HcsearchError(f"{name} has no known ending: write FILE.toml")
-    if not path.parent.is_dir():
-        raise HcsearchError(f"there is no folder {path.parent}: make it, or write to another")
-    return path
+def _write(path: str, tuning: Tuning, found: Subject) -> None:
+    """The scene with its springs: those of the catalogue where they are asked for and confirmed."""
+    from hcsearch.deployment.springs import scene_springs  # noqa: PLC0415
+    from hcsearch.deployment.subjects import file_text  # noqa: PLC0415
+
+    chosen = tuning.best
+    if tuning.rounded is not None and tuning.rounded.confirmed:
+        chosen = tuning.rounded
+    elif tuning.rounded is not None:
+        click.echo(f"no catalogue springs are certified clear: {path} has the tuned ones", err=True)
+    scene = scene_springs(found.scene, chosen.stiffnesses)
+    Path(path).write_text(file_text(found.facts, tuning.formulation, scene), encoding="utf-8")
 
 
 def _catalogue(text: str | None) -> tuple[float, ...]:
@@ -107,9 +113,11 @@ def _catalogue(text: str | None) -> tuple[float, ...]:
 def _spread(texts: tuple[str, ...]) -> Spread:
     from hcsearch.deployment.robustness import SPREADS, Spread  # noqa: PLC0415
 
-    found = {}
+    found: dict[str, float] = {}
     for text in texts:
         name, _, value = text.partition("=")
+        if name in found:
+            raise HcsearchError(f"--spread {name} is given twice: leave one out")
         try:
             found[name] = float(value)
         except ValueError:

@@ -70,6 +70,11 @@ class Deployment:
     seconds: float
 
     @property
+    def deploys(self) -> bool:
+        """Whether it comes flat, certified clear."""
+        return self.outcome == "flat" and self.clearance is not None and self.clearance.kind == "clear"
+
+    @property
     def flat_time(self) -> float | None:
         """When it was flat, s."""
         return float(self.motion.times[-1]) if self.outcome == "flat" else None

@@ -69,7 +69,7 @@ class Own:
 class Evaluator:
     """Checks of one array in scenes that differ in their springs, or in more.
 
-    done, recalled : how many have been asked for, and how many of these the memory knew.
+    done, recalled : how many have been asked for, each once, and how many of these the memory knew before.
     """
 
     def __init__(self, linkage: Linkage, scene: Scene, formulation: Formulation, memory: Memory | None = None) -> None:
@@ -78,6 +78,7 @@ class Evaluator:
         self.reach = slack_of(linkage, 1.0) if formulation == "compliant" else 0.0
         self.done = self.recalled = 0
         self._memory = Own() if memory is None else memory
+        self._asked: set[Key] = set()
         self._base: Compiled | None = None
         self._solids: dict[frozenset[tuple[int, int]], Solids] = {}
 
@@ -117,8 +118,10 @@ class Evaluator:
     def _checked(self, scenes: Sequence[Scene], compiled: Any, whole: bool) -> list[Check]:
         keys = [self._key(scene, whole) for scene in scenes]
         known = dict(self._memory.recall(keys))
-        self.done += len(keys)
-        self.recalled += sum(key in known for key in keys)
+        fresh_keys = set(keys) - self._asked
+        self._asked |= fresh_keys
+        self.done += len(fresh_keys)
+        self.recalled += sum(key in known for key in fresh_keys)
         missing = {key: scene for key, scene in zip(keys, scenes, strict=True) if key not in known}
         if missing:
             fresh = self._run([compiled(scene) for scene in missing.values()], whole)

@@ -15,6 +15,9 @@ from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import SCENES, PanelSize, Scene, default_panel
 
+LEAST = 1e-9
+"""Of a density (kg/m^3), and of a time to simulate (s)."""
+
 
 def folding_linkage(
     folding: Folding, panel: PanelSize | None = None, *, hinged: bool = False, merged: bool = False
@@ -66,8 +69,8 @@ def _read(key: str, value: Any) -> Any:
         raise HcsearchError(f"{key} cannot be {value!r}: see the scenes of docs/dynamics.md") from error
     if not 0.0 <= number < 1e12:
         raise HcsearchError(f"{key} cannot be {value!r}: give a number of 0 or more")
-    if key in {"density", "seconds"} and not number:
-        raise HcsearchError(f"{key} cannot be 0: give a positive number")
+    if key in {"density", "seconds"} and number < LEAST:
+        raise HcsearchError(f"{key} cannot be {value!r}: give {LEAST:g} or more")
     if key == "restitution" and number > 1.0:
         raise HcsearchError(f"{key} cannot be {value!r}: give a number from 0 to 1")
     return number

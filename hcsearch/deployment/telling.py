@@ -27,6 +27,8 @@ def check_file(path: str, endings: tuple[str, ...]) -> None:
         raise HcsearchError(f"{path} has no known ending: write {', '.join(endings)}")
     if not Path(path).parent.is_dir():
         raise HcsearchError(f"there is no folder {Path(path).parent}: make it, or write to another")
+    if Path(path).is_dir():
+        raise HcsearchError(f"{path} is a folder: name a file")
 
 
 def facts(deployment: Deployment) -> dict[str, Any]:

@@ -33,6 +33,9 @@ Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
 Cubic = tuple[float, float, float, float]
 
+LARGEST, APART = 1e12, 1e-9
+"""The largest moment or angle of a law, and how near its angles may be (rad): others overflow."""
+
 
 @dataclass(frozen=True)
 class Branch:
@@ -137,7 +140,7 @@ def tabulated(angles: Iterable[float], moments: Iterable[float], preload: float 
         raise HcsearchError(f"a table of {len(x)} points makes no law: give two points at least")
     _finite(*x, *y, preload)
     for one, two in pairwise(x):
-        if not one < two:
+        if not two - one >= APART:
             raise HcsearchError(f"angle {_short(two)} of the table comes after {_short(one)}: sort it, each angle once")
     pieces = PchipInterpolator(x, y).c[::-1].T
     branch = Branch(tuple(x[:-1]), tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in pieces))
@@ -295,10 +298,10 @@ def _short(number: float) -> str:
 
 
 def _finite(*numbers: float) -> None:
-    """Refuse what is no number."""
+    """Refuse what is no number, or too large to be multiplied."""
     for number in numbers:
-        if not math.isfinite(number):
-            raise HcsearchError(f"{number} is no moment or angle: give finite numbers (N m, rad)")
+        if not abs(number) <= LARGEST:
+            raise HcsearchError(f"{number} is no moment or angle: give finite numbers (N m, rad) up to {LARGEST:g}")
 
 
 def tables_of(laws: Sequence[Law]) -> tuple[Whole, Reals, Reals, Reals]:

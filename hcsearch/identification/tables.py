@@ -16,6 +16,8 @@ Reals = NDArray[np.float64]
 ANGLES = {"angle_rad": 1.0, "angle_deg": math.pi / 180.0}
 MOMENTS = {"moment_N_m": 1.0, "moment_N_mm": 1e-3}
 TIME = "time_s"
+TINY, HUGE = 1e-30, 1e30
+"""Sizes of numbers that are taken for measured: squares of others overflow or are nothing."""
 JITTER = 0.1
 """How far a time may be from even sampling, as a share of a step: what rounding leaves of it."""
 
@@ -42,10 +44,12 @@ def read_accelerations(path: str, rate: float | None = None, start: float | None
     if times is not None and rate is not None:
         raise HcsearchError(f"{path} has a column {TIME}: leave out --rate")
     rate = float(rate) if rate is not None else _rate(np.asarray(times), path)
-    if not 0.0 < rate < math.inf:
-        raise HcsearchError(f"a sampling rate of {rate:g} Hz: give a positive number")
+    if not TINY <= rate <= HUGE:
+        raise HcsearchError(f"a sampling rate of {rate:g} Hz: give one from {TINY:g} to {HUGE:g}")
     records = np.array(list(table.values()))
     if start is not None:
+        if not math.isfinite(start):
+            raise HcsearchError(f"a start at {start:g} s: give a finite time")
         when = times if times is not None else np.arange(records.shape[1]) / rate
         records = records[:, when >= start]
     for name, record in zip(table, records, strict=True):
@@ -75,10 +79,17 @@ def _read(path: str) -> dict[str, Reals]:
         if len(row) != len(names):
             raise HcsearchError(f"line {number} of {path} has {len(row)} values for {len(names)} columns: complete it")
         for name, text in zip(names, row, strict=True):
-            if not _is_number(text):
-                raise HcsearchError(f"line {number} of {path} has {text.strip()!r} for {name}: write a finite number")
+            if not _is_measured(text):
+                raise HcsearchError(
+                    f"line {number} of {path} has {text.strip()!r} for {name}: write 0 or a number of size {TINY:g} to "
+                    f"{HUGE:g}"
+                )
         values[k] = [float(text) for text in row]
     return dict(zip(names, values.T, strict=True))
+
+
+def _is_measured(text: str) -> bool:
+    return _is_number(text) and (float(text) == 0.0 or TINY <= abs(float(text)) <= HUGE)
 
 
 def _is_number(text: str) -> bool:

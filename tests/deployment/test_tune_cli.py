@@ -86,18 +86,24 @@ def test_files_give_the_scene_and_the_formulation():
         (f"{DESIGN} --catalogue 0.5", "up to 0.2 N m/rad"),
         (f"{DESIGN} --spread length=0.1", "is no tolerance"),
         (f"{DESIGN} --spread mass=-0.1", "is no tolerance"),
-        (f"{DESIGN} --output found.csv", "write FILE.toml"),
+        (f"{DESIGN} --output found.csv", "write .toml"),
         (f"{DESIGN} --output nowhere/found.toml", "there is no folder"),
+        (f"{DESIGN} --output folder.toml", "folder.toml is a folder: name a file"),
+        (f"{DESIGN} --spread mass=0.1 --spread mass=0.2", "--spread mass is given twice"),
+        (f"{DESIGN} --seconds 1e-300", "seconds cannot be 1e-300: give 1e-09 or more"),
+        (f"{DESIGN} --panel 1e-300x1x1", "give lengths from 0.001 to 1e+07 mm"),
+        (f"{DESIGN} --panel 50x50x0.1", "or thicker panels"),
         (f"{DESIGN} --held free", "with a panel held"),
         ("nothing", "there is no assembly"),
     ],
 )
 def test_wrong_words_say_what_to_do(folder, words, message):
+    (folder / "folder.toml").mkdir()
     result = CliRunner().invoke(hcsearch, ["tune", *shlex.split(words)])
     assert isinstance(result.exception, HcsearchError), result.exception
     assert message in str(result.exception)
     assert result.stdout == ""
-    assert not list(folder.glob("*.toml"))
+    assert list(folder.glob("*.toml")) == [folder / "folder.toml"]
 
 
 @pytest.mark.parametrize("law", ["linear:0.1+0.02", "tape:0.2@0.05,0.03@0.01"])
@@ -144,12 +150,12 @@ def evaluations(path):
 
 
 def test_ctrl_c_before_the_first_sets_are_known_tells_the_start(monkeypatch):
-    from hcsearch.deployment.tuning import _Search
+    from hcsearch.deployment.searching import Search
 
     def pressed(self, start, first):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(_Search, "run", pressed)
+    monkeypatch.setattr(Search, "run", pressed)
     result = CliRunner().invoke(hcsearch, ["tune", DESIGN, *QUICK, "--json"], standalone_mode=False)
     assert isinstance(result.exception, click.Abort)
     found = json.loads(result.stdout)

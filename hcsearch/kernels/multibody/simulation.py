@@ -96,7 +96,7 @@ def simulate(
         else:
             took = loosen(mechanism, hold, method, plan, grip, h, scale, work, stages, start, end, counts)
         came = 2.0
-        if plan.near >= 0.0:
+        if plan.near >= 0.0 and took > 0.0:
             came = first_near(
                 took, start[:n], start[n : 2 * n], a, end[:n], end[n : 2 * n], last[n : 2 * n], plan.flat, plan.near
             )

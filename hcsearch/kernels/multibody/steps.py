@@ -20,6 +20,8 @@ Whole = NDArray[np.int64]
 
 REACHED = 1e-11
 """A joint is at a stop within this (rad)."""
+AT_ONCE = 1e-9
+"""An event within this share of a step is at its start."""
 JUMP = 1e-6
 """A pull that is not gone within this share of a step, by far, does not grow from nothing: it jumps."""
 LEAST = 1e-4
@@ -113,13 +115,17 @@ def land(
     end: Reals,
     counts: Whole,
 ) -> float:
-    """Repeat the step so that it ends where the joint has its event; its length.
+    """Repeat the step so that it ends where the joint has its event; its length, 0 where the joint is there already.
 
     The last bit of it, over which accelerations hardly change, is a parabola, unless there is no inertia: then nothing
     tells how velocities change.
     """
     n = len(hold.held)
     limit = threshold(mechanism, hold, joint, kind)
+    sign = 1.0 if kind % 2 else -1.0
+    if guess <= AT_ONCE * longest and sign * (start[joint] - limit) >= 0.0:
+        end[:] = start
+        return 0.0
     last = stages[len(method.b)]
     h = guess
     low, high = 0.0, longest
@@ -131,13 +137,15 @@ def land(
         if speed != 0.0 and not mechanism.overdamped:
             more = -miss / speed
             more = -(miss + 0.5 * more * more * last[n + joint]) / speed
-            if 0.0 < h + more < longest and _parabolic(plan, h, more, stages[0], last, end):
+            left = miss + more * (speed + 0.5 * more * last[n + joint])
+            straight = abs(more) <= h and h + more < longest and abs(left) <= REACHED
+            if straight and _parabolic(plan, h, more, stages[0], last, end):
                 for j in range(n):
                     end[j] += more * (last[j] + 0.5 * more * last[n + j])
                     end[n + j] += more * last[n + j]
                 end[2 * n] += more * last[2 * n]
                 return float(h + more)
-        if miss * (1.0 if kind % 2 else -1.0) > 0.0:
+        if sign * miss > 0.0:
             high = min(high, h)
         else:
             low = max(low, h)
