@@ -33,7 +33,7 @@ Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
 Cubic = tuple[float, float, float, float]
 
-LARGEST, APART = 1e12, 1e-9
+LARGEST, APART = 1e300, 1e-9
 """The largest moment or angle of a law, and how near its angles may be (rad): others overflow."""
 
 

@@ -60,11 +60,11 @@ def test_the_same_arguments_find_the_same(found):
 
 
 def test_a_tuning_that_was_stopped_goes_on(found, monkeypatch):
-    memory = Stopping(after=3)
+    memory = Stopping(after=4)
     linkage = linkage_named(NAME)
     stopped = tune(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
     assert stopped.interrupted
-    assert stopped.best.deployment is None
+    assert stopped.best.robustness is None
     known = len(memory.known)
     memory.after = 10**9
     whole = tune(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
