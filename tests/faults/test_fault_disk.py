@@ -27,7 +27,7 @@ def fill(path, lines):
 
 
 # Before there are tables; within the first batch; after some; while the log is moved into the file.
-LIMITS = {MANY: (20_000, 1_000_000, 5_400_000), MOST: (20_000, 500_000, 2_500_000, 6_000_000)}
+LIMITS = {MANY: (20_000, 1_000_000, 4_500_000), MOST: (20_000, 500_000, 2_500_000, 6_000_000)}
 
 
 @pytest.mark.parametrize("job", [MANY, pytest.param(MOST, marks=pytest.mark.slow)])
