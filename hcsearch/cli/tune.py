@@ -178,15 +178,10 @@ def _print(tuning: Tuning, found: Subject) -> None:
 def _sentence(one: SpringSet) -> str:
     """What became of a set, in one line."""
     check, precise, chance = one.check, one.deployment, one.robustness
-    if check.collision is not None:
-        time, (first, second) = check.collision
-        text = f"panels {first} and {second} collide at {time:.4g} s"
-    else:
-        clear = "clear" if check.clear else "too near to tell whether panels collide"
-        text = f"{check.outcome} at {check.end_time:.4g} s, {clear}"
+    text = check.reason
     if precise is not None:
-        kind = "clear" if one.confirmed else "not clear"
-        text += f"; in a precise simulation {precise.reason}, certified {kind}"
+        clear = precise.clearance is not None and precise.clearance.kind == "clear"
+        text += f"; in a precise simulation {precise.reason}, {'' if clear else 'not '}certified clear"
     if chance is not None:
         low, high = chance.interval
         text += f"; collides in {chance.collisions} of {chance.samples} samples, {low:.0%} to {high:.0%} at 95 %"

@@ -62,6 +62,16 @@ class Check:
         """Whether it comes flat, certified clear."""
         return self.outcome == "flat" and self.clear is True
 
+    @property
+    def reason(self) -> str:
+        """What became of it, in a sentence."""
+        if self.collision is not None:
+            time, (one, two) = self.collision
+            return f"panels {one} and {two} collide at {time:.4g} s"
+        end = f"{self.outcome} after" if self.outcome == "flat" else f"{self.outcome} at"
+        clear = "clear until then" if self.clear else "whether panels collide is too close to tell"
+        return f"{end} {self.end_time:.4g} s, {clear}"
+
 
 class Solids(NamedTuple):
     """The panels of a linkage as the kernel takes them: prisms, those with the margin taken off, and pairs.

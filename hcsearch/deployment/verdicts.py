@@ -188,7 +188,7 @@ class _Verdicts:
             values=json.dumps(values, sort_keys=True),
             formulation=compiled.formulation,
             status=status_of(found),
-            reason=reason_of(found),
+            reason=found.reason,
             clearance=min(math.inf if found.gap is None else found.gap, size) if found.deploys else None,
             first_contact=None if found.collision is None else found.collision[0],
             deploy_time=found.end_time if found.outcome == "flat" else None,
@@ -217,19 +217,6 @@ def status_of(found: Check) -> str:
     if found.deploys:
         return "deploys"
     return "collides" if found.clear is False else "undecided"
-
-
-def reason_of(found: Check) -> str:
-    """The sentence behind it."""
-    if found.collision is not None:
-        time, (one, two) = found.collision
-        return f"panels {one} and {two} collide at {time:.4g} s"
-    end = (
-        f"flat after {found.end_time:.4g} s"
-        if found.outcome == "flat"
-        else f"{found.outcome} at {found.end_time:.4g} s"
-    )
-    return f"{end}, " + ("clear until then" if found.clear else "whether panels collide is too close to tell")
 
 
 def scene_values(scene: Scene) -> dict[str, object]:

@@ -19,7 +19,6 @@ from hcsearch.deployment.verdicts import (
     SOFT,
     SPREAD,
     STIFF,
-    reason_of,
     springs_of,
     status_of,
     verdicts,
@@ -182,7 +181,7 @@ def test_a_verdict_has_a_reason():
     linkage = folding_linkage(folding_of(Circuit.from_notation("hex:02234400").canonical(), 1))
     (found,) = check([compile_scene(linkage, DEFAULT)])
     assert status_of(found) == "collides"
-    assert reason_of(found) == f"panels 3 and 5 collide at {found.collision[0]:.4g} s"
+    assert found.reason == f"panels 3 and 5 collide at {found.collision[0]:.4g} s"
     still = replace(found, clear=True, collision=None, outcome="at rest", end_time=0.25)
-    assert (status_of(still), reason_of(still)) == ("undecided", "at rest at 0.25 s, clear until then")
+    assert (status_of(still), still.reason) == ("undecided", "at rest at 0.25 s, clear until then")
     assert status_of(replace(still, outcome="flat")) == "deploys"
