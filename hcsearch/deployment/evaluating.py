@@ -76,11 +76,16 @@ class Evaluator:
         self.linkage, self.formulation = linkage, formulation
         self.scene = softened(scene) if formulation == "compliant" else scene
         self.reach = slack_of(linkage, 1.0) if formulation == "compliant" else 0.0
-        self.done = self.recalled = 0
+        self.recalled = 0
         self._memory = Own() if memory is None else memory
         self._asked: set[Key] = set()
         self._base: Compiled | None = None
         self._solids: dict[frozenset[tuple[int, int]], Solids] = {}
+
+    @property
+    def done(self) -> int:
+        """How many have been asked for."""
+        return len(self._asked)
 
     def of_springs(self, sets: Iterable[Sequence[float] | Reals], whole: bool = False) -> list[Check]:
         """Check spring sets, each a stiffness (N m/rad) for every hinge; mirror hinges have equal ones.
@@ -118,10 +123,8 @@ class Evaluator:
     def _checked(self, scenes: Sequence[Scene], compiled: Any, whole: bool) -> list[Check]:
         keys = [self._key(scene, whole) for scene in scenes]
         known = dict(self._memory.recall(keys))
-        fresh_keys = set(keys) - self._asked
-        self._asked |= fresh_keys
-        self.done += len(fresh_keys)
-        self.recalled += sum(key in known for key in fresh_keys)
+        self.recalled += len((set(keys) - self._asked) & set(known))
+        self._asked |= set(keys)
         missing = {key: scene for key, scene in zip(keys, scenes, strict=True) if key not in known}
         if missing:
             fresh = self._run([compiled(scene) for scene in missing.values()], whole)
