@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -97,7 +97,11 @@ class Report:
 
 def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> Report:
     """Check everything: half an hour, or seconds when `quick`."""
-    return Report(this_machine(), [_row(*named, say) for named in _searches(quick)])
+    rows = []
+    for named in _searches(quick):
+        rows.append(_row(*named))
+        say(_line(rows[-1]))
+    return Report(this_machine(), rows)
 
 
 def save_report(report: Report, folder: Path) -> None:
@@ -113,8 +117,13 @@ def _searches(quick: bool) -> Iterator[tuple[str, str, Search]]:
         yield grid, spec, ArraySearch(parse_array(grid_named(grid), spec))
 
 
-def _row(grid: str, cells: str, search: Search, say: Callable[[str], None]) -> DeployabilityRow:
-    say(f"{grid} {cells}")
+def _line(row: DeployabilityRow) -> str:
+    """A row as it is told when it is finished: those after it may take an hour."""
+    grid, cells, *numbers = asdict(row).items()
+    return f"{grid[1]} {cells[1]}: " + ", ".join(f"{name} {value}" for name, value in numbers)
+
+
+def _row(grid: str, cells: str, search: Search) -> DeployabilityRow:
     begin = time.process_time()
     tally: Counter[str] = Counter()
     for circuits in search.batches():

@@ -9,13 +9,13 @@ import logging
 import re
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
 from itertools import islice
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from hcsearch.errors import ClusterError
 from hcsearch.pipeline.processes import DeadWorkerError, ProcessExecutor
@@ -28,6 +28,10 @@ _PARCEL = 4  # units that travel together: fewer journeys
 _AHEAD = 4  # parcels in work or waiting for each worker: more even out their sizes, fewer take less memory
 _PATIENCE = 10.0  # seconds
 _VERSION = version("hcsearch")
+
+
+class _Pool(Protocol):
+    def submit(self, task: Callable[[P], T], parcel: P, /) -> Future[T]: ...
 
 
 @dataclass(frozen=True)
@@ -54,21 +58,21 @@ class Crew:
         """
         if self.scheduler is None and (self.jobs == 1 or len(units) < 2):
             # in a thread, so that Ctrl-C finds this one waiting and not within a kernel
-            pool = ThreadPoolExecutor(1)
+            thread = ThreadPoolExecutor(1)
             try:
                 for unit in units:
-                    yield unit, pool.submit(task, unit).result()
+                    yield unit, thread.submit(task, unit).result()
             finally:
-                pool.shutdown(wait=False, cancel_futures=True)
+                thread.shutdown(wait=False, cancel_futures=True)
             return
-        with self._executor() as (executor, workers):
+        with self._pool() as (pool, workers):
             size = max(1, min(_PARCEL, len(units) // (2 * _AHEAD * workers)))
             parcels = [units[at : at + size] for at in range(0, len(units), size)]
-            for parcel, results in _in_order(executor, partial(_unpack, task), parcels, _AHEAD * workers):
+            for parcel, results in _in_order(pool, partial(_unpack, task), parcels, _AHEAD * workers):
                 yield from zip(parcel, results, strict=True)
 
     @contextmanager
-    def _executor(self) -> Iterator[tuple[Executor, int]]:
+    def _pool(self) -> Iterator[tuple[_Pool, int]]:
         if self.scheduler is not None:
             with _cluster(self.scheduler) as found:
                 yield found
@@ -93,12 +97,12 @@ def _unpack(task: Callable[[str], T], parcel: Sequence[str]) -> list[T]:
     return [task(unit) for unit in parcel]
 
 
-def _in_order(executor: Executor, task: Callable[[P], T], parcels: Sequence[P], ahead: int) -> Iterator[tuple[P, T]]:
+def _in_order(pool: _Pool, task: Callable[[P], T], parcels: Sequence[P], ahead: int) -> Iterator[tuple[P, T]]:
     waiting: deque[tuple[P, Future[T]]] = deque()
     todo = iter(parcels)
     try:
         while True:
-            waiting.extend((parcel, executor.submit(task, parcel)) for parcel in islice(todo, ahead - len(waiting)))
+            waiting.extend((parcel, pool.submit(task, parcel)) for parcel in islice(todo, ahead - len(waiting)))
             if not waiting:
                 return
             parcel, future = waiting.popleft()
@@ -108,14 +112,30 @@ def _in_order(executor: Executor, task: Callable[[P], T], parcels: Sequence[P], 
             future.cancel()
 
 
+class _ClusterPool:
+    """Work given to a cluster.
+
+    Not the client's own executor: a result that is ready when the scheduler dies is never delivered by that one, nor
+    is an error, and whoever waits for it waits for ever. A future of the client itself raises.
+    """
+
+    def __init__(self, client: Any) -> None:
+        self._client = client
+
+    def submit(self, task: Callable[[P], T], parcel: P) -> Future[T]:
+        future: Future[T] = self._client.submit(task, parcel, pure=False)
+        return future
+
+
 @contextmanager
-def _cluster(address: str) -> Iterator[tuple[Executor, int]]:
-    """An executor on the workers of a Dask scheduler, and how many threads they have."""
+def _cluster(address: str) -> Iterator[tuple[_Pool, int]]:
+    """A pool on the workers of a Dask scheduler, and how many threads they have."""
     try:
         from distributed import Client, KilledWorker  # noqa: PLC0415 - an extra
+        from distributed.client import ClosedClientError  # noqa: PLC0415
     except ImportError as error:
         raise ClusterError("--scheduler needs Dask: pip install 'hcsearch[cluster]'") from error
-    for name in ("distributed", "distributed.client", "distributed.core", "distributed.comm"):
+    for name in ("distributed", "distributed.client", "distributed.core", "distributed.comm", "tornado.application"):
         logging.getLogger(name).setLevel(logging.CRITICAL)  # what they have to say comes as an exception
     connect: Any = Client  # untyped
     try:
@@ -126,8 +146,8 @@ def _cluster(address: str) -> Iterator[tuple[Executor, int]]:
             "tcp://HOST:8786"
         ) from error
     try:
-        yield client.get_executor(pure=False), _check_workers(client, address)
-    except (KilledWorker, CancelledError) as error:
+        yield _ClusterPool(client), _check_workers(client, address)
+    except (KilledWorker, CancelledError, ClosedClientError, OSError) as error:
         raise ClusterError(
             f"the Dask cluster at {address} lost its scheduler, or the same batch on several workers: see their logs, "
             "start them again and run the same command; finished batches are kept"
