@@ -79,6 +79,14 @@ def test_a_lost_scheduler_is_one_line_and_finished_batches_stay(tmp_path, cluste
     assert content(tmp_path / "d.sqlite") == content(tmp_path / "alone.sqlite")
 
 
+def test_results_that_are_ready_when_the_scheduler_dies_are_not_waited_for(cluster):
+    work = Crew(scheduler=cluster.address).work(int, [str(unit) for unit in range(8)])
+    assert next(work) == ("0", 0)
+    os.killpg(cluster.scheduler.pid, signal.SIGKILL)
+    with pytest.raises(ClusterError, match="lost its scheduler"):
+        list(work)
+
+
 def test_sqlite_postgresql_and_a_cluster_into_postgresql_hold_the_same(tmp_path, cluster):
     with running_server() as server:
         name = server.create_database()
