@@ -1,3 +1,8 @@
+import os
+
+# The matrices here are small: more threads of BLAS would wait for each other, and take the cores of other tests.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
 from hypothesis import settings
 
 from tests.faults.summary import pytest_terminal_summary

@@ -62,6 +62,8 @@ for command in (enumerate_, count, query, rank, show, report, assembly, deploy, 
 def main() -> None:
     """Run the command line; wrong input is one line on stderr and exit code 2."""
     signal.signal(signal.SIGINT, _interrupt)
+    # NumPy reads it when it is loaded; matrices are small here, and more threads would wait for each other
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
     try:
         hcsearch.main(standalone_mode=False)
         if sys.stdout is not None:
