@@ -1,6 +1,7 @@
 """Solutions of the problems A01 to A05 from reduced equations of motion, which share nothing with the engines.
 
-Each gives the place of the measured point, (k, 3) in m, at times (k,) in s that begin with 0.
+Each gives the place of the measured point, (k, 3) in m, at times (k,) in s that begin with 0. A motion is solved once
+for all times up to its end.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,10 +86,15 @@ def pendulum(times: Reals) -> Reals:
 
 def four_bars(loops: int, times: Reals) -> Reals:
     """A02: the uprights stay parallel, and the bars between them level."""
+    angle = _four_bars(loops, float(times[-1]))(times)[:, 0]
+    return np.column_stack([np.sin(angle), np.cos(angle), 0 * times])
+
+
+@cache
+def _four_bars(loops: int, end: float) -> Way:
     inertia, moment = (loops + 1) / 3 + loops, (loops + 1) / 2 + loops
     rate = GRAVITY * moment / inertia
-    found = solved(lambda _, y: (y[1], rate * math.sin(y[0])), [0.0, 1.0], times)
-    return np.column_stack([np.sin(found[:, 0]), np.cos(found[:, 0]), 0 * times])
+    return solved(lambda _, y: (y[1], rate * math.sin(y[0])), [0.0, 1.0], end)
 
 
 def squeezer(times: Reals) -> Reals:
@@ -98,11 +105,15 @@ def squeezer(times: Reals) -> Reals:
 
 def squeezer_angles(times: Reals) -> Reals:
     """The seven angles, (k, 7): equations of index 1."""
-    found = solved(_squeezer, [*SQUEEZER_START, *7 * [0.0]], times, tolerance=1e-12)
-    return found[:, :7]
+    return _squeezer(float(times[-1]))(times)[:, :7]
 
 
-def _squeezer(_: float, y: Reals) -> Reals:
+@cache
+def _squeezer(end: float) -> Way:
+    return solved(_squeezer_rate, [*SQUEEZER_START, *7 * [0.0]], end, tolerance=1e-12)
+
+
+def _squeezer_rate(_: float, y: Reals) -> Reals:
     p = SQUEEZER
     be, th, ga, ph, de, om, ep = y[:7]
     bep, thp, gap, php, dep, omp, epp = y[7:]
@@ -165,8 +176,13 @@ def _ray(angle: float) -> complex:
 
 def bricard(section: float, times: Reals) -> Reals:
     """A04: the third corner; accelerations within the null space of the closure, whose rank is 4 always."""
-    found = solved(lambda _, y: _bricard(section, y), np.zeros(10), times, tolerance=1e-12)
+    found = _bricard(section, float(times[-1]))(times)
     return np.array([_bricard_chain(y[:5], y[5:])[0][2] for y in found])
+
+
+@cache
+def _bricard(section: float, end: float) -> Way:
+    return solved(lambda _, y: _bricard_rate(section, y), np.zeros(10), end, tolerance=1e-12)
 
 
 def _bricard_chain(q: Reals, v: Reals) -> tuple[Reals, Reals, Reals, Reals, Reals]:
@@ -192,7 +208,7 @@ def _bricard_chain(q: Reals, v: Reals) -> tuple[Reals, Reals, Reals, Reals, Real
     return corners, axes, spins, drifts, spin_drifts
 
 
-def _bricard(section: float, y: Reals) -> Reals:
+def _bricard_rate(section: float, y: Reals) -> Reals:
     v = y[5:]
     corners, axes, spins, drifts, spin_drifts = _bricard_chain(y[:5], v)
     along, across = section**2 / 6, (1 + section**2) / 12
@@ -217,6 +233,11 @@ def _bricard(section: float, y: Reals) -> Reals:
 
 def governor(times: Reals) -> Reals:
     """A05: height of the slider; the rods mirror each other, and the spin follows from its momentum."""
+    return np.column_stack([0 * times, 0 * times, _governor(float(times[-1]))(times)[:, 1]])
+
+
+@cache
+def _governor(end: float) -> Way:
     d, m = GOVERNOR, GOVERNOR.rod
     cube = d.density * d.cube**3
     half, along, across = d.length / 2, m * d.section**2 / 6, m * (d.length**2 + d.section**2) / 12
@@ -243,19 +264,22 @@ def governor(times: Reals) -> Reals:
         couple = 0.5 * slope * (momentum / (still + inertia)) ** 2 + 2 * GRAVITY * c * (m * half + d.ball * d.length)
         return alpha_rate, speed, (couple - 2 * pull * by_alpha) / (2 * lift), -GRAVITY - 2 * pull * by_height / cube
 
-    found = solved(rate, [d.alpha, d.slide, 0.0, 0.0], times, tolerance=1e-11)
-    return np.column_stack([0 * times, 0 * times, found[:, 1]])
+    return solved(rate, [d.alpha, d.slide, 0.0, 0.0], end, tolerance=1e-11)
 
 
 def solved(
     rate: Callable[[float, Reals], Reals | tuple[float, ...]],
     start: Reals | list[float],
-    times: Reals,
+    end: float,
     tolerance: float = 1e-13,
-) -> Reals:
-    """States (k, n) at the times, by DOP853 of SciPy."""
+) -> Way:
+    """States (k, n) at times (k,) from 0 to the end, by DOP853 of SciPy."""
     from scipy.integrate import solve_ivp  # noqa: PLC0415
 
-    found = solve_ivp(rate, (0.0, float(times[-1])), start, "DOP853", times, rtol=tolerance, atol=tolerance)
-    states: Reals = found.y.T
+    found = solve_ivp(rate, (0.0, end), start, "DOP853", dense_output=True, rtol=tolerance, atol=tolerance).sol
+
+    def states(times: Reals) -> Reals:
+        at_times: Reals = found(times).T
+        return at_times
+
     return states
