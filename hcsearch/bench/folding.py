@@ -22,7 +22,7 @@ SIZES: dict[str, tuple[int, ...]] = {
     "square": (16, 18, 20, 22, 24, 26, 28, 30, 32),
     "triangle": (28, 30, 32, 34, 36, 38, 40, 42, 44, 46, 48),
 }
-QUICK: dict[str, tuple[int, ...]] = {"hex": (10, 12), "square": (14, 16), "triangle": (22, 24)}
+QUICK: dict[str, tuple[int, ...]] = {"hex": (10, 12), "square": (14,), "triangle": (22,)}
 KEEPS = ("two-stack", "untwisted")
 LIMIT, QUICK_LIMIT = 180.0, 60.0
 

@@ -33,6 +33,14 @@ def run(folder, *words):
     return output
 
 
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory):
+    """What one process on its own finds."""
+    folder = tmp_path_factory.mktemp("alone")
+    run(folder, "--n", "20", "--jobs", "1", "--db", "alone.sqlite")
+    return content(folder / "alone.sqlite")
+
+
 def content(location):
     with open_readonly(str(location)) as database:
         return select_sql(database, DESIGNS).rows, select_sql(database, FOLDINGS).rows
@@ -51,7 +59,7 @@ def batches(path):
         link.close()
 
 
-def test_a_worker_killed_in_the_middle_changes_nothing(tmp_path, cluster):
+def test_a_worker_killed_in_the_middle_changes_nothing(tmp_path, cluster, alone):
     process = start(tmp_path, "--n", "20", "--scheduler", cluster.address, "--db", "cluster.sqlite")
     until(lambda: batches(tmp_path / "cluster.sqlite") >= 2)
     victim = until(cluster.working)[0]
@@ -59,12 +67,11 @@ def test_a_worker_killed_in_the_middle_changes_nothing(tmp_path, cluster):
     assert batches(tmp_path / "cluster.sqlite") < 12, "the run was over before the worker died"
     _, errors = process.communicate(timeout=300)
     assert (process.returncode, errors) == (0, "")
-    run(tmp_path, "--n", "20", "--jobs", "1", "--db", "alone.sqlite")
-    assert content(tmp_path / "cluster.sqlite") == content(tmp_path / "alone.sqlite")
+    assert content(tmp_path / "cluster.sqlite") == alone
     assert "12 taken from before" in run(tmp_path, "--n", "20", "--jobs", "1", "--db", "cluster.sqlite")
 
 
-def test_a_lost_scheduler_is_one_line_and_finished_batches_stay(tmp_path, cluster):
+def test_a_lost_scheduler_is_one_line_and_finished_batches_stay(tmp_path, cluster, alone):
     process = start(tmp_path, "--n", "20", "--scheduler", cluster.address, "--db", "d.sqlite")
     finished = until(lambda: batches(tmp_path / "d.sqlite"))
     os.killpg(cluster.scheduler.pid, signal.SIGKILL)
@@ -75,8 +82,7 @@ def test_a_lost_scheduler_is_one_line_and_finished_batches_stay(tmp_path, cluste
     kept = batches(tmp_path / "d.sqlite")
     assert finished <= kept < 12
     assert f"{kept} taken from before" in run(tmp_path, "--n", "20", "--jobs", "1", "--db", "d.sqlite")
-    run(tmp_path, "--n", "20", "--jobs", "1", "--db", "alone.sqlite")
-    assert content(tmp_path / "d.sqlite") == content(tmp_path / "alone.sqlite")
+    assert content(tmp_path / "d.sqlite") == alone
 
 
 def test_results_that_are_ready_when_the_scheduler_dies_are_not_waited_for(cluster):
@@ -87,22 +93,20 @@ def test_results_that_are_ready_when_the_scheduler_dies_are_not_waited_for(clust
         list(work)
 
 
-def test_sqlite_postgresql_and_a_cluster_into_postgresql_hold_the_same(tmp_path, cluster):
+def test_sqlite_postgresql_and_a_cluster_into_postgresql_hold_the_same(tmp_path, cluster, alone):
     with running_server() as server:
         name = server.create_database()
-        alone, shared = server.url(server.create_database()), server.url(name)
+        own, shared = server.url(server.create_database()), server.url(name)
         process = start(tmp_path, "--n", "20", "--scheduler", cluster.address, "--db", shared)
         has_begun = "SELECT 1 FROM pg_tables WHERE tablename = 'batch'"
         until(lambda: server.run(has_begun, name) and server.run("SELECT 1 FROM batch LIMIT 1", name))
         os.kill(cluster.working()[0], signal.SIGKILL)
         _, errors = process.communicate(timeout=300)
         assert (process.returncode, errors) == (0, "")
-        assert PASSWORD not in run(tmp_path, "--n", "20", "--jobs", "1", "--db", alone)
-        run(tmp_path, "--n", "20", "--jobs", "1", "--db", "d.sqlite")
-        expected = content(tmp_path / "d.sqlite")
-        assert len(expected[0]) == 20_769
-        assert content(alone) == expected
-        assert content(shared) == expected
+        assert PASSWORD not in run(tmp_path, "--n", "20", "--jobs", "1", "--db", own)
+        assert len(alone[0]) == 20_769
+        assert content(own) == alone
+        assert content(shared) == alone
 
 
 def test_counting_on_a_cluster(tmp_path, cluster):
