@@ -105,8 +105,8 @@ def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> Repor
 
 
 def save_report(report: Report, folder: Path) -> None:
-    """Write `deployability.md` into a folder, and the CSV file and the machine below it."""
-    save(report.tables, report.machine, folder, "deployability", _HEADING, data="deployability")
+    """Write a part of `tables.md` into a folder, and the CSV file and the machine below it."""
+    save(report.tables, report.machine, folder, "tables", _HEADING, data="deployability")
 
 
 def _searches(quick: bool) -> Iterator[tuple[str, str, Search]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -74,14 +75,25 @@ def _is_text(table: Table, column: str) -> bool:
 
 
 def save(tables: Sequence[Table], machine: Machine, folder: Path, name: str, heading: str, *, data: str = ".") -> None:
-    """Write NAME.md into a folder, and `machine.json` and a CSV file a table into the folder `data` below it."""
+    """Write tables into NAME.md of a folder, and `machine.json` and a CSV file each into the folder `data` below it.
+
+    heading : begins with a title `# ...`; what NAME.md has under other titles stays as it is.
+    """
     below = folder / data
     below.mkdir(parents=True, exist_ok=True)
     (below / "machine.json").write_text(json.dumps(asdict(machine), indent=1) + "\n", encoding="utf-8")
     for table in tables:
         frame(table).to_csv(below / f"{table.name}.csv", index=False)
     sections = "\n".join(map(markdown, tables))
-    (folder / f"{name}.md").write_text(f"{heading}\n\n{machine}\n\n{sections}", encoding="utf-8")
+    _put(folder / f"{name}.md", f"{heading}\n\n{machine}\n\n{sections}")
+
+
+def _put(page: Path, part: str) -> None:
+    """Write a part into a page, in the place of the one with the same title or after all others."""
+    old = page.read_text(encoding="utf-8") if page.exists() else ""
+    parts = {text.partition("\n")[0]: text.rstrip() for text in re.split("^(?=# )", old, flags=re.MULTILINE) if text}
+    parts[part.partition("\n")[0]] = part.rstrip()
+    page.write_text("\n\n".join(parts.values()) + "\n", encoding="utf-8")
 
 
 def save_json(tables: Sequence[Table], machine: Machine, path: Path) -> None:

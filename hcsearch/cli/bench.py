@@ -240,7 +240,7 @@ def tables(output: Path, quick: bool, limit: float | None, json_file: Path | Non
 @bench.command(epilog="Example: hcsearch bench deployability --quick")
 @_common("deployability")
 def deployability(output: Path, quick: bool, json_file: Path | None) -> None:
-    """Which untwisted foldings come flat without a collision, and what helps the others: docs/deployability.md."""
+    """Which untwisted foldings come flat without a collision, and what helps the others: docs/tables.md."""
     from hcsearch.bench.deployability import measure, save_report  # noqa: PLC0415
 
     report = measure(quick=quick, say=_say)

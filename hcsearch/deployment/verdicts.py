@@ -2,7 +2,7 @@
 
 The first look is at the scene `default`. Foldings that do not deploy in it get a second, cheap look: their flat pairs
 hinged, their mirror pairs merged, spring sets graded over the layers, the faces or the stacks, so that panels open one
-after the other, and sets spread over all that springs may be (docs/deployability.md tells how many each finds). A full
+after the other, and sets spread over all that springs may be (docs/tables.md tells how many each finds). A full
 search is `hcsearch tune`.
 """
 

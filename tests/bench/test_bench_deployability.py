@@ -31,11 +31,15 @@ def test_known_small_cases(report):
     assert (eight_r.designs, eight_r.default) == (1, eight_r.foldings)  # the thesis's 8R element deploys
 
 
-def test_it_is_saved(report, tmp_path):
-    save_report(report[0], tmp_path)
-    page = (tmp_path / "deployability.md").read_text(encoding="utf-8")
-    assert page.startswith("# Deployability")
-    assert "| triangle | n = 10" in page
-    assert (tmp_path / "deployability" / "deployability.csv").read_text(encoding="utf-8").count("\n") == len(
-        report[0].rows
-    ) + 1
+def test_it_is_saved_among_the_tables(report, tmp_path):
+    page = tmp_path / "tables.md"
+    page.write_text("# Tables\n\nOthers.\n\n# Deployability\n\nOf before.\n", encoding="utf-8")
+    for _ in range(2):
+        save_report(report[0], tmp_path)
+        text = page.read_text(encoding="utf-8")
+        assert text.startswith("# Tables\n\nOthers.\n\n# Deployability\n\nWhich foldings come flat")
+        assert text.count("| triangle | n = 10") == 1
+        assert "Of before" not in text
+        assert text.endswith("|\n")
+    table = (tmp_path / "deployability" / "deployability.csv").read_text(encoding="utf-8")
+    assert table.count("\n") == len(report[0].rows) + 1
