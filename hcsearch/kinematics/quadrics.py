@@ -19,6 +19,8 @@ ROUGHLY = 1e-5
 """The same at a state that is singular only as far as it has been located."""
 SAME = 1e-3
 """Solutions nearer than this are one: a double one is known to the root of what it is solved to."""
+STEPS, NIL = 200, 1e-15
+"""Steps of a search, and what of an equation or a step is nothing."""
 TRIED = 0.05
 """A family is told from a double point by steps of this length in it."""
 
@@ -72,11 +74,9 @@ def solve_quadrics(
     forms = forms[sizes > NOTHING] / sizes.max(initial=NOTHING)
     rng = np.random.default_rng(seed)
     found: list[Solution] = []
-    for z in rng.standard_normal((starts, m)):
-        solution = _newton(forms, cone, z / np.linalg.norm(z), solved)
-        if solution is None:
+    for vector, residual in zip(*_newton(forms, cone, rng.standard_normal((starts, m))), strict=True):
+        if residual >= solved:
             continue
-        vector, residual = solution
         dimension = _dimension(forms, vector, solved)
         apart = 0.25 if dimension else max(SAME, 10 * solved**0.5)
         if not any(_distance(vector, old.vector, both) < apart for old in found if old.dimension == dimension):
@@ -89,42 +89,49 @@ def _distance(one: Reals, two: Reals, both: bool) -> float:
     return min(apart, float(np.linalg.norm(one + two))) if both else apart
 
 
-def _newton(forms: Reals, cone: Reals | None, z: Reals, solved: float) -> tuple[Reals, float] | None:
-    """From a start to a solution nearby (Levenberg and Marquardt); None where the way ends elsewhere."""
-    damping = 1e-3
+def _newton(forms: Reals, cone: Reals | None, starts: Reals) -> tuple[Reals, list[float]]:
+    """Where the ways from all starts (n, m) end, each on the sphere, and what is left of the equations there.
+
+    Levenberg and Marquardt, all starts together: one call of LAPACK for a step of each.
+    """
+    z = starts / np.linalg.norm(starts, axis=1, keepdims=True)
     value, slope = _system(forms, cone, z)
-    for _ in range(200):
-        size = float(np.abs(value).max(initial=0.0))
-        if size < 1e-15:
+    damping = np.full(len(z), 1e-3)
+    going = np.abs(value).max(axis=1, initial=0.0) >= NIL
+    for _ in range(STEPS):
+        at = np.flatnonzero(going)
+        if not len(at):
             break
-        step = np.linalg.lstsq(
-            np.vstack([slope, np.sqrt(damping) * np.eye(len(z))]), -np.r_[value, np.zeros(len(z))], rcond=None
-        )[0]
-        trial = z + step
-        trial /= np.linalg.norm(trial)
+        trial = z[at] + _damped_step(value[at], slope[at], damping[at])
+        trial /= np.linalg.norm(trial, axis=1, keepdims=True)
         new_value, new_slope = _system(forms, cone, trial)
-        if new_value @ new_value < value @ value:
-            moved = float(np.linalg.norm(trial - z))
-            z, value, slope = trial, new_value, new_slope
-            damping = max(0.1 * damping, 1e-30)
-            if moved < 1e-15:
-                break
-        else:
-            damping = max(10 * damping, 1e-20)
-            if damping > 1e6:
-                break
-    residual = float(np.abs(value).max(initial=0.0))
-    return (z, residual) if residual < solved else None
+        better = (new_value**2).sum(axis=1) < (value[at] ** 2).sum(axis=1)
+        moved = np.linalg.norm(trial - z[at], axis=1)
+        taken = at[better]
+        z[taken], value[taken], slope[taken] = trial[better], new_value[better], new_slope[better]
+        damping[at] = np.where(better, np.maximum(0.1 * damping[at], 1e-30), np.maximum(10 * damping[at], 1e-20))
+        left = np.abs(value[at]).max(axis=1, initial=0.0)
+        going[at] = (left >= NIL) & np.where(better, moved >= NIL, damping[at] <= 1e6)
+    return z, np.abs(value).max(axis=1, initial=0.0).tolist()
+
+
+def _damped_step(value: Reals, slope: Reals, damping: Reals) -> Reals:
+    """Steps (n, m) of least value + slope step, squared, and damping times step, squared."""
+    u, s, vt = np.linalg.svd(slope, full_matrices=False)
+    nothing = s <= max(slope.shape[1:]) * np.finfo(float).eps * s[:, :1]
+    gain = np.where(nothing, 0.0, s / (s * s + damping[:, None]))
+    step: Reals = -np.einsum("nji,nj->ni", vt, gain * np.einsum("nkj,nk->nj", u, value))
+    return step
 
 
 def _system(forms: Reals, cone: Reals | None, z: Reals) -> tuple[Reals, Reals]:
-    """What must vanish, and its derivative: the forms, and what sticks out of the cone."""
-    turned = forms @ z
-    value, slope = turned @ z, 2.0 * turned
+    """What must vanish at vectors z (n, m), and its derivative: the forms, and what sticks out of the cone."""
+    turned = np.einsum("kij,nj->nki", forms, z)
+    value, slope = np.einsum("nki,ni->nk", turned, z), 2.0 * turned
     if cone is not None and len(cone):
-        out = cone @ z
-        value = np.r_[value, np.minimum(out, 0.0)]
-        slope = np.vstack([slope, np.where(out < 0.0, 1.0, 0.0)[:, None] * cone])
+        out = z @ cone.T
+        value = np.hstack([value, np.minimum(out, 0.0)])
+        slope = np.concatenate([slope, np.where(out < 0.0, 1.0, 0.0)[:, :, None] * cone], axis=1)
     return value, slope
 
 
@@ -133,10 +140,10 @@ def _dimension(forms: Reals, z: Reals, solved: float) -> int:
     slope = np.vstack([2.0 * forms @ z, z])
     _, s, vt = np.linalg.svd(slope)
     kernel = vt[int(np.count_nonzero(s > 1e-5)) :]
-    count = 0
-    for direction in kernel:
-        other = _newton(forms, None, (z + TRIED * direction) / np.hypot(1.0, TRIED), solved)
-        if other is not None:
-            away = other[0] - z
-            count += bool(abs(away @ direction) > 0.5 * TRIED and np.linalg.norm(away) < 2 * TRIED)
-    return count
+    if not len(kernel):
+        return 0
+    ends, residuals = _newton(forms, None, z + TRIED * kernel)
+    away = ends - z
+    along = np.abs(np.einsum("ij,ij->i", away, kernel)) > 0.5 * TRIED
+    near = np.linalg.norm(away, axis=1) < 2 * TRIED
+    return int(np.count_nonzero((np.array(residuals) < solved) & along & near))
