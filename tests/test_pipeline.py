@@ -3,6 +3,9 @@
 import itertools
 import multiprocessing
 import os
+import signal
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -52,6 +55,32 @@ def test_workers_in_the_midst_of_an_answer_are_ended_all_the_same():
         assert len(list(itertools.islice(answers, taken))) == taken
         answers.close()
         assert not multiprocessing.active_children()
+
+
+def test_an_interrupt_that_wakes_no_wait_ends_it_all_the_same():
+    ready = threading.Event()
+
+    def task(_):
+        time.sleep(0.5)  # the other thread waits
+        # as if it had come just before that wait: it does not wake the thread that runs the handler
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGUSR1])
+        signal.pthread_kill(threading.get_ident(), signal.SIGUSR1)
+        return ready.wait(30)
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    handler = signal.signal(signal.SIGUSR1, interrupt)
+    signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGUSR1])
+    begin = time.monotonic()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            next(Crew().work(task, ["unit"]))
+        assert time.monotonic() - begin < 10
+    finally:
+        ready.set()
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGUSR1])
+        signal.signal(signal.SIGUSR1, handler)
 
 
 @pytest.mark.parametrize(

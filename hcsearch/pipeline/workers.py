@@ -9,7 +9,7 @@ import logging
 import re
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -27,6 +27,7 @@ _ADDRESS = r"(tcp://)?([^\s/:\[\]]+|\[[0-9a-fA-F:]+\]):\d+"
 _PARCEL = 4  # units that travel together: fewer journeys
 _AHEAD = 4  # parcels in work or waiting for each worker: more even out their sizes, fewer take less memory
 _PATIENCE = 10.0  # seconds
+_GLANCE = 0.2  # seconds
 _VERSION = version("hcsearch")
 
 
@@ -61,7 +62,7 @@ class Crew:
             thread = ThreadPoolExecutor(1)
             try:
                 for unit in units:
-                    yield unit, thread.submit(task, unit).result()
+                    yield unit, _result(thread.submit(task, unit))
             finally:
                 thread.shutdown(wait=False, cancel_futures=True)
             return
@@ -106,7 +107,7 @@ def _in_order(pool: _Pool, task: Callable[[P], T], parcels: Sequence[P], ahead: 
             if not waiting:
                 return
             parcel, future = waiting.popleft()
-            yield parcel, future.result()
+            yield parcel, _result(future)
     finally:
         for _, future in waiting:
             future.cancel()
@@ -125,6 +126,13 @@ class _ClusterPool:
     def submit(self, task: Callable[[P], T], parcel: P) -> Future[T]:
         future: Future[T] = self._client.submit(task, parcel, pure=False)
         return future
+
+
+def _result(future: Future[T]) -> T:
+    """What a future gives. An interrupt that comes just before a wait is noticed only after it: no wait is long."""
+    while isinstance(future, Future) and not wait((future,), _GLANCE).done:
+        pass
+    return future.result()  # one of a cluster wakes by itself
 
 
 @contextmanager
