@@ -73,13 +73,13 @@ ROUNDS: tuple[tuple[Look, ...], ...] = (
 What deploys in one does not count as tried in those after it."""
 PATIENT = 3.0
 """How long the second look lasts, s: of 158 motions of 12 hexagons, clear and not at rest after 1 s, 11 come flat."""
-SCREENED, BRIEF = 1e-5, 4000
-"""Tolerance of the second look, and steps that it may take; what deploys in it is simulated again as in the first look.
-Few motions that deploy take a fifth of them; a few that do not would take most of the time."""
+SCREENED, BRIEF, LARGE = 1e-5, 4000, 12
+"""Tolerance of the second look, steps that it may take, and panels above which more, as the square of their number.
+Of 12 hexagons few motions that deploy take a fifth of these steps; a few that do not would take most of the time. Of 22
+triangles some that deploy take 10,000. What deploys in it is simulated again as in the first look."""
 TOGETHER = 256
 """Foldings whose scenes are held in memory together."""
 Tried = tuple[int, Look]
-SECOND: dict[str, Any] = {"whole": False, "tolerance": SCREENED, "max_steps": BRIEF}
 
 
 def verdicts(
@@ -104,6 +104,8 @@ class _Verdicts:
         threads: int,
     ) -> None:
         self.panel = default_panel(circuits.grid)
+        steps = round(BRIEF * max(1.0, circuits.words.shape[1] / LARGE) ** 2)
+        self.second: dict[str, Any] = {"whole": False, "tolerance": SCREENED, "max_steps": steps}
         self.foldings = {i: folding_at(circuits, foldings, i) for i in np.flatnonzero(untwisted).tolist()}
         self.count, self.threads = len(foldings), threads
         self.locked = {i for i in self.foldings if locked[i]}
@@ -135,7 +137,7 @@ class _Verdicts:
         if FIRST in looks:
             found = self._check(scenes, {})
         else:
-            found = self._check(scenes, SECOND)
+            found = self._check(scenes, self.second)
             found |= self._check({tried: scenes[tried] for tried in scenes if found[tried].deploys}, {})
         for (i, look), one in found.items():
             if i not in self.deploys:
