@@ -34,6 +34,7 @@ def start(tmp_path):
         command = [sys.executable, "-m", "hcsearch", *words]
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
         assert done.returncode == 0, done.stderr + done.stdout
+        assert "Traceback" not in done.stderr
         return done
 
     return call
@@ -60,6 +61,7 @@ def run(tmp_path, monkeypatch, capfd):
                 signal.signal(signal.SIGINT, on_interrupt)
         done = subprocess.CompletedProcess(words, found, *capfd.readouterr())
         assert done.returncode == code, done.stderr + done.stdout
+        assert "Traceback" not in done.stderr
         return done
 
     return call

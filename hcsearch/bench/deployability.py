@@ -96,7 +96,7 @@ class Report:
 
 
 def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> Report:
-    """Check everything: half an hour, or seconds when `quick`."""
+    """Check everything, and say each row when it is finished: an hour, or seconds when `quick`."""
     rows = []
     for named in _searches(quick):
         rows.append(_row(*named))
