@@ -35,3 +35,7 @@ class QueryError(HcsearchError):
 
 class ClusterError(HcsearchError):
     """Worker processes, or a cluster of them, that cannot be reached or have failed."""
+
+
+class SceneError(HcsearchError):
+    """A scene that cannot be read, that a grid cannot have, or that was never run."""

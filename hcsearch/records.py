@@ -61,9 +61,8 @@ class DesignBatch:
     folding_twist, n_untwisted, min_twist : None where the stage `twist` has not run; min_twist is -1 without a folding.
     mobility, best_crease : None where the stage `mobility` has not run. `mobility` has a row a folding; best_crease is
         that of the untwisted folding with the lowest dof, then crease, or -1.
-    folding_status : a word for each folding, None where it is twisted; status : the best of each design's foldings,
-        None without an untwisted one. None where the stage `mobility` has not run.
-    deployment : None where the stage `deployment` has not run; it has a row a folding.
+    folding_status : locked or undecided, for each folding, None where it is twisted; status : the best of each design's
+        foldings, None without an untwisted one. None where the stage `mobility` has not run.
     """
 
     grid: str
@@ -83,7 +82,6 @@ class DesignBatch:
     best_crease: Integers | None = None
     folding_status: list[str | None] | None = None
     status: list[str | None] | None = None
-    deployment: DeploymentBatch | None = None
 
     def __len__(self) -> int:
         return len(self.circuit)
@@ -111,7 +109,8 @@ class MobilityBatch:
 class Trial:
     """A deployment of one folding of a batch in one scene: what it was, and what became of it.
 
-    folding : index in the batch. values : of the scene, as JSON. status : deploys, collides, undecided. reason : a
+    folding : index in the batch. scene : its name, which `hcsearch deploy --scene` takes. values : the scene and the
+    folding as a TOML file, which `hcsearch deploy` takes, too. status : deploys, collides, undecided. reason : a
     sentence. clearance : smallest gap to which panels come back, m, at most a panel's size, as none of them may come
     back; first_contact, deploy_time : s; None where there is none.
     energy_error : greatest relative error of the energy balance. closure_error : greatest gap of the closed loop, m.
@@ -132,7 +131,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class DeploymentBatch:
-    """Verdicts on a batch of foldings, one entry each, and the deployments that they are told from.
+    """Verdicts on a batch of foldings in a scene, one entry each, and the deployments that they are drawn from.
 
     status : deploys, collides, undecided, locked; None where the folding is twisted. clearance (m), time (s) : of those
         that deploy, in the first scene in which they do; NaN else.
@@ -145,12 +144,53 @@ class DeploymentBatch:
 
 
 @dataclass(frozen=True)
+class Candidates:
+    """Designs whose deployment is to be simulated, with their untwisted foldings alone.
+
+    n_fixed : (n_circuits,), circuits that each stands for. locked, dof : (n_foldings,), of the stage `mobility`.
+    """
+
+    circuits: CircuitBatch
+    n_fixed: Integers
+    foldings: FoldingBatch
+    locked: NDArray[np.bool_]
+    dof: Integers
+
+    def take(self, begin: int, end: int) -> Candidates:
+        """The designs of a range, as candidates of their own."""
+        own = (self.foldings.row >= begin) & (self.foldings.row < end)
+        return Candidates(
+            self.circuits.take(np.arange(begin, end)),
+            self.n_fixed[begin:end],
+            FoldingBatch(self.foldings.row[own] - begin, self.foldings.crease[own]),
+            self.locked[own],
+            self.dof[own],
+        )
+
+
+@dataclass(frozen=True)
+class VerdictBatch:
+    """What the store keeps of verdicts on designs in a scene.
+
+    circuit : notations. best_crease, status : of the best folding of each design. folding_row, folding_crease : of the
+        foldings that were tried. deployment : a row a folding.
+    """
+
+    circuit: list[str]
+    best_crease: list[int]
+    status: list[str]
+    folding_row: Integers
+    folding_crease: Integers
+    deployment: DeploymentBatch
+
+
+@dataclass(frozen=True)
 class Work:
     """What identifies finished work, beside the search prefix, the stage and its version.
 
     target : the canonical array notation for a run on one array, '' for a run over all arrays of n cells.
     keep : 'all', 'two-stack' or 'untwisted'.
-    scene : name of the scene a verdict depends on, '' for stages that need none.
+    scene : name of the scene that a verdict depends on, '' for stages that need none.
     """
 
     grid: str

@@ -1,35 +1,64 @@
-"""Scenes: what a verdict on a folding depends on, beside the folding itself. SI units."""
+"""Scenes: what a verdict on a folding depends on, beside the folding. SI units; millimetres in texts of panels."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+import re
+from dataclasses import dataclass, replace
 from typing import Literal
+
+from hcsearch.errors import SceneError
 
 PanelSize = tuple[float, float, float]
 Vector = tuple[float, float, float]
 Held = int | Literal["bottom", "free"]
+FlatPairs = Literal["rigid", "hinged", "either"]
+Merge = bool | Literal["either"]
+
+DEFAULT = "default"
+SMALLEST, LARGEST = 1e-6, 1e4
+"""Lengths of panels, m."""
+_NUMBER = r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
+_PANEL = re.compile(rf"({_NUMBER})x({_NUMBER})(?:x({_NUMBER}))?", re.ASCII)
+_NAME = re.compile(r"[A-Za-z][\w.+-]{0,39}(?: [\w.+-]+)*", re.ASCII)
+_ACROSS = {"square": 1.0, "hex": math.sqrt(3.0), "triangle": 0.5 * math.sqrt(3.0)}
+"""Distance across flats (of a triangle its height) over the side."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """Material, springs, stops, gravity, what is held, and the start of a deployment.
+    """Panels, material, springs, stops, gravity, what is held, and the start of a deployment.
 
-    density : kg/m^3. spring : moment-angle law of every hinge, in the notation of laws; springs : of single hinges.
+    panel : length, width and thickness, m; None for 50 x 50 x 6 mm (rectangles 50 x 40 x 6), and for assemblies, which
+        have sizes of their own. density : kg/m^3. areal_mass : kg/m^2, in place of a density where it is given.
+    flat_pairs : the two pairs of a folding that lie flat beside each other in both states: rigid, hinged or either.
+        merge : whether panels that meet on a mirror axis are made one. What is `either` is tried both ways.
+    margin : m, by which panels are shrunk on every face where collisions are looked for; None for 0.1 mm on 50 mm, in
+        proportion to the longest edge.
+    spring : moment-angle law of every hinge, in the notation of laws; springs : of single hinges.
+    spring_range : softest and stiffest spring that is tried or tuned, N m/rad; None for what the scene's own springs
+        and weight ask for (see `deployment.scales`).
     damping_time : damping over stiffness of each hinge, s (proportional damping, thesis 4.4); damping : N m s/rad at
         every hinge in its place, where it is given.
     gravity : m/s^2, in axes of the flat state; the drawing is seen from +z.
     held : the panel that stands still (`bottom` the first, the lowest pair of a folding), or `free`: that panel belongs
         to a floating base of base_mass (kg) and base_inertia (kg m^2) about its centre, which is the panel's.
     start : share of the folded angles at which it starts, projected onto closure and at rest.
-    restitution : of hinge stops, 0 to 1. seconds : how long it is simulated.
+    restitution : of hinge stops, 0 to 1. seconds : how long it is simulated; None for what its natural time asks for.
     stop_stiffness, stop_damping, cut_stiffness, cut_damping : of stops, and of the springs that close loops, in the
         penalty (thesis Table 4.3) and the compliant formulation: N m/rad, N m s/rad, N/m, Ns/m.
     """
 
-    name: str = "default"
+    name: str = DEFAULT
+    panel: PanelSize | None = None
     density: float = 547.0
+    areal_mass: float | None = None
+    flat_pairs: FlatPairs = "either"
+    merge: Merge = "either"
+    margin: float | None = None
     spring: str = "linear:0.1"
     springs: tuple[tuple[int, str], ...] = ()
+    spring_range: tuple[float, float] | None = None
     damping_time: float = 0.043
     damping: float | None = None
     gravity: Vector = (0.0, 0.0, 0.0)
@@ -38,11 +67,15 @@ class Scene:
     base_inertia: Vector = (0.0, 0.0, 0.0)
     start: float = 0.999
     restitution: float = 0.0
-    seconds: float = 1.0
+    seconds: float | None = None
     stop_stiffness: float = 1e6
     stop_damping: float = 1.0
     cut_stiffness: float = 1e8
     cut_damping: float = 10.0
+
+    def density_of(self, thickness: float) -> float:
+        """Density of panels of a thickness (m), kg/m^3."""
+        return self.density if self.areal_mass is None else self.areal_mass / thickness
 
 
 SCENES = {
@@ -62,3 +95,89 @@ floating cube of 4 kg and 0.1 m, a CubeSat of 3 units."""
 def default_panel(grid: str) -> PanelSize:
     """Length, width and thickness of a panel in the scene `default`, in metres."""
     return (0.050, 0.040 if grid == "rectangle" else 0.050, 0.006)
+
+
+def panel_of(scene: Scene, grid: str) -> PanelSize:
+    """Size of the panels of a design in a scene, m; SceneError where its grid has no such panels."""
+    panel = scene.panel or default_panel(grid)
+    if panel[0] != panel[1] and grid != "rectangle":
+        raise SceneError(
+            f"panels of the {grid} grid have one side: write --panel SIDExTHICKNESS in mm, such as 50x6, "
+            "or --across WIDTHxTHICKNESS"
+        )
+    return panel
+
+
+def check_verdicts(scene: Scene, grid: str, n: int) -> None:
+    """Refuse a scene that the foldings of n panels of a grid cannot be tried in."""
+    panel_of(scene, grid)
+    if scene.springs:
+        raise SceneError(
+            f"the scene {scene.name} has springs of single hinges, which are those of one design: leave them out, or "
+            "use hcsearch deploy"
+        )
+    if scene.held == "free":
+        raise SceneError(f"the scene {scene.name} holds no panel: hold one for verdicts, such as held = 'bottom'")
+    if isinstance(scene.held, int) and scene.held >= n // 2:
+        raise SceneError(f"panel {scene.held} is not in all foldings of {n} panels: hold 'bottom', or a lower number")
+
+
+def with_panel(scene: Scene, panel: PanelSize, grid: str) -> Scene:
+    """The scene with other panels; its name says which, unless they are those that it has."""
+    if panel == panel_of(scene, grid):
+        return scene
+    changed = replace(scene, panel=panel, name=joined_name(scene.name, panel_text(panel)))
+    panel_of(changed, grid)
+    return changed
+
+
+def joined_name(base: str, *parts: str) -> str:
+    """The name of a scene that differs from another one; what it shares with `default` goes without saying."""
+    return ", ".join(part for part in (base if base != DEFAULT else "", *parts) if part) or DEFAULT
+
+
+def read_panel(text: str) -> PanelSize:
+    """The size of a panel (m) in millimetres: length x width x thickness, or side x thickness.
+
+    For hexagons and triangles length and width are the side.
+    """
+    match = _PANEL.fullmatch(text)
+    if match is None:
+        raise SceneError(
+            f"{text!r} is no panel: write length x width x thickness in mm, such as 50x40x6, or side x thickness, "
+            "such as 50x6"
+        )
+    sizes = [float(f"{float(part):.10g}") * 1e-3 for part in match.groups() if part is not None]
+    length, width, thickness = sizes if len(sizes) == 3 else (sizes[0], *sizes)
+    if not all(SMALLEST <= size <= LARGEST for size in sizes):
+        raise SceneError(
+            f"{text!r} is no panel: give lengths from {1e3 * SMALLEST:g} to {1e3 * LARGEST:g} mm, such as 50x40x6"
+        )
+    return (length, width, thickness)
+
+
+def read_across(text: str, grid: str) -> PanelSize:
+    """The size of a panel (m) of a width across flats (of a triangle its height) and a thickness, in millimetres."""
+    match = _PANEL.fullmatch(text)
+    if match is None or match[3] is not None:
+        raise SceneError(f"{text!r} is no width across flats: write width x thickness in mm, such as 1000x20")
+    if grid not in _ACROSS:
+        raise SceneError(f"panels of the {grid} grid have no width across flats: write --panel 50x40x6")
+    return read_panel(f"{float(match[1]) / _ACROSS[grid]:.10g}x{match[2]}")
+
+
+def panel_text(panel: PanelSize) -> str:
+    """Length x width x thickness in millimetres; `read_panel` reads it."""
+    return "x".join(f"{1e3 * size:.10g}" for size in panel)
+
+
+def is_panel(text: str) -> bool:
+    """Whether a text is the size of a panel."""
+    return _PANEL.fullmatch(text) is not None
+
+
+def check_name(name: str) -> str:
+    """The name of a scene; SceneError where it could not be written on a command line."""
+    if not _NAME.fullmatch(name):
+        raise SceneError(f"{name[:60]!r} is no name of a scene: write letters, digits, - and _, such as solar")
+    return name

@@ -12,10 +12,11 @@ import numpy as np
 
 from hcsearch.bench.machine import Machine, this_machine
 from hcsearch.bench.tables import Table, save
-from hcsearch.deployment.springs import SOFTEST, STIFFEST
+from hcsearch.deployment.looks import PATIENT, SPREAD
+from hcsearch.deployment.scales import SOFTEST, STIFFEST
 from hcsearch.deployment.subjects import folding_linkage
 from hcsearch.deployment.tuning import tune
-from hcsearch.deployment.verdicts import PATIENT, SPREAD, verdicts
+from hcsearch.deployment.verdicts import verdicts
 from hcsearch.enumeration import ArraySearch, PolygonSearch, Search
 from hcsearch.folding import Folding, fold, folding_at
 from hcsearch.grid import grid_named, parse_array
@@ -131,7 +132,8 @@ def _row(grid: str, cells: str, search: Search) -> DeployabilityRow:
         untwisted = twist_batch(circuits, foldings) == 0
         foldings = FoldingBatch(foldings.row[untwisted], foldings.crease[untwisted])
         twists = np.zeros(len(foldings), np.int16)
-        found = verdicts(circuits, foldings, twists, mobility(circuits, foldings, twists), threads=2)
+        locked = mobility(circuits, foldings, twists).locked
+        found = verdicts(circuits, foldings, twists, locked, SCENES["default"], threads=2)
         tally.update(_told(found))
         if search.n <= TUNED:
             tally["tuned"] += sum(_comes_flat(folding) for folding in _open(circuits, foldings, found))

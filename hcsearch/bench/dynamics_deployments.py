@@ -105,9 +105,9 @@ def _deployed(subject: Subject, formulation: str, scene: Scene, seconds: float) 
     method, tolerance = METHODS[formulation]
     compiled = subject.compiled(formulation, replace(scene, seconds=seconds))
     warm = replace(compiled, scene=replace(compiled.scene, seconds=1e-6))
-    run(warm, method=method, tolerance=tolerance, margin=None)
+    run(warm, method=method, tolerance=tolerance, certified=False)
     steps = LONG if formulation == "penalty" else None
-    return run(compiled, method=method, tolerance=tolerance, margin=None, max_steps=steps)
+    return run(compiled, method=method, tolerance=tolerance, certified=False, max_steps=steps)
 
 
 def _row(subject: Subject, found: Deployment, ours: Deployment | None) -> DeploymentRow:
@@ -122,7 +122,7 @@ def _row(subject: Subject, found: Deployment, ours: Deployment | None) -> Deploy
         apart=None if ours is None else arrivals_apart(arrivals(ours), arrived),
         events=len(found.motion.events),
         energy=compiled.factor * found.motion.drift,
-        gap=gap_of(Case(subject.name, compiled.formulation, compiled, scene.seconds), found.motion.q),
+        gap=gap_of(Case(subject.name, compiled.formulation, compiled, compiled.seconds), found.motion.q),
         steps=found.motion.steps,
         seconds=found.seconds,
     )

@@ -58,7 +58,7 @@ class Subject:
 
     def horizon(self, formulation: str) -> float:
         """Until when motions are compared, s: before the first event of a tight run, and before `until`."""
-        found = run(self.compiled(formulation), tolerance=TIGHT, margin=None).motion
+        found = run(self.compiled(formulation), tolerance=TIGHT, certified=False).motion
         first = found.events[0].time if found.events else found.times[-1]
         return min(SHARE * float(first), self.until)
 

@@ -160,12 +160,12 @@ def simulated(case: Case) -> Deployment:
     keep = frozenset(OMISSIONS if case.whole else ())
     compiled = compile_scene(case.subject.linkage, case.scene, case.formulation, keep=keep)
     if not case.subject.flat:
-        return run(compiled, method=case.method, tolerance=case.tolerance, margin=None, max_steps=FEW)
+        return run(compiled, method=case.method, tolerance=case.tolerance, certified=False, max_steps=FEW)
     begin = time.perf_counter()
     motion = simulate(
         compiled.system,
         case.subject.start_of(compiled),
-        end=case.scene.seconds,
+        end=compiled.seconds,
         method=case.method,
         tolerance=case.tolerance,
         restitution=case.scene.restitution,

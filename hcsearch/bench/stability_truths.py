@@ -49,7 +49,7 @@ def states(deployment: Deployment, last: float = math.inf) -> tuple[Reals, Reals
     """Times up to one and fold angles there, at the ends of steps."""
     times, angles = deployment.motion.times, deployment.angles
     if deployment.outcome == "at rest":  # it says that nothing moves until the end
-        times, angles = np.append(times, deployment.compiled.scene.seconds), np.vstack([angles, angles[-1]])
+        times, angles = np.append(times, deployment.compiled.seconds), np.vstack([angles, angles[-1]])
     count = int(np.searchsorted(times, last, side="right"))
     chosen = np.unique(np.linspace(0, count - 1, min(count, STATES)).round().astype(int))
     return times[chosen], angles[chosen]
@@ -207,13 +207,13 @@ def fine(subject: Subject, scene: Scene, formulation: Formulation, method: str, 
     motion = simulate(
         compiled.system,
         subject.start_of(compiled),
-        end=scene.seconds,
+        end=compiled.seconds,
         method=method,
         tolerance=tolerance,
         restitution=scene.restitution,
         flat=None if subject.flat else FLAT,
         watched=compiled.hinged,
-        longest_step=scene.seconds / FINE,
+        longest_step=compiled.seconds / FINE,
         max_steps=20 * FINE,
     )
     if motion.ending not in {"time", "flat"}:

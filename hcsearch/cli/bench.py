@@ -253,6 +253,10 @@ def _pipeline() -> Pipeline:
     from hcsearch.pipeline import Crew, Plan, count_designs, run_dry  # noqa: PLC0415
 
     return Pipeline(
-        funnel=lambda search, keep, progress: run_dry(Plan(search, "twist", keep), progress).funnel,
+        funnel=lambda search, keep, progress: (
+            run_dry(
+                Plan(search, "twist", keep), lambda done, total, note, unit="batch": progress(done, total, note)
+            ).funnel
+        ),
         count=lambda search, keep, progress: count_designs(search, keep, Crew(), progress).classes,
     )

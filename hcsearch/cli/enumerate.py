@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 
 import click
 
 from hcsearch.cli.options import crew_options, database_option, make_crew, make_search, target_options
 from hcsearch.cli.progress import Meter
-from hcsearch.errors import HcsearchError
+from hcsearch.cli.scenes import read_scene, scene_options, with_size
 
 if TYPE_CHECKING:
     from hcsearch.pipeline import Plan, Summary
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
 @click.option(
     "--until", metavar="STAGE", help="Last stage: circuits, foldings, twist, mobility, deployment.  [default: the last]"
 )
-@click.option("--panel", metavar="LxWxT", help="Panel size in millimetres, kept with the run.")
+@scene_options
 @crew_options
 @click.option("--dry-run", is_flag=True, help="List and print the funnel without a database.")
 def enumerate_(
@@ -31,19 +30,21 @@ def enumerate_(
     keep: str,
     db: str,
     until: str | None,
+    scene: str | None,
     panel: str | None,
+    across: str | None,
     jobs: int | None,
     scheduler: str | None,
     dry_run: bool,
 ) -> None:
-    """List all designs up to symmetry, filter them and store them."""
-    _check_panel(panel)
+    """List all designs up to symmetry, filter them and store them; deployments are simulated in a scene."""
     from hcsearch.pipeline import BUILT, Plan, check_keep, check_room, estimate, finished_units, run_dry, run_into  # noqa: PLC0415
     from hcsearch.store import open_database  # noqa: PLC0415
 
     last = list(BUILT)[-1] if until is None else until
     check_keep(keep, last)
-    plan = Plan(make_search(grid, n, array_spec, keep), last, keep, panel, make_crew(jobs, scheduler))
+    chosen = with_size(read_scene(scene, db), panel, across, grid)
+    plan = Plan(make_search(grid, n, array_spec, keep), last, keep, chosen, make_crew(jobs, scheduler))
     plan.crew.check()
     expected = estimate(plan, stored=not dry_run, finished=() if dry_run or plan.small else finished_units(plan, db))
     if expected is not None:
@@ -52,19 +53,15 @@ def enumerate_(
             check_room(expected, db)
     with Meter("batch") as meter:
         if dry_run:
-            summary, place = run_dry(plan, meter), None
+            summary, place = run_dry(plan, meter, _announce), None
         else:
             with open_database(db, create=True) as database:
-                summary, place = run_into(plan, database, meter), database.location
+                summary, place = run_into(plan, database, meter, _announce), database.location
     _print_summary(plan, summary, place)
 
 
-def _check_panel(panel: str | None) -> None:
-    if panel is None:
-        return
-    match = re.fullmatch(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)", panel, re.ASCII)
-    if not match or min(map(float, match.groups())) <= 0:
-        raise HcsearchError(f"malformed panel {panel!r}: write length x width x thickness in millimetres, as 50x40x6")
+def _announce(sentence: str) -> None:
+    click.echo(sentence, err=True)
 
 
 def _print_summary(plan: Plan, summary: Summary, place: str | None) -> None:
@@ -83,6 +80,8 @@ def _print_summary(plan: Plan, summary: Summary, place: str | None) -> None:
         click.echo(f"  {label:24}{'-' if count is None else f'{count:,}':>16}")
     times = ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in summary.stage_times.items())
     click.echo(f"stages: {times or 'nothing to do'}")
+    if plan.deploys:
+        click.echo(f"scene: {plan.scene.name}, panels of {plan.panel} mm")
     click.echo(f"batches: {summary.batches_done} done, {summary.batches_reused} taken from before")
     if place is not None:
         click.echo(f"database: {place}")

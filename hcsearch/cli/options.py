@@ -23,9 +23,14 @@ def database_option(command: Command) -> Command:
     return click.option(
         "--db",
         metavar="PATH|URL",
-        default=lambda: os.environ.get("HCSEARCH_DB") or "hcsearch.sqlite",
+        default=default_database,
         help="Database: a file or any SQLAlchemy URL.  [default: $HCSEARCH_DB, else hcsearch.sqlite]",
     )(command)
+
+
+def default_database() -> str:
+    """HCSEARCH_DB, else hcsearch.sqlite in the current folder."""
+    return os.environ.get("HCSEARCH_DB") or "hcsearch.sqlite"
 
 
 def target_options(command: Command) -> Command:

@@ -21,6 +21,7 @@ class Meter:
     def __init__(self, unit: str) -> None:
         self._unit = unit
         self._bar: tqdm[Any] | None = None
+        self._counted = (0, unit)
         self._hint = threading.Timer(2.0, click.echo, (_FIRST,), {"err": True})
 
     def __enter__(self) -> Meter:
@@ -28,17 +29,21 @@ class Meter:
             self._hint.start()
         return self
 
-    def __call__(self, done: int, total: int, note: str) -> None:
-        """Show the state; another total than before begins a new bar."""
+    def __call__(self, done: int, total: int, note: str, unit: str | None = None) -> None:
+        """Show the state; another total or unit than before begins a new bar."""
         from tqdm import tqdm  # noqa: PLC0415
 
         self._hint.cancel()
         if sys.stderr is None:
             return
-        if self._bar is None or self._bar.total != total:
+        counted = (total, unit or self._unit)
+        if self._bar is None or self._counted != counted:
             self._close()
+            self._counted = counted
             # `disable=None` is tqdm's word for silence where there is no terminal
-            self._bar = tqdm(total=total, initial=done - 1, unit=self._unit, disable=None, leave=False, file=sys.stderr)
+            self._bar = tqdm(
+                total=total, initial=max(0, done - 1), unit=counted[1], disable=None, leave=False, file=sys.stderr
+            )
         self._bar.set_postfix_str(note, refresh=False)
         self._bar.update(done - self._bar.n)
 

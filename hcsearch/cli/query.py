@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from hcsearch.cli.options import database_option
+from hcsearch.cli.scenes import scene_asked_for, scene_options
 from hcsearch.errors import QueryError
 from hcsearch.store.columns import column_names
 from hcsearch.store.formats import FORMATS
@@ -20,6 +21,7 @@ _COLUMNS = "id,grid,n,array,circuit,symmetry,n_foldings,n_untwisted,min_twist,st
 )
 @click.argument("condition", default="", metavar="[QUERY]")
 @database_option
+@scene_options
 @click.option("-c", "--columns", help=f"Columns, separated by commas.  [default: {_COLUMNS}]")
 @click.option("-s", "--sort", help="Sort by columns, separated by commas; -NAME is descending.")
 @click.option("--limit", type=click.IntRange(min=0), help="At most this many rows.")
@@ -31,6 +33,9 @@ _COLUMNS = "id,grid,n,array,circuit,symmetry,n_foldings,n_untwisted,min_twist,st
 def query(
     condition: str,
     db: str,
+    scene: str | None,
+    panel: str | None,
+    across: str | None,
     columns: str | None,
     sort: str | None,
     limit: int | None,
@@ -41,13 +46,18 @@ def query(
     """Print the designs that satisfy QUERY: terms such as n=12, dof<=6, untwisted, all of which must hold."""
     from hcsearch.store import format_rows, open_readonly, save_rows, stream, stream_sql  # noqa: PLC0415
 
-    if sql is not None and (condition or columns or sort or limit is not None):
-        raise QueryError("--sql stands alone: put conditions, columns, order and limit into the SELECT")
+    if sql is not None and (condition or columns or sort or limit is not None or scene or panel or across):
+        raise QueryError(
+            "--sql stands alone: put conditions, columns, order and limit into the SELECT; the view deployments has "
+            "all scenes"
+        )
     with open_readonly(db) as database:
         if sql is not None:
             selected = stream_sql(database, sql)
         else:
-            selected = stream(database, condition, columns=columns or _COLUMNS, sort=sort or "", limit=limit)
+            asked = scene_asked_for(database, scene, panel, across)
+            chosen = columns or _COLUMNS
+            selected = stream(database, condition, columns=chosen, sort=sort or "", limit=limit, scene=asked)
         with selected as rows:
             if output is None:
                 for text in format_rows(rows, style):

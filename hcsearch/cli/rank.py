@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hcsearch.cli.options import database_option
+from hcsearch.cli.scenes import scene_asked_for, scene_options
 from hcsearch.errors import QueryError
 from hcsearch.store.columns import CRITERIA
 from hcsearch.store.formats import FORMATS
@@ -28,6 +29,7 @@ _CRITERIA = "\n".join(
 )
 @click.argument("condition", default="", metavar="[QUERY]")
 @database_option
+@scene_options
 @click.option(
     "--weight", "weights", multiple=True, metavar="NAME=W", help="Weight of a criterion, 0 leaves it out.  [default: 1]"
 )
@@ -40,7 +42,16 @@ _CRITERIA = "\n".join(
 @click.option("--format", "style", type=click.Choice(_STYLES), default="table", show_default=True)
 @click.option("--save", is_flag=True, help="Store the scores of all designs ranked in the column `score`.")
 def rank(
-    condition: str, db: str, weights: tuple[str, ...], pareto: bool, limit: int | None, style: str, save: bool
+    condition: str,
+    db: str,
+    scene: str | None,
+    panel: str | None,
+    across: str | None,
+    weights: tuple[str, ...],
+    pareto: bool,
+    limit: int | None,
+    style: str,
+    save: bool,
 ) -> None:
     """Rank the designs that satisfy QUERY: terms such as n=12, dof<=6, untwisted, all of which must hold.
 
@@ -52,9 +63,10 @@ def rank(
 
     chosen = complete_weights(_read(weights))
     with open_database(db, create=False) if save else open_readonly(db) as database:
-        ranked = rank_designs(database, condition, chosen)
+        asked = scene_asked_for(database, scene, panel, across)
+        ranked = rank_designs(database, condition, chosen, asked)
         if save:
-            save_ranks(database, ranked)
+            save_ranks(database, ranked, asked)
     for text in format_rows(_shown(ranked, pareto, limit, style), style):
         click.echo(text, nl=False)
     if ranked.left_out:

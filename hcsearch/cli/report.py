@@ -7,19 +7,24 @@ from pathlib import Path
 import click
 
 from hcsearch.cli.options import database_option
+from hcsearch.cli.scenes import scene_asked_for, scene_options
 
 
 @click.command(epilog="Example: hcsearch report 'grid=hex n=12' --output hex-12.html")
 @click.argument("condition", default="", metavar="[QUERY]")
 @database_option
+@scene_options
 @click.option("--output", default="reports/report.html", show_default=True, metavar="FILE", help="File to write.")
 @click.option(
     "--limit", type=click.IntRange(min=0), default=2000, show_default=True, help="At most this many pictures."
 )
-def report(condition: str, db: str, output: str, limit: int) -> None:
+def report(
+    condition: str, db: str, scene: str | None, panel: str | None, across: str | None, output: str, limit: int
+) -> None:
     """Write a self-contained HTML report of the designs that satisfy QUERY: funnel, gallery, numbers, notation."""
     from hcsearch.report import write_report  # noqa: PLC0415
     from hcsearch.store import open_readonly  # noqa: PLC0415
 
     with open_readonly(db) as database:
-        click.echo(write_report(database, condition, Path(output), limit=limit))
+        asked = scene_asked_for(database, scene, panel, across)
+        click.echo(write_report(database, condition, Path(output), limit=limit, scene=asked))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import shlex
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from hcsearch.cli.options import database_option
+from hcsearch.cli.options import database_option, default_database
 from hcsearch.errors import NotationError
 
 if TYPE_CHECKING:
@@ -37,6 +38,12 @@ def show(design: str, db: str) -> None:
         for tried in row.get("deployments", ()):
             if tried["crease"] == folding.crease:
                 click.echo(f"  deployment, {tried['scene']}: {tried['status']}, {tried['reason']}")
+                click.echo(f"    hcsearch deploy {folding.notation} --scene {shlex.quote(tried['scene'])}{_where(db)}")
+
+
+def _where(db: str) -> str:
+    """The option that names the database, where it is not the usual one."""
+    return "" if db == default_database() else f" --db {shlex.quote(db)}"
 
 
 def design_named(name: str, db: str) -> tuple[Circuit, dict[str, Any]]:

@@ -3,30 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from hcsearch.cli.options import database_option
-from hcsearch.errors import HcsearchError
+from hcsearch.cli.scenes import read_scene, scene_options, with_size
+from hcsearch.errors import HcsearchError, SceneError
+from hcsearch.scenes import DEFAULT, panel_of, panel_text
 
 if TYPE_CHECKING:
     from hcsearch.deployment.compiling import Formulation
+    from hcsearch.folding import Folding
     from hcsearch.linkage import Linkage
-    from hcsearch.scenes import PanelSize, Scene
+    from hcsearch.scenes import FlatPairs, Scene
 
 Command = Callable[..., Any]
-
-SMALLEST, LARGEST = 1e-6, 1e4
-"""Lengths of panels, m."""
 
 
 @dataclass(frozen=True)
 class Subject:
-    """What is deployed, and its scene.
+    """What is deployed, and its scene, in which panels and flat pairs are those of the linkage.
 
-    facts : its keys in a file but for the scene and the formulation. formulation : what a file names, or None.
+    facts : what it is, in a file. formulation : what a file names, or None.
     """
 
     linkage: Linkage
@@ -34,20 +34,32 @@ class Subject:
     formulation: Formulation | None
     facts: dict[str, Any]
 
+    @property
+    def key(self) -> dict[str, Any]:
+        """What tells it from others among stored evaluations: what it is, with its sizes."""
+        if self.scene.panel is None:
+            return self.facts
+        return self.facts | {
+            "panel_mm": panel_text(self.scene.panel),
+            "flat_pairs": self.scene.flat_pairs,
+            "merge": self.scene.merge,
+        }
+
 
 def subject_options(command: Command) -> Command:
-    """The argument, and the options that tell the panels and what acts on them."""
+    """The argument, and the options that say what the panels are and what acts on them."""
     for option in (
         database_option,
         click.option("--merge", is_flag=True, help="Make mirror pairs of a design's panels one."),
         click.option("--flat-pairs", type=click.Choice(("rigid", "hinged")), help="Of a design.  [default: rigid]"),
-        click.option("--panel", "panel_text", metavar="LxWxT", help="Size of the panels of a design, in mm."),
-        click.option("--seconds", type=float, metavar="S", help="To simulate.  [default: 1]"),
+        click.option(
+            "--seconds", type=float, metavar="S", help="To simulate.  [default: 1, longer where the scene is slower]"
+        ),
         click.option(
             "--held", metavar="PANEL|free", help="The panel that stands still.  [default: the bottom pair, or panel 0]"
         ),
         click.option("--gravity", metavar="X,Y,Z", help="m/s^2, in axes of the flat state seen from +z."),
-        click.option("--scene", "scene_name", help="default, earth, thesis, satellite.  [default: default]"),
+        scene_options,
         click.argument("subject", metavar="DESIGN:CREASE|ASSEMBLY|FILE.toml"),
     ):
         command = option(command)
@@ -55,53 +67,95 @@ def subject_options(command: Command) -> Command:
 
 
 def read_subject(name: str, options: dict[str, Any]) -> Subject:
-    """What a name or a file tells, with the options beside."""
+    """What a name or a file stands for, with the options beside; options hold more values of the scene by name."""
     from hcsearch.assemblies import ASSEMBLIES  # noqa: PLC0415
-    from hcsearch.deployment.subjects import folding_linkage, read_file  # noqa: PLC0415
-    from hcsearch.linkage import Linkage  # noqa: PLC0415
+    from hcsearch.deployment.scene_files import read_file  # noqa: PLC0415
 
     found = read_file(name) if name.endswith(".toml") else {}
-    scene, formulation = _scene(found, options), found.get("formulation")
     if found:
+        if not {"design", "assembly"} & set(found):
+            raise SceneError(f"{name} must name a design or an assembly: write design = 'hex:0234550132:4'")
         name = found["design"] if "design" in found else found["assembly"]
-    panel = _panel(options["panel_text"] or found.get("panel_mm"))
-    pairs = options["flat_pairs"] or found.get("flat_pairs", "rigid")
-    merged = options["merge"] or bool(found.get("merge"))
+    scene, parts = _scene(found, options)
     parameters = dict(found.get("parameters", {}))
     if name in ASSEMBLIES:
-        if panel or pairs == "hinged" or merged:
+        sized = options["panel"] or options["across"] or scene.panel
+        if sized or options["merge"] or options["flat_pairs"] or "panel_mm" in found or parts:
             raise HcsearchError(
-                f"{name} is an assembly with sizes of its own: leave out --panel, --flat-pairs, --merge"
+                f"{name} is an assembly with sizes of its own: leave out --panel, --across, --flat-pairs, --merge"
             )
-        from hcsearch.cli.assembly import parameters_of  # noqa: PLC0415
-
-        assembly = ASSEMBLIES[name]
-        linkage = Linkage(assembly.build(parameters_of(assembly, parameters)))
-        return Subject(linkage, scene, formulation, {"assembly": name, "parameters": parameters})
+        return _assembly(name, parameters, scene, found.get("formulation"))
     if parameters:
         raise HcsearchError(f"{name} is a design, which has no parameters: leave out [parameters], or name an assembly")
-    folding = _folding(name, options["db"])
-    linkage = folding_linkage(folding, panel, hinged=pairs == "hinged", merged=merged)
-    from hcsearch.scenes import default_panel  # noqa: PLC0415
-
-    size = "x".join(f"{1e3 * side:g}" for side in panel or default_panel(folding.circuit.grid.name))
-    facts = {"design": str(folding), "panel_mm": size, "flat_pairs": pairs, "merge": merged}
-    return Subject(linkage, scene, formulation, facts)
+    return _design(_folding(name, options["db"]), scene, parts, options, found.get("formulation"))
 
 
-def _scene(found: dict[str, Any], options: dict[str, Any]) -> Scene:
-    """The scene of a file or by its name, with what the options change."""
-    from hcsearch.deployment.subjects import scene_named, scene_with  # noqa: PLC0415
+def _assembly(name: str, parameters: dict[str, Any], scene: Scene, formulation: Formulation | None) -> Subject:
+    from hcsearch.assemblies import ASSEMBLIES  # noqa: PLC0415
+    from hcsearch.cli.assembly import parameters_of  # noqa: PLC0415
+    from hcsearch.linkage import Linkage  # noqa: PLC0415
 
-    given = dict(found.get("scene", {}))
-    named = given.pop("name", "default")
-    values = {name: options[name] for name in ("held", "seconds") if options[name] is not None}
-    if options["gravity"] is not None:
-        values["gravity"] = options["gravity"].split(",")
-    return scene_with(scene_named(options["scene_name"] or named), given | values)
+    assembly = ASSEMBLIES[name]
+    linkage = Linkage(assembly.build(parameters_of(assembly, parameters)))
+    return Subject(linkage, scene, formulation, {"assembly": name, "parameters": parameters})
 
 
-def _folding(name: str, db: str) -> Any:
+def _design(
+    folding: Folding, scene: Scene, parts: list[str], options: dict[str, Any], formulation: Formulation | None
+) -> Subject:
+    """A folding in a scene, as a look of the stage `deployment` takes it where parts of the scene's name say so."""
+    from hcsearch.deployment.compiling import compile_scene  # noqa: PLC0415
+    from hcsearch.deployment.looks import Look, first_look, look_parts, scene_of, springs_of  # noqa: PLC0415
+    from hcsearch.deployment.scales import settled  # noqa: PLC0415
+    from hcsearch.deployment.springs import with_springs  # noqa: PLC0415
+    from hcsearch.deployment.subjects import folding_linkage  # noqa: PLC0415
+
+    pairs, springs = look_parts(parts)
+    if parts:
+        raise SceneError(f"there is nothing called {parts[0]!r} in a scene: see `hcsearch show` for what was tried")
+    scene = with_size(scene, options["panel"], options["across"], folding.circuit.grid.name)
+    panel = panel_of(scene, folding.circuit.grid.name)
+    look = first_look(scene)
+    if springs or (pairs is not None and pairs != look.pairs):
+        look = Look(pairs or look.pairs, springs)
+    linkage = folding_linkage(folding, panel, hinged=look.pairs == "hinged", merged=look.pairs == "merged")
+    way: FlatPairs = "hinged" if look.pairs == "hinged" else "rigid"
+    if not look.first:
+        scene = scene_of(settled(scene, linkage), look)
+    if springs:
+        compiled = compile_scene(linkage, scene, keep=frozenset({"stops"}))
+        scene = with_springs(compiled, springs_of(folding, compiled, springs)).scene
+    scene = replace(scene, panel=panel, flat_pairs=way, merge=look.pairs == "merged")
+    return Subject(linkage, scene, formulation, {"design": folding.notation})
+
+
+def _scene(found: dict[str, Any], options: dict[str, Any]) -> tuple[Scene, list[str]]:
+    """The scene of a file or by its name, with what the options change, and parts of the name that say how to look."""
+    from hcsearch.deployment.looks import look_parts  # noqa: PLC0415
+    from hcsearch.deployment.scene_files import scene_in, scene_with  # noqa: PLC0415
+
+    base, parts = None, []
+    if (text := options["scene"]) is not None and text.strip():
+        named = [part.strip() for part in text.split(",")]
+        before = list(named)
+        look_parts(named)
+        parts = before[len(named) :]
+        base = read_scene(", ".join(named) or DEFAULT, options["db"])
+    elif text is not None:
+        base = read_scene(text, options["db"])
+    scene = scene_in(found, base=base)
+    names = ("held", "seconds", "gravity", "flat_pairs", *MORE)
+    values = {name: options[name] for name in names if options.get(name) is not None}
+    if options["merge"]:
+        values["merge"] = True
+    return scene_with(scene, values), parts
+
+
+MORE = ("spring", "springs", "damping", "start", "restitution", "spring_range")
+"""Values of a scene that one command alone has options for."""
+
+
+def _folding(name: str, db: str) -> Folding:
     from hcsearch.cli.show import design_named, split_design  # noqa: PLC0415
     from hcsearch.folding import folding_of, foldings  # noqa: PLC0415
 
@@ -118,17 +172,3 @@ def _folding(name: str, db: str) -> Any:
         creases = ", ".join(str(folding.crease) for folding in found)
         raise HcsearchError(f"{text} has {len(found)} foldings: name one as {text}:CREASE; its creases are {creases}")
     return found[0]
-
-
-def _panel(text: str | None) -> PanelSize | None:
-    if text is None:
-        return None
-    try:
-        length, width, thickness = (float(part) * 1e-3 for part in str(text).split("x"))
-    except ValueError as error:
-        raise HcsearchError(f"{text!r} is no panel: write length x width x thickness in mm, such as 50x40x6") from error
-    if not all(SMALLEST <= side <= LARGEST for side in (length, width, thickness)):
-        raise HcsearchError(
-            f"{text!r} is no panel: give lengths from {1e3 * SMALLEST:g} to {1e3 * LARGEST:g} mm, such as 50x40x6"
-        )
-    return (length, width, thickness)

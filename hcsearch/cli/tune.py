@@ -44,15 +44,19 @@ if TYPE_CHECKING:
     metavar="NAME=SHARE",
     help="Tolerance of stiffness, damping, mass (default 0.05 each) or start (0.001); may be repeated.",
 )
+@click.option("--spring-range", metavar="SOFT,STIFF", help="Bounds of a spring, N m/rad.  [default: by the scene]")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of all that is random.")
 @click.option("--json", "as_json", is_flag=True, help="Print plain data.")
 @click.option("--output", metavar="FILE.toml", help="Write the scene with its springs: hcsearch deploy replays it.")
 def tune(subject: str, as_json: bool, **options: Any) -> None:
     """Choose the stiffness of each hinge so that the array comes flat without a collision (thesis 4.4).
 
-    Mirror hinges get equal springs of 0.001 to 0.2 N m/rad, with dampers in proportion. Every evaluation is stored in
-    the database: the same command again goes on where it stopped. Of the sets that are certified clear the one is told
-    that is least likely to fail within the tolerances, with its catalogue springs where a catalogue is given.
+    Mirror hinges get equal springs, of 0.001 to 0.2 N m/rad in the scene default and in proportion elsewhere, with
+    dampers in proportion. Every evaluation is stored in the database: the same command again goes on where it stopped.
+    Of the sets that are certified clear the one is chosen that is least likely to fail within the tolerances, with its
+    catalogue springs where a catalogue is given.
+
+    Exit code: 0 where the springs that are chosen come flat, certified clear; 1 where none do; 2 for wrong input.
     """
     from hcsearch.deployment.ledger import Ledger  # noqa: PLC0415
     from hcsearch.deployment.telling import check_file  # noqa: PLC0415
@@ -63,6 +67,7 @@ def tune(subject: str, as_json: bool, **options: Any) -> None:
         check_file(options["output"], (".toml",))
     catalogue, spread = _catalogue(options["catalogue"]), _spread(options["spreads"])
     found = read_subject(subject, options)
+    _check_catalogue(catalogue, found)
     with open_database(options["db"], create=True) as database, Meter("set") as meter:
         tuning = tuned(
             found.linkage,
@@ -73,7 +78,7 @@ def tune(subject: str, as_json: bool, **options: Any) -> None:
             samples=options["samples"],
             spread=spread,
             seed=options["seed"],
-            memory=Ledger(database, json.dumps(found.facts, sort_keys=True)),
+            memory=Ledger(database, json.dumps(found.key, sort_keys=True)),
             progress=meter,
         )
     if options["output"]:
@@ -84,34 +89,43 @@ def tune(subject: str, as_json: bool, **options: Any) -> None:
         _print(tuning, found)
     if tuning.interrupted:
         raise KeyboardInterrupt
+    if not _chosen(tuning).confirmed:
+        click.get_current_context().exit(1)
+
+
+def _chosen(tuning: Tuning) -> SpringSet:
+    """The springs to use: those of the catalogue where they are asked for and confirmed."""
+    return tuning.rounded if tuning.rounded is not None and tuning.rounded.confirmed else tuning.best
 
 
 def _write(path: str, tuning: Tuning, found: Subject) -> None:
-    """The scene with its springs: those of the catalogue where they are asked for and confirmed."""
+    """The scene with the springs to use."""
+    from hcsearch.deployment.scene_files import file_text  # noqa: PLC0415
     from hcsearch.deployment.springs import scene_springs  # noqa: PLC0415
-    from hcsearch.deployment.subjects import file_text  # noqa: PLC0415
 
-    chosen = tuning.best
-    if tuning.rounded is not None and tuning.rounded.confirmed:
-        chosen = tuning.rounded
-    elif tuning.rounded is not None:
+    if tuning.rounded is not None and not tuning.rounded.confirmed:
         click.echo(f"no catalogue springs are certified clear: {path} has the tuned ones", err=True)
-    scene = scene_springs(found.scene, chosen.stiffnesses)
+    scene = scene_springs(tuning.scene, _chosen(tuning).stiffnesses)
     Path(path).write_text(file_text(found.facts, tuning.formulation, scene), encoding="utf-8")
 
 
 def _catalogue(text: str | None) -> tuple[float, ...]:
-    from hcsearch.deployment.catalogue import catalogue_levels  # noqa: PLC0415
-    from hcsearch.deployment.springs import STIFFEST  # noqa: PLC0415
-
     if text is None:
         return ()
     try:
-        found = tuple(float(part) for part in text.split(","))
+        return tuple(float(part) for part in text.split(","))
     except ValueError as error:
         raise HcsearchError(f"{text!r} is no catalogue: write stiffnesses in N m/rad, such as 0.07,0.10") from error
-    catalogue_levels(found, STIFFEST)
-    return found
+
+
+def _check_catalogue(catalogue: tuple[float, ...], found: Subject) -> None:
+    """Refuse springs beyond the scene's range, before anything is computed."""
+    from hcsearch.deployment.catalogue import catalogue_levels  # noqa: PLC0415
+    from hcsearch.deployment.scales import settled  # noqa: PLC0415
+    from hcsearch.deployment.springs import range_of  # noqa: PLC0415
+
+    if catalogue:
+        catalogue_levels(catalogue, range_of(settled(found.scene, found.linkage))[1])
 
 
 def _spread(texts: tuple[str, ...]) -> Spread:
@@ -136,6 +150,9 @@ def _facts(tuning: Tuning) -> dict[str, Any]:
     sets = {"start": tuning.start, "best": tuning.best, "rounded": tuning.rounded}
     return {
         "formulation": tuning.formulation,
+        "spring_range_N_m_rad": list(tuning.scene.spring_range or ()),
+        "seconds": tuning.scene.seconds,
+        "use": _advice(tuning),
         "tied_hinges": [list(hinges) for hinges in tuning.tied],
         **{name: None if one is None else _set_facts(one) for name, one in sets.items()},
         "evaluations": tuning.evaluations,
@@ -167,7 +184,11 @@ def _set_facts(one: SpringSet) -> dict[str, Any]:
 
 def _print(tuning: Tuning, found: Subject) -> None:
     panels = found.linkage.pattern.hinges
+    low, high = tuning.scene.spring_range or (0.0, 0.0)
+    click.echo(f"{'use':24}{_advice(tuning)}")
     click.echo(f"{'formulation':24}{tuning.formulation}")
+    click.echo(f"{'springs, N m/rad':24}{low:g} to {high:g}")
+    click.echo(f"{'seconds':24}{tuning.scene.seconds:g}")
     click.echo(f"{'evaluations':24}{tuning.evaluations}, {tuning.recalled} of them known before")
     sets = [("start", tuning.start), ("tuned", tuning.best), ("catalogue", tuning.rounded)]
     told = [(name, one) for name, one in sets if one is not None]
@@ -177,6 +198,21 @@ def _print(tuning: Tuning, found: Subject) -> None:
     for hinge, own in enumerate(panels):
         values = "".join(f"{one.stiffnesses[hinge]:12.4g}" for _, one in told)
         click.echo(f"{hinge:<8}{f'{own.first}, {own.second}':10}{values}")
+
+
+def _advice(tuning: Tuning) -> str:
+    """What to rely on: the least favourable of the precise simulation and of the samples."""
+    one = _chosen(tuning)
+    name = "catalogue springs" if one is tuning.rounded else "tuned springs"
+    if not one.confirmed:
+        return f"none: no set that was tried comes flat, certified clear; the {name} come nearest"
+    chance = one.robustness
+    if chance is None or not chance.failures:
+        return f"{name}: flat, certified clear" + ("" if chance is None else f", in all {chance.samples} samples too")
+    share = f"{chance.failures} of {chance.samples} samples within the tolerances fail"
+    if 2 * chance.failures > chance.samples:
+        return f"none as built: {share}; certified clear holds for the {name} exactly as they are listed"
+    return f"{name}, with care: {share}; certified clear holds for springs exactly as they are listed"
 
 
 def _sentence(one: SpringSet) -> str:

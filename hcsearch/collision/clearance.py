@@ -27,10 +27,32 @@ from hcsearch.linkage import Linkage
 
 Reals = NDArray[np.float64]
 
+EDGE = 0.05
+"""Longest edge of the panels that `MARGIN` and `RESOLUTION` are of, m; for others they are in proportion."""
 MARGIN = 1e-4
 """Panels are shrunk by this on every face (m), unless another margin is given."""
 RESOLUTION = 5e-5
 """A smallest gap is known to this (m)."""
+
+
+def longest_edge(linkage: Linkage) -> float:
+    """Length of the longest edge of a linkage's facets, m."""
+    facets = linkage.pattern.facets
+    return max(math.dist(start, end) for facet in facets for start, end in pairwise((*facet, facet[0])))
+
+
+def margin_of(linkage: Linkage) -> float:
+    """The margin in proportion to the panels, m, to ten digits."""
+    return _scaled(linkage, MARGIN)
+
+
+def resolution_of(linkage: Linkage) -> float:
+    """The resolution of a smallest gap in proportion to the panels, m, to ten digits."""
+    return _scaled(linkage, RESOLUTION)
+
+
+def _scaled(linkage: Linkage, length: float) -> float:
+    return float(f"{length * longest_edge(linkage) / EDGE:.10g}")
 
 
 @dataclass(frozen=True)
@@ -42,7 +64,7 @@ class Clearance:
     gap : of a clear motion, what no two panels come nearer than where they come near and part again, in m; None where
         none do. A gap counts that lies between two states at which the pair is further apart by two margins more:
         neighbours touch in the packed and in the flat state, so without this it would be 0. The least gap itself is
-        within `RESOLUTION`, and the slack, of it.
+        within `resolution_of` the linkage, and the slack, of it.
     looks : how often a pair was looked at.
     """
 
@@ -58,17 +80,19 @@ def certify(
     linkage: Linkage,
     course: Course,
     *,
-    margin: float = MARGIN,
+    margin: float | None = None,
     slack: float | Reals = 0.0,
     apart: Collection[tuple[int, int]] = (),
     measured: bool = True,
 ) -> Clearance:
     """Certify a motion of the fold angles of a linkage.
 
+    margin : by which panels are shrunk on every face, m; `margin_of` the linkage unless given.
     slack : what panels may be elsewhere than the tree of hinges places them, m, at all times or in each step, (k - 1,).
     apart : pairs of panels, the lower number first, that are left out. measured : whether the smallest gap of a clear
     motion is wanted.
     """
+    margin = margin_of(linkage) if margin is None else margin
     certificate = _Certificate(linkage, margin, apart)
     if not len(certificate.pairs.prisms) or len(course.times) < 2:
         return Clearance("clear", margin, None, None, None, 0)
@@ -80,6 +104,7 @@ class _Certificate:
 
     def __init__(self, linkage: Linkage, margin: float, apart: Collection[tuple[int, int]]) -> None:
         self.linkage, self.margin = linkage, margin
+        self.resolution = resolution_of(linkage)
         self.deepest = check_margin(linkage, margin)
         self.prisms, self.shrunk = prisms_of(linkage), prisms_of(linkage, margin)
         self.pairs = pairs_of(linkage, self.prisms, apart)
@@ -103,13 +128,13 @@ class _Certificate:
         gap = math.inf
         if measured:  # where pairs come back to shows in the whole motion only
             chain, threshold = self.linkage.chain, 2.0 * float(self.margin)
-            gap, more = smallest_dip(chain, self.prisms, self.pairs, course, threshold, RESOLUTION)
+            gap, more = smallest_dip(chain, self.prisms, self.pairs, course, threshold, self.resolution)
             gap, looks = max(gap - float(own.max()), 0.0), looks + more
         return Clearance("clear", self.margin, None, None, gap if math.isfinite(gap) else None, looks)
 
     def _judged(self, course: Course, slack: float, measured: bool) -> Clearance:
         answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.zeros(1), np.zeros(1, np.int64))
-        wanted = Search(slack, float(self.margin), self.deepest, RESOLUTION)
+        wanted = Search(slack, float(self.margin), self.deepest, self.resolution)
         verdict = judge(self.linkage.chain, self.prisms, self.shrunk, self.pairs, course, wanted, measured, answer)
         looks, gap = int(answer.looks[0]), float(answer.gaps[0])
         if verdict == CLEAR:

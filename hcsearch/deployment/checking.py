@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import MARGIN, RESOLUTION, check_margin, pairs_of, slack_of
+from hcsearch.collision.clearance import check_margin, pairs_of, resolution_of, slack_of
 from hcsearch.collision.penetration import prisms_of
 from hcsearch.deployment.compiling import Compiled
-from hcsearch.deployment.deploying import FLAT, STEPS, STILL, Outcome, method_of, outcome_of
+from hcsearch.deployment.deploying import FLAT, STEPS, STILL, Outcome, Verdict, method_of, outcome_of, verdict_of
 from hcsearch.dynamics.methods import method_named
 from hcsearch.dynamics.simulation import ENDINGS, plan_for, record_for
 from hcsearch.errors import HcsearchError
@@ -58,13 +58,20 @@ class Check:
     looks: int
 
     @property
+    def verdict(self) -> Verdict:
+        """Whether it comes flat, certified clear; collides; or neither is certain."""
+        return verdict_of(self.outcome, self.clear)
+
+    @property
     def deploys(self) -> bool:
         """Whether it comes flat, certified clear."""
-        return self.outcome == "flat" and self.clear is True
+        return self.verdict == "deploys"
 
     @property
     def reason(self) -> str:
         """What became of it, in a sentence."""
+        if self.outcome == "diverged":
+            return f"diverged at {self.end_time:.4g} s, so nothing that it shows is certain"
         if self.collision is not None:
             time, (one, two) = self.collision
             return f"panels {one} and {two} collide at {time:.4g} s"
@@ -76,6 +83,7 @@ class Check:
 class Solids(NamedTuple):
     """The panels of a linkage as the kernel takes them: prisms, those with the margin taken off, and pairs.
 
+    margin : by which panels are shrunk on every face, m.
     deepest : the margin that would leave nothing of a panel, m. reach : what panels may be elsewhere (m) over what the
     loops are open, see `slack_of`; the check takes the largest opening of a motion for all of its times.
     """
@@ -83,17 +91,19 @@ class Solids(NamedTuple):
     prisms: Prisms
     shrunk: Prisms
     pairs: Pairs
+    margin: float
     deepest: float
     reach: float
 
 
-def solids_of(compiled: Compiled, margin: float = MARGIN) -> Solids:
-    """The panels of a scene; the same with any springs."""
+def solids_of(compiled: Compiled, margin: float | None = None) -> Solids:
+    """The panels of a scene, less its margin unless another is given (m); the same with any springs."""
     linkage = compiled.linkage
+    margin = compiled.margin if margin is None else margin
     deepest = check_margin(linkage, margin)
     prisms, shrunk = prisms_of(linkage), prisms_of(linkage, margin)
     pairs = pairs_of(linkage, prisms, compiled.apart)
-    return Solids(prisms, shrunk, pairs, deepest, slack_of(linkage, 1.0))
+    return Solids(prisms, shrunk, pairs, margin, deepest, slack_of(linkage, 1.0))
 
 
 def check(
@@ -101,38 +111,38 @@ def check(
     *,
     solids: Sequence[Solids] | None = None,
     tolerance: float = 1e-6,
-    margin: float = MARGIN,
     whole: bool = True,
     max_steps: int | None = None,
     threads: int = 1,
 ) -> list[Check]:
     """Check compiled scenes; those whose tables have the same shapes go into calls of the kernel together.
 
-    solids : of each scene, with the same margin, where they are known. whole : whether motions that collide are
+    solids : of each scene, where they are known, else with its own margin. whole : whether motions that collide are
         followed to the end, too, which nobody needs who wants clear ones only. max_steps : of each, unless as many as
         `deploy` takes.
     Scenes must be `constrained` or `compliant`, with a panel held.
     """
     groups: dict[Any, list[int]] = defaultdict(list)
     if solids is None:
-        solids = [solids_of(compiled, margin) for compiled in scenes]
+        solids = [solids_of(compiled) for compiled in scenes]
     subjects = [_subject(compiled, own) for compiled, own in zip(scenes, solids, strict=True)]
-    for i, (compiled, subject) in enumerate(zip(scenes, subjects, strict=True)):
-        scene = compiled.scene
+    for i, (compiled, own, subject) in enumerate(zip(scenes, solids, subjects, strict=True)):
+        scene, exactness = compiled.scene, (own.margin, resolution_of(compiled.linkage))
         if compiled.formulation not in {"constrained", "compliant"} or scene.held == "free":
             raise HcsearchError("the quick check is of scenes with a panel held, constrained or compliant")
-        key = (compiled.formulation, scene.seconds, scene.restitution, scene.cut_stiffness, scene.cut_damping)
-        groups[(*key, *_shapes(subject))].append(i)
-    calls = [members[k : k + CALL] for members in groups.values() for k in range(0, len(members), CALL)]
+        key = (compiled.formulation, compiled.seconds, scene.restitution, scene.cut_stiffness, scene.cut_damping)
+        groups[(exactness, *key, *_shapes(subject))].append(i)
+    calls = [(key[0], members[k : k + CALL]) for key, members in groups.items() for k in range(0, len(members), CALL)]
 
-    def run(members: list[int]) -> list[Check]:
+    def run(call: tuple[tuple[float, float], list[int]]) -> list[Check]:
+        exactness, members = call
         own = [scenes[i] for i in members]
         steps = max_steps or STEPS[own[0].formulation]
-        return _run(own, [subjects[i] for i in members], tolerance, margin, whole, steps)
+        return _run(own, [subjects[i] for i in members], tolerance, exactness, whole, steps)
 
     found: dict[int, Check] = {}
     with ThreadPoolExecutor(threads) as pool:  # the kernel leaves the interpreter's lock
-        for members, rows in zip(calls, pool.map(run, calls), strict=True):
+        for (_, members), rows in zip(calls, pool.map(run, calls), strict=True):
             found.update(zip(members, rows, strict=True))
     return [found[i] for i in range(len(scenes))]
 
@@ -154,13 +164,19 @@ def _subject(compiled: Compiled, solids: Solids) -> Subject:
 
 
 def _run(
-    scenes: list[Compiled], subjects: list[Subject], tolerance: float, margin: float, whole: bool, steps: int
+    scenes: list[Compiled],
+    subjects: list[Subject],
+    tolerance: float,
+    exactness: tuple[float, float],
+    whole: bool,
+    steps: int,
 ) -> list[Check]:
+    """Check scenes of the same shapes; exactness : margin and resolution, m."""
     first, count = scenes[0], len(scenes)
     system, scene = first.system, first.scene
     plan = plan_for(
         system,
-        end=scene.seconds,
+        end=first.seconds,
         tolerance=tolerance,
         restitution=scene.restitution,
         flat=FLAT,
@@ -173,8 +189,7 @@ def _run(
         system.mechanism.cuts,
         system.mechanism.closure_stiffness,
         system.mechanism.closure_damping,
-        margin,
-        RESOLUTION,
+        *exactness,
         whole,
     )
     found = Findings(

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from hcsearch.deployment.catalogue import Levels, descend, nearest_levels
 from hcsearch.deployment.checking import Check
 from hcsearch.deployment.deploying import Deployment, deploy
-from hcsearch.deployment.evaluating import STRICT
-from hcsearch.deployment.objective import objective
+from hcsearch.deployment.objective import DEFAULT, Scales, objective
 from hcsearch.deployment.robustness import Robustness, Spread, most_robust, robustness, sampled
 from hcsearch.deployment.searching import MORE, Search, spread_out, strategy_from
 from hcsearch.deployment.springs import scene_springs
@@ -35,19 +34,20 @@ HARDENING = (8, 4)
 class SpringSet:
     """Springs and what they do.
 
-    stiffnesses : of each hinge, N m/rad. check : the quick check. deployment : the scene itself, precisely; None where
-    it was not simulated. robustness : None where no samples were drawn.
+    stiffnesses : of each hinge, N m/rad. check : the quick check. scales : of its scene. deployment : the scene itself,
+        precisely; None where     it was not simulated. robustness : None where no samples were drawn.
     """
 
     stiffnesses: tuple[float, ...]
     check: Check
+    scales: Scales = DEFAULT
     deployment: Deployment | None = None
     robustness: Robustness | None = None
 
     @property
     def value(self) -> float:
         """The objective, whatever the loops give way."""
-        return objective(self.check)
+        return objective(self.check, 0.0, self.scales)
 
     @property
     def confirmed(self) -> bool:
@@ -86,7 +86,8 @@ class Finder:
             return []
         tied, seed = self.search.tied, self.search.seed
         begin = np.log([clear[first][hinges[0]] for hinges in tied])
-        strategy = strategy_from(begin, 0.04, HARDENING[0], np.random.default_rng([seed, 1_000_000]))
+        rng = np.random.default_rng([seed, 1_000_000])
+        strategy = strategy_from(begin, 0.04, self.search.bounds, HARDENING[0], rng)
         found: list[tuple[float, int, Reals]] = []
         least, idle = math.inf, 0
         generations = max(1, self.search.budget // (2 * HARDENING[0] * HARDENING[1]))
@@ -139,10 +140,11 @@ class Finder:
         """Of sets, the best first, the confirmed one that is least likely to fail; else the first."""
         total = self.search.budget
         checks = self.evaluator.of_springs(sets)
-        places = [SpringSet(tuple(one.tolist()), check) for one, check in zip(sets, checks, strict=True)]
+        scales = self.evaluator.scales
+        places = [SpringSet(tuple(one.tolist()), check, scales) for one, check in zip(sets, checks, strict=True)]
         clear = [place for place in places if place.check.deploys]
         # packed neighbours have two margins between them: where loops give way by more, nothing is certain
-        clear = [place for place in clear if self.evaluator.slack(place.check) < 2.0 * STRICT] or clear
+        clear = [place for place in clear if self.evaluator.slack(place.check) < 2.0 * self.evaluator.strict] or clear
         if self.samples and len(clear) > 1:
             self.search.progress(total, total, "comparing by samples")
             springs = [place.stiffnesses for place in clear]

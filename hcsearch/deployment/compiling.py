@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.deployment.scales import settled
 from hcsearch.deployment.starts import start_state
 from hcsearch.dynamics.bodies import Body, joined
 from hcsearch.dynamics.laws import Law, law_named, scaled
@@ -49,6 +50,7 @@ class Omission:
 class Compiled:
     """A scene of a linkage as a system of bodies.
 
+    scene : settled, nothing in it is left to the panels.
     start : (n_joints,), coordinates. joint_of : (n_hinges,), the joint of each hinge, -1 where it is cut open.
     hinged : (n_joints,), whether the joint is a hinge, and not one of a floating base. shares : (n_joints,), 1/2 where
         half of a hinge is left, else 1.
@@ -67,6 +69,18 @@ class Compiled:
     factor: float
     apart: frozenset[tuple[int, int]]
     omissions: tuple[Omission, ...]
+
+    @property
+    def seconds(self) -> float:
+        """How long it is simulated, s."""
+        assert self.scene.seconds is not None  # settled
+        return self.scene.seconds
+
+    @property
+    def margin(self) -> float:
+        """By which panels are shrunk on every face where collisions are looked for, m."""
+        assert self.scene.margin is not None  # settled
+        return self.scene.margin
 
     def of_hinges(self, q: Reals, v: Reals) -> tuple[Reals, Reals]:
         """Fold angles and rates of all hinges, shape (k, n_hinges), from those of the joints, (k, n_joints)."""
@@ -110,7 +124,7 @@ def compile_scene(
     unknown = keep - set(OMISSIONS)
     if unknown:
         raise HcsearchError(f"nothing called {min(unknown)!r} is left out: choose from {', '.join(OMISSIONS)}")
-    return _Compiler(linkage, scene, formulation, keep).run()
+    return _Compiler(linkage, settled(scene, linkage), formulation, keep).run()
 
 
 class _Compiler:

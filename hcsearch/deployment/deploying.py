@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import MARGIN, Clearance, certify, slack_of
+from hcsearch.collision.clearance import Clearance, certify, slack_of
 from hcsearch.deployment.compiling import Compiled, Formulation, compile_scene
 from hcsearch.dynamics.simulation import Ending, Motion, closed_between, simulate
 from hcsearch.errors import HcsearchError
@@ -19,6 +19,7 @@ from hcsearch.scenes import Scene
 
 Reals = NDArray[np.float64]
 
+Verdict = Literal["deploys", "collides", "undecided"]
 Outcome = Literal["flat", "moving", "at rest", "jammed", "diverged", "out of steps"]
 
 FLAT = 0.01
@@ -42,6 +43,18 @@ _OUTCOMES: dict[Ending, Outcome] = {
 def outcome_of(ending: Ending) -> Outcome:
     """What an ending of a simulation means for a deployment."""
     return _OUTCOMES.get(ending, "diverged")
+
+
+def verdict_of(outcome: Outcome, clear: bool | None) -> Verdict:
+    """The verdict on a deployment; clear : None where it is undecided whether panels collide, or nobody asked.
+
+    What a simulation says that diverges counts for nothing, collisions included.
+    """
+    if outcome == "diverged" or clear is None:
+        return "undecided"
+    if not clear:
+        return "collides"
+    return "deploys" if outcome == "flat" else "undecided"
 
 
 def method_of(formulation: Formulation) -> str:
@@ -70,9 +83,15 @@ class Deployment:
     seconds: float
 
     @property
+    def verdict(self) -> Verdict:
+        """Whether it comes flat, certified clear; collides; or neither is certain."""
+        kind = None if self.clearance is None else self.clearance.kind
+        return verdict_of(self.outcome, {"clear": True, "collides": False}.get(kind or ""))
+
+    @property
     def deploys(self) -> bool:
         """Whether it comes flat, certified clear."""
-        return self.outcome == "flat" and self.clearance is not None and self.clearance.kind == "clear"
+        return self.verdict == "deploys"
 
     @property
     def flat_time(self) -> float | None:
@@ -88,16 +107,15 @@ def deploy(
     method: str | None = None,
     tolerance: float = 1e-6,
     keep: frozenset[str] = frozenset(),
-    margin: float | None = MARGIN,
+    certified: bool = True,
     max_steps: int | None = None,
 ) -> Deployment:
     """Simulate a deployment until the array is flat, at rest, or the scene's time is over.
 
-    keep : what is not to be left out. margin : panels are shrunk by this on every face (m) where collisions are looked
-    for; None to look for none.
+    keep : what is not to be left out. certified : whether collisions are looked for.
     """
     compiled = compile_scene(linkage, scene, formulation, keep=keep)
-    return run(compiled, method=method, tolerance=tolerance, margin=margin, max_steps=max_steps)
+    return run(compiled, method=method, tolerance=tolerance, certified=certified, max_steps=max_steps)
 
 
 def run(
@@ -105,7 +123,7 @@ def run(
     *,
     method: str | None = None,
     tolerance: float = 1e-6,
-    margin: float | None = MARGIN,
+    certified: bool = True,
     max_steps: int | None = None,
 ) -> Deployment:
     """Simulate a compiled scene; as `deploy`."""
@@ -116,7 +134,7 @@ def run(
     motion = simulate(
         compiled.system,
         compiled.start,
-        end=scene.seconds,
+        end=compiled.seconds,
         method=method or method_of(compiled.formulation),
         tolerance=tolerance,
         restitution=scene.restitution,
@@ -131,7 +149,7 @@ def run(
     if scene.held == "free" and len(motion.q) and _steep(compiled, motion):
         outcome, reason = "diverged", "the floating base turns too far for its three angles: give it more inertia"
     angles, rates = compiled.of_hinges(motion.q, motion.v)
-    clearance = None if margin is None else _clearance(compiled, motion, margin)
+    clearance = _clearance(compiled, motion) if certified else None
     return Deployment(compiled, motion, outcome, reason, angles, rates, clearance, seconds)
 
 
@@ -167,7 +185,7 @@ def _reason(compiled: Compiled, motion: Motion) -> str:
     }[motion.ending]
 
 
-def _clearance(compiled: Compiled, motion: Motion, margin: float) -> Clearance:
+def _clearance(compiled: Compiled, motion: Motion) -> Clearance:
     """The certified verdict on the motion."""
     linkage = compiled.linkage
     (times, q, v, a), gaps = closed_between(compiled.system, motion)
@@ -181,4 +199,4 @@ def _clearance(compiled: Compiled, motion: Motion, margin: float) -> Clearance:
     # springs that close loops give way at impacts, for moments; exact loops hardly open at all
     slack = slack_of(linkage, 1.0) * (gaps if motion.cubic else gaps.max(initial=0.0))
     measured = motion.ending == "flat"
-    return certify(linkage, course, margin=margin, slack=slack, apart=compiled.apart, measured=measured)
+    return certify(linkage, course, margin=compiled.margin, slack=slack, apart=compiled.apart, measured=measured)

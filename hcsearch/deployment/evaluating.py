@@ -11,24 +11,25 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import MARGIN, slack_of
+from hcsearch.collision.clearance import EDGE, longest_edge, slack_of
 from hcsearch.deployment.checking import Check, Solids, check, solids_of
 from hcsearch.deployment.compiling import Compiled, Formulation, compile_scene
-from hcsearch.deployment.objective import objective
+from hcsearch.deployment.objective import Scales, objective
+from hcsearch.deployment.scales import settled
 from hcsearch.deployment.springs import scene_springs, stiffnesses_of, with_springs
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
 
 Reals = NDArray[np.float64]
 
-VERSION = 5
+VERSION = 6
 """Raised when the same scene is simulated or checked otherwise, so that what is stored no longer counts."""
 
 TOLERANCES: Mapping[Formulation, float] = {"constrained": 1e-4, "compliant": 3e-5}
 """Errors of a step while springs are searched for."""
-STRICT = 0.75 * MARGIN
-"""Margin by which panels are shrunk on every face while springs are searched for, m: less than what is asked for in the
-end, so that what is found is clear in the scene itself, too."""
+STRICT = 0.75
+"""Share of the scene's margin by which panels are shrunk on every face while springs are searched for: less than what
+is asked for in the end, so that what is found is clear in the scene itself, too."""
 SOFT = {"cut_damping": 1e4, "stop_stiffness": 100.0, "stop_damping": 0.1}
 """Of compliant scenes while springs are searched for: stops give way by 0.2 degrees at most, loops as in the scene, and
 steps are ten times longer. What is found is confirmed in the scene itself."""
@@ -69,12 +70,18 @@ class Own:
 class Evaluator:
     """Checks of one array in scenes that differ in their springs, or in more.
 
+    scene : settled, nothing in it is left to the panels. strict : margin of the checks, m.
     done, recalled : how many have been asked for, each once, and how many of these the memory knew before.
     """
 
     def __init__(self, linkage: Linkage, scene: Scene, formulation: Formulation, memory: Memory | None = None) -> None:
         self.linkage, self.formulation = linkage, formulation
+        scene = settled(scene, linkage)
+        assert scene.margin is not None
+        assert scene.seconds is not None
         self.scene = softened(scene) if formulation == "compliant" else scene
+        self.strict = STRICT * scene.margin
+        self.scales = Scales(longest_edge(linkage) / EDGE, scene.seconds)
         self.reach = slack_of(linkage, 1.0) if formulation == "compliant" else 0.0
         self.recalled = 0
         self._memory = Own() if memory is None else memory
@@ -108,7 +115,7 @@ class Evaluator:
 
     def value(self, check: Check) -> float:
         """The objective."""
-        return objective(check, self.slack(check))
+        return objective(check, self.slack(check), self.scales)
 
     def _sprung(self, scene: Scene) -> Compiled:
         assert self._base is not None
@@ -138,21 +145,21 @@ class Evaluator:
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         for scene in scenes:
             if scene.apart not in self._solids:
-                own = solids_of(scene, STRICT)
+                own = solids_of(scene, self.strict)
                 # springs give way at impacts, for moments: with that for a slack at all times nothing would be certain
                 self._solids[scene.apart] = own._replace(reach=0.0) if self.formulation == "compliant" else own
         solids = [self._solids[scene.apart] for scene in scenes]
         threads = max(1, min(cores, len(scenes)))
         tolerance = TOLERANCES[self.formulation]
-        return check(scenes, solids=solids, tolerance=tolerance, margin=STRICT, whole=whole, threads=threads)
+        return check(scenes, solids=solids, tolerance=tolerance, whole=whole, threads=threads)
 
     def _key(self, scene: Scene, whole: bool) -> Key:
         values = asdict(scene)
         springs = stiffnesses_of(self.linkage, scene)
-        for name in ("name", "spring", "springs"):
+        for name in ("name", "spring", "springs", "spring_range"):
             del values[name]
         values |= {"formulation": self.formulation, "tolerance": TOLERANCES[self.formulation]}
-        values |= {"margin": STRICT, "whole": whole, "version": VERSION}
+        values |= {"margin": self.strict, "whole": whole, "version": VERSION}
         return Key(json.dumps(values, sort_keys=True), " ".join(repr(float(value)) for value in springs))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from hcsearch.deployment.checking import Check
 
@@ -12,7 +13,17 @@ AMPLE = 2e-3
 """A gap that is as good as any larger one, m: q of eq. 4.26 is its inverse."""
 
 
-def objective(check: Check, slack: float = 0.0) -> float:
+class Scales(NamedTuple):
+    """Lengths and times of a scene over those of the scene `default`, in which `SPEED` and `AMPLE` are given."""
+
+    length: float = 1.0
+    time: float = 1.0
+
+
+DEFAULT = Scales()
+
+
+def objective(check: Check, slack: float = 0.0, scales: Scales = DEFAULT) -> float:
     """The less, the better; least for what comes flat and clear.
 
     slack : what panels may be elsewhere as the loops give way, m.
@@ -27,10 +38,11 @@ def objective(check: Check, slack: float = 0.0) -> float:
       is clear at the end, so that what gets further is better; what comes after a collision counts for nothing. To that
       p v_a, and 1 where the simulation gave up.
     """
+    ample, speed = AMPLE * scales.length, SPEED * scales.length / scales.time
     if check.deploys:
-        gap = AMPLE if check.gap is None else min(check.gap, AMPLE)
-        return min((slack - gap) / AMPLE, 0.999)
-    value = 1.0 + check.remaining + (0.0 if check.clear else check.speed / SPEED)
+        gap = ample if check.gap is None else min(check.gap, ample)
+        return min((slack - gap) / ample, 0.999)
+    value = 1.0 + check.remaining + (0.0 if check.clear else check.speed / speed)
     value += check.outcome in {"diverged", "out of steps"}
     # a simulation that overflowed tells nothing
     return value if math.isfinite(value) else 10.0

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from hcsearch.deployment.checking import Check
 from hcsearch.deployment.evaluating import Evaluator
-from hcsearch.deployment.springs import SOFTEST, STIFFEST
+from hcsearch.deployment.springs import range_of
 
 Reals = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
@@ -69,7 +69,8 @@ class Search:
         self.found: list[Place] = []
         self.success = False
         self._own: Place | None = None
-        self.low, self.high = math.log(SOFTEST), math.log(STIFFEST)
+        low, high = range_of(evaluator.scene)
+        self.bounds = self.low, self.high = math.log(low), math.log(high)
 
     def run(self, start: Reals, first: Reals) -> None:
         """Search; ends quietly when the evaluations are spent."""
@@ -127,7 +128,7 @@ class Search:
 
     def _evolve(self, start: Reals, rng: np.random.Generator) -> Place:
         """The best set of one start."""
-        strategy = strategy_from(start, 0.2, GENERATION, rng)
+        strategy = strategy_from(start, 0.2, self.bounds, GENERATION, rng)
         idle, least = 0, math.inf
         while not strategy.stop() and idle < LATER:
             points = np.array(strategy.ask())
@@ -160,11 +161,13 @@ class Search:
         minimize(value_and_slope, point, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
 
 
-def strategy_from(start: Reals, share: float, population: int, rng: np.random.Generator) -> Any:
+def strategy_from(
+    start: Reals, share: float, bounds: tuple[float, float], population: int, rng: np.random.Generator
+) -> Any:
     """CMA-ES from a point, with steps that are a share of the bounds to begin with."""
     import cma  # noqa: PLC0415 - takes seconds to load
 
-    low, high = math.log(SOFTEST), math.log(STIFFEST)
+    low, high = bounds
     options = {
         "bounds": [low, high],
         "popsize": population,

@@ -18,8 +18,11 @@ from hcsearch.scenes import Scene
 
 Reals = NDArray[np.float64]
 
-SOFTEST, STIFFEST = 0.001, 0.2
-"""Bounds of the stiffness of a spring, N m/rad (thesis 4.5.4)."""
+
+def range_of(scene: Scene) -> tuple[float, float]:
+    """Softest and stiffest spring that is tried or tuned in a settled scene, N m/rad."""
+    assert scene.spring_range is not None
+    return scene.spring_range
 
 
 def tied_hinges(linkage: Linkage, scene: Scene) -> tuple[tuple[int, ...], ...]:
@@ -74,14 +77,14 @@ def with_springs(compiled: Compiled, stiffnesses: Reals) -> Compiled:
 
 
 @cache
-def spring_sets(n_joints: int, count: int) -> Reals:
-    """Stiffnesses (N m/rad) spread evenly over the logarithms between the bounds, shape (count, n_joints).
+def spring_sets(n_joints: int, count: int, softest: float, stiffest: float) -> Reals:
+    """Stiffnesses (N m/rad) spread evenly over the logarithms between two bounds, shape (count, n_joints).
 
     A scrambled Sobol sequence (scipy.stats.qmc), always the same: one array for all who ask, read-only.
     """
     from scipy.stats import qmc  # noqa: PLC0415 - takes longer to load than many deployments to compute
 
     points = qmc.Sobol(n_joints, seed=1).random(count)
-    found: Reals = SOFTEST * (STIFFEST / SOFTEST) ** points
+    found: Reals = softest * (stiffest / softest) ** points
     found.flags.writeable = False
     return found

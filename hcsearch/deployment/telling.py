@@ -44,21 +44,24 @@ def _facts(deployment: Deployment) -> dict[str, Any]:
     clearance = deployment.clearance
     books = _books(deployment)
     return {
+        "verdict": deployment.verdict,
+        "reason": _reason(deployment),
+        "clearance": None if clearance is None else clearance.kind,
+        "collision_s": None if clearance is None else clearance.time,
+        "collision_panels": None if clearance is None or clearance.panels is None else list(clearance.panels),
+        "min_clearance_mm": None if clearance is None or clearance.gap is None else 1e3 * clearance.gap,
+        "margin_mm": 1e3 * compiled.margin,
         "scene": compiled.scene.name,
         "formulation": compiled.formulation,
         "panels": compiled.linkage.n_panels,
         "hinges": compiled.linkage.n_hinges,
         "loops": len(compiled.linkage.loops),
         "joints_simulated": compiled.system.n_joints,
+        "seconds": compiled.seconds,
         "outcome": deployment.outcome,
-        "reason": deployment.reason,
         "flat_time_s": deployment.flat_time,
         "end_time_s": float(motion.times[-1]),
         "widest_angle_rad": float(np.abs(deployment.angles[-1]).max(initial=0.0)),
-        "clearance": None if clearance is None else clearance.kind,
-        "collision_s": None if clearance is None else clearance.time,
-        "collision_panels": None if clearance is None or clearance.panels is None else list(clearance.panels),
-        "min_clearance_mm": None if clearance is None or clearance.gap is None else 1e3 * clearance.gap,
         "energy_start_J": float(sum(books[name][0] for name in ("kinetic_J", "stored_J", "height_J"))),
         "energy_damped_J": float(books["damped_J"][-1]),
         "energy_lost_at_stops_J": float(books["lost_J"][-1]),
@@ -82,6 +85,16 @@ def _facts(deployment: Deployment) -> dict[str, Any]:
         "evaluations": motion.evaluations,
         "left_out": [{"name": o.name, "what": o.what, "why": o.why} for o in compiled.omissions],
     }
+
+
+def _reason(deployment: Deployment) -> str:
+    """The sentence behind the verdict: a collision first, where there is a certain one."""
+    clearance, reason = deployment.clearance, deployment.reason
+    if deployment.outcome == "diverged" or clearance is None or clearance.kind == "clear" or clearance.panels is None:
+        return reason
+    one, two = clearance.panels
+    what = "collide" if clearance.kind == "collides" else "come too near to be told from a collision"
+    return f"panels {one} and {two} {what} at {clearance.time:.4g} s; {reason}"
 
 
 def table(deployment: Deployment) -> pd.DataFrame:
@@ -132,8 +145,8 @@ def savings(deployment: Deployment, *, method: str | None, tolerance: float) -> 
             continue
         compiled = deployment.compiled
         full = compile_scene(compiled.linkage, compiled.scene, compiled.formulation, keep=frozenset({omission.name}))
-        other = run(full, method=method, tolerance=tolerance, margin=None)
-        again = run(compiled, method=method, tolerance=tolerance, margin=None)
+        other = run(full, method=method, tolerance=tolerance, certified=False)
+        again = run(compiled, method=method, tolerance=tolerance, certified=False)
         found.append(
             {
                 "name": omission.name,

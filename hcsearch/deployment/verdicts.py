@@ -1,80 +1,36 @@
-"""Stage `deployment`: which foldings come flat without a collision, in the scene `default` or with a few spring sets.
+"""Stage `deployment`: which foldings come flat without a collision in a scene, or with a few other spring sets.
 
-The first look is at the scene `default`. Foldings that do not deploy in it get a second, cheap look: their flat pairs
-hinged, their mirror pairs merged, spring sets graded over the layers, the faces or the stacks, so that panels open one
-after the other, and sets spread over all that springs may be (docs/tables.md tells how many each finds). A full
-search is `hcsearch tune`.
+The first look is at the scene as it stands. Foldings that do not deploy in it get a second, cheap look: their flat
+pairs hinged, their mirror pairs merged (where the scene leaves that open), spring sets graded over the layers, the faces or
+the stacks, so that panels open one after the other, and sets spread over all that springs may be (docs/tables.md says
+how many foldings each brings flat). A full search is `hcsearch tune`.
 """
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from typing import Any, Literal
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import MARGIN
 from hcsearch.deployment.checking import Check, Solids, check, solids_of
 from hcsearch.deployment.compiling import Compiled, compile_scene
-from hcsearch.deployment.springs import spring_sets, with_springs
+from hcsearch.deployment.looks import Look, Pairs, first_look, rounds, scene_of, springs_of
+from hcsearch.deployment.scene_files import file_text
+from hcsearch.deployment.springs import with_springs
 from hcsearch.deployment.subjects import folding_linkage
-from hcsearch.folding import Folding, folding_at
-from hcsearch.linkage import Linkage
-from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch, MobilityBatch, Trial
-from hcsearch.scenes import SCENES, Scene, default_panel
+from hcsearch.folding import folding_at
+from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch, Trial
+from hcsearch.scenes import Scene, panel_of
 
 Reals = NDArray[np.float64]
-Pairs = Literal["rigid", "hinged", "merged"]
 
-STIFF, SOFT = 0.2, 0.005
-"""Stiffnesses that graded sets run between, N m/rad."""
-
-GRADES: dict[str, tuple[float, float, float]] = {
-    "bottom first": (1.0, 0.0, 0.0),
-    "top first": (-1.0, 0.0, 0.0),
-    "mountains first": (0.0, -1.0, 0.0),
-    "one stack first": (0.0, 0.0, 1.0),
-    "other stack first": (0.0, 0.0, -1.0),
-    "top of one stack first": (-1.0, 0.0, 1.0),
-}
-"""Graded spring sets: how softness grows with the layer, with valleys after mountains, and with the second stack."""
-OUTER = "outer layers first"
-"""The set graded by the distance from the middle layer."""
-SPREAD = tuple(f"spread {number}" for number in range(1, 9))
-"""Sets spread evenly over the logarithms of what springs may be. Of 12 hexagons they find 4 after 37."""
-
-
-@dataclass(frozen=True)
-class Look:
-    """A scene that a folding is tried in: how its flat pairs are joined, and which springs it has."""
-
-    pairs: Pairs = "rigid"
-    springs: str = ""
-
-    @property
-    def scene(self) -> str:
-        """Its name, `default` for the first look."""
-        parts = [self.pairs if self.pairs != "rigid" else "", self.springs]
-        return ", ".join(part for part in parts if part) or "default"
-
-
-FIRST = Look()
-ROUNDS: tuple[tuple[Look, ...], ...] = (
-    (FIRST,),
-    (Look("hinged"), Look("merged")),
-    tuple(Look("rigid", springs) for springs in GRADES),
-    tuple(Look("hinged", springs) for springs in (*GRADES, OUTER, *SPREAD)),
-)
-"""The first look and the second, in this order; those of a round are simulated together, on all threads.
-What deploys in one does not count as tried in those after it."""
-PATIENT = 3.0
-"""How long the second look lasts, s: of 158 motions of 12 hexagons, clear and not at rest after 1 s, 11 come flat."""
 SCREENED, BRIEF, LARGE = 1e-5, 4000, 12
-"""Tolerance of the second look, steps that it may take, and panels above which more, as the square of their number.
+"""Tolerance of the second look, steps that it may take, and the number of panels above which it takes more steps, in
+proportion to the square of that number.
 Of 12 hexagons few motions that deploy take a fifth of these steps; a few that do not would take most of the time. Of 22
 triangles some that deploy take 10,000. What deploys in it is simulated again as in the first look."""
 TOGETHER = 256
@@ -83,17 +39,23 @@ Tried = tuple[int, Look]
 
 
 def verdicts(
-    circuits: CircuitBatch, foldings: FoldingBatch, twists: NDArray[np.int16], found: MobilityBatch, threads: int = 1
+    circuits: CircuitBatch,
+    foldings: FoldingBatch,
+    twists: NDArray[np.int16],
+    locked: NDArray[np.bool_],
+    scene: Scene,
+    threads: int = 1,
 ) -> DeploymentBatch:
-    """Verdicts on a batch of foldings. Locked ones are tried with hinged or merged pairs: the proof is of rigid ones.
+    """Verdicts on a batch of foldings in a scene.
 
+    locked : which are proved locked with rigid pairs; they are tried with hinged ones, where the scene allows it.
     Deploys: flat and certified clear. Collides: with every set tried. Undecided: it did neither with some set.
     """
-    return _Verdicts(circuits, foldings, twists == 0, found.locked, threads).run()
+    return _Verdicts(circuits, foldings, twists == 0, locked, scene, threads).run()
 
 
 class _Verdicts:
-    """The verdicts on a batch while they are found; foldings are numbers in the batch."""
+    """The verdicts on a batch while they are computed; foldings are numbers in the batch."""
 
     def __init__(
         self,
@@ -101,9 +63,11 @@ class _Verdicts:
         foldings: FoldingBatch,
         untwisted: NDArray[np.bool_],
         locked: NDArray[np.bool_],
+        scene: Scene,
         threads: int,
     ) -> None:
-        self.panel = default_panel(circuits.grid)
+        self.scene, self.panel = scene, panel_of(scene, circuits.grid)
+        self.first_look = first_look(scene)
         steps = round(BRIEF * max(1.0, circuits.words.shape[1] / LARGE) ** 2)
         self.second: dict[str, Any] = {"whole": False, "tolerance": SCREENED, "max_steps": steps}
         self.foldings = {i: folding_at(circuits, foldings, i) for i in np.flatnonzero(untwisted).tolist()}
@@ -117,7 +81,7 @@ class _Verdicts:
     def run(self) -> DeploymentBatch:
         numbers = list(self.foldings)
         for begin in range(0, len(numbers), TOGETHER):
-            for looks in ROUNDS:
+            for looks in rounds(self.scene):
                 self._round(looks, numbers[begin : begin + TOGETHER])
             self.compiled.clear()
         status: list[str | None] = [None] * self.count
@@ -134,7 +98,7 @@ class _Verdicts:
         """Try those of some foldings that are left in some scenes."""
         left = [i for i in some if i not in self.deploys]
         scenes = {(i, look): self._compiled(i, look) for look in looks for i in left if self._can(i, look)}
-        if FIRST in looks:
+        if self.first_look in looks:
             found = self._check(scenes, {})
         else:
             found = self._check(scenes, self.second)
@@ -150,15 +114,17 @@ class _Verdicts:
     def _keep(self, i: int, look: Look, compiled: Compiled, found: Check) -> None:
         self.tried[i].append(found)
         trial = self._trial(i, look, compiled, found)
-        if look == FIRST:
+        if look.first:
             self.first[i] = trial
         if found.deploys:
             self.deploys[i] = trial
 
     def _can(self, i: int, look: Look) -> bool:
-        if look.pairs == "merged":
-            return bool(self.foldings[i].mirror_pairs)
-        return look.pairs == "hinged" or i not in self.locked
+        if look.pairs == "hinged":
+            return True
+        # merged motions are motions with rigid pairs, too
+        merged = look.pairs == "merged" and not look.first
+        return i not in self.locked and not (merged and not self.foldings[i].mirror_pairs)
 
     def _compiled(self, i: int, look: Look) -> tuple[Compiled, Solids]:
         key = (i, look.pairs)
@@ -166,30 +132,29 @@ class _Verdicts:
             linkage = folding_linkage(
                 self.foldings[i], self.panel, hinged=look.pairs == "hinged", merged=look.pairs == "merged"
             )
-            compiled = compile_scene(linkage, SCENES["default"], keep=frozenset({"stops"}))
+            compiled = compile_scene(linkage, self.scene, keep=frozenset({"stops"}))
             self.compiled[key] = compiled, solids_of(compiled)
         compiled, solids = self.compiled[key]
+        compiled = replace(compiled, scene=scene_of(compiled.scene, look))
         if look.springs:
             compiled = with_springs(compiled, springs_of(self.foldings[i], compiled, look.springs))
-        if look != FIRST:
-            compiled = replace(compiled, scene=replace(compiled.scene, seconds=PATIENT))
         return compiled, solids
 
     def _trial(self, i: int, look: Look, compiled: Compiled, found: Check) -> Trial:
-        length, width, thickness = self.panel
         size = compiled.linkage.pattern.size
-        values = scene_values(compiled.scene) | {
-            "panel_mm": f"{1e3 * length:g}x{1e3 * width:g}x{1e3 * thickness:g}",
-            "flat_pairs": "hinged" if look.pairs == "hinged" else "rigid",
-            "merge": look.pairs == "merged",
-            "margin_mm": 1e3 * MARGIN,
-        }
+        facts = {"design": self.foldings[i].notation}
+        tried = replace(
+            compiled.scene,
+            panel=self.panel,
+            flat_pairs="hinged" if look.pairs == "hinged" else "rigid",
+            merge=look.pairs == "merged",
+        )
         return Trial(
             folding=i,
-            scene=look.scene,
-            values=json.dumps(values, sort_keys=True),
+            scene=tried.name,
+            values=file_text(facts, compiled.formulation, tried),
             formulation=compiled.formulation,
-            status=status_of(found),
+            status=found.verdict,
             reason=found.reason,
             clearance=min(math.inf if found.gap is None else found.gap, size) if found.deploys else None,
             first_contact=None if found.collision is None else found.collision[0],
@@ -203,7 +168,7 @@ class _Verdicts:
             return "deploys"
         if i in self.locked:
             return "locked"
-        return "collides" if all(found.clear is False for found in self.tried[i]) else "undecided"
+        return "collides" if all(found.verdict == "collides" for found in self.tried[i]) else "undecided"
 
     def _trials(self, i: int) -> Iterator[Trial]:
         """What is kept of a folding: the first look, and the one in which it deploys."""
@@ -212,53 +177,3 @@ class _Verdicts:
             yield first
         if deploys is not None and deploys is not first:
             yield deploys
-
-
-def status_of(found: Check) -> str:
-    """What one check says of its scene."""
-    if found.deploys:
-        return "deploys"
-    return "collides" if found.clear is False else "undecided"
-
-
-def scene_values(scene: Scene) -> dict[str, object]:
-    """The values of a scene as its TOML file has them, without those of other formulations."""
-    names = ("density", "spring", "damping_time", "damping", "gravity", "held", "start", "restitution", "seconds")
-    values = {name: getattr(scene, name) for name in names}
-    return {k: v for k, v in values.items() if v is not None} | {"springs": {str(h): law for h, law in scene.springs}}
-
-
-def springs_of(folding: Folding, compiled: Compiled, name: str) -> Reals:
-    """Stiffnesses (N m/rad) of the joints of a folding in a set, shape (n_joints,).
-
-    Graded ones are geometric between `STIFF` and `SOFT`, those of `SPREAD` between the bounds of `hcsearch tune`.
-    """
-    if name in SPREAD:
-        sets: Reals = spring_sets(compiled.system.n_joints, len(SPREAD))
-        spread: Reals = sets[SPREAD.index(name)]
-        return spread
-    places = _places(folding, compiled)
-    if name == OUTER:
-        softness = 1.0 - np.abs(2.0 * places[:, 0] - 1.0)
-    else:
-        weights = np.array(GRADES[name])
-        towards = np.where(weights < 0.0, 1.0 - places, places)
-        softness = towards @ np.abs(weights) / np.abs(weights).sum()
-    found: Reals = STIFF * (SOFT / STIFF) ** softness
-    return found
-
-
-def _places(folding: Folding, compiled: Compiled) -> Reals:
-    """Layer (0 lowest to 1), face (1 for a valley) and stack (1 for the second) of the hinge of each joint."""
-    linkage: Linkage = compiled.linkage
-    pattern, half = linkage.pattern, folding.circuit.n // 2
-    first = set(folding.stacks[0])
-    found = np.zeros((compiled.system.n_joints, 3))
-    for pair, crease in pattern.creases.items():
-        if crease.face is None:
-            continue
-        layers = [folding.layers[panel] for panel in pair]
-        layer = min(layers) / max(1, half - 2)
-        joint = compiled.joint_of[pattern.hinge_of(pair)]
-        found[joint] = min(layer, 1.0), crease.face == "top", pair[0] not in first
-    return found

@@ -1,7 +1,8 @@
 """The pipeline: runs a stage where its result is missing or older, one transaction a batch."""
 
+from hcsearch.pipeline.amounts import duration
 from hcsearch.pipeline.counting import Counted, count_designs, counting_seconds
-from hcsearch.pipeline.estimate import check_room, duration, estimate
+from hcsearch.pipeline.estimate import check_room, estimate
 from hcsearch.pipeline.run import Funnel, Plan, Summary, finished_units, run_dry, run_into
 from hcsearch.pipeline.stages import BUILT, check_keep, stages_until
 from hcsearch.pipeline.workers import Crew

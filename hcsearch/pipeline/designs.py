@@ -9,14 +9,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch import deployment, folding, mobility, twisting
+from hcsearch import folding, mobility, twisting
 from hcsearch.enumeration import STAGE, Search
 from hcsearch.grid import Grid
 from hcsearch.kernels.words import array_rows, fingerprint_rows, write_rows
-from hcsearch.records import CircuitBatch, DeploymentBatch, DesignBatch, FoldingBatch, MobilityBatch, StageResult
-
-BEST_FIRST: tuple[str, ...] = ("deploys", "undecided", "collides", "locked")
-"""Verdicts on foldings; a design has the best of its foldings."""
+from hcsearch.records import Candidates, CircuitBatch, DesignBatch, FoldingBatch, MobilityBatch, StageResult
 
 
 class Travelling:
@@ -34,23 +31,24 @@ class Job(Travelling):
     """What is done with every unit of a run.
 
     stages : name and version of those to run; keep : which designs to keep.
-    rows : whether the rows for the store are wanted, or only the fingerprints of the arrays. threads : that may check
-    deployments beside each other.
+    rows : whether the rows for the store are wanted, or only the fingerprints of the arrays. candidates : whether the
+    foldings are wanted whose deployment is to be simulated.
     """
 
     search: Search
     stages: dict[str, int]
     keep: str
     rows: bool
-    threads: int = 1
+    candidates: bool = False
 
     def __call__(self, prefix: str) -> Output:
         """Work on one unit."""
         search = warm(self.search)
-        unit = run_unit(search, prefix, self.stages, self.keep, self.threads)
+        unit = run_unit(search, prefix, self.stages, self.keep)
         rows = design_rows(search, unit) if self.rows else None
         arrays = None if self.rows else array_fingerprints(search, unit.circuits)
-        return Output(unit.results, len(unit.circuits), rows, arrays)
+        candidates = candidates_of(search, unit) if self.candidates else None
+        return Output(unit.results, len(unit.circuits), rows, arrays, candidates)
 
 
 @lru_cache(maxsize=2)
@@ -61,31 +59,34 @@ def warm(search: Search) -> Search:
 
 @dataclass(frozen=True)
 class Output:
-    """What a unit gives back: the stages' results, how many designs are kept, and either rows or fingerprints."""
+    """What a unit gives back: the stages' results, how many designs are kept, and either rows or fingerprints.
+
+    candidates : for deployments; None where none are wanted.
+    """
 
     results: tuple[StageResult, ...]
     kept: int
     rows: DesignBatch | None
     arrays: NDArray[np.uint64] | None
+    candidates: Candidates | None
 
 
 @dataclass(frozen=True)
 class UnitResult:
     """What one search unit gave, stage by stage, after the rows not to be kept are dropped.
 
-    twists : None where that stage has not run; foldings, mobility and deployment likewise.
+    twists : None where that stage has not run; foldings and mobility likewise.
     """
 
     circuits: CircuitBatch
     foldings: FoldingBatch | None
     twists: NDArray[np.int16] | None
     mobility: MobilityBatch | None
-    deployment: DeploymentBatch | None
     results: tuple[StageResult, ...]
 
 
-def run_unit(search: Search, prefix: str, stages: dict[str, int], keep: str, threads: int = 1) -> UnitResult:
-    """Run the stages on one unit of a search."""
+def run_unit(search: Search, prefix: str, stages: dict[str, int], keep: str) -> UnitResult:
+    """Run the stages before `deployment` on one unit of a search."""
     clock = time.perf_counter()
     circuits = _joined(search, prefix)
     fixed = search.group_order // circuits.symmetry.astype(np.int64)
@@ -124,15 +125,7 @@ def run_unit(search: Search, prefix: str, stages: dict[str, int], keep: str, thr
         passed = np.zeros(len(circuits), bool)
         passed[foldings.row[(twists == 0) & ~found.locked]] = True
         finish(mobility.STAGE, passed)
-    deployed = None
-    if deployment.STAGE in stages and foldings is not None and twists is not None and found is not None:
-        from hcsearch.deployment.verdicts import verdicts  # noqa: PLC0415 - its kernels take seconds to load
-
-        deployed = verdicts(circuits, foldings, twists, found, threads)
-        passed = np.zeros(len(circuits), bool)
-        passed[foldings.row[[status == "deploys" for status in deployed.status]]] = True
-        finish(deployment.STAGE, passed)
-    return UnitResult(circuits, foldings, twists, found, deployed, tuple(results))
+    return UnitResult(circuits, foldings, twists, found, tuple(results))
 
 
 def _joined(search: Search, prefix: str) -> CircuitBatch:
@@ -164,7 +157,7 @@ def design_rows(search: Search, unit: UnitResult) -> DesignBatch:
     return DesignBatch(
         grid=search.grid.name,
         n=search.n,
-        circuit=_circuit_texts(search.grid, circuits.words),
+        circuit=circuit_texts(search.grid, circuits.words),
         array=array,
         array_symmetry=array_symmetry,
         symmetry=circuits.symmetry,
@@ -179,14 +172,30 @@ def design_rows(search: Search, unit: UnitResult) -> DesignBatch:
         best_crease=best_crease,
         folding_status=folding_status,
         status=status,
-        deployment=unit.deployment,
+    )
+
+
+def candidates_of(search: Search, unit: UnitResult) -> Candidates:
+    """The designs of a unit whose deployment is to be simulated: those with an untwisted folding."""
+    assert unit.foldings is not None
+    assert unit.twists is not None
+    assert unit.mobility is not None
+    plain = unit.twists == 0
+    kept = np.zeros(len(unit.circuits), bool)
+    kept[unit.foldings.row[plain]] = True
+    number = np.cumsum(kept, dtype=np.int32) - 1
+    circuits = unit.circuits.take(kept)
+    return Candidates(
+        circuits,
+        search.group_order // circuits.symmetry.astype(np.int64),
+        FoldingBatch(number[unit.foldings.row[plain]], unit.foldings.crease[plain]),
+        unit.mobility.locked[plain],
+        unit.mobility.dof[plain],
     )
 
 
 def _folding_status(unit: UnitResult) -> list[str | None]:
-    """The verdict on each folding, or what is known before a deployment is tried; None where it is twisted."""
-    if unit.deployment is not None:
-        return unit.deployment.status
+    """What is known of each folding before a deployment is tried; None where it is twisted."""
     assert unit.mobility is not None
     assert unit.twists is not None
     pairs = zip(unit.twists.tolist(), unit.mobility.locked.tolist(), strict=True)
@@ -194,11 +203,12 @@ def _folding_status(unit: UnitResult) -> list[str | None]:
 
 
 def _status(count: int, foldings: FoldingBatch, words: list[str | None]) -> list[str | None]:
-    """The best verdict on the foldings of each circuit; None without an untwisted one."""
-    rank = {word: place for place, word in enumerate(BEST_FIRST)}
-    best = np.full(count, len(rank))
-    np.minimum.at(best, foldings.row, [len(rank) if word is None else rank[word] for word in words])
-    return [BEST_FIRST[place] if place < len(rank) else None for place in best.tolist()]
+    """What is known of each circuit: undecided where a folding is; None without an untwisted one."""
+    found: list[str | None] = [None] * count
+    for row, word in zip(foldings.row.tolist(), words, strict=True):
+        if word is not None and found[row] != "undecided":
+            found[row] = word
+    return found
 
 
 def array_fingerprints(search: Search, circuits: CircuitBatch) -> NDArray[np.uint64]:
@@ -234,7 +244,8 @@ def _array_texts(search: Search, circuits: CircuitBatch) -> tuple[list[str], NDA
     return _texts(text), symmetry
 
 
-def _circuit_texts(grid: Grid, words: NDArray[np.int8]) -> list[str]:
+def circuit_texts(grid: Grid, words: NDArray[np.int8]) -> list[str]:
+    """The notations of circuits."""
     prefix = np.frombuffer(f"{grid.name}:".encode(), np.uint8)
     text = np.empty((len(words), len(prefix) + words.shape[1]), np.uint8)
     text[:, : len(prefix)] = prefix

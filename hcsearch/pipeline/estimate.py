@@ -6,16 +6,15 @@ import time
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from hcsearch import deployment
 from hcsearch.errors import SizeError
+from hcsearch.pipeline.amounts import duration, number, size
+from hcsearch.pipeline.deployments import seconds_of
 from hcsearch.pipeline.designs import Job
 from hcsearch.pipeline.run import Plan
-from hcsearch.pipeline.stages import stages_until
 from hcsearch.pipeline.workers import Crew
 from hcsearch.store import room_at
 
 _PROBE = 8  # units
-_DEPLOYMENT_SECONDS = 0.3  # measured: an untwisted design of 12 hexagons, with the second look
 _ROW_SECONDS = 1e-5  # measured: 100,000 designs a second go into a database
 
 
@@ -35,8 +34,8 @@ class Estimate:
             time = f"{duration(self.core_seconds)} of core time on the cluster, {duration(self.store_seconds)} to store"
         else:
             time = f"{duration(max(self.core_seconds / crew.jobs, self.store_seconds))} with --jobs {crew.jobs}"
-        size = f", {_bytes(self.stored_bytes)} in the database" if self.stored_bytes else ""
-        return f"about {_number(self.circuits)} circuits to list, {_number(self.designs)} to keep: {time}{size}"
+        room = f", {size(self.stored_bytes)} in the database" if self.stored_bytes else ""
+        return f"about {number(self.circuits)} circuits to list, {number(self.designs)} to keep: {time}{room}"
 
 
 def estimate(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> Estimate | None:
@@ -50,9 +49,8 @@ def estimate(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> Est
     if plan.small or not units:
         return None
     expected = None if search.expected is None else search.expected * len(units) / len(search.prefixes)
-    stages = stages_until(plan.until)
-    stages.pop(deployment.STAGE, None)  # a few units of that would take as long as many of the others
-    job = Job(search, stages, plan.keep, rows=stored)
+    # deployments are not probed: a few units of them would take as long as many of the others
+    job = Job(search, plan.listing, plan.keep, rows=stored, candidates=plan.deploys)
     job(units[-1])
     sample = units[:: -(-len(units) // _PROBE)]
     begun = time.perf_counter()
@@ -64,8 +62,8 @@ def estimate(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> Est
     designs = kept * share
     core_seconds = seconds * share
     if plan.deploys:
-        untwisted = sum(result.passed for output in outputs for result in output.results if result.stage == "twist")
-        core_seconds += _DEPLOYMENT_SECONDS * untwisted * share
+        foldings = sum(len(output.candidates.foldings) for output in outputs if output.candidates is not None)
+        core_seconds += seconds_of(foldings * share, search.n)
     return Estimate(
         circuits=listed * share,
         designs=designs,
@@ -80,27 +78,7 @@ def check_room(found: Estimate, location: str) -> None:
     room = room_at(location)
     if room is not None and found.stored_bytes > room:
         raise SizeError(
-            f"about {_number(found.designs)} designs need {_bytes(found.stored_bytes)} and {location} has room for "
-            f"{_bytes(room)}: name a database elsewhere with --db, keep fewer with --keep or --n, or do without one: "
+            f"about {number(found.designs)} designs need {size(found.stored_bytes)} and {location} has room for "
+            f"{size(room)}: name a database elsewhere with --db, keep fewer with --keep or --n, or do without one: "
             "--dry-run, `hcsearch count`"
         )
-
-
-def duration(seconds: float) -> str:
-    """A time for people, to two digits."""
-    for unit, size in (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
-        if seconds > 1.5 * size:
-            return f"{seconds / size:.2g} {unit}"
-    return f"{seconds:.2g} seconds"
-
-
-def _number(count: float) -> str:
-    """A number to two digits, written out."""
-    return f"{float(f'{count:.2g}'):,.0f}"
-
-
-def _bytes(size: float) -> str:
-    for unit, scale in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6)):
-        if size > scale:
-            return f"{size / scale:.2g} {unit}"
-    return f"{size / 1e3:.2g} kB"

@@ -5,20 +5,24 @@ from __future__ import annotations
 import platform
 import time
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import version
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch import deployment
+from hcsearch import deployment, enumeration, mobility
 from hcsearch.enumeration import Search
 from hcsearch.errors import DatabaseError
 from hcsearch.kernels.words import insert_fingerprints
+from hcsearch.pipeline.amounts import duration
+from hcsearch.pipeline.deployments import Deploy, Piece, Verdict, pieces, seconds_of, unfinished
 from hcsearch.pipeline.designs import Job, Output
 from hcsearch.pipeline.stages import KEEP_NEEDS, check_keep, stages_until
 from hcsearch.pipeline.workers import Crew
-from hcsearch.records import DesignBatch, StageResult, Work
+from hcsearch.records import Candidates, DesignBatch, StageResult, Work
+from hcsearch.scenes import SCENES, Scene, check_verdicts, panel_of, panel_text
 from hcsearch.store import (
     Database,
     count_arrays,
@@ -26,60 +30,93 @@ from hcsearch.store import (
     finished_batches,
     open_readonly,
     record_batches,
+    record_scene,
+    record_verdicts,
     start_run,
 )
 
-SMALL, SMALL_DEPLOYED = 5_000_000, 3_000  # circuits
+SMALL, SMALL_MOBILE = 5_000_000, 3_000  # circuits
+SMALL_DEPLOYED = 100.0  # core seconds: two processes take some of them to load their kernels
+LONG = 30.0  # seconds: a run that takes longer says so beforehand
 _GROUPS = 25
 _MAX_WAITING = 200_000  # designs, of about 500 bytes
 _UNIT_SIZE = 10_000  # circuits, where a search cannot say how many it has
 
 Batch = tuple[str, DesignBatch, tuple[StageResult, ...]]
-Progress = Callable[[int, int, str], None]  # batches done, all batches, what has been found
+
+
+class Progress(Protocol):
+    """Takes what is done, of how much, what has come out, and what is counted."""
+
+    def __call__(self, done: int, total: int, note: str, unit: str = "batch") -> None:
+        """Show it."""
+
+
+Announce = Callable[[str], None]
+
+
+def _hidden(done: int, total: int, note: str, unit: str = "batch") -> None:
+    """Progress that nobody sees."""
+
+
+def _silent(sentence: str) -> None:
+    """Say nothing."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What to run: a search, the last stage, which designs to keep, the panel (text, millimetres), who works."""
+    """What to run: a search, the last stage, which designs to keep, the scene that verdicts depend on, who works."""
 
     search: Search
     until: str
     keep: str = "all"
-    panel: str | None = None
+    scene: Scene = SCENES["default"]
     crew: Crew = field(default_factory=Crew)
 
     def __post_init__(self) -> None:
         check_keep(self.keep, self.until)
+        if self.deploys:
+            check_verdicts(self.scene, self.search.grid.name, self.search.n)
         _ = self.search.prefixes  # what is too large to list is refused before a database is touched
 
     @property
     def deploys(self) -> bool:
-        """Whether deployments are checked, which takes a thousand times longer than all else."""
+        """Whether deployments are simulated, which takes a thousand times longer than all else."""
         return deployment.STAGE in stages_until(self.until)
 
     @property
+    def listing(self) -> dict[str, int]:
+        """Name and version of the stages before `deployment`, which depend on no scene."""
+        stages = stages_until(self.until)
+        stages.pop(deployment.STAGE, None)
+        return stages
+
+    @property
     def small(self) -> bool:
-        """Whether the run takes seconds: other processes would take longer to start, and a probe to answer."""
+        """Whether listing takes seconds: other processes would take longer to start, and a probe to answer."""
         expected = self.search.expected
         circuits = len(self.search.prefixes) * _UNIT_SIZE if expected is None else expected
-        return circuits < (SMALL_DEPLOYED if self.deploys else SMALL)
+        return circuits < (SMALL_MOBILE if mobility.STAGE in stages_until(self.until) else SMALL)
 
     @property
     def hands(self) -> Crew:
-        """Who works in fact: not several processes where one is done before the others have started."""
+        """Who lists in fact: not several processes where one is done before the others have started."""
         return Crew() if self.small and self.crew.scheduler is None else self.crew
 
     @property
-    def threads(self) -> int:
-        """Threads of each process, where there are fewer processes at work than cores."""
-        if self.crew.scheduler is not None:
-            return 1
-        return max(1, self.crew.jobs // min(self.hands.jobs, max(1, len(self.search.prefixes))))
+    def panel(self) -> str:
+        """Size of the panels, in millimetres."""
+        return panel_text(panel_of(self.scene, self.search.grid.name))
 
     @property
     def work(self) -> Work:
         """The key of this plan's finished batches."""
         return Work(self.search.grid.name, self.search.n, self.search.target, self.keep)
+
+    @property
+    def deploying(self) -> Work:
+        """The key of its finished deployments."""
+        return replace(self.work, scene=self.scene.name)
 
 
 @dataclass(frozen=True)
@@ -114,13 +151,15 @@ class _Totals:
 
     def add(self, results: tuple[StageResult, ...] | list[StageResult], *, fresh: bool) -> None:
         for result in results:
+            self.n_fixed += result.n_fixed if result.stage == enumeration.STAGE else 0
             self.passed[result.stage] = self.passed.get(result.stage, 0) + result.passed
             self.seconds[result.stage] = self.seconds.get(result.stage, 0.0) + (result.seconds if fresh else 0.0)
-        self.n_fixed += results[0].n_fixed
 
-    @property
-    def note(self) -> str:
-        return f"{self.passed.get('circuits', 0):,} circuits"
+    def note(self, stage: str) -> str:
+        """What has come out of the stages that end with one."""
+        if stage == deployment.STAGE:
+            return f"deployment, {self.passed.get(stage, 0):,} designs deploy"
+        return f"{stage}, {self.passed.get('circuits', 0):,} circuits"
 
     def funnel(self, plan: Plan, arrays: int) -> Funnel:
         stages = stages_until(plan.until)
@@ -135,19 +174,51 @@ class _Totals:
         )
 
 
-def run_dry(plan: Plan, progress: Progress | None = None) -> Summary:
-    """Run the stages without a database. Memory grows only with the number of arrays, to count different ones."""
+def run_dry(plan: Plan, progress: Progress | None = None, announce: Announce = _silent) -> Summary:
+    """Run the stages without a database.
+
+    Memory grows with the number of arrays, to count different ones, and with that of candidates for a deployment.
+    """
     totals = _Totals()
     arrays = _DistinctArrays()
-    prefixes = plan.search.prefixes
-    job = Job(plan.search, stages_until(plan.until), plan.keep, rows=False, threads=plan.threads)
-    for done, (_, output) in enumerate(plan.hands.work(job, prefixes), 1):
+    prefixes, last = plan.search.prefixes, list(plan.listing)[-1]
+    job = Job(plan.search, plan.listing, plan.keep, rows=False, candidates=plan.deploys)
+    candidates: dict[str, Candidates] = {}
+    show = progress or _hidden
+    show(0, len(prefixes), last)
+    for done, (prefix, output) in enumerate(plan.hands.work(job, prefixes), 1):
         totals.add(output.results, fresh=True)
         assert output.arrays is not None
         arrays.add(output.arrays)
-        if progress is not None:
-            progress(done, len(prefixes), totals.note)
-    return Summary(totals.funnel(plan, arrays.count), totals.seconds, len(prefixes), 0)
+        if output.candidates is not None:
+            candidates[prefix] = output.candidates
+        show(done, len(prefixes), totals.note(last))
+    todo = [piece for prefix in candidates for piece in pieces(prefix, candidates[prefix])]
+    for verdict in _deployed(plan, todo, totals, show, announce):
+        totals.add([verdict.result], fresh=True)
+    return Summary(totals.funnel(plan, arrays.count), totals.seconds, len(prefixes) + len(todo), 0)
+
+
+def _deployed(plan: Plan, todo: list[Piece], totals: _Totals, show: Progress, announce: Announce) -> Iterator[Verdict]:
+    """Verdicts on pieces, in order, by as many threads or processes as pay; says beforehand when it takes long."""
+    if not todo:
+        return
+    foldings = sum(len(piece.candidates.foldings) for piece in todo)
+    seconds = seconds_of(foldings, plan.search.n)
+    jobs, cluster = plan.crew.jobs, plan.crew.scheduler is not None
+    small = seconds < SMALL_DEPLOYED and not cluster
+    if seconds / jobs > LONG:
+        who = "on the cluster" if cluster else f"with --jobs {jobs}"
+        announce(
+            f"{foldings:,} foldings to simulate in the scene {plan.scene.name}: about {duration(seconds / jobs)} {who}"
+        )
+    hands, threads = (Crew(), jobs) if small else (plan.crew, 1)
+    done = 0
+    show(done, foldings, totals.note(deployment.STAGE), "folding")
+    for _, verdict in hands.work(Deploy(plan.scene, threads), todo, parcel=1):
+        yield verdict
+        done += verdict.foldings
+        show(done, foldings, totals.note(deployment.STAGE), "folding")
 
 
 class _DistinctArrays:
@@ -169,44 +240,99 @@ def finished_units(plan: Plan, location: str) -> set[str]:
     """Units of a plan that are finished in a database; none where it cannot be read, which opening it will explain."""
     try:
         with open_readonly(location) as database:
-            return set(finished_batches(database, plan.work, stages_until(plan.until)))
+            return set(finished_batches(database, plan.work, plan.listing))
     except DatabaseError:
         return set()
 
 
-def run_into(plan: Plan, database: Database, progress: Progress | None = None) -> Summary:
-    """Run the stages where results are missing or older, one transaction a batch, and record the run."""
+def run_into(plan: Plan, database: Database, progress: Progress | None = None, announce: Announce = _silent) -> Summary:
+    """Run the stages where results are missing or older, one transaction a batch, and record the run.
+
+    announce : takes a sentence on what follows, where that takes long.
+    """
     stages = stages_until(plan.until)
-    totals = _Totals()
-    prefixes = plan.search.prefixes
-    finished = finished_batches(database, plan.work, stages)
-    reused = [finished[prefix] for prefix in prefixes if prefix in finished]
-    for results in reused:
-        totals.add(results, fresh=False)
-    todo = [prefix for prefix in prefixes if prefix not in finished]
+    if plan.deploys:
+        from hcsearch.deployment.scene_files import file_text  # noqa: PLC0415 - loads kernels
+
+        record_scene(database, plan.scene.name, file_text({}, None, plan.scene))
     run_id = start_run(
         database,
         work=plan.work,
         until=plan.until,
         panel=plan.panel,
         arguments={"grid": plan.work.grid, "n": plan.work.n, "array": plan.work.target or None, "until": plan.until}
-        | {"keep": plan.keep, "panel": plan.panel, **asdict(plan.crew)},
+        | {"keep": plan.keep, "scene": plan.scene.name, **asdict(plan.crew)},
         versions=_versions() | {f"stage {name}": str(number) for name, number in stages.items()},
     )
+    return _Run(plan, database, run_id, progress or _hidden, announce).run()
 
-    job = Job(plan.search, stages, plan.keep, rows=True, threads=plan.threads)
-    done = len(reused)
-    for batches in _grouped(plan.hands.work(job, todo)):
-        record_batches(database, run_id, plan.work, batches)
-        for _, _, fresh in batches:
-            totals.add(fresh, fresh=True)
-        done += len(batches)
-        if progress is not None:
-            progress(done, len(prefixes), totals.note)
-    arrays = count_arrays(database, plan.work, designs=totals.passed.get(KEEP_NEEDS[plan.keep], 0))
-    summary = Summary(totals.funnel(plan, arrays), totals.seconds, len(todo), len(reused))
-    finish_run(database, run_id, asdict(summary.funnel), summary.stage_times, summary.batches_done, len(reused))
-    return summary
+
+class _Run:
+    """One run into a database, while it goes on."""
+
+    def __init__(self, plan: Plan, database: Database, run_id: int, show: Progress, announce: Announce) -> None:
+        self.plan, self.database, self.run_id, self.show, self.announce = plan, database, run_id, show, announce
+        self.totals = _Totals()
+        self.prefixes = plan.search.prefixes
+        self.candidates: dict[str, Candidates] = {}
+        self.done = self.reused = 0
+
+    def run(self) -> Summary:
+        plan, totals = self.plan, self.totals
+        self._list()
+        if plan.deploys:
+            self._deploy()
+        arrays = count_arrays(self.database, plan.work, designs=totals.passed.get(KEEP_NEEDS[plan.keep], 0))
+        summary = Summary(totals.funnel(plan, arrays), totals.seconds, self.done, self.reused)
+        finish_run(self.database, self.run_id, asdict(summary.funnel), summary.stage_times, self.done, self.reused)
+        return summary
+
+    def _list(self) -> None:
+        """The stages before `deployment`, unit by unit of the search."""
+        plan, totals, last = self.plan, self.totals, list(self.plan.listing)[-1]
+        finished = finished_batches(self.database, plan.work, plan.listing)
+        for prefix in self.prefixes:
+            if prefix in finished:
+                totals.add(finished[prefix], fresh=False)
+                self.reused += 1
+        todo = [prefix for prefix in self.prefixes if prefix not in finished]
+        job = Job(plan.search, plan.listing, plan.keep, rows=True, candidates=plan.deploys)
+        self.show(self.reused, len(self.prefixes), totals.note(last))
+        for batches in _grouped(self._listed(job, todo)):
+            record_batches(self.database, self.run_id, plan.work, batches)
+            for _, _, fresh in batches:
+                totals.add(fresh, fresh=True)
+            self.done += len(batches)
+            self.show(self.done + self.reused, len(self.prefixes), totals.note(last))
+
+    def _listed(self, job: Job, todo: list[str]) -> Iterator[tuple[str, Output]]:
+        for prefix, output in self.plan.hands.work(job, todo):
+            if output.candidates is not None:
+                self.candidates[prefix] = output.candidates
+            yield prefix, output
+
+    def _deploy(self) -> None:
+        """The stage `deployment`, piece by piece."""
+        plan, totals = self.plan, self.totals
+        stage = {deployment.STAGE: deployment.VERSION}
+        finished = finished_batches(self.database, plan.deploying, stage)
+        left = unfinished(self.prefixes, list(finished))
+        # units that were listed by an earlier run are listed once more: the database does not know what is in a unit
+        again = Job(plan.search, plan.listing, plan.keep, rows=False, candidates=True)
+        unknown = [prefix for prefix in left if prefix not in self.candidates]
+        for done, (prefix, output) in enumerate(plan.hands.work(again, unknown), 1):
+            assert output.candidates is not None
+            self.candidates[prefix] = output.candidates
+            self.show(done, len(unknown), "mobility, units that were listed before")
+        wanted = [piece for prefix in left for piece in pieces(prefix, self.candidates[prefix])]
+        for key in finished:
+            totals.add(finished[key], fresh=False)
+        self.reused += len(finished)
+        todo = [piece for piece in wanted if piece.key not in finished]
+        for verdict in _deployed(plan, todo, totals, self.show, self.announce):
+            record_verdicts(self.database, self.run_id, plan.deploying, verdict.key, verdict.verdicts, verdict.result)
+            totals.add([verdict.result], fresh=True)
+            self.done += 1
 
 
 def _grouped(outputs: Iterable[tuple[str, Output]]) -> Iterator[list[Batch]]:

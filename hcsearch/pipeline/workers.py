@@ -52,8 +52,10 @@ class Crew:
             with _cluster(self.scheduler):
                 pass
 
-    def work(self, task: Callable[[str], T], units: Sequence[str]) -> Iterator[tuple[str, T]]:
+    def work(self, task: Callable[[P], T], units: Sequence[P], parcel: int = _PARCEL) -> Iterator[tuple[P, T]]:
         """Yield each unit with its result, in order; a task is pickled where other processes work on it.
+
+        parcel : units that travel together at most; what is recorded when one comes back is what a kill cannot take.
 
         Raises ClusterError when workers die or the scheduler cannot be reached; what was yielded before stays good.
         """
@@ -67,10 +69,10 @@ class Crew:
                 thread.shutdown(wait=False, cancel_futures=True)
             return
         with self._pool() as (pool, workers):
-            size = max(1, min(_PARCEL, len(units) // (2 * _AHEAD * workers)))
+            size = max(1, min(parcel, len(units) // (2 * _AHEAD * workers)))
             parcels = [units[at : at + size] for at in range(0, len(units), size)]
-            for parcel, results in _in_order(pool, partial(_unpack, task), parcels, _AHEAD * workers):
-                yield from zip(parcel, results, strict=True)
+            for sent, results in _in_order(pool, partial(_unpack, task), parcels, _AHEAD * workers):
+                yield from zip(sent, results, strict=True)
 
     @contextmanager
     def _pool(self) -> Iterator[tuple[_Pool, int]]:
@@ -94,7 +96,7 @@ class Crew:
             pool.kill()
 
 
-def _unpack(task: Callable[[str], T], parcel: Sequence[str]) -> list[T]:
+def _unpack(task: Callable[[P], T], parcel: Sequence[P]) -> list[T]:
     return [task(unit) for unit in parcel]
 
 

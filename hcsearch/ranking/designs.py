@@ -9,6 +9,7 @@ import numpy as np
 
 from hcsearch.ranking.pareto import pareto_front
 from hcsearch.ranking.scoring import complete_weights, weighted_score
+from hcsearch.scenes import DEFAULT
 from hcsearch.store import Database, Result, save_scores, select
 from hcsearch.store.columns import CRITERIA
 
@@ -27,14 +28,16 @@ class Ranked:
     left_out: tuple[int, ...]
 
 
-def rank_designs(database: Database, query: str = "", weights: Mapping[str, float] | None = None) -> Ranked:
-    """Rank the designs that a query selects by the criteria with a positive weight.
+def rank_designs(
+    database: Database, query: str = "", weights: Mapping[str, float] | None = None, scene: str = DEFAULT
+) -> Ranked:
+    """Rank the designs that a query selects in a scene by the criteria with a positive weight.
 
     weights : 1 for each criterion that is not named; QueryError as in `complete_weights` and `select`.
     """
     chosen = complete_weights(weights or {})
     counted = [quantity for quantity in CRITERIA if chosen[quantity.name]]
-    found = select(database, query, columns=("deployable", "id", "circuit", *_NAMES), sort="id")
+    found = select(database, query, columns=("deployable", "id", "circuit", *_NAMES), sort="id", scene=scene)
     rows = [row for row in found.rows if row[0] != 0]
     values = np.array([row[3:] for row in rows], float).reshape(len(rows), len(_NAMES))  # None becomes NaN
     columns = dict(zip(_NAMES, values.T, strict=True))
@@ -55,7 +58,7 @@ def rank_designs(database: Database, query: str = "", weights: Mapping[str, floa
     return Ranked(Result(names, tuple(ranked)), tuple(row[1] for row in found.rows if row[0] == 0))
 
 
-def save_ranks(database: Database, ranked: Ranked) -> None:
+def save_ranks(database: Database, ranked: Ranked, scene: str = DEFAULT) -> None:
     """Store the scores in the column `score` of `designs`, in one transaction; NULL for designs that were left out."""
     known = {design: score for _, design, _, score, *_ in ranked.result.rows}
-    save_scores(database, known | dict.fromkeys(ranked.left_out))
+    save_scores(database, known | dict.fromkeys(ranked.left_out), scene)

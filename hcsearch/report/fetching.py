@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
@@ -9,7 +10,8 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 
 from hcsearch.report.data import ReportData, Row, Stage
-from hcsearch.store import Database, Result, parse_query, select, select_sql
+from hcsearch.scenes import DEFAULT
+from hcsearch.store import Database, Result, parse_query, select, select_sql, source_in
 
 BEST_FIRST = "-untwisted,-two_stack,-score,-deployable"
 """Order of the designs on the page, so that a limit cuts off the worst; equal ones by id."""
@@ -23,17 +25,20 @@ _COUNTS = """
 """
 
 
-def fetch(database: Database, query: str, limit: int | None, sort: str = BEST_FIRST) -> ReportData:
+def fetch(
+    database: Database, query: str, limit: int | None, sort: str = BEST_FIRST, scene: str = DEFAULT
+) -> ReportData:
     """Read what a report on a query shows; the database must come from `open_readonly`.
 
-    limit : designs on the page, None for all; counts are of all the selected designs in any case.
+    limit : designs on the page, None for all; counts are of all the selected designs in any case. scene : whose
+    verdicts are shown.
     """
-    where = _where(database, query)
-    selected = _rows(select(database, query, sort=sort, limit=limit))
-    counts = _rows(select_sql(database, f"SELECT {_COUNTS} FROM designs WHERE {where}"))[0]
-    kinds = select_sql(database, f"SELECT DISTINCT grid, n FROM designs WHERE {where} ORDER BY grid, n").rows
-    arrays = select_sql(database, f'SELECT DISTINCT "array" FROM designs WHERE {where} LIMIT 2').rows
-    census = "SELECT n_foldings, min_twist, count(*) FROM designs"
+    where, designs = _where(database, query), source_in("designs", scene)
+    selected = _rows(select(database, query, sort=sort, limit=limit, scene=scene))
+    counts = _rows(select_sql(database, f"SELECT {_COUNTS} FROM {designs} WHERE {where}"))[0]
+    kinds = select_sql(database, f"SELECT DISTINCT grid, n FROM {designs} WHERE {where} ORDER BY grid, n").rows
+    arrays = select_sql(database, f'SELECT DISTINCT "array" FROM {designs} WHERE {where} LIMIT 2').rows
+    census = f"SELECT n_foldings, min_twist, count(*) FROM {designs}"
     runs = [run for run in _rows(select(database, view="runs")) if (run["grid"], run["n"]) in kinds]
     total = _number(counts["circuits"])
     return ReportData(
@@ -44,16 +49,17 @@ def fetch(database: Database, query: str, limit: int | None, sort: str = BEST_FI
             *([("array", arrays[0][0])] if len(arrays) == 1 else []),
             ("query", query.strip() or "all designs"),
             ("kept", _listed(run["keep"] for run in runs)),
+            ("scene", scene),
             ("hcsearch", version("hcsearch")),
             ("made", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
         ],
         funnel=_funnel(counts, total),
         census=[tuple(row) for row in select_sql(database, f"{census} WHERE {where} GROUP BY 1, 2").rows],
         designs=selected,
-        foldings=_foldings(database, [_number(design["id"]) for design in selected]),
+        foldings=_foldings(database, [_number(design["id"]) for design in selected], scene),
         total=total,
         notes=_notes(runs),
-        size=_size(runs),
+        size=_size([run for run in runs if json.loads(str(run["arguments"])).get("scene", DEFAULT) == scene]),
     )
 
 
@@ -91,11 +97,11 @@ def _funnel(counts: Row, total: int) -> list[Stage]:
     ]
 
 
-def _foldings(database: Database, ids: Sequence[int]) -> dict[int, list[Row]]:
+def _foldings(database: Database, ids: Sequence[int], scene: str) -> dict[int, list[Row]]:
     found: dict[int, list[Row]] = defaultdict(list)
     for first in range(0, len(ids), _IDS_AT_ONCE):
         listed = ", ".join(map(str, ids[first : first + _IDS_AT_ONCE]))
-        sql = f"SELECT * FROM foldings WHERE design_id IN ({listed}) ORDER BY design_id, crease"
+        sql = f"SELECT * FROM {source_in('foldings', scene)} WHERE design_id IN ({listed}) ORDER BY design_id, crease"
         for row in _rows(select_sql(database, sql)):
             found[_number(row["design_id"])].append(row)
     return dict(found)

@@ -6,9 +6,10 @@ import errno
 from dataclasses import replace
 from pathlib import Path
 
-from hcsearch.errors import HcsearchError
+from hcsearch.errors import HcsearchError, QueryError
 from hcsearch.report.fetching import BEST_FIRST, fetch
 from hcsearch.report.page import render
+from hcsearch.scenes import DEFAULT
 from hcsearch.store import Database
 
 LIMIT = 2000
@@ -23,14 +24,18 @@ def write_report(
     limit: int | None = LIMIT,
     sort: str = BEST_FIRST,
     title: str = "",
+    scene: str = DEFAULT,
 ) -> Path:
     """Write the report on the designs that a query selects, and return its path; folders are made where missing.
 
     database : from `open_readonly`.
     limit : designs on the page, None for all; the numbers on the page count all of them in any case.
-    HcsearchError: the file cannot be written.
+    scene : whose verdicts are shown.
+    HcsearchError: no design is selected, or the file cannot be written.
     """
-    data = fetch(database, query, limit, sort)
+    data = fetch(database, query, limit, sort, scene)
+    if not data.total:
+        raise QueryError(f"no design satisfies {query!r}: see `hcsearch query` for what there is")
     page = render(replace(data, title=title) if title else data)
     target = Path(path)
     try:

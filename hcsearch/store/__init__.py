@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from hcsearch.store.rows import Result, Rows
     from hcsearch.store.saving import save_rows
     from hcsearch.store.scores import save_scores
+    from hcsearch.store.verdicts import find_scene, record_scene, record_verdicts, scene_names
+    from hcsearch.store.views import source_in
     from hcsearch.store.writing import count_arrays, finish_run, finished_batches, record_batches, start_run
 
 _MODULES = {
@@ -28,6 +30,8 @@ _MODULES = {
     "rows": ("Result", "Rows"),
     "saving": ("save_rows",),
     "scores": ("save_scores",),
+    "verdicts": ("find_scene", "record_scene", "record_verdicts", "scene_names"),
+    "views": ("source_in",),
     "writing": ("count_arrays", "finish_run", "finished_batches", "record_batches", "start_run"),
 }
 _HOMES = {name: module for module, names in _MODULES.items() for name in names}
@@ -42,6 +46,7 @@ __all__ = [
     "column_names",
     "count_arrays",
     "find_design",
+    "find_scene",
     "finish_run",
     "finished_batches",
     "format_rows",
@@ -49,11 +54,15 @@ __all__ = [
     "open_readonly",
     "parse_query",
     "record_batches",
+    "record_scene",
+    "record_verdicts",
     "room_at",
     "save_rows",
     "save_scores",
+    "scene_names",
     "select",
     "select_sql",
+    "source_in",
     "start_run",
     "stream",
     "stream_sql",

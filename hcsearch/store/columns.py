@@ -110,8 +110,9 @@ FOLDINGS = (
 DEPLOYMENTS = (
     Quantity("design_id", "integer", "", "id of the design"),
     Quantity("crease", "integer", "", "first flat crease of the folding"),
-    Quantity("scene", "text", "", "name of the scene"),
-    Quantity("scene_values", "text", "", "values of the scene, as JSON"),
+    Quantity("scene", "text", "", "name of the scene that was simulated; `hcsearch deploy --scene` takes it"),
+    Quantity("base", "text", "", "scene whose verdict it serves: the same, or that with its own springs and pairs"),
+    Quantity("scene_values", "text", "", "the folding and its scene as a TOML file; `hcsearch deploy` takes it"),
     Quantity("formulation", "text", "", "equations of motion that were integrated"),
     Quantity("status", "text", "", "deploys, undecided, collides or locked", _VERDICTS),
     Quantity("reason", "text", "", "the sentence behind the status"),

@@ -14,10 +14,12 @@ from difflib import get_close_matches
 from functools import cache
 from typing import Any
 
-from sqlalchemy import ColumnElement, TableClause, and_, column, literal, table, true
+from sqlalchemy import ColumnClause, ColumnElement, FromClause, and_, column, literal, table, text, true
 
 from hcsearch.errors import QueryError
+from hcsearch.scenes import DEFAULT
 from hcsearch.store.columns import VIEWS, Quantity
+from hcsearch.store.views import SCENIC, select_in
 
 _TERM = re.compile(r"([A-Za-z_]\w*)(?:(<=|>=|!=|=|<|>)(.*))?", re.ASCII | re.DOTALL)
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -33,11 +35,14 @@ _EXAMPLE = "write conditions as in 'grid=hex n=12 untwisted dof<=6'"
 
 
 @cache  # one object a view: SQLAlchemy would join two of the same name
-def view_table(view: str) -> TableClause:
-    """Return a view as something to select from; QueryError when there is none of that name."""
+def view_table(view: str, scene: str = DEFAULT) -> FromClause:
+    """Return a view, in a scene, as something to select from; QueryError when there is none of that name."""
     if view not in VIEWS:
         raise QueryError(f"no view {view!r}{nearest(view, list(VIEWS))}: choose one of {', '.join(VIEWS)}")
-    return table(view, *(column(quantity.name) for quantity in VIEWS[view]))
+    columns: list[ColumnClause[Any]] = [column(quantity.name) for quantity in VIEWS[view]]
+    if scene == DEFAULT or view not in SCENIC:
+        return table(view, *columns)
+    return text(select_in(view, scene)).columns(*columns).subquery(view)
 
 
 def find_quantity(view: str, name: str) -> Quantity:
@@ -48,16 +53,16 @@ def find_quantity(view: str, name: str) -> Quantity:
     return VIEWS[view][names.index(name)]
 
 
-def parse_query(query: str, view: str = "designs") -> ColumnElement[bool]:
+def parse_query(query: str, view: str = "designs", scene: str = DEFAULT) -> ColumnElement[bool]:
     """Return the condition that a query asks for; the empty query holds for every row.
 
     QueryError: a term that cannot be read, a column that is not there, a value that is no number where one is needed.
     """
-    source = view_table(view)
+    source = view_table(view, scene)
     return and_(true(), *(_term(source, view, text) for text in query.split()))
 
 
-def _term(source: TableClause, view: str, text: str) -> ColumnElement[bool]:
+def _term(source: FromClause, view: str, text: str) -> ColumnElement[bool]:
     match = _TERM.fullmatch(text)
     if match is None:
         raise QueryError(f"cannot read {text!r}: {_EXAMPLE}, without spaces inside a condition")

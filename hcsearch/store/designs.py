@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 from sqlalchemy import Connection, Row, Select, bindparam, delete, func, select, update
 
-from hcsearch.records import NONE, DeploymentBatch, DesignBatch, MobilityBatch
-from hcsearch.store.schema import deployment, design, folding
+from hcsearch.records import NONE, DesignBatch, MobilityBatch
+from hcsearch.store.schema import design, folding
 from hcsearch.store.upsert import insert_rows
 
 Columns = dict[str, list[Any]]
 
-_TRIAL_KEY = ("design_id", "crease", "scene")
 _CHUNK = 1000  # values of one IN (...), well below what SQLite and PostgreSQL take
 
 
@@ -32,13 +30,7 @@ def insert_designs(connection: Connection, designs: DesignBatch) -> None:
         ids = _meet(connection, designs, columns, first)
     if designs.folding_row is not None and len(designs.folding_row):
         rows = _folding_columns(designs, ids)
-        known = [key for key in ids if key < first]
-        if "status" in rows and known:
-            _keep_verdicts(connection, designs, rows, known)
         insert_rows(connection, folding, rows, _found(rows))
-        if designs.deployment is not None and designs.deployment.trials:
-            trials = _trial_columns(designs.deployment, rows)
-            insert_rows(connection, deployment, trials, [name for name in trials if name not in _TRIAL_KEY])
 
 
 def _design_columns(designs: DesignBatch) -> Columns:
@@ -76,9 +68,6 @@ def _folding_columns(designs: DesignBatch, ids: Sequence[int]) -> Columns:
         if designs.mobility is not None:
             assert designs.folding_status is not None
             columns |= _mobility_columns(designs.mobility) | {"status": list(designs.folding_status)}
-    if designs.deployment is not None:
-        columns["min_clearance"] = [_number(1e3 * gap) for gap in designs.deployment.clearance.tolist()]
-        columns["deploy_time"] = [_number(time) for time in designs.deployment.time.tolist()]
     return columns
 
 
@@ -89,41 +78,6 @@ def _mobility_columns(found: MobilityBatch) -> Columns:
     return columns
 
 
-def _number(value: float) -> float | None:
-    return None if math.isnan(value) else value
-
-
-def _trial_columns(found: DeploymentBatch, foldings: Columns) -> Columns:
-    """The rows of `deployment`; lengths in millimetres, as its columns have them."""
-    trials = found.trials
-    columns: Columns = {name: [foldings[name][trial.folding] for trial in trials] for name in ("design_id", "crease")}
-    columns |= {name: [getattr(t, name) for t in trials] for name in ("scene", "formulation", "status", "reason")}
-    columns |= {name: [getattr(t, name) for t in trials] for name in ("first_contact", "deploy_time", "energy_error")}
-    columns["scene_values"] = [trial.values for trial in trials]
-    columns["clearance"] = [None if trial.clearance is None else 1e3 * trial.clearance for trial in trials]
-    columns["closure_error"] = [1e3 * trial.closure_error for trial in trials]
-    return columns
-
-
-def _keep_verdicts(connection: Connection, designs: DesignBatch, rows: Columns, known: Sequence[int]) -> None:
-    """Where deployments were tried before: their verdicts stay beside a stage that tried none, else they go."""
-    if designs.deployment is not None:
-        for start in range(0, len(known), _CHUNK):
-            some = known[start : start + _CHUNK]
-            connection.execute(delete(deployment).where(deployment.c.design_id.in_(some)))
-        return
-    key, crease = folding.c.design_id, folding.c.crease
-    stored = _select_in(connection, select(key, crease, folding.c.status), key, known)
-    before = {(row.design_id, row.crease): row.status for row in stored}
-    places = zip(rows["design_id"], rows["crease"], rows["status"], strict=True)
-    rows["status"] = [_settled(before.get((at, number)), status) for at, number, status in places]
-
-
-def _settled(before: str | None, now: str | None) -> str | None:
-    """A verdict, or what was found beside it."""
-    return before if now == "undecided" and before in {"deploys", "collides"} else now
-
-
 def _found(columns: Columns) -> list[str]:
     """Columns of a folding that a stage found, beyond its place."""
     return [name for name in columns if name not in ("design_id", "crease", "opposite")]
@@ -131,15 +85,9 @@ def _found(columns: Columns) -> list[str]:
 
 def _meet(connection: Connection, designs: DesignBatch, columns: Columns, first: int) -> list[int]:
     """Update the designs that were there before id `first`, and return the ids of all designs of the batch."""
-    circuits = design.c.circuit
-    known = list(_select_in(connection, select(circuits, design.c.id, design.c.status), circuits, designs.circuit))
-    id_of: dict[str, int] = {row.circuit: row.id for row in known}
+    id_of = ids_of(connection, designs.circuit)
     ids = [id_of[circuit] for circuit in designs.circuit]
     names = [name for name in columns if name not in ("grid", "n", "circuit")]
-    if "status" in names and designs.deployment is None:
-        before = {row.circuit: row.status for row in known}
-        pairs = zip(designs.circuit, columns["status"], strict=True)
-        columns["status"] = [_settled(before.get(circuit), status) for circuit, status in pairs]
     changes = [
         {"key": key, **{name: columns[name][row] for name in names}} for row, key in enumerate(ids) if key < first
     ]
@@ -159,14 +107,19 @@ def _drop_refuted(connection: Connection, designs: DesignBatch, ids: Sequence[in
     rows = _folding_columns(designs, ids)
     found = set(zip(rows["design_id"], rows["crease"], strict=True))
     key, crease = folding.c.design_id, folding.c.crease
-    stored = _select_in(connection, select(key, crease), key, [known for known in ids if known < first])
+    stored = select_in(connection, select(key, crease), key, [known for known in ids if known < first])
     refuted = [{"key": row.design_id, "at": row.crease} for row in stored if (row.design_id, row.crease) not in found]
     if refuted:
         connection.execute(delete(folding).where(key == bindparam("key"), crease == bindparam("at")), refuted)
 
 
-def _select_in(
-    connection: Connection, statement: Select[Any], column: Any, values: Sequence[Any]
-) -> Iterator[Row[Any]]:
+def ids_of(connection: Connection, circuits: Sequence[str]) -> dict[str, int]:
+    """The ids of the designs of some circuits that are stored."""
+    found = select_in(connection, select(design.c.circuit, design.c.id), design.c.circuit, circuits)
+    return {row.circuit: row.id for row in found}
+
+
+def select_in(connection: Connection, statement: Select[Any], column: Any, values: Sequence[Any]) -> Iterator[Row[Any]]:
+    """The rows of a statement in which a column has one of some values, a thousand of them at a time."""
     for start in range(0, len(values), _CHUNK):
         yield from connection.execute(statement.where(column.in_(values[start : start + _CHUNK]))).all()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -10,11 +11,13 @@ from typing import Any
 from sqlalchemy import Select
 from sqlalchemy import select as sql_select
 
-from hcsearch.errors import QueryError
+from hcsearch.errors import QueryError, SceneError
+from hcsearch.scenes import DEFAULT
 from hcsearch.store.columns import column_names
 from hcsearch.store.conditions import find_quantity, parse_query, sort_terms, split_names, view_table
 from hcsearch.store.database import Database
 from hcsearch.store.rows import CHUNK, Result, Rows, chunks_of, refusing
+from hcsearch.store.verdicts import scene_names
 
 __all__ = ["find_design", "parse_query", "select", "select_sql", "stream", "stream_sql"]
 
@@ -22,7 +25,7 @@ __all__ = ["find_design", "parse_query", "select", "select_sql", "stream", "stre
 _IDENTITY = {
     "designs": ("id",),
     "foldings": ("design_id", "crease"),
-    "deployments": ("design_id", "crease", "scene"),
+    "deployments": ("design_id", "crease", "base", "scene"),
     "runs": ("id",),
     "units": ("id",),
     "evaluations": ("subject", "setting", "springs"),
@@ -41,16 +44,18 @@ def stream(
     sort: str = "",
     limit: int | None = None,
     view: str = "designs",
+    scene: str = DEFAULT,
 ) -> Iterator[Rows]:
     """Give the rows of a view that satisfy a query (see `conditions`) as they are read, in little memory.
 
-    columns : names, a sequence or separated by commas; all where empty.
+    scene : whose verdicts are shown. columns : names, a sequence or separated by commas; all where empty.
     sort : names separated by commas, `-` before a name for descending; NULL comes last either way.
     """
     view_table(view)  # refuses an unknown view before its columns are looked up
     quantities = [find_quantity(view, name) for name in split_names(columns) or column_names(view)]
     names = tuple(quantity.name for quantity in quantities)
-    statement = _statement(view, names, query, sort, limit)
+    statement = _statement(view, scene, names, query, sort, limit)
+    check_scene(database, scene)
     with database.reading() as connection:
         with refusing():
             cursor = connection.execute(statement, execution_options=_CURSOR)
@@ -84,9 +89,10 @@ def select(
     sort: str = "",
     limit: int | None = None,
     view: str = "designs",
+    scene: str = DEFAULT,
 ) -> Result:
-    """Return the rows of a view that satisfy a query, with columns, order and limit as in `stream`."""
-    with stream(database, query, columns=columns, sort=sort, limit=limit, view=view) as rows:
+    """Return the rows of a view that satisfy a query, with scene, columns, order and limit as in `stream`."""
+    with stream(database, query, columns=columns, sort=sort, limit=limit, view=view, scene=scene) as rows:
         return rows.gathered()
 
 
@@ -96,9 +102,22 @@ def select_sql(database: Database, sql: str) -> Result:
         return rows.gathered()
 
 
-def _statement(view: str, names: Sequence[str], query: str, sort: str, limit: int | None) -> Select[Any]:
-    source = view_table(view)
-    statement = sql_select(*(source.c[name] for name in names)).where(parse_query(query, view))
+def check_scene(database: Database, scene: str) -> None:
+    """Refuse a scene that was never run on a database; `default` may always be asked about."""
+    if scene == DEFAULT:
+        return
+    known = scene_names(database)
+    if scene not in known:
+        names = ", ".join(known) or "none yet"
+        raise SceneError(
+            f"no verdicts of the scene {scene!r} in {database.location}, its scenes are: {names}; run "
+            f"`hcsearch enumerate --scene {shlex.quote(scene)}` with the grid and --n or --array first"
+        )
+
+
+def _statement(view: str, scene: str, names: Sequence[str], query: str, sort: str, limit: int | None) -> Select[Any]:
+    source = view_table(view, scene)
+    statement = sql_select(*(source.c[name] for name in names)).where(parse_query(query, view, scene))
     for name, descending in sort_terms(view, sort):
         key = source.c[name]
         statement = statement.order_by((key.desc() if descending else key.asc()).nulls_last())

@@ -22,7 +22,7 @@ from sqlalchemy import (
 )
 from sqlalchemy.types import REAL, TypeEngine
 
-REVISION = "0004"
+REVISION = "0005"
 """The newest migration. Revisions are numbers of four digits, so that an older one is a smaller text."""
 
 VERSION_TABLE = "hcsearch_version"
@@ -71,8 +71,8 @@ design = Table(
     Column("n_untwisted", Integer),
     Column("min_twist", Integer),
     Column("best_crease", Integer),
+    # What is known before a deployment is simulated; verdicts in scenes stand in `outcome`.
     Column("status", _TEXT),
-    Column("score", _REAL),
     # The notation of a circuit begins with its grid, so it is unique across grids.
     UniqueConstraint("circuit"),
     CheckConstraint("symmetry > 0 AND array_symmetry >= symmetry", name="symmetry"),
@@ -99,11 +99,60 @@ folding = Table(
     Column("kutzbach_merged", Integer),
     Column("dof_merged", Integer),
     Column("status", _TEXT),
-    Column("min_clearance", _REAL),
-    Column("deploy_time", _REAL),
     CheckConstraint("crease >= 0 AND opposite > crease", name="crease"),
     CheckConstraint("twist >= 0", name="twist"),
     _status("status", *_VERDICTS, "twisted"),
+    sqlite_strict=True,
+    sqlite_with_rowid=False,
+)
+
+scene = Table(
+    "scene",
+    metadata,
+    Column("name", _TEXT, primary_key=True),
+    # All of the scene that counts, as a TOML file.
+    Column("scene_values", _TEXT, nullable=False),
+    sqlite_strict=True,
+    sqlite_with_rowid=False,
+)
+
+outcome = Table(
+    "outcome",
+    metadata,
+    Column("scene", _TEXT, ForeignKey("scene.name", ondelete="CASCADE"), primary_key=True),
+    Column("design_id", _ID, ForeignKey("design.id", ondelete="CASCADE"), primary_key=True, autoincrement=False),
+    Column("best_crease", Integer, nullable=False),
+    Column("status", _TEXT, nullable=False),
+    _status("status", *_VERDICTS),
+    # Without it, a design that is deleted would be looked for in all scenes.
+    Index(None, "design_id"),
+    sqlite_strict=True,
+    sqlite_with_rowid=False,
+)
+
+verdict = Table(
+    "verdict",
+    metadata,
+    Column("scene", _TEXT, ForeignKey("scene.name", ondelete="CASCADE"), primary_key=True),
+    Column("design_id", _ID, primary_key=True, autoincrement=False),
+    Column("crease", Integer, primary_key=True, autoincrement=False),
+    Column("status", _TEXT, nullable=False),
+    Column("min_clearance", _REAL),
+    Column("deploy_time", _REAL),
+    ForeignKeyConstraint(["design_id", "crease"], ["folding.design_id", "folding.crease"], ondelete="CASCADE"),
+    _status("status", *_VERDICTS),
+    Index(None, "design_id", "crease"),
+    sqlite_strict=True,
+    sqlite_with_rowid=False,
+)
+
+score = Table(
+    "score",
+    metadata,
+    Column("scene", _TEXT, primary_key=True),
+    Column("design_id", _ID, ForeignKey("design.id", ondelete="CASCADE"), primary_key=True, autoincrement=False),
+    Column("score", _REAL, nullable=False),
+    Index(None, "design_id"),
     sqlite_strict=True,
     sqlite_with_rowid=False,
 )
@@ -113,7 +162,9 @@ deployment = Table(
     metadata,
     Column("design_id", _ID, primary_key=True, autoincrement=False),
     Column("crease", Integer, primary_key=True, autoincrement=False),
+    # `scene` is what was simulated: `base`, whose verdict it serves, or that with other springs or pairs.
     Column("scene", _TEXT, primary_key=True),
+    Column("base", _TEXT, nullable=False),
     Column("scene_values", _TEXT, nullable=False),
     Column("formulation", _TEXT, nullable=False),
     Column("status", _TEXT, nullable=False),

@@ -1,10 +1,12 @@
 """The SQL views that users query, `designs` to `evaluations`, with the columns of `columns.py`.
 
-Plain SQL that SQLite and PostgreSQL both read. NULL where a stage has not run, booleans as 0 or 1.
+Plain SQL that SQLite and PostgreSQL both read. NULL where a stage has not run, booleans as 0 or 1. The views show the
+scene `default`; the same SELECT shows any other one.
 """
 
 from __future__ import annotations
 
+from hcsearch.scenes import DEFAULT
 from hcsearch.store.columns import VIEWS
 
 # A folding with twist never deploys, and a design without an untwisted folding neither: known before any later stage.
@@ -14,25 +16,28 @@ _DESIGNS = {
     "untwisted": "CASE WHEN d.n_untwisted > 0 THEN 1 WHEN d.n_untwisted = 0 THEN 0 END",
     "deployable": """CASE
         WHEN d.n_foldings = 0 OR (d.n_foldings > 0 AND d.n_untwisted = 0) THEN 0
-        WHEN d.status IN ('no_folding', 'twisted', 'locked') THEN 0
-        WHEN d.status = 'deploys' THEN 1
+        WHEN coalesce(o.status, d.status) IN ('no_folding', 'twisted', 'locked') THEN 0
+        WHEN o.status = 'deploys' THEN 1
     END""",
     "status": """CASE
         WHEN d.n_foldings = 0 THEN 'no_folding'
         WHEN d.n_foldings > 0 AND d.n_untwisted = 0 THEN 'twisted'
-        ELSE d.status
+        ELSE coalesce(o.status, d.status)
     END""",
+    "score": "s.score",
     # Two stacks of n/2 panels on two cells; every crease but the two flat ones has a hinge in the scene `default`.
     "deployment_ratio": "CASE WHEN d.n_untwisted > 0 THEN d.n / 2 END",
     "hinges": "CASE WHEN d.n_untwisted > 0 THEN d.n - 2 END",
 }
 _FOLDINGS = {
     "untwisted": "CASE WHEN f.twist = 0 THEN 1 WHEN f.twist > 0 THEN 0 END",
-    "status": "CASE WHEN f.twist > 0 THEN 'twisted' ELSE f.status END",
+    "status": "CASE WHEN f.twist > 0 THEN 'twisted' ELSE coalesce(v.status, f.status) END",
     "deployable": """CASE
-        WHEN f.twist > 0 OR f.status IN ('twisted', 'locked') THEN 0
-        WHEN f.status = 'deploys' THEN 1
+        WHEN f.twist > 0 OR coalesce(v.status, f.status) IN ('twisted', 'locked') THEN 0
+        WHEN v.status = 'deploys' THEN 1
     END""",
+    "min_clearance": "v.min_clearance",
+    "deploy_time": "v.deploy_time",
 }
 _BEST_FOLDING = ("kutzbach", "dof", "merged_panels", "kutzbach_merged", "dof_merged")
 _BEST_DEPLOYING = ("min_clearance", "deploy_time")
@@ -41,7 +46,7 @@ _BEST_DEPLOYING = ("min_clearance", "deploy_time")
 _EXPRESSIONS = {
     "designs": _DESIGNS
     | {name: f'f."{name}"' for name in _BEST_FOLDING}
-    | {name: f'g."{name}"' for name in _BEST_DEPLOYING},
+    | {name: f'v."{name}"' for name in _BEST_DEPLOYING},
     "foldings": _FOLDINGS,
     "deployments": {},
     "runs": {},
@@ -54,13 +59,16 @@ _SOURCES = {
     "designs": (
         "d",
         """design AS d
-LEFT JOIN folding AS f ON f.design_id = d.id AND f.crease = d.best_crease
-LEFT JOIN folding AS g ON g.design_id = d.id AND g.crease = (
-    SELECT e.crease FROM folding AS e WHERE e.design_id = d.id AND e.twist = 0 AND e.status = 'deploys'
-    ORDER BY e.dof IS NULL, e.dof, e.crease LIMIT 1
-)""",
+LEFT JOIN outcome AS o ON o.scene = :scene AND o.design_id = d.id
+LEFT JOIN folding AS f ON f.design_id = d.id AND f.crease = coalesce(o.best_crease, d.best_crease)
+LEFT JOIN verdict AS v ON v.scene = :scene AND v.design_id = d.id AND v.crease = o.best_crease
+LEFT JOIN score AS s ON s.scene = :scene AND s.design_id = d.id""",
     ),
-    "foldings": ("f", "folding AS f"),
+    "foldings": (
+        "f",
+        """folding AS f
+LEFT JOIN verdict AS v ON v.scene = :scene AND v.design_id = f.design_id AND v.crease = f.crease""",
+    ),
     "deployments": ("p", "deployment AS p"),
     "runs": ("r", "run AS r"),
     "units": ("u", "unit AS u"),
@@ -68,10 +76,28 @@ LEFT JOIN folding AS g ON g.design_id = d.id AND g.crease = (
 }
 
 
+SCENIC = tuple(view for view, (_, source) in _SOURCES.items() if ":scene" in source)
+"""Views whose columns are those in a scene."""
+
+
 def create_view(view: str) -> str:
     """Return the CREATE VIEW statement of a view."""
+    return f"CREATE VIEW {view} AS {select_in(view, DEFAULT)}"
+
+
+def select_in(view: str, scene: str) -> str:
+    """Return the SELECT of a view in a scene."""
     alias, source = _SOURCES[view]
     # Quoted, because `array` is a reserved word of PostgreSQL.
     columns = {quantity.name: f'{alias}."{quantity.name}"' for quantity in VIEWS[view]} | _EXPRESSIONS[view]
     lines = ",\n".join(f'    {expression} AS "{name}"' for name, expression in columns.items())
-    return f"CREATE VIEW {view} AS SELECT\n{lines}\nFROM {source}"
+    return f"SELECT\n{lines}\nFROM {source.replace(':scene', _literal(scene))}"
+
+
+def source_in(view: str, scene: str) -> str:
+    """Return what to select from, to see a view in a scene: the view itself, or a subquery of its name."""
+    return view if scene == DEFAULT or view not in SCENIC else f"({select_in(view, scene)}) AS {view}"
+
+
+def _literal(text: str) -> str:
+    return "'" + text.replace("'", "''") + "'"

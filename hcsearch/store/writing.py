@@ -100,7 +100,7 @@ def record_batches(
     with database.writing() as connection:
         for prefix, designs, results in batches:
             insert_designs(connection, designs)
-            _insert_results(connection, run_id, work, prefix, results)
+            insert_results(connection, run_id, work, prefix, results)
 
 
 def count_arrays(database: Database, work: Work, *, designs: int = 0) -> int:
@@ -129,9 +129,10 @@ def _of(work: Work) -> ColumnElement[bool]:
     return and_(*(batch.c[name] == getattr(work, name) for name in ("grid", "n", "target", "keep", "scene")))
 
 
-def _insert_results(
+def insert_results(
     connection: Connection, run_id: int, work: Work, prefix: str, results: Sequence[StageResult]
 ) -> None:
+    """Store that stages are done for a piece of work, in a transaction of the caller."""
     if not results:
         return
     key = {name: getattr(work, name) for name in ("grid", "n", "target", "keep", "scene")} | {"prefix": prefix}

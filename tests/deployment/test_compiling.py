@@ -57,7 +57,7 @@ def _counts(deployment, hinge):
 
 def motion(name, scene, keep=frozenset(), formulation="constrained", **options):
     return deploy(
-        linkage_named(name), scene, formulation, tolerance=TOLERANCE, keep=frozenset(keep), margin=None, **options
+        linkage_named(name), scene, formulation, tolerance=TOLERANCE, keep=frozenset(keep), certified=False, **options
     )
 
 

@@ -26,8 +26,8 @@ def angles_at(deployment, times):
 @pytest.mark.parametrize("scene", ["default", "thesis"])
 def test_springs_at_cut_hinges_hold_as_exact_loops_do(scene):
     scene = replace(SCENES[scene], seconds=0.02)
-    exact = deploy(linkage_named("thesis-4x4"), scene, tolerance=1e-7, margin=None)
-    springs = deploy(linkage_named("thesis-4x4"), scene, "penalty", margin=None)
+    exact = deploy(linkage_named("thesis-4x4"), scene, tolerance=1e-7, certified=False)
+    springs = deploy(linkage_named("thesis-4x4"), scene, "penalty", certified=False)
     assert exact.compiled.system.stop_stiffness == 0.0
     assert springs.compiled.system.stop_stiffness == 1e6
     assert (springs.compiled.joint_of < 0).sum() == 1
@@ -43,8 +43,8 @@ def test_springs_at_cut_hinges_hold_as_exact_loops_do(scene):
 @pytest.mark.slow
 def test_compliant_stops_are_hit_as_hard_ones_are():
     scene = replace(DEFAULT, seconds=0.135)
-    exact = deploy(linkage_named("thesis-4x4"), scene, tolerance=1e-8, margin=None)
-    springs = deploy(linkage_named("thesis-4x4"), scene, "penalty", margin=None, max_steps=100_000)
+    exact = deploy(linkage_named("thesis-4x4"), scene, tolerance=1e-8, certified=False)
+    springs = deploy(linkage_named("thesis-4x4"), scene, "penalty", certified=False, max_steps=100_000)
     hit = exact.motion.events[0]
     assert hit.kind == "hit"
     hinges = np.flatnonzero(exact.compiled.joint_of == hit.joint)
@@ -59,10 +59,10 @@ def test_compliant_stops_are_hit_as_hard_ones_are():
 @pytest.mark.slow
 def test_hinges_come_to_hard_and_to_compliant_stops_in_the_same_order():
     scene, linkage = replace(DEFAULT, seconds=0.21), linkage_named("thesis-4x4")
-    exact = deploy(linkage, scene, tolerance=1e-8, margin=None)
-    whole = deploy(linkage, scene, tolerance=1e-8, margin=None, keep=frozenset(["half"]))
-    springs = deploy(linkage, scene, "penalty", margin=None, max_steps=100_000)
-    soft = deploy(linkage, scene, "compliant", tolerance=1e-5, margin=None)
+    exact = deploy(linkage, scene, tolerance=1e-8, certified=False)
+    whole = deploy(linkage, scene, tolerance=1e-8, certified=False, keep=frozenset(["half"]))
+    springs = deploy(linkage, scene, "penalty", certified=False, max_steps=100_000)
+    soft = deploy(linkage, scene, "compliant", tolerance=1e-5, certified=False)
     expected = [("flat", (1, 10)), ("flat", (3, 8)), ("flat", (5,))]
     for found in (exact, whole, springs, soft):
         assert [(arrival.stop, arrival.hinges) for arrival in arrivals(found)] == expected
@@ -80,7 +80,7 @@ def test_springs_that_give_way_too_far_are_no_answer():
     gaps = []
     for stiffness in (1e8, 1e6, 1e2):
         scene = replace(DEFAULT, seconds=0.01, cut_stiffness=stiffness)
-        found = deploy(linkage_named("thesis-4x4"), scene, "penalty", tolerance=1e-5, margin=None)
+        found = deploy(linkage_named("thesis-4x4"), scene, "penalty", tolerance=1e-5, certified=False)
         gaps.append(found.motion.gap)
     assert 0.0 < 20 * gaps[0] < gaps[1] < 1e-3 < gaps[2]
     assert found.outcome == "diverged"
@@ -89,7 +89,7 @@ def test_springs_that_give_way_too_far_are_no_answer():
 
 
 def test_an_arrival_is_no_bounce():
-    found = deploy(linkage_named("thesis-4x4"), replace(DEFAULT, seconds=0.17, restitution=0.5), margin=None)
+    found = deploy(linkage_named("thesis-4x4"), replace(DEFAULT, seconds=0.17, restitution=0.5), certified=False)
     hits = [event for event in found.motion.events if event.kind == "hit"]
     assert len(hits) > 3
     (arrival,) = arrivals(found)
@@ -99,14 +99,14 @@ def test_an_arrival_is_no_bounce():
 
 def test_springs_across_the_loops_come_to_exact_closure_as_they_stiffen():
     scene = replace(DEFAULT, seconds=0.05)
-    exact = deploy(linkage_named("thesis-4x4"), scene, tolerance=1e-9, margin=None)
+    exact = deploy(linkage_named("thesis-4x4"), scene, tolerance=1e-9, certified=False)
     for stiffness in (1e6, 1e7, 1e8):
         found = deploy(
             linkage_named("thesis-4x4"),
             replace(scene, cut_stiffness=stiffness),
             "compliant",
             tolerance=1e-7,
-            margin=None,
+            certified=False,
         )
         assert found.outcome == "moving"
         assert found.motion.drift < 1e-8 * found.motion.stored[0]
@@ -116,10 +116,10 @@ def test_springs_across_the_loops_come_to_exact_closure_as_they_stiffen():
 
 def test_springs_across_the_loops_pass_where_exact_closure_is_singular():
     linkage = linkage_named("hex:023424540021:3")
-    exact = deploy(linkage, DEFAULT, tolerance=1e-4, margin=None)
+    exact = deploy(linkage, DEFAULT, tolerance=1e-4, certified=False)
     assert exact.outcome == "diverged"
     assert exact.reason.endswith("take the compliant formulation, or start further from a singular state")
-    found = deploy(linkage, DEFAULT, "compliant", tolerance=1e-4, margin=None)
+    found = deploy(linkage, DEFAULT, "compliant", tolerance=1e-4, certified=False)
     assert found.outcome == "moving"
     assert 0.0 < found.motion.gap < 1e-3
     assert found.motion.drift < 1e-5 * found.motion.stored[0]
@@ -129,8 +129,8 @@ def test_springs_without_stiffness_close_nothing():
     scene = replace(DEFAULT, cut_stiffness=0.0)
     for formulation in ("compliant", "penalty"):
         with pytest.raises(HcsearchError, match="cut_stiffness cannot be 0"):
-            deploy(linkage_named("element-8r"), scene, formulation, margin=None)
-    assert deploy(linkage_named("element-8r"), replace(scene, seconds=0.01), margin=None).outcome == "moving"
+            deploy(linkage_named("element-8r"), scene, formulation, certified=False)
+    assert deploy(linkage_named("element-8r"), replace(scene, seconds=0.01), certified=False).outcome == "moving"
 
 
 def test_motion_without_inertia_is_the_limit_of_great_damping():
@@ -138,8 +138,8 @@ def test_motion_without_inertia_is_the_limit_of_great_damping():
     slow = []
     for factor in (30.0, 100.0):
         scene = replace(DEFAULT, damping=0.0043 * factor, seconds=0.03 * factor)
-        limit = deploy(linkage, scene, "quasistatic", tolerance=1e-9, margin=None)
-        full = deploy(linkage, scene, method="implicit", tolerance=1e-7, margin=None)
+        limit = deploy(linkage, scene, "quasistatic", tolerance=1e-9, certified=False)
+        full = deploy(linkage, scene, method="implicit", tolerance=1e-7, certified=False)
         assert limit.angles[-1].min() == pytest.approx(1.56213641, abs=1e-6)
         slow.append(np.abs(full.angles[-1] - limit.angles[-1]).max())
     assert slow[0] < 2e-3
@@ -149,8 +149,8 @@ def test_motion_without_inertia_is_the_limit_of_great_damping():
 def test_the_implicit_method_is_right_on_a_heavily_damped_scene():
     linkage = linkage_named("hex:0234550132:4")
     scene = replace(DEFAULT, damping=300 * 0.0043, seconds=0.3)
-    stiff = deploy(linkage, scene, method="implicit", tolerance=1e-7, margin=None)
-    plain = deploy(linkage, scene, method="dormand-prince", tolerance=1e-8, margin=None)
+    stiff = deploy(linkage, scene, method="implicit", tolerance=1e-7, certified=False)
+    plain = deploy(linkage, scene, method="dormand-prince", tolerance=1e-8, certified=False)
     assert stiff.angles[-1] == pytest.approx(plain.angles[-1], abs=1e-6)
     assert stiff.rates[-1] == pytest.approx(plain.rates[-1], abs=1e-5)
     assert stiff.angles[-1].min() < 3.1
@@ -161,7 +161,7 @@ def test_the_implicit_method_is_right_on_a_heavily_damped_scene():
 def test_the_energy_balance_holds_the_better_the_less_tolerance(name):
     drifts = []
     for tolerance in (1e-4, 1e-6, 1e-8):
-        found = deploy(linkage_named(name), replace(DEFAULT, seconds=0.1), tolerance=tolerance, margin=None)
+        found = deploy(linkage_named(name), replace(DEFAULT, seconds=0.1), tolerance=tolerance, certified=False)
         motion = found.motion
         total = motion.kinetic + motion.stored + motion.height + motion.in_stops + motion.damped + motion.lost
         assert np.abs(total - total[0]).max() == motion.drift
@@ -173,7 +173,7 @@ def test_the_energy_balance_holds_the_better_the_less_tolerance(name):
 
 
 def test_what_is_stored_at_the_start_is_what_the_springs_hold():
-    found = deploy(linkage_named("element-8r"), DEFAULT, margin=None)
+    found = deploy(linkage_named("element-8r"), DEFAULT, certified=False)
     springs = sum(0.5 * 0.1 * angle**2 for angle in found.angles[0])
     assert found.compiled.factor * found.motion.stored[0] == pytest.approx(springs, rel=1e-12)
     assert found.motion.damped[-1] == pytest.approx(springs, rel=0.01)  # flat and slow at the end
@@ -182,7 +182,7 @@ def test_what_is_stored_at_the_start_is_what_the_springs_hold():
 def test_the_time_of_flatness_does_not_follow_the_steps():
     times = []
     for tolerance in (1e-3, 1e-5, 1e-9):
-        found = deploy(linkage_named("element-8r"), DEFAULT, tolerance=tolerance, margin=None)
+        found = deploy(linkage_named("element-8r"), DEFAULT, tolerance=tolerance, certified=False)
         assert np.abs(found.angles[-1]).max() == pytest.approx(FLAT, rel=1e-3)
         times.append(found.flat_time)
     assert times[1] == pytest.approx(times[2], abs=1e-6)
@@ -203,7 +203,7 @@ def test_flat():
 def test_flatness_just_before_a_stop_is_found_in_its_step(tolerance):
     """The array is flat to 0.01 rad less than a millisecond before its hinges hit their stops."""
     linkage = linkage_named("hex:023350:1")
-    precise, found = (deploy(linkage, DEFAULT, tolerance=each, margin=None) for each in (1e-9, tolerance))
+    precise, found = (deploy(linkage, DEFAULT, tolerance=each, certified=False) for each in (1e-9, tolerance))
     assert found.flat_time == pytest.approx(precise.flat_time, rel=10 * tolerance)
     assert np.abs(found.angles[-1]).max() == pytest.approx(FLAT, rel=tolerance)
 
@@ -257,11 +257,11 @@ def test_diverged_where_the_base_turns_too_far():
     linkage = linkage_named("square:0123:0")
     scene = replace(DEFAULT, held="free", base_mass=0.001, base_inertia=(1e-7, 1e-7, 1e-7))
     whole = frozenset({"half"})
-    found = deploy(linkage, scene, keep=whole, margin=None)
+    found = deploy(linkage, scene, keep=whole, certified=False)
     assert found.outcome == "flat"
     assert np.abs(found.motion.q[:, 3]).max() > STEEP  # about the first axis it may
     turned = Linkage(linkage.pattern.moved(math.pi / 2), base=linkage.base)
-    found = deploy(turned, scene, keep=whole, margin=None)
+    found = deploy(turned, scene, keep=whole, certified=False)
     assert found.outcome == "diverged"
     assert found.reason == "the floating base turns too far for its three angles: give it more inertia"
 
@@ -353,7 +353,7 @@ def test_springs_at_cut_hinges_are_certified_too():
 def test_clearance_is_looked_for_only_where_it_is_wanted():
     scene, linkage = replace(DEFAULT, seconds=0.05), linkage_named("hex:02234400:1")
     assert deploy(linkage, scene).clearance.margin == 1e-4
-    assert deploy(linkage, scene, margin=None).clearance is None
+    assert deploy(linkage, scene, certified=False).clearance is None
     assert deploy(linkage, scene, margin=2e-4).clearance.margin == 2e-4
 
 

@@ -14,7 +14,7 @@ DEFAULT = SCENES["default"]
 
 
 def deployed(name, tolerance, formulation="constrained"):
-    return deploy(linkage_named(name), DEFAULT, formulation, tolerance=tolerance, margin=None)
+    return deploy(linkage_named(name), DEFAULT, formulation, tolerance=tolerance, certified=False)
 
 
 def own_opening(system, states, cubic=False):

@@ -1,0 +1,141 @@
+"""The looks that the stage `deployment` takes at a folding: ways to join its flat pairs, and spring sets, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.deployment.compiling import Compiled
+from hcsearch.deployment.springs import range_of, spring_sets
+from hcsearch.folding import Folding
+from hcsearch.scenes import Scene, joined_name
+
+Reals = NDArray[np.float64]
+Pairs = Literal["rigid", "hinged", "merged"]
+
+GRADES: dict[str, tuple[float, float, float]] = {
+    "bottom first": (1.0, 0.0, 0.0),
+    "top first": (-1.0, 0.0, 0.0),
+    "mountains first": (0.0, -1.0, 0.0),
+    "one stack first": (0.0, 0.0, 1.0),
+    "other stack first": (0.0, 0.0, -1.0),
+    "top of one stack first": (-1.0, 0.0, 1.0),
+}
+"""Graded spring sets: how softness grows with the layer, with valleys after mountains, and with the second stack."""
+OUTER = "outer layers first"
+"""The set graded by the distance from the middle layer."""
+SPREAD = tuple(f"spread {number}" for number in range(1, 9))
+"""Sets spread evenly over the logarithms of what springs may be. Of 12 hexagons they find 4 after 37."""
+GRADED = 40.0
+"""Stiffest over softest spring of a graded set; the stiffest is that of the scene's range."""
+PATIENT = 3.0
+"""How long a second look lasts, over the scene's seconds: of 158 motions of 12 hexagons, clear and not at rest after
+1 s, 11 come flat."""
+_PAIRS: tuple[Pairs, ...] = ("rigid", "hinged", "merged")
+_SETS = (*GRADES, OUTER, *SPREAD)
+
+
+@dataclass(frozen=True)
+class Look:
+    """How flat pairs are joined, and which springs there are; `first` is the scene as it stands."""
+
+    pairs: Pairs
+    springs: str = ""
+    first: bool = False
+
+    def name(self, scene: Scene) -> str:
+        """The name of a scene as it is tried; `hcsearch deploy --scene` takes it."""
+        if self.first:
+            return scene.name
+        plain = self.pairs if self.pairs != first_look(scene).pairs else ""
+        return joined_name(scene.name, plain, self.springs)
+
+
+def look_parts(parts: list[str]) -> tuple[Pairs | None, str]:
+    """Pairs and spring set that parts of a scene's name say, in this order; takes them off the list."""
+    springs = parts.pop() if parts and parts[-1] in _SETS else ""
+    pairs = next((pairs for pairs in _PAIRS if parts and parts[-1] == pairs), None)
+    if pairs is not None:
+        parts.pop()
+    return pairs, springs
+
+
+def ways(scene: Scene) -> tuple[Pairs, ...]:
+    """How flat pairs may be joined in a scene, in the order in which they are tried."""
+    if scene.merge is True:
+        return ("merged",)
+    found: tuple[Pairs, ...] = ("rigid", "hinged") if scene.flat_pairs == "either" else (scene.flat_pairs,)
+    return (*found, "merged") if scene.merge == "either" else found
+
+
+def first_look(scene: Scene) -> Look:
+    """The scene as it stands, with the first of its ways."""
+    return Look(ways(scene)[0], first=True)
+
+
+def rounds(scene: Scene) -> tuple[tuple[Look, ...], ...]:
+    """The first look and the second, in this order; those of a round are simulated together, on all threads.
+
+    What deploys in one does not count as tried in those after it.
+    """
+    first, *others = ways(scene)
+    last: Pairs = "hinged" if "hinged" in others else first
+    graded = () if last == first else tuple(Look(first, springs) for springs in GRADES)
+    every = tuple(Look(last, springs) for springs in _SETS)
+    found = ((first_look(scene),), tuple(Look(way) for way in others), graded, every)
+    return tuple(looks for looks in found if looks)
+
+
+def scene_of(scene: Scene, look: Look) -> Scene:
+    """A settled scene as a look takes it, but for the springs of the look."""
+    if look.first:
+        return scene
+    assert scene.seconds is not None
+    return replace(scene, name=look.name(scene), seconds=PATIENT * scene.seconds)
+
+
+def springs_of(folding: Folding, compiled: Compiled, name: str) -> Reals:
+    """Stiffnesses (N m/rad) of the joints of a folding in a set, shape (n_joints,), within the scene's range.
+
+    Graded ones are geometric from the stiffest to a fortieth of it, those of `SPREAD` between the bounds.
+    """
+    softest, stiffest = range_of(compiled.scene)
+    if name in SPREAD:
+        sets: Reals = spring_sets(compiled.system.n_joints, len(SPREAD), softest, stiffest)
+        spread: Reals = sets[SPREAD.index(name)]
+        return spread
+    places = _places(folding, compiled)
+    if name == OUTER:
+        softness = 1.0 - np.abs(2.0 * places[:, 0] - 1.0)
+    else:
+        weights = np.array(GRADES[name])
+        towards = np.where(weights < 0.0, 1.0 - places, places)
+        softness = towards @ np.abs(weights) / np.abs(weights).sum()
+    softer = max(softest, stiffest / GRADED)
+    found: Reals = stiffest * (softer / stiffest) ** softness
+    return found
+
+
+def _places(folding: Folding, compiled: Compiled) -> Reals:
+    """Layer (0 lowest to 1), face (1 for a valley) and stack (1 for the second) of the hinge of each joint."""
+    pattern, half = compiled.linkage.pattern, folding.circuit.n // 2
+    first = set(folding.stacks[0])
+    found = np.zeros((compiled.system.n_joints, 3))
+    for pair, crease in pattern.creases.items():
+        if crease.face is None:
+            continue
+        layers = [folding.layers[panel] for panel in pair]
+        layer = min(layers) / max(1, half - 2)
+        joint = compiled.joint_of[pattern.hinge_of(pair)]
+        found[joint] = min(layer, 1.0), crease.face == "top", pair[0] not in first
+    return found
+
+
+def looks_named() -> Iterator[str]:
+    """The names of all looks, for messages."""
+    yield from _PAIRS
+    yield from _SETS

@@ -1,0 +1,66 @@
+"""What a scene leaves open, from the size and mass of its panels, its springs and its gravity.
+
+Times, lengths and springs of a deployment are those of the scene `default` (panels of 50 mm, 6 mm thick, springs of
+0.1 N m/rad), scaled by dimensional analysis: angles follow J phi'' = -k phi, so times grow as the root of J / k, with
+J the mass of a panel times its edge squared; springs that lift a panel grow as its weight times its edge.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from hcsearch.collision.clearance import EDGE, longest_edge, margin_of
+from hcsearch.dynamics.laws import law_named
+from hcsearch.linkage import Linkage
+from hcsearch.pattern import facet_area
+from hcsearch.scenes import Scene
+
+SPRING, DAMPING_TIME, SECONDS = 0.1, 0.043, 1.0
+"""Of the scene `default`: stiffness of every hinge (N m/rad), damping over stiffness (s), and how long it is given."""
+SOFTEST, STIFFEST = 0.001, 0.2
+"""Bounds of the stiffness of a spring there, N m/rad (thesis 4.5.4)."""
+_G = 9.81
+
+
+def settled(scene: Scene, linkage: Linkage) -> Scene:
+    """The scene with its density, margin, spring range and seconds, where it leaves them to the panels of a linkage.
+
+    Seconds are never fewer than in the scene `default`; they are given to three digits, as springs are.
+    """
+    density = scene.density_of(linkage.pattern.thickness)
+    length = longest_edge(linkage) / EDGE
+    mass = _mass(linkage, density)
+    laws = dict.fromkeys(range(linkage.n_hinges), scene.spring) | dict(scene.springs)
+    stiffness = float(np.mean([law_named(text).mean_stiffness for text in laws.values()])) if laws else 0.0
+    inertia, weight = mass * length**2, mass * length * math.hypot(*scene.gravity) / _G
+    springs = max(stiffness / SPRING, weight)
+    seconds = math.sqrt(inertia / springs) if springs else 1.0
+    given = scene.damping is not None and stiffness > 0.0
+    slowness = scene.damping / stiffness if scene.damping is not None and given else scene.damping_time
+    seconds = max(1.0, seconds, slowness / DAMPING_TIME)
+    scale = _short(springs or inertia)
+    return replace(
+        scene,
+        density=density,
+        areal_mass=None,
+        margin=margin_of(linkage) if scene.margin is None else scene.margin,
+        spring_range=scene.spring_range or (_short(SOFTEST * scale), _short(STIFFEST * scale)),
+        seconds=_short(SECONDS * seconds) if scene.seconds is None else scene.seconds,
+    )
+
+
+def _mass(linkage: Linkage, density: float) -> float:
+    """Mean mass of a facet over that of a regular panel of the scene `default` with as many corners."""
+    facets = linkage.pattern.facets
+    corners = len(facets[0])
+    regular = 0.25 * corners * EDGE**2 / math.tan(math.pi / corners)
+    mean = sum(map(facet_area, facets)) / len(facets)
+    plain = Scene()
+    return (density * mean * linkage.pattern.thickness) / (plain.density * regular * 0.006)
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.3g}")

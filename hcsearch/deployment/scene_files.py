@@ -1,0 +1,278 @@
+"""Scenes and what is deployed in them, as TOML files and as values from a command line."""
+
+from __future__ import annotations
+
+import json
+import math
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+from hcsearch.deployment.compiling import FORMULATIONS
+from hcsearch.errors import SceneError
+from hcsearch.scenes import SCENES, Scene, panel_text, read_panel
+
+Reader = Callable[[str, Any], Any]
+
+LEAST = 1e-9
+"""Of a density (kg/m^3), an areal mass (kg/m^2), and a time to simulate (s)."""
+MOST = 1e12
+LARGEST_FILE = 1_000_000
+"""Bytes of a file: a scene with a spring of its own at each of 10,000 hinges has a third of that."""
+
+
+def scene_named(name: str) -> Scene:
+    """A scene of the program by its name."""
+    if name not in SCENES:
+        raise SceneError(f"there is no scene {name!r}: choose one of {', '.join(SCENES)}, or name a file .toml")
+    return SCENES[name]
+
+
+def scene_with(scene: Scene, values: Mapping[str, Any]) -> Scene:
+    """A scene with some values changed, as a file or a command line gives them; None leaves a value open."""
+    known = {field.name for field in fields(Scene)} - {"name"}
+    changes: dict[str, Any] = {}
+    for key, value in values.items():
+        if key not in known:
+            raise SceneError(f"a scene has no {key!r}: it has {', '.join(sorted(known))}")
+        changes[key] = _read(key, value)
+    return replace(scene, **changes)
+
+
+def _read(key: str, value: Any) -> Any:
+    """One value of a scene; SceneError where it is of another kind."""
+    kind: Reader = _READERS.get(key, _number)
+    try:
+        return kind(key, value)
+    except (TypeError, ValueError, OverflowError) as error:
+        if isinstance(error, SceneError):
+            raise
+        example = _EXAMPLES.get(key, "give a number of 0 or more")
+        raise SceneError(f"{key} cannot be {_shown(value)}: {example}") from error
+
+
+def _shown(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _number(key: str, value: Any) -> float:
+    if isinstance(value, bool):
+        raise ValueError
+    number = float(value)
+    if not 0.0 <= number < MOST:
+        raise ValueError
+    if key in {"density", "areal_mass", "seconds"} and number < LEAST:
+        raise SceneError(f"{key} cannot be {value!r}: give {LEAST:g} or more")
+    if key == "restitution" and number > 1.0:
+        raise SceneError(f"{key} cannot be {value!r}: give a number from 0 to 1")
+    return number
+
+
+def _vector(key: str, value: Any) -> tuple[float, ...]:
+    parts = value.split(",") if isinstance(value, str) else value
+    found = tuple(float(number) for number in parts)
+    least = 0.0 if key == "base_inertia" else -MOST
+    if len(found) != 3 or not all(least <= number < MOST for number in found):
+        raise ValueError
+    return found
+
+
+def _range(_key: str, value: Any) -> tuple[float, float]:
+    parts = value.split(",") if isinstance(value, str) else value
+    low, high = (float(number) for number in parts)
+    if not 0.0 < low < high < MOST:
+        raise ValueError
+    return (low, high)
+
+
+def _springs(_key: str, value: Any) -> tuple[tuple[int, str], ...]:
+    found: dict[int, str] = {}
+    for hinge, law in dict(value).items():
+        text = str(hinge)
+        if not (text.isascii() and text.isdigit() and len(text) < 10 and isinstance(law, str)):
+            raise ValueError
+        if int(text) in found:
+            raise SceneError(f"springs names hinge {int(text)} twice: leave one out")
+        found[int(text)] = law
+    return tuple(found.items())
+
+
+def _law(_key: str, value: Any) -> str:
+    if not isinstance(value, str):
+        raise ValueError
+    return value
+
+
+def _held(_key: str, value: Any) -> Any:
+    if value in ("bottom", "free"):
+        return value
+    number = int(str(value))
+    if isinstance(value, bool) or not 0 <= number < 10**9:
+        raise ValueError
+    return number
+
+
+def _flat_pairs(_key: str, value: Any) -> Any:
+    if value not in ("rigid", "hinged", "either"):
+        raise ValueError
+    return value
+
+
+def _merge(_key: str, value: Any) -> Any:
+    if value is not True and value is not False and value != "either":
+        raise ValueError
+    return value
+
+
+def _panel(_key: str, value: Any) -> Any:
+    if isinstance(value, str):
+        return read_panel(value)
+    return read_panel("x".join(f"{1e3 * float(size):.10g}" for size in value))
+
+
+_READERS: dict[str, Reader] = {
+    "panel": _panel,
+    "flat_pairs": _flat_pairs,
+    "merge": _merge,
+    "spring": _law,
+    "springs": _springs,
+    "spring_range": _range,
+    "gravity": _vector,
+    "base_inertia": _vector,
+    "held": _held,
+}
+_EXAMPLES = {
+    "panel": "write panel_mm = '50x50x6'",
+    "flat_pairs": "write 'rigid', 'hinged' or 'either'",
+    "merge": "write true, false or 'either'",
+    "spring": "write a law, such as 'linear:0.1'",
+    "springs": "write { 3 = 'linear:0.2' }, a law for each hinge",
+    "spring_range": "give the softest and the stiffest, N m/rad, such as 0.001,0.2",
+    "gravity": "give x,y,z in m/s^2, such as 0,0,-9.81",
+    "base_inertia": "give three moments of inertia, kg m^2, such as 0.0067,0.0067,0.0067",
+    "held": "give bottom, free, or the number of a panel",
+}
+_IN_MILLIMETRES = {"panel_mm": "panel", "margin_mm": "margin"}
+_ON_TOP = ("flat_pairs", "merge")
+_OWN_KEYS = ("design", "assembly", "parameters", "formulation", "name", "scene")
+
+
+def read_file(path: str) -> dict[str, Any]:
+    """A TOML file of a scene, and of the design or assembly that is deployed in it, if it names one.
+
+    Keys: `design` or `assembly` with a table `parameters`, `formulation`, `name`, `panel_mm`, `margin_mm`,
+    `flat_pairs`, `merge`, and a table `scene` of all other values, which may name a scene to start from.
+    """
+    return _checked(path, _parsed(path))
+
+
+def read_text(text: str, origin: str) -> dict[str, Any]:
+    """The same from a text; origin : what it is called in messages."""
+    try:
+        return _checked(origin, tomllib.loads(text))
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise SceneError(f"{origin} cannot be read: it holds no scene") from error
+
+
+def _parsed(path: str) -> dict[str, Any]:
+    try:
+        if Path(path).exists() and not Path(path).is_file():
+            raise SceneError(f"{path} is no file: name a TOML file")
+        with Path(path).open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+    except (OSError, ValueError) as error:
+        if isinstance(error, SceneError):
+            raise
+        reason = getattr(error, "strerror", None) or error
+        raise SceneError(f"cannot read {path}: {reason}; name a file that is there") from error
+    if len(content) > LARGEST_FILE:
+        raise SceneError(f"{path} has more than {LARGEST_FILE:,} bytes, which no scene has: name another file")
+    try:
+        return tomllib.loads(content.decode())
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise SceneError(f"{path} is no TOML: {error}; write lines such as design = 'hex:0234550132:4'") from error
+    except RecursionError as error:
+        raise SceneError(f"{path} has brackets in brackets without end: write the keys of docs/dynamics.md") from error
+
+
+def _checked(path: str, found: dict[str, Any]) -> dict[str, Any]:
+    unknown = set(found) - {*_OWN_KEYS, *_ON_TOP, *_IN_MILLIMETRES}
+    if unknown:
+        raise SceneError(f"{path} has {_shown(min(unknown))}, which nothing reads: see docs/dynamics.md")
+    if "design" in found and "assembly" in found:
+        raise SceneError(f"{path} names a design and an assembly: leave one out")
+    for key in ("design", "assembly", "name", "formulation"):
+        if not isinstance(found.get(key, ""), str):
+            raise SceneError(f"{path} has {key} = {_shown(found[key])}: write a text in quotes")
+    for key in ("parameters", "scene"):
+        if not isinstance(found.get(key, {}), dict):
+            raise SceneError(f"{path} has {key} = {_shown(found[key])}: write a table [{key}]")
+    if found.get("formulation", FORMULATIONS[0]) not in FORMULATIONS:
+        names = ", ".join(FORMULATIONS)
+        raise SceneError(f"{path} has formulation = {_shown(found['formulation'])}: write one of {names}")
+    if not isinstance(found.get("scene", {}).get("name", ""), str):
+        raise SceneError(f"{path} starts from the scene {_shown(found['scene']['name'])}: write one of {list(SCENES)}")
+    for key, value in found.get("parameters", {}).items():
+        if isinstance(value, bool) or not isinstance(value, str if key == "size" else (int, float)):
+            example = "size = '3x2'" if key == "size" else f"a number, such as {key} = 70"
+            raise SceneError(f"{path} has {_shown(key)} = {_shown(value)}: write {example}")
+    return found
+
+
+def scene_in(found: Mapping[str, Any], *, base: Scene | None = None) -> Scene:
+    """The scene that a file holds; base : to start from, unless that is the one the file names."""
+    given = dict(found.get("scene", {}))
+    start = given.pop("name", None)
+    scene = base or scene_named("default" if start is None else start)
+    values = given | {key: found[key] for key in _ON_TOP if key in found}
+    for key, name in _IN_MILLIMETRES.items():
+        if key in found:
+            values[name] = found[key] if name == "panel" else _metres(key, found[key])
+    return replace(scene_with(scene, values), name=found.get("name", scene.name))
+
+
+def _metres(key: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 <= value < MOST:
+        raise SceneError(f"{key} cannot be {_shown(value)}: give a number of 0 or more")
+    return float(f"{value * 1e-3:.10g}")
+
+
+def file_text(facts: Mapping[str, Any], formulation: str | None, scene: Scene) -> str:
+    """A file that `read_file` reads: what is deployed, and all of its scene that counts.
+
+    facts : what is deployed, `design` or `assembly`, with its `parameters`; empty for a scene alone.
+    """
+    lines = [f"{key} = {_toml(value)}" for key, value in facts.items() if not isinstance(value, dict)]
+    if scene.name != "default":
+        lines.append(f"name = {_toml(scene.name)}")
+    if formulation is not None:
+        lines.append(f"formulation = {_toml(formulation)}")
+    plain = Scene()
+    values = {field.name: getattr(scene, field.name) for field in fields(Scene)}
+    changed = {name: value for name, value in values.items() if name != "name" and value != getattr(plain, name)}
+    if scene.panel is not None:
+        lines.append(f"panel_mm = {_toml(panel_text(scene.panel))}")
+    if "margin" in changed:
+        millimetres = float(f"{1e3 * changed['margin']:.10g}")
+        lines.append(f"margin_mm = {_toml(millimetres)}")
+    lines += [f"{key} = {_toml(changed[key])}" for key in _ON_TOP if key in changed]
+    own = {key: value for key, value in changed.items() if key not in {"panel", "margin", *_ON_TOP}}
+    for title, table in {"parameters": facts.get("parameters", {}), "scene": own}.items():
+        if table:
+            lines += ["", f"[{title}]", *(f"{key} = {_toml(value)}" for key, value in table.items())]
+    return "".join(f"{line}\n" for line in lines)
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple) and value and isinstance(value[0], tuple):  # springs of single hinges
+        return "{ " + ", ".join(f"{hinge} = {_toml(law)}" for hinge, law in value) + " }"
+    if isinstance(value, tuple):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    if isinstance(value, float) and not math.isfinite(value):
+        raise SceneError(f"{value} cannot be written to a file: give finite numbers")
+    return json.dumps(value)

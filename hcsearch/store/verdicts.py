@@ -1,0 +1,108 @@
+"""Storing scenes, and verdicts on designs in them, in transactions that are whole or not at all."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from sqlalchemy import Connection, delete, select
+
+from hcsearch.errors import DatabaseError, SceneError
+from hcsearch.records import DeploymentBatch, StageResult, VerdictBatch, Work
+from hcsearch.store.database import Database
+from hcsearch.store.designs import ids_of
+from hcsearch.store.schema import deployment, outcome, scene, verdict
+from hcsearch.store.upsert import insert_rows
+from hcsearch.store.writing import insert_results
+
+Columns = dict[str, list[Any]]
+
+_CHUNK = 1000
+
+
+def record_scene(database: Database, name: str, values: str) -> None:
+    """Store a scene, so that queries and deployments may name it; SceneError where another one has its name."""
+    with database.writing() as connection:
+        stored = connection.execute(select(scene.c.scene_values).where(scene.c.name == name)).scalar()
+        if stored is None:
+            connection.execute(scene.insert().values(name=name, scene_values=values))
+        elif stored != values:
+            raise SceneError(
+                f"database {database.location} has another scene {name!r}, with verdicts of its own: give this one "
+                "another name, or name another database"
+            )
+
+
+def find_scene(database: Database, name: str) -> str | None:
+    """The values of a stored scene as a TOML file; None where there is none of the name."""
+    with database.reading() as connection:
+        found: str | None = connection.execute(select(scene.c.scene_values).where(scene.c.name == name)).scalar()
+    return found
+
+
+def scene_names(database: Database) -> list[str]:
+    """The names of the scenes that were run on a database."""
+    with database.reading() as connection:
+        return list(connection.execute(select(scene.c.name).order_by(scene.c.name)).scalars())
+
+
+def record_verdicts(
+    database: Database, run_id: int, work: Work, key: str, verdicts: VerdictBatch, result: StageResult
+) -> None:
+    """Store verdicts in the scene of this work in one transaction, and that the stage is done for a piece of it."""
+    with database.writing() as connection:
+        if verdicts.circuit:
+            _insert(connection, database, work.scene, verdicts)
+        insert_results(connection, run_id, work, key, [result])
+
+
+def _insert(connection: Connection, database: Database, name: str, verdicts: VerdictBatch) -> None:
+    known = ids_of(connection, verdicts.circuit)
+    if len(known) < len(verdicts.circuit):
+        raise DatabaseError(
+            f"database {database.location} is damaged, it lacks {len(verdicts.circuit) - len(known)} designs that were "
+            "stored: restore a copy, or begin with another database"
+        )
+    ids = [known[circuit] for circuit in verdicts.circuit]
+    columns: Columns = {"scene": [name] * len(ids), "design_id": ids}
+    columns |= {"best_crease": verdicts.best_crease, "status": verdicts.status}
+    insert_rows(connection, outcome, columns, ("best_crease", "status"))
+    found, creases = verdicts.deployment, verdicts.folding_crease.tolist()
+    designs = [ids[row] for row in verdicts.folding_row.tolist()]
+    rows: Columns = {"scene": [name] * len(designs), "design_id": designs, "crease": creases}
+    rows |= {
+        "status": list(found.status),
+        "min_clearance": [_number(1e3 * gap) for gap in found.clearance.tolist()],
+        "deploy_time": [_number(time) for time in found.time.tolist()],
+    }
+    insert_rows(connection, verdict, rows, ("status", "min_clearance", "deploy_time"))
+    for start in range(0, len(ids), _CHUNK):
+        some = ids[start : start + _CHUNK]
+        connection.execute(delete(deployment).where(deployment.c.base == name, deployment.c.design_id.in_(some)))
+    if found.trials:
+        trials = _trial_columns(found, rows, name)
+        changed = [column for column in trials if column not in ("design_id", "crease", "scene")]
+        insert_rows(connection, deployment, trials, changed)
+
+
+def _trial_columns(found: DeploymentBatch, foldings: Columns, name: str) -> Columns:
+    """The rows of `deployment`; lengths in millimetres, as its columns have them."""
+    trials = found.trials
+    columns: Columns = {key: [foldings[key][trial.folding] for trial in trials] for key in ("design_id", "crease")}
+    columns |= {key: [getattr(t, key) for t in trials] for key in ("scene", "formulation", "status", "reason")}
+    columns |= {key: [getattr(t, key) for t in trials] for key in ("first_contact", "deploy_time")}
+    columns["base"] = [name] * len(trials)
+    columns["scene_values"] = [trial.values for trial in trials]
+    columns["clearance"] = [None if trial.clearance is None else 1e3 * trial.clearance for trial in trials]
+    # a simulation that diverged leaves numbers that overflowed
+    columns["energy_error"] = [_finite(trial.energy_error) for trial in trials]
+    columns["closure_error"] = [_finite(1e3 * trial.closure_error) for trial in trials]
+    return columns
+
+
+def _number(value: float) -> float | None:
+    return None if math.isnan(value) else value
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
