@@ -35,7 +35,7 @@ class SpringSet:
     """Springs and what they do.
 
     stiffnesses : of each hinge, N m/rad. check : the quick check. scales : of its scene. deployment : the scene itself,
-        precisely; None where     it was not simulated. robustness : None where no samples were drawn.
+        precisely; None where it was not simulated. robustness : None where no samples were drawn.
     """
 
     stiffnesses: tuple[float, ...]

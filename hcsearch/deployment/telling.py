@@ -43,12 +43,13 @@ def _facts(deployment: Deployment) -> dict[str, Any]:
     compiled, motion = deployment.compiled, deployment.motion
     clearance = deployment.clearance
     books = _books(deployment)
+    collides = deployment.verdict == "collides"
     return {
         "verdict": deployment.verdict,
         "reason": _reason(deployment),
         "clearance": None if clearance is None else clearance.kind,
-        "collision_s": None if clearance is None else clearance.time,
-        "collision_panels": None if clearance is None or clearance.panels is None else list(clearance.panels),
+        "collision_s": clearance.time if clearance is not None and collides else None,
+        "collision_panels": list(clearance.panels or ()) if clearance is not None and collides else None,
         "min_clearance_mm": None if clearance is None or clearance.gap is None else 1e3 * clearance.gap,
         "margin_mm": 1e3 * compiled.margin,
         "scene": compiled.scene.name,

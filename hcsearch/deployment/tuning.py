@@ -32,7 +32,8 @@ class Tuning:
     """What a tuning found.
 
     scene : that it was tuned in, settled. start : the springs it began with. best : the confirmed set least likely to
-        collide, or else the one of the least     objective. rounded : the same of catalogue springs; None where none were asked for.
+        collide, or else the one of the least objective. rounded : the same of catalogue springs; None where none were
+        asked for.
     evaluations : spring sets and samples that it took, each once; recalled : how many of them a memory knew before.
     interrupted : by Ctrl-C.
     """
