@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from functools import cache
-from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.core.dispatcher import Dispatcher
+
+from hcsearch.kernels.kernel_cache import KernelCache
 
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
 
@@ -45,23 +46,10 @@ def merged(function: Kernel) -> Kernel:
 
 
 def _compiled(function: Kernel, *, counting: bool, **options: bool) -> Kernel:
-    """A kernel, cached with a stamp.
-
-    numba would compile again only when the file of the kernel itself has changed, and not those of the kernels that it
-    calls; ours are stamped with the newest of all files.
-    """
+    """A kernel whose machine code is kept on disk."""
     # the flag is passed on to kernels that are compiled on the way, unless they say themselves
     njit: Any = numba.njit  # has options that its types do not tell
-    dispatcher = njit(cache=True, nogil=True, _nrt=counting, **options)(function)
-    # numba has no public way to say this
-    file = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
-    if file is not None:
-        file._source_stamp = _newest()
-    return cast(Kernel, dispatcher)
-
-
-@cache
-def _newest() -> tuple[float, int]:
-    """When the newest kernel was written, and the size of all."""
-    files = [path.stat() for path in Path(__file__).parent.rglob("*.py")]
-    return max(file.st_mtime for file in files), sum(file.st_size for file in files)
+    kernel = njit(nogil=True, _nrt=counting, **options)(function)
+    if isinstance(kernel, Dispatcher):  # and not the function itself, where numba is switched off
+        KernelCache.attach(kernel)
+    return cast(Kernel, kernel)

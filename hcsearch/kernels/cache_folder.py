@@ -1,0 +1,120 @@
+"""Where compiled kernels are kept: in the user's cache folder, which outlives a checkout and an installation."""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+import tempfile
+from contextlib import suppress
+from functools import cache
+from multiprocessing import parent_process
+from pathlib import Path
+from typing import Any
+
+import numba
+
+_TOTAL = 512 * 2**20
+"""Bytes to which the folder is pruned: some ten sets of kernels."""
+_REMEDY = "set NUMBA_CACHE_DIR to a folder that can be written"
+KERNELS, PARTS = "*.kernel", "*.part"
+"""Patterns of the files: finished ones, and those that are being written."""
+
+
+def wanted_folder() -> Path:
+    """Where compiled kernels are looked for first; `NUMBA_CACHE_DIR` names another place than the user's folder."""
+    config: Any = numba.config
+    if config.CACHE_DIR:
+        return Path(config.CACHE_DIR).absolute() / "hcsearch"
+    return _user_folder() / "hcsearch" / "kernels"
+
+
+def writable_folder() -> Path | None:
+    """Where kernels that are compiled now are kept: a temporary folder where the wanted one cannot be written.
+
+    None where there is neither; stderr names the remedy, once.
+    """
+    return _writable(wanted_folder())
+
+
+@cache
+def _writable(wanted: Path) -> Path | None:
+    try:
+        _make(wanted)
+    except OSError as error:
+        trouble = f"compiled kernels cannot be kept in {wanted} ({error.strerror or error})"
+    else:
+        return wanted
+    spare = Path(tempfile.gettempdir()) / f"hcsearch-{os.getuid() if hasattr(os, 'getuid') else 'kernels'}"
+    try:
+        _make(spare)
+        _check_private(spare)
+    except OSError:
+        say(f"{trouble}: they are compiled at every start; {_REMEDY}")
+        return None
+    say(f"{trouble} but are in {spare}; {_REMEDY}")
+    return spare
+
+
+def _user_folder() -> Path:
+    """The folder for caches by the conventions of the system."""
+    home = Path(os.path.expanduser("~"))  # noqa: PTH111 - Path.home() fails for a user without an entry
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local")
+    if sys.platform == "darwin":
+        return home / "Library" / "Caches"
+    chosen = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    return chosen if chosen.is_absolute() else home / ".cache"
+
+
+def _make(folder: Path) -> None:
+    """Make a folder in which a file can be written; OSError where it cannot."""
+    if not folder.is_absolute():
+        raise FileNotFoundError(0, "the user has no home folder")
+    folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+    with tempfile.TemporaryFile(dir=folder):
+        pass
+
+
+def _check_private(folder: Path) -> None:
+    """Refuse a folder in which another user can put files: what is read there is run."""
+    status = folder.lstat()
+    if hasattr(os, "getuid") and (
+        not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid() or status.st_mode & 0o022
+    ):
+        raise PermissionError
+
+
+@cache
+def say(line: str) -> None:
+    """Write a line to stderr, once however often it is said and however many processes work."""
+    if parent_process() is None and sys.stderr is not None:
+        with suppress(OSError):
+            print(f"hcsearch: {line}", file=sys.stderr, flush=True)
+
+
+def write(path: Path, content: bytes) -> None:
+    """Write a file so that nobody sees a part of it."""
+    handle, part = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=PARTS[1:])
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        Path(part).replace(path)
+    except BaseException:
+        Path(part).unlink(missing_ok=True)
+        raise
+
+
+def prune(folder: Path, total: int = _TOTAL) -> None:
+    """Delete the files that have not been used for longest, until the others take no more than a total of bytes."""
+    files = []
+    for path in (*folder.glob(KERNELS), *folder.glob(PARTS)):
+        with suppress(OSError):  # another process prunes, too
+            status = path.stat()
+            files.append((status.st_mtime, status.st_size, path))
+    taken = 0
+    for _, size, path in sorted(files, reverse=True):
+        taken += size
+        if taken > total:
+            with suppress(OSError):
+                path.unlink()

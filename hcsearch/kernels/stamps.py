@@ -1,0 +1,127 @@
+"""What the machine code of a kernel depends on, as one digest.
+
+A kernel is compiled with all that it calls linked into it. So its stamp is made of its own code and constants, and of
+those of every kernel that it reaches: an edit changes the stamps of what it touches and of what calls that, and of
+nothing else. Code is compared as Python compiles it: comments, docstrings, annotations and the place of a file are
+no part of it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from collections.abc import Iterable, Iterator
+from functools import cache
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+
+import llvmlite
+import numba
+import numpy as np
+from numba.core.dispatcher import Dispatcher
+
+_SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "ENABLE_AVX", "DEBUGINFO_DEFAULT")
+"""Of numba's global configuration, what changes the code that it makes."""
+_PLAIN = (bool, int, float, complex, str, bytes, type(None), type(...), np.generic)
+
+
+def stamp(kernel: Any) -> str:
+    """The digest of a dispatcher and of all that it reaches, of the versions that compile it, and of their settings.
+
+    Raises TypeError where a kernel uses a global value that cannot be written down.
+    """
+    reached = [kernel]
+    for found in reached:  # which grows meanwhile; kernels may call each other
+        reached += [used for used in _own(found)[1] if not any(used is other for other in reached)]
+    return _digest("\n".join([_surroundings(), _name(kernel), *sorted(_own(found)[0] for found in reached)]))
+
+
+def _digest(text: str) -> str:
+    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+
+
+def _surroundings() -> str:
+    config: Any = numba.config
+    versions = (numba.__version__, llvmlite.__version__, np.__version__, sys.version_info[:2], sys.implementation.name)
+    return repr((versions, getattr(sys, "abiflags", ""), [getattr(config, name, None) for name in _SETTINGS]))
+
+
+@cache
+def _own(kernel: Any) -> tuple[str, tuple[Any, ...]]:
+    """The digest of one kernel, or plain function, without those that it uses; and those."""
+    function: FunctionType = getattr(kernel, "py_func", kernel)
+    names = sorted(_names(function.__code__))
+    used: list[Any] = []
+    values = {name: function.__globals__[name] for name in names if name in function.__globals__}
+    values |= {
+        name: cell.cell_contents
+        for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
+    }
+    words = [
+        _name(kernel),
+        repr(sorted(getattr(kernel, "targetoptions", {}).items())),
+        _spelled(function.__code__, function, used),
+        _spelled((function.__defaults__, function.__kwdefaults__), function, used),
+        *(f"{name}={_spelled(value, function, used)}" for name, value in values.items()),
+    ]
+    return _digest("\n".join(words)), tuple(used)
+
+
+def _name(value: Any) -> str:
+    return f"{getattr(value, '__module__', '')}.{getattr(value, '__qualname__', value.__name__)}"
+
+
+def _codes(code: CodeType) -> Iterator[CodeType]:
+    """A code object, and those of its comprehensions and inner functions."""
+    yield code
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _codes(constant)
+
+
+def _names(code: CodeType) -> set[str]:
+    """Names that code looks up in its module, or as attributes."""
+    return {name for part in _codes(code) for name in part.co_names}
+
+
+def _spelled(value: Any, user: FunctionType, used: list[Any]) -> str:
+    """A value that a function uses, written down; kernels by name, and listed for themselves."""
+    if isinstance(value, Dispatcher | FunctionType):
+        used.append(value)
+        return _name(value)
+    if isinstance(value, _PLAIN):
+        return f"{type(value).__name__} {value!r}"
+    if isinstance(value, np.ndarray):
+        return f"array {value.dtype} {value.shape} {hashlib.blake2b(value.tobytes()).hexdigest()}"
+    if isinstance(value, CodeType):
+        return _spelled_code(value, user, used)
+    parts = [f"{name}={_spelled(part, user, used)}" for name, part in _parts(value, user)]
+    return f"{_name(value if hasattr(value, '__name__') else type(value))} {parts}"
+
+
+def _spelled_code(code: CodeType, user: FunctionType, used: list[Any]) -> str:
+    flat = code.co_name, code.co_code, code.co_names, code.co_varnames, code.co_freevars, code.co_flags
+    counts = code.co_argcount, code.co_kwonlyargcount, code.co_posonlyargcount
+    has_doc = code is user.__code__ and user.__doc__ is not None
+    constants = (None, *code.co_consts[1:]) if has_doc else code.co_consts
+    return repr((flat, counts, [_spelled(constant, user, used) for constant in constants]))
+
+
+def _parts(value: Any, user: FunctionType) -> Iterable[tuple[object, Any]]:
+    """What a value consists of, by name or place."""
+    parts: Iterable[tuple[object, Any]] = ()
+    if isinstance(value, dict):
+        parts = value.items()
+    elif isinstance(value, tuple | list):
+        parts = enumerate(value)
+    elif isinstance(value, frozenset):
+        parts = enumerate(sorted(value, key=repr))
+    elif isinstance(value, ModuleType):
+        ours = value.__name__.partition(".")[0] == user.__module__.partition(".")[0]
+        names = sorted(_names(user.__code__)) if ours else []
+        parts = ((name, getattr(value, name)) for name in names if hasattr(value, name))
+    elif isinstance(value, type):  # a named tuple, or a type of numbers
+        parts = enumerate((*getattr(value, "_fields", ()), getattr(value, "_field_defaults", {})))
+    elif not (callable(value) and hasattr(value, "__name__")):  # a function of C, or of numbers
+        raise TypeError(f"{_name(user)} uses {value!r}, of which no stamp can be made: give it a constant instead")
+    return parts

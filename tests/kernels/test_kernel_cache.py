@@ -1,0 +1,394 @@
+"""Compiled kernels are made once, found again anywhere, and made again exactly when what they run has changed."""
+
+import importlib
+import os
+import pickle
+import pkgutil
+import shutil
+import subprocess
+import sys
+import tempfile
+import textwrap
+import threading
+import time
+from functools import reduce
+from itertools import count
+from pathlib import Path
+from unittest import mock
+
+import numba
+import numpy as np
+import pytest
+from numba.core.caching import NullCache
+from numba.core.compiler import CompileResult
+from numba.core.dispatcher import Dispatcher
+from numba.core.errors import TypingError
+
+import hcsearch.kernels
+from hcsearch.kernels import cache_folder, cache_locks
+from hcsearch.kernels.stamps import stamp
+from hcsearch.kernels.words import insert_fingerprints
+
+NUMBERS = count()
+LOW = '''
+from typing import NamedTuple
+import math
+import numpy as np
+from hcsearch.kernels.compiled import compiled
+
+FACTOR = 2.0
+TABLE = np.array([1.0, 2.0])
+
+class Pair(NamedTuple):
+    one: float
+    two: float
+
+@compiled
+def scaled(x):
+    """Once."""
+    return FACTOR * x
+
+@compiled
+def other(x):
+    return x + TABLE[1]
+
+@compiled
+def paired(x):
+    return Pair(x, math.sqrt(x)).two
+'''
+HIGH = """
+from PACKAGE import low
+from PACKAGE.low import other, scaled
+from hcsearch.kernels.compiled import compiled, merged
+
+@merged
+def between(x):
+    return scaled(x)
+
+@compiled
+def through(x):
+    return between(x) + 1.0
+
+@compiled
+def apart(x):
+    return other(x)
+
+@compiled
+def qualified(x):
+    return low.paired(x)
+
+@compiled
+def itself(n):
+    return 1.0 if n < 1 else n * itself(n - 1)
+"""
+
+
+@pytest.fixture(autouse=True)
+def _nothing_said_before():
+    yield
+    cache_folder._writable.cache_clear()
+    cache_folder.say.cache_clear()
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty cache."""
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "cache"))
+    return tmp_path / "cache" / "hcsearch"
+
+
+@pytest.fixture
+def load(tmp_path, monkeypatch):
+    """Imports kernels anew, edited, under the same name and from another place each time."""
+
+    def load(*edits):
+        place = tmp_path / f"copy-{next(NUMBERS)}"
+        (place / "kernels_of_a_test").mkdir(parents=True)
+        for name, text in (("__init__", ""), ("low", LOW), ("high", HIGH.replace("PACKAGE", "kernels_of_a_test"))):
+            edited = reduce(lambda text, edit: text.replace(*edit), edits, text)
+            (place / "kernels_of_a_test" / f"{name}.py").write_text(edited)
+        for name in [name for name in sys.modules if name.startswith("kernels_of_a_test")]:
+            monkeypatch.delitem(sys.modules, name)
+        monkeypatch.syspath_prepend(place)
+        return importlib.import_module("kernels_of_a_test.high")
+
+    return load
+
+
+KERNELS = ("scaled", "other", "paired", "through", "apart", "qualified", "itself")
+
+
+def stamps(module):
+    return {name: stamp(getattr(module, name, getattr(module.low, name, None))) for name in KERNELS}
+
+
+def misses(kernel):
+    return sum(kernel.stats.cache_misses.values())
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "changed"),
+    [
+        ("FACTOR * x", "FACTOR * x + 1.0", {"scaled", "through"}),
+        ("FACTOR = 2.0", "FACTOR = 2", {"scaled", "through"}),
+        ("[1.0, 2.0]", "[1.0, 3.0]", {"other", "apart"}),
+        ("two: float", "two: float\n    three: float = 0.0", {"paired", "qualified"}),
+        ("math.sqrt", "np.sqrt", {"paired", "qualified"}),
+        ("return scaled(x)", "return 3.0 * scaled(x)", {"through"}),
+        ("n * itself", "2 * n * itself", {"itself"}),
+        ("@compiled\ndef other", "from hcsearch.kernels.compiled import lean\n@lean\ndef other", {"other", "apart"}),
+        ('(x):\n    """Once.', '(x: float) -> float:\n    # why\n    """Many times.', set()),
+        ("FACTOR = 2.0", "UNUSED = 1\nFACTOR = 2.0", set()),
+    ],
+)
+def test_an_edit_changes_the_stamps_of_what_it_touches_and_of_what_calls_that(load, old, new, changed):
+    before, after = stamps(load()), stamps(load((old, new)))
+    assert {name for name in KERNELS if before[name] != after[name]} == changed
+
+
+def test_every_kernel_has_a_stamp_of_its_own():
+    found = {}
+    for module in pkgutil.walk_packages(hcsearch.kernels.__path__, "hcsearch.kernels."):
+        for kernel in vars(importlib.import_module(module.name)).values():
+            if isinstance(kernel, Dispatcher) and kernel.__module__ == module.name:
+                found[kernel] = stamp(kernel)
+    assert len(found) > 200
+    assert len(set(found.values())) == len(found)
+
+
+def test_a_stamp_is_that_of_versions_and_settings_too(load, monkeypatch):
+    module = load()
+    before = stamps(module)
+    monkeypatch.setattr(numba.config, "OPT", 3)
+    assert not set(before.values()) & set(stamps(module).values())
+    monkeypatch.undo()
+    assert stamps(module) == before
+    monkeypatch.setattr(numba, "__version__", "0.0")
+    assert not set(before.values()) & set(stamps(module).values())
+
+
+def test_what_cannot_be_stamped_is_named(load):
+    module = load(("FACTOR = 2.0", "FACTOR = object()"))
+    with pytest.raises(TypeError, match=r"low\.scaled uses <object .*: give it a constant instead"):
+        stamp(module.scaled)
+
+
+def test_a_copy_compiles_nothing_and_an_edit_what_it_touches(folder, load):
+    first = load()
+    assert (first.through(1.0), first.apart(1.0)) == (3.0, 3.0)
+    assert [misses(kernel) for kernel in (first.through, first.scaled, first.apart, first.other)] == [1, 1, 1, 1]
+    copy = load()
+    assert (copy.through(1.0), copy.apart(1.0)) == (3.0, 3.0)
+    assert [misses(kernel) for kernel in (copy.through, copy.scaled, copy.apart, copy.other)] == [0, 0, 0, 0]
+    edited = load(("FACTOR = 2.0", "FACTOR = 5.0"))
+    assert (edited.through(1.0), edited.apart(1.0)) == (6.0, 3.0)
+    assert [misses(kernel) for kernel in (edited.through, edited.scaled, edited.apart)] == [1, 1, 0]
+    assert load().through(1.0) == 3.0  # both are kept
+    assert len(list(folder.glob("*.kernel"))) == 6
+
+
+def run(script, *arguments, **environment):
+    """Start a Python process."""
+    return subprocess.Popen(
+        [sys.executable, "-P", "-c", textwrap.dedent(script), *map(str, arguments)],
+        env=os.environ | {name: str(value) for name, value in environment.items()},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+
+
+def test_a_copy_of_the_package_compiles_nothing(tmp_path):
+    assert insert_fingerprints(np.ones((1, 2), np.uint64), np.zeros((4, 2), np.uint64)) == 1
+    package = Path(hcsearch.__file__).parent
+    shutil.copytree(package / "kernels", tmp_path / "hcsearch" / "kernels", ignore=shutil.ignore_patterns("*pycache*"))
+    shutil.copy(package / "__init__.py", tmp_path / "hcsearch")
+    script = """
+        import numpy as np
+        from hcsearch.kernels.words import __file__, insert_fingerprints as insert
+        insert(np.ones((1, 2), np.uint64), np.zeros((4, 2), np.uint64))
+        print(__file__, sum(insert.stats.cache_hits.values()), sum(insert.stats.cache_misses.values()))
+    """
+    other = run(script, PYTHONPATH=tmp_path)
+    assert other.communicate()[0] == f"{tmp_path}/hcsearch/kernels/words.py 1 0\n"
+
+
+def test_two_processes_compile_each_kernel_once(folder, load):
+    place = Path(load().__file__).parents[1]
+    script = """
+        import sys
+        from kernels_of_a_test.high import other, scaled, through, apart
+        print("ready", flush=True)
+        sys.stdin.readline()
+        assert (through(1.0), apart(1.0)) == (3.0, 3.0)
+        print(*(sum(kernel.stats.cache_misses.values()) for kernel in (other, scaled, through, apart)))
+    """
+    others = [run(script, PYTHONPATH=f"{place}:{Path.cwd()}", NUMBA_CACHE_DIR=folder.parent) for _ in range(2)]
+    for other in others:
+        assert other.stdout.readline() == "ready\n"
+    counts = np.array([other.communicate("go\n")[0].split() for other in others], int)
+    assert counts.sum(axis=0).tolist() == [1, 1, 1, 1]
+
+
+def test_a_claim_ends_with_the_process_that_holds_it(tmp_path):
+    script = """
+        import sys, time
+        from pathlib import Path
+        from hcsearch.kernels.cache_locks import claim
+        claim(Path(sys.argv[1]), "0123456789abcdef")
+        print("held", flush=True)
+        time.sleep(60)
+    """
+    holder = run(script, tmp_path)
+    assert holder.stdout.readline() == "held\n"
+    assert not cache_locks.claim(tmp_path, "fedcba9876543210")  # another kernel
+    killer = threading.Timer(0.2, holder.kill)
+    begin = time.monotonic()
+    killer.start()
+    assert cache_locks.claim(tmp_path, "0123456789abcdef")
+    assert time.monotonic() - begin >= 0.2
+    killer.join()
+    assert holder.wait() == -9
+    holder.communicate()
+
+
+def test_a_claim_that_is_held_for_too_long_is_passed_over(tmp_path, monkeypatch):
+    script = """
+        import sys
+        from pathlib import Path
+        from hcsearch.kernels.cache_locks import claim
+        claim(Path(sys.argv[1]), "0123456789abcdef")
+        print("held", flush=True)
+        sys.stdin.read()
+    """
+    holder = run(script, tmp_path)
+    assert holder.stdout.readline() == "held\n"
+    monkeypatch.setattr(cache_locks, "PATIENCE", 0.1)
+    assert cache_locks.claim(tmp_path, "0123456789abcdef")
+    holder.communicate("")
+
+
+def test_a_kernel_that_does_not_compile_is_not_claimed_any_more(folder, load, monkeypatch):
+    claim = mock.Mock(wraps=cache_locks.claim)
+    monkeypatch.setattr(cache_locks, "claim", claim)
+    module = load()
+    with pytest.raises(TypingError):
+        module.through("text")
+    claimed = [call.args for call in claim.mock_calls]
+    assert len(claimed) == 2  # of itself, and of what it calls
+    script = """
+        import sys
+        from pathlib import Path
+        from hcsearch.kernels.cache_locks import claim
+        print(any([claim(Path(sys.argv[1]), key) for key in sys.argv[2:]]))
+    """
+    other = run(script, folder, *(key for _, key in claimed))
+    assert other.communicate()[0] == "False\n"
+
+
+@pytest.mark.parametrize("damage", ["cut", "zeros", "garbage", "empty", "other"])
+def test_a_damaged_file_is_made_again(folder, load, damage):
+    assert load().apart(1.0) == 3.0
+    (file,) = folder.glob("*-apart.kernel")
+    good = file.read_bytes()
+    file.write_bytes(
+        {
+            "cut": good[: len(good) // 2],
+            "zeros": bytes(len(good)),
+            "garbage": good[:-1] + bytes([good[-1] ^ 1]),
+            "empty": b"",
+            "other": pickle.dumps("what is this?"),
+        }[damage]
+    )
+    again = load()
+    assert again.apart(1.0) == 3.0
+    assert misses(again.apart) == 1
+    assert misses(load().apart) == 0
+    assert not list(folder.glob("*.part"))
+
+
+def test_where_nothing_can_be_written_kernels_are_kept_in_a_temporary_folder(load, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "/dev/null/cache")
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    module = load()
+    assert (module.through(1.0), module.apart(1.0)) == (3.0, 3.0)
+    (spare,) = tmp_path.glob("hcsearch-*")
+    assert spare.stat().st_mode & 0o777 == 0o700
+    assert capsys.readouterr().err == (
+        "hcsearch: compiled kernels cannot be kept in /dev/null/cache/hcsearch (Not a directory)"
+        f" but are in {spare}; set NUMBA_CACHE_DIR to a folder that can be written\n"
+    )
+    assert load().apart(1.0) == 3.0
+    assert misses(load().apart) == 0
+
+
+@pytest.mark.parametrize("trouble", ["no folder", "another's"])
+def test_without_any_folder_kernels_are_compiled_at_every_start(load, tmp_path, monkeypatch, capsys, trouble):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "/dev/null/cache")
+    monkeypatch.setattr(tempfile, "tempdir", "/dev/null" if trouble == "no folder" else str(tmp_path))
+    if trouble == "another's":
+        open_to_all = tmp_path / f"hcsearch-{os.getuid()}"
+        open_to_all.mkdir()
+        open_to_all.chmod(0o777)
+    assert load().through(1.0) == 3.0
+    assert load().through(1.0) == 3.0
+    assert capsys.readouterr().err == (
+        "hcsearch: compiled kernels cannot be kept in /dev/null/cache/hcsearch (Not a directory):"
+        " they are compiled at every start; set NUMBA_CACHE_DIR to a folder that can be written\n"
+    )
+    assert not list(tmp_path.glob("hcsearch-*/*"))
+
+
+def test_a_full_disk_is_told_once(folder, load, monkeypatch, capsys):
+    def full(path, content):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("hcsearch.kernels.kernel_cache.write", full)
+    assert load().through(1.0) == 3.0
+    assert capsys.readouterr().err == (
+        f"hcsearch: compiled kernels cannot be kept in {folder} (No space left on device); make room there\n"
+    )
+    assert not list(folder.glob("*.kernel"))
+
+
+def test_where_the_folder_is(monkeypatch, tmp_path):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("LOCALAPPDATA", str(tmp_path / "local"))
+    found = {}
+    for system in ("linux", "darwin", "win32"):
+        monkeypatch.setattr(sys, "platform", system)
+        monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+        own = cache_folder.wanted_folder()
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
+        found[system] = [str(place.relative_to(tmp_path)) for place in (own, cache_folder.wanted_folder())]
+    assert found == {
+        "linux": [".cache/hcsearch/kernels", "xdg/hcsearch/kernels"],
+        "darwin": ["Library/Caches/hcsearch/kernels"] * 2,
+        "win32": ["local/hcsearch/kernels"] * 2,
+    }
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setenv("XDG_CACHE_HOME", "relative")  # not to be followed, says its specification
+    assert cache_folder.wanted_folder() == tmp_path / ".cache/hcsearch/kernels"
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "chosen"))
+    assert cache_folder.wanted_folder() == tmp_path / "chosen/hcsearch"
+
+
+def test_the_folder_is_pruned_of_what_has_not_been_used_for_longest(tmp_path):
+    for age, name in enumerate(("new.kernel", "older.kernel", "left.part", "old.kernel")):
+        (tmp_path / name).write_bytes(bytes(100))
+        os.utime(tmp_path / name, (time.time() - 1000 * age,) * 2)
+    (tmp_path / "locks").touch()
+    cache_folder.prune(tmp_path, 250)
+    assert {path.name for path in tmp_path.iterdir()} == {"new.kernel", "older.kernel", "locks"}
+
+
+def test_numba_has_the_doors_through_which_the_cache_comes_in(folder, load):
+    """Where this fails, numba has changed: see the docstring of `hcsearch.kernels.kernel_cache`."""
+    interface = {name for name in vars(NullCache) if not name.startswith("_")}
+    assert interface == {"cache_path", "load_overload", "save_overload", "enable", "disable", "flush"}
+    assert isinstance(numba.njit(lambda x: x)._cache, NullCache)
+    assert callable(CompileResult._reduce)
+    assert callable(CompileResult._rebuild)
+    assert load().apart(1.0) == 3.0
+    assert sorted(path.name.partition("-")[2] for path in folder.glob("*.kernel")) == ["apart.kernel", "other.kernel"]
