@@ -8,7 +8,7 @@ import pytest
 
 from hcsearch.deployment.compiling import OMISSIONS, compile_scene
 from hcsearch.deployment.deploying import deploy
-from hcsearch.deployment.subjects import scene_named
+from hcsearch.deployment.scene_files import scene_named
 from hcsearch.dynamics.panels import panel_bodies
 from hcsearch.errors import HcsearchError
 from hcsearch.scenes import SCENES

@@ -20,21 +20,24 @@ from hcsearch.errors import HcsearchError
 
 SMALL = ("hex:023350:1", "--seconds", "0.02")
 KEYS = [
+    "verdict",
+    "reason",
+    "clearance",
+    "collision_s",
+    "collision_panels",
+    "min_clearance_mm",
+    "margin_mm",
     "scene",
     "formulation",
     "panels",
     "hinges",
     "loops",
     "joints_simulated",
+    "seconds",
     "outcome",
-    "reason",
     "flat_time_s",
     "end_time_s",
     "widest_angle_rad",
-    "clearance",
-    "collision_s",
-    "collision_panels",
-    "min_clearance_mm",
     "energy_start_J",
     "energy_damped_J",
     "energy_lost_at_stops_J",
@@ -56,7 +59,7 @@ def _in_a_folder_of_its_own(tmp_path, monkeypatch):
 
 def call(*words):
     result = CliRunner().invoke(deploy, words, catch_exceptions=False)
-    assert result.exit_code == 0
+    assert result.exit_code in {0, 1}
     assert result.stderr == ""
     return result.stdout
 

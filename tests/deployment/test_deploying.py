@@ -354,10 +354,10 @@ def test_clearance_is_looked_for_only_where_it_is_wanted():
     scene, linkage = replace(DEFAULT, seconds=0.05), linkage_named("hex:02234400:1")
     assert deploy(linkage, scene).clearance.margin == 1e-4
     assert deploy(linkage, scene, certified=False).clearance is None
-    assert deploy(linkage, scene, margin=2e-4).clearance.margin == 2e-4
+    assert deploy(linkage, replace(scene, margin=2e-4)).clearance.margin == 2e-4
 
 
 @pytest.mark.parametrize("margin", [0.0, -1e-4, 0.003, 0.02, math.nan])
 def test_margins_that_leave_nothing_are_refused(margin):
     with pytest.raises(HcsearchError, match="leaves nothing of a panel: give more than 0 and less than 3 mm"):
-        deploy(linkage_named("hex:023350:1"), replace(DEFAULT, seconds=0.01), margin=margin)
+        deploy(linkage_named("hex:023350:1"), replace(DEFAULT, seconds=0.01, margin=margin))

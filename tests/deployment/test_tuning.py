@@ -210,7 +210,7 @@ def test_a_set_without_samples_is_told_without_a_probability():
 def test_deploys_wants_flat_and_clear():
     linkage = linkage_named(NAME)
     assert deploy(linkage, DEFAULT).deploys
-    assert not deploy(linkage, DEFAULT, margin=None).deploys
+    assert not deploy(linkage, DEFAULT, certified=False).deploys
     assert not deploy(linkage, replace(DEFAULT, seconds=0.01)).deploys
 
 

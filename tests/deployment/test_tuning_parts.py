@@ -11,14 +11,15 @@ from hypothesis import strategies as st
 from scipy.stats import beta
 
 from hcsearch.deployment.catalogue import catalogue_levels, descend, nearest_levels, neighbours
-from hcsearch.deployment.checking import Check, check
+from hcsearch.deployment.checking import Check, check, solids_of
 from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.evaluating import SOFT, STRICT, TOLERANCES, Evaluator
 from hcsearch.deployment.ledger import Ledger
 from hcsearch.deployment.objective import AMPLE, SPEED, objective
 from hcsearch.deployment.robustness import Robustness, Spread, counted, most_robust, sampled
+from hcsearch.deployment.scales import settled
+from hcsearch.deployment.scene_files import file_text, read_file, scene_named, scene_with
 from hcsearch.deployment.springs import scene_springs, stiffnesses_of, tied_hinges, with_springs
-from hcsearch.deployment.subjects import file_text, read_file, scene_named, scene_with
 from hcsearch.errors import HcsearchError
 from hcsearch.scenes import SCENES, Scene
 from hcsearch.store import open_database, select
@@ -209,20 +210,22 @@ def test_an_evaluation_is_the_check_of_its_scene():
         for hinges in tied:
             one[list(hinges)] = rng.uniform(0.01, 0.2)
         sets.append(one)
-    scenes = [compile_scene(linkage, scene_springs(DEFAULT, one), keep=frozenset({"stops"})) for one in sets]
-    rules = {"tolerance": TOLERANCES["constrained"], "margin": STRICT, "whole": False}
-    naive = [check([scene], **rules)[0] for scene in scenes]
+    scene = settled(DEFAULT, linkage)  # the scene gives the time, whatever springs are tried
+    scenes = [compile_scene(linkage, scene_springs(scene, one), keep=frozenset({"stops"})) for one in sets]
+    rules = {"tolerance": TOLERANCES["constrained"], "whole": False}
+    naive = [check([one], solids=[solids_of(one, STRICT * scene.margin)], **rules)[0] for one in scenes]
     assert evaluator.of_springs(sets) == naive
     assert (evaluator.done, evaluator.recalled) == (3, 0)
     assert evaluator.of_springs(sets) == naive
     assert (evaluator.done, evaluator.recalled) == (3, 0)  # each once
-    assert evaluator.of_scenes([scene_springs(DEFAULT, sets[0])]) == naive[:1]
+    assert evaluator.of_scenes([scene_springs(scene, sets[0])]) == naive[:1]
 
 
 def test_compliant_scenes_are_searched_with_soft_stops():
     scene = Evaluator(linkage_named(SMALL), DEFAULT, "compliant").scene
-    assert scene == scene_with(DEFAULT, SOFT)
-    assert Evaluator(linkage_named(SMALL), DEFAULT, "constrained").scene == DEFAULT
+    plain = settled(DEFAULT, linkage_named(SMALL))
+    assert scene == replace(plain, **SOFT)
+    assert Evaluator(linkage_named(SMALL), DEFAULT, "constrained").scene == plain
 
 
 def test_what_is_stored_is_not_computed_again(tmp_path, monkeypatch):

@@ -1,6 +1,6 @@
 """The stage `deployment`: verdicts on batches of foldings, and the law of twisted ones."""
 
-import json
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -10,23 +10,17 @@ from hcsearch.circuit import Circuit
 from hcsearch.deployment.checking import check
 from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.deploying import deploy
-from hcsearch.deployment.springs import SOFTEST, STIFFEST, with_springs
+from hcsearch.deployment.looks import GRADED, GRADES, OUTER, PATIENT, SPREAD, springs_of
+from hcsearch.deployment.scales import SOFTEST, STIFFEST
+from hcsearch.deployment.scene_files import read_text, scene_in
+from hcsearch.deployment.springs import with_springs
 from hcsearch.deployment.subjects import folding_linkage
-from hcsearch.deployment.verdicts import (
-    GRADES,
-    OUTER,
-    PATIENT,
-    SOFT,
-    SPREAD,
-    STIFF,
-    springs_of,
-    status_of,
-    verdicts,
-)
+from hcsearch.deployment.verdicts import verdicts
 from hcsearch.enumeration import PolygonSearch
 from hcsearch.folding import Folding, folding_of
 from hcsearch.grid import GRIDS
-from hcsearch.pipeline.designs import BEST_FIRST, design_rows, run_unit
+from hcsearch.pipeline.deployments import BEST_FIRST, PIECE_SECONDS, Deploy, pieces, seconds_of, unfinished
+from hcsearch.pipeline.designs import candidates_of, design_rows, run_unit
 from hcsearch.pipeline.stages import stages_until
 from hcsearch.scenes import SCENES
 
@@ -43,7 +37,7 @@ def unit_of(grid, n, until="mobility"):
 @pytest.fixture(scope="module")
 def tens():
     _, unit = unit_of("hex", 10)
-    return unit, verdicts(unit.circuits, unit.foldings, unit.twists, unit.mobility, threads=2)
+    return unit, verdicts(unit.circuits, unit.foldings, unit.twists, unit.mobility.locked, DEFAULT, threads=2)
 
 
 def folding_at(unit, i):
@@ -91,8 +85,10 @@ def test_each_trial_tells_what_it_was(tens):
             assert found.time[trial.folding] == trial.deploy_time
         else:
             assert trial.scene == "default"
-        values = json.loads(trial.values)
+        values = tomllib.loads(trial.values)
         assert values["panel_mm"] == "50x50x6"
+        assert values["design"] == folding_at(unit, trial.folding).notation
+        assert values.get("name", "default") == trial.scene
         assert (values["flat_pairs"] == "hinged") == trial.scene.startswith("hinged")
 
 
@@ -102,33 +98,61 @@ def test_what_deploys_in_a_trial_does_so_when_it_is_simulated_alone(tens):
     graded_ones = [trial for trial in chosen if "first" in trial.scene]
     assert graded_ones
     for trial in (chosen[0], graded_ones[0], graded_ones[-1]):
-        values = json.loads(trial.values)
+        scene = scene_in(read_text(trial.values, "the trial"))
         linkage = folding_linkage(
-            folding_at(unit, trial.folding), hinged=values["flat_pairs"] == "hinged", merged=values["merge"]
+            folding_at(unit, trial.folding), hinged=scene.flat_pairs == "hinged", merged=scene.merge
         )
-        springs = tuple((int(hinge), law) for hinge, law in values["springs"].items())
-        scene = replace(DEFAULT, springs=springs, seconds=values["seconds"])
         alone = deploy(linkage, scene, keep=STOPS)
-        assert (alone.outcome, alone.clearance.kind) == ("flat", "clear")
+        assert (alone.outcome, alone.clearance.kind, alone.verdict) == ("flat", "clear", "deploys")
         assert alone.flat_time == pytest.approx(trial.deploy_time, rel=1e-3)
 
 
 def test_threads_and_how_many_are_held_in_memory_change_nothing(tens, monkeypatch):
     unit, found = tens
     monkeypatch.setattr("hcsearch.deployment.verdicts.TOGETHER", 7)
-    again = verdicts(unit.circuits, unit.foldings, unit.twists, unit.mobility)
+    again = verdicts(unit.circuits, unit.foldings, unit.twists, unit.mobility.locked, DEFAULT)
     assert again.status == found.status
     assert again.trials == found.trials
 
 
 def test_a_design_has_the_best_verdict_of_its_foldings():
-    search, unit = unit_of("hex", 8, "deployment")
+    search, unit = unit_of("hex", 8)
     rows = design_rows(search, unit)
-    assert rows.folding_status == unit.deployment.status
     for row, word in enumerate(rows.status):
         own = [rows.folding_status[i] for i in np.flatnonzero(rows.folding_row == row)]
-        told = [other for other in own if other is not None]
-        assert word == (min(told, key=BEST_FIRST.index) if told else None)
+        known = [other for other in own if other is not None]
+        assert word == (min(known, key=BEST_FIRST.index) if known else None)
+    own = candidates_of(search, unit)
+    (piece,) = pieces("unit", own)
+    found = Deploy(DEFAULT)(piece)
+    assert found.verdicts.deployment.status == list(map(str, found.verdicts.deployment.status))
+    for row, (word, crease) in enumerate(zip(found.verdicts.status, found.verdicts.best_crease, strict=True)):
+        members = np.flatnonzero(own.foldings.row == row).tolist()
+        ranked = [
+            (BEST_FIRST.index(found.verdicts.deployment.status[i]), own.dof[i], own.foldings.crease[i]) for i in members
+        ]
+        assert (BEST_FIRST.index(word), crease) == (min(ranked)[0], min(ranked)[2])
+    assert found.result.passed == found.verdicts.status.count("deploys")
+
+
+def test_pieces_are_small_whole_and_the_same_each_time():
+    search, unit = unit_of("hex", 10)
+    own = candidates_of(search, unit)
+    found = list(pieces("unit", own))
+    assert [piece.key for piece in found] == [f"unit#{k}/{len(found)}" for k in range(len(found))]
+    assert len(found) > 1
+    assert sum(len(piece.candidates.foldings) for piece in found) == len(own.foldings)
+    words = np.concatenate([piece.candidates.circuits.words for piece in found])
+    assert (words == own.circuits.words).all()
+    for piece in found:
+        small = piece.candidates
+        assert seconds_of(len(small.foldings), 10) <= PIECE_SECONDS or len(small.circuits) == 1
+        assert set(small.foldings.row.tolist()) == set(range(len(small.circuits)))
+    assert unfinished(["unit", "other"], [piece.key for piece in found]) == ["other"]
+    assert unfinished(["unit"], [piece.key for piece in found[1:]]) == ["unit"]
+    (empty,) = pieces("none", own.take(0, 0))
+    assert (empty.key, len(empty.candidates.circuits)) == ("none#0/1", 0)
+    assert Deploy(DEFAULT)(empty).result.passed == 0
 
 
 @pytest.mark.parametrize("grade", [*GRADES, OUTER])
@@ -137,8 +161,8 @@ def test_graded_springs_run_between_both_bounds(grade):
     compiled = compile_scene(folding_linkage(folding), DEFAULT, keep=STOPS)
     found = springs_of(folding, compiled, grade)
     assert found.shape == (compiled.system.n_joints,)
-    assert found.min() >= SOFT * (1 - 1e-12)
-    assert found.max() <= STIFF * (1 + 1e-12)
+    assert found.min() >= STIFFEST / GRADED * (1 - 1e-12)
+    assert found.max() <= STIFFEST * (1 + 1e-12)
     assert found.max() > 2.0 * found.min()
 
 
@@ -180,8 +204,10 @@ def test_springs_set_later_are_those_of_a_scene_compiled_with_them():
 def test_a_verdict_has_a_reason():
     linkage = folding_linkage(folding_of(Circuit.from_notation("hex:02234400").canonical(), 1))
     (found,) = check([compile_scene(linkage, DEFAULT)])
-    assert status_of(found) == "collides"
+    assert found.verdict == "collides"
     assert found.reason == f"panels 3 and 5 collide at {found.collision[0]:.4g} s"
     still = replace(found, clear=True, collision=None, outcome="at rest", end_time=0.25)
-    assert (status_of(still), still.reason) == ("undecided", "at rest at 0.25 s, clear until then")
-    assert status_of(replace(still, outcome="flat")) == "deploys"
+    assert (still.verdict, still.reason) == ("undecided", "at rest at 0.25 s, clear until then")
+    assert replace(still, outcome="flat").verdict == "deploys"
+    wild = replace(found, outcome="diverged", end_time=0.25)
+    assert (wild.verdict, wild.reason) == ("undecided", "diverged at 0.25 s, so nothing that it shows is certain")

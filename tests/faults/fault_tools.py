@@ -44,6 +44,8 @@ class Job:
 # Even, so that there are foldings; in batches enough to lose one (12, 60), or small, where only rows count.
 MANY, MOST = Job("rectangle", 20, "twist"), Job("square", 22, "twist")
 SMALL, OTHER = Job("hex", 12), Job("square", 16)
+# Whose deployments are simulated, in pieces.
+DEPLOYED = Job("hex", 10, "deployment")
 # Too long to be finished here, and long enough to be shared among processes.
 LONG = Job("square", 28)
 
@@ -59,6 +61,8 @@ class State:
     def __add__(self, other):
         return State(self.finished | other.finished, self.rows + other.rows, self.designs + other.designs)
 
+
+_FINISHED = "stage IN ('circuits', 'deployment')"
 
 PROGRAM = (sys.executable, "-m", "hcsearch")
 
@@ -144,7 +148,7 @@ def progress(path):
     try:
         with closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True, timeout=0.1)) as connection:
             return connection.execute(
-                "SELECT (SELECT count(*) FROM run), (SELECT count(*) FROM batch WHERE stage = 'circuits')"
+                f"SELECT (SELECT count(*) FROM run), (SELECT count(*) FROM batch WHERE {_FINISHED})"
             ).fetchone()
     except sqlite3.Error:
         return (0, 0)
@@ -178,7 +182,7 @@ def look(path, *, rows=True):
         if not connection.execute("SELECT 1 FROM sqlite_schema").fetchone():
             return State()  # killed before there were tables
         finished = connection.execute(
-            "SELECT grid, n, target, keep, scene, prefix FROM batch WHERE stage = 'circuits'"
+            f"SELECT grid, n, target, keep, scene, prefix FROM batch WHERE {_FINISHED}"
         ).fetchall()
         designs = connection.execute("SELECT count(*) FROM designs").fetchone()[0]
         return State(frozenset(finished), _rows(connection) if rows else Counter(), designs)
@@ -188,6 +192,8 @@ def _rows(connection):
     rows = Counter(row[1:] for row in connection.execute("SELECT * FROM designs"))
     of_design = "SELECT d.circuit, f.* FROM foldings AS f JOIN designs AS d ON d.id = f.design_id"
     rows.update((row[0], *row[2:]) for row in connection.execute(of_design))
+    tried = "SELECT d.circuit, p.* FROM deployments AS p JOIN designs AS d ON d.id = p.design_id"
+    rows.update((row[0], *row[2:]) for row in connection.execute(tried))
     return rows
 
 

@@ -10,6 +10,7 @@ import pytest
 from hcsearch.errors import DatabaseError
 from hcsearch.store import open_readonly, select_sql
 from tests.faults.fault_tools import (
+    DEPLOYED,
     INTERRUPTED,
     LONG,
     MANY,
@@ -79,6 +80,11 @@ def test_five_kills_lose_no_finished_batch(tmp_path, reference, law):
 @pytest.mark.slow
 def test_twenty_five_kills_of_one_run_lose_no_finished_batch(tmp_path, reference, law):
     kill_and_finish(MOST, tmp_path / "designs.sqlite", reference, law, 25)
+
+
+@pytest.mark.slow
+def test_kills_lose_no_finished_deployment(tmp_path, reference, law):
+    kill_and_finish(DEPLOYED, tmp_path / "designs.sqlite", reference, law, 3)
 
 
 def start_workers(running, path):

@@ -1,0 +1,191 @@
+"""Runs of the pipeline in scenes: many in one database, in pieces, and each deployment repeated as `show` says."""
+
+import json
+import shlex
+
+import pytest
+from click.testing import CliRunner
+
+from hcsearch.cli import hcsearch
+from hcsearch.enumeration import search_all
+from hcsearch.grid import GRIDS
+from hcsearch.pipeline import Plan, run_dry, run_into
+from hcsearch.scenes import SCENES, read_panel, with_panel
+from hcsearch.store import open_database, open_readonly, select, select_sql
+
+ROWS = "SELECT d.circuit, p.* FROM deployments AS p JOIN designs AS d ON d.id = p.design_id ORDER BY p.scene, d.circuit"
+
+
+def call(*words, code=0):
+    result = CliRunner().invoke(hcsearch, [str(word) for word in words], standalone_mode=True)
+    if code == 2 and result.exception is not None and not isinstance(result.exception, SystemExit):
+        return str(result.exception)  # `main` prints it as one line and exits with 2
+    assert result.exit_code == code, result.output
+    return result.output
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    """A database with verdicts in two scenes."""
+    file = tmp_path_factory.mktemp("scenes") / "designs.sqlite"
+    for more in ((), ("--panel", "1000x20")):
+        text = call("enumerate", "--grid", "hex", "--n", 8, "--keep", "untwisted", "--db", file, *more)
+        assert "deployable" in text
+    assert "scene: 1000x1000x20, panels of 1000x1000x20 mm" in text
+    assert "1 taken from before" in text  # what depends on no scene
+    return file
+
+
+def told(path, *words):
+    return json.loads(call("query", "untwisted", "--db", path, "--format", "json", "-c", "circuit,status", *words))
+
+
+def test_each_scene_has_verdicts_of_its_own(path):
+    with open_readonly(str(path)) as database:
+        bases = select_sql(database, "SELECT base, count(DISTINCT design_id) FROM deployments GROUP BY base").rows
+        assert {base for base, _ in bases} == {"default", "1000x1000x20"}
+        for base, _ in bases:
+            words = {status for _, status in select(database, "untwisted", columns="id,status", scene=base).rows}
+            assert words <= {"deploys", "undecided", "collides", "locked"}
+    assert told(path) == told(path, "--scene", "default") == told(path, "--panel", "50x6")
+    assert told(path, "--panel", "1000x20") == told(path, "--scene", "1000x1000x20")
+    assert told(path, "--across", f"{1000 * 3**0.5:.10g}x20") == told(path, "--panel", "1000x20")
+
+
+def test_what_was_tried_is_repeated_by_the_command_that_show_prints(path):
+    with open_readonly(str(path)) as database:
+        rows = select(database, view="deployments").rows
+        names = select(database, view="deployments").columns
+    shown = call("show", rows[0][0], "--db", path).splitlines()
+    commands = [line.strip() for line in shown if line.strip().startswith("hcsearch deploy ")]
+    assert len(commands) == len(rows)
+    by_scene = {row[names.index("scene")]: dict(zip(names, row, strict=True)) for row in rows}
+    for command in commands:
+        words = shlex.split(command)[1:]
+        row = by_scene[words[words.index("--scene") + 1]]
+        facts = json.loads(call(*words, "--json", code=0 if row["status"] == "deploys" else 1))
+        assert (facts["verdict"], facts["flat_time_s"]) == (row["status"], row["deploy_time"])
+        assert facts["collision_s"] == (row["first_contact"] if row["status"] == "collides" else None)
+
+
+def test_stored_values_are_a_file_that_deploy_reads(path, tmp_path):
+    with open_readonly(str(path)) as database:
+        (values, status, time), *_ = select(
+            database, view="deployments", columns="scene_values,status,deploy_time", sort="-scene"
+        ).rows
+    file = tmp_path / "scene.toml"
+    file.write_text(values, encoding="utf-8")
+    facts = json.loads(call("deploy", file, "--json", code=0 if status == "deploys" else 1))
+    assert (facts["verdict"], facts["flat_time_s"]) == (status, time)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--scene", "solar"), "no verdicts of the scene 'solar'"),
+        (("--panel", "70x6"), "hcsearch enumerate --scene 70x70x6"),
+        (("--panel", ""), "is no panel"),
+        (("--panel", "50x6", "--across", "50x6"), "either --panel or --across"),
+    ],
+)
+@pytest.mark.parametrize("command", ["query", "rank", "report"])
+def test_scenes_that_were_never_run_are_refused(path, command, words, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert message in call(command, "untwisted", "--db", path, *words, code=2)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--scene", ""), "a scene has a name"),
+        (("--scene", "solar"), "there is no scene 'solar'"),
+        (("--panel", ""), "is no panel"),
+        (("--panel", "50x40x6"), "have one side"),
+        (("--scene", "satellite"), "holds no panel"),
+        (("--scene", "none.toml"), "name a file that is there"),
+    ],
+)
+def test_scenes_that_cannot_be_are_refused_before_a_database_is_made(tmp_path, words, message):
+    database = tmp_path / "none.sqlite"
+    assert message in call("enumerate", "--grid", "hex", "--n", 8, "--db", database, *words, code=2)
+    assert not database.exists()
+
+
+def test_a_file_is_a_scene_by_its_name(tmp_path):
+    file, database = tmp_path / "solar.toml", tmp_path / "designs.sqlite"
+    file.write_text('panel_mm = "1000x20"\n[scene]\nareal_mass = 10.9\nspring = "linear:20"\n', encoding="utf-8")
+    words = ("enumerate", "--grid", "square", "--n", 4, "--db", database)
+    assert "scene: solar, panels of 1000x1000x20 mm" in call(*words, "--scene", file)
+    assert "0 done" in call(*words, "--scene", "solar")  # it is in the database now
+    listed = call("query", "untwisted", "--db", database, "--scene", file, "-c", "status", "--format", "csv")
+    assert "deploys" in listed
+    file.write_text('panel_mm = "1000x20"\n', encoding="utf-8")
+    assert "another scene 'solar'" in call(*words, "--scene", file, code=2)
+    file.write_text('name = "default"\npanel_mm = "1000x20"\n', encoding="utf-8")
+    assert "a name of its own" in call(*words, "--scene", file, code=2)
+    file.write_text('design = "hex:023350:1"\n', encoding="utf-8")
+    assert "give it to hcsearch deploy" in call(*words, "--scene", file, code=2)
+
+
+class StopError(Exception):
+    pass
+
+
+def stopping(after):
+    """Progress that ends the run once some pieces are done."""
+
+    def show(done, total, note, unit="batch"):
+        if unit == "folding" and done >= after:
+            raise StopError
+
+    return show
+
+
+def rows_of(path):
+    with open_readonly(str(path)) as database:
+        return [row[0:1] + row[2:] for row in select_sql(database, ROWS).rows]
+
+
+def test_a_run_that_ends_early_keeps_its_pieces_and_goes_on(tmp_path, monkeypatch):
+    monkeypatch.setattr("hcsearch.pipeline.deployments.PIECE_SECONDS", 0.01)  # a piece for each design
+    search = search_all(GRIDS["square"], 10, "untwisted")
+    scene = with_panel(SCENES["default"], read_panel("20x2"), "square")
+    plan = Plan(search, "deployment", "untwisted", scene)
+    one, other = tmp_path / "whole.sqlite", tmp_path / "parts.sqlite"
+    with open_database(str(one), create=True) as database:
+        summary = run_into(plan, database)
+    whole = rows_of(one)
+    pieces = summary.batches_done - len(search.prefixes)
+    assert pieces == summary.funnel.untwisted > 3
+    with open_database(str(other), create=True) as database:
+        with pytest.raises(StopError):
+            run_into(plan, database, stopping(2))
+        kept = rows_of(other)
+        assert kept
+        assert set(kept) < set(whole)
+        again = run_into(plan, database)
+        assert rows_of(other) == whole
+        assert again.funnel == summary.funnel
+        assert again.batches_done + again.batches_reused == summary.batches_done
+        assert again.batches_reused > len(search.prefixes)
+        assert run_into(plan, database).batches_done == 0
+    assert run_dry(plan).funnel == summary.funnel
+
+
+def test_progress_and_times_are_known_beforehand(tmp_path, monkeypatch):
+    monkeypatch.setattr("hcsearch.pipeline.run.LONG", 0.0)
+    seen, said = [], []
+
+    def show(done, total, note, unit="batch"):
+        seen.append((done, total, note, unit))
+
+    plan = Plan(search_all(GRIDS["square"], 8, "untwisted"), "deployment", "untwisted")
+    run_dry(plan, show, said.append)
+    assert seen[0][:2] == (0, len(plan.search.prefixes))
+    deployments = [entry for entry in seen if entry[3] == "folding"]
+    assert deployments[0][0] == 0
+    assert deployments[-1][0] == deployments[-1][1] > 0
+    assert all(entry[2].startswith("deployment, ") for entry in deployments)
+    (sentence,) = said
+    assert sentence.startswith(f"{deployments[0][1]} foldings to simulate in the scene default: about ")

@@ -1,0 +1,261 @@
+"""Scenes: sizes of panels, names, files, what is left to the panels, and the laws of scale."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hcsearch.circuit import Circuit
+from hcsearch.deployment.deploying import deploy
+from hcsearch.deployment.looks import Look, first_look, look_parts, rounds, ways
+from hcsearch.deployment.scales import settled
+from hcsearch.deployment.scene_files import file_text, read_file, read_text, scene_in, scene_with
+from hcsearch.deployment.subjects import folding_linkage
+from hcsearch.errors import SceneError
+from hcsearch.folding import Folding, folding_of
+from hcsearch.grid import GRIDS
+from hcsearch.scenes import (
+    SCENES,
+    Scene,
+    check_name,
+    check_verdicts,
+    default_panel,
+    joined_name,
+    panel_of,
+    panel_text,
+    read_across,
+    read_panel,
+    with_panel,
+)
+
+DEFAULT = SCENES["default"]
+lengths = st.floats(1e-3, 1e7).map(lambda value: float(f"{value:.10g}"))  # mm
+
+
+def folding(notation: str, crease: int) -> Folding:
+    return folding_of(Circuit.from_notation(notation).canonical(), crease)
+
+
+@given(lengths, lengths, lengths)
+def test_sizes_of_panels_round_trip(length, width, thickness):
+    panel = read_panel(f"{length:.10g}x{width:.10g}x{thickness:.10g}")
+    assert panel == pytest.approx((1e-3 * length, 1e-3 * width, 1e-3 * thickness))
+    assert read_panel(panel_text(panel)) == panel
+
+
+def test_one_side_is_enough():
+    assert read_panel("50x6") == (0.05, 0.05, 0.006)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "50", "50x", "0x6", "50x40x0", "-5x5x5", "nanx5x5", "1e300x5", "50x40x6x2", "5 x 5"]
+)
+def test_what_is_no_panel_is_refused(text):
+    with pytest.raises(SceneError, match="is no panel"):
+        read_panel(text)
+
+
+@pytest.mark.parametrize("grid", ["square", "hex", "triangle"])
+def test_width_across_flats_is_that_of_the_cell(grid):
+    side, _, thickness = read_across("1000x20", grid)
+    corners = [(side * x, side * y) for x, y in GRIDS[grid].corners(tuple([0] * (3 if grid == "triangle" else 2)))]
+    widths = []
+    for (x, y), (u, v) in zip(corners, corners[1:] + corners[:1], strict=True):
+        normal = (y - v, u - x)
+        heights = [(p * normal[0] + q * normal[1]) / math.hypot(*normal) for p, q in corners]
+        widths.append(max(heights) - min(heights))
+    assert widths == pytest.approx([1.0] * len(corners))
+    assert thickness == 0.02
+
+
+def test_rectangles_have_no_width_across_flats():
+    with pytest.raises(SceneError, match="--panel 50x40x6"):
+        read_across("1000x20", "rectangle")
+
+
+def test_regular_panels_have_one_side():
+    for grid in ("square", "hex", "triangle"):
+        with pytest.raises(SceneError, match="--panel SIDExTHICKNESS"):
+            panel_of(replace(DEFAULT, panel=(0.05, 0.04, 0.006)), grid)
+        assert panel_of(DEFAULT, grid) == (0.05, 0.05, 0.006)
+    assert panel_of(replace(DEFAULT, panel=(0.06, 0.04, 0.006)), "rectangle") == (0.06, 0.04, 0.006)
+
+
+def test_a_scene_with_other_panels_has_another_name():
+    for grid in GRIDS:
+        assert with_panel(DEFAULT, default_panel(grid), grid) is DEFAULT
+        assert with_panel(DEFAULT, (1.0, 1.0, 0.02), grid).name == "1000x1000x20"
+        assert with_panel(SCENES["earth"], (1.0, 1.0, 0.02), grid).name == "earth, 1000x1000x20"
+    assert joined_name("default") == "default"
+
+
+@pytest.mark.parametrize("name", ["solar", "solar-2", "a b", "Solar.v2"])
+def test_names_of_scenes(name):
+    assert check_name(name) == name
+
+
+@pytest.mark.parametrize("name", ["", "a, b", "1000x1000x20", "a'b", "\x1b[31m", "a" * 100, "a:b", " a"])
+def test_names_that_a_command_line_could_not_hold_are_refused(name):
+    with pytest.raises(SceneError, match="is no name of a scene"):
+        check_name(name)
+
+
+numbers = st.floats(1e-6, 1e6)
+scenes = st.builds(
+    Scene,
+    name=st.sampled_from(["default", "solar", "hinged, spread 3"]),
+    panel=st.none() | st.just((0.05, 0.04, 0.006)) | st.just(read_across("1000x20", "hex")),
+    density=numbers,
+    areal_mass=st.none() | numbers,
+    flat_pairs=st.sampled_from(["rigid", "hinged", "either"]),
+    merge=st.sampled_from([True, False, "either"]),
+    margin=st.none() | st.sampled_from([1e-4, 0.0, 2.5e-5]),
+    spring=st.sampled_from(["linear:0.1", "free", "table:0@0,1@3"]),
+    springs=st.sampled_from([(), ((0, "linear:0.2"), (7, "free"))]),
+    spring_range=st.none() | st.just((0.001, 0.2)),
+    damping_time=numbers,
+    damping=st.none() | numbers,
+    gravity=st.tuples(*(st.floats(-1e6, 1e6) for _ in range(3))),
+    held=st.sampled_from(["bottom", "free", 0, 3]),
+    base_mass=numbers,
+    base_inertia=st.tuples(numbers, numbers, numbers),
+    start=st.floats(0.5, 1.0),
+    restitution=st.floats(0.0, 1.0),
+    seconds=st.none() | numbers,
+)
+
+
+@given(scenes)
+def test_files_of_scenes_round_trip(scene):
+    assert scene_in(read_text(file_text({"design": "hex:023350:1"}, "constrained", scene), "a text")) == scene
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"damping": True}, "damping cannot be True"),
+        ({"gravity": "9.81"}, "gravity cannot be '9.81': give x,y,z"),
+        ({"gravity": ["9.81"]}, "give x,y,z in m/s"),
+        ({"springs": {"0": "linear:1", "00": "linear:2"}}, "springs names hinge 0 twice"),
+        ({"spring_range": "0.2,0.1"}, "the softest and the stiffest"),
+        ({"held": "top"}, "bottom, free, or the number"),
+        ({"flat_pairs": "loose"}, "'rigid', 'hinged' or 'either'"),
+        ({"merge": "yes"}, "true, false or 'either'"),
+        ({"density": 0.0}, "give 1e-09 or more"),
+        ({"areal_mass": float("nan")}, "give a number of 0 or more"),
+        ({"colour": "red"}, "a scene has no 'colour'"),
+        ({"seconds": "9" * 100_000}, r"seconds cannot be '9{56}\.\.\."),
+    ],
+)
+def test_values_that_no_scene_has_are_refused(values, message):
+    with pytest.raises(SceneError, match=message):
+        scene_with(DEFAULT, values)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("panel_mm = '1e300x1e300x1e300'", "is no panel"),
+        ("a = " + 2000 * "[", "brackets in brackets|is no TOML"),
+        ("colour = 1", "nothing reads"),
+        ("margin_mm = true", "margin_mm cannot be True"),
+        ("scene = 3", r"write a table \[scene\]"),
+        ("\xff", "is no TOML"),
+    ],
+)
+def test_files_that_hold_no_scene_are_one_line(tmp_path, text, message):
+    path = tmp_path / "scene.toml"
+    path.write_bytes(text.encode("latin-1"))
+    with pytest.raises(SceneError, match=message) as refused:
+        scene_in(read_file(str(path)))
+    assert len(str(refused.value)) < 400
+
+
+def test_devices_and_huge_files_are_refused(tmp_path):
+    with pytest.raises(SceneError, match="is no file"):
+        read_file("/dev/zero")
+    path = tmp_path / "huge.toml"
+    path.write_bytes(b"#" * 2_000_000)
+    with pytest.raises(SceneError, match="more than 1,000,000 bytes"):
+        read_file(str(path))
+
+
+def test_ways_and_looks_follow_the_scene():
+    assert ways(DEFAULT) == ("rigid", "hinged", "merged")
+    assert ways(replace(DEFAULT, merge=True)) == ("merged",)
+    assert ways(replace(DEFAULT, flat_pairs="hinged", merge=False)) == ("hinged",)
+    for scene in (DEFAULT, SCENES["earth"], replace(DEFAULT, flat_pairs="hinged", merge=False, name="solar")):
+        looks = [look for looks in rounds(scene) for look in looks]
+        assert looks[0] == first_look(scene)
+        names = [look.name(scene) for look in looks]
+        assert len(set(names)) == len(names)
+        assert all(look.pairs in ways(scene) for look in looks)
+        for look, name in zip(looks[1:], names[1:], strict=True):
+            parts = name.split(", ")
+            pairs, springs = look_parts(parts)
+            assert (pairs or first_look(scene).pairs, springs) == (look.pairs, look.springs)
+            assert (parts or ["default"]) == [scene.name]
+    assert Look("hinged", "spread 3").name(DEFAULT) == "hinged, spread 3"
+    assert Look("rigid", "mountains first").name(DEFAULT) == "mountains first"
+
+
+def test_scenes_without_verdicts_on_all_designs_are_refused():
+    for changed, message in (
+        ({"held": "free"}, "holds no panel"),
+        ({"held": 7}, "panel 7 is not in all foldings of 12 panels"),
+        ({"springs": ((0, "free"),)}, "springs of single hinges"),
+        ({"panel": (0.05, 0.04, 0.006)}, "--panel SIDExTHICKNESS"),
+    ):
+        with pytest.raises(SceneError, match=message):
+            check_verdicts(replace(DEFAULT, **changed), "hex", 12)
+    check_verdicts(replace(DEFAULT, held=5), "hex", 12)
+
+
+def test_the_default_scene_is_what_it_always_was():
+    for notation, crease in (("hex:0234550132", 4), ("square:01222300", 3)):
+        scene = settled(DEFAULT, folding_linkage(folding(notation, crease)))
+        assert (scene.seconds, scene.margin, scene.density) == (1.0, 1e-4, 547.0)
+        assert scene.spring_range == (0.001, 0.2)
+
+
+def test_what_is_left_open_grows_with_the_panels():
+    one = folding("square:01222300", 3)
+    large = settled(replace(DEFAULT, areal_mass=20.0), folding_linkage(one, (1.0, 1.0, 0.02)))
+    assert large.density == pytest.approx(1000.0)
+    assert large.margin == pytest.approx(2e-3)
+    assert large.seconds == pytest.approx(math.sqrt(20.0 / (547.0 * 0.05**4 * 0.006)), rel=5e-3)
+    assert large.spring_range == (0.001, 0.2)  # without weight springs set the time alone
+    lifted = settled(replace(SCENES["earth"], areal_mass=20.0), folding_linkage(one, (1.0, 1.0, 0.02)))
+    weight = 20.0 / (547.0 * 0.05**3 * 0.006)
+    assert lifted.spring_range == pytest.approx((0.001 * weight, 0.2 * weight), rel=5e-3)
+    given_by_hand = replace(DEFAULT, seconds=0.5, margin=1e-5, spring_range=(1.0, 2.0))
+    kept = settled(given_by_hand, folding_linkage(one, (1.0, 1.0, 0.02)))
+    assert (kept.seconds, kept.margin, kept.spring_range) == (0.5, 1e-5, (1.0, 2.0))
+
+
+@pytest.mark.parametrize(("notation", "crease"), [("hex:0234550132", 4), ("hex:02234400", 1)])
+@pytest.mark.parametrize(("size", "slowness"), [(20.0, 1.0), (0.1, 1.0), (20.0, 50.0), (3.0, 0.2)])
+def test_similar_scenes_have_the_same_verdict(notation, crease, size, slowness):
+    """Panels `size` times as large, springs such that times grow by `slowness`: angles are those of the small ones."""
+    one = folding(notation, crease)
+    small = deploy(folding_linkage(one), replace(DEFAULT, seconds=1.0))
+    stiffness = 0.1 * size**5 / slowness**2
+    scene = replace(
+        DEFAULT,
+        spring=f"linear:{stiffness!r}",
+        damping_time=slowness * DEFAULT.damping_time,
+        seconds=slowness,
+    )
+    large = deploy(folding_linkage(one, (0.05 * size, 0.05 * size, 0.006 * size)), scene)
+    assert large.verdict == small.verdict
+    assert large.outcome == small.outcome
+    assert large.clearance.kind == small.clearance.kind
+    if small.clearance.kind == "collides":
+        assert large.clearance.panels == small.clearance.panels
+        assert large.clearance.time == pytest.approx(slowness * small.clearance.time, rel=1e-3)
+    else:
+        # gaps are known to the resolution, 0.05 mm of panels of 50 mm
+        assert large.clearance.gap == pytest.approx(size * small.clearance.gap, abs=5e-5 * size)
+    assert large.motion.times[-1] == pytest.approx(slowness * small.motion.times[-1], rel=1e-3)
