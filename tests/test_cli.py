@@ -106,11 +106,11 @@ def test_the_main_job(start, run):
     [("square", "6x5", ["44", "154", "43", "43"]), ("hex", "4-4-4", ["6", "12", "2", "0"])],
 )
 def test_one_array(run, grid, spec, expected):
-    run(*ENUMERATE, "--grid", grid, "--array", spec, "--db", "a.sqlite", "--panel", "50x40x6")
+    run(*ENUMERATE, "--grid", grid, "--array", spec, "--db", "a.sqlite", "--panel", "70x70x6")
     sql = "SELECT count(*), sum(orbit_size), sum(two_stack), sum(untwisted) FROM designs"
     assert rows(run("query", "--db", "a.sqlite", "--sql", sql, "--format", "csv")) == [expected]
     sql = "SELECT panel, fixed_circuits FROM runs"
-    assert rows(run("query", "--db", "a.sqlite", "--sql", sql, "--format", "csv")) == [["50x40x6", expected[1]]]
+    assert rows(run("query", "--db", "a.sqlite", "--sql", sql, "--format", "csv")) == [["70x70x6", expected[1]]]
 
 
 def test_runs_add_up_and_repeat_nothing(run):
@@ -211,7 +211,7 @@ def test_count(run):
         (("enumerate", "--grid", "hex", "--n", "6", "--array", "h2"), "either --n N"),
         (("enumerate", "--grid", "hex", "--n", "6", "--until", "magic"), "unknown"),
         (("enumerate", "--grid", "hex", "--n", "6", "--until", "circuits", "--keep", "untwisted"), "--until twist"),
-        (("enumerate", "--grid", "hex", "--n", "6", "--panel", "50x40"), "length x width x thickness"),
+        (("enumerate", "--grid", "hex", "--n", "6", "--panel", "50"), "length x width x thickness"),
         (("enumerate", "--grid", "hex", "--n", "6", "--panel", "50x0x6"), "length x width x thickness"),
         (("enumerate", "--grid", "hex", "--n", "6", "--jobs", "0"), "--jobs"),
         (("enumerate", "--grid", "square", "--array", "12x12"), "too many to store"),
@@ -383,7 +383,7 @@ def on_a_terminal(words):
 
 def test_progress_with_rate_and_remaining_time_on_a_terminal():
     shown = on_a_terminal([*ENUMERATE, "--grid", "hex", "--n", "16", "--dry-run"])
-    assert re.search(r"\d+%\|.*\| \d+/\d+ \[\d\d:\d\d<\d\d:\d\d, .*batch/s, [\d,]+ circuits\]", shown)
+    assert re.search(r"\d+%\|.*\| \d+/\d+ \[\d\d:\d\d<\d\d:\d\d, .*batch/s, [a-z]+, [\d,]+ circuits\]", shown)
     assert "161,705" in shown
 
 

@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch import deployment, enumeration, mobility
+from hcsearch import deployment, enumeration
 from hcsearch.enumeration import Search
 from hcsearch.errors import DatabaseError
 from hcsearch.kernels.words import insert_fingerprints
@@ -35,8 +35,8 @@ from hcsearch.store import (
     start_run,
 )
 
-SMALL, SMALL_MOBILE = 5_000_000, 3_000  # circuits
-SMALL_DEPLOYED = 100.0  # core seconds: two processes take some of them to load their kernels
+SMALL, SMALL_DEPLOYED = 5_000_000, 3_000  # circuits, of the latter where deployments follow
+QUICK = 100.0  # core seconds: two processes take some of them to load their kernels
 LONG = 30.0  # seconds: a run that takes longer says so beforehand
 _GROUPS = 25
 _MAX_WAITING = 200_000  # designs, of about 500 bytes
@@ -96,7 +96,7 @@ class Plan:
         """Whether listing takes seconds: other processes would take longer to start, and a probe to answer."""
         expected = self.search.expected
         circuits = len(self.search.prefixes) * _UNIT_SIZE if expected is None else expected
-        return circuits < (SMALL_MOBILE if mobility.STAGE in stages_until(self.until) else SMALL)
+        return circuits < (SMALL_DEPLOYED if self.deploys else SMALL)
 
     @property
     def hands(self) -> Crew:
@@ -206,7 +206,7 @@ def _deployed(plan: Plan, todo: list[Piece], totals: _Totals, show: Progress, an
     foldings = sum(len(piece.candidates.foldings) for piece in todo)
     seconds = seconds_of(foldings, plan.search.n)
     jobs, cluster = plan.crew.jobs, plan.crew.scheduler is not None
-    small = seconds < SMALL_DEPLOYED and not cluster
+    small = seconds < QUICK and not cluster
     if seconds / jobs > LONG:
         who = "on the cluster" if cluster else f"with --jobs {jobs}"
         announce(
