@@ -109,7 +109,7 @@ def test_a_report_shows_the_verdicts_of_its_scene(scenes, tmp_path):
     for scene, shown in (("default", True), ("flat", False)):
         page = write_report(scenes, "grid=hex n=8", tmp_path / "page.html", scene=scene).read_text(encoding="utf-8")
         assert ("1.25 s" in page) is shown
-    with pytest.raises(SceneError, match="no verdicts of the scene 'moon' in .*: default, flat, long; run"):
+    with pytest.raises(SceneError, match=r"no verdicts of the scene 'moon' in .*: default, flat, long; run"):
         write_report(scenes, "grid=hex n=8", tmp_path / "moon.html", scene="moon")
     assert not (tmp_path / "moon.html").exists()
 

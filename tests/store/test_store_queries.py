@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from store_samples import circuits, record
+from test_store_verdicts import COLLIDES
 
 from hcsearch.errors import QueryError
 from hcsearch.grid import GRIDS
@@ -267,6 +268,7 @@ def test_kinds_are_those_of_the_stored_values(reader):
 def test_named_queries_run(path, database, file):
     record(database, circuits(1, 3))
     record(database, ["hex:999999"], prefix="q", creases=[[2, 3]], twists=[[0, 0]])
+    judge(database, [("hex:999999", 2, "collides", None, None)], trials=[COLLIDES])
     with open_readonly(str(path)) as reader:
         result = select_sql(reader, file.read_text())
     assert result.rows

@@ -126,7 +126,10 @@ def test_views_show_what_they_showed(before, upgraded):
     assert [without(row, *BEST_FOLDING) for row in new] == [without(row, *BEST_FOLDING) for row in old]
     assert {row["id"]: (row["dof"], after["dof"]) for row, after in zip(old, new, strict=True)} == {
         **dict.fromkeys((1, 2, 3, 8, 9), (None, None)),
-        **{4: (3, 5), 5: (2, 4), 6: (1, 1), 7: (1, 1)},
+        4: (3, 5),
+        5: (2, 4),
+        6: (1, 1),
+        7: (1, 1),
     }
     assert [without(row, "base", "scene_values") for row in rows(upgraded, "deployments")] == [
         without(row, "scene_values") for row in before["deployments"]

@@ -9,9 +9,9 @@ from store_samples import begin, record, sample
 from hcsearch.errors import DatabaseError, SceneError
 from hcsearch.records import NONE, MobilityBatch, StageResult, Trial, Work
 from hcsearch.store import (
-    finished_batches,
     find_design,
     find_scene,
+    finished_batches,
     open_database,
     record_batches,
     record_scene,
@@ -239,7 +239,7 @@ def test_a_piece_is_stored_whole_or_not_at_all(listed, broken):
     run_id = 10**6 if broken == "run" else begin(listed, WORK)
     judged = ("hex:c", 2, "collides", None, None) if broken == "folding" else CUT
     trials = [replace(COLLIDES, status="fine")] if broken == "status" else [COLLIDES]
-    with pytest.raises(Exception, match="constraint failed|cannot store"):
+    with pytest.raises(Exception, match=r"constraint failed|cannot store"):
         record_verdicts(listed, run_id, replace(WORK, scene="default"), "q#0/1", verdicts_of([judged], trials), RESULT)
     assert everything(listed) == before
     assert told(listed) == ["deploys", 1, 1.5, 0.5]
