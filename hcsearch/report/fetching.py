@@ -59,7 +59,7 @@ def fetch(
         foldings=_foldings(database, [_number(design["id"]) for design in selected], scene),
         total=total,
         notes=_notes(runs),
-        size=_size([run for run in runs if json.loads(str(run["arguments"])).get("scene", DEFAULT) == scene]),
+        size=_size([run for run in runs if json.loads(str(run["arguments"])).get("scene", DEFAULT) == scene] or runs),
     )
 
 

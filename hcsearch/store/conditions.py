@@ -42,7 +42,8 @@ def view_table(view: str, scene: str = DEFAULT) -> FromClause:
     columns: list[ColumnClause[Any]] = [column(quantity.name) for quantity in VIEWS[view]]
     if scene == DEFAULT or view not in SCENIC:
         return table(view, *columns)
-    return text(select_in(view, scene)).columns(*columns).subquery(view)
+    # a colon would begin the name of a parameter
+    return text(select_in(view, scene).replace(":", r"\:")).columns(*columns).subquery(view)
 
 
 def find_quantity(view: str, name: str) -> Quantity:

@@ -116,16 +116,17 @@ scene = Table(
     sqlite_with_rowid=False,
 )
 
+# Keys begin with the design: the joins of the views and the deletion of a design need no other index.
 outcome = Table(
     "outcome",
     metadata,
+    Column("design_id", _ID, primary_key=True, autoincrement=False),
     Column("scene", _TEXT, ForeignKey("scene.name", ondelete="CASCADE"), primary_key=True),
-    Column("design_id", _ID, ForeignKey("design.id", ondelete="CASCADE"), primary_key=True, autoincrement=False),
     Column("best_crease", Integer, nullable=False),
     Column("status", _TEXT, nullable=False),
+    # A verdict goes with the folding that it is drawn from.
+    ForeignKeyConstraint(["design_id", "best_crease"], ["folding.design_id", "folding.crease"], ondelete="CASCADE"),
     _status("status", *_VERDICTS),
-    # Without it, a design that is deleted would be looked for in all scenes.
-    Index(None, "design_id"),
     sqlite_strict=True,
     sqlite_with_rowid=False,
 )
@@ -133,15 +134,14 @@ outcome = Table(
 verdict = Table(
     "verdict",
     metadata,
-    Column("scene", _TEXT, ForeignKey("scene.name", ondelete="CASCADE"), primary_key=True),
     Column("design_id", _ID, primary_key=True, autoincrement=False),
     Column("crease", Integer, primary_key=True, autoincrement=False),
+    Column("scene", _TEXT, ForeignKey("scene.name", ondelete="CASCADE"), primary_key=True),
     Column("status", _TEXT, nullable=False),
     Column("min_clearance", _REAL),
     Column("deploy_time", _REAL),
     ForeignKeyConstraint(["design_id", "crease"], ["folding.design_id", "folding.crease"], ondelete="CASCADE"),
     _status("status", *_VERDICTS),
-    Index(None, "design_id", "crease"),
     sqlite_strict=True,
     sqlite_with_rowid=False,
 )
@@ -149,10 +149,9 @@ verdict = Table(
 score = Table(
     "score",
     metadata,
-    Column("scene", _TEXT, primary_key=True),
     Column("design_id", _ID, ForeignKey("design.id", ondelete="CASCADE"), primary_key=True, autoincrement=False),
+    Column("scene", _TEXT, primary_key=True),
     Column("score", _REAL, nullable=False),
-    Index(None, "design_id"),
     sqlite_strict=True,
     sqlite_with_rowid=False,
 )
@@ -163,8 +162,8 @@ deployment = Table(
     Column("design_id", _ID, primary_key=True, autoincrement=False),
     Column("crease", Integer, primary_key=True, autoincrement=False),
     # `scene` is what was simulated: `base`, whose verdict it serves, or that with other springs or pairs.
+    Column("base", _TEXT, primary_key=True),
     Column("scene", _TEXT, primary_key=True),
-    Column("base", _TEXT, nullable=False),
     Column("scene_values", _TEXT, nullable=False),
     Column("formulation", _TEXT, nullable=False),
     Column("status", _TEXT, nullable=False),

@@ -81,7 +81,7 @@ def _insert(connection: Connection, database: Database, name: str, verdicts: Ver
         connection.execute(delete(deployment).where(deployment.c.base == name, deployment.c.design_id.in_(some)))
     if found.trials:
         trials = _trial_columns(found, rows, name)
-        changed = [column for column in trials if column not in ("design_id", "crease", "scene")]
+        changed = [column for column in trials if column not in ("design_id", "crease", "base", "scene")]
         insert_rows(connection, deployment, trials, changed)
 
 

@@ -10,19 +10,24 @@ from hcsearch.scenes import DEFAULT
 from hcsearch.store.columns import VIEWS
 
 # A folding with twist never deploys, and a design without an untwisted folding neither: known before any later stage.
+# What deploys in a scene may be locked with rigid flat pairs; of what does not, a lock says more than a collision.
+_JUDGED = (
+    "coalesce(CASE WHEN {0}.status = 'locked' AND {1}.status <> 'deploys' THEN 'locked' END, {1}.status, {0}.status)"
+)
+_DESIGN, _FOLDING = _JUDGED.format("d", "o"), _JUDGED.format("f", "v")
 _DESIGNS = {
     "orbit_size": "d.array_symmetry / d.symmetry",
     "two_stack": "CASE WHEN d.n_foldings > 0 THEN 1 WHEN d.n_foldings = 0 THEN 0 END",
     "untwisted": "CASE WHEN d.n_untwisted > 0 THEN 1 WHEN d.n_untwisted = 0 THEN 0 END",
-    "deployable": """CASE
+    "deployable": f"""CASE
         WHEN d.n_foldings = 0 OR (d.n_foldings > 0 AND d.n_untwisted = 0) THEN 0
-        WHEN coalesce(o.status, d.status) IN ('no_folding', 'twisted', 'locked') THEN 0
+        WHEN {_DESIGN} IN ('no_folding', 'twisted', 'locked') THEN 0
         WHEN o.status = 'deploys' THEN 1
     END""",
-    "status": """CASE
+    "status": f"""CASE
         WHEN d.n_foldings = 0 THEN 'no_folding'
         WHEN d.n_foldings > 0 AND d.n_untwisted = 0 THEN 'twisted'
-        ELSE coalesce(o.status, d.status)
+        ELSE {_DESIGN}
     END""",
     "score": "s.score",
     # Two stacks of n/2 panels on two cells; every crease but the two flat ones has a hinge in the scene `default`.
@@ -31,9 +36,9 @@ _DESIGNS = {
 }
 _FOLDINGS = {
     "untwisted": "CASE WHEN f.twist = 0 THEN 1 WHEN f.twist > 0 THEN 0 END",
-    "status": "CASE WHEN f.twist > 0 THEN 'twisted' ELSE coalesce(v.status, f.status) END",
-    "deployable": """CASE
-        WHEN f.twist > 0 OR coalesce(v.status, f.status) IN ('twisted', 'locked') THEN 0
+    "status": f"CASE WHEN f.twist > 0 THEN 'twisted' ELSE {_FOLDING} END",
+    "deployable": f"""CASE
+        WHEN f.twist > 0 OR {_FOLDING} IN ('twisted', 'locked') THEN 0
         WHEN v.status = 'deploys' THEN 1
     END""",
     "min_clearance": "v.min_clearance",
@@ -54,20 +59,22 @@ _EXPRESSIONS = {
     "evaluations": {"clearance": 'e."gap" * 1000.0'},
 }
 
-# The joins of `designs` find one row each at most, so SQLite leaves out those of which no column is asked for.
+# The joins of `designs` find one row each at most, so SQLite leaves out those of which no column is asked for; a join
+# that named a column of another join would keep that one.
+_BEST = "(SELECT b.best_crease FROM outcome AS b WHERE b.design_id = d.id AND b.scene = :scene)"
 _SOURCES = {
     "designs": (
         "d",
-        """design AS d
-LEFT JOIN outcome AS o ON o.scene = :scene AND o.design_id = d.id
-LEFT JOIN folding AS f ON f.design_id = d.id AND f.crease = coalesce(o.best_crease, d.best_crease)
-LEFT JOIN verdict AS v ON v.scene = :scene AND v.design_id = d.id AND v.crease = o.best_crease
-LEFT JOIN score AS s ON s.scene = :scene AND s.design_id = d.id""",
+        f"""design AS d
+LEFT JOIN outcome AS o ON o.design_id = d.id AND o.scene = :scene
+LEFT JOIN folding AS f ON f.design_id = d.id AND f.crease = coalesce({_BEST}, d.best_crease)
+LEFT JOIN verdict AS v ON v.design_id = d.id AND v.scene = :scene AND v.crease = {_BEST}
+LEFT JOIN score AS s ON s.design_id = d.id AND s.scene = :scene""",
     ),
     "foldings": (
         "f",
         """folding AS f
-LEFT JOIN verdict AS v ON v.scene = :scene AND v.design_id = f.design_id AND v.crease = f.crease""",
+LEFT JOIN verdict AS v ON v.design_id = f.design_id AND v.crease = f.crease AND v.scene = :scene""",
     ),
     "deployments": ("p", "deployment AS p"),
     "runs": ("r", "run AS r"),

@@ -8,24 +8,27 @@ import pytest
 from hcsearch.enumeration import PolygonSearch
 from hcsearch.grid import GRIDS
 from hcsearch.pipeline import Plan, run_into
-from hcsearch.store import open_database, open_readonly, schema, select
+from hcsearch.store import open_database, open_readonly, select
+from tests.judging import judge
 
 
 @pytest.fixture(scope="session")
 def deployed_hexagons(tmp_path_factory):
-    """All designs of ten hexagons; those not locked deploy, collide or stay undecided in turn."""
+    """All designs of ten hexagons; those not locked deploy, collide or stay undecided in turn.
+
+    In the scene `solar`, all of them deploy.
+    """
     path = tmp_path_factory.mktemp("ranks") / "d.sqlite"
-    design, folding = schema.design, schema.folding
     with open_database(str(path), create=True) as database:
         run_into(Plan(PolygonSearch(GRIDS["hex"], 10), "mobility"), database)
-        ids = [row[0] for row in select(database, "status=undecided", columns="id", sort="id").rows]
-        with database.writing() as connection:
-            for k, number in enumerate(ids):
-                # without a clearance, with one, and cut through each other
-                status, gap = [("undecided", None), ("deploys", 0.2 + 0.1 * (k % 4)), ("collides", -0.4)][k % 3]
-                connection.execute(design.update().where(design.c.id == number).values(status=status))
-                found = {"status": status, "min_clearance": gap, "deploy_time": gap and 0.3 + 0.01 * (k % 5)}
-                connection.execute(folding.update().where(folding.c.design_id == number).values(found))
+        places = dict(select(database, "untwisted status=undecided", columns="design_id,crease", view="foldings").rows)
+        judged, brighter = [], []
+        for k, (number, name) in enumerate(select(database, "status=undecided", columns="id,circuit").rows):
+            status, gap = [("undecided", None), ("deploys", 0.2 + 0.1 * (k % 4)), ("collides", None)][k % 3]
+            judged.append((name, places[number], status, gap, gap and 0.3 + 0.01 * (k % 5)))
+            brighter.append((name, places[number], "deploys", 1.0 + k / 8, 0.5))
+        judge(database, judged)
+        judge(database, brighter, "solar")
     return path
 
 

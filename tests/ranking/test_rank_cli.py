@@ -44,9 +44,9 @@ def records(text):
     return list(csv.DictReader(io.StringIO(text)))
 
 
-def scores(path):
+def scores(path, scene="default"):
     with closing(sqlite3.connect(path)) as connection:
-        return dict(connection.execute("SELECT id, score FROM designs WHERE score IS NOT NULL"))
+        return dict(connection.execute("SELECT design_id, score FROM score WHERE scene = ?", (scene,)))
 
 
 def test_formats_agree(path):
@@ -112,6 +112,16 @@ def test_save_stores_every_ranked_design_also_those_not_printed(path):
     assert {str(k): str(v) for k, v in scores(path).items()} == {row["id"]: row["score"] for row in rows}
 
 
+def test_a_scene_is_ranked_and_saved_beside_the_default_one(path):
+    call(path, "--save")
+    before = scores(path)
+    rows = records(call(path, "deployable", "--scene", "solar", "--save", "--format", "csv")[0])
+    assert rows != records(call(path, "deployable", "--format", "csv")[0])
+    assert {row["deploy_time"] for row in rows} == {"0.5"}
+    assert scores(path) == before
+    assert {str(k): str(v) for k, v in scores(path, "solar").items()} == {row["id"]: row["score"] for row in rows}
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -131,6 +141,7 @@ def test_save_stores_every_ranked_design_also_those_not_printed(path):
         (("--limit", "-1"), "--limit"),
         (("--format", "parquet"), "'parquet' is not one of"),
         (("--save", "--weight", "dof=x"), "cannot read the weight"),
+        (("--save", "--scene", "moon"), "no verdicts of the scene 'moon' in "),
     ],
 )
 def test_bad_input_is_one_line_and_changes_nothing(path, words, message):

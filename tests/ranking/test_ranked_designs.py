@@ -7,7 +7,7 @@ import pytest
 from naive_ranks import front, score
 
 from hcsearch.enumeration import PolygonSearch
-from hcsearch.errors import DatabaseError, QueryError
+from hcsearch.errors import DatabaseError, QueryError, SceneError
 from hcsearch.grid import GRIDS
 from hcsearch.pipeline import Plan, run_into
 from hcsearch.ranking import rank_designs, save_ranks
@@ -103,13 +103,14 @@ def test_scores_are_stored_for_the_ranked_alone(path):
 
 
 def test_other_weights_overwrite_and_who_is_locked_by_now_loses_its_score(path):
-    design = schema.design
+    outcome = schema.outcome
     with open_database(str(path), create=False) as database:
         save_ranks(database, rank_designs(database))
         before = stored(database)
         best = max((k for k, v in before.items() if v is not None), key=before.__getitem__)
         with database.writing() as connection:
-            connection.execute(design.update().where(design.c.id == best).values(status="locked"))
+            locked = outcome.update().values(status="locked")
+            connection.execute(locked.where(outcome.c.design_id == best, outcome.c.scene == "default"))
         again = rank_designs(database, "", {"dof": 5})
         save_ranks(database, again)
         after = stored(database)
@@ -137,13 +138,36 @@ def test_a_later_search_keeps_the_scores(path):
         assert stored(database, "n=10") == before
 
 
+def test_each_scene_has_ranks_and_scores_of_its_own(path):
+    with open_database(str(path), create=False) as database:
+        save_ranks(database, rank_designs(database))
+        before = stored(database)
+        ranked = rank_designs(database, "deployable", scene="solar")
+        save_ranks(database, ranked, "solar")
+        assert stored(database) == before
+        rows = as_dicts(ranked)
+        brighter = dict(select(database, columns="id,score", scene="solar").rows)
+    assert {k: v for k, v in brighter.items() if v is not None} == {row["id"]: row["score"] for row in rows}
+    deploying = [k for k, v in before.items() if v is not None]
+    assert sorted(row["id"] for row in rows) == deploying
+    assert {row["deploy_time"] for row in rows} == {0.5}
+    assert min(row["min_clearance"] for row in rows) == 1.0
+    assert [row["rank"] for row in rows] == sorted(row["rank"] for row in rows)
+
+
+def test_a_scene_that_was_never_run_has_no_ranks(reader):
+    with pytest.raises(SceneError, match=r"no verdicts of the scene 'moon' in .*: default, solar; run"):
+        rank_designs(reader, scene="moon")
+
+
 def test_a_failure_within_the_transaction_leaves_the_old_scores(path):
     with open_database(str(path), create=False) as database:
         ranked = rank_designs(database)
         with database.writing() as connection:
             last = ranked.result.rows[-1][1]
             connection.exec_driver_sql(
-                f"CREATE TRIGGER no BEFORE UPDATE ON design WHEN old.id = {last} BEGIN SELECT RAISE(ABORT, 'no'); END"
+                f"CREATE TRIGGER no BEFORE INSERT ON score WHEN new.design_id = {last}"
+                " BEGIN SELECT RAISE(ABORT, 'no'); END"
             )
         with pytest.raises(Exception, match="no"):
             save_ranks(database, ranked)

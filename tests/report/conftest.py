@@ -12,6 +12,7 @@ from hcsearch.folding import foldings
 from hcsearch.grid import GRIDS, parse_array
 from hcsearch.pipeline import Plan, run_into
 from hcsearch.report import ReportData, Stage
+from hcsearch.scenes import Scene
 from hcsearch.store import open_database
 from hcsearch.twisting import twist
 
@@ -75,5 +76,5 @@ def database_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with open_database(str(path), create=True) as database:
         run_into(Plan(PolygonSearch(GRIDS["hex"], 8), "twist"), database)
         run_into(Plan(PolygonSearch(GRIDS["hex"], 10), "circuits"), database)
-        run_into(Plan(four, "twist", keep="untwisted", panel="60x30x6"), database)
+        run_into(Plan(four, "twist", keep="untwisted", scene=Scene("flat", panel=(0.060, 0.030, 0.006))), database)
     return path

@@ -1,11 +1,17 @@
+import shutil
 from dataclasses import asdict
 
 import pytest
 
-from hcsearch.errors import HcsearchError, QueryError
+from hcsearch.enumeration import ArraySearch
+from hcsearch.errors import HcsearchError, QueryError, SceneError
+from hcsearch.grid import GRIDS, parse_array
+from hcsearch.pipeline import Plan, run_into
 from hcsearch.report import write_report
 from hcsearch.report.fetching import fetch
-from hcsearch.store import open_readonly
+from hcsearch.scenes import Scene
+from hcsearch.store import open_database, open_readonly, select
+from tests.judging import judge
 
 
 @pytest.fixture
@@ -64,10 +70,53 @@ def test_the_page_says_what_was_searched_and_what_was_left_out(database):
     assert not fetch(database, "grid=hex n=8", limit=None).notes
 
 
-def test_a_query_without_designs_is_a_result(database, tmp_path):
+def test_a_report_of_no_designs_is_refused(database, tmp_path):
     data = fetch(database, "n=99", limit=None)
     assert set(counts(data).values()) == {0}
-    assert "No designs" in write_report(database, "n=99", tmp_path / "none.html").read_text()
+    with pytest.raises(QueryError, match="no design satisfies 'n=99': see `hcsearch query`"):
+        write_report(database, "n=99", tmp_path / "new" / "none.html")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture
+def scenes(database_file, tmp_path):
+    """That database, deployed in three scenes; its own is called `flat`, another one has panels of 80 x 20."""
+    path = shutil.copy(database_file, tmp_path)
+    with open_database(str(path), create=False) as opened:
+        number, name = select(opened, "grid=hex n=8 untwisted", columns="id,circuit").rows[0]
+        (crease,) = select(opened, f"design_id={number} untwisted", columns="crease", view="foldings").rows[0]
+        judge(opened, [(name, crease, "deploys", 0.5, 1.25)])
+        judge(opened, [(name, crease, "collides", None, None)], "flat")
+        judge(opened, [], "long")
+        four = ArraySearch(parse_array(GRIDS["rectangle"], "4x4"))
+        run_into(Plan(four, "twist", keep="untwisted", scene=Scene("long", panel=(0.080, 0.020, 0.006))), opened)
+    with open_readonly(str(path)) as opened:
+        yield opened
+
+
+def test_a_report_shows_the_verdicts_of_its_scene(scenes, tmp_path):
+    found = {scene: fetch(scenes, "grid=hex n=8", limit=1, scene=scene) for scene in ("default", "flat")}
+    told = {
+        scene: (data.designs[0]["status"], data.designs[0]["deploy_time"], counts(data)["deployable"])
+        for scene, data in found.items()
+    }
+    assert told == {"default": ("deploys", 1.25, 1), "flat": ("collides", None, 0)}
+    statuses = [{row["status"] for rows in data.foldings.values() for row in rows} for data in found.values()]
+    assert [words - {"twisted"} for words in statuses] == [{"deploys"}, {"collides"}]
+    assert [dict(data.meta)["scene"] for data in found.values()] == ["default", "flat"]
+    assert fetch(scenes, "deployable", limit=None).total == 1
+    assert fetch(scenes, "deployable", limit=None, scene="flat").total == 0
+    for scene, shown in (("default", True), ("flat", False)):
+        page = write_report(scenes, "grid=hex n=8", tmp_path / "page.html", scene=scene).read_text(encoding="utf-8")
+        assert ("1.25 s" in page) is shown
+    with pytest.raises(SceneError, match=r"no verdicts of the scene 'moon' in .*: default, flat, long; run"):
+        write_report(scenes, "grid=hex n=8", tmp_path / "moon.html", scene="moon")
+    assert not (tmp_path / "moon.html").exists()
+
+
+def test_panels_are_drawn_as_large_as_in_the_scene(scenes):
+    sizes = [fetch(scenes, "grid=rectangle", limit=None, scene=scene).size for scene in ("flat", "long", "default")]
+    assert sizes == [(60, 30), (80, 20), None]  # `default` was not run, and the others do not agree
 
 
 def test_values_of_a_query_are_data(database):
@@ -86,7 +135,9 @@ def test_a_report_is_written(database, tmp_path):
 
 
 def test_bytes_of_a_command_line_that_are_no_text_are_no_crash(database, tmp_path):
-    write_report(database, "circuit=\udcff", tmp_path / "report.html")
+    with pytest.raises(QueryError, match="no design satisfies") as caught:
+        write_report(database, "circuit=\udcff", tmp_path / "report.html")
+    str(caught.value).encode()
 
 
 @pytest.mark.parametrize("where", ["file/report.html", "", "bad\0name"])
@@ -98,13 +149,13 @@ def test_a_path_that_cannot_be_written_is_one_clear_line(database, tmp_path, whe
 
 
 def test_missing_folders_are_made(database, tmp_path):
-    assert write_report(database, "n=99", tmp_path / "new" / "folder" / "report.html").is_file()
+    assert write_report(database, "n=8", tmp_path / "new" / "folder" / "report.html").is_file()
 
 
 def test_a_database_is_never_overwritten(database, database_file):
     before = database_file.read_bytes()
     with pytest.raises(HcsearchError, match="it is a database; name another file"):
-        write_report(database, "n=99", database_file)
+        write_report(database, "n=8", database_file)
     assert database_file.read_bytes() == before
 
 

@@ -16,9 +16,10 @@ from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from store_samples import VERSIONS, WORK, begin, circuits, record, sample
 from test_store_processes import context, create, record_and_hang, record_own, record_same, run_together
+from test_store_verdicts import COLLIDES, CUT, DEPLOYS, FLAT, list_designs, told, trial
 
 from hcsearch.enumeration import ArraySearch, PolygonSearch
-from hcsearch.errors import DatabaseError, QueryError
+from hcsearch.errors import DatabaseError, HcsearchError, QueryError
 from hcsearch.grid import GRIDS, parse_array
 from hcsearch.pipeline import Plan, run_into
 from hcsearch.ranking import rank_designs, save_ranks
@@ -28,12 +29,14 @@ from hcsearch.store import (
     migrate,
     open_database,
     open_readonly,
+    record_scene,
     schema,
     select,
     select_sql,
     stream,
 )
 from hcsearch.store.columns import VIEWS, column_names
+from tests.judging import judge
 from tests.postgresql import PASSWORD
 
 pytestmark = pytest.mark.slow
@@ -118,18 +121,50 @@ def test_ranks_and_scores(both):
     ranked = []
     for database in both:
         run_into(Plan(PolygonSearch(GRIDS["hex"], 10), "mobility"), database)
-        with database.writing() as connection:
-            folding = schema.folding
-            values = {"min_clearance": folding.c.design_id % 3 / 7.0, "deploy_time": 0.1 + folding.c.design_id % 4}
-            connection.execute(folding.update().where(folding.c.design_id % 2 == 0).values(values))
+        places = dict(select(database, "untwisted", columns="design_id,crease", view="foldings").rows)
+        named = dict(select(database, columns="id,circuit").rows)
+        judge(database, [(named[k], places[k], "deploys", k % 3 / 7.0, 0.1 + k % 4) for k in places if k % 2 == 0])
+        judge(database, [(named[k], places[k], "deploys", k / 7.0, 0.1) for k in places], "solar")
         save_ranks(database, rank_designs(database, "n=10", {"dof": 0.3}))
-        with database.writing() as connection:
-            connection.execute(schema.design.update().where(schema.design.c.id % 5 == 0).values(status="locked"))
-        ranked.append(rank_designs(database))
-        save_ranks(database, ranked[-1])
+        save_ranks(database, rank_designs(database, scene="solar"), "solar")
+        judge(database, [(named[k], places[k], "locked", None, None) for k in places if k % 5 == 0])
+        ranked.append((rank_designs(database), rank_designs(database, scene="solar")))
+        save_ranks(database, ranked[-1][0])
     assert ranked[0] == ranked[1]
-    assert ranked[0].result.rows
-    assert everything(both[0])["design"] == everything(both[1])["design"]
+    assert all(found.result.rows for found in ranked[0])
+    stored = [everything(database) for database in both]
+    for table in ("design", "outcome", "verdict", "score"):
+        assert stored[0][table] == stored[1][table]
+        assert stored[0][table]
+
+
+def test_verdicts_are_stored_made_anew_and_deleted_alike(both):
+    """In two scenes, with their deployments, whole or not at all, and gone with their designs."""
+    found = []
+    for database in both:
+        list_designs(database)
+        judge(database, [FLAT], trials=[COLLIDES, DEPLOYS])
+        judge(database, [CUT], "solar", [trial("solar", "collides")])
+        found.append([everything(database)])
+        judge(database, [CUT], trials=[COLLIDES])
+        found[-1].append(everything(database))
+        with pytest.raises(HcsearchError, match="another scene 'solar'"):
+            record_scene(database, "solar", "density = 600.0\n")
+        for wrong in (("hex:z", 3, "collides", None, None), ("hex:c", 2, "collides", None, None)):
+            # in a piece of its own run, which stays
+            with pytest.raises(Exception, match=r"lacks 1 designs|cannot store|foreign key|FOREIGN KEY"):
+                judge(database, [FLAT, wrong])
+        assert {**everything(database), "run": found[-1][1]["run"]} == found[-1][1]
+        found[-1].append([told(database), told(database, "solar")])
+        with database.writing() as connection:
+            connection.execute(schema.design.delete().where(schema.design.c.circuit == "hex:c"))
+        found[-1].append(everything(database))
+    assert found[0] == found[1]
+    before, after, shown, left = found[0]
+    assert before != after
+    assert shown == [["collides", None, None, None]] * 2
+    assert [left[name] for name in ("outcome", "verdict", "deployment")] == [[], [], []]
+    assert left["scene"] == after["scene"]
 
 
 def insert_and(database, names, then):

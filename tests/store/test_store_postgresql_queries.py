@@ -7,7 +7,8 @@ from click.testing import CliRunner
 from store_samples import circuits, record
 
 from hcsearch.cli import hcsearch
-from hcsearch.store import find_design, open_database, open_readonly, schema
+from hcsearch.store import find_design, open_database, open_readonly, save_scores, schema, select
+from tests.judging import judge
 
 pytestmark = pytest.mark.slow
 
@@ -15,6 +16,7 @@ QUERIES = [
     *([], ["untwisted"], ["n_foldings>=0 score>=-0.5"], ["id>=99999999999999999999"], ["score<1e999 id!=2.5"]),
     *(["circuit<hex:05"], ["circuit>=hex:05 array!=hex:array3"], ["deployable=0"], ["status=locked"], ["array=x'--"]),
     *(["-s", "score"], ["-s", "-score,array"], ["-s", "-status,-id"], ["-s", "circuit"], ["-s", "-array,circuit"]),
+    *(["--scene", "solar"], ["deployable", "--scene", "solar", "-s", "-score,min_clearance"]),
     *(["--limit", "3"], ["--limit", "0"], ["-c", "score,dof,min_clearance,status", "-s", "-dof"]),
     ["--sql", "SELECT min_twist, count(*) AS k FROM designs GROUP BY min_twist ORDER BY k, min_twist"],
     ["--sql", "SELECT sum(n_fixed) AS a, avg(id) AS b, 0.5 AS c, 7.0 / 2 AS d, max(score) AS e FROM designs"],
@@ -38,11 +40,17 @@ def filled(server, tmp_path_factory):
             record(database, ["hex:a.b", "hex:ab", "hex:A.c", "hex:-z"], prefix="x", until="circuits")
             with database.writing() as connection:
                 table, folding = schema.design, schema.folding
-                for k in range(1, 12):
-                    values = {"score": None if k % 4 == 0 else k / 7 - 1, "best_crease": [None, 3][k % 2]}
-                    values["status"] = [None, "deploys", "locked", "collides"][k % 4]
+                for k in range(11):
+                    values = {"best_crease": [None, 3][k % 2], "status": [None, "undecided", "locked"][k % 3]}
                     connection.execute(table.update().where(table.c.id % 11 == k).values(values))
-                connection.execute(folding.update().values(dof=folding.c.design_id % 5, min_clearance=1e-7))
+                connection.execute(folding.update().values(dof=folding.c.design_id % 5))
+            named = dict(select(database, "untwisted", columns="id,circuit").rows)
+            words = ("undecided", "deploys", "locked", "collides")
+            judge(database, [(named[k], 3, words[k % 4], 1e-7, k / 7) for k in named if k % 5])
+            judge(database, [(named[k], 3, words[-k % 4], k / 3, None) for k in named if k % 2], "solar")
+            save_scores(database, {k: k % 11 / 7 - 1 for k in range(1, 2101) if k % 4})
+            save_scores(database, {k: k % 7 / 11 for k in range(1, 2101) if k % 3}, "solar")
+            with database.writing() as connection:
                 connection.execute(schema.run.update().values(started="2026-01-01T00:00:00+00:00"))
     yield places
     server.drop_database(name)
@@ -63,7 +71,10 @@ def test_find_design_and_report(filled, tmp_path):
             assert find_design(remote, text) == find_design(local, text)
     pages = []
     for number, place in enumerate(filled):
-        words = ["report", "id<4", "--db", place, "--output", str(tmp_path / f"{number}.html")]
-        assert CliRunner().invoke(hcsearch, words).exception is None
-        pages.append(re.sub(r"\d\d:\d\d UTC", "", (tmp_path / f"{number}.html").read_text()))
-    assert pages[0] == pages[1]
+        for scene in ("default", "solar"):
+            output = tmp_path / f"{number} {scene}.html"
+            words = ["report", "id<4", "--db", place, "--output", str(output), "--scene", scene]
+            assert CliRunner().invoke(hcsearch, words).exception is None
+            pages.append(re.sub(r"\d\d:\d\d UTC", "", output.read_text()))
+    assert pages[:2] == pages[2:]
+    assert pages[0] != pages[1]

@@ -6,12 +6,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from store_samples import circuits, record
+from test_store_verdicts import COLLIDES
 
 from hcsearch.errors import QueryError
 from hcsearch.grid import GRIDS
 from hcsearch.pipeline import check_keep
-from hcsearch.store import open_database, open_readonly, schema, select, select_sql
+from hcsearch.store import open_database, open_readonly, save_scores, schema, select, select_sql
 from hcsearch.store.columns import VIEWS, column_names
+from tests.judging import judge
 
 NAMED = sorted((Path(__file__).parents[2] / "db").glob("*.sql"))
 OPERATORS = {
@@ -34,13 +36,19 @@ def reader(tmp_path_factory):
         with database.writing() as connection:
             for k in range(1, 46):
                 values = {
-                    "score": None if k % 4 == 0 else (k * 7 % 10) / 4 - 1,
-                    "status": [None, "deploys", "locked", "collides"][k % 4],
+                    "status": [None, "undecided", "locked", "undecided"][k % 4],
                     "best_crease": [None, 3][k % 2],
                     "array": ["hex", "12", "é'\"%"][k % 3],
                 }
                 connection.execute(schema.design.update().where(schema.design.c.id == k).values(values))
             connection.execute(schema.folding.update().values(dof=schema.folding.c.design_id % 5))
+        save_scores(database, {k: (k * 7 % 10) / 4 - 1 for k in range(1, 46) if k % 4})
+        names = dict(select(database, "untwisted", columns="id,circuit").rows)
+        words = [None, "deploys", None, "collides"]
+        judge(database, [(names[k], 3, words[k % 4], k / 8 if k % 4 == 1 else None, 0.5) for k in names if k % 2])
+        # another scene, to be told from `default` everywhere
+        judge(database, [(name, 3, "undecided", None, None) for name in names.values()], "solar")
+        save_scores(database, dict.fromkeys(range(1, 46), 5.0), "solar")
     with open_readonly(place) as opened:
         yield opened
 
@@ -260,6 +268,7 @@ def test_kinds_are_those_of_the_stored_values(reader):
 def test_named_queries_run(path, database, file):
     record(database, circuits(1, 3))
     record(database, ["hex:999999"], prefix="q", creases=[[2, 3]], twists=[[0, 0]])
+    judge(database, [("hex:999999", 2, "collides", None, None)], trials=[COLLIDES])
     with open_readonly(str(path)) as reader:
         result = select_sql(reader, file.read_text())
     assert result.rows

@@ -22,6 +22,7 @@ from hcsearch.store import (
     select,
     start_run,
 )
+from tests.judging import judge
 
 
 def test_round_trip(database):
@@ -57,8 +58,9 @@ def test_later_stages_show_in_designs(database):
     verdicts = {"deploys": 1, "locked": 0, "undecided": None, "collides": None}
     for status, deployable in verdicts.items():
         with database.writing() as connection:
-            connection.execute(schema.design.update().values(best_crease=3, status=status))
-            connection.execute(schema.folding.update().values(dof=5, min_clearance=0.5, status=status))
+            connection.execute(schema.design.update().values(best_crease=3))
+            connection.execute(schema.folding.update().values(dof=5))
+        judge(database, [("hex:023757", 3, status, 0.5 if status == "deploys" else None, None)])
         shown = select(database, columns="dof,min_clearance,status,deployable").rows
         assert shown == (
             (None, None, "no_folding", 0),
@@ -115,8 +117,9 @@ def test_stages_that_did_not_run_leave_columns_alone(database, order):
 def test_columns_of_later_stages_survive_a_rerun(database):
     record(database, circuits(1, 3))
     with database.writing() as connection:
-        connection.execute(schema.design.update().values(best_crease=3, score=1.5))
+        connection.execute(schema.design.update().values(best_crease=3))
         connection.execute(schema.folding.update().values(dof=4))
+        connection.execute(schema.score.insert().values(design_id=3, scene="default", score=1.5))
     record(database, circuits(1, 4))
     assert select(database, columns="dof,score", sort="id").rows[2] == (4, 1.5)
     assert select(database, "dof=4", view="foldings").rows[-1][:2] == (3, 3)

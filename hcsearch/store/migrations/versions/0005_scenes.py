@@ -42,27 +42,31 @@ def _create() -> None:
     )
     op.create_table(
         "outcome",
-        sa.Column("scene", TEXT, nullable=False),
         sa.Column("design_id", ID, autoincrement=False, nullable=False),
+        sa.Column("scene", TEXT, nullable=False),
         sa.Column("best_crease", sa.Integer(), nullable=False),
         sa.Column("status", TEXT, nullable=False),
-        sa.PrimaryKeyConstraint("scene", "design_id", name=op.f("pk_outcome")),
+        sa.PrimaryKeyConstraint("design_id", "scene", name=op.f("pk_outcome")),
         sa.CheckConstraint(f"status {VERDICTS}", name=op.f("ck_outcome_status")),
         sa.ForeignKeyConstraint(["scene"], ["scene.name"], name=op.f("fk_outcome_scene"), ondelete="CASCADE"),
-        sa.ForeignKeyConstraint(["design_id"], ["design.id"], name=op.f("fk_outcome_design"), ondelete="CASCADE"),
+        sa.ForeignKeyConstraint(
+            ["design_id", "best_crease"],
+            ["folding.design_id", "folding.crease"],
+            name=op.f("fk_outcome_folding"),
+            ondelete="CASCADE",
+        ),
         sqlite_strict=True,
         sqlite_with_rowid=False,
     )
-    op.create_index(op.f("ix_outcome_design_id"), "outcome", ["design_id"])
     op.create_table(
         "verdict",
-        sa.Column("scene", TEXT, nullable=False),
         sa.Column("design_id", ID, autoincrement=False, nullable=False),
         sa.Column("crease", sa.Integer(), autoincrement=False, nullable=False),
+        sa.Column("scene", TEXT, nullable=False),
         sa.Column("status", TEXT, nullable=False),
         sa.Column("min_clearance", REAL),
         sa.Column("deploy_time", REAL),
-        sa.PrimaryKeyConstraint("scene", "design_id", "crease", name=op.f("pk_verdict")),
+        sa.PrimaryKeyConstraint("design_id", "crease", "scene", name=op.f("pk_verdict")),
         sa.CheckConstraint(f"status {VERDICTS}", name=op.f("ck_verdict_status")),
         sa.ForeignKeyConstraint(["scene"], ["scene.name"], name=op.f("fk_verdict_scene"), ondelete="CASCADE"),
         sa.ForeignKeyConstraint(
@@ -74,32 +78,31 @@ def _create() -> None:
         sqlite_strict=True,
         sqlite_with_rowid=False,
     )
-    op.create_index(op.f("ix_verdict_design_id_crease"), "verdict", ["design_id", "crease"])
     op.create_table(
         "score",
-        sa.Column("scene", TEXT, nullable=False),
         sa.Column("design_id", ID, autoincrement=False, nullable=False),
+        sa.Column("scene", TEXT, nullable=False),
         sa.Column("score", REAL, nullable=False),
-        sa.PrimaryKeyConstraint("scene", "design_id", name=op.f("pk_score")),
+        sa.PrimaryKeyConstraint("design_id", "scene", name=op.f("pk_score")),
         sa.ForeignKeyConstraint(["design_id"], ["design.id"], name=op.f("fk_score_design"), ondelete="CASCADE"),
         sqlite_strict=True,
         sqlite_with_rowid=False,
     )
-    op.create_index(op.f("ix_score_design_id"), "score", ["design_id"])
 
 
 # Batches of the stage go: it works in smaller pieces now, and does them anew.
 _MOVES = (
     "INSERT INTO scene SELECT 'default', '' WHERE EXISTS (SELECT 1 FROM deployment)",
-    """INSERT INTO outcome SELECT 'default', d.id, coalesce(
-        (SELECT e.crease FROM folding AS e WHERE e.design_id = d.id AND e.twist = 0 AND e.status = 'deploys'
-         ORDER BY e.dof IS NULL, e.dof, e.crease LIMIT 1), d.best_crease), d.status
-    FROM design AS d WHERE d.status IN ('deploys', 'undecided', 'collides', 'locked') AND d.best_crease IS NOT NULL
+    """INSERT INTO outcome SELECT d.id, 'default', b.crease, d.status
+    FROM design AS d JOIN folding AS b ON b.design_id = d.id AND b.crease = coalesce(
+        (SELECT e.crease FROM folding AS e WHERE e.design_id = d.id AND e.twist = 0 AND e.status = d.status
+         ORDER BY e.dof IS NULL, e.dof, e.crease LIMIT 1), d.best_crease)
+    WHERE d.status IN ('deploys', 'undecided', 'collides', 'locked')
     AND EXISTS (SELECT 1 FROM deployment AS p WHERE p.design_id = d.id)""",
-    """INSERT INTO verdict SELECT 'default', f.design_id, f.crease, f.status, f.min_clearance, f.deploy_time
+    """INSERT INTO verdict SELECT f.design_id, f.crease, 'default', f.status, f.min_clearance, f.deploy_time
     FROM folding AS f WHERE f.twist = 0 AND f.status IN ('deploys', 'undecided', 'collides', 'locked')
     AND EXISTS (SELECT 1 FROM outcome AS o WHERE o.design_id = f.design_id)""",
-    "INSERT INTO score SELECT 'default', id, score FROM design WHERE score IS NOT NULL",
+    "INSERT INTO score SELECT id, 'default', score FROM design WHERE score IS NOT NULL",
     "UPDATE design SET status = 'undecided' WHERE status IN ('deploys', 'collides')",
     "UPDATE folding SET status = 'undecided' WHERE status IN ('deploys', 'collides')",
     "DELETE FROM batch WHERE stage = 'deployment'",
@@ -115,8 +118,8 @@ def _convert_deployments(connection: sa.Connection) -> None:
         "deployment",
         sa.Column("design_id", ID, autoincrement=False, nullable=False),
         sa.Column("crease", sa.Integer(), autoincrement=False, nullable=False),
-        sa.Column("scene", TEXT, nullable=False),
         sa.Column("base", TEXT, nullable=False),
+        sa.Column("scene", TEXT, nullable=False),
         sa.Column("scene_values", TEXT, nullable=False),
         sa.Column("formulation", TEXT, nullable=False),
         sa.Column("status", TEXT, nullable=False),
@@ -126,7 +129,7 @@ def _convert_deployments(connection: sa.Connection) -> None:
         sa.Column("deploy_time", REAL),
         sa.Column("energy_error", REAL),
         sa.Column("closure_error", REAL),
-        sa.PrimaryKeyConstraint("design_id", "crease", "scene", name=op.f("pk_deployment")),
+        sa.PrimaryKeyConstraint("design_id", "crease", "base", "scene", name=op.f("pk_deployment")),
         sa.CheckConstraint(f"status {VERDICTS}", name=op.f("ck_deployment_status")),
         sa.ForeignKeyConstraint(
             ["design_id", "crease"],

@@ -1,0 +1,54 @@
+"""Verdicts of a stage `deployment` that nobody ran, recorded as that stage records them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hcsearch.records import DeploymentBatch, StageResult, Trial, VerdictBatch, Work
+from hcsearch.store import Database, record_scene, record_verdicts, start_run
+
+WORK = Work("hex", 12, "", "all")
+Judged = tuple[str, int, str, float | None, float | None]
+"""Circuit, crease, status, smallest gap (mm) and time (s) of a folding."""
+
+
+def verdicts_of(judged: Sequence[Judged], trials: Sequence[Trial] = ()) -> VerdictBatch:
+    """A batch of verdicts; the first folding of a circuit is its best one."""
+    circuits = list(dict.fromkeys(circuit for circuit, *_ in judged))
+    best = {circuit: (crease, status) for circuit, crease, status, *_ in reversed(judged)}
+    found = DeploymentBatch(
+        [status for _, _, status, _, _ in judged],
+        np.array([math.nan if gap is None else 1e-3 * gap for *_, gap, _ in judged]),
+        np.array([math.nan if time is None else time for *_, time in judged]),
+        tuple(trials),
+    )
+    return VerdictBatch(
+        circuits,
+        [best[circuit][0] for circuit in circuits],
+        [best[circuit][1] for circuit in circuits],
+        np.array([circuits.index(circuit) for circuit, *_ in judged], int),
+        np.array([crease for _, crease, *_ in judged], int),
+        found,
+    )
+
+
+def judge(
+    database: Database,
+    judged: Sequence[Judged],
+    scene: str = "default",
+    trials: Sequence[Trial] = (),
+    *,
+    work: Work = WORK,
+    key: str = "p#0/1",
+) -> None:
+    """Record verdicts in a scene as a run of its own."""
+    record_scene(database, scene, "" if scene == "default" else f'name = "{scene}"\n')
+    run_id = start_run(database, work=work, until="deployment", panel=None, arguments={"scene": scene}, versions={})
+    verdicts = verdicts_of(judged, trials)
+    passed = verdicts.status.count("deploys")
+    result = StageResult("deployment", 1, passed, passed, 0.5)
+    record_verdicts(database, run_id, replace(work, scene=scene), key, verdicts, result)

@@ -1,0 +1,216 @@
+"""Nothing of a database is lost by the upgrade that moves verdicts into scenes."""
+
+import json
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from hcsearch.deployment.scene_files import read_text, scene_in
+from hcsearch.scenes import SCENES
+from hcsearch.store import find_scene, open_database, record_scene, save_scores, select
+from hcsearch.store.columns import column_names
+from tests.judging import judge
+
+OLD = Path(__file__).with_name("old")
+VALUES = {
+    "damping_time": 0.043,
+    "density": 547.0,
+    "flat_pairs": "rigid",
+    "gravity": [0.0, 0.0, -9.81],
+    "held": "bottom",
+    "margin_mm": 0.1,
+    "merge": False,
+    "panel_mm": "50x50x6",
+    "restitution": 0.0,
+    "seconds": 1.0,
+    "spring": "linear:0.1",
+    "springs": {"0": "linear:0.1", "4": "free"},
+    "start": 0.999,
+}
+# Of designs: number of untwisted foldings, best crease, status, score.
+DESIGNS = {
+    4: (2, 1, "deploys", 0.75),
+    5: (2, 0, "undecided", None),
+    6: (1, 2, "locked", None),
+    7: (1, 2, "undecided", 0.25),
+    8: (1, 5, "collides", 0.125),
+    9: (0, None, "twisted", None),
+}
+# Of foldings: design, crease, twist, dof, status, min_clearance, deploy_time.
+FOLDINGS = (
+    (4, 1, 0, 3, "collides", None, None),
+    (4, 4, 0, 5, "deploys", 0.25, 1.5),
+    (5, 0, 0, 2, "collides", None, None),
+    (5, 2, 0, 4, "undecided", None, None),
+    (5, 3, 2, None, "twisted", None, None),
+    (6, 2, 0, 1, "locked", None, None),
+    (7, 2, 0, 1, "undecided", None, None),
+    (8, 5, 0, None, "collides", None, None),
+    (9, 1, 1, None, "twisted", None, None),
+)
+# Of deployments: design, crease, scene, status, clearance, deploy_time.
+DEPLOYMENTS = (
+    (4, 1, "default", "collides", None, None),
+    (4, 4, "default", "collides", None, None),
+    (4, 4, "hinged, spread 3", "deploys", 0.25, 1.5),
+    (5, 0, "default", "collides", None, None),
+    (5, 2, "default", "undecided", None, None),
+    (8, 5, "default", "collides", None, None),
+)
+BEST_FOLDING = ("kutzbach", "dof", "merged_panels", "kutzbach_merged", "dof_merged")
+
+
+def views(connection):
+    """The rows of the views of the older schema, as dicts."""
+    found = {}
+    for view in ("designs", "foldings", "deployments", "runs", "units", "evaluations"):
+        cursor = connection.execute(f"SELECT * FROM {view}")
+        names = [column[0] for column in cursor.description]
+        found[view] = [dict(zip(names, row, strict=True)) for row in cursor]
+    return found
+
+
+@pytest.fixture
+def before(path):
+    """The views of a database of schema 0004 with verdicts, deployments and scores; the file is at `path`."""
+    with closing(sqlite3.connect(path)) as connection:
+        connection.executescript((OLD / "0004.sql").read_text())
+        for number, (untwisted, crease, status, score) in DESIGNS.items():
+            values = (number, f"hex:{number}", f"hex:a{number}", 2, untwisted, crease, status, score)
+            connection.execute("INSERT INTO design VALUES (?, 'hex', 12, ?, ?, 12, 1, 12, ?, ?, 0, ?, ?, ?)", values)
+        for number, crease, twist, dof, *found in FOLDINGS:
+            values = (number, crease, crease + 6, twist, dof, *found)
+            connection.execute("INSERT INTO folding VALUES (?, ?, ?, ?, 6, ?, 7, 6, 0, NULL, NULL, ?, ?, ?)", values)
+        for number, crease, scene, status, clearance, time in DEPLOYMENTS:
+            values = (number, crease, scene, json.dumps(VALUES), status, clearance, time)
+            connection.execute(
+                "INSERT INTO deployment VALUES (?, ?, ?, ?, 'constrained', ?, 'so it was', ?, NULL, ?, 1e-7, 1e-5)",
+                values,
+            )
+        done = "INSERT INTO batch VALUES ('hex', 12, '', 'all', '', 'p', ?, 1, 1, 10, 0.5, 1)"
+        connection.executemany(done, [("mobility",), ("deployment",)])
+        connection.commit()
+        found = views(connection)
+    assert {row["status"] for row in found["designs"]} >= {"deploys", "undecided", "locked", "collides", "twisted"}
+    return found
+
+
+@pytest.fixture
+def upgraded(before, path):
+    with open_database(str(path), create=False) as database:
+        yield database
+
+
+def rows(database, view):
+    result = select(database, view=view)
+    return [dict(zip(result.columns, row, strict=True)) for row in result.rows]
+
+
+def sql(database, statement):
+    with database.reading() as connection:
+        return [tuple(row) for row in connection.exec_driver_sql(statement)]
+
+
+def without(row, *names):
+    return {name: value for name, value in row.items() if name not in names}
+
+
+def test_views_show_what_they_showed(before, upgraded):
+    for view in ("foldings", "runs", "units", "evaluations"):
+        assert rows(upgraded, view) == before[view]
+        assert before[view]
+    # the best folding of a design is one of its status now
+    old, new = before["designs"], rows(upgraded, "designs")
+    assert [without(row, *BEST_FOLDING) for row in new] == [without(row, *BEST_FOLDING) for row in old]
+    assert {row["id"]: (row["dof"], after["dof"]) for row, after in zip(old, new, strict=True)} == {
+        **dict.fromkeys((1, 2, 3, 8, 9), (None, None)),
+        4: (3, 5),
+        5: (2, 4),
+        6: (1, 1),
+        7: (1, 1),
+    }
+    assert [without(row, "base", "scene_values") for row in rows(upgraded, "deployments")] == [
+        without(row, "scene_values") for row in before["deployments"]
+    ]
+    assert {row["base"] for row in rows(upgraded, "deployments")} == {"default"}
+
+
+def test_verdicts_and_scores_are_in_the_scene_that_they_were_of(before, upgraded):
+    assert sql(upgraded, "SELECT name, scene_values FROM scene") == [("default", "")]
+    outcomes = "SELECT design_id, scene, best_crease, status FROM outcome ORDER BY design_id"
+    assert sql(upgraded, outcomes) == [
+        (4, "default", 4, "deploys"),
+        (5, "default", 2, "undecided"),
+        (8, "default", 5, "collides"),
+    ]
+    verdicts = "SELECT design_id, crease, scene, status, min_clearance, deploy_time FROM verdict ORDER BY 1, 2"
+    assert sql(upgraded, verdicts) == [
+        (number, crease, "default", *found)
+        for number, crease, twist, _, *found in FOLDINGS
+        if number in (4, 5, 8) and not twist
+    ]
+    assert sql(upgraded, "SELECT design_id, scene, score FROM score ORDER BY design_id") == [
+        (3, "default", 0.5),
+        *((number, "default", found[3]) for number, found in DESIGNS.items() if found[3] is not None),
+    ]
+    # before a deployment, these are undecided
+    known = dict(sql(upgraded, "SELECT id, status FROM design WHERE id > 3"))
+    assert known == {4: "undecided", 5: "undecided", 6: "locked", 7: "undecided", 8: "undecided", 9: "twisted"}
+    words = sql(upgraded, "SELECT DISTINCT status FROM folding WHERE status IS NOT NULL ORDER BY 1")
+    assert words == [("locked",), ("twisted",), ("undecided",)]
+
+
+def test_finished_work_of_other_stages_is_kept(upgraded):
+    stages = [stage for (stage,) in sql(upgraded, "SELECT stage FROM batch ORDER BY stage")]
+    assert stages == ["circuits", "foldings", "mobility", "twist"]
+
+
+def test_what_was_simulated_is_read_as_a_scene(upgraded):
+    shown = select(upgraded, "design_id=4", view="deployments", columns="crease,scene,scene_values").rows
+    assert [row[:2] for row in shown] == [(1, "default"), (4, "default"), (4, "hinged, spread 3")]
+    for crease, name, text in shown:
+        found = read_text(text, name)
+        assert found["design"] == f"hex:4:{crease}"
+        assert found["formulation"] == "constrained"
+        scene = scene_in(found)
+        assert (scene.name, scene.panel, scene.margin) == (name, (0.05, 0.05, 0.006), 1e-4)
+        assert (scene.flat_pairs, scene.merge, scene.gravity) == ("rigid", False, (0.0, 0.0, -9.81))
+        assert (scene.springs, scene.seconds) == (((0, "linear:0.1"), (4, "free")), 1.0)
+
+
+def test_the_default_scene_of_an_older_database_is_run_again(upgraded):
+    stored = find_scene(upgraded, "default")
+    assert scene_in(read_text(stored, "default")) == SCENES["default"]
+    record_scene(upgraded, "default", "")
+    judge(upgraded, [("hex:4", 4, "collides", None, None), ("hex:7", 2, "deploys", 0.5, 1.0)])
+    save_scores(upgraded, {4: None})
+    found = select(upgraded, "id>3 id!=9", columns="id,status,score").rows
+    assert found == (
+        (4, "collides", None),
+        (5, "undecided", None),
+        (6, "locked", None),
+        (7, "deploys", 0.25),
+        (8, "collides", 0.125),
+    )
+
+
+def test_the_newest_old_database_has_verdicts_of_two_scenes(path):
+    with closing(sqlite3.connect(path)) as connection:
+        connection.executescript((OLD / "0005.sql").read_text())
+    with open_database(str(path), create=False) as database:
+        names = "status,min_clearance,deploy_time,score"
+        assert select(database, "id=3", columns=names).rows == (("deploys", 1.5, 0.5, 0.5),)
+        assert select(database, "id=3", columns=names, scene="solar").rows == (("collides", None, None, 0.25),)
+        shown = select(database, view="deployments", columns="base,scene,status").rows
+        assert shown == (
+            ("default", "default", "collides"),
+            ("default", "hinged", "deploys"),
+            ("solar", "solar", "collides"),
+        )
+        for view in ("designs", "foldings", "deployments", "runs", "units", "evaluations"):
+            assert select(database, view=view).columns == column_names(view)
+            assert select(database, view=view).rows
+        for text in select(database, view="deployments", columns="scene_values").rows:
+            assert scene_in(read_text(text[0], "it")).panel is not None
