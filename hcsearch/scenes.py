@@ -144,15 +144,15 @@ def read_panel(text: str) -> PanelSize:
     match = _PANEL.fullmatch(text)
     if match is None:
         raise SceneError(
-            f"{_shown(text)} is no panel: write length x width x thickness in mm, such as 50x40x6, or side x thickness, "
-            "such as 50x6"
+            f"{_shown(text)} is no panel: write length x width x thickness in mm, such as 50x40x6, or side x "
+            "thickness, such as 50x6"
         )
     sizes = [float(f"{float(part):.10g}") * 1e-3 for part in match.groups() if part is not None]
     length, width, thickness = sizes if len(sizes) == 3 else (sizes[0], *sizes)
     if not all(SMALLEST <= size <= LARGEST for size in sizes):
         raise SceneError(
-            f"{_shown(text)} is no panel: write length x width x thickness from {1e3 * SMALLEST:g} to {1e3 * LARGEST:g} mm, "
-            "such as 50x40x6"
+            f"{_shown(text)} is no panel: write length x width x thickness, from {1e3 * SMALLEST:g} to "
+            f"{1e3 * LARGEST:g} mm, such as 50x40x6"
         )
     return (length, width, thickness)
 
