@@ -6,14 +6,18 @@ from functools import cache
 
 import numpy as np
 import pytest
+import scipy.linalg
 
 from hcsearch.assemblies.assembly import Parameters
 from hcsearch.assemblies.squares import element_6r
 from hcsearch.assemblies.units import unit_i, unit_ii
+from hcsearch.circuit import Circuit
+from hcsearch.folding import folding_of
 from hcsearch.kinematics import branches as branching
 from hcsearch.kinematics.branches import branches
 from hcsearch.kinematics.covering import FINE, cover
 from hcsearch.kinematics.local import Local, local_at
+from hcsearch.kinematics.locks import lock_at
 from hcsearch.kinematics.quadrics import solve_quadrics
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Pattern
@@ -111,6 +115,21 @@ def test_branches_are_the_same_with_noise_in_the_last_bit(name, state, stops):
     shake = np.random.default_rng(1).integers(-1, 2, other.points.shape) * np.finfo(float).eps
     vars(other)["points"] = other.points * (1.0 + shake)
     assert alike(known(name, state, stops), branches(other, getattr(other, state), stops=stops))
+
+
+def test_proofs_of_locks_are_as_good_in_every_basis(monkeypatch):
+    it = Linkage(folding_of(Circuit.from_notation("hex:0233534001").canonical(), 3).pattern((0.05, 0.05, 0.006)))
+    lock = lock_at(it, it.folded)
+    assert lock.order == 2
+    real = scipy.linalg.null_space
+    for seed in range(3):
+
+        def basis(matrix, seed=seed, **options):
+            found = real(matrix, **options)
+            return found @ orthogonal(found.shape[1], seed)
+
+        monkeypatch.setattr(scipy.linalg, "null_space", basis)
+        assert lock_at(it, it.folded).margin == pytest.approx(lock.margin, rel=1e-6)
 
 
 def planted(m, seed):
