@@ -28,7 +28,7 @@ LIMIT = 3600.0
 """Seconds for one process."""
 ROUNDED = 6
 """Decimals of directions."""
-SUBJECTS = ("element-8r", "element-6r", "unit-i", "unit-ii", "unit-iii", "module-i", "module-ii", "fig-5.10b")
+SUBJECTS = ("element-8r", "element-6r", "unit-i", "unit-ii", "unit-iii", "fig-5.11b", "module-i")
 VERDICTS = "SELECT d.circuit, f.* FROM foldings f JOIN designs d ON d.id = f.design_id ORDER BY f.design_id, f.crease"
 
 
