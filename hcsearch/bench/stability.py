@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hcsearch.bench.machine import Machine, this_machine
+from hcsearch.bench.stability_processors import CORES, ProcessorRow, measure_processors
 from hcsearch.bench.stability_sweeps import FEW, Case, cases
 from hcsearch.bench.stability_truths import STATES, largest_energy, states
 from hcsearch.bench.tables import Table, save
@@ -81,6 +82,7 @@ class Report:
 
     machine: Machine
     rows: list[StabilityRow]
+    processors: list[ProcessorRow]
 
     @property
     def tables(self) -> list[Table]:
@@ -104,6 +106,14 @@ class Report:
                 "error of the balance over the largest energy. `gap`: closure residual of the fold angles.",
                 self.rows,
             ),
+            Table(
+                "processors",
+                "Processors",
+                f"The same questions with the linear algebra that OpenBLAS has for {', '.join(CORES)} (`kernels`: what "
+                "it took), beside the answers with this processor's own. `differ`: rows with another verdict, number "
+                "of freedoms or branch; `off`: greatest difference of times and clearances, as a share.",
+                self.processors,
+            ),
         ]
 
 
@@ -118,7 +128,7 @@ def measure(*, quick: bool = False, say: Say = print) -> Report:
             sweep = case.sweep
             say(f"stability: {sweep}")
         rows.append(judge(case))
-    return Report(machine, rows)
+    return Report(machine, rows, measure_processors(quick=quick, say=say))
 
 
 def judge(case: Case) -> StabilityRow:

@@ -199,6 +199,7 @@ def stability(output: Path, quick: bool, json_file: Path | None) -> None:
     """Dynamics of extreme scenes, each with a verdict: accurate, degraded by a bound, refused with its reason.
 
     Stiffness, damping, thickness, masses, panels, starts, tolerances and restitution over many decades; a heat map.
+    Then branches and verdicts with the linear algebra for other processors, beside this one's.
     """
     from hcsearch.bench.stability import measure, save_report  # noqa: PLC0415
 

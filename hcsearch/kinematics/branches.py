@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kinematics.closing import close
+from hcsearch.kinematics.closing import CLOSED, close
 from hcsearch.kinematics.local import Local, local_at
 from hcsearch.kinematics.quadrics import ROUGHLY, SOLVED, second_order, solve_quadrics
 from hcsearch.kinematics.stops import SLACK, margins
@@ -29,8 +29,12 @@ NUDGES = (0.04, 0.02, 0.01, 0.005)
 """Steps (rad) of the nudges."""
 FINITE, NOT = 1.7, 1.3
 """Powers of the step with which the distance from the line shrinks: at least this for a motion, at most that else."""
+EVEN = 1e-6
+"""Hinges open as much as they close where a unit velocity sums to less than this."""
 STRAIGHT = 0.02
 """A motion that leaves the line by less than this times the square of the step is straight, as far as one sees."""
+BLURRED = 10.0 * CLOSED**0.5
+"""Distances below this (rad) say nothing: where closure is of second order closed states are known to its root."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +63,9 @@ class Branches:
     nullity : number of first-order motions, -1 where the rank is not decided; then there are no branches.
     stresses : number of independent self-stresses, which is the number of second-order equations.
     stops : whether only velocities within the stops were looked for, each in its own sense; else both senses are one.
+    branches : the isolated ones first, and in an order that does not hang on how they were found.
+    reach : every velocity that solves the second-order equations is within this of one from which the search began;
+        from 0.05 (`covering`) it misses none that stands alone, from much more it may.
     """
 
     nullity: int
@@ -66,6 +73,7 @@ class Branches:
     stops: bool
     branches: tuple[Branch, ...]
     sentence: str
+    reach: float = 0.0
 
     @property
     def finite(self) -> tuple[Branch, ...]:
@@ -79,15 +87,12 @@ def branches(
     *,
     stops: bool = False,
     zero: float | None = None,
-    starts: int = 100,
-    seed: int = 1,
 ) -> Branches:
     """The motions that begin at a closed state, singular or not.
 
     zero : singular values below it count as zero, where the state is known to be singular but not exactly so, as an
         event of a path; else the rank must be decided.
     stops : whether hinges stop at 0 and pi; then only velocities that leave the stops are looked for.
-    starts, seed : of the search for common points of the second-order equations.
     """
     angles = np.asarray(angles, float)
     local = local_at(linkage, angles)
@@ -103,18 +108,26 @@ def branches(
         inward = (angles <= SLACK).astype(float) - (angles >= math.pi - SLACK)
         cone = (inward[:, None] * basis)[inward != 0.0]
     solved = SOLVED if zero is None else ROUGHLY
-    solutions = solve_quadrics(forms, cone, starts=starts, seed=seed, both=not stops, solved=solved)
+    solutions, reach = solve_quadrics(forms, cone, both=not stops, solved=solved)
     found = []
-    for solution in sorted(solutions, key=lambda solution: solution.dimension):
+    for solution in solutions:
         direction = basis @ solution.vector
         direction /= np.linalg.norm(direction)
-        if not stops:  # of both senses the one that opens
-            direction *= -1.0 if direction.sum() > 0 else 1.0
+        if not stops:
+            direction = _opening(direction)
         power, within = _nudged(local, direction)
         status: Status = "finite" if power >= FINITE else "infinitesimal" if power <= NOT else "undecided"
         found.append(Branch(direction, solution.dimension, solution.residual, status, power, within))
+    found.sort(key=lambda branch: (branch.dimension, *np.round(branch.direction, 6).tolist()))
     told = _sentence(basis.shape[1], len(forms), found, stops)
-    return Branches(basis.shape[1], len(forms), stops, tuple(found), told)
+    return Branches(basis.shape[1], len(forms), stops, tuple(found), told, reach)
+
+
+def _opening(direction: Reals) -> Reals:
+    """Of both senses the one that opens; where hinges open as much as they close, that in which an early one does."""
+    total = float(direction.sum())
+    lead = total if abs(total) > EVEN else direction[np.abs(direction) > 0.6 * np.abs(direction).max()][0]
+    return direction * (-1.0 if lead > 0 else 1.0)
 
 
 def _nudged(local: Local, direction: Reals) -> tuple[float, bool]:
@@ -129,10 +142,11 @@ def _nudged(local: Local, direction: Reals) -> tuple[float, bool]:
         distances.append(distance)
         # what leaves a stop along the line may come back by the square of the step, and is then no motion within
         within = within and bool(margins(closed.angles).min() >= -1e-3 * step * step - SLACK)
-    if all(distance < STRAIGHT * step * step for distance, step in zip(distances, NUDGES, strict=True)):
+    steps, off = np.array(NUDGES), np.array(distances)
+    seen = off > np.maximum(STRAIGHT * steps**2, BLURRED)
+    if np.count_nonzero(seen) < 2:
         return math.inf, within
-    power = float(np.polyfit(np.log(NUDGES), np.log(distances), 1)[0])
-    return power, within
+    return float(np.polyfit(np.log(steps[seen]), np.log(off[seen]), 1)[0]), within
 
 
 def _sentence(nullity: int, stresses: int, found: list[Branch], stops: bool) -> str:

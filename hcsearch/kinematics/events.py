@@ -94,7 +94,7 @@ def _event(local: Local, length: float, usual: int, zero: float) -> Event:
     kind: Literal["bifurcation", "shaky", "dip"] = "dip"
     if kept < usual:
         singular = local_at(local.linkage, local.angles, kept=kept)
-        ways = solve_quadrics(second_order(singular, singular.null_space()), starts=30, solved=ROUGHLY)
+        ways, _ = solve_quadrics(second_order(singular, singular.null_space()), solved=ROUGHLY)
         kind = "bifurcation" if len(ways) > 1 else "shaky"
     least = float(values[kept - 1]) if kept else math.inf
     return Event(kind, local.angles, length, least, len(local.angles) - kept)

@@ -12,6 +12,9 @@ from hcsearch.linkage import Linkage
 
 Reals = NDArray[np.float64]
 
+MUCH = 0.618
+"""Hinges that add more than this share of the most (squared) may come next in a basis; by symmetry many add alike."""
+
 
 @dataclass(frozen=True)
 class Local:
@@ -65,11 +68,21 @@ class Local:
         return found
 
     def null_space(self) -> Reals:
-        """An orthonormal basis of the velocities that keep the loops closed to first order, shape (n_hinges, m)."""
-        if not self.kept:
-            return np.eye(len(self.angles))
-        full: Reals = np.linalg.svd(self.right)[2]
-        return np.ascontiguousarray(full[self.kept :].T)
+        """An orthonormal basis of the velocities that keep the loops closed to first order, shape (n_hinges, m).
+
+        The singular vectors of zero are any basis, another on another processor. This one is that of the projections
+        of single hinges' velocities, one after another of those that add much, so it hangs on the space alone.
+        """
+        n = len(self.angles)
+        left = np.eye(n) - self.right.T @ self.right
+        basis = np.empty((n, n - self.kept))
+        for k in range(basis.shape[1]):
+            sizes = left.diagonal()
+            column = left[:, int(np.argmax(sizes > MUCH * sizes.max()))]
+            column = self.tangent(column - basis[:, :k] @ (basis[:, :k].T @ column))
+            basis[:, k] = column / np.linalg.norm(column)
+            left = left - np.outer(basis[:, k], basis[:, k])
+        return basis
 
 
 def local_at(

@@ -35,6 +35,9 @@ MARGIN = 1e-7
 APART = 1e-7
 """A contact is not asked for where motions of sum 1 at first order take it from layers by no more than this."""
 
+ZERO = 1e-9
+"""Singular values of hinges' screws below this share of the greatest are zeros; rounding is 1e-15."""
+
 MOST_PRODUCTS = 60
 """Rays up to which a second-order proof is looked for: it has an inequality for every two of them."""
 
@@ -179,16 +182,19 @@ def second_order(columns: Reals, rays: Reals, products: Reals) -> tuple[Reals, f
         return None
     turning = rays.max(axis=0) > 1e-9
     held = columns[~turning & columns.any(axis=1)]  # contacts hold those in no loop
-    basis = null_space(columns[turning])  # shape (n_rows, freedom of y)
+    basis = null_space(columns[turning], rcond=ZERO)  # shape (n_rows, freedom of y)
     if not basis.shape[1]:
         return None
     own = products.diagonal(axis1=0, axis2=1).T
     first, second = np.triu_indices(len(rays), 1)
     positive, nonnegative_ = np.r_[held, own] @ basis, products[first, second] @ basis
-    upper = np.c_[np.r_[-positive, -nonnegative_], np.r_[np.ones(len(positive)), np.zeros(len(nonnegative_))]]
-    bounds = [(-1.0, 1.0)] * basis.shape[1] + [(None, 1.0)]
+    # entries of the wrench are bound, not its coordinates: so its margin does not hang on the basis
+    upper = np.r_[-positive, -nonnegative_, basis, -basis]
+    least = np.r_[np.ones(len(positive)), np.zeros(len(upper) - len(positive))]
+    most = np.r_[np.zeros(len(positive) + len(nonnegative_)), np.ones(2 * len(basis))]
+    bounds = [(None, None)] * basis.shape[1] + [(None, 1.0)]
     objective = np.r_[np.zeros(basis.shape[1]), -1.0]
-    result = linprog(objective, A_ub=upper, b_ub=np.zeros(len(upper)), bounds=bounds, method="highs")
+    result = linprog(objective, A_ub=np.c_[upper, least], b_ub=most, bounds=bounds, method="highs")
     if result.status != 0:
         return None
     wrench = basis @ result.x[:-1]

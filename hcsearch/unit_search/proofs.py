@@ -26,8 +26,6 @@ from hcsearch.pattern import Pattern
 
 Reals = NDArray[np.float64]
 
-STARTS = 400
-"""Of the search for motions out of the folded state, which may miss some."""
 NEAR = 1e-3
 """Middles of folded facets nearer than this share of the thickness are in one place; layers are a thickness apart."""
 BETWEEN = (1 / 3, 2 / 3)
@@ -171,7 +169,7 @@ def _ways(linkage: Linkage) -> list[Reals]:
         opening = np.where(linkage.folded > 0.0, -only, only)
         senses = ((only, opening), (-only, -opening))
         return [velocity for velocity, opens in senses if opens.min() > -1e-9]
-    found = branches(linkage, linkage.folded, stops=True, starts=STARTS).finite
+    found = branches(linkage, linkage.folded, stops=True).finite
     return [way.direction for way in found if way.within]
 
 

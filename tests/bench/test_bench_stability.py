@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from hcsearch.bench import stability
+from hcsearch.bench import stability, stability_processors
 from hcsearch.bench.stability import COLOURS, VERDICTS, StabilityRow, count, judge, plot_heat, simulated
+from hcsearch.bench.stability_processors import compared, kernels, kernels_for, measure_processors
 from hcsearch.bench.stability_sweeps import (
     SCENE,
     SIDE,
@@ -228,14 +229,51 @@ def test_sweeps_cover_their_ranges():
     assert [c.value for c in cases(quick=False) if c.sweep == "start / folded"][::3][-1] == 0.999999
 
 
+def test_answers_are_compared_row_by_row():
+    first = [{"a": "deploys", "n": 3, "t": 1.0}, {"a": "locked", "n": 3, "t": None}]
+    assert compared(first, first) == (0, 0.0)
+    assert compared(first, [first[0] | {"t": 1.0 + 1e-9}, first[1]]) == (0, pytest.approx(1e-9))
+    assert compared(first, [first[0], first[1] | {"a": "deploys"}]) == (1, 0.0)
+    assert compared(first, [first[0] | {"n": 4}, first[1] | {"t": 2.0}]) == (2, 0.0)
+    assert compared(first, first[:1]) == (1, 0.0)
+
+
+def test_a_machine_without_openblas_has_nothing_to_compare(monkeypatch):
+    monkeypatch.setattr(stability_processors, "kernels_for", lambda _: "")
+    (only,) = measure_processors(quick=True, say=lambda _: None)
+    assert (only.rows, only.differ) == (None, None)
+    assert only.note == "no OpenBLAS here whose kernels could be chosen: not tried"
+
+
+def test_kernels_that_are_not_taken_are_told(monkeypatch):
+    taken = {None: "SkylakeX", "Haswell": "Haswell", "SkylakeX": "SkylakeX"}
+    monkeypatch.setattr(stability_processors, "kernels_for", lambda core: taken.get(core, "SkylakeX"))
+    monkeypatch.setattr(stability_processors, "_branches_for", lambda core: [{"found": core or "Haswell"}])
+    monkeypatch.setattr(stability_processors, "_verdicts_for", lambda core, n: [{"n": n, "t": 2.0 if core else 1.0}])
+    rows = measure_processors(quick=True, say=lambda _: None)
+    assert [(r.core, r.differ, r.off, r.note) for r in rows] == [
+        ("Haswell", 0, 0.0, ""),
+        ("Haswell", 0, 0.5, ""),
+        ("Sandybridge", None, None, "not taken on this machine"),
+        ("Prescott", None, None, "not taken on this machine"),
+        ("SkylakeX", None, None, "this machine's own"),
+    ]
+
+
+def test_the_kernels_in_use_have_a_name():
+    assert kernels_for(None) == kernels()
+
+
 @pytest.mark.slow
 def test_the_whole_bench(tmp_path):
     arguments = ["bench", "stability", "--quick", "--output", str(tmp_path), "--json", str(tmp_path / "all.json")]
     assert CliRunner().invoke(hcsearch, arguments, catch_exceptions=False).exit_code == 0
     names = {path.name for path in tmp_path.iterdir()}
-    assert names == {"all.json", "counts.csv", "heat.png", "machine.json", "stability.csv", "stability.md"}
+    tables = {"counts.csv", "processors.csv", "stability.csv"}
+    assert names == {"all.json", "heat.png", "machine.json", "stability.md"} | tables
     found = json.loads((tmp_path / "all.json").read_text())
-    assert set(found) == {"machine", "counts", "stability"}
+    assert set(found) == {"machine", "counts", "stability", "processors"}
+    assert all((r["rows"] is None) == bool(r["note"]) for r in found["processors"])
     rows = found["stability"]
     assert {r["sweep"] for r in rows} == SWEEPS
     assert [r for r in rows if r["verdict"] not in {"accurate", "degraded", "refused"}] == []

@@ -1,0 +1,172 @@
+"""What is found does not hang on the basis that a decomposition returns, on numbering, or on the last bit."""
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+from hcsearch.assemblies.assembly import Parameters
+from hcsearch.assemblies.squares import element_6r
+from hcsearch.assemblies.units import unit_i, unit_ii
+from hcsearch.circuit import Circuit
+from hcsearch.folding import folding_of
+from hcsearch.kinematics import branches as branching
+from hcsearch.kinematics.branches import branches
+from hcsearch.kinematics.covering import FINE, cover
+from hcsearch.kinematics.local import Local, local_at
+from hcsearch.kinematics.locks import lock_at
+from hcsearch.kinematics.quadrics import solve_quadrics
+from hcsearch.linkage import Linkage
+from hcsearch.pattern import Pattern
+
+BUILD = {"I": unit_i, "II": unit_ii, "6R": element_6r}
+ENDS = [(name, state, stops) for name in BUILD for state in ("folded", "flat") for stops in (False, True)]
+
+
+@cache
+def linkage(name):
+    return Linkage(BUILD[name](Parameters()))
+
+
+@cache
+def known(name, state, stops):
+    return branches(linkage(name), getattr(linkage(name), state), stops=stops)
+
+
+def alike(result, other, places=slice(None), senses=(1.0,)):
+    """Whether two searches have the same isolated branches with the same verdicts, and families of one kind.
+
+    places : of the other's hinges. senses : in which a direction may be given.
+    """
+    kinds = [(r.nullity, r.stresses, {b.dimension for b in r.branches}) for r in (result, other)]
+    ours, theirs = ([b for b in r.branches if not b.dimension] for r in (result, other))
+    found = [
+        [i for i, t in enumerate(theirs) if np.abs(b.direction - sense * t.direction[places]).max() < 1e-6]
+        for b in ours
+        for sense in senses
+    ]
+    pairs = [(b, theirs[i]) for b, (i,) in zip(ours, [f for f in found if f], strict=True)]
+    verdicts = all((b.status, b.within) == (t.status, t.within) for b, t in pairs)
+    return kinds[0] == kinds[1] and len(ours) == len(theirs) and verdicts
+
+
+def orthogonal(m, seed):
+    return np.linalg.qr(np.random.default_rng(seed).standard_normal((m, m)))[0]
+
+
+@pytest.mark.parametrize("name", BUILD)
+@pytest.mark.parametrize("state", ["folded", "flat"])
+def test_the_basis_of_a_null_space_is_that_of_the_space(name, state):
+    it = linkage(name)
+    local = local_at(it, getattr(it, state))
+    basis = local.null_space()
+    assert np.abs(basis.T @ basis - np.eye(basis.shape[1])).max() < 1e-14
+    assert np.abs(local.jacobian @ basis).max() < 1e-13
+    for seed in range(3):
+        turned = replace(local, right=orthogonal(local.kept, seed) @ local.right)
+        assert turned.null_space() == pytest.approx(basis, abs=1e-12)
+
+
+@pytest.mark.parametrize(("name", "state", "stops"), ENDS)
+def test_branches_are_the_same_in_every_basis(name, state, stops, monkeypatch):
+    it = linkage(name)
+    real, second_order = Local.null_space, branching.second_order
+    for seed in range(2):
+
+        def basis(local, seed=seed):
+            found = real(local)
+            return found @ orthogonal(found.shape[1], seed)
+
+        def forms(local, basis, seed=seed):
+            found = second_order(local, basis)
+            return np.einsum("kl,lij->kij", orthogonal(len(found), seed), found)
+
+        monkeypatch.setattr(Local, "null_space", basis)
+        monkeypatch.setattr(branching, "second_order", forms)
+        assert alike(known(name, state, stops), branches(it, getattr(it, state), stops=stops))
+
+
+def renumbered(pattern, seed):
+    """The same pattern with its facets in another order."""
+    order = np.random.default_rng(seed).permutation(len(pattern.facets)).tolist()
+    place = {old: new for new, old in enumerate(order)}
+    facets = tuple(pattern.facets[old] for old in order)
+    creases = {tuple(sorted((place[i], place[j]))): crease for (i, j), crease in pattern.creases.items()}
+    return Pattern(facets, creases, pattern.thickness)
+
+
+@pytest.mark.parametrize(("name", "state", "stops"), ENDS)
+def test_branches_are_the_same_with_panels_numbered_otherwise(name, state, stops):
+    it = linkage(name)
+    other = Linkage(renumbered(it.pattern, 1))
+    apart = np.linalg.norm(it.points[:, None] - other.points, axis=2)
+    places = apart.argmin(axis=1)
+    assert apart.min(axis=1).max() < 1e-12
+    result = branches(other, getattr(other, state), stops=stops)
+    assert alike(known(name, state, stops), result, places, (1.0,) if stops else (1.0, -1.0))
+
+
+@pytest.mark.parametrize(("name", "state", "stops"), ENDS)
+def test_branches_are_the_same_with_noise_in_the_last_bit(name, state, stops):
+    other = Linkage(linkage(name).pattern)
+    shake = np.random.default_rng(1).integers(-1, 2, other.points.shape) * np.finfo(float).eps
+    vars(other)["points"] = other.points * (1.0 + shake)
+    assert alike(known(name, state, stops), branches(other, getattr(other, state), stops=stops))
+
+
+def test_proofs_of_locks_are_as_good_in_every_basis(monkeypatch):
+    it = Linkage(folding_of(Circuit.from_notation("hex:0233534001").canonical(), 3).pattern((0.05, 0.05, 0.006)))
+    lock = lock_at(it, it.folded)
+    assert lock.order == 2
+    real = scipy.linalg.null_space
+    for seed in range(3):
+
+        def basis(matrix, seed=seed, **options):
+            found = real(matrix, **options)
+            return found @ orthogonal(found.shape[1], seed)
+
+        monkeypatch.setattr(scipy.linalg, "null_space", basis)
+        assert lock_at(it, it.folded).margin == pytest.approx(lock.margin, rel=1e-6)
+
+
+def planted(m, seed):
+    """Random forms, no more than m of them, that vanish on some random unit vectors, and these."""
+    rng = np.random.default_rng(seed)
+    vectors = rng.standard_normal((int(rng.integers(1, m + 1)), m))
+    vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
+    i, j = np.triu_indices(m)
+    monomials = vectors[:, i] * vectors[:, j]
+    vanishing = np.linalg.svd(monomials)[2][len(vectors) :]
+    rows = rng.standard_normal((min(m, len(vanishing)), len(vanishing))) @ vanishing
+    forms = np.zeros((len(rows), m, m))
+    forms[:, i, j] = 0.5 * rows
+    return forms + forms.transpose(0, 2, 1), vectors
+
+
+@pytest.mark.parametrize("m", [2, 3, 4])
+@pytest.mark.parametrize("seed", range(10))
+def test_no_common_point_is_missed(m, seed):
+    forms, vectors = planted(m, seed)
+    solutions, reach = solve_quadrics(forms)
+    found = np.array([solution.vector for solution in solutions])
+    apart = 1.0 - np.abs(vectors @ found.T).max(axis=1)
+    # what is part of a family is near one that is told
+    family = np.array([solution.dimension for solution in solutions]).max() > 0
+    assert apart.max() < (0.05 if family else 1e-12)
+    assert reach <= FINE or family
+
+
+@pytest.mark.parametrize("both", [False, True])
+@pytest.mark.parametrize("m", [2, 3, 4])
+def test_a_cover_leaves_no_direction_out(m, both):
+    everywhere = cover(np.zeros((0, m, m)), None, both=both, slack=0.0)
+    rng = np.random.default_rng(m)
+    some = rng.standard_normal((300, m))
+    some /= np.linalg.norm(some, axis=1, keepdims=True)
+    cosines = some @ everywhere.centres.T
+    nearest = (np.abs(cosines) if both else cosines).max(axis=1)
+    assert nearest.min() >= math.cos(2.0 * math.asin(0.5 * everywhere.radius)) - 1e-12
+    assert everywhere.radius < 0.5
