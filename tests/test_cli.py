@@ -228,7 +228,7 @@ def test_count(run):
         (("show", "hex:0234550132:" + "0" * 5000), "no two-stack folding at crease 0"),
         (("show", "hex:" + "0" * 100_000), "the circuit is larger than 20000 cells"),
         (("query", "--db", "d.sqlite", "\x1b[31m"), r"\x1b[31m"),
-        (("query", "--\x1b[31m"), r"No such option: --\x1b[31m"),
+        (("query", "--\x1b[31m"), r"--\x1b[31m"),
         (("enumerate", "--grid", "square", "--array", "12x12"), "too many to store"),
         (("enumerate", "--grid", "square", "--array", "40x40"), "too wide"),
         (("enumerate", "--grid", "square", "--array", "@cells.txt"), "not connected"),

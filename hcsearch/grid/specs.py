@@ -24,7 +24,7 @@ def parse_array(grid: Grid, spec: str) -> Array:
     if ":" in spec:
         array = Array.from_notation(spec)
         if array.grid != grid:
-            raise NotationError(f"array {spec!r} is not on the grid {grid.name}: use --grid {array.grid.name}")
+            raise NotationError(f"array {spec!r} is not on the grid {grid.name}: name the grid {array.grid.name}")
         return array
     for pattern, make in _SHAPES:
         match = re.fullmatch(pattern, spec)
