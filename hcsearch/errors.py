@@ -13,7 +13,8 @@ def printable(text: str) -> str:
 
 def one_line(text: str) -> str:
     """The text as a message of one line: printable, and long words and lines without their middle."""
-    words = (_shortened(printable(word), LONGEST_WORD) for word in text.split())
+    # cut twice: escapes are longer than what they stand for
+    words = (_shortened(printable(_shortened(word, LONGEST_WORD)), LONGEST_WORD) for word in text.split())
     return _shortened(" ".join(words), LONGEST_LINE)
 
 

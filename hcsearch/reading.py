@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import stat
+import tomllib
 from pathlib import Path
+from typing import Any
 
 from hcsearch.errors import InputFileError
 
@@ -37,6 +39,17 @@ def read_text(path: str | Path, what: str = "", most: int = MOST_BYTES) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputFileError(f"cannot read {named}: it is no text file; save it as UTF-8 text") from error
+
+
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """Content of a TOML file; InputFileError as of `read_text`, and for what is no TOML."""
+    text = read_text(path)
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise InputFileError(f"{path} is no TOML: its brackets are nested too deep; write fewer") from None
+    except ValueError as error:  # mistakes, and numbers with more digits than Python reads
+        raise InputFileError(f"{path} is no TOML: {error}; write lines such as key = 'value'") from error
 
 
 def _size(size: int) -> str:

@@ -17,7 +17,7 @@ from hcsearch.errors import (
     one_line,
     printable,
 )
-from hcsearch.reading import read_text
+from hcsearch.reading import read_text, read_toml
 
 
 @given(st.text(st.characters(), max_size=3 * LONGEST_WORD) | st.lists(st.text(), max_size=300).map(" ".join))
@@ -91,3 +91,23 @@ def _refused(path):
     except InputFileError:
         return True
     return False
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("x = " + "[" * 2000 + "]" * 2000, "its brackets are nested too deep; write fewer"),
+        ("x = 1" + "0" * 5000, "Exceeds the limit"),
+        ("x =", "Invalid value"),
+        ("x = 1\nx = 2", "Cannot overwrite a value"),
+    ],
+)
+def test_what_is_no_toml_is_refused(tmp_path, text, reason):
+    (tmp_path / "a.toml").write_text(text)
+    with pytest.raises(InputFileError, match=f"a.toml is no TOML: .*{reason}"):
+        read_toml(tmp_path / "a.toml")
+
+
+def test_toml_is_read(tmp_path):
+    (tmp_path / "a.toml").write_text("design = 'hex:024'\n[scene]\nseconds = 1\n")
+    assert read_toml(tmp_path / "a.toml") == {"design": "hex:024", "scene": {"seconds": 1}}

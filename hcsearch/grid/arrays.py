@@ -172,8 +172,11 @@ def _rows(grid: Grid, cells: Iterable[Cell]) -> tuple[int, ...]:
 def _cells(grid: Grid, rows: Iterable[int]) -> list[Cell]:
     """Cells of rows, row by row."""
     found: list[Cell] = []
-    for y, row in enumerate(rows):
-        for bit, mark in enumerate(reversed(f"{row:b}")):
-            if mark == "1":
-                found.append((bit // 2, y, bit % 2) if grid.is_triangle else (bit, y))
+    for y, left in enumerate(rows):
+        row = left
+        while row:  # bits that are set alone: a row may be thousands wide, and hold one cell
+            lowest = row & -row
+            bit = lowest.bit_length() - 1
+            found.append((bit // 2, y, bit % 2) if grid.is_triangle else (bit, y))
+            row ^= lowest
     return found

@@ -147,5 +147,5 @@ def split_names(names: str | Sequence[str]) -> list[str]:
 
 def nearest(name: str, names: Sequence[str]) -> str:
     """Write which names are near to one that there is not, for a refusal; empty where none is."""
-    close = get_close_matches(name, names, n=2)
+    close = get_close_matches(name[:100], names, n=2)  # longer ones are near to nothing, and take long
     return f" (did you mean {' or '.join(close)}?)" if close else ""
