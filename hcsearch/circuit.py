@@ -8,7 +8,10 @@ from functools import cached_property
 
 from hcsearch.drawing import draw_circuit
 from hcsearch.errors import NotationError
-from hcsearch.grid import Array, Cell, Grid, Point, grid_named
+from hcsearch.grid import Array, Cell, Grid, Point, check_size, grid_named
+
+_STRAIGHT = 8
+"""What stands for turn 0 where turns are bytes, which compare and copy fast."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +25,7 @@ class Circuit:
     word: tuple[int, ...]
 
     def __post_init__(self) -> None:
+        check_size(self.n, "the circuit")
         if len(self.word) < 3 or any(not 0 <= d < self.grid.directions for d in self.word):
             raise NotationError(
                 f"malformed circuit {self.notation!r}: write the grid, a colon and at least three directions "
@@ -37,7 +41,10 @@ class Circuit:
 
     @staticmethod
     def from_notation(text: str) -> Circuit:
-        """Read the notation that `notation` writes, such as `hex:024`."""
+        """Read the notation that `notation` writes, such as `hex:024`.
+
+        Errors: NotationError for what is no circuit, SizeError for more panels than an array has cells.
+        """
         name, colon, steps = text.partition(":")
         grid = grid_named(name)
         if not colon or not (steps.isascii() and steps.isdigit()):
@@ -98,22 +105,23 @@ class Circuit:
     @cached_property
     def _canonical(self) -> tuple[tuple[int, ...], int]:
         """The canonical word, and the number of congruences that map the circuit to it."""
-        keys = list(self._keys())
-        least = min(keys)
+        least = min(self._keys())
         right_turns, first = least
         word = [first]
         for turn in right_turns[:-1]:
-            word.append((word[-1] - turn) % self.grid.directions)
-        return tuple(word), keys.count(least)
+            word.append((word[-1] + _STRAIGHT - turn) % self.grid.directions)
+        # made twice rather than kept: together they are as long as the square of the circuit
+        return tuple(word), sum(key == least for key in self._keys())
 
-    def _keys(self) -> Iterator[tuple[tuple[int, ...], int]]:
+    def _keys(self) -> Iterator[tuple[bytes, int]]:
         """A key for each start and for the circuit and its mirror image, both walked counterclockwise.
 
         The key is the cyclic word of turns that follows a step, so that sharp left turns come first, and that step's
         direction up to rotations of the grid.
         """
         n, turns = self.n, self.turns
-        ahead = turns if sum(turns) < 0 else tuple(-t for t in turns)  # turns to the right, counterclockwise
+        sign = 1 if sum(turns) < 0 else -1
+        ahead = bytes(_STRAIGHT + sign * turn for turn in turns)  # turns to the right, counterclockwise
         classes = len(self.grid.first_directions)
         for k in range(n):
             first = self.word[k] % classes

@@ -1,8 +1,37 @@
 """The exceptions users meet. Each message is one line that names the remedy; the command line prints it and exits 2."""
 
+LONGEST_WORD, LONGEST_LINE = 200, 1200
+"""Characters of a message, which echoes input: an array is 100 kB at most, and nobody reads that."""
+
+
+def printable(text: str) -> str:
+    """The text with control characters, and bytes that are no text, as escapes: no terminal acts on them."""
+    if text.isprintable():
+        return text
+    return "".join(mark if mark.isprintable() else mark.encode("unicode_escape").decode() for mark in text)
+
+
+def one_line(text: str) -> str:
+    """The text as a message of one line: printable, and long words and lines without their middle."""
+    # cut twice: escapes are longer than what they stand for
+    words = (_shortened(printable(_shortened(word, LONGEST_WORD)), LONGEST_WORD) for word in text.split())
+    return _shortened(" ".join(words), LONGEST_LINE)
+
+
+def _shortened(text: str, longest: int) -> str:
+    """The text, or what it begins and ends with: messages begin with the input and end with the remedy."""
+    end = longest // 3
+    return text if len(text) <= longest else f"{text[: longest - end - 3]}...{text[-end:]}"
+
 
 class HcsearchError(ValueError):
-    """Wrong input or an unusable resource; the message says what to do instead."""
+    """Wrong input or an unusable resource; the message says what to do instead.
+
+    It is made one printable line here, whatever the input that it echoes.
+    """
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(one_line(message))
 
 
 class NotationError(HcsearchError):
@@ -15,6 +44,10 @@ class ArrayError(HcsearchError):
 
 class PatternError(HcsearchError):
     """A flat pattern that cannot be made: facets that overlap, creases without an edge, hinges within a panel."""
+
+
+class InputFileError(HcsearchError):
+    """A file that cannot be read: not there, a folder, a pipe or a device, too large, or no text."""
 
 
 class SizeError(HcsearchError):

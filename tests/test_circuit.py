@@ -1,10 +1,12 @@
+import tracemalloc
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hcsearch.circuit import Circuit
-from hcsearch.errors import NotationError
+from hcsearch.errors import NotationError, SizeError
 from hcsearch.kernels.words import array_rows, canonicalise, write_rows
 from tests import naive
 from tests.strategies import circuits, congruences
@@ -72,3 +74,28 @@ def test_malformed_notation_is_refused(text):
     with pytest.raises(NotationError) as caught:
         Circuit.from_notation(text)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["hex:" + "0" * 10**6, "hex:" + "024" * 10_000])
+def test_circuits_have_a_largest_size(text):
+    with pytest.raises(SizeError, match="the circuit is larger than 20000 cells"):
+        Circuit.from_notation(text)
+
+
+def test_long_circuits_take_little_memory():
+    side = 4999
+    ring = Circuit.from_notation("square:" + "".join(str(d) * side for d in range(4)))
+    tracemalloc.start()
+    turned = Circuit(ring.grid, ring.word[side + 7 :] + ring.word[: side + 7]).canonical()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert turned.word == ring.canonical().word
+    assert ring.symmetry == 8
+    assert peak < 50 * 2**20  # its keys are 20,000 texts of as many letters, twice
+
+
+@pytest.mark.parametrize("text", ["hex:\0", "hex:02\ud800", "\udcff:024", "hex:0\x1b[31m4"])
+def test_strange_notations_are_one_printable_line(text):
+    with pytest.raises(NotationError) as caught:
+        Circuit.from_notation(text)
+    assert str(caught.value).isprintable()

@@ -214,6 +214,21 @@ def test_count(run):
         (("enumerate", "--grid", "hex", "--n", "6", "--panel", "50"), "length x width x thickness"),
         (("enumerate", "--grid", "hex", "--n", "6", "--panel", "50x0x6"), "length x width x thickness"),
         (("enumerate", "--grid", "hex", "--n", "6", "--jobs", "0"), "--jobs"),
+        (("enumerate", "--grid", "hex", "--n", "6", "--jobs", "40000"), "--jobs 40000 is more than the"),
+        (("count", "--grid", "hex", "--n", "6", "--jobs", "40000"), "at most, or leave it out"),
+        (("count", "--grid", "hex", "--array", "hex:f." + "f" * 50_000), "is larger than 20000 cells"),
+        (("count", "--grid", "hex", "--array", "@pipe"), "cannot read the cells in pipe: it is a pipe or a device"),
+        (("count", "--grid", "hex", "--array", "@/dev/zero"), "it is a pipe or a device"),
+        (("units", "--grid", "hex", "--n", "10", "--seconds", "nan"), "nan is not a finite number"),
+        (("units", "--grid", "triangle", "--n", "10", "--alpha", "nan"), "nan is not a finite number"),
+        (("units", "--grid", "triangle", "--n", "10", "--alpha", "1e-300"), "from 0.0001 to 89.9999"),
+        (("bench", "enumeration", "--quick", "--limit", "nan"), "nan is not a finite number"),
+        (("bench", "tables", "--limit", "inf"), "inf is not a finite number"),
+        (("show", "hex:0234550132:" + "9" * 5000), "no two-stack folding at crease"),
+        (("show", "hex:0234550132:" + "0" * 5000), "no two-stack folding at crease 0"),
+        (("show", "hex:" + "0" * 100_000), "the circuit is larger than 20000 cells"),
+        (("query", "--db", "d.sqlite", "\x1b[31m"), r"\x1b[31m"),
+        (("query", "--\x1b[31m"), r"--\x1b[31m"),
         (("enumerate", "--grid", "square", "--array", "12x12"), "too many to store"),
         (("enumerate", "--grid", "square", "--array", "40x40"), "too wide"),
         (("enumerate", "--grid", "square", "--array", "@cells.txt"), "not connected"),
@@ -241,17 +256,20 @@ def test_count(run):
 def test_bad_input_is_one_line_and_changes_nothing(run, tmp_path, words, message):
     (tmp_path / "cells.txt").write_text("0 0\n5 5\n")
     (tmp_path / "twice.txt").write_text("0 0\n0 1\n0 0\n")
+    os.mkfifo(tmp_path / "pipe")
     foreign = sqlite3.connect(tmp_path / "foreign.sqlite")
     foreign.execute("CREATE TABLE mine (x)")
     foreign.close()
-    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir() if path.is_file()}
     done = run(*words, code=2)
     assert message in done.stderr
+    assert len(done.stderr) < 1300
+    assert "\x1b" not in done.stderr
     assert done.stderr.startswith("hcsearch: ")
     assert done.stderr.count("\n") == 1
     assert done.stdout == ""
-    after = {path.name: path.read_bytes() for path in tmp_path.iterdir() if not path.name.endswith(("-wal", "-shm"))}
-    assert after == before
+    files = [path for path in tmp_path.iterdir() if path.is_file() and not path.name.endswith(("-wal", "-shm"))]
+    assert {path.name: path.read_bytes() for path in files} == before
 
 
 @pytest.mark.usefixtures("hexagons")

@@ -3,8 +3,9 @@ import math
 import pytest
 from hypothesis import given
 
-from hcsearch.errors import ArrayError, HcsearchError, NotationError, SizeError
+from hcsearch.errors import ArrayError, HcsearchError, InputFileError, NotationError, SizeError
 from hcsearch.grid import GRIDS, Array, grid_named, parse_array
+from hcsearch.grid.arrays import MAX_CELLS
 from tests.strategies import arrays
 
 
@@ -115,7 +116,7 @@ def test_hexagon_rows_begin_where_the_contract_says():
         ("square", "square:5", ArrayError),
         ("square", "square:0", ArrayError),
         ("square", "3000x3000", SizeError),
-        ("square", "@no/such/file", ArrayError),
+        ("square", "@no/such/file", InputFileError),
     ],
 )
 def test_wrong_specs_are_one_clear_line(grid, spec, error):
@@ -146,6 +147,38 @@ def test_file_of_cells(tmp_path):
     file = tmp_path / "cells.txt"
     file.write_text("# up and down\n0 0 0\n0, 0, 1\n-1 0 1  # left\n")
     assert parse_array(GRIDS["triangle"], f"@{file}").n == 3
+
+
+def test_arrays_have_a_largest_size(tmp_path):
+    file = tmp_path / "cells.txt"
+    file.write_text("".join(f"{x} 0\n" for x in range(MAX_CELLS + 1)))
+    for spec in (f"@{file}", "square:" + "f" * (MAX_CELLS // 4 + 1), ".".join(["hex:f", "f" * 50_000])):
+        with pytest.raises(SizeError, match="larger than 20000 cells: take a smaller one"):
+            parse_array(GRIDS[spec.partition(":")[0] if ":" in spec else "square"], spec)
+    file.write_text("".join(f"{x} 0\n" for x in range(MAX_CELLS)))
+    assert parse_array(GRIDS["square"], f"@{file}").n == MAX_CELLS
+
+
+def test_wide_arrays_show_themselves():
+    wide = parse_array(GRIDS["square"], "20000x1")
+    assert eval(repr(wide)) == wide  # the text of `repr` rebuilds the object
+    assert Array.from_notation(wide.notation) == wide
+
+
+@given(arrays())
+def test_repr_rebuilds_the_array(array):
+    assert eval(repr(array)) == array
+
+
+@pytest.mark.parametrize(
+    "text", ["\0", "\udcff", "hex\0", "\ud800:f", "@\0", "@\ud800", "@" + "a" * 5000, "@/dev/zero"]
+)
+def test_strange_texts_are_one_printable_line(text):
+    for read in (lambda: parse_array(GRIDS["hex"], text), lambda: Array.from_notation(text), lambda: grid_named(text)):
+        with pytest.raises(HcsearchError) as caught:
+            read()
+        assert str(caught.value).isprintable()
+        assert len(str(caught.value)) < 500
 
 
 def test_unknown_grid():

@@ -9,10 +9,26 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.errors import PatternError
+from hcsearch.errors import PatternError, SizeError
 from hcsearch.pattern import Pattern
 
 Reals = NDArray[np.float64]
+
+SHORTEST, LONGEST = 1e-15, 1e6
+"""Lengths (m) whose squares and products still are numbers."""
+FLATTEST, STEEPEST = 1e-4, 90 - 1e-4
+"""Base angles of isosceles triangles, degrees."""
+MOST_PARTS = 1000
+"""Columns times rows of an array: about a minute and half a gigabyte."""
+
+
+def check_base_angle(degrees: float) -> None:
+    """Refuse what is no base angle of an isosceles triangle; PatternError."""
+    if not FLATTEST <= degrees <= STEEPEST:
+        raise PatternError(
+            f"an isosceles triangle has no base angle of {degrees:g} degrees: give one between 0 and 90, from "
+            f"{FLATTEST:g} to {STEEPEST:g}"
+        )
 
 
 @dataclass(frozen=True)
@@ -35,17 +51,19 @@ class Parameters:
     size: tuple[int, int] | None = None
 
     def __post_init__(self) -> None:
-        if not 0 < self.alpha < math.pi / 2:
-            degrees = math.degrees(self.alpha)
-            raise PatternError(
-                f"an isosceles triangle has no base angle of {degrees:g} degrees: give one between 0 and 90"
-            )
+        check_base_angle(math.degrees(self.alpha))
         for name in ("base", "thickness", "side", "width"):
             length = getattr(self, name)
-            if not (length > 0 and math.isfinite(length)):
-                raise PatternError(f"a {name} of {length * 1e3:g} mm does not exist: give a positive length")
+            if not SHORTEST <= length <= LONGEST:
+                bounds = f"from {SHORTEST * 1e3:g} to {LONGEST * 1e3:g} mm"
+                raise PatternError(f"a {name} of {length * 1e3:g} mm does not exist: give a positive length, {bounds}")
         if self.size is not None and min(self.size) < 1:
             raise PatternError(f"{self.size[0]} x {self.size[1]} is no array: give positive whole numbers")
+        if self.size is not None and self.size[0] * self.size[1] > MOST_PARTS:
+            raise SizeError(
+                f"{self.size[0]} x {self.size[1]} is too large an array: give columns and rows whose product is at "
+                f"most {MOST_PARTS}"
+            )
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from hcsearch.cli.report import report
 from hcsearch.cli.show import show
 from hcsearch.cli.tune import tune
 from hcsearch.cli.units import units
-from hcsearch.errors import HcsearchError
+from hcsearch.errors import HcsearchError, one_line
 
 _INTERRUPTED = "hcsearch: interrupted; work that is kept in a database goes on from there when it is run again"
 _INTERRUPT_CODE = 128 + signal.SIGINT
@@ -108,7 +108,7 @@ def _discard_output() -> None:
 
 
 def _fail(message: str) -> None:
-    _tell("hcsearch: " + " ".join(message.split()))
+    _tell("hcsearch: " + one_line(message))
     sys.exit(2)
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hcsearch.cli.options import Number
 from hcsearch.errors import HcsearchError
 
 if TYPE_CHECKING:
@@ -26,11 +27,11 @@ _LENGTHS = ("base", "thickness", "side", "width")
 )
 @click.argument("name", metavar="NAME|list")
 @click.argument("size", required=False)
-@click.option("--alpha", type=float, metavar="DEGREES", help="Base angle of the isosceles triangles, in degrees.")
-@click.option("--base", type=float, metavar="MM", help="Base of the isosceles triangles, in mm.")
-@click.option("--thickness", type=float, metavar="MM", help="Thickness of all panels, in mm.")
-@click.option("--side", type=float, metavar="MM", help="Side of squares, length of rectangles, in mm.")
-@click.option("--width", type=float, metavar="MM", help="Width of rectangles, in mm.")
+@click.option("--alpha", type=Number(), metavar="DEGREES", help="Base angle of the isosceles triangles, in degrees.")
+@click.option("--base", type=Number(), metavar="MM", help="Base of the isosceles triangles, in mm.")
+@click.option("--thickness", type=Number(), metavar="MM", help="Thickness of all panels, in mm.")
+@click.option("--side", type=Number(), metavar="MM", help="Side of squares, length of rectangles, in mm.")
+@click.option("--width", type=Number(), metavar="MM", help="Width of rectangles, in mm.")
 @click.option("--json", "as_json", is_flag=True, help="Print plain data; values not decided are null, with the reason.")
 @click.option("--picture", type=click.Path(dir_okay=False), metavar="FILE", help="Draw the flat pattern as SVG, too.")
 def assembly(

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import click
 
+from hcsearch.cli.options import Number
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -59,9 +61,7 @@ _repeats = click.option(
 
 
 def _limit(default: str, what: str) -> Callable[[Command], Command]:
-    return click.option(
-        "--limit", type=click.FloatRange(min=0, min_open=True), help=f"Seconds for {what}.  [default: {default}]"
-    )
+    return click.option("--limit", type=Number(min=0, min_open=True), help=f"Seconds for {what}.  [default: {default}]")
 
 
 def _say(step: str) -> None:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcsearch.errors import HcsearchError
+from hcsearch.cli.options import Number
+from hcsearch.errors import HcsearchError, printable
 
 if TYPE_CHECKING:
     from hcsearch.identification.damping import HingeTest
@@ -47,10 +48,10 @@ def spring(file: str) -> None:
     "files that begin: time_s,block_g,frame_g"
 )
 @click.argument("files", metavar="FILE.csv...", nargs=-1, required=True)
-@click.option("--inertia", type=float, required=True, metavar="I", help="Of the block about the hinges, kg m^2.")
+@click.option("--inertia", type=Number(), required=True, metavar="I", help="Of the block about the hinges, kg m^2.")
 @click.option("--hinges", type=int, default=1, show_default=True, metavar="N", help="Equal ones that hold the block.")
-@click.option("--rate", type=float, metavar="HZ", help="Sampling rate of files without a column time_s.")
-@click.option("--from", "start", type=float, metavar="SECONDS", help="Leave out what was measured before.")
+@click.option("--rate", type=Number(), metavar="HZ", help="Sampling rate of files without a column time_s.")
+@click.option("--from", "start", type=Number(), metavar="SECONDS", help="Leave out what was measured before.")
 def damping(files: tuple[str, ...], inertia: float, hinges: int, rate: float | None, start: float | None) -> None:
     """The damping coefficient of a hinge from free vibrations of a block that swings on some, one file a test.
 
@@ -69,9 +70,10 @@ def damping(files: tuple[str, ...], inertia: float, hinges: int, rate: float | N
                 f"{file} holds no decaying vibration that is clear of its noise: begin where the block is let go, "
                 "and leave out what does not move"
             )
+    names = tuple(map(printable, files))
     tests = [hinge_test(vibration.modes[0], inertia, hinges) for vibration in vibrations]
-    _print_tests(files, tests)
-    _print_modes(files, vibrations)
+    _print_tests(names, tests)
+    _print_modes(names, vibrations)
 
 
 def _print_spring(found: Spring) -> None:

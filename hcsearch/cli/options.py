@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,23 @@ if TYPE_CHECKING:
     from hcsearch.pipeline import Crew
 
 Command = Callable[..., Any]
+
+JOBS_PER_CORE = 4
+"""Processes that one core may be given: more gain nothing, and each takes some hundred megabytes."""
+
+
+class Number(click.FloatRange):
+    """A finite number, within bounds where there are some: click's own types take `nan` for within them."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Read a number; click.BadParameter where it is none, not finite or out of bounds."""
+        number = float(super().convert(value, param, ctx))
+        if not math.isfinite(number):
+            self.fail(f"{number} is not a finite number.", param, ctx)
+        return number
+
+    def __repr__(self) -> str:
+        return f"Number({self._describe_range()})"
 
 
 def database_option(command: Command) -> Command:
@@ -69,6 +87,11 @@ def make_crew(jobs: int | None, scheduler: str | None) -> Crew:
 
     if jobs is not None and scheduler is not None:
         raise HcsearchError("give either --jobs K (this machine) or --scheduler ADDRESS (a cluster)")
+    most = JOBS_PER_CORE * _cores()
+    if jobs is not None and jobs > most:
+        raise HcsearchError(
+            f"--jobs {jobs} is more than the {_cores()} cores here are good for: give {most} at most, or leave it out"
+        )
     return Crew(jobs or _cores(), scheduler)
 
 

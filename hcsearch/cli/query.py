@@ -16,7 +16,8 @@ _COLUMNS = "id,grid,n,array,circuit,symmetry,n_foldings,n_untwisted,min_twist,st
 
 
 @click.command(
-    epilog="Example: hcsearch query 'grid=hex n=12 untwisted' -c id,array,symmetry -s -symmetry --limit 10. "
+    epilog="Example: hcsearch query 'grid=hex n=12 untwisted' -c id,array,symmetry -s -symmetry --limit 10; "
+    "hcsearch query 'array=4-4-4 (symmetry>1 or not min_twist=1)'. "
     f"Columns: {', '.join(column_names('designs'))}."
 )
 @click.argument("condition", default="", metavar="[QUERY]")
@@ -43,7 +44,12 @@ def query(
     output: str | None,
     sql: str | None,
 ) -> None:
-    """Print the designs that satisfy QUERY: terms such as n=12, dof<=6, untwisted, all of which must hold."""
+    """Print the designs that satisfy QUERY: conditions such as n=12, dof<=6, untwisted, all of which must hold.
+
+    They may also be joined by and, or, not and brackets; a condition has no spaces in it. array= takes any array
+    (6x5, 3-4-3, p5x4, t5, h3, @file), circuit= a circuit in any position, order or direction. An unknown value
+    satisfies neither a condition nor its opposite.
+    """
     from hcsearch.store import format_rows, open_readonly, save_rows, stream, stream_sql  # noqa: PLC0415
 
     if sql is not None and (condition or columns or sort or limit is not None or scene or panel or across):

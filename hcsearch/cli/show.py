@@ -64,7 +64,8 @@ def split_design(design: str) -> tuple[str, int | None]:
     notation = not parts[0].isdigit()
     if len(parts) > 2 + notation or not all(part.isascii() and part.isdigit() for part in parts[notation:]):
         raise NotationError(f"malformed design {design!r}: write an id or a circuit notation, then :CREASE if wanted")
-    crease = int(parts[1 + notation]) if len(parts) > 1 + notation else None
+    # more digits than these are no crease whatever they are, and Python reads no more than 4300
+    crease = int(parts[1 + notation].lstrip("0")[:9] or "0") if len(parts) > 1 + notation else None
     return ":".join(parts[: 1 + notation]), crease
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hcsearch.cli.options import Number
 from hcsearch.cli.progress import Meter
 from hcsearch.errors import HcsearchError
 from hcsearch.grid import GRIDS
@@ -26,11 +27,11 @@ _SHOWN = ("copies", "panels", "hinges", "directions", "kutzbach", "dof_folded", 
 )
 @click.option("--grid", type=click.Choice(tuple(GRIDS)), required=True, help="Tiling that the panels are cut from.")
 @click.option("--n", type=int, required=True, metavar="N", help="Panels of the element's circuit.")
-@click.option("--alpha", type=float, metavar="DEGREES", help="Isosceles triangles with this base angle instead.")
+@click.option("--alpha", type=Number(), metavar="DEGREES", help="Isosceles triangles with this base angle instead.")
 @click.option("--max-dof", type=click.IntRange(min=1), metavar="D", help="Leave out elements with more freedom.")
 @click.option("--copies", type=click.Choice(("2", "4", "both")), default="both", show_default=True, help="In a unit.")
 @click.option("--most", type=click.IntRange(min=1), default=20_000, show_default=True, help="Unions of one element.")
-@click.option("--seconds", type=click.FloatRange(min=0), metavar="S", help="Time for one element.  [default: no limit]")
+@click.option("--seconds", type=Number(min=0), metavar="S", help="Time for one element.  [default: no limit]")
 @click.option("--db", metavar="PATH|URL", help="Database to store the units in.  [default: they are only printed]")
 @click.option("--json", "as_json", is_flag=True, help="Print the units as JSON, one a line.")
 def units(

@@ -16,18 +16,19 @@ Any but `free` may end in a preload, linear:0.1+0.02, and have a factor in front
 from __future__ import annotations
 
 import csv
+import io
 import math
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.errors import HcsearchError, NotationError
+from hcsearch.reading import read_text
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -35,17 +36,32 @@ Cubic = tuple[float, float, float, float]
 
 LARGEST, APART = 1e300, 1e-9
 """The largest moment or angle of a law, and how near its angles may be (rad): others overflow."""
+_OVERFLOW = "a law's moments or energies overflow: give smaller moments, or angles further apart"
+MOST_FACTORS = 10
+"""In front of a law: each `scaled` adds one."""
+
+
+def _integral(cubic: Cubic, x: float) -> float:
+    a, b, c, d = cubic
+    return x * (a + x * (b / 2 + x * (c / 3 + x * d / 4)))
 
 
 @dataclass(frozen=True)
 class Branch:
     """Moment (N m) as cubics: `cubics[k]` holds the coefficients of 1, x, x^2, x^3 with x from `breaks[k]` (rad).
 
-    The first piece serves below its break too, the last above.
+    The first piece serves below its break too, the last above. HcsearchError where moments or energies overflow.
     """
 
     breaks: tuple[float, ...]
     cubics: tuple[Cubic, ...]
+
+    def __post_init__(self) -> None:
+        numbers = [coefficient for cubic in self.cubics for coefficient in cubic]
+        for angle in (-math.pi, math.pi):
+            numbers += [self.moment(angle), self.energy(angle)]
+        if not all(map(math.isfinite, numbers)):
+            raise HcsearchError(_OVERFLOW)
 
     def moment(self, angle: float) -> float:
         """Moment at a fold angle, N m."""
@@ -142,7 +158,11 @@ def tabulated(angles: Iterable[float], moments: Iterable[float], preload: float 
     for one, two in pairwise(x):
         if not two - one >= APART:
             raise HcsearchError(f"angle {_short(two)} of the table comes after {_short(one)}: sort it, each angle once")
-    pieces = PchipInterpolator(x, y).c[::-1].T
+    with np.errstate(all="ignore"):
+        try:
+            pieces = PchipInterpolator(x, y).c[::-1].T
+        except ValueError:  # slopes overflow
+            raise HcsearchError(_OVERFLOW) from None
     branch = Branch(tuple(x[:-1]), tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in pieces))
     text = ",".join(f"{_short(moment)}@{_short(angle)}" for angle, moment in zip(x, y, strict=True))
     return _preloaded(Law(branch, text=f"table:{text}"), preload)
@@ -198,15 +218,25 @@ def law_named(text: str) -> Law:
     A file has two columns, angle (rad) and moment (N m), separated by commas; a first line of words is a heading.
     Errors: NotationError, HcsearchError as of the laws.
     """
-    text = text.strip()
-    factor, star, rest = text.partition("*")
-    if star and re.fullmatch(_NUMBER, factor):
-        return scaled(law_named(rest), float(factor))
-    if text == FREE.text:
+    factors, name = [], text.strip()
+    while factor := re.match(rf"({_NUMBER})\*\s*", name, re.ASCII):
+        factors.append(float(factor[1]))
+        name = name[factor.end() :]
+    if len(factors) > MOST_FACTORS:
+        raise NotationError(f"{len(factors)} factors in front of a law: multiply them, such as 6*linear:0.1")
+    law = _plain(name, text)
+    for number in reversed(factors):
+        law = scaled(law, number)
+    return law
+
+
+def _plain(name: str, text: str) -> Law:
+    """The law of a notation without a factor; `text` has them."""
+    if name == FREE.text:
         return FREE
-    kind, _, rest = text.partition(":")
+    kind, _, rest = name.partition(":")
     for pattern, make in _NOTATIONS.get(kind, ()):
-        found = re.fullmatch(rf"({pattern})({_PRELOAD})?", rest)
+        found = re.fullmatch(rf"({pattern})({_PRELOAD})?", rest, re.ASCII)
         if found:
             return make(found[1], float(found[2] or 0.0))
     raise NotationError(f"cannot read the law {text!r}: write {', '.join(_EXAMPLES)}, or +0.02 after one to preload it")
@@ -224,11 +254,9 @@ def _from_points(text: str, preload: float) -> Law:
 def _from_file(name: str, preload: float) -> Law:
     """The law of a table in a file."""
     try:
-        with Path(name).open(newline="", encoding="utf-8-sig") as file:
-            rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
-    except OSError as error:
-        raise HcsearchError(f"cannot read the table {name}: {error.strerror}; name a file that is there") from error
-    except (UnicodeDecodeError, csv.Error) as error:
+        lines = csv.reader(io.StringIO(read_text(name, "the table"), newline=""))
+        rows = [row for row in lines if any(cell.strip() for cell in row)]
+    except csv.Error as error:
         raise HcsearchError(f"{name} is no table: write lines of angle (rad), moment (N m)") from error
     points = []
     for k, row in enumerate(rows):
@@ -244,7 +272,8 @@ def _from_file(name: str, preload: float) -> Law:
     return tabulated([angle for angle, _ in points], [moment for _, moment in points], preload)
 
 
-_UNSIGNED = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+# one way to read each number: with two, what is no table would be read in 2^n ways
+_UNSIGNED = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _NUMBER = rf"[+-]?{_UNSIGNED}"
 _PRELOAD = rf"[+-]{_UNSIGNED}"
 _POINT = rf"{_NUMBER}@{_NUMBER}"
@@ -320,8 +349,3 @@ def tables_of(laws: Sequence[Law]) -> tuple[Whole, Reals, Reals, Reals]:
                 energies += branch.energies()
             pieces[i, k] = known[branch]
     return pieces, np.array(breaks), np.array(cubics).reshape(-1, 4), np.array(energies)
-
-
-def _integral(cubic: Cubic, x: float) -> float:
-    a, b, c, d = cubic
-    return x * (a + x * (b / 2 + x * (c / 3 + x * d / 4)))

@@ -7,17 +7,20 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 from typing import TYPE_CHECKING
 
 from hcsearch.drawing import draw_array
-from hcsearch.errors import ArrayError, NotationError
+from hcsearch.errors import ArrayError, NotationError, SizeError
 from hcsearch.grid.tilings import Cell, Grid, Isometry, Point, grid_named
 
 if TYPE_CHECKING:
     import networkx as nx
 
+MAX_CELLS = 20_000
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Array:
     """A connected set of cells, up to translation; make one with `from_cells`, `from_notation` or `parse_array`.
 
@@ -30,10 +33,11 @@ class Array:
 
     @staticmethod
     def from_cells(grid: Grid, cells: Iterable[Cell]) -> Array:
-        """The array of some cells; ArrayError when they are empty, repeated or not connected."""
-        listed = list(cells)
+        """The array of some cells; ArrayError when they are empty, repeated or not connected, SizeError too many."""
+        listed = list(islice(cells, MAX_CELLS + 1))
         if not listed:
             raise ArrayError("an array needs at least one cell")
+        check_size(len(listed), "the array")
         twice = next((cell for cell, times in Counter(listed).items() if times > 1), None)
         if twice is not None:
             raise ArrayError(f"cell {' '.join(map(str, twice))} is given twice: list every cell once")
@@ -52,6 +56,7 @@ class Array:
                 f"malformed array notation {text!r}: write the grid, a colon and rows in hexadecimal, as square:f.f"
             )
         rows = tuple(int(row, 16) for row in body.split("."))
+        check_size(sum(map(int.bit_count, rows)), f"array {text!r}")
         return Array.from_cells(grid, _cells(grid, rows))
 
     @cached_property
@@ -76,6 +81,9 @@ class Array:
 
     def __str__(self) -> str:
         return self.notation
+
+    def __repr__(self) -> str:
+        return f"Array.from_notation({self.notation!r})"
 
     def _repr_svg_(self) -> str:
         return draw_array(self.grid, self.cells, title=self.notation)
@@ -129,6 +137,12 @@ class Array:
         return graph
 
 
+def check_size(n: int, what: str) -> None:
+    """SizeError when there are more cells than arrays may have."""
+    if n > MAX_CELLS:
+        raise SizeError(f"{what} is larger than {MAX_CELLS} cells: take a smaller one")
+
+
 def _parts(grid: Grid, cells: Iterable[Cell]) -> int:
     """Number of connected components."""
     left = set(map(grid.point, cells))
@@ -158,8 +172,11 @@ def _rows(grid: Grid, cells: Iterable[Cell]) -> tuple[int, ...]:
 def _cells(grid: Grid, rows: Iterable[int]) -> list[Cell]:
     """Cells of rows, row by row."""
     found: list[Cell] = []
-    for y, row in enumerate(rows):
-        for bit in range(row.bit_length()):
-            if row >> bit & 1:
-                found.append((bit // 2, y, bit % 2) if grid.is_triangle else (bit, y))
+    for y, left in enumerate(rows):
+        row = left
+        while row:  # bits that are set alone: a row may be thousands wide, and hold one cell
+            lowest = row & -row
+            bit = lowest.bit_length() - 1
+            found.append((bit // 2, y, bit % 2) if grid.is_triangle else (bit, y))
+            row ^= lowest
     return found

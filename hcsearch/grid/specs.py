@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
-from hcsearch.errors import ArrayError, NotationError, SizeError
-from hcsearch.grid.arrays import Array
+from hcsearch.errors import ArrayError, NotationError
+from hcsearch.grid.arrays import Array, check_size
 from hcsearch.grid.tilings import Cell, Grid
-
-MAX_CELLS = 20_000
+from hcsearch.reading import read_text
 
 
 def parse_array(grid: Grid, spec: str) -> Array:
@@ -18,24 +16,25 @@ def parse_array(grid: Grid, spec: str) -> Array:
     `6x5` columns x rows (squares, rectangles); `3-4-3` rows of hexagons from the top; `p5x4` parallelogram;
     `t5` triangle of side 5 (triangles, hexagons); `h3` hexagon of side 3 (triangles, hexagons); `@file` with one cell
     a line; or an array's own notation.
-    Raises NotationError for a text that is none of these, SizeError beyond MAX_CELLS.
+    Raises NotationError for a text that is none of these, SizeError for arrays that are too large, ArrayError for
+    cells that are no array, InputFileError for a file that cannot be read.
     """
     if spec.startswith("@"):
-        return Array.from_cells(grid, _read_cells(grid, Path(spec[1:])))
+        return Array.from_cells(grid, _read_cells(grid, spec[1:]))
     if ":" in spec:
         array = Array.from_notation(spec)
         if array.grid != grid:
-            raise NotationError(f"array {spec!r} is not on the grid {grid.name}: use --grid {array.grid.name}")
+            raise NotationError(f"array {spec!r} is not on the grid {grid.name}: name the grid {array.grid.name}")
         return array
     for pattern, make in _SHAPES:
         match = re.fullmatch(pattern, spec)
         if match:
-            # more digits than MAX_CELLS has are too large whatever they are
+            # more digits than these are too large whatever they are
             sizes = [int(group[:9]) for group in re.findall("[0-9]+", spec)]
             if min(sizes) < 1:
-                raise NotationError(f"array {spec[:80]!r} has a size below 1")
-            if (sum(sizes) if "-" in spec else sizes[0] * sizes[-1] * (3 if spec[0] == "h" else 1)) > MAX_CELLS:
-                raise SizeError(f"array {spec[:80]!r} is larger than {MAX_CELLS} cells: take a smaller one")
+                raise NotationError(f"array {spec!r} has a size below 1")
+            least = sum(sizes) if "-" in spec else sizes[0] * sizes[-1] * (3 if spec[0] == "h" else 1) // 2
+            check_size(least, f"array {spec!r}")
             cells = make(grid, sizes)
             if cells is None:
                 raise NotationError(f"the {grid.name} grid has no array {spec!r}: {_HELP[grid.name]}")
@@ -120,13 +119,9 @@ _SHAPES = (
 )
 
 
-def _read_cells(grid: Grid, path: Path) -> list[Cell]:
+def _read_cells(grid: Grid, path: str) -> list[Cell]:
     """Cells of a text file, one a line; empty lines and lines that begin with # are passed over."""
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else "it is no text file"
-        raise ArrayError(f"cannot read the cells in {path}: {reason}") from None
+    lines = read_text(path, "the cells in").splitlines()
     wanted = 3 if grid.is_triangle else 2
     cells: list[Cell] = []
     for number, line in enumerate(lines, 1):

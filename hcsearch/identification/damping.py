@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from hcsearch.errors import HcsearchError
 from hcsearch.identification.vibration import Mode
 
+MOST_HINGES = 1000
+
 
 @dataclass(frozen=True)
 class HingeTest:
@@ -51,7 +53,7 @@ def hinge_damping(frequency: float, damping: float, inertia: float, hinges: int)
     """
     if not 0.0 < inertia < math.inf:
         raise HcsearchError(f"a moment of inertia of {inertia:g} kg m^2: give a positive number")
-    if hinges < 1:
-        raise HcsearchError(f"a block on {hinges} hinges: give 1 or more")
+    if not 1 <= hinges <= MOST_HINGES:
+        raise HcsearchError(f"a block on {hinges} hinges: give 1 to {MOST_HINGES}")
     critical = 2.0 * inertia * 2.0 * math.pi * frequency
     return damping * critical / hinges

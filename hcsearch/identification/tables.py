@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.errors import HcsearchError
+from hcsearch.reading import read_text
 
 Reals = NDArray[np.float64]
 
@@ -18,6 +19,8 @@ MOMENTS = {"moment_N_m": 1.0, "moment_N_mm": 1e-3}
 TIME = "time_s"
 TINY, HUGE = 1e-30, 1e30
 """Sizes of numbers that are taken for measured: squares of others overflow or are nothing."""
+MOST_BYTES = 64 * 2**20
+"""Size of a file: some million samples, which take a gigabyte to read."""
 JITTER = 0.1
 """How far a time may be from even sampling, as a share of a step: what rounding leaves of it."""
 
@@ -61,11 +64,9 @@ def read_accelerations(path: str, rate: float | None = None, start: float | None
 def _read(path: str) -> dict[str, Reals]:
     """Columns of a file by name."""
     try:
-        with Path(path).open(newline="", encoding="utf-8-sig") as file:
-            lines = [(number, row) for number, row in enumerate(csv.reader(file), 1) if any(map(str.strip, row))]
-    except OSError as error:
-        raise HcsearchError(f"cannot read {path}: {error.strerror}; name a file that is there") from error
-    except (UnicodeDecodeError, csv.Error) as error:
+        reader = csv.reader(io.StringIO(read_text(path, most=MOST_BYTES), newline=""))
+        lines = [(number, row) for number, row in enumerate(reader, 1) if any(map(str.strip, row))]
+    except csv.Error as error:
         raise HcsearchError(f"{path} is no table: give a CSV file with a line of column names") from error
     if not lines:
         raise HcsearchError(f"{path} is empty: give a CSV file with a line of column names")

@@ -1,8 +1,8 @@
-"""The query language: terms separated by white space, all of which must hold.
+"""Queries as conditions of SQL: columns are looked up in the table of quantities, values become parameters.
 
-    query = term*            term = NAME | NAME op VALUE            op = in = != < <= > >=
-
-NAME is a column of the view; alone, it asks that a yes/no column is 1. Values never become part of the SQL text.
+The grammar is that of `grammar`. A name alone asks that a yes/no column is 1; a value never becomes part of the SQL
+text. NULL satisfies no condition, nor the opposite of one. `array=` takes any array specification and `circuit=` a
+circuit in any position, order or direction: both find what is congruent.
 """
 
 from __future__ import annotations
@@ -14,14 +14,28 @@ from difflib import get_close_matches
 from functools import cache
 from typing import Any
 
-from sqlalchemy import ColumnClause, ColumnElement, FromClause, and_, column, literal, table, text, true
+from sqlalchemy import (
+    ColumnClause,
+    ColumnElement,
+    FromClause,
+    and_,
+    column,
+    literal,
+    not_,
+    or_,
+    table,
+    text,
+    true,
+)
 
-from hcsearch.errors import QueryError
+from hcsearch.circuit import Circuit
+from hcsearch.errors import ArrayError, NotationError, QueryError
+from hcsearch.grid import GRIDS, grid_named, parse_array
 from hcsearch.scenes import DEFAULT
+from hcsearch.store import grammar
 from hcsearch.store.columns import VIEWS, Quantity
 from hcsearch.store.views import SCENIC, select_in
 
-_TERM = re.compile(r"([A-Za-z_]\w*)(?:(<=|>=|!=|=|<|>)(.*))?", re.ASCII | re.DOTALL)
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
     "=": operator.eq,
@@ -31,7 +45,6 @@ _OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
     ">": operator.gt,
     ">=": operator.ge,
 }
-_EXAMPLE = "write conditions as in 'grid=hex n=12 untwisted dof<=6'"
 
 
 @cache  # one object a view: SQLAlchemy would join two of the same name
@@ -57,24 +70,63 @@ def find_quantity(view: str, name: str) -> Quantity:
 def parse_query(query: str, view: str = "designs", scene: str = DEFAULT) -> ColumnElement[bool]:
     """Return the condition that a query asks for; the empty query holds for every row.
 
-    QueryError: a term that cannot be read, a column that is not there, a value that is no number where one is needed.
+    QueryError: a query that cannot be read (`grammar`), a column that is not there, a value that is no number where
+    one is needed. HcsearchError: an array or a circuit that cannot be read.
     """
-    source = view_table(view, scene)
-    return and_(true(), *(_term(source, view, text) for text in query.split()))
+    return and_(true(), _condition(view_table(view, scene), view, grammar.parse(query), tuple(GRIDS)))
 
 
-def _term(source: FromClause, view: str, text: str) -> ColumnElement[bool]:
-    match = _TERM.fullmatch(text)
-    if match is None:
-        raise QueryError(f"cannot read {text!r}: {_EXAMPLE}, without spaces inside a condition")
-    name, sign, value = match.groups()
+def _condition(source: FromClause, view: str, tree: grammar.Tree, grids: Sequence[str]) -> ColumnElement[bool]:
+    """The condition of a part of a query; `grids`: those that an array in it may be on."""
+    match tree:
+        case grammar.AllOf(parts):
+            named = [part.value for part in parts if isinstance(part, grammar.Condition) and _names_grid(part)]
+            grids = [grid for grid in grids if grid in named] if named else grids
+            return and_(true(), *(_condition(source, view, part, grids) for part in parts))
+        case grammar.AnyOf(parts):
+            return or_(*(_condition(source, view, part, grids) for part in parts))
+        case grammar.Not(of):
+            return not_(_condition(source, view, of, grids))
+        case grammar.Condition():
+            return _compared(source, view, tree, grids)
+
+
+def _names_grid(condition: grammar.Condition) -> bool:
+    return condition.name == "grid" and condition.sign == "="
+
+
+def _compared(source: FromClause, view: str, condition: grammar.Condition, grids: Sequence[str]) -> ColumnElement[bool]:
+    name, sign, value = condition.name, condition.sign, condition.value
     quantity = find_quantity(view, name)
-    if sign is None:
+    own = source.c[name]
+    if sign is None or value is None:
         if quantity.kind != "boolean":
             raise QueryError(f"{name} is not a yes/no column: compare it, as in {name}=VALUE, without spaces")
-        return source.c[name] == literal(1)
-    condition: ColumnElement[bool] = _OPERATORS[sign](source.c[name], literal(_value(quantity, text, sign, value)))
-    return condition
+        return own == literal(1)
+    read = _value(quantity, condition.text, sign, value)
+    if sign in ("=", "!=") and name in ("array", "circuit"):
+        congruent = _arrays(value, grids) if name == "array" else [Circuit.from_notation(value).canonical().notation]
+        return own.in_(congruent) if sign == "=" else own.not_in(congruent)
+    compared: ColumnElement[bool] = _OPERATORS[sign](own, literal(read))
+    return compared
+
+
+def _arrays(spec: str, grids: Sequence[str]) -> list[str]:
+    """The canonical notations of an array on each of the grids that have it; HcsearchError when none has."""
+    found, errors = [], []
+    for name in grids:
+        try:
+            found.append(parse_array(grid_named(name), spec).canonical().notation)
+        except (NotationError, ArrayError) as error:
+            errors.append(error)
+    if len(errors) == 1 and not found:
+        raise errors[0]
+    if errors and not found:
+        raise QueryError(
+            f"no grid has an array {spec!r}: write 6x5, 3-4-3, p5x4, t5, h3, @file or an array's notation; with its "
+            "grid, as in grid=hex, the query says what is wrong"
+        )
+    return found
 
 
 def _value(quantity: Quantity, text: str, sign: str, value: str) -> str | int | float:
@@ -114,5 +166,5 @@ def split_names(names: str | Sequence[str]) -> list[str]:
 
 def nearest(name: str, names: Sequence[str]) -> str:
     """Write which names are near to one that there is not, for a refusal; empty where none is."""
-    close = get_close_matches(name, names, n=2)
+    close = get_close_matches(name[:100], names, n=2)  # longer ones are near to nothing, and take long
     return f" (did you mean {' or '.join(close)}?)" if close else ""

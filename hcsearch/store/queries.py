@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from sqlalchemy import Select
 from sqlalchemy import select as sql_select
 
-from hcsearch.errors import QueryError, SceneError
+from hcsearch.circuit import Circuit
+from hcsearch.errors import HcsearchError, QueryError, SceneError
 from hcsearch.scenes import DEFAULT
 from hcsearch.store.columns import column_names
 from hcsearch.store.conditions import find_quantity, parse_query, sort_terms, split_names, view_table
@@ -133,7 +134,7 @@ def find_design(database: Database, text: str) -> dict[str, Any]:
     """Return the row of `designs` of an id or a circuit notation, with its rows of `foldings` and `deployments`."""
     by_id = re.fullmatch(r"[0-9]+", text) is not None
     source = view_table("designs")
-    wanted = source.c.id == int(text[:20]) if by_id else source.c.circuit == text.encode(errors="replace").decode()
+    wanted = source.c.id == int(text[:20]) if by_id else source.c.circuit.in_(_spellings(text))
     if by_id and int(text[:20]) >= 2**63:
         raise _unknown(database, text)
     with database.reading() as connection:
@@ -144,6 +145,14 @@ def find_design(database: Database, text: str) -> dict[str, Any]:
     return {**found} | {
         view: [dict(zip(own.columns, row, strict=True)) for row in own.rows] for view, own in parts.items()
     }
+
+
+def _spellings(text: str) -> list[str]:
+    """A circuit's notation as it is written, and the canonical one where it can be read."""
+    found = [text.encode(errors="replace").decode()]
+    with suppress(HcsearchError):
+        found.append(Circuit.from_notation(text).canonical().notation)
+    return found
 
 
 def _unknown(database: Database, text: str) -> QueryError:

@@ -12,8 +12,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise
 
+from hcsearch.assemblies.assembly import check_base_angle
 from hcsearch.assemblies.packages import flat_overlap
-from hcsearch.errors import PatternError, SizeError
+from hcsearch.errors import PatternError
 from hcsearch.folding import Folding
 from hcsearch.pattern import Pattern
 from hcsearch.scenes import default_panel
@@ -49,8 +50,7 @@ def isosceles_elements(n: int, alpha: float) -> Iterator[Element]:
 
 def isosceles_shapes(alpha: float) -> list[tuple[str, str, Angles]]:
     """The five ways to give the base triangles an apex: name, kind of outer panels, angles in rad."""
-    if not (math.isfinite(alpha) and 0 < alpha < 90):
-        raise SizeError(f"an isosceles triangle has no base angle of {alpha:g} degrees: give one between 0 and 90")
+    check_base_angle(alpha)
     a, c = math.radians(alpha), math.radians(180 - 2 * alpha)
     found = [("rhombus", PARALLELOGRAM, (a, a, c))]
     for kind in (PARALLELOGRAM, KITE):

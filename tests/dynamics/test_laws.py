@@ -210,6 +210,14 @@ def test_a_table_in_a_file_is_the_law_of_its_points(tmp_path, heading):
         (lambda: scaled(FREE, math.nan), "give a positive factor"),
         (lambda: law_named("linear:1e999"), "give finite numbers"),
         (lambda: law_named("table:nowhere.csv"), "name a file that is there"),
+        (lambda: law_named("table:/dev/../dev/zero.csv"), "name a file that is there"),
+        (lambda: law_named("table:\0.csv"), "no file has such a name"),
+        (lambda: law_named("table:\ud800.csv"), "no file has such a name"),
+        (lambda: law_named("1e308*linear:1e300"), "overflow: give smaller moments"),
+        (lambda: law_named("1e300*1e300*linear:1"), "overflow: give smaller moments"),
+        (lambda: law_named("table:-1e300@0,1e300@1e-9"), "overflow: give smaller moments"),
+        (lambda: law_named("table:0@0,1e300@1e-3,-1e300@3"), "overflow: give smaller moments"),
+        (lambda: law_named("1*" * 2000 + "linear:0.1"), "2000 factors .*: multiply them"),
     ],
 )
 def test_refusals_name_their_remedy(make, remedy):
@@ -218,11 +226,18 @@ def test_refusals_name_their_remedy(make, remedy):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "spring", "linear", "linear:", "linear:a", "linear:nan", "linear:1,2", "tape:1@2", "2*"]
+    "text",
+    [
+        *("", "spring", "linear", "linear:", "linear:a", "linear:nan", "linear:1,2", "tape:1@2", "2*"),
+        *("linear:\u0661", "\u0662*linear:1", "linear:\0", "linear:\ud800", "x" * 100_000),
+        "table:" + "11@11," * 1000 + "x",  # was read in 4^1000 ways
+    ],
 )
 def test_what_is_no_notation_is_refused(text):
-    with pytest.raises(NotationError, match="write free, linear"):
+    with pytest.raises(NotationError, match="write free, linear") as caught:
         law_named(text)
+    assert str(caught.value).isprintable()
+    assert len(str(caught.value)) < 500
 
 
 @pytest.mark.parametrize("lines", ["0,0\n1;1\n", "0,0,0\n1,1,1\n", "0\n1\n", "0,0\n1,one\n"])

@@ -152,7 +152,6 @@ def test_wrong_moments_are_one_clear_line(tmp_path, text, message):
         (TEST + "\n".join(EVEN[:20]), (), "20 samples"),
         (TEST + "\n".join(EVEN), ("--from", "0.9"), "10 samples"),
         (TEST + "\n".join(EVEN), ("--from", "9"), "0 samples"),
-        (TEST + "\n".join(EVEN), ("--from", "nan"), "a start at nan s"),
         ("block\n" + "\n".join("12" * 50), ("--rate", "1e300"), "sampling rate of 1e\\+300 Hz"),
         (TEST + "0,1\n", (), "has 1 rows"),
         (TEST + "\n".join(EVEN[::-1]), (), "sort the rows"),
@@ -161,6 +160,7 @@ def test_wrong_moments_are_one_clear_line(tmp_path, text, message):
         (TEST + "\n".join(f"{k / 100},0.3" for k in range(100)), (), "'block' .* is 0.3 all the time"),
         (TEST + "\n".join(f"{k / 100},{k}" for k in range(100)), (), "no decaying vibration"),
         (TEST + "\n".join(EVEN), ("--hinges", "0"), "0 hinges"),
+        (TEST + "\n".join(EVEN), ("--hinges", "9" * 400), "999 hinges: give 1 to 1000"),
         (TEST + "\n".join(EVEN), ("--inertia", "-1"), "inertia of -1"),
     ],
 )
@@ -174,9 +174,32 @@ def test_files_that_cannot_be_read(tmp_path):
     assert "No such file" in refused("spring", tmp_path / "none.csv")
     assert "Is a directory" in refused("damping", "--inertia", "1", tmp_path)
     (tmp_path / "bytes.csv").write_bytes(b"\xff\xfe\x00\x81")
-    assert "is no table" in refused("spring", tmp_path / "bytes.csv")
+    assert "is no text file" in refused("spring", tmp_path / "bytes.csv")
     with pytest.raises(HcsearchError, match="No such file"):
         read_moments(str(tmp_path / "none.csv"))
+    assert "it is a pipe or a device" in refused("spring", "/dev/zero")
+
+
+def test_files_with_strange_names_are_shown_by_escapes(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_test(tmp_path / "a\x1b[31m.csv", 1)
+    output = run("damping", "--inertia", "0.0051", "a\x1b[31m.csv")
+    assert "\x1b" not in output
+    assert "a\\x1b[31m.csv " in output
+
+
+@pytest.mark.parametrize("option", ["--inertia", "--rate", "--from"])
+@pytest.mark.parametrize("value", ["nan", "inf", "-inf"])
+def test_numbers_are_finite(option, value):
+    result = CliRunner().invoke(hcsearch, ["identify", "damping", "--inertia", "1", option, value, "a.csv"])
+    assert result.exit_code == 2
+    assert f"{value} is not a finite number" in result.output
+
+
+def test_a_start_that_is_no_time_is_refused(tmp_path):
+    path = write_test(tmp_path / "a.csv", 1)
+    with pytest.raises(HcsearchError, match="a start at nan s"):
+        read_accelerations(str(path), start=math.nan)
 
 
 @pytest.mark.parametrize("command", ["spring", "damping"])

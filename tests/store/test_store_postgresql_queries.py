@@ -14,7 +14,8 @@ pytestmark = pytest.mark.slow
 
 QUERIES = [
     *([], ["untwisted"], ["n_foldings>=0 score>=-0.5"], ["id>=99999999999999999999"], ["score<1e999 id!=2.5"]),
-    *(["circuit<hex:05"], ["circuit>=hex:05 array!=hex:array3"], ["deployable=0"], ["status=locked"], ["array=x'--"]),
+    *(["circuit<hex:05"], ["circuit>=hex:05 array>hex:array3"], ["deployable=0"], ["status=locked"], ["array>x'--"]),
+    *(["not (untwisted or id<9) and id<99"], ["array=4-4-4 or not status=locked"], ["n_foldings>=0 not(not(score>0))"]),
     *(["-s", "score"], ["-s", "-score,array"], ["-s", "-status,-id"], ["-s", "circuit"], ["-s", "-array,circuit"]),
     *(["--scene", "solar"], ["deployable", "--scene", "solar", "-s", "-score,min_clearance"]),
     *(["--limit", "3"], ["--limit", "0"], ["-c", "score,dof,min_clearance,status", "-s", "-dof"]),

@@ -8,10 +8,12 @@ from hypothesis import strategies as st
 from store_samples import circuits, record
 from test_store_verdicts import COLLIDES
 
-from hcsearch.errors import QueryError
-from hcsearch.grid import GRIDS
-from hcsearch.pipeline import check_keep
-from hcsearch.store import open_database, open_readonly, save_scores, schema, select, select_sql
+from hcsearch.circuit import Circuit
+from hcsearch.enumeration import search_all
+from hcsearch.errors import HcsearchError, QueryError
+from hcsearch.grid import GRIDS, Array, grid_named, parse_array
+from hcsearch.pipeline import Plan, check_keep, run_into
+from hcsearch.store import find_design, open_database, open_readonly, save_scores, schema, select, select_sql
 from hcsearch.store.columns import VIEWS, column_names
 from tests.judging import judge
 
@@ -42,6 +44,7 @@ def reader(tmp_path_factory):
                 }
                 connection.execute(schema.design.update().where(schema.design.c.id == k).values(values))
             connection.execute(schema.folding.update().values(dof=schema.folding.c.design_id % 5))
+            connection.execute(schema.run.update().where(schema.run.c.id == 1).values(target="é'\"%"))
         save_scores(database, {k: (k * 7 % 10) / 4 - 1 for k in range(1, 46) if k % 4})
         names = dict(select(database, "untwisted", columns="id,circuit").rows)
         words = [None, "deploys", None, "collides"]
@@ -82,7 +85,9 @@ NUMBERS = st.one_of(
 @st.composite
 def terms(draw, view):
     quantity = draw(st.sampled_from(VIEWS[view]))
-    sign = draw(st.sampled_from(sorted(OPERATORS)))
+    # equal arrays and circuits are congruent ones: see below
+    signs = ["<", "<=", ">", ">="] if quantity.name in ("array", "circuit") else sorted(OPERATORS)
+    sign = draw(st.sampled_from(signs))
     if quantity.words and sign in ("=", "!="):
         return quantity.name, sign, draw(st.sampled_from(quantity.words))
     return quantity.name, sign, draw(TEXTS if quantity.kind == "text" else NUMBERS)
@@ -119,29 +124,228 @@ def test_null_satisfies_no_condition(reader):
     assert len(select(reader, "id>40").rows) == 5
 
 
+@st.composite
+def trees(draw, depth=3):
+    """Queries as nested tuples: a term, ("not", tree), ("and", trees) or ("or", trees)."""
+    kind = draw(st.sampled_from(["term", "not", "and", "or"])) if depth else "term"
+    if kind == "term":
+        return draw(terms("designs"))
+    if kind == "not":
+        return kind, draw(trees(depth - 1))
+    return kind, draw(st.lists(trees(depth - 1), min_size=2, max_size=3))
+
+
+def written(draw, tree, above=""):
+    """A tree as text, with brackets where they are needed, and sometimes where not."""
+    spaces = st.sampled_from([" ", "  ", "\n"])
+    if tree[0] not in ("not", "and", "or"):
+        text, needed = "".join(tree), False
+    elif tree[0] == "not":
+        text, needed = (
+            draw(st.sampled_from(["not", "NOT", "Not"])) + draw(spaces) + written(draw, tree[1], "not"),
+            False,
+        )
+    else:
+        words = {"and": ["", "and", "AND"], "or": ["or", "OR"]}[tree[0]]
+        parts = [written(draw, part, tree[0]) for part in tree[1]]
+        text = parts[0]
+        for part in parts[1:]:
+            text += f"{draw(spaces)}{draw(st.sampled_from(words))}{draw(spaces)}{part}"
+        needed = above == "not" or (above == "and" and tree[0] == "or")
+    return f"({draw(st.sampled_from(['', ' ']))}{text})" if needed or draw(st.integers(0, 4)) == 0 else text
+
+
+def naive(row, tree):
+    """Whether a row satisfies a tree; None where a value is not known (Kleene's logic, which SQL has)."""
+    if tree[0] == "not":
+        inner = naive(row, tree[1])
+        return None if inner is None else not inner
+    if tree[0] not in ("and", "or"):
+        return None if row[tree[0]] is None else holds(row, *tree)
+    found = [naive(row, part) for part in tree[1]]
+    decided = tree[0] == "or"
+    return decided if decided in found else None if None in found else not decided
+
+
+def test_and_or_not_and_brackets_agree_with_a_naive_reading(reader):
+    table = rows(reader)
+    seen = set()
+
+    @given(st.data(), trees())
+    @settings(max_examples=80, deadline=None, derandomize=True)
+    def check(data, tree):
+        tree = without_spaces(tree)
+        expected = tuple(tuple(row.values()) for row in table if naive(row, tree))
+        assert select(reader, written(data.draw, tree)).rows == expected
+        seen.add(len(expected))
+
+    check()
+    assert len(seen) > 6
+
+
+def without_spaces(tree):
+    if tree[0] == "not":
+        return "not", without_spaces(tree[1])
+    if tree[0] in ("and", "or"):
+        return tree[0], [without_spaces(part) for part in tree[1]]
+    return tuple(part.replace(" ", "") for part in tree)
+
+
+@pytest.mark.parametrize(
+    ("query", "same"),
+    [
+        ("id<3 or id>43", ("id", {1, 2, 44, 45})),
+        ("id<9 id>4 or id=1", ("id", {1, 5, 6, 7, 8})),
+        ("id=1 or id>4 and id<9", ("id", {1, 5, 6, 7, 8})),
+        ("(id=1 or id>4)id<9", ("id", {1, 5, 6, 7, 8})),
+        ("(id=1)or(id=2)", ("id", {1, 2})),
+        ("NOT id>2", ("id", {1, 2})),
+        ("not not id<=2", ("id", {1, 2})),
+        ("not(id>2 or id=1)", ("id", {2})),
+        ("not id>2 id!=1", ("id", {2})),
+        ("untwisted Or id<2 aNd id<4", ("id", {1, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 33, 36, 39})),
+    ],
+)
+def test_words_and_brackets_by_example(reader, query, same):
+    name, values = same
+    assert {row[0] for row in select(reader, query, columns=name).rows} == values
+
+
+def test_what_is_unknown_satisfies_neither_a_condition_nor_its_opposite(reader):
+    assert select(reader, "not status=locked").rows == select(reader, "status!=locked").rows
+    assert select(reader, "status=locked or not status=locked").rows == select(reader, "status>a").rows
+    assert 0 < len(select(reader, "not deployable or deployable").rows) < 45
+
+
+def test_brackets_within_a_value_belong_to_it(reader):
+    for query, count in (("target=a(b)c", 0), ("(target!=a(b))", 2), ("not(target=(x))", 2), ("target!=(x)OR(1=1)", 2)):
+        assert len(select(reader, query, view="runs").rows) == count
+
+
+@pytest.fixture(scope="module")
+def stored_arrays(tmp_path_factory):
+    """Designs of real circuits: of 10 hexagons, and on rectangles of squares and of rectangles."""
+    place = str(tmp_path_factory.mktemp("arrays") / "designs.sqlite")
+    with open_database(place, create=True) as database:
+        for grid, n in (("hex", 10), ("square", 8), ("rectangle", 8), ("triangle", 6)):
+            run_into(Plan(search_all(GRIDS[grid], n, "all"), "twist"), database)
+    with open_readonly(place) as opened:
+        yield opened
+
+
+ARRAYS = [
+    ("array=3-4-3", "hex", "3-4-3"),
+    ("grid=hex array=3-4-3", "hex", "3-4-3"),
+    ("array=hex:e.f.7", "hex", "3-4-3"),
+    ("(array=3-4-3)", "hex", "3-4-3"),
+    ("array=4x2 grid=square", "square", "4x2"),
+    ("(array=2x4 and grid=square)", "square", "4x2"),
+    ("grid=square (n=8 or n=4) not not array=2x4", "square", "4x2"),
+    ("grid=rectangle array=4x2", "rectangle", "4x2"),
+    ("grid=rectangle array=2x4", "rectangle", "2x4"),
+    ("grid=triangle array=t4 or grid=triangle n=6 array=h1", "triangle", "h1"),
+]
+
+
+@pytest.mark.parametrize(("query", "grid", "spec"), ARRAYS)
+def test_array_specifications_find_congruent_arrays(stored_arrays, query, grid, spec):
+    notation = parse_array(grid_named(grid), spec).canonical().notation
+    expected = [row for row in rows(stored_arrays) if row["array"] == notation]
+    assert expected
+    assert [row[0] for row in select(stored_arrays, query, columns="id").rows] == [row["id"] for row in expected]
+
+
+def test_arrays_on_any_grid_and_all_others(stored_arrays, tmp_path):
+    table = rows(stored_arrays)
+    both = {"square:f.f", parse_array(GRIDS["rectangle"], "4x2").canonical().notation}
+    found = {row[0] for row in select(stored_arrays, "array=4x2", columns="array").rows}
+    assert found == both
+    others = select(stored_arrays, "array!=4x2", columns="id").rows
+    assert len(others) == sum(row["array"] not in both for row in table)
+    (tmp_path / "cells.txt").write_text("".join(f"{x} {y}\n" for x in (5, 6) for y in range(4)))
+    cells = f"grid=square array=@{tmp_path / 'cells.txt'}"
+    assert {row[0] for row in select(stored_arrays, cells, columns="array").rows} == {"square:f.f"}
+
+
+@pytest.mark.parametrize("spec", ["4-3-3", "3-3-4", "2-3-3-2"])
+def test_every_image_of_an_array_is_the_same_array(stored_arrays, spec):
+    array = parse_array(GRIDS["hex"], spec)
+    turned = [[array.grid.cell(isometry(point)) for point in array.points] for isometry in array.grid.point_group]
+    texts = {Array.from_cells(array.grid, cells).notation for cells in turned}
+    expected = [(row["id"],) for row in rows(stored_arrays) if row["array"] == array.canonical().notation]
+    assert len(texts) > 1
+    for text in texts:
+        assert list(select(stored_arrays, f"array={text}", columns="id").rows) == expected
+
+
+def test_circuits_are_found_in_any_position_order_and_direction(stored_arrays):
+    for row in rows(stored_arrays)[::7]:
+        circuit = Circuit.from_notation(row["circuit"])
+        n, m = circuit.n, circuit.grid.directions
+        mirrored = [(-d) % m for d in circuit.word]
+        backwards = [(d + m // 2) % m for d in circuit.word[::-1]]
+        for word in (circuit.word[3:] + circuit.word[:3], mirrored, backwards):
+            text = f"{circuit.grid.name}:{''.join(map(str, word))}"
+            assert select(stored_arrays, f"circuit={text}", columns="id").rows == ((row["id"],),)
+            assert find_design(stored_arrays, text)["id"] == row["id"]
+        assert len(select(stored_arrays, f"n={n} circuit!={row['circuit']}").rows) == sum(
+            other["n"] == n and other["id"] != row["id"] for other in rows(stored_arrays)
+        )
+
+
+@pytest.mark.parametrize(
+    ("query", "message"),
+    [
+        ("array=4-4", None),
+        ("array=six", "no grid has an array 'six': write 6x5, 3-4-3, p5x4, t5, h3, @file or an array's notation"),
+        ("grid=square array=3-4-3", "the square grid has no array '3-4-3': use 6x5"),
+        ("grid=square (array=3-4-3 or n=4)", "the square grid has no array '3-4-3'"),
+        ("grid=square array=hex:e.f.7", "'hex:e.f.7' is not on the grid square: name the grid hex"),
+        ("grid=hex array=3-5", "differs by more than one"),
+        ("array=hex:zz", "no grid has an array 'hex:zz'"),
+        ("grid=hex array!=hex:zz", "malformed array notation 'hex:zz'"),
+        ("array=900x900", "larger than 20000 cells"),
+        ("array=@nowhere.txt", "cannot read the cells in nowhere.txt"),
+        ("array=@/dev/zero", "it is a pipe or a device"),
+        ("circuit=17", "unknown grid '17'"),
+        ("circuit=hex:012", "does not close or meets a panel twice"),
+        ("array=", "no value in 'array='"),
+        ("array=\udcff", r"no grid has an array '\udcff'"),
+    ],
+)
+def test_arrays_and_circuits_that_cannot_be_read_are_refused(stored_arrays, query, message):
+    if message is None:
+        assert select(stored_arrays, query).rows == ()
+        return
+    with pytest.raises(HcsearchError) as caught:
+        select(stored_arrays, query)
+    assert message in str(caught.value)
+    assert str(caught.value).isprintable()
+
+
 @given(st.text(max_size=30))
 @settings(max_examples=200)
 def test_any_text_is_a_query_or_a_refusal(reader, text):
     try:
         found = select(reader, text).rows
-    except QueryError:
+    except HcsearchError:
         found = ()
     assert len(found) in (0, 45) or text.split()
 
 
-@given(st.text(st.characters(exclude_categories=["Z", "C"]), max_size=30))
+@given(st.text(st.characters(exclude_categories=["Z", "C"], exclude_characters="()"), max_size=30))
 @settings(max_examples=100)
 def test_any_value_is_only_compared(reader, value):
     if value and value[0] not in "=<>!":
-        expected = sum(row["array"] == value for row in rows(reader)[:45])
-        assert len(select(reader, f"array={value}").rows) == expected
-        assert len(select(reader, f"array!={value}").rows) == 45 - expected
+        expected = sum(row["target"] == value for row in rows(reader, "runs"))
+        assert len(select(reader, f"target={value}", view="runs").rows) == expected
+        assert len(select(reader, f"target!={value}", view="runs").rows) == 2 - expected
 
 
-@pytest.mark.parametrize("value", ["';DROP", "x'--", '"', "1)OR(1=1", "\\", "?", ":a", "%s", "\udcff", "NULL"])
+@pytest.mark.parametrize("value", ["';DROP", "x'--", '"', "(1)OR(1=1)", "\\", "?", ":a", "%s", "\udcff", "NULL"])
 def test_injections_are_values(reader, value):
-    assert select(reader, f"array={value}").rows == ()
-    assert len(select(reader, f"array!={value}").rows) == 45
+    assert select(reader, f"target={value}", view="runs").rows == ()
+    assert len(select(reader, f"target!={value}", view="runs").rows) == 2
 
 
 @pytest.mark.parametrize(
@@ -167,7 +371,24 @@ def test_injections_are_values(reader, value):
         ("=1", "cannot read '=1'"),
         ("n=1;", "compared with a number"),
         ("1=1", "cannot read"),
-        ("n=12 OR n=13", "no column 'OR'"),
+        ("n=12 XOR n=13", "no column 'XOR'"),
+        ("or n=12", "a condition is missing before 'or'"),
+        ("n=12 or", "a condition is missing at the end"),
+        ("n=12 or or n=13", "a condition is missing before 'or'"),
+        ("n=12 and", "a condition is missing at the end"),
+        ("not", "a condition is missing at the end"),
+        ("not or n=1", "a condition is missing before 'or'"),
+        ("()", "a condition is missing before ')'"),
+        ("(n=12", "a bracket is not closed"),
+        ("(n=12))", "a bracket closes where none is open"),
+        (")", "a condition is missing before ')'"),
+        ("n=12)", "a bracket closes where none is open"),
+        ("n=12)or(n=13", "a bracket closes where none is open"),
+        ("n=12) or (n=13", "a bracket closes where none is open"),
+        ("not=1", "no column 'not'"),
+        ("(" * 2000 + "n=12" + ")" * 2000, "more than 15 deep"),
+        ("not " * 2000 + "n=12", "more than 15 deep"),
+        ("(" * 100_000, "more than 15 deep"),
         ("grid", "not a yes/no column"),
         ("grid=hexagon", "grid is never 'hexagon' (did you mean hex?): it is one of triangle, square, rectangle, hex"),
         ("grid!=hexx", "did you mean hex?"),
@@ -175,7 +396,8 @@ def test_injections_are_values(reader, value):
         ("status=open", "one of deploys, undecided, collides, locked, twisted, no_folding"),
         ("rowid=1", "no column 'rowid'"),
         ("best_crease=1", "no column 'best_crease'"),
-        ("n=6 " * 1500, "cannot be run"),
+        ("n=6 " * 501, "the query has 501 conditions: give 500 at most"),
+        ("n=6 or " * 1500 + "n=6", "the query has 1501 conditions"),
     ],
 )
 def test_nonsense_is_refused_with_a_remedy(reader, query, part):
@@ -183,6 +405,14 @@ def test_nonsense_is_refused_with_a_remedy(reader, query, part):
         select(reader, query)
     assert part in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_the_longest_and_deepest_queries_can_be_run(reader):
+    assert len(select(reader, "id>0 " * 500).rows) == 45
+    assert len(select(reader, "id<0 or " * 499 + "id>0").rows) == 45
+    assert len(select(reader, "(" * 15 + "id>0" + ")" * 15).rows) == 45
+    assert len(select(reader, "(id<0 or id>0 and not " * 7 + "id>0" + ")" * 7).rows) == 0
+    assert len(select(reader, "id<0 or id>0 and (" * 15 + "id>0" + ")" * 15).rows) == 45
 
 
 def test_unknown_names_are_refused(reader):

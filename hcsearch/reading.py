@@ -1,0 +1,56 @@
+"""Files that users name as input: regular ones of a bounded size, read whole."""
+
+from __future__ import annotations
+
+import stat
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from hcsearch.errors import InputFileError
+
+MOST_BYTES = 4 * 2**20
+"""Size of a file unless its reader allows more: a hundred times what an array or a law of the largest kind takes."""
+
+
+def read_text(path: str | Path, what: str = "", most: int = MOST_BYTES) -> str:
+    """Text of a UTF-8 file, without a byte order mark.
+
+    what : what the file should hold, for the message, such as "the table". most : size in bytes that is still read.
+    Errors: InputFileError for what is not there, is a folder, a pipe or a device (reading might never end), is larger,
+    or is no text.
+    """
+    named = f"{what} {path}".strip()
+    try:
+        kind = Path(path).stat().st_mode
+        if not stat.S_ISREG(kind) and not stat.S_ISDIR(kind):
+            raise InputFileError(f"cannot read {named}: it is a pipe or a device; write its content to a file first")
+        with Path(path).open("rb") as file:
+            content = file.read(most + 1)
+    except OSError as error:
+        raise InputFileError(f"cannot read {named}: {error.strerror}; name a file that is there") from error
+    except ValueError as error:  # a name with a zero byte, or with half of a character
+        if isinstance(error, InputFileError):
+            raise
+        raise InputFileError(f"cannot read {named}: no file has such a name; name a file that is there") from error
+    if len(content) > most:
+        raise InputFileError(f"cannot read {named}: it is larger than {_size(most)}; leave out what is not needed")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputFileError(f"cannot read {named}: it is no text file; save it as UTF-8 text") from error
+
+
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """Content of a TOML file; InputFileError as of `read_text`, and for what is no TOML."""
+    text = read_text(path)
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise InputFileError(f"{path} is no TOML: its brackets are nested too deep; write fewer") from None
+    except ValueError as error:  # mistakes, and numbers with more digits than Python reads
+        raise InputFileError(f"{path} is no TOML: {error}; write lines such as key = 'value'") from error
+
+
+def _size(size: int) -> str:
+    return f"{size >> 20} MiB" if size >= 2**20 else f"{size} bytes"
