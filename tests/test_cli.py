@@ -234,7 +234,7 @@ def test_count(run):
         (("show", "--db", "d.sqlite", "hex:012"), "does not close"),
         (("show", "--db", "d.sqlite", "one:two:three"), "malformed design"),
         (("show", "hex:024:1"), "no two-stack folding"),
-        (("report", "--db", "d.sqlite", "--output", "cells.txt/r.html"), "r.html"),
+        (("report", "--db", "d.sqlite", "--output", "cells.txt/r.html"), "there is no folder cells.txt"),
         (("fold",), "No such command"),
     ],
 )
@@ -290,7 +290,7 @@ def test_show_a_design_and_a_folding(run):
 
 @pytest.mark.usefixtures("hexagons")
 def test_report(run, tmp_path):
-    done = run("report", "n=10 two_stack", "--db", "d.sqlite", "--output", "pages/r.html")
+    done = run("report", "n=10 two_stack", "--db", "d.sqlite", "--output", "reports/r.html")
     page = (tmp_path / done.stdout.strip()).read_text(encoding="utf-8")
     assert page.count("<svg") >= 32
 

@@ -8,6 +8,7 @@ import click
 
 from hcsearch.cli.options import database_option
 from hcsearch.errors import QueryError
+from hcsearch.outputs import check_output
 from hcsearch.store.columns import column_names
 from hcsearch.store.formats import FORMATS
 
@@ -43,6 +44,8 @@ def query(
 
     if sql is not None and (condition or columns or sort or limit is not None):
         raise QueryError("--sql stands alone: put conditions, columns, order and limit into the SELECT")
+    if output is not None:
+        check_output(output)
     with open_readonly(db) as database:
         if sql is not None:
             selected = stream_sql(database, sql)

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from hcsearch.cli.options import database_option
+from hcsearch.outputs import check_output
 
 
 @click.command(epilog="Example: hcsearch report 'grid=hex n=12' --output hex-12.html")
@@ -21,5 +22,6 @@ def report(condition: str, db: str, output: str, limit: int) -> None:
     from hcsearch.report import write_report  # noqa: PLC0415
     from hcsearch.store import open_readonly  # noqa: PLC0415
 
+    check_output(output)
     with open_readonly(db) as database:
         click.echo(write_report(database, condition, Path(output), limit=limit))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,6 +10,7 @@ import click
 from hcsearch.cli.progress import Meter
 from hcsearch.cli.subjects import Subject, read_subject, subject_options
 from hcsearch.errors import HcsearchError
+from hcsearch.outputs import check_output, write_output
 
 if TYPE_CHECKING:
     from hcsearch.deployment.choosing import SpringSet
@@ -55,12 +55,11 @@ def tune(subject: str, as_json: bool, **options: Any) -> None:
     that is least likely to fail within the tolerances, with its catalogue springs where a catalogue is given.
     """
     from hcsearch.deployment.ledger import Ledger  # noqa: PLC0415
-    from hcsearch.deployment.telling import check_file  # noqa: PLC0415
     from hcsearch.deployment.tuning import tune as tuned  # noqa: PLC0415
     from hcsearch.store import open_database  # noqa: PLC0415
 
     if options["output"]:
-        check_file(options["output"], (".toml",))
+        check_output(options["output"], (".toml",))
     catalogue, spread = _catalogue(options["catalogue"]), _spread(options["spreads"])
     found = read_subject(subject, options)
     with open_database(options["db"], create=True) as database, Meter("set") as meter:
@@ -97,7 +96,7 @@ def _write(path: str, tuning: Tuning, found: Subject) -> None:
     elif tuning.rounded is not None:
         click.echo(f"no catalogue springs are certified clear: {path} has the tuned ones", err=True)
     scene = scene_springs(found.scene, chosen.stiffnesses)
-    Path(path).write_text(file_text(found.facts, tuning.formulation, scene), encoding="utf-8")
+    write_output(path, file_text(found.facts, tuning.formulation, scene))
 
 
 def _catalogue(text: str | None) -> tuple[float, ...]:

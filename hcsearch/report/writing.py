@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import errno
 from dataclasses import replace
 from pathlib import Path
 
-from hcsearch.errors import HcsearchError
+from hcsearch.outputs import write_output
 from hcsearch.report.fetching import BEST_FIRST, fetch
 from hcsearch.report.page import render
 from hcsearch.store import Database
@@ -24,31 +23,13 @@ def write_report(
     sort: str = BEST_FIRST,
     title: str = "",
 ) -> Path:
-    """Write the report on the designs that a query selects, and return its path; folders are made where missing.
+    """Write the report on the designs that a query selects, and return its path.
 
     database : from `open_readonly`.
     limit : designs on the page, None for all; the numbers on the page count all of them in any case.
-    HcsearchError: the file cannot be written.
+    OutputError: the file cannot be written.
     """
     data = fetch(database, query, limit, sort)
     page = render(replace(data, title=title) if title else data)
-    target = Path(path)
-    try:
-        _spare_databases(target)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        # Undecodable bytes of a command line arrive as lone surrogates, which no file holds.
-        target.write_bytes(page.encode(errors="replace"))
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise HcsearchError(
-            f"cannot write the report to {target}: {reason}; name another file, in a folder that can be written"
-        ) from error
-    return target
-
-
-def _spare_databases(target: Path) -> None:
-    """Refuse to overwrite a database, which a slip in the order of two file names would do."""
-    if target.is_file():
-        with target.open("rb") as file:
-            if file.read(15) == b"SQLite format 3":
-                raise FileExistsError(errno.EEXIST, "it is a database")
+    write_output(path, page)
+    return Path(path)

@@ -10,7 +10,7 @@ import time
 import pytest
 from store_samples import as_rows, begin, circuits, record
 
-from hcsearch.errors import QueryError
+from hcsearch.errors import OutputError, QueryError
 from hcsearch.store import Result, format_rows, open_database, open_readonly, save_rows, select, select_sql, stream
 from hcsearch.store.schema import design
 
@@ -50,13 +50,13 @@ def test_places_that_cannot_be_written(tmp_path, path):
     before = path.read_bytes()
     (tmp_path / "file").touch()
     for place, part in (
-        (tmp_path, "not a file"),
-        (tmp_path / "none" / "out", "No such file"),
-        (tmp_path / "file" / "out", "Not a directory"),
-        (path, "it is a database"),
-        ("/dev/null", "not a file"),
+        (tmp_path, "is a folder: name a file"),
+        (tmp_path / "none" / "out", "there is no folder .*: make it, or write to another"),
+        (tmp_path / "file" / "out", "there is no folder .*: make it, or write to another"),
+        (path, "it is a database: make room, or name another file"),
+        ("/dev/null", "it is not a file: make room, or name another file"),
     ):
-        with pytest.raises(QueryError, match=f"cannot write .*{part}.*: make room, or name another file"):
+        with pytest.raises(OutputError, match=part):
             saved(type(tmp_path)(place))
     assert path.read_bytes() == before
 
