@@ -15,6 +15,9 @@ from hcsearch.errors import DatabaseError
 
 _SERVERS = ("postgresql", "postgresql+psycopg")
 _SECRETS = ("password", "sslpassword")
+FileIdentity = tuple[int, int]
+"""Device and number of a file."""
+
 EXAMPLES = "give a path, sqlite:///PATH, or postgresql+psycopg://USER@HOST/NAME"
 
 
@@ -73,6 +76,15 @@ def is_filled(location: Location) -> bool:
         kind = "a folder: name a file in it" if stat.S_ISDIR(status.st_mode) else "not a file: name another"
         raise DatabaseError(f"database {location.text} is {kind}")
     return status.st_size > 0
+
+
+def file_identity(path: Path) -> FileIdentity | None:
+    """Return what tells a file from all others, whatever its name; None when there is none."""
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return status.st_dev, status.st_ino
 
 
 def check_writable(location: Location) -> None:
