@@ -199,8 +199,8 @@ def _open_server(place: Location, *, create: bool, readonly: bool, timeout: floa
 def _try_server(engine: Engine, place: Location) -> None:
     try:
         engine.connect().close()
-    except ProgrammingError as error:
-        detail = str(error.orig).splitlines()[0]
+    except (ProgrammingError, UnicodeError) as error:
+        detail = str(error.orig if isinstance(error, ProgrammingError) else error).splitlines()[0]
         raise DatabaseError(f"the URL {place.text} has an option that cannot be used ({detail}): {EXAMPLES}") from error
 
 

@@ -247,6 +247,17 @@ def test_application_number_of_another_program(path):
         ("sqlite:///x?mode=ro", "options"),
         ("://", "cannot be read"),
         ("postgresql://u:secret@host:port/name", "cannot be read"),
+        ("postgresql://u:begin@secret@host/name", "a password with @ as %40"),
+        ("postgresql://u:begin@host/secret@host/name", "cannot be read"),
+        ("postgresql://u/v:secret@host/name", "cannot be read"),
+        ("postgresql://u/v:secret?x@host/name", "cannot be read"),
+        ("postgresql://u%3Asecret@host/name", "cannot be read"),
+        ("postgresql://u:secret@host/\udcff", "cannot be read"),
+        ("postgresql://u\x1b:secret@host/name", "cannot be read"),
+        ("postgresql:/u:secret@host/name", "postgresql:***@host/name"),
+        ("u:secret@host.sqlite\0", "names no database"),
+        ("sqlite:///x?password=secret", "options"),
+        ("sqlite://u:secret@host/x", "a host"),
     ],
 )
 def test_urls_that_cannot_be_used(url, part, tmp_path, monkeypatch):
@@ -257,7 +268,17 @@ def test_urls_that_cannot_be_used(url, part, tmp_path, monkeypatch):
     assert files(tmp_path) == {}
 
 
-@pytest.mark.parametrize("url", ["postgresql://u:secret@host/name", "postgresql+psycopg://host/n?password=secret"])
+@pytest.mark.parametrize(
+    "url",
+    [
+        "postgresql://u:secret@host/name",
+        "postgresql://u:%40secret%40@host/name",
+        "postgresql://u:?secret#secret@host/name",
+        "postgresql+psycopg://host/n?password=secret",
+        "postgresql+psycopg://host/n?passwd=secret&PASSWORD=secret&options=-c%20x%3Dsecret",
+        "postgresql+psycopg://host/n?dbname=postgresql://u:secret@host/name",
+    ],
+)
 def test_missing_driver(monkeypatch, url):
     monkeypatch.setitem(sys.modules, "psycopg", None)
     for message in every_way(url):
