@@ -11,7 +11,7 @@ from types import TracebackType
 from sqlalchemy import Connection, Engine
 from sqlalchemy.exc import ProgrammingError
 
-from hcsearch.errors import DatabaseError
+from hcsearch.errors import DatabaseError, HcsearchError
 from hcsearch.store import postgresql, sqlite
 from hcsearch.store.failures import explained
 from hcsearch.store.location import (
@@ -34,7 +34,7 @@ TIMEOUT = 60.0
 class Database:
     """An open database. `location` is its name for messages, without any password; `path` is its file, if it is one.
 
-    identity : of the file that is written to.
+    identity : of the file that is written to; made : whether it was made when it was opened.
     """
 
     engine: Engine
@@ -42,6 +42,7 @@ class Database:
     readonly: bool
     path: Path | None = None
     identity: FileIdentity | None = None
+    made: bool = False
 
     @contextmanager
     def reading(self) -> Iterator[Connection]:
@@ -91,6 +92,9 @@ class Database:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self.close()
+        # What is refused leaves nothing behind.
+        if self.made and isinstance(error, HcsearchError) and self.path and file_identity(self.path) == self.identity:
+            sqlite.remove_unused(self.path)
 
 
 def open_database(location: str, *, create: bool, timeout: float = TIMEOUT) -> Database:
@@ -105,12 +109,17 @@ def open_database(location: str, *, create: bool, timeout: float = TIMEOUT) -> D
         return _open_server(place, create=create, readonly=False, timeout=timeout)
     assert place.path is not None
     with explained(place.text):
+        made = not is_filled(place)
         _prepare_file(place, create=create, timeout=timeout)
         identity = file_identity(place.path)
         engine = sqlite.writing_engine(place.path, timeout)
         engine.connect().close()
-    database = Database(engine, place.text, readonly=False, path=place.path, identity=identity)
-    database.check_place()
+    database = Database(engine, place.text, readonly=False, path=place.path, identity=identity, made=made)
+    try:
+        database.check_place()
+    except DatabaseError:
+        database.close()
+        raise
     return database
 
 

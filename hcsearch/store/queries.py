@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from typing import Any
 
 from sqlalchemy import Select
@@ -54,7 +54,9 @@ def stream(
     with database.reading() as connection:
         with refusing():
             cursor = connection.execute(statement, execution_options=_CURSOR)
-        yield Rows(names, tuple(quantity.kind for quantity in quantities), chunks_of(cursor))
+        # A cursor that is left open in the midst of its rows would keep the file in use.
+        with closing(cursor):
+            yield Rows(names, tuple(quantity.kind for quantity in quantities), chunks_of(cursor))
 
 
 @contextmanager
@@ -73,7 +75,8 @@ def stream_sql(database: Database, sql: str) -> Iterator[Rows]:
             if not cursor.returns_rows:
                 raise QueryError("the SQL returns no rows, and the database is read-only: write a SELECT")
             names = tuple(cursor.keys())
-        yield Rows(names, (None,) * len(names), chunks_of(cursor))
+        with closing(cursor):
+            yield Rows(names, (None,) * len(names), chunks_of(cursor))
 
 
 def select(
