@@ -10,6 +10,7 @@ from importlib.metadata import version
 
 from hcsearch.report.data import ReportData, Row, Stage
 from hcsearch.store import Database, Result, parse_query, select, select_sql
+from hcsearch.store.columns import VIEWS
 
 BEST_FIRST = "-untwisted,-two_stack,-score,-deployable"
 """Order of the designs on the page, so that a limit cuts off the worst; equal ones by id."""
@@ -30,8 +31,9 @@ def fetch(database: Database, query: str, limit: int | None, sort: str = BEST_FI
     """
     where = _where(database, query)
     selected = _rows(select(database, query, sort=sort, limit=limit))
-    counts = _rows(select_sql(database, f"SELECT {_COUNTS} FROM designs WHERE {where}"))[0]
-    kinds = select_sql(database, f"SELECT DISTINCT grid, n FROM designs WHERE {where} ORDER BY grid, n").rows
+    counts = _rows(select_sql(database, f"SELECT {_COUNTS} FROM designs WHERE {where}", ("integer",) * 7))[0]
+    distinct = f"SELECT DISTINCT grid, n FROM designs WHERE {where} ORDER BY grid, n"
+    kinds = select_sql(database, distinct, ("text", "integer")).rows
     arrays = select_sql(database, f'SELECT DISTINCT "array" FROM designs WHERE {where} LIMIT 2').rows
     census = "SELECT n_foldings, min_twist, count(*) FROM designs"
     runs = [run for run in _rows(select(database, view="runs")) if (run["grid"], run["n"]) in kinds]
@@ -48,7 +50,7 @@ def fetch(database: Database, query: str, limit: int | None, sort: str = BEST_FI
             ("made", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
         ],
         funnel=_funnel(counts, total),
-        census=[tuple(row) for row in select_sql(database, f"{census} WHERE {where} GROUP BY 1, 2").rows],
+        census=list(select_sql(database, f"{census} WHERE {where} GROUP BY 1, 2", ("integer",) * 3).rows),
         designs=selected,
         foldings=_foldings(database, [_number(design["id"]) for design in selected]),
         total=total,
@@ -96,7 +98,7 @@ def _foldings(database: Database, ids: Sequence[int]) -> dict[int, list[Row]]:
     for first in range(0, len(ids), _IDS_AT_ONCE):
         listed = ", ".join(map(str, ids[first : first + _IDS_AT_ONCE]))
         sql = f"SELECT * FROM foldings WHERE design_id IN ({listed}) ORDER BY design_id, crease"
-        for row in _rows(select_sql(database, sql)):
+        for row in _rows(select_sql(database, sql, [quantity.kind for quantity in VIEWS["foldings"]])):
             found[_number(row["design_id"])].append(row)
     return dict(found)
 

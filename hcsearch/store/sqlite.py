@@ -76,7 +76,8 @@ def _look(path: Path, mode: str, timeout: float) -> Look:
         tables = {name for (name,) in connection.execute("SELECT name FROM sqlite_schema")}
         version = None
         if ours and VERSION_TABLE in tables:
-            version = connection.execute(f"SELECT max(version_num) FROM {VERSION_TABLE}").fetchone()[0]
+            found = connection.execute(f"SELECT max(version_num) FROM {VERSION_TABLE}").fetchone()[0]
+            version = None if found is None else str(found)
         return Look(version, not tables, ours)
     finally:
         connection.close()
