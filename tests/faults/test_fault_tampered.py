@@ -101,12 +101,10 @@ def test_tables_show_no_control_characters_and_csv_keeps_them(made, folder):
     assert HOSTILE in text.output
 
 
-@pytest.mark.parametrize("how_many", [6, pytest.param(None, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("how_many", [6, pytest.param(80, marks=pytest.mark.slow)])
 def test_no_value_of_a_column_is_a_traceback(made, folder, tally, how_many):
     # a number that stands for the row holds nothing but integers, whatever the schema says
     changes = [(table, column, value) for table, column, _ in made[1] if column != "id" for value in VALUES]
-    if how_many:
-        changes = seeded("tampered").sample(changes, how_many)
-    for change in changes:
+    for change in seeded("tampered").sample(changes, how_many):
         survive(made, folder, *change)
         tally("tampered database", 1, 0, 0)
