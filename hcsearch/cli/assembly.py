@@ -32,7 +32,7 @@ _LENGTHS = ("base", "thickness", "side", "width")
 @click.option("--side", type=float, metavar="MM", help="Side of squares, length of rectangles, in mm.")
 @click.option("--width", type=float, metavar="MM", help="Width of rectangles, in mm.")
 @click.option("--json", "as_json", is_flag=True, help="Print plain data; values not decided are null, with the reason.")
-@click.option("--picture", metavar="FILE.svg", help="Draw the flat pattern as SVG, too.")
+@click.option("--picture", metavar="FILE", help="Draw the flat pattern as SVG, too.")
 def assembly(
     name: str, size: str | None, alpha: float | None, as_json: bool, picture: str | None, **lengths: float | None
 ) -> None:

@@ -8,7 +8,7 @@ import click
 
 from hcsearch.cli.options import database_option
 from hcsearch.errors import QueryError
-from hcsearch.outputs import check_output
+from hcsearch.outputs import check_output, printable
 from hcsearch.store.columns import column_names
 from hcsearch.store.formats import FORMATS
 
@@ -58,4 +58,4 @@ def query(
             else:
                 save_rows(rows, style, Path(output))
     if output is not None:
-        click.echo(output)
+        click.echo(printable(output))

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from hcsearch.cli.options import database_option
-from hcsearch.outputs import check_output
+from hcsearch.outputs import check_output, printable
 
 
 @click.command(epilog="Example: hcsearch report 'grid=hex n=12' --output hex-12.html")
@@ -24,4 +24,4 @@ def report(condition: str, db: str, output: str, limit: int) -> None:
 
     check_output(output)
     with open_readonly(db) as database:
-        click.echo(write_report(database, condition, Path(output), limit=limit))
+        click.echo(printable(str(write_report(database, condition, Path(output), limit=limit))))
