@@ -5,6 +5,7 @@ Results come in the order of the units whoever works on them, so a run stores th
 
 from __future__ import annotations
 
+import asyncio
 import logging
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -148,6 +149,13 @@ def _cluster(address: str) -> Iterator[tuple[_Pool, int]]:
         logging.getLogger(name).setLevel(logging.CRITICAL)  # what they have to say comes as an exception
     connect: Any = Client  # untyped
     try:
+        # A client of anything else, such as a worker, waits long and complains when it is thrown away.
+        kind = asyncio.run(asyncio.wait_for(_kind(address), _PATIENCE))
+    except Exception as error:  # whatever comes of a language that only begins like Dask's
+        raise _no_scheduler(address) from error
+    if kind != "Scheduler":
+        raise _no_scheduler(address)
+    try:
         client = connect(address, timeout=_PATIENCE, set_as_default=False, direct_to_workers=True)
     except (OSError, ValueError, TypeError) as error:
         raise _no_scheduler(address) from error
@@ -160,6 +168,18 @@ def _cluster(address: str) -> Iterator[tuple[_Pool, int]]:
         ) from error
     finally:
         client.close(timeout=_PATIENCE)
+
+
+async def _kind(address: str) -> str | None:
+    """What listens at an address of Dask: Scheduler, Worker, Nanny."""
+    from distributed.core import connect, send_recv  # noqa: PLC0415 - an extra
+
+    link = await connect(address, timeout=_PATIENCE)
+    try:
+        found = await send_recv(link, op="identity")
+        return found.get("type") if isinstance(found, dict) else None
+    finally:
+        link.abort()
 
 
 def _no_scheduler(address: str) -> ClusterError:
