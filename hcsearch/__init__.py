@@ -9,9 +9,7 @@ Names are looked up on first use, so that the command line starts without loadin
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING
-
+TYPE_CHECKING = False  # as type checkers know it; `typing` takes longer to load than Ctrl-C may go unanswered
 if TYPE_CHECKING:
     from hcsearch.circuit import Circuit
     from hcsearch.enumeration import ArrayCount, ArraySearch, PolygonSearch, count_array, enumerate_circuits
@@ -64,4 +62,6 @@ __all__ = [
 def __getattr__(name: str) -> object:
     if name not in _MODULE_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module  # noqa: PLC0415
+
     return getattr(import_module(f"hcsearch.{_MODULE_OF[name]}"), name)

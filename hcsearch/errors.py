@@ -66,6 +66,10 @@ class QueryError(HcsearchError):
     """A query that cannot be read, or that would change the database."""
 
 
+class OutputError(HcsearchError):
+    """A file that cannot be written, or must not be: a folder, a database."""
+
+
 class ClusterError(HcsearchError):
     """Worker processes, or a cluster of them, that cannot be reached or have failed."""
 

@@ -21,6 +21,7 @@ from pathlib import Path
 import pytest
 
 from hcsearch.cli import main
+from hcsearch.store import open_database
 
 ENUMERATE = ("enumerate", "--until", "mobility")  # deployments take longer than all else: they have tests of their own
 ENUMERATE_HEX_10 = (*ENUMERATE, "--grid", "hex", "--n", "10", "--db", "d.sqlite")
@@ -89,6 +90,22 @@ def funnel(output):
 
 def rows(done):
     return list(csv.reader(io.StringIO(done.stdout)))[1:]
+
+
+def test_want_of_memory_is_one_line(tmp_path):
+    open_database(str(tmp_path / "d.sqlite"), create=True).close()
+    words = f"{sys.executable} -m hcsearch query --db d.sqlite --sql 'SELECT hex(zeroblob(480000000))'"
+    line = ["sh", "-c", f"ulimit -v 1000000; exec {words}"]
+    done = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("hcsearch: there is not enough memory: ask for less")
+    assert done.stderr.count("\n") == 1
+
+
+def test_messages_repeat_little_and_escape_what_a_terminal_would_act_on(run):
+    long = run("query", "--db", "x" * 200 + "/" + "y" * 90_000, code=2).stderr
+    assert len(long) < 2100
+    assert "\x1b" not in run("show", "hex:\x1b[31m", code=2).stderr
 
 
 def test_the_main_job(start, run):
@@ -249,7 +266,7 @@ def test_count(run):
         (("show", "--db", "d.sqlite", "hex:012"), "does not close"),
         (("show", "--db", "d.sqlite", "one:two:three"), "malformed design"),
         (("show", "hex:024:1"), "no two-stack folding"),
-        (("report", "--db", "d.sqlite", "--output", "cells.txt/r.html"), "r.html"),
+        (("report", "--db", "d.sqlite", "--output", "cells.txt/r.html"), "there is no folder cells.txt"),
         (("fold",), "No such command"),
     ],
 )
@@ -268,8 +285,8 @@ def test_bad_input_is_one_line_and_changes_nothing(run, tmp_path, words, message
     assert done.stderr.startswith("hcsearch: ")
     assert done.stderr.count("\n") == 1
     assert done.stdout == ""
-    files = [path for path in tmp_path.iterdir() if path.is_file() and not path.name.endswith(("-wal", "-shm"))]
-    assert {path.name: path.read_bytes() for path in files} == before
+    after = {path.name: path.read_bytes() for path in tmp_path.iterdir() if path.is_file()}
+    assert after == before
 
 
 @pytest.mark.usefixtures("hexagons")
@@ -308,7 +325,7 @@ def test_show_a_design_and_a_folding(run):
 
 @pytest.mark.usefixtures("hexagons")
 def test_report(run, tmp_path):
-    done = run("report", "n=10 two_stack", "--db", "d.sqlite", "--output", "pages/r.html")
+    done = run("report", "n=10 two_stack", "--db", "d.sqlite", "--output", "reports/r.html")
     page = (tmp_path / done.stdout.strip()).read_text(encoding="utf-8")
     assert page.count("<svg") >= 32
 

@@ -25,6 +25,7 @@ from hcsearch.bench.following import (
     measure_paths,
 )
 from hcsearch.bench.machine import Machine, this_machine
+from hcsearch.bench.plots import save_figure
 from hcsearch.bench.tables import Table, save
 
 PEERS = ("scipy",)
@@ -248,4 +249,4 @@ def plot_paths(rows: Sequence[PathRow], path: Path) -> None:
         axes.set(xlabel="seconds", xscale="log", yscale="log")
         axes.grid(alpha=0.3)
     figure.legend(*pictures[0].get_legend_handles_labels(), loc="outside lower center", ncols=6, fontsize="small")
-    figure.savefig(path, dpi=120)
+    save_figure(figure, path)

@@ -11,8 +11,11 @@ from hcsearch.bench.arrays import ArrayRow
 from hcsearch.bench.engines import ENGINES
 from hcsearch.bench.listing import GrowthRow, ListingRow
 from hcsearch.bench.work import OURS
+from hcsearch.outputs import replacing
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from hcsearch.bench.folding import FoldingRow
     from hcsearch.bench.identification import DampingRow, SpringRow
 
@@ -20,6 +23,12 @@ if TYPE_CHECKING:
     """A run of a bench of error against time: problem, engine, label of its curve, seconds, error."""
 
 _COLOURS = {"hex": "tab:blue", "square": "tab:orange", "triangle": "tab:green"}
+
+
+def save_figure(figure: Figure, path: Path, dpi: int = 120) -> None:
+    """Write a picture to a file, in the place of an older one."""
+    with replacing(path, (path.suffix,)) as part:
+        figure.savefig(part, dpi=dpi)
 
 
 def plot_growth(listed: Sequence[ListingRow], growth: Sequence[GrowthRow], path: Path) -> None:
@@ -54,7 +63,7 @@ def plot_growth(listed: Sequence[ListingRow], growth: Sequence[GrowthRow], path:
     total.set_ylim(top=60 * top)  # room for the legend
     for axes in (total, each):
         axes.grid(alpha=0.3)
-    figure.savefig(path, dpi=120)
+    save_figure(figure, path)
 
 
 def plot_arrays(rows: Sequence[ArrayRow], limit: float, path: Path) -> None:
@@ -95,7 +104,7 @@ def plot_arrays(rows: Sequence[ArrayRow], limit: float, path: Path) -> None:
     seconds.set_yscale("log")
     memory.set_ylim(bottom=0)
     figure.legend(*seconds.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize="small")
-    figure.savefig(path, dpi=120)
+    save_figure(figure, path)
 
 
 def plot_folding(rows: Sequence[FoldingRow], path: Path) -> None:
@@ -119,7 +128,7 @@ def plot_folding(rows: Sequence[FoldingRow], path: Path) -> None:
         axes.grid(alpha=0.3)
     pictures[0].set_ylabel("processor seconds, one core")
     figure.legend(*pictures[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize="small")
-    figure.savefig(path, dpi=120)
+    save_figure(figure, path)
 
 
 def plot_work(points: Sequence[WorkPoint], ylabel: str, path: Path) -> None:
@@ -140,7 +149,7 @@ def plot_work(points: Sequence[WorkPoint], ylabel: str, path: Path) -> None:
     for axes in pictures[len(names) :]:
         axes.set_axis_off()
     figure.legend(*pictures[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize="small")
-    figure.savefig(path, dpi=120)
+    save_figure(figure, path)
 
 
 def plot_identification(damping: Sequence[DampingRow], springs: Sequence[SpringRow], path: Path) -> None:
@@ -172,4 +181,4 @@ def plot_identification(damping: Sequence[DampingRow], springs: Sequence[SpringR
         axes.set(xscale="log", yscale="log")
         axes.legend(fontsize="small")
         axes.grid(alpha=0.3)
-    figure.savefig(path, dpi=120)
+    save_figure(figure, path)

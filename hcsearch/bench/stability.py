@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hcsearch.bench.machine import Machine, this_machine
+from hcsearch.bench.plots import save_figure
 from hcsearch.bench.stability_processors import CORES, ProcessorRow, measure_processors
 from hcsearch.bench.stability_sweeps import FEW, Case, cases
 from hcsearch.bench.stability_truths import STATES, largest_energy, states
@@ -316,7 +317,7 @@ def plot_heat(rows: Sequence[StabilityRow], path: Path) -> None:
         loc="outside lower center",
         ncols=len(VERDICTS),
     )
-    figure.savefig(path, dpi=150)
+    save_figure(figure, path, dpi=150)
 
 
 def _line(row: StabilityRow) -> str:

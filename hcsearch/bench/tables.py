@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hcsearch.bench.machine import Machine
+from hcsearch.outputs import make_folder, write_output
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -80,10 +81,11 @@ def save(tables: Sequence[Table], machine: Machine, folder: Path, name: str, hea
     heading : begins with a title `# ...`; what NAME.md has under other titles stays as it is.
     """
     below = folder / data
-    below.mkdir(parents=True, exist_ok=True)
-    (below / "machine.json").write_text(json.dumps(asdict(machine), indent=1) + "\n", encoding="utf-8")
+    for place in (folder, below):
+        make_folder(place)
+    write_output(below / "machine.json", json.dumps(asdict(machine), indent=1) + "\n")
     for table in tables:
-        frame(table).to_csv(below / f"{table.name}.csv", index=False)
+        write_output(below / f"{table.name}.csv", frame(table).to_csv(index=False))
     sections = "\n".join(map(markdown, tables))
     _put(folder / f"{name}.md", f"{heading}\n\n{machine}\n\n{sections}")
 
@@ -93,11 +95,10 @@ def _put(page: Path, part: str) -> None:
     old = page.read_text(encoding="utf-8") if page.exists() else ""
     parts = {text.partition("\n")[0]: text.rstrip() for text in re.split("^(?=# )", old, flags=re.MULTILINE) if text}
     parts[part.partition("\n")[0]] = part.rstrip()
-    page.write_text("\n\n".join(parts.values()) + "\n", encoding="utf-8")
+    write_output(page, "\n\n".join(parts.values()) + "\n")
 
 
 def save_json(tables: Sequence[Table], machine: Machine, path: Path) -> None:
     """Write machine and tables into one JSON file."""
     data = {"machine": asdict(machine)} | {table.name: table.records() for table in tables}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+    write_output(path, json.dumps(data, indent=1) + "\n")

@@ -24,9 +24,8 @@ from hcsearch.cli.show import show
 from hcsearch.cli.tune import tune
 from hcsearch.cli.units import units
 from hcsearch.errors import HcsearchError, one_line
+from hcsearch.interrupts import leave
 
-_INTERRUPTED = "hcsearch: interrupted; work that is kept in a database goes on from there when it is run again"
-_INTERRUPT_CODE = 128 + signal.SIGINT
 _PIPE_CODE = 128 + 13  # SIGPIPE, as shells say it
 
 
@@ -61,10 +60,10 @@ for command in (enumerate_, count, query, rank, show, report, assembly, deploy, 
 
 def main() -> None:
     """Run the command line; wrong input is one line on stderr and exit code 2."""
-    signal.signal(signal.SIGINT, _interrupt)
     # NumPy reads it when it is loaded; matrices are small here, and more threads would wait for each other
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     try:
+        signal.signal(signal.SIGINT, _interrupt)
         hcsearch.main(standalone_mode=False)
         if sys.stdout is not None:
             sys.stdout.flush()
@@ -79,26 +78,23 @@ def main() -> None:
         _fail(error.format_message() + remedy)
     except (click.Abort, KeyboardInterrupt):
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        _leave()
+        leave()
+    except MemoryError:
+        _fail("there is not enough memory: ask for less, as by a smaller --n, fewer --jobs or a --limit, or free some")
     except (_UnreadError, BrokenPipeError):
         _discard_output()
         sys.exit(_PIPE_CODE)
     except OSError as error:
         _discard_output()
         _fail(f"cannot write or read: {error.strerror or error}; make room or choose another place")
+    finally:
+        signal.signal(signal.SIGINT, leave)
 
 
 def _interrupt(_number: int, _frame: object) -> None:
     """Stop in good order at the first Ctrl-C, and at once at the next: the database is safe either way."""
-    signal.signal(signal.SIGINT, _leave)
+    signal.signal(signal.SIGINT, leave)
     raise KeyboardInterrupt
-
-
-def _leave(*_signal: object) -> None:
-    """End without the interpreter's own end, in which objects that the interrupt left half made would complain."""
-    with contextlib.suppress(OSError):
-        os.write(2, f"{_INTERRUPTED}\n".encode())
-    os._exit(_INTERRUPT_CODE)
 
 
 def _discard_output() -> None:

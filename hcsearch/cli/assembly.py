@@ -6,13 +6,13 @@ import json
 import math
 import re
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from hcsearch.cli.options import Number
 from hcsearch.errors import HcsearchError
+from hcsearch.outputs import check_output, write_output
 
 if TYPE_CHECKING:
     from hcsearch.assemblies import Assembly, Parameters
@@ -33,7 +33,7 @@ _LENGTHS = ("base", "thickness", "side", "width")
 @click.option("--side", type=Number(), metavar="MM", help="Side of squares, length of rectangles, in mm.")
 @click.option("--width", type=Number(), metavar="MM", help="Width of rectangles, in mm.")
 @click.option("--json", "as_json", is_flag=True, help="Print plain data; values not decided are null, with the reason.")
-@click.option("--picture", type=click.Path(dir_okay=False), metavar="FILE", help="Draw the flat pattern as SVG, too.")
+@click.option("--picture", metavar="FILE", help="Draw the flat pattern as SVG, too.")
 def assembly(
     name: str, size: str | None, alpha: float | None, as_json: bool, picture: str | None, **lengths: float | None
 ) -> None:
@@ -53,9 +53,10 @@ def assembly(
     found = _named(name)
     parameters = parameters_of(found, given | {"alpha": alpha, "size": size})
     if picture is not None:
+        check_output(picture)
         from hcsearch.pattern_drawing import draw_pattern  # noqa: PLC0415
 
-        Path(picture).write_text(draw_pattern(found.build(parameters), found.title), encoding="utf-8")
+        write_output(picture, draw_pattern(found.build(parameters), found.title))
     facts = describe(found, parameters)
     if as_json:
         click.echo(json.dumps(facts, indent=2, allow_nan=False))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import click
 
 from hcsearch.cli.options import Number
+from hcsearch.outputs import check_folder, check_output
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,11 +35,23 @@ def bench() -> None:
     """Measure and compare: tables and plots of speed and memory, with machine and versions."""
 
 
+def _checked(check: Callable[[Path], None]) -> Callable[[click.Context, click.Parameter, Path | None], Path | None]:
+    """Refuse an output that could not be written before anything is measured."""
+
+    def callback(_context: click.Context, _parameter: click.Parameter, path: Path | None) -> Path | None:
+        if path is not None:
+            check(path)
+        return path
+
+    return callback
+
+
 def _common(name: str) -> Callable[[Command], Command]:
     """`--output`, `--quick` and `--json`, which every bench has."""
     output = click.option(
         "--output",
-        type=click.Path(file_okay=False, path_type=Path),
+        type=Path,
+        callback=_checked(check_folder),
         default=Path(f"reports/bench-{name}"),
         show_default=True,
         metavar="DIR",
@@ -48,7 +61,8 @@ def _common(name: str) -> Callable[[Command], Command]:
     json_file = click.option(
         "--json",
         "json_file",
-        type=click.Path(dir_okay=False, path_type=Path),
+        type=Path,
+        callback=_checked(check_output),
         metavar="FILE",
         help="All tables in one file.",
     )

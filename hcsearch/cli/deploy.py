@@ -9,6 +9,7 @@ import click
 
 from hcsearch.cli.subjects import read_subject, subject_options
 from hcsearch.errors import HcsearchError
+from hcsearch.outputs import check_output
 
 _METHODS = ("bogacki-shampine", "dormand-prince", "dormand-prince-8", "implicit")
 
@@ -51,9 +52,9 @@ def deploy(subject: str, as_json: bool, **options: Any) -> None:
     from hcsearch.deployment.deploying import deploy as simulated  # noqa: PLC0415
 
     if options["output"]:
-        telling.check_file(options["output"], telling.FORMATS)
+        check_output(options["output"], telling.FORMATS)
     if options["picture"]:
-        telling.check_file(options["picture"], telling.PICTURES)
+        check_output(options["picture"], telling.PICTURES)
     found = read_subject(subject, options | _own_springs(options))
     method, formulation = options["method"], options["formulation"] or found.formulation or "constrained"
     deployment = simulated(found.linkage, found.scene, formulation, method=method, tolerance=options["tolerance"])

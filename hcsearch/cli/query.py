@@ -8,7 +8,8 @@ import click
 
 from hcsearch.cli.options import database_option
 from hcsearch.cli.scenes import scene_asked_for, scene_options
-from hcsearch.errors import QueryError
+from hcsearch.errors import QueryError, printable
+from hcsearch.outputs import check_output
 from hcsearch.store.columns import column_names
 from hcsearch.store.formats import FORMATS
 
@@ -57,6 +58,8 @@ def query(
             "--sql stands alone: put conditions, columns, order and limit into the SELECT; the view deployments has "
             "all scenes"
         )
+    if output is not None:
+        check_output(output)
     with open_readonly(db) as database:
         if sql is not None:
             selected = stream_sql(database, sql)
@@ -71,4 +74,4 @@ def query(
             else:
                 save_rows(rows, style, Path(output))
     if output is not None:
-        click.echo(output)
+        click.echo(printable(output))

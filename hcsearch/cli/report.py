@@ -8,6 +8,8 @@ import click
 
 from hcsearch.cli.options import database_option
 from hcsearch.cli.scenes import scene_asked_for, scene_options
+from hcsearch.errors import printable
+from hcsearch.outputs import check_output
 
 
 @click.command(epilog="Example: hcsearch report 'grid=hex n=12' --output hex-12.html")
@@ -25,6 +27,7 @@ def report(
     from hcsearch.report import write_report  # noqa: PLC0415
     from hcsearch.store import open_readonly  # noqa: PLC0415
 
+    check_output(output)
     with open_readonly(db) as database:
         asked = scene_asked_for(database, scene, panel, across)
-        click.echo(write_report(database, condition, Path(output), limit=limit, scene=asked))
+        click.echo(printable(str(write_report(database, condition, Path(output), limit=limit, scene=asked))))

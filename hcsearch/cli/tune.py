@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,6 +10,7 @@ import click
 from hcsearch.cli.progress import Meter
 from hcsearch.cli.subjects import Subject, read_subject, subject_options
 from hcsearch.errors import HcsearchError
+from hcsearch.outputs import check_output, write_output
 
 if TYPE_CHECKING:
     from hcsearch.deployment.choosing import SpringSet
@@ -59,12 +59,11 @@ def tune(subject: str, as_json: bool, **options: Any) -> None:
     Exit code: 0 where the springs that are chosen come flat, certified clear; 1 where none do; 2 for wrong input.
     """
     from hcsearch.deployment.ledger import Ledger  # noqa: PLC0415
-    from hcsearch.deployment.telling import check_file  # noqa: PLC0415
     from hcsearch.deployment.tuning import tune as tuned  # noqa: PLC0415
     from hcsearch.store import open_database  # noqa: PLC0415
 
     if options["output"]:
-        check_file(options["output"], (".toml",))
+        check_output(options["output"], (".toml",))
     catalogue, spread = _catalogue(options["catalogue"]), _spread(options["spreads"])
     found = read_subject(subject, options)
     _check_catalogue(catalogue, found)
@@ -106,7 +105,7 @@ def _write(path: str, tuning: Tuning, found: Subject) -> None:
     if tuning.rounded is not None and not tuning.rounded.confirmed:
         click.echo(f"no catalogue springs are certified clear: {path} has the tuned ones", err=True)
     scene = scene_springs(tuning.scene, _chosen(tuning).stiffnesses)
-    Path(path).write_text(file_text(found.facts, tuning.formulation, scene), encoding="utf-8")
+    write_output(path, file_text(found.facts, tuning.formulation, scene))
 
 
 def _catalogue(text: str | None) -> tuple[float, ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from hcsearch.deployment.arrivals import arrivals
 from hcsearch.deployment.compiling import OMISSIONS, compile_scene
 from hcsearch.deployment.deploying import Deployment, run
 from hcsearch.errors import HcsearchError
+from hcsearch.outputs import replacing
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -19,16 +19,6 @@ if TYPE_CHECKING:
 FORMATS = (".csv", ".npz", ".parquet")
 """Endings of files that tables are written to."""
 PICTURES = (".svg", ".png", ".pdf")
-
-
-def check_file(path: str, endings: tuple[str, ...]) -> None:
-    """Refuse a file that could not be written, before anything is computed."""
-    if Path(path).suffix not in endings:
-        raise HcsearchError(f"{path} has no known ending: write {', '.join(endings)}")
-    if not Path(path).parent.is_dir():
-        raise HcsearchError(f"there is no folder {Path(path).parent}: make it, or write to another")
-    if Path(path).is_dir():
-        raise HcsearchError(f"{path} is a folder: name a file")
 
 
 def facts(deployment: Deployment) -> dict[str, Any]:
@@ -124,18 +114,16 @@ def _books(deployment: Deployment) -> dict[str, np.ndarray]:
 def save_table(deployment: Deployment, path: str) -> None:
     """Write the states to a file, by its ending: .csv, .npz or .parquet (extra `parquet`)."""
     states = table(deployment)
-    kind = Path(path).suffix
-    if kind == ".csv":
-        states.to_csv(path, index=False)
-    elif kind == ".npz":
-        np.savez_compressed(path, allow_pickle=False, **{str(name): states[name].to_numpy() for name in states})
-    elif kind == ".parquet":
-        try:
-            states.to_parquet(path, index=False)
-        except ImportError as error:
-            raise HcsearchError("Parquet needs an extra: pip install 'hcsearch[parquet]', or write .csv") from error
-    else:
-        raise HcsearchError(f"{path} has no known ending: write {', '.join(FORMATS)}")
+    with replacing(path, FORMATS) as part:
+        if part.suffix == ".csv":
+            states.to_csv(part, index=False)
+        elif part.suffix == ".npz":
+            np.savez_compressed(part, allow_pickle=False, **{str(name): states[name].to_numpy() for name in states})
+        else:
+            try:
+                states.to_parquet(part, index=False)
+            except ImportError as error:
+                raise HcsearchError("Parquet needs an extra: pip install 'hcsearch[parquet]', or write .csv") from error
 
 
 def savings(deployment: Deployment, *, method: str | None, tolerance: float) -> list[dict[str, Any]]:
@@ -192,4 +180,5 @@ def picture(deployment: Deployment, path: str, title: str) -> None:
         below.legend(fontsize="x-small")
     for axes in (above, below):
         axes.grid(alpha=0.3)
-    figure.savefig(path, dpi=120)
+    with replacing(path, PICTURES) as part:
+        figure.savefig(part, dpi=120)

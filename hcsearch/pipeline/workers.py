@@ -5,8 +5,8 @@ Results come in the order of the units whoever works on them, so a run stores th
 
 from __future__ import annotations
 
+import asyncio
 import logging
-import re
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor, wait
@@ -18,12 +18,12 @@ from itertools import islice
 from typing import Any, Protocol, TypeVar
 
 from hcsearch.errors import ClusterError
+from hcsearch.pipeline.addresses import greets_as_dask, host_and_port
 from hcsearch.pipeline.processes import DeadWorkerError, ProcessExecutor
 
 P = TypeVar("P")
 T = TypeVar("T")
 
-_ADDRESS = r"(tcp://)?([^\s/:\[\]]+|\[[0-9a-fA-F:]+\]):\d+"
 _PARCEL = 4  # units that travel together: fewer journeys
 _AHEAD = 4  # parcels in work or waiting for each worker: more even out their sizes, fewer take less memory
 _PATIENCE = 10.0  # seconds
@@ -43,8 +43,8 @@ class Crew:
     scheduler: str | None = None
 
     def __post_init__(self) -> None:
-        if self.scheduler is not None and not re.fullmatch(_ADDRESS, self.scheduler):
-            raise ClusterError(f"{self.scheduler!r} is not the address of a scheduler: write it as tcp://HOST:8786")
+        if self.scheduler is not None:
+            host_and_port(self.scheduler)
 
     def check(self) -> None:
         """Refuse a cluster that cannot be used, before anything else is touched."""
@@ -145,16 +145,22 @@ def _cluster(address: str) -> Iterator[tuple[_Pool, int]]:
         from distributed.client import ClosedClientError  # noqa: PLC0415
     except ImportError as error:
         raise ClusterError("--scheduler needs Dask: pip install 'hcsearch[cluster]'") from error
+    if not greets_as_dask(*host_and_port(address)):
+        raise _no_scheduler(address)
     for name in ("distributed", "distributed.client", "distributed.core", "distributed.comm", "tornado.application"):
         logging.getLogger(name).setLevel(logging.CRITICAL)  # what they have to say comes as an exception
     connect: Any = Client  # untyped
     try:
+        # A client of anything else, such as a worker, waits long and complains when it is thrown away.
+        kind = asyncio.run(asyncio.wait_for(_kind(address), _PATIENCE))
+    except Exception as error:  # whatever comes of a language that only begins like Dask's
+        raise _no_scheduler(address) from error
+    if kind != "Scheduler":
+        raise _no_scheduler(address)
+    try:
         client = connect(address, timeout=_PATIENCE, set_as_default=False, direct_to_workers=True)
     except (OSError, ValueError, TypeError) as error:
-        raise ClusterError(
-            f"no Dask scheduler answers at {address}: start one with `dask scheduler` and give its address, such as "
-            "tcp://HOST:8786"
-        ) from error
+        raise _no_scheduler(address) from error
     try:
         yield _ClusterPool(client), _check_workers(client, address)
     except (KilledWorker, CancelledError, ClosedClientError, OSError) as error:
@@ -164,6 +170,25 @@ def _cluster(address: str) -> Iterator[tuple[_Pool, int]]:
         ) from error
     finally:
         client.close(timeout=_PATIENCE)
+
+
+async def _kind(address: str) -> str | None:
+    """What listens at an address of Dask: Scheduler, Worker, Nanny."""
+    from distributed.core import connect, send_recv  # noqa: PLC0415 - an extra
+
+    link = await connect(address, timeout=_PATIENCE)
+    try:
+        found = await send_recv(link, op="identity")
+        return found.get("type") if isinstance(found, dict) else None
+    finally:
+        link.abort()
+
+
+def _no_scheduler(address: str) -> ClusterError:
+    return ClusterError(
+        f"no Dask scheduler answers at {address}: start one with `dask scheduler` and give its address, such as "
+        "tcp://HOST:8786"
+    )
 
 
 def _check_workers(client: Any, address: str) -> int:

@@ -12,6 +12,7 @@ from importlib.metadata import version
 from hcsearch.report.data import ReportData, Row, Stage
 from hcsearch.scenes import DEFAULT
 from hcsearch.store import Database, Result, parse_query, select, select_sql, source_in
+from hcsearch.store.columns import VIEWS
 
 BEST_FIRST = "-untwisted,-two_stack,-score,-deployable"
 """Order of the designs on the page, so that a limit cuts off the worst; equal ones by id."""
@@ -35,8 +36,9 @@ def fetch(
     """
     where, designs = _where(database, query), source_in("designs", scene)
     selected = _rows(select(database, query, sort=sort, limit=limit, scene=scene))
-    counts = _rows(select_sql(database, f"SELECT {_COUNTS} FROM {designs} WHERE {where}"))[0]
-    kinds = select_sql(database, f"SELECT DISTINCT grid, n FROM {designs} WHERE {where} ORDER BY grid, n").rows
+    counts = _rows(select_sql(database, f"SELECT {_COUNTS} FROM {designs} WHERE {where}", ("integer",) * 7))[0]
+    distinct = f"SELECT DISTINCT grid, n FROM {designs} WHERE {where} ORDER BY grid, n"
+    kinds = select_sql(database, distinct, ("text", "integer")).rows
     arrays = select_sql(database, f'SELECT DISTINCT "array" FROM {designs} WHERE {where} LIMIT 2').rows
     census = f"SELECT n_foldings, min_twist, count(*) FROM {designs}"
     runs = [run for run in _rows(select(database, view="runs")) if (run["grid"], run["n"]) in kinds]
@@ -54,7 +56,7 @@ def fetch(
             ("made", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
         ],
         funnel=_funnel(counts, total),
-        census=[tuple(row) for row in select_sql(database, f"{census} WHERE {where} GROUP BY 1, 2").rows],
+        census=list(select_sql(database, f"{census} WHERE {where} GROUP BY 1, 2", ("integer",) * 3).rows),
         designs=selected,
         foldings=_foldings(database, [_number(design["id"]) for design in selected], scene),
         total=total,
@@ -102,7 +104,7 @@ def _foldings(database: Database, ids: Sequence[int], scene: str) -> dict[int, l
     for first in range(0, len(ids), _IDS_AT_ONCE):
         listed = ", ".join(map(str, ids[first : first + _IDS_AT_ONCE]))
         sql = f"SELECT * FROM {source_in('foldings', scene)} WHERE design_id IN ({listed}) ORDER BY design_id, crease"
-        for row in _rows(select_sql(database, sql)):
+        for row in _rows(select_sql(database, sql, [quantity.kind for quantity in VIEWS["foldings"]])):
             found[_number(row["design_id"])].append(row)
     return dict(found)
 

@@ -11,10 +11,18 @@ from types import TracebackType
 from sqlalchemy import Connection, Engine
 from sqlalchemy.exc import ProgrammingError
 
-from hcsearch.errors import DatabaseError
+from hcsearch.errors import DatabaseError, HcsearchError
 from hcsearch.store import postgresql, sqlite
 from hcsearch.store.failures import explained
-from hcsearch.store.location import EXAMPLES, Location, check_writable, is_filled, parse_location
+from hcsearch.store.location import (
+    EXAMPLES,
+    FileIdentity,
+    Location,
+    check_writable,
+    file_identity,
+    is_filled,
+    parse_location,
+)
 from hcsearch.store.migrate import check_revision, current_revision, foreign, refuse_foreign, upgrade
 from hcsearch.store.schema import REVISION
 
@@ -24,17 +32,22 @@ TIMEOUT = 60.0
 
 @dataclass(frozen=True)
 class Database:
-    """An open database. `location` is its name for messages, without any password; `path` is its file, if it is one."""
+    """An open database. `location` is its name for messages, without any password; `path` is its file, if it is one.
+
+    identity : of the file that is written to; made : whether it was made when it was opened.
+    """
 
     engine: Engine
     location: str
     readonly: bool
     path: Path | None = None
+    identity: FileIdentity | None = None
+    made: bool = False
 
     @contextmanager
     def reading(self) -> Iterator[Connection]:
         """Give a connection for reading."""
-        with explained(self.location), self.engine.connect() as connection:
+        with self._in_place(), explained(self.location), self.engine.connect() as connection:
             yield connection
 
     @contextmanager
@@ -43,8 +56,30 @@ class Database:
         if self.readonly:
             raise DatabaseError(f"database {self.location} is open read-only: open it with open_database to write")
         engine = self.engine.execution_options(hcsearch_begin="IMMEDIATE")
-        with explained(self.location), engine.begin() as connection:
+        with self._in_place(), explained(self.location), engine.begin() as connection:
             yield connection
+
+    @contextmanager
+    def _in_place(self) -> Iterator[None]:
+        """Refuse to go on, before and after a transaction, when the name leads to another file than was opened."""
+        self.check_place()
+        try:
+            yield
+        except DatabaseError:
+            self.check_place()  # the reason for whatever else has failed
+            raise
+        self.check_place()
+
+    def check_place(self) -> None:
+        """DatabaseError when the file that is written to was removed, renamed or replaced: SQLite would not notice."""
+        if self.identity is None:
+            return
+        assert self.path is not None
+        if file_identity(self.path) != self.identity:
+            raise DatabaseError(
+                f"database {self.location} was removed, renamed or replaced by another program while it was in use: "
+                "put it back with its -wal file, or give the same command again, from the start"
+            )
 
     def close(self) -> None:
         """Close all connections."""
@@ -57,6 +92,9 @@ class Database:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self.close()
+        # What is refused leaves nothing behind.
+        if self.made and isinstance(error, HcsearchError) and self.path and file_identity(self.path) == self.identity:
+            sqlite.remove_unused(self.path)
 
 
 def open_database(location: str, *, create: bool, timeout: float = TIMEOUT) -> Database:
@@ -71,10 +109,18 @@ def open_database(location: str, *, create: bool, timeout: float = TIMEOUT) -> D
         return _open_server(place, create=create, readonly=False, timeout=timeout)
     assert place.path is not None
     with explained(place.text):
+        made = not is_filled(place)
         _prepare_file(place, create=create, timeout=timeout)
+        identity = file_identity(place.path)
         engine = sqlite.writing_engine(place.path, timeout)
         engine.connect().close()
-    return Database(engine, place.text, readonly=False, path=place.path)
+    database = Database(engine, place.text, readonly=False, path=place.path, identity=identity, made=made)
+    try:
+        database.check_place()
+    except DatabaseError:
+        database.close()
+        raise
+    return database
 
 
 def open_readonly(location: str, *, timeout: float = TIMEOUT) -> Database:
@@ -162,8 +208,8 @@ def _open_server(place: Location, *, create: bool, readonly: bool, timeout: floa
 def _try_server(engine: Engine, place: Location) -> None:
     try:
         engine.connect().close()
-    except ProgrammingError as error:
-        detail = str(error.orig).splitlines()[0]
+    except (ProgrammingError, UnicodeError) as error:
+        detail = str(error.orig if isinstance(error, ProgrammingError) else error).splitlines()[0]
         raise DatabaseError(f"the URL {place.text} has an option that cannot be used ({detail}): {EXAMPLES}") from error
 
 

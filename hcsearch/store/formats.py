@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from hcsearch.errors import QueryError
+from hcsearch.errors import QueryError, printable
 
 if TYPE_CHECKING:
     from hcsearch.store.rows import Rows
@@ -109,6 +109,6 @@ def _cell(value: Any, style: str) -> str:
     if value is None:
         return "-"
     text = f"{value:.6g}" if isinstance(value, float) else str(plain(value))
-    # A cell is one line, and a bar would end it in markdown.
-    text = " ".join(text.splitlines())
+    # A cell is one line that no terminal acts on, and a bar would end it in markdown.
+    text = printable(" ".join(text.splitlines()))
     return text.replace("|", "\\|") if style == "pipe" else text

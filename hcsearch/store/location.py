@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import stat
 from dataclasses import dataclass
@@ -11,10 +12,15 @@ from pathlib import Path
 from sqlalchemy import URL, make_url
 from sqlalchemy.exc import ArgumentError
 
-from hcsearch.errors import DatabaseError
+from hcsearch.errors import DatabaseError, printable
 
 _SERVERS = ("postgresql", "postgresql+psycopg")
-_SECRETS = ("password", "sslpassword")
+_OPEN = ("host", "hostaddr", "port", "user")
+"""Options of a URL that messages show; the values of all others may be secrets, by whatever name."""
+
+FileIdentity = tuple[int, int]
+"""Device and number of a file."""
+
 EXAMPLES = "give a path, sqlite:///PATH, or postgresql+psycopg://USER@HOST/NAME"
 
 
@@ -30,33 +36,45 @@ class Location:
 def parse_location(text: str) -> Location:
     """Read a path or an SQLAlchemy URL; DatabaseError when it is neither."""
     if not text or "\0" in text or text == ":memory:":
-        raise DatabaseError(f"{text!r} names no database that lasts: {EXAMPLES}")
+        raise DatabaseError(f"{_shown(text)!r} names no database that lasts: {EXAMPLES}")
     if "://" not in text:
         return Location(_shown(text), path=Path(text))
     try:
         url = make_url(text)
     except (ArgumentError, ValueError) as error:
-        # The text is not shown: it may hold a password.
-        raise DatabaseError(f"the database URL cannot be read: {EXAMPLES}") from error
+        raise _unreadable() from error
     if url.drivername in ("sqlite", "sqlite+pysqlite"):
         return _sqlite_file(url)
     if url.drivername not in _SERVERS:
         raise DatabaseError(f"databases of the kind {url.drivername!r} are not supported: {EXAMPLES}")
-    hidden = url.update_query_dict({name: "***" for name in _SECRETS if name in url.query})
-    return Location(_shown(hidden.render_as_string(hide_password=True)), url=url.set(drivername=_SERVERS[-1]))
+    # A password with @, : or / as they are leaves a part of itself in one of the other parts.
+    loose = "@" in (url.host or "") or ":" in (url.username or "") or re.search("[:@]", url.database or "")
+    if loose or not text.isprintable():
+        raise _unreadable()
+    hidden = url.update_query_dict({name: "***" for name in url.query if name not in _OPEN})
+    shown = hidden.render_as_string(hide_password=True).replace("%2A%2A%2A", "***")
+    return Location(shown, url=url.set(drivername=_SERVERS[-1]))
+
+
+def _unreadable() -> DatabaseError:
+    """The refusal of a URL, which is not shown: it may hold a password."""
+    marks = "a password with @ as %40, : as %3A and / as %2F, or in PGPASSWORD"
+    return DatabaseError(f"the database URL cannot be read: {EXAMPLES}, {marks}")
 
 
 def _sqlite_file(url: URL) -> Location:
     if not url.database or url.database == ":memory:":
-        raise DatabaseError(f"{url} names no database that lasts: {EXAMPLES}")
+        raise DatabaseError(f"the SQLite URL names no database that lasts: {EXAMPLES}")
     if url.query or url.database.startswith("file:") or url.host:
-        raise DatabaseError(f"{url} has options or a host, which are not supported: give sqlite:///PATH or a path")
+        raise DatabaseError(
+            "the SQLite URL has options or a host, which are not supported: give sqlite:///PATH or a path"
+        )
     return Location(_shown(url.database), path=Path(url.database))
 
 
 def _shown(path: str) -> str:
-    """Put a path on one line that every terminal can print."""
-    return path if path.isprintable() else ascii(path)
+    """Put a path on one line that every terminal can print; one that may be a mistyped URL without its password."""
+    return printable(re.sub(":.*@", ":***@", path, flags=re.DOTALL))
 
 
 def is_filled(location: Location) -> bool:
@@ -73,6 +91,15 @@ def is_filled(location: Location) -> bool:
         kind = "a folder: name a file in it" if stat.S_ISDIR(status.st_mode) else "not a file: name another"
         raise DatabaseError(f"database {location.text} is {kind}")
     return status.st_size > 0
+
+
+def file_identity(path: Path) -> FileIdentity | None:
+    """Return what tells a file from all others, whatever its name; None when there is none."""
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return status.st_dev, status.st_ino
 
 
 def check_writable(location: Location) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from sqlalchemy import Connection, inspect, text
@@ -18,12 +19,14 @@ def current_revision(connection: Connection) -> str | None:
     """Return the revision of the schema behind a connection; None where there is none of ours."""
     if not inspect(connection).has_table(VERSION_TABLE):
         return None
-    found: str | None = connection.scalar(text(f"SELECT max(version_num) FROM {VERSION_TABLE}"))
-    return found
+    found = connection.scalar(text(f"SELECT max(version_num) FROM {VERSION_TABLE}"))
+    return None if found is None else str(found)
 
 
 def check_revision(location: str, revision: str, *, upgradable: bool) -> None:
-    """Refuse a schema that this program cannot use: newer, or older where it may not be upgraded."""
+    """Refuse a schema that this program cannot use: newer, older where it may not be upgraded, or none."""
+    if not re.fullmatch("[0-9]{4}", revision):
+        raise DatabaseError(f"database {location} is damaged, its schema has no number: restore a copy")
     if revision > REVISION:
         raise DatabaseError(
             f"database {location} was made by a newer hcsearch (schema {revision}, this one knows {REVISION}): "

@@ -5,19 +5,19 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from typing import Any
 
 from sqlalchemy import Select
 from sqlalchemy import select as sql_select
 
 from hcsearch.circuit import Circuit
-from hcsearch.errors import HcsearchError, QueryError, SceneError
+from hcsearch.errors import HcsearchError, QueryError, SceneError, printable
 from hcsearch.scenes import DEFAULT
-from hcsearch.store.columns import column_names
+from hcsearch.store.columns import Kind, column_names
 from hcsearch.store.conditions import find_quantity, parse_query, sort_terms, split_names, view_table
 from hcsearch.store.database import Database
-from hcsearch.store.rows import CHUNK, Result, Rows, chunks_of, refusing
+from hcsearch.store.rows import CHUNK, Result, Row, Rows, check_values, chunks_of, refusing
 from hcsearch.store.verdicts import scene_names
 
 __all__ = ["find_design", "parse_query", "select", "select_sql", "stream", "stream_sql"]
@@ -60,13 +60,25 @@ def stream(
     with database.reading() as connection:
         with refusing():
             cursor = connection.execute(statement, execution_options=_CURSOR)
-        yield Rows(names, tuple(quantity.kind for quantity in quantities), chunks_of(cursor))
+        # A cursor that is left open in the midst of its rows would keep the file in use.
+        with closing(cursor):
+            kinds = tuple(quantity.kind for quantity in quantities)
+            yield Rows(names, kinds, _checked(database, names, kinds, chunks_of(cursor)))
+
+
+def _checked(
+    database: Database, names: Sequence[str], kinds: Sequence[Kind | None], chunks: Iterator[Sequence[Row]]
+) -> Iterator[Sequence[Row]]:
+    for chunk in chunks:
+        check_values(database.location, names, kinds, chunk)
+        yield chunk
 
 
 @contextmanager
-def stream_sql(database: Database, sql: str) -> Iterator[Rows]:
+def stream_sql(database: Database, sql: str, kinds: Sequence[Kind] = ()) -> Iterator[Rows]:
     """Give the rows of one SQL statement that only reads, as they are read; the database is from `open_readonly`.
 
+    kinds : of its columns, where other values are to be refused.
     QueryError: a statement that would change something, several statements, or a mistake in the SQL.
     """
     if not database.readonly:
@@ -79,7 +91,9 @@ def stream_sql(database: Database, sql: str) -> Iterator[Rows]:
             if not cursor.returns_rows:
                 raise QueryError("the SQL returns no rows, and the database is read-only: write a SELECT")
             names = tuple(cursor.keys())
-        yield Rows(names, (None,) * len(names), chunks_of(cursor))
+        with closing(cursor):
+            known = tuple(kinds) or (None,) * len(names)
+            yield Rows(names, known, _checked(database, names, known, chunks_of(cursor)))
 
 
 def select(
@@ -97,9 +111,9 @@ def select(
         return rows.gathered()
 
 
-def select_sql(database: Database, sql: str) -> Result:
-    """Return the rows of one SQL statement that only reads, as in `stream_sql`."""
-    with stream_sql(database, sql) as rows:
+def select_sql(database: Database, sql: str, kinds: Sequence[Kind] = ()) -> Result:
+    """Return the rows of one SQL statement that only reads, with `kinds` as in `stream_sql`."""
+    with stream_sql(database, sql, kinds) as rows:
         return rows.gathered()
 
 
@@ -131,20 +145,27 @@ def _statement(view: str, scene: str, names: Sequence[str], query: str, sort: st
 
 
 def find_design(database: Database, text: str) -> dict[str, Any]:
-    """Return the row of `designs` of an id or a circuit notation, with its rows of `foldings` and `deployments`."""
+    """Return the row of `designs` of an id or a circuit notation, with its rows of `foldings` and `deployments`.
+
+    For people: control characters in its texts are escaped.
+    """
     by_id = re.fullmatch(r"[0-9]+", text) is not None
     source = view_table("designs")
     wanted = source.c.id == int(text[:20]) if by_id else source.c.circuit.in_(_spellings(text))
     if by_id and int(text[:20]) >= 2**63:
         raise _unknown(database, text)
     with database.reading() as connection:
-        found = connection.execute(sql_select(source).where(wanted)).mappings().first()
-    if found is None:
+        key = connection.execute(sql_select(source.c.id).where(wanted)).scalar()
+    if key is None:
         raise _unknown(database, text)
-    parts = {view: select(database, f"design_id={found['id']}", view=view) for view in ("foldings", "deployments")}
-    return {**found} | {
-        view: [dict(zip(own.columns, row, strict=True)) for row in own.rows] for view, own in parts.items()
-    }
+    queries = {"designs": f"id={key}", "foldings": f"design_id={key}", "deployments": f"design_id={key}"}
+    found = {view: _for_people(select(database, query, view=view)) for view, query in queries.items()}
+    return found.pop("designs")[0] | found
+
+
+def _for_people(result: Result) -> list[dict[str, Any]]:
+    rows = ([printable(value) if isinstance(value, str) else value for value in row] for row in result.rows)
+    return [dict(zip(result.columns, row, strict=True)) for row in rows]
 
 
 def _spellings(text: str) -> list[str]:

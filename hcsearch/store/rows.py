@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from decimal import Decimal
@@ -13,11 +13,19 @@ from typing import Any
 from sqlalchemy import CursorResult
 from sqlalchemy.exc import DBAPIError
 
-from hcsearch.errors import HcsearchError, QueryError
+from hcsearch.errors import DatabaseError, HcsearchError, QueryError
 from hcsearch.store.columns import Kind, view_names
 from hcsearch.store.failures import is_of_database, is_refusal
 
 Row = tuple[Any, ...]
+
+_NONE = type(None)
+_TYPES: dict[str, set[type]] = {
+    "integer": {int, _NONE},
+    "boolean": {int, _NONE},
+    "real": {int, float, _NONE},
+    "text": {str, _NONE},
+}
 
 CHUNK = 1000
 """Rows fetched at once."""
@@ -58,6 +66,21 @@ def chunks_of(cursor: CursorResult[Any]) -> Iterator[Sequence[Row]]:
             yield [tuple(row) for row in fetched]
         else:
             yield [tuple(map(_plain, row)) for row in fetched]
+
+
+def check_values(
+    location: str, names: Sequence[str], kinds: Sequence[Kind | None], rows: Iterable[Sequence[Any]]
+) -> None:
+    """Refuse rows with values that their columns cannot hold, which SQLite lets every program store.
+
+    kinds : of the columns named; None where any value may be. DatabaseError names the first such column.
+    """
+    for name, kind, values in zip(names, kinds, zip(*rows, strict=True), strict=False):
+        if kind is not None and not set(map(type, values)) <= _TYPES[kind]:
+            raise DatabaseError(
+                f"database {location} is damaged, column {name} holds what is no {kind} value: restore a copy, or "
+                "mend it with `sqlite3 FILE`"
+            )
 
 
 def _plain(value: Any) -> Any:

@@ -23,10 +23,14 @@ _STEPS = 100_000  # of SQLite's virtual machine
 
 @dataclass(frozen=True)
 class Look:
-    """What a file holds at first sight: `version` of our schema, None where the file is not ours; no tables at all."""
+    """What a file holds at first sight: `version` of our schema, None where the file is not ours; no tables at all.
+
+    ours : whether it has our number.
+    """
 
     version: str | None
     empty: bool
+    ours: bool = False
 
 
 def connect(path: Path, mode: str, timeout: float) -> sqlite3.Connection:
@@ -43,9 +47,15 @@ def connect(path: Path, mode: str, timeout: float) -> sqlite3.Connection:
 def look(path: Path, timeout: float) -> Look:
     """Look at a file without changing anything on disk, if it is not in use."""
     # An immutable connection leaves no -wal and -shm files behind, but sees only what is in the main file.
-    mode = "ro" if _companions(path) else "ro&immutable=1"
+    if not _has_content(path, "-journal"):
+        found = _look(path, "ro&immutable=1", timeout)
+        if not _has_content(path, "-wal"):
+            return found
+        if not found.ours:
+            # Ours has its number before it has a log. A look into the log of another program would leave a -shm.
+            return Look(None, empty=False)
     try:
-        return _look(path, mode, timeout)
+        return _look(path, "ro", timeout)
     except sqlite3.OperationalError as error:
         if primary_code(error) != sqlite3.SQLITE_READONLY:
             raise
@@ -53,10 +63,10 @@ def look(path: Path, timeout: float) -> Look:
         return _look(path, "rw", timeout)
 
 
-def _companions(path: Path) -> bool:
-    """Whether a journal with content lies beside the file."""
-    names = [path.with_name(path.name + suffix) for suffix in ("-wal", "-journal")]
-    return any(name.exists() and name.stat().st_size > 0 for name in names)
+def _has_content(path: Path, suffix: str) -> bool:
+    """Whether the journal of this kind lies beside the file, and is not empty."""
+    journal = path.with_name(path.name + suffix)
+    return journal.exists() and journal.stat().st_size > 0
 
 
 def _look(path: Path, mode: str, timeout: float) -> Look:
@@ -66,8 +76,9 @@ def _look(path: Path, mode: str, timeout: float) -> Look:
         tables = {name for (name,) in connection.execute("SELECT name FROM sqlite_schema")}
         version = None
         if ours and VERSION_TABLE in tables:
-            version = connection.execute(f"SELECT max(version_num) FROM {VERSION_TABLE}").fetchone()[0]
-        return Look(version, not tables)
+            found = connection.execute(f"SELECT max(version_num) FROM {VERSION_TABLE}").fetchone()[0]
+            version = None if found is None else str(found)
+        return Look(version, not tables, ours)
     finally:
         connection.close()
 
@@ -121,6 +132,16 @@ def tidy(path: Path) -> None:
         # Who closes the file last removes them, if allowed to write; SQLite's locks tell who that is.
         with closing(connect(path, "rw", timeout=0)) as connection:
             connection.execute("SELECT name FROM sqlite_schema").fetchone()
+
+
+def remove_unused(path: Path) -> None:
+    """Remove a database of ours that holds no rows, unless someone else uses it."""
+    with suppress(OSError, sqlite3.Error), closing(connect(path, "rw", timeout=0)) as connection:
+        connection.execute("PRAGMA journal_mode=DELETE")  # refused while there are other connections
+        connection.execute("BEGIN EXCLUSIVE")
+        tables = {name for (name,) in connection.execute("SELECT name FROM sqlite_schema WHERE type = 'table'")}
+        if not any(connection.execute(f'SELECT 1 FROM "{name}"').fetchone() for name in tables - {VERSION_TABLE}):
+            path.unlink()
 
 
 def _authorize(action: int, _first: str | None, second: str | None, _database: str | None, _trigger: str | None) -> int:

@@ -11,10 +11,14 @@ from sqlalchemy import ColumnElement, Connection, and_, distinct, func, select, 
 
 from hcsearch.errors import DatabaseError
 from hcsearch.records import DesignBatch, StageResult, Work
+from hcsearch.store.columns import Kind
 from hcsearch.store.database import Database
 from hcsearch.store.designs import insert_designs
+from hcsearch.store.rows import check_values
 from hcsearch.store.schema import FUNNEL, batch, design, run
 from hcsearch.store.upsert import insert_rows
+
+_KINDS: dict[str, Kind] = {"passed": "integer", "n_fixed": "integer", "seconds": "real"}
 
 
 def start_run(
@@ -80,6 +84,7 @@ def finished_batches(database: Database, work: Work, versions: Mapping[str, int]
     with database.reading() as connection:
         for row in connection.execute(wanted):
             if row.version == versions[row.stage]:
+                check_values(database.location, row._fields, [_KINDS.get(name) for name in row._fields], [row])
                 result = StageResult(row.stage, row.version, row.passed, row.n_fixed, row.seconds)
                 found.setdefault(row.prefix, {})[row.stage] = result
     return {

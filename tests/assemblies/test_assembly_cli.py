@@ -122,7 +122,7 @@ def test_wrong_input_says_what_to_do(words, message):
         (("element-8r", "--alpha", "wide"), "hcsearch assembly --help)"),
         (("element-8r", "--alpha", "nan"), "nan is not a finite number"),
         (("element-8r", "--base", "inf"), "inf is not a finite number"),
-        (("element-8r", "--picture", "nowhere/a.svg"), "make room or choose another place"),
+        (("element-8r", "--picture", "nowhere/a.svg"), "there is no folder nowhere: make it, or write to another"),
     ],
 )
 def test_wrong_input_is_one_line_and_exit_2(words, message):

@@ -2,9 +2,11 @@
 
 import os
 import signal
+import socket
 import sqlite3
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -143,3 +145,30 @@ def test_workers_of_another_version_are_refused(tmp_path, cluster, monkeypatch):
     monkeypatch.setattr("hcsearch.pipeline.workers._VERSION", "0.0.0")
     with pytest.raises(ClusterError, match=r"install 0\.0\.0 there"):
         Crew(scheduler=cluster.address).check()
+
+
+def test_the_address_of_a_worker_is_one_line_within_seconds(tmp_path, cluster):
+    from distributed import Client
+
+    until(cluster.working)
+    with Client(cluster.address, set_as_default=False) as client:
+        client.wait_for_workers(1, timeout=60)
+        worker = next(iter(client.scheduler_info()["workers"]))
+    begin = time.monotonic()
+    process = start(tmp_path, "--n", "6", "--scheduler", worker, "--db", "d.sqlite")
+    _, errors = process.communicate(timeout=60)
+    assert time.monotonic() - begin < 15
+    assert process.returncode == 2
+    assert errors.count("\n") == 1
+    assert f"no Dask scheduler answers at {worker}" in errors
+
+
+def test_a_stranger_at_the_address_is_one_line_within_seconds(tmp_path):
+    with socket.create_server(("127.0.0.1", 0)) as server:  # who takes calls and says nothing
+        begin = time.monotonic()
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        process = start(tmp_path, "--n", "6", "--scheduler", address, "--db", "d.sqlite")
+        _, errors = process.communicate(timeout=60)
+    assert time.monotonic() - begin < 15
+    assert (process.returncode, errors.count("\n")) == (2, 1)
+    assert list(tmp_path.iterdir()) == []

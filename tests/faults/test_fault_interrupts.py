@@ -2,9 +2,12 @@
 
 import signal
 import time
+from pathlib import Path
 
 import pytest
 
+import hcsearch
+from hcsearch.interrupts import INTERRUPTED as WORDS
 from tests.faults.fault_tools import INTERRUPTED, MANY, MOST, Running, assert_one_line, look, progress, seeded, wait_for
 
 
@@ -49,3 +52,26 @@ def test_ctrl_c_again_and_again_loses_nothing(tmp_path, law):
         injected += code != 0
         finished = now
     law("SIGINT", path, MOST, injected=injected, before=finished)
+
+
+STARTING = 0.3  # seconds: about as long as it takes to load the command line on an idle machine
+
+
+@pytest.mark.parametrize("times", [12, pytest.param(100, marks=pytest.mark.slow)])
+def test_ctrl_c_at_the_start_is_no_traceback(tmp_path, tally, times):
+    """What Python does before it comes to the first line of this program is its own."""
+    path = tmp_path / "designs.sqlite"
+    chance = seeded(f"{times} interrupts at the start")
+    for _ in range(times):
+        with Running("query", "--db", path) as running:
+            time.sleep(chance.uniform(0, STARTING))
+            code, out, err = running.end(signal.SIGINT)
+        assert out == ""
+        if code == INTERRUPTED:
+            assert err.removeprefix("\n") in ("", f"{WORDS}\n")
+        elif code == 2:
+            assert "there is no hcsearch database" in err
+        else:
+            assert code in (1, -signal.SIGINT)
+            assert str(Path(hcsearch.__file__).parent) not in err
+        tally("SIGINT", 1, 0, 0)

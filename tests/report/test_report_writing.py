@@ -4,7 +4,7 @@ from dataclasses import asdict
 import pytest
 
 from hcsearch.enumeration import ArraySearch
-from hcsearch.errors import HcsearchError, QueryError, SceneError
+from hcsearch.errors import OutputError, QueryError, SceneError
 from hcsearch.grid import GRIDS, parse_array
 from hcsearch.pipeline import Plan, run_into
 from hcsearch.report import write_report
@@ -143,18 +143,22 @@ def test_bytes_of_a_command_line_that_are_no_text_are_no_crash(database, tmp_pat
 @pytest.mark.parametrize("where", ["file/report.html", "", "bad\0name"])
 def test_a_path_that_cannot_be_written_is_one_clear_line(database, tmp_path, where):
     (tmp_path / "file").touch()
-    with pytest.raises(HcsearchError, match="cannot write the report to") as caught:
+    with pytest.raises(OutputError, match=r"cannot write|there is no folder|is a folder") as caught:
         write_report(database, "grid=hex n=8", tmp_path / where)
     assert "\n" not in str(caught.value)
 
 
-def test_missing_folders_are_made(database, tmp_path):
-    assert write_report(database, "n=8", tmp_path / "new" / "folder" / "report.html").is_file()
+def test_only_the_folder_of_reports_is_made(database, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert write_report(database, "n=8", "reports/report.html").is_file()
+    with pytest.raises(OutputError, match="there is no folder new: make it, or write to another"):
+        write_report(database, "n=8", "new/report.html")
+    assert [path.name for path in tmp_path.iterdir()] == ["reports"]
 
 
 def test_a_database_is_never_overwritten(database, database_file):
     before = database_file.read_bytes()
-    with pytest.raises(HcsearchError, match="it is a database; name another file"):
+    with pytest.raises(OutputError, match="it is a database: make room, or name another file"):
         write_report(database, "n=8", database_file)
     assert database_file.read_bytes() == before
 

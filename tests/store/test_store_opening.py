@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from store_samples import begin, record
 
-from hcsearch.errors import DatabaseError
+from hcsearch.errors import DatabaseError, QueryError
 from hcsearch.store import database as database_module
 from hcsearch.store import location, migrate, open_database, open_readonly, select, sqlite
 from hcsearch.store.schema import APPLICATION_ID
@@ -202,8 +202,10 @@ def test_database_that_another_program_left_in_a_crash(path, tmp_path):
     for suffix, content in left.items():
         path.with_name(path.name + suffix).write_bytes(content)
     assert all("another program" in message for message in every_way(path))
-    # Opening it for writing would move its log into the file.
-    assert {suffix: path.with_name(path.name + suffix).read_bytes() for suffix in left} == left
+    # Opening it for writing would move its log into the file, looking into the log leave a -shm.
+    assert files(path.parent) == {path.name + suffix: content for suffix, content in left.items()} | {
+        name: content for name, content in files(path.parent).items() if name.startswith("in use")
+    }
 
 
 def test_half_written_transaction_is_undone(path, tmp_path):
@@ -249,6 +251,17 @@ def test_application_number_of_another_program(path):
         ("sqlite:///x?mode=ro", "options"),
         ("://", "cannot be read"),
         ("postgresql://u:secret@host:port/name", "cannot be read"),
+        ("postgresql://u:begin@secret@host/name", "a password with @ as %40"),
+        ("postgresql://u:begin@host/secret@host/name", "cannot be read"),
+        ("postgresql://u/v:secret@host/name", "cannot be read"),
+        ("postgresql://u/v:secret?x@host/name", "cannot be read"),
+        ("postgresql://u%3Asecret@host/name", "cannot be read"),
+        ("postgresql://u:secret@host/\udcff", "cannot be read"),
+        ("postgresql://u\x1b:secret@host/name", "cannot be read"),
+        ("postgresql:/u:secret@host/name", "postgresql:***@host/name"),
+        ("u:secret@host.sqlite\0", "names no database"),
+        ("sqlite:///x?password=secret", "options"),
+        ("sqlite://u:secret@host/x", "a host"),
     ],
 )
 def test_urls_that_cannot_be_used(url, part, tmp_path, monkeypatch):
@@ -259,7 +272,17 @@ def test_urls_that_cannot_be_used(url, part, tmp_path, monkeypatch):
     assert files(tmp_path) == {}
 
 
-@pytest.mark.parametrize("url", ["postgresql://u:secret@host/name", "postgresql+psycopg://host/n?password=secret"])
+@pytest.mark.parametrize(
+    "url",
+    [
+        "postgresql://u:secret@host/name",
+        "postgresql://u:%40secret%40@host/name",
+        "postgresql://u:?secret#secret@host/name",
+        "postgresql+psycopg://host/n?password=secret",
+        "postgresql+psycopg://host/n?passwd=secret&PASSWORD=secret&options=-c%20x%3Dsecret",
+        "postgresql+psycopg://host/n?dbname=postgresql://u:secret@host/name",
+    ],
+)
 def test_missing_driver(monkeypatch, url):
     monkeypatch.setitem(sys.modules, "psycopg", None)
     for message in every_way(url):
@@ -296,6 +319,45 @@ def test_failed_creation_leaves_no_file(path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         open_database(str(path), create=True)
     assert files(path.parent) == {}
+
+
+def refuse(path, meanwhile=lambda _database: None):
+    """Refuse something after the database was opened."""
+
+    def work():
+        with open_database(str(path), create=True) as database:
+            meanwhile(database)
+            raise QueryError("no")
+
+    with pytest.raises(QueryError):
+        work()
+
+
+def test_a_refusal_removes_the_file_that_was_made_for_it(path):
+    refuse(path)
+    assert files(path.parent) == {}
+    path.touch()
+    refuse(path)
+    assert files(path.parent) == {}
+
+
+def test_a_refusal_keeps_what_was_there_before_or_is_used(path):
+    refuse(path, begin)
+    with open_readonly(str(path)) as reader:
+        assert len(select(reader, view="runs").rows) == 1
+    open_database(str(path.with_name("old")), create=True).close()
+    refuse(path.with_name("old"))
+    others = []
+    refuse(path.with_name("new"), lambda _: others.append(open_database(str(path.with_name("new")), create=False)))
+    begin(others[0])
+    others[0].close()
+    assert sorted(files(path.parent)) == sorted([path.name, "new", "old"])
+
+
+def test_an_interrupt_keeps_the_file_that_was_made(path):
+    with pytest.raises(KeyboardInterrupt), open_database(str(path), create=True):
+        raise KeyboardInterrupt
+    assert list(files(path.parent)) == [path.name]
 
 
 def test_file_removed_while_it_is_made(path, monkeypatch):

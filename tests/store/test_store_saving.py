@@ -10,12 +10,24 @@ import time
 import pytest
 from store_samples import as_rows, begin, circuits, record
 
-from hcsearch.errors import QueryError
-from hcsearch.store import Result, format_rows, open_database, open_readonly, save_rows, select, select_sql, stream
+from hcsearch.errors import OutputError, QueryError
+from hcsearch.store import (
+    Result,
+    format_rows,
+    open_database,
+    open_readonly,
+    save_rows,
+    select,
+    select_sql,
+    stream,
+    stream_sql,
+)
 from hcsearch.store.schema import design
 
 RESULT = Result(("id", "circuit"), ((1, "hex:0"), (2, None), (3, "é")))
 ENDLESS = "WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) SELECT count(*) FROM c"
+
+ENDLESS_ROWS = "WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) SELECT x FROM c"
 
 
 def saved(path, style="csv"):
@@ -50,13 +62,13 @@ def test_places_that_cannot_be_written(tmp_path, path):
     before = path.read_bytes()
     (tmp_path / "file").touch()
     for place, part in (
-        (tmp_path, "not a file"),
-        (tmp_path / "none" / "out", "No such file"),
-        (tmp_path / "file" / "out", "Not a directory"),
-        (path, "it is a database"),
-        ("/dev/null", "not a file"),
+        (tmp_path, "is a folder: name a file"),
+        (tmp_path / "none" / "out", "there is no folder .*: make it, or write to another"),
+        (tmp_path / "file" / "out", "there is no folder .*: make it, or write to another"),
+        (path, "it is a database: make room, or name another file"),
+        ("/dev/null", "it is not a file: make room, or name another file"),
     ):
-        with pytest.raises(QueryError, match=f"cannot write .*{part}.*: make room, or name another file"):
+        with pytest.raises(OutputError, match=part):
             saved(type(tmp_path)(place))
     assert path.read_bytes() == before
 
@@ -95,6 +107,21 @@ def test_reading_leaves_nothing_beside_a_file(path):
         assert len(select(reader).rows) == 3
     assert [file.name for file in path.parent.iterdir()] == [path.name]
     assert path.read_bytes() == before
+
+
+def fail_within(path, stream_of):
+    with open_readonly(str(path)) as reader, stream_of(reader) as rows:
+        raise QueryError(f"no {rows.columns}")
+
+
+def test_a_result_that_is_not_read_to_its_end_leaves_nothing_beside_a_file(path):
+    with open_database(str(path), create=True) as database:
+        record(database, circuits(1, 3))
+    for stream_of in (lambda reader: stream(reader, columns="id"), lambda reader: stream_sql(reader, ENDLESS_ROWS)):
+        with pytest.raises(QueryError) as caught:
+            fail_within(path, stream_of)
+        assert caught.tb  # which keeps what is in its frames
+        assert [file.name for file in path.parent.iterdir()] == [path.name]
 
 
 def test_tidying_does_not_disturb_others(path):

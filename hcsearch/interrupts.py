@@ -1,0 +1,17 @@
+"""Ctrl-C before and after the work of a command. Nothing heavy is imported here: it must be in place at once."""
+
+from __future__ import annotations
+
+import os
+
+INTERRUPTED = "hcsearch: interrupted; work that is kept in a database goes on from there when it is run again"
+CODE = 128 + 2  # SIGINT, as shells say it
+
+
+def leave(*_signal: object) -> None:
+    """End without the interpreter's own end, in which objects that the interrupt left half made would complain."""
+    try:  # noqa: SIM105 - contextlib takes longer to load
+        os.write(2, f"{INTERRUPTED}\n".encode())
+    except OSError:
+        pass  # nobody is there to read it
+    os._exit(CODE)
