@@ -308,7 +308,6 @@ def test_a_large_kernel_is_called_where_it_is(folder, load, monkeypatch):
     assert compiled_by_another() == ["1", "1"]
     assert compiled_by_another() == ["0", "0"]
     callee.unlink()
-    load().through(1.0)  # which has the code of before in memory
     for _ in range(1000):  # symbols are numbered in the order in which a process compiles
         next(FunctionIdentity._unique_ids)
     assert load(("return scaled(x)", "return 2.0 * scaled(x)")).through(1.0) == 5.0  # made again, under another symbol
