@@ -39,17 +39,11 @@ def inlined(function: Kernel) -> Kernel:
     return _compiled(function, counting=False, forceinline=True)
 
 
-def merged(function: Kernel) -> Kernel:
-    """Compile a kernel as a part of the one that calls it: each of its own is compiled with all that it calls."""
-    njit: Any = numba.njit
-    return cast(Kernel, njit(inline="always")(function))
-
-
 def _compiled(function: Kernel, *, counting: bool, **options: bool) -> Kernel:
     """A kernel whose machine code is kept on disk."""
     # the flag is passed on to kernels that are compiled on the way, unless they say themselves
     njit: Any = numba.njit  # has options that its types do not tell
-    kernel = njit(nogil=True, _nrt=counting, **options)(function)
+    kernel = njit(nogil=True, no_cfunc_wrapper=True, _nrt=counting, **options)(function)
     if isinstance(kernel, Dispatcher):  # and not the function itself, where numba is switched off
         KernelCache.attach(kernel)
     return cast(Kernel, kernel)

@@ -19,13 +19,13 @@ from unittest import mock
 import numba
 import numpy as np
 import pytest
+from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import NullCache
-from numba.core.compiler import CompileResult
 from numba.core.dispatcher import Dispatcher
 from numba.core.errors import TypingError
 
 import hcsearch.kernels
-from hcsearch.kernels import cache_folder, cache_locks
+from hcsearch.kernels import cache_folder, cache_locks, kernel_cache
 from hcsearch.kernels.stamps import stamp
 from hcsearch.kernels.words import insert_fingerprints
 
@@ -59,9 +59,9 @@ def paired(x):
 HIGH = """
 from PACKAGE import low
 from PACKAGE.low import other, scaled
-from hcsearch.kernels.compiled import compiled, merged
+from hcsearch.kernels.compiled import compiled, inlined
 
-@merged
+@inlined
 def between(x):
     return scaled(x)
 
@@ -184,7 +184,7 @@ def test_a_copy_compiles_nothing_and_an_edit_what_it_touches(folder, load):
     assert (edited.through(1.0), edited.apart(1.0)) == (6.0, 3.0)
     assert [misses(kernel) for kernel in (edited.through, edited.scaled, edited.apart)] == [1, 1, 0]
     assert load().through(1.0) == 3.0  # both are kept
-    assert len(list(folder.glob("*.kernel"))) == 6
+    assert len(list(folder.glob("*.kernel"))) == 8
 
 
 def run(script, *arguments, **environment):
@@ -275,7 +275,7 @@ def test_a_kernel_that_does_not_compile_is_not_claimed_any_more(folder, load, mo
     with pytest.raises(TypingError):
         module.through("text")
     claimed = [call.args for call in claim.mock_calls]
-    assert len(claimed) == 2  # of itself, and of what it calls
+    assert len(claimed) == 3  # of itself, and of what it calls
     script = """
         import sys
         from pathlib import Path
@@ -284,6 +284,49 @@ def test_a_kernel_that_does_not_compile_is_not_claimed_any_more(folder, load, mo
     """
     other = run(script, folder, *(key for _, key in claimed))
     assert other.communicate()[0] == "False\n"
+
+
+def test_a_large_kernel_is_called_where_it_is(folder, load, monkeypatch):
+    monkeypatch.setattr(kernel_cache, "_SIZE", 0)
+    place = Path(load().__file__).parents[1]
+    script = """
+        from hcsearch.kernels import kernel_cache
+        from kernels_of_a_test.high import scaled, through
+        kernel_cache._SIZE = 0
+        assert through(1.0) == 3.0
+        print(*(sum(kernel.stats.cache_misses.values()) for kernel in (through, scaled)))
+    """
+
+    def compiled_by_another():
+        other = run(script, PYTHONPATH=f"{place}:{Path.cwd()}", NUMBA_CACHE_DIR=folder.parent)
+        return other.communicate()[0].split()
+
+    assert load().through(1.0) == 3.0
+    assert compiled_by_another() == ["0", "0"]
+    (callee,) = folder.glob("*-scaled.kernel")
+    callee.unlink()
+    assert compiled_by_another() == ["1", "1"]
+    assert compiled_by_another() == ["0", "0"]
+    callee.unlink()
+    for _ in range(1000):  # symbols are numbered in the order in which a process compiles
+        next(FunctionIdentity._unique_ids)
+    assert load(("return scaled(x)", "return 2.0 * scaled(x)")).through(1.0) == 5.0  # made again, under another symbol
+    assert callee.exists()
+    assert compiled_by_another() == ["1", "0"]
+
+
+def test_a_kernel_that_others_call_is_made_for_python_when_python_calls_it(folder, load):
+    module = load()
+    assert module.through(1.0) == 3.0
+    assert misses(module.scaled) == 1
+    assert module.scaled(1.0) == 2.0
+    assert misses(module.scaled) == 2
+    assert module.scaled(2.0) == 4.0
+    assert len(module.scaled.signatures) == 1
+    again = load()
+    assert again.scaled(1.0) == 2.0
+    assert again.through(1.0) == 3.0
+    assert misses(again.scaled) == misses(again.through) == 0
 
 
 @pytest.mark.parametrize("damage", ["cut", "zeros", "garbage", "empty", "other"])
@@ -387,8 +430,13 @@ def test_numba_has_the_doors_through_which_the_cache_comes_in(folder, load):
     """Where this fails, numba has changed: see the docstring of `hcsearch.kernels.kernel_cache`."""
     interface = {name for name in vars(NullCache) if not name.startswith("_")}
     assert interface == {"cache_path", "load_overload", "save_overload", "enable", "disable", "flush"}
-    assert isinstance(numba.njit(lambda x: x)._cache, NullCache)
-    assert callable(CompileResult._reduce)
-    assert callable(CompileResult._rebuild)
+    kernel = numba.njit(lambda x: x)
+    assert isinstance(kernel._cache, NullCache)
+    for door in (kernel.compile, kernel.add_overload, kernel._compiler._customize_flags):
+        assert callable(door)
+    assert kernel(1) == 1
+    (result,) = kernel.overloads.values()
+    assert {"_reduce", "_rebuild"} <= set(dir(result))
+    assert {"_final_module", "_shared_module", "_get_module_for_linking"} <= set(dir(result.library))
     assert load().apart(1.0) == 3.0
     assert sorted(path.name.partition("-")[2] for path in folder.glob("*.kernel")) == ["apart.kernel", "other.kernel"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean, merged
+from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.multibody.cuts import cut_energy, cut_gap
 from hcsearch.kernels.multibody.events import UP, first_event, first_near, greatest_pull
 from hcsearch.kernels.multibody.explicit import Method, write_stage
@@ -173,7 +173,7 @@ def _ending(plan: Plan, hold: Hold, time: float, h: float, q: Reals, v: Reals, a
     return ending
 
 
-@merged
+@compiled
 def _happen(
     mechanism: Mechanism,
     hold: Hold,
@@ -198,7 +198,7 @@ def _happen(
     books[5] += before - _balance(mechanism, hold, q, v, work, books)
 
 
-@merged
+@compiled
 def _let_go(
     mechanism: Mechanism,
     hold: Hold,

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean, merged
+from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.multibody.events import greatest_pull, threshold
 from hcsearch.kernels.multibody.explicit import Method, step, write_stage
 from hcsearch.kernels.multibody.implicit import implicit_step
@@ -98,7 +98,7 @@ def first_step(plan: Plan, order: int, q: Reals, v: Reals, a: Reals) -> float:
     return min(plan.longest, max(guess, 1e-9 * plan.end))
 
 
-@merged
+@compiled
 def land(
     mechanism: Mechanism,
     hold: Hold,
@@ -168,7 +168,7 @@ def _parabolic(plan: Plan, h: float, more: float, first: Reals, last: Reals, end
     return True
 
 
-@merged
+@compiled
 def loosen(
     mechanism: Mechanism,
     hold: Hold,
