@@ -75,7 +75,12 @@ def crew_options(command: Command) -> Command:
     """`--jobs` and `--scheduler`: who works."""
     for option in (
         click.option("--scheduler", metavar="ADDRESS", help="Work on a Dask cluster instead, as tcp://HOST:8786."),
-        click.option("--jobs", type=click.IntRange(min=1), metavar="K", help="Processes.  [default: all cores]"),
+        click.option(
+            "--jobs",
+            type=click.IntRange(min=1),
+            metavar="K",
+            help="Processes, four a core at most.  [default: all cores]",
+        ),
     ):
         command = option(command)
     return command

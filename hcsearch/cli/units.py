@@ -10,7 +10,7 @@ import click
 
 from hcsearch.cli.options import Number
 from hcsearch.cli.progress import Meter
-from hcsearch.errors import HcsearchError
+from hcsearch.errors import HcsearchError, printable
 from hcsearch.grid import GRIDS
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def units(
             else:
                 _print(result)
     if not as_json:
-        stored = "" if db is None else f", {new} of them new in {db}"
+        stored = "" if db is None else f", {new} of them new in {printable(db)}"
         click.echo(f"{found} units{stored}")
 
 

@@ -19,8 +19,8 @@ MOMENTS = {"moment_N_m": 1.0, "moment_N_mm": 1e-3}
 TIME = "time_s"
 TINY, HUGE = 1e-30, 1e30
 """Sizes of numbers that are taken for measured: squares of others overflow or are nothing."""
-MOST_BYTES = 64 * 2**20
-"""Size of a file: some million samples, which take a gigabyte to read."""
+MOST_BYTES = 32 * 2**20
+"""Size of a file: two million samples of one channel, which take a gigabyte of memory to read."""
 JITTER = 0.1
 """How far a time may be from even sampling, as a share of a step: what rounding leaves of it."""
 
