@@ -144,14 +144,14 @@ def read_panel(text: str) -> PanelSize:
     match = _PANEL.fullmatch(text)
     if match is None:
         raise SceneError(
-            f"{_shown(text)} is no panel: write length x width x thickness in mm, such as 50x40x6, or side x "
+            f"{text!r} is no panel: write length x width x thickness in mm, such as 50x40x6, or side x "
             "thickness, such as 50x6"
         )
     sizes = [float(f"{float(part):.10g}") * 1e-3 for part in match.groups() if part is not None]
     length, width, thickness = sizes if len(sizes) == 3 else (sizes[0], *sizes)
     if not all(SMALLEST <= size <= LARGEST for size in sizes):
         raise SceneError(
-            f"{_shown(text)} is no panel: write length x width x thickness, from {1e3 * SMALLEST:g} to "
+            f"{text!r} is no panel: write length x width x thickness, from {1e3 * SMALLEST:g} to "
             f"{1e3 * LARGEST:g} mm, such as 50x40x6"
         )
     return (length, width, thickness)
@@ -161,14 +161,10 @@ def read_across(text: str, grid: str) -> PanelSize:
     """The size of a panel (m) of a width across flats (of a triangle its height) and a thickness, in millimetres."""
     match = _PANEL.fullmatch(text)
     if match is None or match[3] is not None:
-        raise SceneError(f"{_shown(text)} is no width across flats: write width x thickness in mm, such as 1000x20")
+        raise SceneError(f"{text!r} is no width across flats: write width x thickness in mm, such as 1000x20")
     if grid not in _ACROSS:
         raise SceneError(f"panels of the {grid} grid have no width across flats: write --panel 50x40x6")
     return read_panel(f"{float(match[1]) / _ACROSS[grid]:.10g}x{match[2]}")
-
-
-def _shown(text: str) -> str:
-    return repr(text if len(text) <= 60 else f"{text[:57]}...")
 
 
 def panel_text(panel: PanelSize) -> str:

@@ -7,11 +7,11 @@ import math
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
-from pathlib import Path
 from typing import Any
 
 from hcsearch.deployment.compiling import FORMULATIONS
 from hcsearch.errors import SceneError
+from hcsearch.reading import read_toml
 from hcsearch.scenes import SCENES, Scene, panel_text, read_panel
 
 Reader = Callable[[str, Any], Any]
@@ -19,8 +19,6 @@ Reader = Callable[[str, Any], Any]
 LEAST = 1e-9
 """Of a density (kg/m^3), an areal mass (kg/m^2), and a time to simulate (s)."""
 MOST = 1e12
-LARGEST_FILE = 1_000_000
-"""Bytes of a file: a scene with a spring of its own at each of 10,000 hinges has a third of that."""
 
 
 def scene_named(name: str) -> Scene:
@@ -128,9 +126,9 @@ def _merge(_key: str, value: Any) -> Any:
 
 
 def _panel(_key: str, value: Any) -> Any:
-    if isinstance(value, str):
-        return read_panel(value)
-    return read_panel("x".join(f"{1e3 * float(size):.10g}" for size in value))
+    if not isinstance(value, str):
+        raise TypeError
+    return read_panel(value)
 
 
 _READERS: dict[str, Reader] = {
@@ -157,7 +155,15 @@ _EXAMPLES = {
 }
 _IN_MILLIMETRES = {"panel_mm": "panel", "margin_mm": "margin"}
 _ON_TOP = ("flat_pairs", "merge")
-_OWN_KEYS = ("design", "assembly", "parameters", "formulation", "name", "scene")
+_KINDS: dict[str, tuple[type, str]] = {
+    "design": (str, "design = 'hex:0234550132:4'"),
+    "assembly": (str, "assembly = 'unit-i'"),
+    "name": (str, "name = 'solar'"),
+    "formulation": (str, "formulation = 'compliant'"),
+    "parameters": (dict, "a table [parameters] with lines such as alpha = 70"),
+    "scene": (dict, "a table [scene] with lines such as spring = 'linear:0.1'"),
+}
+"""Keys of a file that are no values of a scene: of which kind, and an example."""
 
 
 def read_file(path: str) -> dict[str, Any]:
@@ -166,55 +172,34 @@ def read_file(path: str) -> dict[str, Any]:
     Keys: `design` or `assembly` with a table `parameters`, `formulation`, `name`, `panel_mm`, `margin_mm`,
     `flat_pairs`, `merge`, and a table `scene` of all other values, which may name a scene to start from.
     """
-    return _checked(path, _parsed(path))
+    return _checked(path, read_toml(path))
 
 
 def read_text(text: str, origin: str) -> dict[str, Any]:
     """The same from a text; origin : what it is called in messages."""
     try:
-        return _checked(origin, tomllib.loads(text))
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        found = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
         raise SceneError(f"{origin} cannot be read: it holds no scene") from error
-
-
-def _parsed(path: str) -> dict[str, Any]:
-    try:
-        if Path(path).exists() and not Path(path).is_file():
-            raise SceneError(f"{path} is no file: name a TOML file")
-        with Path(path).open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
-    except (OSError, ValueError) as error:
-        if isinstance(error, SceneError):
-            raise
-        reason = getattr(error, "strerror", None) or error
-        raise SceneError(f"cannot read {path}: {reason}; name a file that is there") from error
-    if len(content) > LARGEST_FILE:
-        raise SceneError(f"{path} has more than {LARGEST_FILE:,} bytes, which no scene has: name another file")
-    try:
-        return tomllib.loads(content.decode())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise SceneError(f"{path} is no TOML: {error}; write lines such as design = 'hex:0234550132:4'") from error
-    except RecursionError as error:
-        raise SceneError(f"{path} has brackets in brackets without end: write the keys of docs/dynamics.md") from error
+    return _checked(origin, found)
 
 
 def _checked(path: str, found: dict[str, Any]) -> dict[str, Any]:
-    unknown = set(found) - {*_OWN_KEYS, *_ON_TOP, *_IN_MILLIMETRES}
+    unknown = set(found) - {*_KINDS, *_ON_TOP, *_IN_MILLIMETRES}
     if unknown:
         raise SceneError(f"{path} has {_shown(min(unknown))}, which nothing reads: see docs/dynamics.md")
     if "design" in found and "assembly" in found:
         raise SceneError(f"{path} names a design and an assembly: leave one out")
-    for key in ("design", "assembly", "name", "formulation"):
-        if not isinstance(found.get(key, ""), str):
-            raise SceneError(f"{path} has {key} = {_shown(found[key])}: write a text in quotes")
-    for key in ("parameters", "scene"):
-        if not isinstance(found.get(key, {}), dict):
-            raise SceneError(f"{path} has {key} = {_shown(found[key])}: write a table [{key}]")
+    for key, (kind, example) in _KINDS.items():
+        if key in found and not isinstance(found[key], kind):
+            raise SceneError(f"{path} has {key} = {_shown(found[key])}: write {example}")
     if found.get("formulation", FORMULATIONS[0]) not in FORMULATIONS:
         names = ", ".join(FORMULATIONS)
         raise SceneError(f"{path} has formulation = {_shown(found['formulation'])}: write one of {names}")
     if not isinstance(found.get("scene", {}).get("name", ""), str):
-        raise SceneError(f"{path} starts from the scene {_shown(found['scene']['name'])}: write one of {list(SCENES)}")
+        raise SceneError(
+            f"{path} starts from the scene {_shown(found['scene']['name'])}: choose one of {', '.join(SCENES)}"
+        )
     for key, value in found.get("parameters", {}).items():
         if isinstance(value, bool) or not isinstance(value, str if key == "size" else (int, float)):
             example = "size = '3x2'" if key == "size" else f"a number, such as {key} = 70"

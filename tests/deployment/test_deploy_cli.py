@@ -261,13 +261,13 @@ WRONG_WORDS = [
     (("--springs", "99=free"), "there is no hinge 99: give springs to hinges 0 to 3"),
     (("--damping", "nan"), "damping cannot be nan: give a number of 0 or more"),
     (("--damping", "-1"), "damping cannot be -1.0: give a number of 0 or more"),
-    (("--gravity", "1,2"), "gravity cannot be ['1', '2']: see the scenes of docs/dynamics.md"),
-    (("--gravity", "nan,0,0"), "gravity cannot be ['nan', '0', '0']: see the scenes"),
-    (("--gravity", "0,0,inf"), "gravity cannot be ['0', '0', 'inf']: see the scenes"),
-    (("--gravity", "down"), "gravity cannot be ['down']: see the scenes"),
+    (("--gravity", "1,2"), "gravity cannot be '1,2': give x,y,z in m/s^2, such as 0,0,-9.81"),
+    (("--gravity", "nan,0,0"), "gravity cannot be 'nan,0,0': give x,y,z"),
+    (("--gravity", "0,0,inf"), "gravity cannot be '0,0,inf': give x,y,z"),
+    (("--gravity", "down"), "gravity cannot be 'down': give x,y,z"),
     (("--held", "4"), "there is no panel 4: hold one from 0 to 3"),
-    (("--held", "top"), "held cannot be 'top': see the scenes"),
-    (("--held", "1.5"), "held cannot be '1.5': see the scenes"),
+    (("--held", "top"), "held cannot be 'top': give bottom, free, or the number of a panel"),
+    (("--held", "1.5"), "held cannot be '1.5': give bottom, free, or the number of a panel"),
     (("--start", "0"), "no deployment starts at 0 of the folded angles: give a share above 0, up to 1"),
     (("--start", "1.5"), "no deployment starts at 1.5 of the folded angles: give a share above 0, up to 1"),
     (("--start", "nan"), "start cannot be nan: give a number of 0 or more"),
@@ -277,15 +277,15 @@ WRONG_WORDS = [
     (("--springs", "0=free", "--springs", "0=linear:0.1"), "--springs names a hinge twice: leave one out"),
     (("--spring", "table:0@0,1@1e-320"), "sort it, each angle once"),
     (("--spring", "quadratic:0,1e308"), "1e+308 is no moment or angle: give finite numbers"),
-    (("--panel", "1e300x1e300x1e300"), "give lengths from 0.001 to 1e+07 mm"),
+    (("--panel", "1e300x1e300x1e300"), "length x width x thickness, from 0.001 to 1e+07 mm"),
     (("--seconds", "inf"), "seconds cannot be inf: give a number of 0 or more"),
     (("--tolerance", "-1"), "a tolerance of -1 is none: give one from 1e-13 to 0.1"),
     (("--tolerance", "nan"), "a tolerance of nan is none: give one from 1e-13 to 0.1"),
     (("--scene", "moon"), "there is no scene 'moon': choose one of default, earth, thesis, satellite"),
     (("--panel", "50"), "'50' is no panel: write length x width x thickness in mm, such as 50x40x6"),
-    (("--panel", "0x0x6"), "'0x0x6' is no panel: give lengths from 0.001 to"),
-    (("--panel", "nanxnanx6"), "'nanxnanx6' is no panel: give lengths from 0.001 to"),
-    (("--panel", "50x40x6"), "panels of the hex grid are regular: give the same length and width"),
+    (("--panel", "0x0x6"), "'0x0x6' is no panel: write length x width x thickness, from 0.001 to"),
+    (("--panel", "nanxnanx6"), "'nanxnanx6' is no panel: write length x width x thickness in mm"),
+    (("--panel", "50x40x6"), "panels of the hex grid have one side: write --panel SIDExTHICKNESS in mm"),
     (("--output", "a.txt"), "a.txt has no known ending: write .csv, .npz, .parquet"),
     (("--output", "nowhere/a.csv"), "there is no folder nowhere: make it, or write to another"),
     (("--picture", "a.xyz"), "a.xyz has no known ending: write .svg, .png, .pdf"),
@@ -347,8 +347,11 @@ def test_wrong_subjects_say_what_to_do(words, message):
         ("design = ''", "there is no assembly ''"),
         ("assembly = 'unit-iv'", "there is no assembly 'unit-iv': see hcsearch assembly list"),
         ("design = 'hex:023350:1'\nspeed = 3", "has 'speed', which nothing reads: see docs/dynamics.md"),
-        ("design = 'hex:023350:1'\nflat_pairs = 'loose'", "flat_pairs = 'loose': write 'rigid' or 'hinged'"),
-        ("design = 'hex:023350:1'\nmerge = 'no'", "merge = 'no': write merge = true"),
+        (
+            "design = 'hex:023350:1'\nflat_pairs = 'loose'",
+            "flat_pairs cannot be 'loose': write 'rigid', 'hinged' or 'either'",
+        ),
+        ("design = 'hex:023350:1'\nmerge = 'no'", "merge cannot be 'no': write true, false or 'either'"),
         ("design = 'hex:023350:1'\npanel_mm = [50, 50, 6]", "write panel_mm = '50x50x6'"),
         ("design = 'hex:023350:1'\nscene = 'earth'", "write a table [scene] with lines such as spring = 'linear:0.1'"),
         ("design = 'hex:023350:1'\nparameters = 3", "write a table [parameters] with lines such as alpha = 70"),
@@ -361,15 +364,24 @@ def test_wrong_subjects_say_what_to_do(words, message):
         ("design = 'hex:023350:1'\n[scene]\nname = ['earth']", "choose one of default, earth"),
         ("design = 'hex:023350:1'\n[scene]\nname = 'moon'", "there is no scene 'moon': choose one of default"),
         ("design = 'hex:023350:1'\n[scene]\nspeed = 3", "a scene has no 'speed': it has base_inertia, base_mass"),
-        ("design = 'hex:023350:1'\n[scene]\nheld = [1]", "held cannot be [1]: see the scenes"),
-        ("design = 'hex:023350:1'\n[scene]\nheld = true", "held cannot be True: see the scenes"),
+        ("design = 'hex:023350:1'\n[scene]\nheld = [1]", "held cannot be [1]: give bottom, free, or the number"),
+        ("design = 'hex:023350:1'\n[scene]\nheld = true", "held cannot be True: give bottom, free, or the number"),
         ("design = 'hex:023350:1'\n[scene]\ndensity = 0", "density cannot be 0: give 1e-09 or more"),
-        ("design = 'hex:023350:1'\n[scene]\ndensity = 'heavy'", "density cannot be 'heavy': see the scenes"),
-        ("design = 'hex:023350:1'\n[scene]\ngravity = 9.81", "gravity cannot be 9.81: see the scenes"),
+        (
+            "design = 'hex:023350:1'\n[scene]\ndensity = 'heavy'",
+            "density cannot be 'heavy': give a number of 0 or more",
+        ),
+        ("design = 'hex:023350:1'\n[scene]\ngravity = 9.81", "gravity cannot be 9.81: give x,y,z"),
         ("design = 'hex:023350:1'\n[scene]\nbase_inertia = [1, -1, 1]", "base_inertia cannot be [1, -1, 1]"),
-        ("design = 'hex:023350:1'\n[scene]\nsprings = 'linear:1'", "springs cannot be 'linear:1': see the scenes"),
-        ("design = 'hex:023350:1'\n[scene.springs]\nx = 'free'", "springs cannot be {'x': 'free'}: see the scenes"),
-        ("design = 'hex:023350:1'\n[scene.springs]\n0 = 5", "cannot read the law '5': write free"),
+        (
+            "design = 'hex:023350:1'\n[scene]\nsprings = 'linear:1'",
+            "springs cannot be 'linear:1': write { 3 = 'linear:0.2' }",
+        ),
+        (
+            "design = 'hex:023350:1'\n[scene.springs]\nx = 'free'",
+            "springs cannot be {'x': 'free'}: write { 3 = 'linear:0.2' }",
+        ),
+        ("design = 'hex:023350:1'\n[scene.springs]\n0 = 5", "springs cannot be {'0': 5}: write { 3 = 'linear:0.2' }"),
     ],
 )
 def test_wrong_files_say_what_to_do(text, message):
@@ -378,7 +390,7 @@ def test_wrong_files_say_what_to_do(text, message):
 
 def test_a_file_that_is_no_text(tmp_path):
     (tmp_path / "a.toml").write_bytes(b"\xff\xfe\x00")
-    refused("a.toml is no TOML", "a.toml")
+    refused("cannot read a.toml: it is no text file; save it as UTF-8 text", "a.toml")
     (tmp_path / "folder.toml").mkdir()
     refused("cannot read folder.toml: Is a directory; name a file that is there", "folder.toml")
 
