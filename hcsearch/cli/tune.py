@@ -151,7 +151,7 @@ def _facts(tuning: Tuning) -> dict[str, Any]:
         "formulation": tuning.formulation,
         "spring_range_N_m_rad": list(tuning.scene.spring_range or ()),
         "seconds": tuning.scene.seconds,
-        "use": _advice(tuning),
+        "use": advice(tuning),
         "tied_hinges": [list(hinges) for hinges in tuning.tied],
         **{name: None if one is None else _set_facts(one) for name, one in sets.items()},
         "evaluations": tuning.evaluations,
@@ -184,7 +184,7 @@ def _set_facts(one: SpringSet) -> dict[str, Any]:
 def _print(tuning: Tuning, found: Subject) -> None:
     panels = found.linkage.pattern.hinges
     low, high = tuning.scene.spring_range or (0.0, 0.0)
-    click.echo(f"{'use':24}{_advice(tuning)}")
+    click.echo(f"{'use':24}{advice(tuning)}")
     click.echo(f"{'formulation':24}{tuning.formulation}")
     click.echo(f"{'springs, N m/rad':24}{low:g} to {high:g}")
     click.echo(f"{'seconds':24}{tuning.scene.seconds:g}")
@@ -199,7 +199,7 @@ def _print(tuning: Tuning, found: Subject) -> None:
         click.echo(f"{hinge:<8}{f'{own.first}, {own.second}':10}{values}")
 
 
-def _advice(tuning: Tuning) -> str:
+def advice(tuning: Tuning) -> str:
     """What to rely on: the least favourable of the precise simulation and of the samples."""
     one = _chosen(tuning)
     name = "catalogue springs" if one is tuning.rounded else "tuned springs"

@@ -64,6 +64,26 @@ def call(*words):
     return result.stdout
 
 
+def test_exit_codes_say_what_became_of_it():
+    for words, code, verdict in (
+        (("hex:0234550132:4",), 0, "deploys"),
+        (("hex:02234400:1",), 1, "collides"),
+        (SMALL, 1, "undecided"),
+        (("hex:023350:1", "--spring", "linear:1e160"), 1, "undecided"),
+    ):
+        result = CliRunner().invoke(deploy, words)
+        assert result.exit_code == code, words
+        first, second, *rest = result.stdout.splitlines()
+        assert first.split() == ["verdict", verdict]
+        assert second.startswith("reason ")
+        names = [line[:24].strip() for line in rest]
+        assert names.index("clearance") < names.index("outcome")
+        if verdict == "collides":
+            assert second.split(maxsplit=1)[1].startswith("panels 3 and 5 collide at ")
+        else:
+            assert (rest[names.index("collision s")]).split() == ["collision", "s", "-"]
+
+
 def told(*words):
     return json.loads(call(*words, "--json"))
 

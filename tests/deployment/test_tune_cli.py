@@ -6,14 +6,22 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import click
 import pytest
 from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
+from hcsearch.cli.tune import advice
+from hcsearch.deployment.checking import Check
+from hcsearch.deployment.choosing import SpringSet
+from hcsearch.deployment.robustness import Robustness
+from hcsearch.deployment.tuning import Tuning
 from hcsearch.errors import HcsearchError
+from hcsearch.scenes import SCENES
 from hcsearch.store import open_readonly, select
 
 DESIGN = "hex:0233340501:3"
@@ -27,9 +35,9 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def run(*words):
+def run(*words, code=0):
     result = CliRunner().invoke(hcsearch, words, catch_exceptions=False)
-    assert result.exit_code == 0
+    assert result.exit_code == code
     return result.stdout
 
 
@@ -61,22 +69,56 @@ def test_a_tuning_is_told_stored_and_replayed(folder):
 def test_text_tells_each_set_and_each_hinge():
     text = run("tune", DESIGN, *QUICK)
     lines = text.splitlines()
-    assert lines[0].split() == ["formulation", "constrained"]
+    assert lines[0].startswith("use                     tuned springs")
+    assert lines[1].split() == ["formulation", "constrained"]
+    assert lines[2].split() == ["springs,", "N", "m/rad", "0.001", "to", "0.2"]
+    assert lines[3].split() == ["seconds", "1"]
     assert any(line.startswith("tuned") and "certified clear" in line and "of 4 samples" in line for line in lines)
     table = lines[lines.index("") + 1 :]
     assert table[0].split() == ["hinge", "panels", "start", "tuned", "N", "m/rad"]
     assert len(table) == 1 + 8
-    assert run("tune", DESIGN, *QUICK).splitlines()[2:] == lines[2:]
+    again = run("tune", DESIGN, *QUICK).splitlines()
+    (counted,) = [line for line in again if line.startswith("evaluations")]
+    assert counted.endswith("of them known before")
+    assert again[:4] + again[5:] == lines[:4] + lines[5:]
 
 
 def test_files_give_the_scene_and_the_formulation():
     Path("scene.toml").write_text(
         f'design = "{DESIGN}"\nformulation = "compliant"\n[scene]\nseconds = 0.05\nspring = "linear:0.05"\n'
     )
-    found = json.loads(run("tune", "scene.toml", "--evaluations", "4", "--samples", "0", "--json"))
+    found = json.loads(run("tune", "scene.toml", "--evaluations", "4", "--samples", "0", "--json", code=1))
     assert found["formulation"] == "compliant"
     assert set(found["start"]["stiffness_N_m_rad"]) == {0.05}
     assert not found["best"]["confirmed"]
+    assert found["use"].startswith("none: no set that was tried comes flat, certified clear")
+    assert found["seconds"] == 0.05
+    assert found["spring_range_N_m_rad"] == [0.0005, 0.1]
+
+
+def told(confirmed, failures, samples=64):
+    """What `tune` says first of a set with some failures among its samples."""
+    chance = None if samples is None else Robustness(samples, failures, failures)
+    check = Check("flat", 0.2, True, None, None, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1, 1, 1)
+    one = replace(SpringSet((0.1,), check), robustness=chance, deployment=Mock(deploys=confirmed))
+    return advice(Tuning(SCENES["default"], "constrained", (), one, one, None, 1, 0, False))
+
+
+def test_a_verdict_in_doubt_does_not_shine():
+    assert told(True, 0) == "tuned springs: flat, certified clear, in all 64 samples too"
+    assert told(True, 0, None) == "tuned springs: flat, certified clear"
+    assert told(True, 9).startswith("tuned springs, with care: 9 of 64 samples within the tolerances fail")
+    assert told(True, 55).startswith("none as built: 55 of 64 samples within the tolerances fail")
+    assert told(False, 0).startswith("none: no set that was tried")
+
+
+def test_the_range_of_springs_can_be_given():
+    words = ("tune", DESIGN, "--evaluations", "4", "--samples", "0", "--json", "--spring-range", "0.05,0.15")
+    result = CliRunner().invoke(hcsearch, words, catch_exceptions=False)
+    found = json.loads(result.stdout)
+    assert result.exit_code == (0 if found["best"]["confirmed"] else 1)
+    assert found["spring_range_N_m_rad"] == [0.05, 0.15]
+    assert all(0.05 <= value <= 0.15 for value in found["best"]["stiffness_N_m_rad"])
 
 
 @pytest.mark.parametrize(
@@ -91,9 +133,11 @@ def test_files_give_the_scene_and_the_formulation():
         (f"{DESIGN} --output folder.toml", "folder.toml is a folder: name a file"),
         (f"{DESIGN} --spread mass=0.1 --spread mass=0.2", "--spread mass is given twice"),
         (f"{DESIGN} --seconds 1e-300", "seconds cannot be 1e-300: give 1e-09 or more"),
-        (f"{DESIGN} --panel 1e-300x1x1", "give lengths from 0.001 to 1e+07 mm"),
+        (f"{DESIGN} --panel 1e-300x1x1", "from 0.001 to 1e+07 mm"),
         (f"{DESIGN} --panel 50x50x0.1", "or thicker panels"),
         (f"{DESIGN} --held free", "with a panel held"),
+        (f"{DESIGN} --spring-range 0.2,0.1", "the softest and the stiffest"),
+        (f"{DESIGN} --spring-range 1,2", "are no start of a search from 1 to 2"),
         ("nothing", "there is no assembly"),
     ],
 )
