@@ -148,6 +148,11 @@ class _Compiler:
         tree = panel_tree(self.linkage, self.scene.density, self.held, cut_hinges=penalty, mirror=mirror)
         joints, bodies, welds, shift = self._based(tree, mirror)
         drives = (*(Drive() for _ in range(shift)), *self._drives(tree))
+        if self.formulation == "quasistatic" and not all(drive.damping > 0.0 for drive in drives):
+            raise HcsearchError(
+                "quasistatic motion has only dampers to set its speed: give every hinge one (damping above 0, springs "
+                "that are not free) and hold a panel, or take the constrained formulation"
+            )
         system = System(
             joints,
             bodies,

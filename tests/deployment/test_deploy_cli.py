@@ -312,6 +312,14 @@ WRONG_WORDS = [
     (("--picture", "nowhere/a.svg"), "there is no folder nowhere: make it, or write to another"),
     (("--output", "a.csv", "--picture", "a"), "a has no known ending: write .svg, .png, .pdf"),
     (("--output", "a.csv", "--start", "0"), "give a share above 0"),
+    (("--formulation", "quasistatic", "--damping", "0"), "quasistatic motion has only dampers to set its speed"),
+    (("--formulation", "quasistatic", "--spring", "free"), "quasistatic motion has only dampers to set its speed"),
+    (("--formulation", "quasistatic", "--springs", "1=free"), "quasistatic motion has only dampers to set its speed"),
+    (("--formulation", "quasistatic", "--scene", "satellite"), "and hold a panel, or take the constrained"),
+    (("--scene", ""), "a scene has a name: write --scene default"),
+    (("--scene", "hinged, mountains last"), "there is no scene 'hinged, mountains last': choose one of default"),
+    (("--panel", ""), "'' is no panel: write length x width x thickness"),
+    (("--across", "50"), "'50' is no width across flats: write width x thickness in mm"),
 ]
 
 
