@@ -71,8 +71,9 @@ def read_subject(name: str, options: dict[str, Any]) -> Subject:
     from hcsearch.assemblies import ASSEMBLIES  # noqa: PLC0415
     from hcsearch.deployment.scene_files import read_file  # noqa: PLC0415
 
-    found = read_file(name) if name.endswith(".toml") else {}
-    if found:
+    found: dict[str, Any] = {}
+    if name.endswith(".toml"):
+        found = read_file(name)
         if not {"design", "assembly"} & set(found):
             raise SceneError(f"{name} must name a design or an assembly: write design = 'hex:0234550132:4'")
         name = found["design"] if "design" in found else found["assembly"]

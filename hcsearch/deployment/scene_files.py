@@ -189,7 +189,7 @@ def _checked(path: str, found: dict[str, Any]) -> dict[str, Any]:
     if unknown:
         raise SceneError(f"{path} has {_shown(min(unknown))}, which nothing reads: see docs/dynamics.md")
     if "design" in found and "assembly" in found:
-        raise SceneError(f"{path} names a design and an assembly: leave one out")
+        raise SceneError(f"{path} must name a design or an assembly, not both: leave one out")
     for key, (kind, example) in _KINDS.items():
         if key in found and not isinstance(found[key], kind):
             raise SceneError(f"{path} has {key} = {_shown(found[key])}: write {example}")
@@ -203,7 +203,7 @@ def _checked(path: str, found: dict[str, Any]) -> dict[str, Any]:
     for key, value in found.get("parameters", {}).items():
         if isinstance(value, bool) or not isinstance(value, str if key == "size" else (int, float)):
             example = "size = '3x2'" if key == "size" else f"a number, such as {key} = 70"
-            raise SceneError(f"{path} has {_shown(key)} = {_shown(value)}: write {example}")
+            raise SceneError(f"{path} has {key} = {_shown(value)}: write {example}")
     return found
 
 

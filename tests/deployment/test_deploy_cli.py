@@ -391,7 +391,7 @@ def test_wrong_subjects_say_what_to_do(words, message):
         ("assembly = 'unit-i'\npanel_mm = '50x50x6'", "unit-i is an assembly with sizes of its own"),
         ("design = 'hex:023350:1'\n[scene]\nname = ['earth']", "choose one of default, earth"),
         ("design = 'hex:023350:1'\n[scene]\nname = 'moon'", "there is no scene 'moon': choose one of default"),
-        ("design = 'hex:023350:1'\n[scene]\nspeed = 3", "a scene has no 'speed': it has base_inertia, base_mass"),
+        ("design = 'hex:023350:1'\n[scene]\nspeed = 3", "a scene has no 'speed': it has areal_mass, base_inertia, base_mass"),
         ("design = 'hex:023350:1'\n[scene]\nheld = [1]", "held cannot be [1]: give bottom, free, or the number"),
         ("design = 'hex:023350:1'\n[scene]\nheld = true", "held cannot be True: give bottom, free, or the number"),
         ("design = 'hex:023350:1'\n[scene]\ndensity = 0", "density cannot be 0: give 1e-09 or more"),
