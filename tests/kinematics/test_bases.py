@@ -15,6 +15,7 @@ from hcsearch.circuit import Circuit
 from hcsearch.folding import folding_of
 from hcsearch.kinematics import branches as branching
 from hcsearch.kinematics.branches import branches
+from hcsearch.kinematics.closing import Closed
 from hcsearch.kinematics.covering import FINE, cover
 from hcsearch.kinematics.local import Local, local_at
 from hcsearch.kinematics.locks import lock_at
@@ -115,6 +116,27 @@ def test_branches_are_the_same_with_noise_in_the_last_bit(name, state, stops):
     shake = np.random.default_rng(1).integers(-1, 2, other.points.shape) * np.finfo(float).eps
     vars(other)["points"] = other.points * (1.0 + shake)
     assert alike(known(name, state, stops), branches(other, getattr(other, state), stops=stops))
+
+
+@pytest.mark.parametrize(
+    ("distances", "power"),
+    [
+        ((2e-6, 3e-6, 4e-6, 0.0), math.inf),  # as a double root leaves them: rounding, and once nothing
+        ((1.6e-3, 4e-4, 1e-4, 2.5e-5), 2.0),
+        ((1.6e-4, 4e-5, 9e-6, 0.0), 2.0),  # the last two are blurred
+        ((4e-3, 2e-3, 1e-3, 5e-4), 1.0),
+    ],
+)
+def test_distances_that_closure_blurs_say_nothing(distances, power, monkeypatch):
+    it = linkage("6R")
+    left = iter(distances)
+
+    def closed(_, line, max_steps):
+        return Closed(line + next(left) * np.eye(len(line))[0], 0.0, 1, True)
+
+    monkeypatch.setattr(branching, "close", closed)
+    found, _ = branching._nudged(local_at(it, it.flat), np.full(it.n_hinges, it.n_hinges**-0.5))
+    assert found == pytest.approx(power, abs=1e-9)
 
 
 def test_proofs_of_locks_are_as_good_in_every_basis(monkeypatch):
