@@ -10,7 +10,7 @@ from typing import Any
 from hcsearch.errors import InputFileError
 
 MOST_BYTES = 4 * 2**20
-"""Size of a file unless its reader allows more: a hundred times what an array or a law of the largest kind takes."""
+"""Size of a file unless its reader allows more: ten times what the largest array takes."""
 
 
 def read_text(path: str | Path, what: str = "", most: int = MOST_BYTES) -> str:
