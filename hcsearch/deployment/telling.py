@@ -164,7 +164,8 @@ def picture(deployment: Deployment, path: str, title: str) -> None:
     angles = deployment.compiled.of_hinges(motion.at(times), np.zeros((len(times), motion.q.shape[1])))[0]
     for k, column in enumerate(angles.T):
         above.plot(times, column, label=f"{k}")
-    above.set(ylabel="fold angle, rad", title=title)
+    above.set(ylabel="fold angle, rad")
+    above.set_title(title, parse_math=False)  # names of files may hold dollar signs
     if angles.shape[1] <= 20:
         above.legend(title="hinge", fontsize="x-small", ncols=2)
     for event in motion.events:

@@ -216,6 +216,11 @@ def write(text, name="scene.toml"):
     return name
 
 
+def test_a_picture_of_a_file_with_dollar_signs_in_its_name(tmp_path):
+    call(write('design = "hex:023350:1"\nscene = { seconds = 0.02 }\n', "$\\foo$.toml"), "--picture", "a.svg")
+    assert "foo" in (tmp_path / "a.svg").read_text(encoding="utf-8")
+
+
 def test_a_file_says_what_the_command_line_says():
     name = write(
         'design = "square:012230:1"\npanel_mm = "50x30x5"\n'
@@ -391,7 +396,7 @@ def test_wrong_subjects_say_what_to_do(words, message):
         ("assembly = 'unit-i'\npanel_mm = '50x50x6'", "unit-i is an assembly with sizes of its own"),
         ("design = 'hex:023350:1'\n[scene]\nname = ['earth']", "choose one of default, earth"),
         ("design = 'hex:023350:1'\n[scene]\nname = 'moon'", "there is no scene 'moon': choose one of default"),
-        ("design = 'hex:023350:1'\n[scene]\nspeed = 3", "a scene has no 'speed': it has areal_mass, base_inertia, base_mass"),
+        ("design = 'hex:023350:1'\n[scene]\nspeed = 3", "a scene has no 'speed': it has areal_mass, base_inertia"),
         ("design = 'hex:023350:1'\n[scene]\nheld = [1]", "held cannot be [1]: give bottom, free, or the number"),
         ("design = 'hex:023350:1'\n[scene]\nheld = true", "held cannot be True: give bottom, free, or the number"),
         ("design = 'hex:023350:1'\n[scene]\ndensity = 0", "density cannot be 0: give 1e-09 or more"),
