@@ -135,8 +135,9 @@ def test_a_report_is_written(database, tmp_path):
 
 
 def test_bytes_of_a_command_line_that_are_no_text_are_no_crash(database, tmp_path):
+    assert write_report(database, "circuit>\udcff", tmp_path / "report.html").is_file()
     with pytest.raises(QueryError, match="no design satisfies") as caught:
-        write_report(database, "circuit>\udcff", tmp_path / "report.html")
+        write_report(database, "circuit<\udcff", tmp_path / "none.html")
     str(caught.value).encode()
 
 

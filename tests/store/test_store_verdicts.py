@@ -63,7 +63,7 @@ CUT = ("hex:c", 3, "collides", None, None)
 def told(database, scene="default"):
     """What both views say of the third design; they must agree."""
     names = "status,deployable,min_clearance,deploy_time"
-    (row,) = select(database, "circuit=hex:c", columns=names, scene=scene).rows
+    (row,) = select(database, "untwisted", columns=names, scene=scene).rows
     assert select(database, "crease=3", columns=names, view="foldings", scene=scene).rows == (row,)
     return list(row)
 
@@ -266,7 +266,7 @@ def test_a_piece_of_many_designs_is_stored(database):
 def test_deleting_a_design_removes_everything_of_it(listed):
     judge(listed, [FLAT], trials=[COLLIDES, DEPLOYS])
     judge(listed, [CUT], "solar", [trial("solar", "collides")])
-    (number,) = select(listed, "circuit=hex:c", columns="id").rows[0]
+    (number,) = select(listed, "untwisted", columns="id").rows[0]
     save_scores(listed, {number: 0.5})
     save_scores(listed, {number: 0.25}, "solar")
     with listed.writing() as connection:
