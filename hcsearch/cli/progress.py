@@ -12,7 +12,36 @@ import click
 if TYPE_CHECKING:
     from tqdm import tqdm
 
-_FIRST = "on a new machine the kernels are compiled first, up to a minute ..."
+_SOON, _LOOK = 2.0, 1.0  # s, before the first line about kernels that are compiled, and between two
+
+
+class _CompilingNote:
+    """A line on a terminal, from time to time, that names the kernel that is compiled."""
+
+    def __init__(self) -> None:
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._tell, daemon=True)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def end(self) -> None:
+        self._over.set()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def _tell(self) -> None:
+        wait, shown = _SOON, False
+        while not self._over.wait(wait):
+            wait = _LOOK
+            kernels = sys.modules.get("hcsearch.kernels.under_way")  # without it nothing is compiled yet
+            found = kernels.under_way() if kernels is not None else None
+            if found is not None:
+                line = f"compiling kernels, {found.done} of {found.total}: {found.name}"
+                click.echo(f"\r{line:<79}", err=True, nl=False)
+                shown = True
+        if shown:
+            click.echo(f"\r{'':79}\r", err=True, nl=False)
 
 
 class Meter:
@@ -21,18 +50,18 @@ class Meter:
     def __init__(self, unit: str) -> None:
         self._unit = unit
         self._bar: tqdm[Any] | None = None
-        self._hint = threading.Timer(2.0, click.echo, (_FIRST,), {"err": True})
+        self._compiling = _CompilingNote()
 
     def __enter__(self) -> Meter:
         if sys.stderr is not None and sys.stderr.isatty():
-            self._hint.start()
+            self._compiling.start()
         return self
 
     def __call__(self, done: int, total: int, note: str) -> None:
         """Show the state; another total than before begins a new bar."""
         from tqdm import tqdm  # noqa: PLC0415
 
-        self._hint.cancel()
+        self._compiling.end()
         if sys.stderr is None:
             return
         if self._bar is None or self._bar.total != total:
@@ -45,7 +74,7 @@ class Meter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._hint.cancel()
+        self._compiling.end()
         self._close()
 
     def _close(self) -> None:
