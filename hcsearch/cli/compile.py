@@ -72,7 +72,7 @@ def compile_(jobs: int) -> None:
     """Compile the kernels of the main commands, so that none of these does so when it is first run."""
     from hcsearch.kernels.under_way import kernels_named, left, missing  # noqa: PLC0415
 
-    todo = unfinished()
+    todo = [name for name in SAMPLES if not _is_finished(name)]
     if not todo:
         click.echo("nothing is left to compile")
         return
@@ -96,17 +96,16 @@ def compile_(jobs: int) -> None:
     click.echo(f"{total} kernels compiled in {time.monotonic() - begin:.0f} s")
 
 
-def unfinished() -> list[str]:
-    """Names of the samples whose kernels are not all compiled."""
+def _is_finished(name: str) -> bool:
     from hcsearch.kernels.under_way import is_ready, kernels_named  # noqa: PLC0415
 
-    return [name for name, sample in SAMPLES.items() if not all(map(is_ready, kernels_named(sample.kernels)))]
+    return all(map(is_ready, kernels_named(SAMPLES[name].kernels)))
 
 
 @contextmanager
 def compiling_ahead(name: str, *, wanted: bool) -> Iterator[None]:
     """Compile the kernels of a sample in another process while the block runs, where they are wanted and not there."""
-    process = _start(name) if wanted and name in unfinished() else None
+    process = _start(name) if wanted and not _is_finished(name) else None
     try:
         yield
     finally:
