@@ -405,6 +405,16 @@ def test_without_any_folder_kernels_are_compiled_at_every_start(load, tmp_path, 
     assert not list(tmp_path.glob("hcsearch-*/*"))
 
 
+def test_a_folder_that_one_user_has_filled_serves_others(folder, load):
+    before = os.umask(0o022)
+    try:
+        assert load().apart(1.0) == 3.0
+    finally:
+        os.umask(before)
+    assert {path.stat().st_mode & 0o777 for path in folder.glob("*.kernel")} == {0o644}
+    assert folder.stat().st_mode & 0o777 == 0o755
+
+
 def test_a_full_disk_is_told_once(folder, load, monkeypatch, capsys):
     def full(path, content):
         raise OSError(28, "No space left on device")
