@@ -13,6 +13,7 @@ import click
 
 from hcsearch.cli.assembly import assembly
 from hcsearch.cli.bench import bench
+from hcsearch.cli.compile import compile_
 from hcsearch.cli.count import count
 from hcsearch.cli.deploy import deploy
 from hcsearch.cli.enumerate import enumerate_
@@ -54,7 +55,7 @@ def hcsearch() -> None:
     """Search for Hamiltonian-circuit designs of thick-panel arrays that fold into two stacks."""
 
 
-for command in (enumerate_, count, query, rank, show, report, assembly, deploy, tune, identify, units, bench):
+for command in (enumerate_, count, query, rank, show, report, assembly, deploy, tune, identify, units, bench, compile_):
     hcsearch.add_command(command)
 
 

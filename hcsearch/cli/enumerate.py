@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hcsearch.cli.compile import compiling_ahead
 from hcsearch.cli.options import crew_options, database_option, make_crew, make_search, target_options
 from hcsearch.cli.progress import Meter
 from hcsearch.cli.scenes import read_scene, scene_options, with_size
@@ -51,7 +52,7 @@ def enumerate_(
         click.echo(expected.sentence(plan.crew), err=True)
         if not dry_run:
             check_room(expected, db)
-    with Meter("batch") as meter:
+    with Meter("batch") as meter, compiling_ahead("check", wanted=plan.deploys):
         if dry_run:
             summary, place = run_dry(plan, meter, _announce), None
         else:

@@ -12,7 +12,40 @@ import click
 if TYPE_CHECKING:
     from tqdm import tqdm
 
-_FIRST = "on a new machine the kernels are compiled first, up to a minute ..."
+_SOON, _LOOK = 2.0, 1.0  # s, before the first line about kernels that are compiled, and between two
+
+
+class _CompilingNote:
+    """A line on a terminal, from time to time, that names the kernel that is compiled."""
+
+    def __init__(self) -> None:
+        self._over = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def start(self) -> None:
+        if self._thread is None:
+            self._over.clear()
+            self._thread = threading.Thread(target=self._tell, daemon=True)
+            self._thread.start()
+
+    def end(self) -> None:
+        self._over.set()
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+
+    def _tell(self) -> None:
+        wait, shown = _SOON, False
+        while not self._over.wait(wait):
+            wait = _LOOK
+            kernels = sys.modules.get("hcsearch.kernels.under_way")  # without it nothing is compiled yet
+            found = kernels.under_way() if kernels is not None else None
+            if found is not None:
+                line = f"compiling kernels, {found.done} of {found.total}: {found.name}"
+                click.echo(f"\r{line:<79}", err=True, nl=False)
+                shown = True
+        if shown:
+            click.echo(f"\r{'':79}\r", err=True, nl=False)
 
 
 class Meter:
@@ -22,18 +55,20 @@ class Meter:
         self._unit = unit
         self._bar: tqdm[Any] | None = None
         self._counted = (0, unit)
-        self._hint = threading.Timer(2.0, click.echo, (_FIRST,), {"err": True})
+        self._compiling = _CompilingNote()
 
     def __enter__(self) -> Meter:
-        if sys.stderr is not None and sys.stderr.isatty():
-            self._hint.start()
+        self._begin()
         return self
 
     def __call__(self, done: int, total: int, note: str, unit: str | None = None) -> None:
         """Show the state; another total or unit than before begins a new bar."""
         from tqdm import tqdm  # noqa: PLC0415
 
-        self._hint.cancel()
+        if done:
+            self._compiling.end()
+        else:  # kernels are compiled before the first of anything is done
+            self._begin()
         if sys.stderr is None:
             return
         counted = (total, unit or self._unit)
@@ -50,8 +85,12 @@ class Meter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._hint.cancel()
+        self._compiling.end()
         self._close()
+
+    def _begin(self) -> None:
+        if sys.stderr is not None and sys.stderr.isatty():
+            self._compiling.start()
 
     def _close(self) -> None:
         if self._bar is not None:

@@ -11,6 +11,7 @@ from functools import cache
 from multiprocessing import parent_process
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 import numba
 
@@ -47,7 +48,7 @@ def _writable(wanted: Path) -> Path | None:
         return wanted
     spare = Path(tempfile.gettempdir()) / f"hcsearch-{os.getuid() if hasattr(os, 'getuid') else 'kernels'}"
     try:
-        _make(spare)
+        _make(spare, 0o700)
         _check_private(spare)
     except OSError:
         say(f"{trouble}: they are compiled at every start; {_REMEDY}")
@@ -67,11 +68,11 @@ def _user_folder() -> Path:
     return chosen if chosen.is_absolute() else home / ".cache"
 
 
-def _make(folder: Path) -> None:
+def _make(folder: Path, mode: int = 0o777) -> None:
     """Make a folder in which a file can be written; OSError where it cannot."""
     if not folder.is_absolute():
         raise FileNotFoundError(0, "the user has no home folder")
-    folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+    folder.mkdir(parents=True, exist_ok=True, mode=mode)
     with tempfile.TemporaryFile(dir=folder):
         pass
 
@@ -94,14 +95,13 @@ def say(line: str) -> None:
 
 
 def write(path: Path, content: bytes) -> None:
-    """Write a file so that nobody sees a part of it."""
-    handle, part = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=PARTS[1:])
+    """Write a file so that nobody sees a part of it; as readable as any other, as a folder may serve more users."""
+    part = path.with_name(f"{path.stem}-{uuid4().hex}{PARTS[1:]}")
     try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        Path(part).replace(path)
+        part.write_bytes(content)
+        part.replace(path)
     except BaseException:
-        Path(part).unlink(missing_ok=True)
+        part.unlink(missing_ok=True)
         raise
 
 

@@ -25,7 +25,7 @@ from numba.core import compiler, serialize, types
 from numba.core.caching import NullCache
 from numba.core.compiler_lock import global_compiler_lock
 
-from hcsearch.kernels import cache_locks
+from hcsearch.kernels import cache_locks, under_way
 from hcsearch.kernels.cache_folder import prune, say, wanted_folder, writable_folder, write
 from hcsearch.kernels.stamps import stamp
 
@@ -72,6 +72,8 @@ class KernelCache(NullCache):
                 return self._compile(sig)
             finally:
                 KernelCache._depth -= 1
+                if KernelCache._depth == 0:
+                    under_way.end()
                 while len(self._claims) > held:
                     cache_locks.release(*self._claims.pop())
 
@@ -100,9 +102,10 @@ class KernelCache(NullCache):
 
     def _file(self, signature: Any, codegen: Any) -> str:
         """The name of the file of a signature, on this processor."""
-        text = f"{self._stamp} {_spelled(signature)} {codegen.magic_tuple()} {KernelCache._depth > 1}"
+        bare = ".bare" if KernelCache._depth > 1 else ""
+        text = f"{self._stamp} {_spelled(signature)} {codegen.magic_tuple()} {bare}"
         digest = hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
-        return f"{digest}-{self._kernel.__name__}.kernel"
+        return f"{digest}-{self._stamp}-{self._kernel.__name__}{bare}.kernel"
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compile result of a signature; None where this process is to compile it."""
@@ -110,6 +113,10 @@ class KernelCache(NullCache):
         name = self._file(sig, target_context.codegen())
         found = _read(wanted_folder(), name, target_context)
         folder = None if found is not None else writable_folder()
+        if found is None:
+            under_way.at(self._kernel)
+            if KernelCache._depth == 1:
+                under_way.begin(self._kernel)
         if folder is None:
             return found
         with suppress(OSError):  # without locks, two processes may do the same work

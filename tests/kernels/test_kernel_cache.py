@@ -25,7 +25,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.errors import TypingError
 
 import hcsearch.kernels
-from hcsearch.kernels import cache_folder, cache_locks, kernel_cache
+from hcsearch.kernels import cache_folder, cache_locks, kernel_cache, under_way
 from hcsearch.kernels.stamps import stamp
 from hcsearch.kernels.words import insert_fingerprints
 
@@ -303,7 +303,7 @@ def test_a_large_kernel_is_called_where_it_is(folder, load, monkeypatch):
 
     assert load().through(1.0) == 3.0
     assert compiled_by_another() == ["0", "0"]
-    (callee,) = folder.glob("*-scaled.kernel")
+    (callee,) = folder.glob("*-scaled.bare.kernel")
     callee.unlink()
     assert compiled_by_another() == ["1", "1"]
     assert compiled_by_another() == ["0", "0"]
@@ -327,6 +327,29 @@ def test_a_kernel_that_others_call_is_made_for_python_when_python_calls_it(folde
     assert again.scaled(1.0) == 2.0
     assert again.through(1.0) == 3.0
     assert misses(again.scaled) == misses(again.through) == 0
+
+
+def test_what_is_under_way_counts_the_kernels_that_one_reaches(folder, load, monkeypatch):
+    module = load()
+    seen = []
+    assert under_way.under_way() is None
+    assert len(under_way.missing([module.through, module.apart])) == 5
+    assert module.scaled(1.0) == 2.0
+    assert under_way.is_ready(module.scaled)
+    assert not under_way.is_ready(module.through)
+    write = kernel_cache.write
+
+    def writing(path, content):
+        seen.append(under_way.under_way())
+        write(path, content)
+
+    monkeypatch.setattr(kernel_cache, "write", writing)
+    assert module.through(1.0) == 3.0
+    assert [(found.done, found.total) for found in seen] == [(0, 2), (1, 2)]
+    assert seen[0].name == "between"
+    assert under_way.under_way() is None
+    assert not under_way.missing([module.through])
+    assert under_way.is_ready(module.through)
 
 
 @pytest.mark.parametrize("damage", ["cut", "zeros", "garbage", "empty", "other"])
@@ -380,6 +403,16 @@ def test_without_any_folder_kernels_are_compiled_at_every_start(load, tmp_path, 
         " they are compiled at every start; set NUMBA_CACHE_DIR to a folder that can be written\n"
     )
     assert not list(tmp_path.glob("hcsearch-*/*"))
+
+
+def test_a_folder_that_one_user_has_filled_serves_others(folder, load):
+    before = os.umask(0o022)
+    try:
+        assert load().apart(1.0) == 3.0
+    finally:
+        os.umask(before)
+    assert {path.stat().st_mode & 0o777 for path in folder.glob("*.kernel")} == {0o644}
+    assert folder.stat().st_mode & 0o777 == 0o755
 
 
 def test_a_full_disk_is_told_once(folder, load, monkeypatch, capsys):
@@ -439,4 +472,4 @@ def test_numba_has_the_doors_through_which_the_cache_comes_in(folder, load):
     assert {"_reduce", "_rebuild"} <= set(dir(result))
     assert {"_final_module", "_shared_module", "_get_module_for_linking"} <= set(dir(result.library))
     assert load().apart(1.0) == 3.0
-    assert sorted(path.name.partition("-")[2] for path in folder.glob("*.kernel")) == ["apart.kernel", "other.kernel"]
+    assert sorted(path.name.split("-")[2] for path in folder.glob("*.kernel")) == ["apart.kernel", "other.bare.kernel"]

@@ -1,0 +1,137 @@
+"""`hcsearch compile`: the kernels of the main commands, beforehand, several at once."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import chdir, contextmanager, redirect_stdout
+from io import StringIO
+from typing import NamedTuple
+
+import click
+
+from hcsearch.cli.progress import Meter
+from hcsearch.errors import HcsearchError
+
+_FOLDING = ("hex:023350", 1)
+_LOOK = 0.5  # s, between two looks
+
+
+class _Sample(NamedTuple):
+    """A small job that needs the kernels of a part of the program: those that Python calls there, and the job."""
+
+    kernels: tuple[str, ...]
+    work: Callable[[], None]
+
+
+def _list() -> None:
+    _run("enumerate", "--until", "mobility", "--db", "arrays.sqlite")
+    _run("enumerate", "--until", "twist", "--dry-run")
+
+
+def _check() -> None:
+    from hcsearch.circuit import Circuit  # noqa: PLC0415
+    from hcsearch.deployment.checking import check  # noqa: PLC0415
+    from hcsearch.deployment.compiling import compile_scene  # noqa: PLC0415
+    from hcsearch.deployment.subjects import folding_linkage  # noqa: PLC0415
+    from hcsearch.folding import folding_of  # noqa: PLC0415
+    from hcsearch.scenes import SCENES  # noqa: PLC0415
+
+    circuit, crease = _FOLDING
+    linkage = folding_linkage(folding_of(Circuit.from_notation(circuit).canonical(), crease))
+    check([compile_scene(linkage, SCENES["default"])], whole=False)
+
+
+def _deploy() -> None:
+    circuit, crease = _FOLDING
+    _run("deploy", f"{circuit}:{crease}")
+
+
+def _run(command: str, *words: str) -> None:
+    from hcsearch.cli import hcsearch  # noqa: PLC0415
+
+    target = ("--grid", "hex", "--n", "8") if command == "enumerate" else ()
+    hcsearch.main([command, *target, *words], standalone_mode=False)
+
+
+SAMPLES = {
+    "check": _Sample(("checking.check_all",), _check),
+    "list": _Sample(("polygons.walk_polygons", "folds.fold_words", "folds.twist_words", "cones.settle"), _list),
+    "deploy": _Sample(("multibody.simulation.simulate",), _deploy),
+}
+"""In the order in which they are begun: what takes longest first."""
+
+
+@click.command("compile", epilog="Example: hcsearch compile --jobs 2")
+@click.option("--jobs", type=click.IntRange(1, 16), default=2, show_default=True, help="Processes at work.")
+def compile_(jobs: int) -> None:
+    """Compile the kernels of the main commands, so that none of these does so when it is first run."""
+    from hcsearch.kernels.under_way import kernels_named, left, missing  # noqa: PLC0415
+
+    todo = [name for name in SAMPLES if not _is_finished(name)]
+    if not todo:
+        click.echo("nothing is left to compile")
+        return
+    begin = time.monotonic()
+    wanted = missing(kernels_named(kernel for name in todo for kernel in SAMPLES[name].kernels))
+    total = len(wanted)
+    waiting, running = list(todo), dict[str, subprocess.Popen[str]]()
+    try:
+        with Meter("kernel") as meter:
+            while waiting or running:
+                while waiting and len(running) < jobs:
+                    name = waiting.pop(0)
+                    running[name] = _start(name)
+                meter(total - len(left(wanted)), total, ", ".join(running))
+                time.sleep(_LOOK)
+                for name in [name for name, process in running.items() if process.poll() is not None]:
+                    _check_ended(running.pop(name))
+    finally:
+        for process in running.values():
+            _end(process)
+    click.echo(f"{total} kernels compiled in {time.monotonic() - begin:.0f} s")
+
+
+def _is_finished(name: str) -> bool:
+    from hcsearch.kernels.under_way import is_ready, kernels_named  # noqa: PLC0415
+
+    return all(map(is_ready, kernels_named(SAMPLES[name].kernels)))
+
+
+@contextmanager
+def compiling_ahead(name: str, *, wanted: bool) -> Iterator[None]:
+    """Compile the kernels of a sample in another process while the block runs, where they are wanted and not there."""
+    process = _start(name) if wanted and not _is_finished(name) else None
+    try:
+        yield
+    finally:
+        if process is not None:
+            _end(process)
+
+
+def run_sample(name: str) -> None:
+    """Run a sample in a folder of its own, in silence: what it is for is that its kernels are compiled."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever started this process ends it
+    with tempfile.TemporaryDirectory() as folder, chdir(folder), redirect_stdout(StringIO()):
+        SAMPLES[name].work()
+
+
+def _start(name: str) -> subprocess.Popen[str]:
+    code = f"from hcsearch.cli.compile import run_sample; run_sample({name!r})"
+    pipe = subprocess.PIPE
+    return subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.DEVNULL, stderr=pipe, text=True)
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    process.kill()
+    process.communicate()
+
+
+def _check_ended(process: subprocess.Popen[str]) -> None:
+    lines = process.communicate()[1].strip().splitlines()
+    if process.returncode != 0:
+        raise HcsearchError(f"the kernels could not be compiled ({lines[-1] if lines else process.returncode})")

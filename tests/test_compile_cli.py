@@ -1,0 +1,101 @@
+"""`hcsearch compile`, and what a terminal shows while kernels are compiled."""
+
+import io
+import subprocess
+import sys
+import time
+
+import pytest
+from click.testing import CliRunner
+
+from hcsearch.cli import compile as compiling
+from hcsearch.cli import hcsearch, progress
+from hcsearch.kernels import under_way
+from hcsearch.kernels.stamps import reached, stamp
+from hcsearch.kernels.words import fingerprint_rows, insert_fingerprints
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+@pytest.fixture
+def samples(monkeypatch):
+    """One small sample, whose kernels are ready when its process has ended; the processes that were started."""
+    started = []
+
+    def start(name):
+        process = subprocess.Popen(["sleep", "0.1" if name == "quick" else "60"], stderr=subprocess.PIPE, text=True)
+        started.append(process)
+        return process
+
+    sample = compiling._Sample(("words.insert_fingerprints",), lambda: None)
+    monkeypatch.setattr(compiling, "SAMPLES", {"quick": sample, "long": sample})
+    monkeypatch.setattr(compiling, "_start", start)
+    monkeypatch.setattr(under_way, "is_ready", lambda kernel: any(process.poll() is not None for process in started))
+    return started
+
+
+def test_what_is_left_is_compiled_and_the_second_call_has_nothing_to_do(samples, monkeypatch):
+    monkeypatch.setattr(compiling, "SAMPLES", {"quick": compiling.SAMPLES["quick"]})
+    done = CliRunner().invoke(hcsearch, ["compile"])
+    assert done.exit_code == 0
+    assert done.stdout.endswith(" s\n")
+    assert "kernels compiled in " in done.stdout
+    assert len(samples) == 1
+    again = CliRunner().invoke(hcsearch, ["compile"])
+    assert again.stdout == "nothing is left to compile\n"
+    assert len(samples) == 1
+
+
+def test_kernels_of_samples_are_those_that_the_program_has():
+    for sample in compiling.SAMPLES.values():
+        kernels = under_way.kernels_named(sample.kernels)
+        assert all(stamp(kernel) for kernel in kernels)
+    check = under_way.kernels_named(compiling.SAMPLES["check"].kernels)
+    assert {"simulate", "judge", "regrip"} <= {kernel.__name__ for kernel in reached(check[0])}
+
+
+def test_a_sample_that_fails_is_one_line(samples, monkeypatch):
+    def fail(_):
+        return subprocess.Popen(
+            [sys.executable, "-c", "raise SystemExit('no room')"], stderr=subprocess.PIPE, text=True
+        )
+
+    monkeypatch.setattr(compiling, "_start", fail)
+    done = CliRunner().invoke(hcsearch, ["compile"])
+    assert str(done.exception) == "the kernels could not be compiled (no room)"
+
+
+def test_kernels_are_compiled_ahead_only_where_they_are_wanted_and_missing(samples):
+    with compiling.compiling_ahead("long", wanted=False):
+        assert not samples
+    with compiling.compiling_ahead("long", wanted=True):
+        assert samples[0].poll() is None
+    assert samples[0].poll() == -9  # nobody needs them any more
+    with compiling.compiling_ahead("long", wanted=True):
+        assert len(samples) == 1  # they are ready
+
+
+def test_a_terminal_names_what_is_compiled_and_a_pipe_does_not(monkeypatch):
+    monkeypatch.setattr(progress, "_SOON", 0.01)
+    monkeypatch.setattr(sys, "stderr", terminal := Terminal())
+    everything = under_way.missing([insert_fingerprints]) | {"one", "two"}
+    monkeypatch.setattr(under_way._State, "missing", everything)
+    under_way.at(fingerprint_rows)
+    line = f"\rcompiling kernels, {len(everything) - len(under_way.left(everything))} of {len(everything)}: fingerprint"
+    with progress.Meter("batch"):
+        begin = time.monotonic()
+        while line not in terminal.getvalue() and time.monotonic() < begin + 20:
+            time.sleep(0.01)
+    assert line in terminal.getvalue()
+    assert terminal.getvalue().endswith(" \r")
+    under_way.end()
+    assert under_way.under_way() is None
+    monkeypatch.setattr(sys, "stderr", pipe := io.StringIO())
+    under_way.at(fingerprint_rows)
+    with progress.Meter("batch"):
+        time.sleep(0.1)
+    assert pipe.getvalue() == ""
+    under_way.end()
