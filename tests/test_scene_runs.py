@@ -124,6 +124,8 @@ def test_a_file_is_a_scene_by_its_name(tmp_path):
     assert "another scene 'solar'" in call(*words, "--scene", file, code=2)
     file.write_text('name = "default"\npanel_mm = "1000x20"\n', encoding="utf-8")
     assert "a name of its own" in call(*words, "--scene", file, code=2)
+    file.write_text('name = "mountains first"\npanel_mm = "1000x20"\n', encoding="utf-8")
+    assert "a way to try a scene" in call(*words, "--scene", file, code=2)
     file.write_text('design = "hex:023350:1"\n', encoding="utf-8")
     assert "give it to hcsearch deploy" in call(*words, "--scene", file, code=2)
 

@@ -65,9 +65,11 @@ def main() -> None:
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     try:
         signal.signal(signal.SIGINT, _interrupt)
-        hcsearch.main(standalone_mode=False)
+        code = hcsearch.main(standalone_mode=False)
         if sys.stdout is not None:
             sys.stdout.flush()
+        if isinstance(code, int) and code:  # what a command ends with that neither fails nor succeeds
+            sys.exit(code)
     except HcsearchError as error:
         _fail(str(error))
     except click.exceptions.NoArgsIsHelpError as error:

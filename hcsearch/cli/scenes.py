@@ -116,6 +116,7 @@ def scene_asked_for(database: Database, text: str | None, panel: str | None, acr
 
 
 def _of_file(path: str) -> Scene:
+    from hcsearch.deployment.looks import look_parts  # noqa: PLC0415
     from hcsearch.deployment.scene_files import read_file, scene_in  # noqa: PLC0415
 
     found = read_file(path)
@@ -126,6 +127,8 @@ def _of_file(path: str) -> Scene:
             )
     scene = scene_in(found)
     scene = replace(scene, name=check_name(found.get("name", Path(path).stem)))
+    if look_parts([scene.name]) != (None, ""):
+        raise SceneError(f"{path} has the name {scene.name!r}, which means a way to try a scene: write name = 'solar'")
     if scene.name in SCENES and scene != SCENES[scene.name]:
         raise SceneError(f"{path} is another scene than {scene.name!r}: give it a name of its own, name = 'solar'")
     return scene

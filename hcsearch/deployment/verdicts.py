@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from hcsearch.deployment.checking import Check, Solids, check, solids_of
 from hcsearch.deployment.compiling import Compiled, compile_scene
-from hcsearch.deployment.looks import Look, Pairs, first_look, rounds, scene_of, springs_of
+from hcsearch.deployment.looks import Look, Pairs, first_look, rounds, scene_of, springs_of, ways
 from hcsearch.deployment.scene_files import file_text
 from hcsearch.deployment.springs import with_springs
 from hcsearch.deployment.subjects import folding_linkage
@@ -72,7 +72,8 @@ class _Verdicts:
         self.second: dict[str, Any] = {"whole": False, "tolerance": SCREENED, "max_steps": steps}
         self.foldings = {i: folding_at(circuits, foldings, i) for i in np.flatnonzero(untwisted).tolist()}
         self.count, self.threads = len(foldings), threads
-        self.locked = {i for i in self.foldings if locked[i]}
+        # the proof is of rigid pairs, and says nothing of a scene in which they are hinged
+        self.locked = {i for i in self.foldings if locked[i] and ways(scene) != ("hinged",)}
         self.compiled: dict[tuple[int, Pairs], tuple[Compiled, Solids]] = {}
         self.tried: dict[int, list[Check]] = {i: [] for i in self.foldings}
         self.deploys: dict[int, Trial] = {}
