@@ -281,7 +281,7 @@ CREATE VIEW designs AS SELECT
     f."dof_merged" AS "dof_merged",
     CASE
         WHEN d.n_foldings = 0 OR (d.n_foldings > 0 AND d.n_untwisted = 0) THEN 0
-        WHEN coalesce(CASE WHEN d.status = 'locked' AND o.status <> 'deploys' THEN 'locked' END, o.status, d.status) IN ('no_folding', 'twisted', 'locked') THEN 0
+        WHEN coalesce(o.status, d.status) IN ('no_folding', 'twisted', 'locked') THEN 0
         WHEN o.status = 'deploys' THEN 1
     END AS "deployable",
     v."min_clearance" AS "min_clearance",
@@ -289,7 +289,7 @@ CREATE VIEW designs AS SELECT
     CASE
         WHEN d.n_foldings = 0 THEN 'no_folding'
         WHEN d.n_foldings > 0 AND d.n_untwisted = 0 THEN 'twisted'
-        ELSE coalesce(CASE WHEN d.status = 'locked' AND o.status <> 'deploys' THEN 'locked' END, o.status, d.status)
+        ELSE coalesce(o.status, d.status)
     END AS "status",
     s.score AS "score",
     CASE WHEN d.n_untwisted > 0 THEN d.n / 2 END AS "deployment_ratio",
@@ -335,9 +335,9 @@ CREATE VIEW foldings AS SELECT
     f."merged_panels" AS "merged_panels",
     f."kutzbach_merged" AS "kutzbach_merged",
     f."dof_merged" AS "dof_merged",
-    CASE WHEN f.twist > 0 THEN 'twisted' ELSE coalesce(CASE WHEN f.status = 'locked' AND v.status <> 'deploys' THEN 'locked' END, v.status, f.status) END AS "status",
+    CASE WHEN f.twist > 0 THEN 'twisted' ELSE coalesce(v.status, f.status) END AS "status",
     CASE
-        WHEN f.twist > 0 OR coalesce(CASE WHEN f.status = 'locked' AND v.status <> 'deploys' THEN 'locked' END, v.status, f.status) IN ('twisted', 'locked') THEN 0
+        WHEN f.twist > 0 OR coalesce(v.status, f.status) IN ('twisted', 'locked') THEN 0
         WHEN v.status = 'deploys' THEN 1
     END AS "deployable",
     v.min_clearance AS "min_clearance",

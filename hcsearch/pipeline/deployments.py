@@ -12,6 +12,7 @@ import numpy as np
 from hcsearch import deployment
 from hcsearch.grid import grid_named
 from hcsearch.pipeline.designs import circuit_texts
+from hcsearch.pipeline.stages import BUILT
 from hcsearch.records import NONE, Candidates, DeploymentBatch, StageResult, VerdictBatch
 from hcsearch.scenes import Scene
 
@@ -63,7 +64,7 @@ class Deploy:
         passed = np.array([word == "deploys" for word in status])
         result = StageResult(
             deployment.STAGE,
-            deployment.VERSION,
+            BUILT[deployment.STAGE],
             int(passed.sum()),
             int(own.n_fixed[passed].sum()),
             time.perf_counter() - begun,

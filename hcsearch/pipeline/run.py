@@ -314,7 +314,7 @@ class _Run:
     def _deploy(self) -> None:
         """The stage `deployment`, piece by piece."""
         plan, totals = self.plan, self.totals
-        stage = {deployment.STAGE: deployment.VERSION}
+        stage = {deployment.STAGE: stages_until(plan.until)[deployment.STAGE]}
         finished = finished_batches(self.database, plan.deploying, stage)
         left = unfinished(self.prefixes, list(finished))
         # units that were listed by an earlier run are listed once more: the database does not know what is in a unit

@@ -10,11 +10,8 @@ from hcsearch.scenes import DEFAULT
 from hcsearch.store.columns import VIEWS
 
 # A folding with twist never deploys, and a design without an untwisted folding neither: known before any later stage.
-# What deploys in a scene may be locked with rigid flat pairs; of what does not, a lock says more than a collision.
-_JUDGED = (
-    "coalesce(CASE WHEN {0}.status = 'locked' AND {1}.status <> 'deploys' THEN 'locked' END, {1}.status, {0}.status)"
-)
-_DESIGN, _FOLDING = _JUDGED.format("d", "o"), _JUDGED.format("f", "v")
+# Where a scene has a verdict it stands: what is locked with rigid flat pairs may deploy in a scene that has hinged ones.
+_DESIGN, _FOLDING = "coalesce(o.status, d.status)", "coalesce(v.status, f.status)"
 _DESIGNS = {
     "orbit_size": "d.array_symmetry / d.symmetry",
     "two_stack": "CASE WHEN d.n_foldings > 0 THEN 1 WHEN d.n_foldings = 0 THEN 0 END",

@@ -106,9 +106,12 @@ def test_a_later_run_of_earlier_stages_leaves_the_verdicts(listed, status):
     assert (everything(listed), told(listed), told(listed, "solar")) == before
 
 
-def test_a_proof_of_a_lock_takes_the_place_of_a_verdict(listed):
+def test_a_proof_of_a_lock_takes_the_place_of_a_verdict_with_the_next_one(listed):
+    """A newer stage `mobility` makes the batches of the stage `deployment` older, so that the next run does both."""
     judge(listed, [CUT], trials=[COLLIDES])
     list_designs(listed, locked=True)
+    assert told(listed)[:2] == [CUT[2], None]
+    judge(listed, [(*CUT[:2], "locked", None, None)])
     assert told(listed)[:2] == ["locked", 0]
 
 
