@@ -10,7 +10,7 @@ from hcsearch.scenes import DEFAULT
 from hcsearch.store.columns import VIEWS
 
 # A folding with twist never deploys, and a design without an untwisted folding neither: known before any later stage.
-# Where a scene has a verdict it stands: what is locked with rigid flat pairs may deploy in a scene that has hinged ones.
+# Where a scene has a verdict it stands: what is locked with rigid flat pairs may deploy where they are hinged.
 _DESIGN, _FOLDING = "coalesce(o.status, d.status)", "coalesce(v.status, f.status)"
 _DESIGNS = {
     "orbit_size": "d.array_symmetry / d.symmetry",

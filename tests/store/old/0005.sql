@@ -199,8 +199,8 @@ CREATE TABLE run (
  STRICT
 
 ;
-INSERT INTO "run" VALUES(1,'2026-11-22T20:59:34+00:00',NULL,'hex',12,'','all','deployment','50x50x6','{"grid": "hex", "keep": "all", "n": 12, "scene": "default", "until": "deployment"}','{"hcsearch": "0.1.0"}',NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL);
-INSERT INTO "run" VALUES(2,'2026-11-22T20:59:34+00:00',NULL,'hex',12,'','all','deployment','1000x1000x20','{"grid": "hex", "keep": "all", "n": 12, "scene": "solar", "until": "deployment"}','{"hcsearch": "0.1.0"}',NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL);
+INSERT INTO "run" VALUES(1,'2026-11-22T21:28:29+00:00',NULL,'hex',12,'','all','deployment','50x50x6','{"grid": "hex", "keep": "all", "n": 12, "scene": "default", "until": "deployment"}','{"hcsearch": "0.1.0"}',NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL);
+INSERT INTO "run" VALUES(2,'2026-11-22T21:28:29+00:00',NULL,'hex',12,'','all','deployment','1000x1000x20','{"grid": "hex", "keep": "all", "n": 12, "scene": "solar", "until": "deployment"}','{"hcsearch": "0.1.0"}',NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL,NULL);
 CREATE TABLE scene (
 	name TEXT NOT NULL, 
 	scene_values TEXT NOT NULL, 
@@ -308,7 +308,7 @@ CREATE VIEW designs AS SELECT
     f."dof_merged" AS "dof_merged",
     CASE
         WHEN d.n_foldings = 0 OR (d.n_foldings > 0 AND d.n_untwisted = 0) THEN 0
-        WHEN coalesce(CASE WHEN d.status = 'locked' AND o.status <> 'deploys' THEN 'locked' END, o.status, d.status) IN ('no_folding', 'twisted', 'locked') THEN 0
+        WHEN coalesce(o.status, d.status) IN ('no_folding', 'twisted', 'locked') THEN 0
         WHEN o.status = 'deploys' THEN 1
     END AS "deployable",
     v."min_clearance" AS "min_clearance",
@@ -316,7 +316,7 @@ CREATE VIEW designs AS SELECT
     CASE
         WHEN d.n_foldings = 0 THEN 'no_folding'
         WHEN d.n_foldings > 0 AND d.n_untwisted = 0 THEN 'twisted'
-        ELSE coalesce(CASE WHEN d.status = 'locked' AND o.status <> 'deploys' THEN 'locked' END, o.status, d.status)
+        ELSE coalesce(o.status, d.status)
     END AS "status",
     s.score AS "score",
     CASE WHEN d.n_untwisted > 0 THEN d.n / 2 END AS "deployment_ratio",
@@ -339,9 +339,9 @@ CREATE VIEW foldings AS SELECT
     f."merged_panels" AS "merged_panels",
     f."kutzbach_merged" AS "kutzbach_merged",
     f."dof_merged" AS "dof_merged",
-    CASE WHEN f.twist > 0 THEN 'twisted' ELSE coalesce(CASE WHEN f.status = 'locked' AND v.status <> 'deploys' THEN 'locked' END, v.status, f.status) END AS "status",
+    CASE WHEN f.twist > 0 THEN 'twisted' ELSE coalesce(v.status, f.status) END AS "status",
     CASE
-        WHEN f.twist > 0 OR coalesce(CASE WHEN f.status = 'locked' AND v.status <> 'deploys' THEN 'locked' END, v.status, f.status) IN ('twisted', 'locked') THEN 0
+        WHEN f.twist > 0 OR coalesce(v.status, f.status) IN ('twisted', 'locked') THEN 0
         WHEN v.status = 'deploys' THEN 1
     END AS "deployable",
     v.min_clearance AS "min_clearance",
