@@ -100,7 +100,7 @@ def default_panel(grid: str) -> PanelSize:
 def panel_of(scene: Scene, grid: str) -> PanelSize:
     """Size of the panels of a design in a scene, m; SceneError where its grid has no such panels."""
     panel = scene.panel or default_panel(grid)
-    if panel[0] != panel[1] and grid != "rectangle":
+    if panel[0] != panel[1] and grid not in {"square", "rectangle"}:
         raise SceneError(
             f"panels of the {grid} grid have one side: write --panel SIDExTHICKNESS in mm, such as 50x6, "
             "or --across WIDTHxTHICKNESS"
@@ -110,7 +110,11 @@ def panel_of(scene: Scene, grid: str) -> PanelSize:
 
 def check_verdicts(scene: Scene, grid: str, n: int) -> None:
     """Refuse a scene that the foldings of n panels of a grid cannot be tried in."""
-    panel_of(scene, grid)
+    panel = panel_of(scene, grid)
+    if grid == "square" and panel[0] != panel[1]:
+        raise SceneError(
+            "designs of squares are the same when they are turned, panels of two lengths are not: use --grid rectangle"
+        )
     if scene.springs:
         raise SceneError(
             f"the scene {scene.name} has springs of single hinges, which are those of one design: leave them out, or "

@@ -2,6 +2,7 @@
 
 import json
 import shlex
+from dataclasses import replace
 
 import pytest
 from click.testing import CliRunner
@@ -152,8 +153,8 @@ def rows_of(path):
 def test_a_run_that_ends_early_keeps_its_pieces_and_goes_on(tmp_path, monkeypatch):
     monkeypatch.setattr("hcsearch.pipeline.deployments.PIECE_SECONDS", 0.01)  # a piece for each design
     search = search_all(GRIDS["square"], 10, "untwisted")
-    scene = with_panel(SCENES["default"], read_panel("20x2"), "square")
-    plan = Plan(search, "deployment", "untwisted", scene)
+    brief = replace(with_panel(SCENES["default"], read_panel("20x2"), "square"), flat_pairs="rigid", seconds=0.01)
+    plan = Plan(search, "deployment", "untwisted", brief)
     one, other = tmp_path / "whole.sqlite", tmp_path / "parts.sqlite"
     with open_database(str(one), create=True) as database:
         summary = run_into(plan, database)

@@ -76,11 +76,15 @@ def test_rectangles_have_no_width_across_flats():
 
 
 def test_regular_panels_have_one_side():
-    for grid in ("square", "hex", "triangle"):
+    for grid in ("hex", "triangle"):
         with pytest.raises(SceneError, match="--panel SIDExTHICKNESS"):
             panel_of(replace(DEFAULT, panel=(0.05, 0.04, 0.006)), grid)
         assert panel_of(DEFAULT, grid) == (0.05, 0.05, 0.006)
-    assert panel_of(replace(DEFAULT, panel=(0.06, 0.04, 0.006)), "rectangle") == (0.06, 0.04, 0.006)
+    oblong = replace(DEFAULT, panel=(0.06, 0.04, 0.006))
+    assert panel_of(oblong, "rectangle") == panel_of(oblong, "square") == (0.06, 0.04, 0.006)
+    check_verdicts(oblong, "rectangle", 12)
+    with pytest.raises(SceneError, match="use --grid rectangle"):
+        check_verdicts(oblong, "square", 12)
 
 
 def test_a_scene_with_other_panels_has_another_name():

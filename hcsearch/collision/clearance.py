@@ -35,24 +35,21 @@ RESOLUTION = 5e-5
 """A smallest gap is known to this (m)."""
 
 
-def longest_edge(linkage: Linkage) -> float:
-    """Length of the longest edge of a linkage's facets, m."""
+def scale_of(linkage: Linkage) -> float:
+    """The longest edge of a linkage's facets over `EDGE`, to ten digits: rounding of corners is no other size."""
     facets = linkage.pattern.facets
-    return max(math.dist(start, end) for facet in facets for start, end in pairwise((*facet, facet[0])))
+    longest = max(math.dist(start, end) for facet in facets for start, end in pairwise((*facet, facet[0])))
+    return float(f"{longest / EDGE:.10g}")
 
 
 def margin_of(linkage: Linkage) -> float:
-    """The margin in proportion to the panels, m, to ten digits."""
-    return _scaled(linkage, MARGIN)
+    """The margin in proportion to the panels, m."""
+    return MARGIN * scale_of(linkage)
 
 
 def resolution_of(linkage: Linkage) -> float:
-    """The resolution of a smallest gap in proportion to the panels, m, to ten digits."""
-    return _scaled(linkage, RESOLUTION)
-
-
-def _scaled(linkage: Linkage, length: float) -> float:
-    return float(f"{length * longest_edge(linkage) / EDGE:.10g}")
+    """The resolution of a smallest gap in proportion to the panels, m."""
+    return RESOLUTION * scale_of(linkage)
 
 
 @dataclass(frozen=True)
@@ -64,7 +61,7 @@ class Clearance:
     gap : of a clear motion, what no two panels come nearer than where they come near and part again, in m; None where
         none do. A gap counts that lies between two states at which the pair is further apart by two margins more:
         neighbours touch in the packed and in the flat state, so without this it would be 0. The least gap itself is
-        within `resolution_of` the linkage, and the slack, of it.
+        within the resolution, and the slack, of it.
     looks : how often a pair was looked at.
     """
 
@@ -80,20 +77,20 @@ def certify(
     linkage: Linkage,
     course: Course,
     *,
-    margin: float | None = None,
+    margin: float = MARGIN,
+    resolution: float = RESOLUTION,
     slack: float | Reals = 0.0,
     apart: Collection[tuple[int, int]] = (),
     measured: bool = True,
 ) -> Clearance:
     """Certify a motion of the fold angles of a linkage.
 
-    margin : by which panels are shrunk on every face, m; `margin_of` the linkage unless given.
+    margin : by which panels are shrunk on every face, m. resolution : to which the smallest gap is known, m.
     slack : what panels may be elsewhere than the tree of hinges places them, m, at all times or in each step, (k - 1,).
     apart : pairs of panels, the lower number first, that are left out. measured : whether the smallest gap of a clear
     motion is wanted.
     """
-    margin = margin_of(linkage) if margin is None else margin
-    certificate = _Certificate(linkage, margin, apart)
+    certificate = _Certificate(linkage, margin, resolution, apart)
     if not len(certificate.pairs.prisms) or len(course.times) < 2:
         return Clearance("clear", margin, None, None, None, 0)
     return certificate.of(course, slack, measured)
@@ -102,9 +99,8 @@ def certify(
 class _Certificate:
     """The search of one motion for collisions."""
 
-    def __init__(self, linkage: Linkage, margin: float, apart: Collection[tuple[int, int]]) -> None:
-        self.linkage, self.margin = linkage, margin
-        self.resolution = resolution_of(linkage)
+    def __init__(self, linkage: Linkage, margin: float, resolution: float, apart: Collection[tuple[int, int]]) -> None:
+        self.linkage, self.margin, self.resolution = linkage, margin, resolution
         self.deepest = check_margin(linkage, margin)
         self.prisms, self.shrunk = prisms_of(linkage), prisms_of(linkage, margin)
         self.pairs = pairs_of(linkage, self.prisms, apart)

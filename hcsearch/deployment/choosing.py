@@ -34,15 +34,15 @@ HARDENING = (8, 4)
 class SpringSet:
     """Springs and what they do.
 
-    stiffnesses : of each hinge, N m/rad. check : the quick check. scales : of its scene. deployment : the scene itself,
-        precisely; None where it was not simulated. robustness : None where no samples were drawn.
+    stiffnesses : of each hinge, N m/rad. check : the quick check. deployment : the scene itself, precisely; None where
+        it was not simulated. robustness : None where no samples were drawn. scales : of its scene.
     """
 
     stiffnesses: tuple[float, ...]
     check: Check
-    scales: Scales = DEFAULT
     deployment: Deployment | None = None
     robustness: Robustness | None = None
+    scales: Scales = DEFAULT
 
     @property
     def value(self) -> float:
@@ -141,7 +141,7 @@ class Finder:
         total = self.search.budget
         checks = self.evaluator.of_springs(sets)
         scales = self.evaluator.scales
-        places = [SpringSet(tuple(one.tolist()), check, scales) for one, check in zip(sets, checks, strict=True)]
+        places = [SpringSet(tuple(one.tolist()), check, scales=scales) for one, check in zip(sets, checks, strict=True)]
         clear = [place for place in places if place.check.deploys]
         # packed neighbours have two margins between them: where loops give way by more, nothing is certain
         clear = [place for place in clear if self.evaluator.slack(place.check) < 2.0 * self.evaluator.strict] or clear

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import Clearance, certify, slack_of
+from hcsearch.collision.clearance import Clearance, certify, resolution_of, slack_of
 from hcsearch.deployment.compiling import Compiled, Formulation, compile_scene
 from hcsearch.dynamics.simulation import Ending, Motion, closed_between, simulate
 from hcsearch.errors import HcsearchError
@@ -199,4 +199,12 @@ def _clearance(compiled: Compiled, motion: Motion) -> Clearance:
     # springs that close loops give way at impacts, for moments; exact loops hardly open at all
     slack = slack_of(linkage, 1.0) * (gaps if motion.cubic else gaps.max(initial=0.0))
     measured = motion.ending == "flat"
-    return certify(linkage, course, margin=compiled.margin, slack=slack, apart=compiled.apart, measured=measured)
+    return certify(
+        linkage,
+        course,
+        margin=compiled.margin,
+        resolution=resolution_of(linkage),
+        slack=slack,
+        apart=compiled.apart,
+        measured=measured,
+    )

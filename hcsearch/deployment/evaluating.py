@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import EDGE, longest_edge, slack_of
+from hcsearch.collision.clearance import scale_of, slack_of
 from hcsearch.deployment.checking import Check, Solids, check, solids_of
 from hcsearch.deployment.compiling import Compiled, Formulation, compile_scene
 from hcsearch.deployment.objective import Scales, objective
@@ -81,7 +81,7 @@ class Evaluator:
         assert scene.seconds is not None
         self.scene = softened(scene) if formulation == "compliant" else scene
         self.strict = STRICT * scene.margin
-        self.scales = Scales(longest_edge(linkage) / EDGE, scene.seconds)
+        self.scales = Scales(scale_of(linkage), scene.seconds)
         self.reach = slack_of(linkage, 1.0) if formulation == "compliant" else 0.0
         self.recalled = 0
         self._memory = Own() if memory is None else memory

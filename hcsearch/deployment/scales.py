@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hcsearch.collision.clearance import EDGE, longest_edge, margin_of
+from hcsearch.collision.clearance import EDGE, margin_of, scale_of
 from hcsearch.dynamics.laws import law_named
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import facet_area
@@ -31,7 +31,7 @@ def settled(scene: Scene, linkage: Linkage) -> Scene:
     Seconds are never fewer than in the scene `default`; they are given to three digits, as springs are.
     """
     density = scene.density_of(linkage.pattern.thickness)
-    length = longest_edge(linkage) / EDGE
+    length = scale_of(linkage)
     mass = _mass(linkage, density)
     laws = dict.fromkeys(range(linkage.n_hinges), scene.spring) | dict(scene.springs)
     stiffness = float(np.mean([law_named(text).mean_stiffness for text in laws.values()])) if laws else 0.0
@@ -46,7 +46,7 @@ def settled(scene: Scene, linkage: Linkage) -> Scene:
         scene,
         density=density,
         areal_mass=None,
-        margin=margin_of(linkage) if scene.margin is None else scene.margin,
+        margin=float(f"{margin_of(linkage):.10g}") if scene.margin is None else scene.margin,
         spring_range=scene.spring_range or (_short(SOFTEST * scale), _short(STIFFEST * scale)),
         seconds=_short(SECONDS * seconds) if scene.seconds is None else scene.seconds,
     )

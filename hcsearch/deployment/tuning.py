@@ -91,7 +91,7 @@ def tune(
     finder = Finder(search, scene, samples, spread or Spread())
     interrupted = False
     rounded = None
-    begin = SpringSet(tuple(start.tolist()), evaluator.of_springs([start])[0], evaluator.scales)
+    begin = SpringSet(tuple(start.tolist()), evaluator.of_springs([start])[0], scales=evaluator.scales)
     try:
         # checks shrink panels by less and are coarse: what is too near to tell for them may be certain
         begin = finder.precise(begin)
@@ -112,7 +112,7 @@ def _silent(done: int, total: int, note: str) -> None:
 
 
 def _seen(place: Place, scales: Scales) -> SpringSet:
-    return SpringSet(tuple(place.stiffnesses.tolist()), place.check, scales)
+    return SpringSet(tuple(place.stiffnesses.tolist()), place.check, scales=scales)
 
 
 def _first_generation(start: Reals, tied: Sequence[tuple[int, ...]], seed: int, bounds: tuple[float, float]) -> Reals:

@@ -158,7 +158,7 @@ class _Verdicts:
             status=found.verdict,
             reason=found.reason,
             clearance=min(math.inf if found.gap is None else found.gap, size) if found.deploys else None,
-            first_contact=None if found.collision is None else found.collision[0],
+            first_contact=found.collision[0] if found.collision is not None and found.verdict == "collides" else None,
             deploy_time=found.end_time if found.outcome == "flat" else None,
             energy_error=found.drift,
             closure_error=found.opening * size,

@@ -61,7 +61,7 @@ class Deploy:
         plain = np.zeros(len(own.foldings), np.int16)
         found = verdicts(own.circuits, own.foldings, plain, own.locked, self.scene, self.threads)
         best, status = _best(own, found)
-        passed = np.array([word == "deploys" for word in status])
+        passed = np.array([word == "deploys" for word in status], bool)
         result = StageResult(
             deployment.STAGE,
             BUILT[deployment.STAGE],

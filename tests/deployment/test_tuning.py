@@ -12,8 +12,9 @@ from hcsearch.deployment.deploying import deploy
 from hcsearch.deployment.evaluating import Evaluator, Own
 from hcsearch.deployment.objective import objective
 from hcsearch.deployment.robustness import Spread
+from hcsearch.deployment.scales import SOFTEST, STIFFEST
 from hcsearch.deployment.searching import APART, Search, spread_out, told
-from hcsearch.deployment.springs import SOFTEST, STIFFEST, scene_springs, tied_hinges
+from hcsearch.deployment.springs import scene_springs, tied_hinges
 from hcsearch.deployment.tuning import tune
 from hcsearch.errors import HcsearchError
 from hcsearch.scenes import SCENES
@@ -120,7 +121,7 @@ class Bowl:
     """An evaluator of a made-up array: clear where all springs are near some stiffness, the nearer the wider."""
 
     formulation = "constrained"
-    scene = DEFAULT
+    scene = replace(DEFAULT, spring_range=(SOFTEST, STIFFEST))
 
     def __init__(self, least):
         self.least, self.asked = np.log(least), []
@@ -145,7 +146,7 @@ def searched(budget, seed=0, least=(0.02, 0.004, 0.15, 0.02)):
     bowl, notes = Bowl(least), []
     search = Search(bowl, TIED, budget, seed, lambda *note: notes.append(note))
     start = np.full(4, 0.1)
-    search.run(start, tuning._first_generation(start, TIED, seed))
+    search.run(start, tuning._first_generation(start, TIED, seed, (SOFTEST, STIFFEST)))
     return bowl, search, notes
 
 
@@ -247,7 +248,11 @@ def test_evaluations_are_counted_once_and_kept_to(evaluations):
     [
         (DEFAULT, "penalty", "not tuned in penalty: take constrained or compliant"),
         (replace(DEFAULT, held="free"), None, "a panel held"),
-        (replace(DEFAULT, spring="linear:1"), None, "no start of a search from 0.001 to 0.2"),
+        (
+            replace(DEFAULT, spring="linear:1", spring_range=(0.001, 0.2)),
+            None,
+            "no start of a search from 0.001 to 0.2",
+        ),
         (replace(DEFAULT, spring="linear:-1"), None, "no start of a search"),
     ],
 )
