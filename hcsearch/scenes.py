@@ -113,7 +113,7 @@ def check_verdicts(scene: Scene, grid: str, n: int) -> None:
     panel = panel_of(scene, grid)
     if grid == "square" and panel[0] != panel[1]:
         raise SceneError(
-            "designs of squares are the same when they are turned, panels of two lengths are not: use --grid rectangle"
+            "designs of squares count as one when they are turned, so that panels are square: use --grid rectangle"
         )
     if scene.springs:
         raise SceneError(

@@ -174,11 +174,12 @@ def _cluster(address: str) -> Iterator[tuple[_Pool, int]]:
 
 async def _kind(address: str) -> str | None:
     """What listens at an address of Dask: Scheduler, Worker, Nanny."""
-    from distributed.core import connect, send_recv  # noqa: PLC0415 - an extra
+    from distributed import core  # noqa: PLC0415 - an extra
 
-    link = await connect(address, timeout=_PATIENCE)
+    dask: Any = core  # untyped
+    link = await dask.connect(address, timeout=_PATIENCE)
     try:
-        found = await send_recv(link, op="identity")
+        found = await dask.send_recv(link, op="identity")
         return found.get("type") if isinstance(found, dict) else None
     finally:
         link.abort()

@@ -188,7 +188,7 @@ def test_tied_groups_are_spread_out_to_four_digits():
 
 def test_exact_closure_gives_way_where_it_keeps_arrays_shut():
     linkage = linkage_named("thesis-4x4")
-    first = tuning._first_generation(np.full(12, 0.1), tied_hinges(linkage, DEFAULT), 0)
+    first = tuning._first_generation(np.full(12, 0.1), tied_hinges(linkage, DEFAULT), 0, (SOFTEST, STIFFEST))
     chosen = tuning._evaluator(linkage, DEFAULT, None, first[:3], None)
     assert chosen.formulation == "compliant"
     assert tuning._evaluator(linkage, DEFAULT, "constrained", first, None).formulation == "constrained"
