@@ -70,14 +70,16 @@ def explained(location: str) -> Iterator[None]:
     except DBAPIError as error:
         if isinstance(error, IntegrityError | ProgrammingError) and not is_of_database(error.orig):
             raise
-        raise _explain(location, error.orig) from error
+        raise _explain(location, error.orig, lost=error.connection_invalidated) from error
 
 
-def _explain(location: str, error: BaseException | None) -> BaseException:
+def _explain(location: str, error: BaseException | None, *, lost: bool = False) -> BaseException:
     if primary_code(error) == sqlite3.SQLITE_INTERRUPT:
         return KeyboardInterrupt()  # which the driver has swallowed, see `sqlite.connect`
     detail = (str(error).strip() or type(error).__name__).splitlines()[0]
     cause = _cause(error)
+    if lost and cause == _UNREACHED:  # a server that ends a connection need not say why
+        cause = _LOST
     if cause is None:
         cause = "cannot be used ({detail}): restore a copy, or name another" + " file" * isinstance(
             error, sqlite3.Error

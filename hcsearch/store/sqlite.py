@@ -23,14 +23,10 @@ _STEPS = 100_000  # of SQLite's virtual machine
 
 @dataclass(frozen=True)
 class Look:
-    """What a file holds at first sight: `version` of our schema, None where the file is not ours; no tables at all.
-
-    ours : whether it has our number.
-    """
+    """What a file holds at first sight: `version` of our schema, None where the file is not ours; no tables at all."""
 
     version: str | None
     empty: bool
-    ours: bool = False
 
 
 def connect(path: Path, mode: str, timeout: float) -> sqlite3.Connection:
@@ -48,10 +44,9 @@ def look(path: Path, timeout: float) -> Look:
     """Look at a file without changing anything on disk, if it is not in use."""
     # An immutable connection leaves no -wal and -shm files behind, but sees only what is in the main file.
     if not _has_content(path, "-journal"):
-        found = _look(path, "ro&immutable=1", timeout)
         if not _has_content(path, "-wal"):
-            return found
-        if not found.ours:
+            return _look(path, "ro&immutable=1", timeout)
+        if not _has_our_number(path):
             # Ours has its number before it has a log. A look into the log of another program would leave a -shm.
             return Look(None, empty=False)
     try:
@@ -69,6 +64,12 @@ def _has_content(path: Path, suffix: str) -> bool:
     return journal.exists() and journal.stat().st_size > 0
 
 
+def _has_our_number(path: Path) -> bool:
+    """Whether the header of a file says that it is ours; without its log, the rest of the file may be in pieces."""
+    with path.open("rb") as file:
+        return file.read(72)[68:] == APPLICATION_ID.to_bytes(4, "big")
+
+
 def _look(path: Path, mode: str, timeout: float) -> Look:
     connection = connect(path, mode, timeout)
     try:
@@ -78,7 +79,7 @@ def _look(path: Path, mode: str, timeout: float) -> Look:
         if ours and VERSION_TABLE in tables:
             found = connection.execute(f"SELECT max(version_num) FROM {VERSION_TABLE}").fetchone()[0]
             version = None if found is None else str(found)
-        return Look(version, not tables, ours)
+        return Look(version, not tables)
     finally:
         connection.close()
 
