@@ -145,15 +145,13 @@ def _scene(found: dict[str, Any], options: dict[str, Any]) -> tuple[Scene, list[
     elif text is not None:
         base = read_scene(text, options["db"])
     scene = scene_in(found, base=base)
-    names = ("held", "seconds", "gravity", "flat_pairs", *MORE)
+    # of these one command or the other has options
+    own = ("spring", "springs", "damping", "start", "restitution", "spring_range")
+    names = ("held", "seconds", "gravity", "flat_pairs", *own)
     values = {name: options[name] for name in names if options.get(name) is not None}
     if options["merge"]:
         values["merge"] = True
     return scene_with(scene, values), parts
-
-
-MORE = ("spring", "springs", "damping", "start", "restitution", "spring_range")
-"""Values of a scene that one command alone has options for."""
 
 
 def _folding(name: str, db: str) -> Folding:

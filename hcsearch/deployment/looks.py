@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -133,9 +132,3 @@ def _places(folding: Folding, compiled: Compiled) -> Reals:
         joint = compiled.joint_of[pattern.hinge_of(pair)]
         found[joint] = min(layer, 1.0), crease.face == "top", pair[0] not in first
     return found
-
-
-def looks_named() -> Iterator[str]:
-    """The names of all looks, for messages."""
-    yield from _PAIRS
-    yield from _SETS

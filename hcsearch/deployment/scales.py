@@ -16,13 +16,15 @@ from hcsearch.collision.clearance import EDGE, margin_of, scale_of
 from hcsearch.dynamics.laws import law_named
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import facet_area
-from hcsearch.scenes import Scene
+from hcsearch.scenes import DEFAULT, SCENES, Scene, default_panel
 
-SPRING, DAMPING_TIME, SECONDS = 0.1, 0.043, 1.0
-"""Of the scene `default`: stiffness of every hinge (N m/rad), damping over stiffness (s), and how long it is given."""
+SECONDS = 1.0
+"""How long the scene `default` is given, s."""
 SOFTEST, STIFFEST = 0.001, 0.2
 """Bounds of the stiffness of a spring there, N m/rad (thesis 4.5.4)."""
 _G = 9.81
+_PLAIN = SCENES[DEFAULT]
+_SPRING = law_named(_PLAIN.spring).mean_stiffness
 
 
 def settled(scene: Scene, linkage: Linkage) -> Scene:
@@ -30,17 +32,20 @@ def settled(scene: Scene, linkage: Linkage) -> Scene:
 
     Seconds are never fewer than in the scene `default`; they are given to three digits, as springs are.
     """
+    left_open = (scene.margin, scene.spring_range, scene.seconds)
+    if scene.areal_mass is None and None not in left_open:
+        return scene
     density = scene.density_of(linkage.pattern.thickness)
     length = scale_of(linkage)
     mass = _mass(linkage, density)
     laws = dict.fromkeys(range(linkage.n_hinges), scene.spring) | dict(scene.springs)
     stiffness = float(np.mean([law_named(text).mean_stiffness for text in laws.values()])) if laws else 0.0
     inertia, weight = mass * length**2, mass * length * math.hypot(*scene.gravity) / _G
-    springs = max(stiffness / SPRING, weight)
+    springs = max(stiffness / _SPRING, weight)
     seconds = math.sqrt(inertia / springs) if springs else 1.0
     given = scene.damping is not None and stiffness > 0.0
     slowness = scene.damping / stiffness if scene.damping is not None and given else scene.damping_time
-    seconds = max(1.0, seconds, slowness / DAMPING_TIME)
+    seconds = max(1.0, seconds, slowness / _PLAIN.damping_time)
     scale = _short(springs or inertia)
     return replace(
         scene,
@@ -58,8 +63,7 @@ def _mass(linkage: Linkage, density: float) -> float:
     corners = len(facets[0])
     regular = 0.25 * corners * EDGE**2 / math.tan(math.pi / corners)
     mean = sum(map(facet_area, facets)) / len(facets)
-    plain = Scene()
-    return (density * mean * linkage.pattern.thickness) / (plain.density * regular * 0.006)
+    return (density * mean * linkage.pattern.thickness) / (_PLAIN.density * regular * default_panel("square")[2])
 
 
 def _short(value: float) -> float:

@@ -13,7 +13,7 @@ from hcsearch.store.upsert import insert_rows
 
 Columns = dict[str, list[Any]]
 
-_CHUNK = 1000  # values of one IN (...), well below what SQLite and PostgreSQL take
+CHUNK = 1000  # values of one IN (...), well below what SQLite and PostgreSQL take
 
 
 def insert_designs(connection: Connection, designs: DesignBatch) -> None:
@@ -121,5 +121,5 @@ def ids_of(connection: Connection, circuits: Sequence[str]) -> dict[str, int]:
 
 def select_in(connection: Connection, statement: Select[Any], column: Any, values: Sequence[Any]) -> Iterator[Row[Any]]:
     """The rows of a statement in which a column has one of some values, a thousand of them at a time."""
-    for start in range(0, len(values), _CHUNK):
-        yield from connection.execute(statement.where(column.in_(values[start : start + _CHUNK]))).all()
+    for start in range(0, len(values), CHUNK):
+        yield from connection.execute(statement.where(column.in_(values[start : start + CHUNK]))).all()

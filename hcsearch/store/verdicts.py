@@ -10,14 +10,12 @@ from sqlalchemy import Connection, delete, select
 from hcsearch.errors import DatabaseError, SceneError
 from hcsearch.records import DeploymentBatch, StageResult, VerdictBatch, Work
 from hcsearch.store.database import Database
-from hcsearch.store.designs import ids_of
+from hcsearch.store.designs import CHUNK, ids_of
 from hcsearch.store.schema import deployment, outcome, scene, verdict
 from hcsearch.store.upsert import insert_rows
 from hcsearch.store.writing import insert_results
 
 Columns = dict[str, list[Any]]
-
-_CHUNK = 1000
 
 
 def record_scene(database: Database, name: str, values: str) -> None:
@@ -76,8 +74,8 @@ def _insert(connection: Connection, database: Database, name: str, verdicts: Ver
         "deploy_time": [_number(time) for time in found.time.tolist()],
     }
     insert_rows(connection, verdict, rows, ("status", "min_clearance", "deploy_time"))
-    for start in range(0, len(ids), _CHUNK):
-        some = ids[start : start + _CHUNK]
+    for start in range(0, len(ids), CHUNK):
+        some = ids[start : start + CHUNK]
         connection.execute(delete(deployment).where(deployment.c.base == name, deployment.c.design_id.in_(some)))
     if found.trials:
         trials = _trial_columns(found, rows, name)

@@ -93,7 +93,7 @@ def test_one_circuit_twice_in_a_batch(database):
 
 @pytest.mark.parametrize("chunk", [2, 1000])
 def test_overlapping_batches_in_both_orders(tmp_path, monkeypatch, chunk):
-    monkeypatch.setattr(designs, "_CHUNK", chunk)
+    monkeypatch.setattr(designs, "CHUNK", chunk)
     names = circuits(1, 9)
     batches = [(names[:6], "twist"), (names[3:], "twist")]
     found = []
