@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 
+from hcsearch.kernels.cones import nonnegative
 from hcsearch.kinematics.closing import CLOSED, correction
 from hcsearch.kinematics.local import Local, local_at
 from hcsearch.linkage import Linkage
@@ -87,15 +87,13 @@ def least_energy(basis: Reals, springs: Reals, angles: Reals, low: Reals, high: 
     shift = rows @ aim
     walls = np.vstack([rows, -rows])
     heights = np.concatenate([np.minimum(low[moved], 0.0) + shift, -np.maximum(high[moved], 0.0) - shift])
-    system = np.vstack([walls.T, heights]) / np.linalg.norm(walls, axis=1)
-    target = np.zeros(len(system))
+    columns = np.c_[walls, heights]
+    columns /= np.linalg.norm(columns, axis=1)[:, None]
+    target = np.zeros(columns.shape[1])
     target[-1] = 1.0
-    try:
-        weights, _ = nnls(system, target)
-    except RuntimeError:  # too many iterations
+    weights, left = np.empty(len(walls)), np.empty(len(target))
+    nonnegative(columns, target, weights, left)
+    if left[-1] < 1e-12:
         return still
-    residual = system @ weights - target
-    if residual[-1] > -1e-12:
-        return still
-    found: Reals = basis @ np.linalg.solve(r, -residual[:-1] / residual[-1] - aim)
+    found: Reals = basis @ np.linalg.solve(r, -left[:-1] / left[-1] - aim)
     return np.clip(found, low, high)

@@ -21,7 +21,7 @@ BEST_FIRST: tuple[str, ...] = ("deploys", "undecided", "collides", "locked")
 FOLDING_SECONDS = 0.4
 """Core seconds that a folding of `_PANELS` panels takes, with its second look; they grow as the cube of their number
 (measured: 0.3 to 0.45 s of 12 hexagons, 8 s of the 30 rectangles of 6x5)."""
-PIECE_SECONDS = 8.0
+PIECE_SECONDS = 4.0
 """Core seconds that a piece takes, about."""
 _PANELS = 12
 _MARK = "#"
@@ -47,10 +47,9 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Deploy:
-    """Verdicts on pieces in a scene; threads : that simulate beside each other."""
+    """Verdicts on pieces in a scene."""
 
     scene: Scene
-    threads: int = 1
 
     def __call__(self, piece: Piece) -> Verdict:
         """Simulate one piece."""
@@ -59,7 +58,7 @@ class Deploy:
         begun = time.perf_counter()
         own = piece.candidates
         plain = np.zeros(len(own.foldings), np.int16)
-        found = verdicts(own.circuits, own.foldings, plain, own.locked, self.scene, self.threads)
+        found = verdicts(own.circuits, own.foldings, plain, own.locked, self.scene)
         best, status = _best(own, found)
         passed = np.array([word == "deploys" for word in status], bool)
         result = StageResult(

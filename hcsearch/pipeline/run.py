@@ -212,10 +212,10 @@ def _deployed(plan: Plan, todo: list[Piece], totals: _Totals, show: Progress, an
         announce(
             f"{foldings:,} foldings to simulate in the scene {plan.scene.name}: about {duration(seconds / jobs)} {who}"
         )
-    hands, threads = (Crew(), jobs) if small else (plan.crew, 1)
+    hands = Crew() if small else plan.crew
     done = 0
     show(done, foldings, totals.note(deployment.STAGE), "folding")
-    for _, verdict in hands.work(Deploy(plan.scene, threads), todo, parcel=1):
+    for _, verdict in hands.work(Deploy(plan.scene), todo, parcel=1, threads=jobs if small else 1):
         yield verdict
         done += verdict.foldings
         show(done, foldings, totals.note(deployment.STAGE), "folding")

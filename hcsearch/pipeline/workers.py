@@ -52,21 +52,24 @@ class Crew:
             with _cluster(self.scheduler):
                 pass
 
-    def work(self, task: Callable[[P], T], units: Sequence[P], parcel: int = _PARCEL) -> Iterator[tuple[P, T]]:
+    def work(
+        self, task: Callable[[P], T], units: Sequence[P], parcel: int = _PARCEL, threads: int = 1
+    ) -> Iterator[tuple[P, T]]:
         """Yield each unit with its result, in order; a task is pickled where other processes work on it.
 
         parcel : units that travel together at most; what is recorded when one comes back is what a kill cannot take.
+        threads : of a crew of one process.
 
         Raises ClusterError when workers die or the scheduler cannot be reached; what was yielded before stays good.
         """
         if self.scheduler is None and (self.jobs == 1 or len(units) < 2):
-            # in a thread, so that Ctrl-C finds this one waiting and not within a kernel
-            thread = ThreadPoolExecutor(1)
+            # one at least, so that Ctrl-C finds this one waiting and not within a kernel
+            own = ThreadPoolExecutor(threads)
             try:
-                for unit in units:
-                    yield unit, _result(thread.submit(task, unit))
+                # one waits while another is recorded, and units are not equally long
+                yield from _in_order(own, task, units, 2 * threads - 1)
             finally:
-                thread.shutdown(wait=False, cancel_futures=True)
+                own.shutdown(wait=False, cancel_futures=True)
             return
         with self._pool() as (pool, workers):
             size = max(1, min(parcel, len(units) // (2 * _AHEAD * workers)))

@@ -36,6 +36,7 @@ from hcsearch.kernels.multibody.tree import (
 )
 from hcsearch.kernels.multibody.vectors import at, cross, dot, plus, put, times
 from hcsearch.kernels.multibody.welds import INDEPENDENT
+from hcsearch.kernels.rows import inner
 
 Reals = NDArray[np.float64]
 Signs = NDArray[np.int8]
@@ -55,7 +56,7 @@ def _closure_basis(tree: Tree, scale: float, work: Work) -> tuple[Reals, int]:
             rows[tree.slots[slot, ROW], i] = work.slots[slot, POWER] / math.sqrt(work.bodies[i, ALONG])
     left = np.empty(m)
     for r in range(m):
-        left[r] = np.dot(rows[r], rows[r])
+        left[r] = inner(rows[r], rows[r])
     count = 0
     for _ in range(m):
         best = count
@@ -69,11 +70,11 @@ def _closure_basis(tree: Tree, scale: float, work: Work) -> tuple[Reals, int]:
         left[best] = left[count]
         for _ in range(2):  # twice is enough
             for j in range(count):
-                rows[count] -= np.dot(rows[j], rows[count]) * rows[j]
-        rows[count] /= math.sqrt(np.dot(rows[count], rows[count]))
+                rows[count] -= inner(rows[j], rows[count]) * rows[j]
+        rows[count] /= math.sqrt(inner(rows[count], rows[count]))
         for r in range(count + 1, m):
-            rows[r] -= np.dot(rows[count], rows[r]) * rows[count]
-            left[r] = np.dot(rows[r], rows[r])
+            rows[r] -= inner(rows[count], rows[r]) * rows[count]
+            left[r] = inner(rows[r], rows[r])
         count += 1
     return rows, count
 
@@ -107,10 +108,10 @@ def push_apart(
         impulse[i] = 0.0
         for j in range(n):
             columns[k, j] = work.bodies[j, DRIVE] / math.sqrt(work.bodies[j, ALONG])
-        wholes[k] = math.sqrt(np.dot(columns[k], columns[k]))
+        wholes[k] = math.sqrt(inner(columns[k], columns[k]))
         for _ in range(2):
             for b in range(count):
-                part = np.dot(basis[b], columns[k, :n])
+                part = inner(basis[b], columns[k, :n])
                 for j in range(n):
                     columns[k, j] -= part * basis[b, j]
         for j in range(n):
@@ -122,7 +123,7 @@ def push_apart(
     sizes = np.empty(len(which))
     for k in range(len(which)):
         columns[k, n + len(which)] = wanted[which[k]] / wholes[k] / greatest
-        sizes[k] = math.sqrt(np.dot(columns[k], columns[k]))
+        sizes[k] = math.sqrt(inner(columns[k], columns[k]))
         columns[k] /= sizes[k]
     height = n + len(which) + 1
     target = np.zeros(height)
