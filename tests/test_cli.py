@@ -22,6 +22,7 @@ import pytest
 
 from hcsearch.cli import main
 from hcsearch.store import open_database
+from tests import forking
 
 ENUMERATE = ("enumerate", "--until", "mobility")  # deployments take longer than all else: they have tests of their own
 ENUMERATE_HEX_10 = (*ENUMERATE, "--grid", "hex", "--n", "10", "--db", "d.sqlite")
@@ -72,7 +73,7 @@ def run(tmp_path, monkeypatch, capfd):
 def stored_hexagons(tmp_path_factory):
     """A database with the designs of ten hexagons."""
     folder = tmp_path_factory.mktemp("hexagons")
-    subprocess.run([sys.executable, "-m", "hcsearch", *ENUMERATE_HEX_10], cwd=folder, capture_output=True, check=True)
+    assert forking.run(ENUMERATE_HEX_10, cwd=folder).returncode == 0
     return folder / "d.sqlite"
 
 
@@ -383,7 +384,7 @@ def wait_for_batches(path: Path, *, more_than: int, process: subprocess.Popen) -
     while stored_batches(path) <= more_than:
         assert process.poll() is None, "the run ended before it could be killed"
         assert time.monotonic() < end
-        time.sleep(0.01)
+        time.sleep(0.03)
 
 
 @pytest.mark.usefixtures("hexagons")

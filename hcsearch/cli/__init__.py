@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import signal
 import sys
 from importlib.metadata import version
-from typing import Any
+from typing import Any, TextIO
 
 import click
 
@@ -85,10 +84,10 @@ def main() -> None:
     except MemoryError:
         _fail("there is not enough memory: ask for less, as by a smaller --n, fewer --jobs or a --limit, or free some")
     except (_UnreadError, BrokenPipeError):
-        _discard_output()
+        _discard(sys.stdout)
         sys.exit(_PIPE_CODE)
     except OSError as error:
-        _discard_output()
+        _discard(sys.stdout)
         _fail(f"cannot write or read: {error.strerror or error}; make room or choose another place")
     finally:
         signal.signal(signal.SIGINT, leave)
@@ -100,10 +99,10 @@ def _interrupt(_number: int, _frame: object) -> None:
     raise KeyboardInterrupt
 
 
-def _discard_output() -> None:
-    """Keep the interpreter from failing once more when it flushes at its end."""
-    if sys.stdout is not None:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def _discard(stream: TextIO | None) -> None:
+    """Keep the interpreter from failing once more when it flushes a stream at its end."""
+    if stream is not None:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _fail(message: str) -> None:
@@ -113,5 +112,7 @@ def _fail(message: str) -> None:
 
 def _tell(message: str) -> None:
     """Print to stderr, if anyone is there to read it."""
-    with contextlib.suppress(OSError):
+    try:
         click.echo(message, err=True)
+    except OSError:
+        _discard(sys.stderr)

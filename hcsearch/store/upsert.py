@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import chain
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import Connection, Table, select
-from sqlalchemy.dialects import postgresql, sqlite
+from sqlalchemy.dialects import sqlite
 
 from hcsearch.store.postgresql import stage_rows
+
+if TYPE_CHECKING:
+    from sqlalchemy.dialects import postgresql
 
 Columns = Mapping[str, Sequence[Any]]
 
@@ -29,6 +32,8 @@ def insert_rows(connection: Connection, table: Table, columns: Columns, changed:
         compiled = statement.compile(dialect=connection.dialect, column_keys=list(columns))
         assert compiled.positiontup is not None
         return _insert_tuples(connection, str(compiled), [columns[name] for name in compiled.positiontup])
+    from sqlalchemy.dialects import postgresql  # noqa: PLC0415 - who has a file needs none of it
+
     staged = stage_rows(connection, table, _last_of_each(keys, columns) if changed else columns)
     rows_in_order = select(*staged.c).order_by(*(staged.c[key] for key in keys))
     into = postgresql.insert(table).from_select(list(columns), rows_in_order)

@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from naive_dynamics import Twin, random_body, random_system
-from scipy.integrate import solve_ivp
+from scipy.integrate import RK45, solve_ivp
 from scipy.special import ellipj, ellipk
 
 from hcsearch.circuit import Circuit
 from hcsearch.dynamics.bodies import Body
 from hcsearch.dynamics.laws import FREE, law_named, linear, quadratic
-from hcsearch.dynamics.methods import METHODS
+from hcsearch.dynamics.methods import METHODS, method_named
 from hcsearch.dynamics.panels import panel_tree
 from hcsearch.dynamics.simulation import simulate
 from hcsearch.dynamics.system import Drive, System
@@ -113,6 +113,14 @@ def test_methods_have_their_orders(model, method, end, n):
     exact = simulate(system, q, end=end, method="dormand-prince-8", tolerance=1e-13).q[-1]
     errors = [np.abs(fixed_steps(system, q, end, k, method).q[-1] - exact).max() for k in (n, 2 * n)]
     assert math.log2(errors[0] / errors[1]) > ORDERS[method] - 0.6
+
+
+def test_the_coefficients_of_dormand_and_prince_are_those_of_scipy():
+    method = method_named("dormand-prince")
+    assert np.array_equal(method.a[:, :5], RK45.A)
+    assert np.array_equal(method.b, RK45.B)
+    assert np.array_equal(method.errors, [RK45.E, np.zeros(7)])
+    assert method.order == RK45.error_estimator_order + 1
 
 
 @pytest.mark.parametrize("model", MODELS)

@@ -18,9 +18,11 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+
+from tests import forking
 
 PATIENCE = 120  # seconds; longer than any command here takes on a slow and busy machine
 ORPHANS_LIVE = 3.0  # seconds that a worker may outlive the command that started it
@@ -73,18 +75,27 @@ def command(*arguments, program=PROGRAM):
 
 def run(*arguments, program=PROGRAM, **options):
     """Run a command to its end, with its output as text."""
+    if program is PROGRAM:
+        return forking.run(arguments, timeout=PATIENCE, **options)
     options = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
     return subprocess.run(command(*arguments, program=program), text=True, timeout=PATIENCE, check=False, **options)
 
 
 class Running:
-    """A command on its way, in a process group of its own; whatever is left of it at the end is killed."""
+    """A command on its way, in a process group of its own; whatever is left of it at the end is killed.
 
-    def __init__(self, *arguments, program=PROGRAM):
+    anew : whether it loads the program, as a user's does, and is not forked from a process that has.
+    """
+
+    def __init__(self, *arguments, program=PROGRAM, anew=False):
         # Files, not pipes: those could fill up, and the command would wait for a reader.
         self._out, self._err = tempfile.TemporaryFile(), tempfile.TemporaryFile()  # noqa: SIM115
-        streams = {"stdin": subprocess.DEVNULL, "stdout": self._out, "stderr": self._err}
-        self.process = subprocess.Popen(command(*arguments, program=program), start_new_session=True, **streams)
+        if program is PROGRAM and not anew:
+            with Path(os.devnull).open("rb") as nothing:
+                self.process = forking.Forked(arguments, *(file.fileno() for file in (nothing, self._out, self._err)))
+        else:
+            streams = {"stdin": subprocess.DEVNULL, "stdout": self._out, "stderr": self._err}
+            self.process = subprocess.Popen(command(*arguments, program=program), start_new_session=True, **streams)
         self.group = self.process.pid
 
     def __enter__(self):
@@ -104,7 +115,8 @@ class Running:
     def signal(self, number, *, whole_group=False):
         """Send a signal to the command, or, as a terminal does, to its workers as well."""
         if not self.ended:
-            (os.killpg if whole_group else os.kill)(self.group, number)
+            with suppress(ProcessLookupError):  # it has ended meanwhile
+                (os.killpg if whole_group else os.kill)(self.group, number)
 
     def end(self, number=None, *, whole_group=False):
         """Wait for the end, after a signal if one is given: (exit code, stdout, stderr). No worker may stay."""
@@ -134,7 +146,7 @@ def members(group):
     return found
 
 
-def wait_until(condition, seconds, pause=0.001):
+def wait_until(condition, seconds, pause=0.003):
     deadline = time.monotonic() + seconds
     while not condition():
         if time.monotonic() > deadline:

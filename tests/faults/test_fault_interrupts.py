@@ -63,7 +63,7 @@ def test_ctrl_c_at_the_start_is_no_traceback(tmp_path, tally, times):
     path = tmp_path / "designs.sqlite"
     chance = seeded(f"{times} interrupts at the start")
     for _ in range(times):
-        with Running("query", "--db", path) as running:
+        with Running("query", "--db", path, anew=True) as running:
             time.sleep(chance.uniform(0, STARTING))
             code, out, err = running.end(signal.SIGINT)
         assert out == ""

@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from tests.faults.fault_tools import MANY, SMALL, command, look, run
+from tests.faults.fault_tools import MANY, SMALL, command, look
 
 PIPE_BROKEN = 141  # as a shell says of a command that SIGPIPE ended
 
@@ -47,10 +47,14 @@ def test_enumeration_that_nobody_reads_is_finished(tmp_path, law):
     law("broken pipe", path, SMALL, injected=1, before=finished)
 
 
-def test_refusal_that_nobody_reads_is_still_a_refusal(tmp_path, tally):
+@pytest.mark.parametrize("buffered", [False, True])
+def test_refusal_that_nobody_reads_is_still_a_refusal(tmp_path, tally, buffered):
     read, write = os.pipe()
     os.close(read)
-    done = run("query", "--db", tmp_path / "none.sqlite", stderr=write)
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    environment |= {} if buffered else {"PYTHONUNBUFFERED": "1"}
+    line = command("query", "--db", tmp_path / "none.sqlite")
+    done = subprocess.run(line, stdout=subprocess.PIPE, stderr=write, text=True, env=environment, check=False)
     os.close(write)
     assert (done.returncode, done.stdout) == (2, "")
     tally("broken pipe", 1, 0, 0)

@@ -4,8 +4,6 @@ import csv
 import io
 import json
 import sqlite3
-import subprocess
-import sys
 from contextlib import closing
 
 import pytest
@@ -13,6 +11,7 @@ from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
 from hcsearch.store.columns import CRITERIA
+from tests import forking
 
 NAMES = [quantity.name for quantity in CRITERIA]
 
@@ -27,12 +26,7 @@ def call(path, *words):
 def refused(path, *words):
     """What a real process says; the database must stay as it is."""
     before = path.read_bytes()
-    done = subprocess.run(
-        [sys.executable, "-m", "hcsearch", "rank", "--db", str(path), *words],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = forking.run(["rank", "--db", path, *words])
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("hcsearch: ")
     assert done.stderr.count("\n") == 1
@@ -150,13 +144,7 @@ def test_bad_input_is_one_line_and_changes_nothing(path, words, message):
 
 def test_databases_that_cannot_be_used(tmp_path, path):
     for words in ((), ("--save",)):
-        done = subprocess.run(
-            [sys.executable, "-m", "hcsearch", "rank", "--db", "none.sqlite", *words],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        done = forking.run(["rank", "--db", "none.sqlite", *words], cwd=tmp_path)
         assert done.returncode == 2
         assert "there is no hcsearch database at none.sqlite: make one with `hcsearch enumerate`" in done.stderr
     assert not (tmp_path / "none.sqlite").exists()

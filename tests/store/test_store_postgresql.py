@@ -36,6 +36,7 @@ from hcsearch.store import (
     stream,
 )
 from hcsearch.store.columns import VIEWS, column_names
+from tests import forking
 from tests.judging import judge
 from tests.postgresql import PASSWORD
 
@@ -68,7 +69,7 @@ def refusal(opener, *args, **options):
 
 def command(*words, code=0):
     """The standard output and the standard error of a command of hcsearch, which never name the password."""
-    done = subprocess.run([sys.executable, "-m", "hcsearch", *words], capture_output=True, text=True, check=False)
+    done = forking.run(words)
     assert done.returncode == code, done.stderr
     assert not re.search("not:|not%3A|Traceback", done.stderr)
     return done.stdout, done.stderr
