@@ -105,9 +105,9 @@ def _load():
     with tempfile.TemporaryDirectory() as folder:
         db = ("--db", str(Path(folder) / "designs.sqlite"))
         for words in (
-            ("enumerate", "--grid", "hex", "--n", "6", *db),
-            ("enumerate", "--grid", "hex", "--n", "6", *db),
-            ("query", "n=6", *db),
+            ("enumerate", "--grid", "hex", "--n", "8", *db),
+            ("enumerate", "--grid", "hex", "--n", "8", *db),
+            ("query", "n=8", *db),
             ("rank", *db),
         ):
             hcsearch.main(words, standalone_mode=False)

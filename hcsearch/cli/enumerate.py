@@ -80,7 +80,7 @@ def _print_summary(plan: Plan, summary: Summary, place: str | None) -> None:
     ):
         click.echo(f"  {label:24}{'-' if count is None else f'{count:,}':>16}")
     times = ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in summary.stage_times.items())
-    click.echo(f"stages: {times or 'nothing to do'}")
+    click.echo(f"stages: {times}, summed over cores" if times else "stages: nothing to do")
     if plan.deploys:
         click.echo(f"scene: {plan.scene.name}, panels of {plan.panel} mm")
     click.echo(f"batches: {summary.batches_done} done, {summary.batches_reused} taken from before")

@@ -80,11 +80,11 @@ def with_springs(compiled: Compiled, stiffnesses: Reals) -> Compiled:
 def spring_sets(n_joints: int, count: int, softest: float, stiffest: float) -> Reals:
     """Stiffnesses (N m/rad) spread evenly over the logarithms between two bounds, shape (count, n_joints).
 
-    A Latin hypercube (McKay, Beckman and Conover 1979), always the same: NumPy keeps this generator as it is. One array
-    for all who ask, read-only.
+    A scrambled Sobol sequence (scipy.stats.qmc), always the same: one array for all who ask, read-only.
     """
-    shuffle = np.random.RandomState(1).permutation
-    points = (np.array([shuffle(count) for _ in range(n_joints)]).T + 0.5) / count
+    from scipy.stats import qmc  # noqa: PLC0415 - takes longer to load than many deployments to compute
+
+    points = qmc.Sobol(n_joints, seed=1).random(count)
     found: Reals = softest * (stiffest / softest) ** points
     found.flags.writeable = False
     return found
