@@ -28,6 +28,8 @@ Answer = tuple[float, Vector, Corners]
 
 EXACT = 1e-14
 """Both bounds of a distance agree where they differ by no more than this share of the coordinates."""
+SHORTEST = 1e-100
+"""Squares of vectors shorter than this lose their digits; one is no direction to start from."""
 ROUNDS = 50
 """Steps after which a search is stuck; ten are many."""
 
@@ -54,12 +56,13 @@ def closest(first: Reals, n_first: int, second: Reals, n_second: int, guess: Vec
     Where they touch or overlap: the gap along the direction, not above 0; they overlap by no more than that.
     """
     long = math.sqrt(dot(guess, guess))
-    n = minus(_row(second, 0), _row(first, 0)) if long == 0.0 else times(1.0 / long, guess)
-    best, way = -math.inf, n if long > 0.0 else (1.0, 0.0, 0.0)
+    guessed = SHORTEST < long < 1.0 / SHORTEST
+    n = times(1.0 / long, guess) if guessed else minus(_row(second, 0), _row(first, 0))
+    best, way = -math.inf, n if guessed else (1.0, 0.0, 0.0)
     c0, c1, c2, c3 = corners
     if c0 < 0:
         c0 = _facing(first, n_first, second, n_second, n)
-        if long > 0.0:
+        if guessed:
             best = dot(n, _difference(first, second, c0))
     p0 = _difference(first, second, c0)
     p1 = _difference(first, second, c1) if c1 >= 0 else p0

@@ -110,6 +110,15 @@ def test_swapped_moved_and_scaled_hulls_have_the_same_distance(pair, axis, angle
     assert max(scaled, 0.0) == pytest.approx(scale * gap, abs=1e-13 * scale * size)
 
 
+@pytest.mark.parametrize("length", [2.5805646852368332e-157, 1e-200, 1e200])
+def test_directions_whose_squares_are_no_numbers_are_none(length):
+    triangle = np.array([[0.0, -1.0, 0.0], [-1.5, -0.1339746, 0.0], [-1.5, -1.8660254, 0.0]])
+    one, two = (np.concatenate([triangle + [0.0, 0.0, z], triangle + [0.0, 0.0, z + 0.12]]) for z in (0.0, 0.24))
+    gap, way, _ = search(one, two, (0.0, 0.0, length))
+    assert gap == pytest.approx(0.12, abs=1e-14)
+    assert gap == pytest.approx(gap_of(one, two, way), abs=1e-14)
+
+
 @given(pairs(), pairs(), st.tuples(anywhere, anywhere, anywhere))
 def test_where_the_search_begins_does_not_change_the_answer(pair, other, guess):
     one, two = pair
