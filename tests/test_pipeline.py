@@ -32,6 +32,20 @@ def test_results_come_in_order_whoever_works():
     expected = [(unit, int(unit)) for unit in units]
     assert list(Crew().work(int, units)) == expected
     assert list(Crew(2).work(int, units)) == expected
+    assert list(Crew().work(int, units, threads=3)) == expected
+
+
+def test_threads_of_one_process_work_beside_each_other():
+    meet = threading.Barrier(3)
+    assert [answer for _, answer in Crew().work(lambda _: meet.wait(30) >= 0, ["unit"] * 6, threads=3)] == [True] * 6
+
+
+def test_one_thread_begins_no_unit_before_the_last_is_taken():
+    begun = []
+    answers = Crew().work(begun.append, list("abc"))
+    for taken in range(1, 4):
+        next(answers)
+        assert len(begun) == taken
 
 
 def test_a_worker_that_dies_is_one_line():

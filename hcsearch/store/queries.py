@@ -123,7 +123,7 @@ def check_scene(database: Database, scene: str) -> None:
         return
     known = scene_names(database)
     if scene not in known:
-        names = ", ".join(known) or "none yet"
+        names = ", ".join(map(shlex.quote, known)) or "none yet"
         raise SceneError(
             f"no verdicts of the scene {scene!r} in {database.location}, its scenes are: {names}; run "
             f"`hcsearch enumerate --scene {shlex.quote(scene)}` with the grid and --n or --array first"

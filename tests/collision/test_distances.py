@@ -113,7 +113,8 @@ def test_swapped_moved_and_scaled_hulls_have_the_same_distance(pair, axis, angle
 @pytest.mark.parametrize("length", [2.5805646852368332e-157, 1e-200, 1e200])
 def test_directions_whose_squares_are_no_numbers_are_none(length):
     triangle = np.array([[0.0, -1.0, 0.0], [-1.5, -0.1339746, 0.0], [-1.5, -1.8660254, 0.0]])
-    one, two = (np.concatenate([triangle + [0.0, 0.0, z], triangle + [0.0, 0.0, z + 0.12]]) for z in (0.0, 0.24))
+    up = np.array([0.0, 0.0, 0.12])
+    one, two = (np.concatenate([triangle + k * up, triangle + (k + 1) * up]) for k in (0, 2))
     gap, way, _ = search(one, two, (0.0, 0.0, length))
     assert gap == pytest.approx(0.12, abs=1e-14)
     assert gap == pytest.approx(gap_of(one, two, way), abs=1e-14)

@@ -202,7 +202,9 @@ def test_a_scene_that_was_never_run_is_refused(listed):
             select(listed, view=view, scene="solar")
     judge(listed, [FLAT])
     judge(listed, [CUT], "moon")
-    with pytest.raises(SceneError, match="its scenes are: default, moon; run `hcsearch enumerate --scene 'low moon'`"):
+    judge(listed, [CUT], "moon, 300x300x4")
+    known = "its scenes are: default, moon, 'moon, 300x300x4'; run `hcsearch enumerate --scene 'low moon'`"
+    with pytest.raises(SceneError, match=known):
         select(listed, scene="low moon")
 
 
