@@ -15,7 +15,7 @@ run: $(VENV)/installed
 	$(BIN)/hcsearch report 'grid=hex n=12' --db $(DB) --output reports/hex-12.html
 
 test: $(VENV)/tested
-	$(BIN)/python -m pytest -m "not slow" -n 2 --dist worksteal
+	$(BIN)/python -m pytest -m "not slow" -n auto --maxprocesses 8 --dist worksteal
 
 check: $(VENV)/tested
 	$(BIN)/ruff check .

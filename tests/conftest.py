@@ -12,3 +12,8 @@ __all__ = ["pytest_terminal_summary"]
 # the first example of a test may compile a kernel
 settings.register_profile("hcsearch", deadline=None)
 settings.load_profile("hcsearch")
+
+
+def pytest_collection_modifyitems(items):
+    """Begin with what takes longest, so that no core is left alone with it at the end."""
+    items.sort(key=lambda item: item.get_closest_marker("long") is None)

@@ -37,6 +37,7 @@ def shell_examples(document):
             yield command, output
 
 
+@pytest.mark.long
 def test_shell_examples_of_the_readme(tmp_path):
     examples = list(shell_examples(ROOT / "README.md"))
     assert examples

@@ -265,6 +265,7 @@ def test_the_kernels_in_use_have_a_name():
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_whole_bench(tmp_path):
     arguments = ["bench", "stability", "--quick", "--output", str(tmp_path), "--json", str(tmp_path / "all.json")]
     assert CliRunner().invoke(hcsearch, arguments, catch_exceptions=False).exit_code == 0

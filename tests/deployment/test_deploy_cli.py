@@ -98,6 +98,7 @@ def run(*words, code=0):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_examples_of_its_help_work(tmp_path):
     for example in deploy.epilog.removeprefix("Example: ").split("; "):
         done = run(*shlex.split(example)[2:], code=None)

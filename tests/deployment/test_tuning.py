@@ -93,7 +93,8 @@ class Stopping(Own):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scene", ["default", "thesis"])
+@pytest.mark.long
+@pytest.mark.parametrize("scene", ["thesis", "default"])
 def test_the_array_of_the_thesis_comes_flat_certified_clear(scene):
     linkage = linkage_named("thesis-4x4")
     found = tune(linkage, SCENES[scene], samples=4)

@@ -45,7 +45,9 @@ def folding_at(unit, i):
     return Folding(Circuit(GRIDS[unit.circuits.grid], word), int(unit.foldings.crease[i]))
 
 
-@pytest.mark.parametrize(("grid", "n", "twisted"), [("hex", 12, 251), ("square", 14, 66)])
+@pytest.mark.parametrize(
+    ("grid", "n", "twisted"), [pytest.param("hex", 12, 251, marks=pytest.mark.long), ("square", 14, 66)]
+)
 def test_no_twisted_folding_deploys(grid, n, twisted):
     _, unit = unit_of(grid, n, "twist")
     found = np.flatnonzero(unit.twists != 0).tolist()
