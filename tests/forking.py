@@ -65,7 +65,11 @@ def run(words, *, cwd=None, env=None, timeout=300, **streams):
         own = {"stdin": nothing, "stdout": out, "stderr": err}
         numbers = [_number(streams.get(name, file)) for name, file in own.items()]
         process = Forked(words, *numbers, cwd, env)
-        code = process.wait(timeout)
+        try:
+            code = process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            raise
         texts = [(file.seek(0), file.read().decode())[1] for file in (out, err)]
     return subprocess.CompletedProcess(words, code, *texts)
 
@@ -136,12 +140,12 @@ def _serve(place):
         for stream in streams:
             os.close(stream)
         with socket.socket(fileno=line) as asker, suppress(OSError):
-            asker.send(str(child).encode())
             _, status = os.waitpid(child, 0)
             asker.send(str(os.waitstatus_to_exitcode(status)).encode())
         os._exit(0)
-    os.close(line)
     os.setsid()
+    with socket.socket(fileno=line) as asker:  # who knows the number may signal the group at once: now there is one
+        asker.send(str(os.getpid()).encode())
     for number, stream in enumerate(streams):
         os.dup2(stream, number)
         os.close(stream)
