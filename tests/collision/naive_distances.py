@@ -18,7 +18,11 @@ def feature_distance(one, two):
 
 
 def points_to_triangles(points, triangles):
-    """Distances: to the plane where the foot lies within, else to the nearest side."""
+    """Distances: to the foot on the plane where that lies within, else to the nearest side.
+
+    The distance to a foot that is a little off is off by its square; the height along a normal is not, and normals of
+    thin triangles are rounded most.
+    """
     least = np.full(len(points), np.inf)
     for i in range(3):
         least = np.minimum(least, points_to_edges(points, triangles[:, [i, (i + 1) % 3]]))
@@ -30,8 +34,8 @@ def points_to_triangles(points, triangles):
     s = (np.cross(r, f) * normal).sum(1) / area
     t = (np.cross(e, r) * normal).sum(1) / area
     inside = fat & (s >= 0) & (t >= 0) & (s + t <= 1)
-    height = np.abs((r * normal).sum(1)) / np.sqrt(area)
-    return np.where(inside, np.minimum(least, height), least)
+    ways = r - s[:, None] * e - t[:, None] * f
+    return np.where(inside, np.minimum(least, np.linalg.norm(ways, axis=1)), least)
 
 
 def points_to_edges(points, edges):
@@ -42,7 +46,7 @@ def points_to_edges(points, edges):
 
 
 def edges_to_edges(one, two):
-    """Distances: between the lines where the feet lie within both, else from an end."""
+    """Distances: between the feet on both lines where they lie within, else from an end."""
     least = np.full(len(one), np.inf)
     for a, b in ((one, two), (two, one)):
         for k in range(2):
@@ -55,7 +59,8 @@ def edges_to_edges(one, two):
     s = (np.cross(r, f) * normal).sum(1) / area
     t = (np.cross(r, e) * normal).sum(1) / area
     inside = skew & (s >= 0) & (s <= 1) & (t >= 0) & (t <= 1)
-    return np.where(inside, np.minimum(least, np.abs((r * normal).sum(1)) / np.sqrt(area)), least)
+    ways = r + t[:, None] * f - s[:, None] * e
+    return np.where(inside, np.minimum(least, np.linalg.norm(ways, axis=1)), least)
 
 
 def overlap_along_all(one, two):
