@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled, lean
-from hcsearch.kernels.rows import inner
+from hcsearch.kernels.rows import row_product
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -218,7 +218,7 @@ def _close_one(
         for i in range(6):
             right[i] = -residual[i]
             for j in range(6):
-                product[i, j] = inner(jacobian[i], jacobian[j]) + (damping if i == j else 0.0)
+                product[i, j] = row_product(jacobian, i, jacobian, j, n) + (damping if i == j else 0.0)
         _solve_six(product, right)
         for k in range(n):
             for i in range(6):

@@ -162,6 +162,7 @@ def test_stops_push_joints_apart_by_the_least_change(seed):
     if expected is None:  # the loops leave too little freedom
         return
     case.move()
+    sweeps.gather(case.tree, np.zeros(case.n, np.int8), case.work)
     pushed, change = np.empty(case.n), np.empty(case.n)
     assert push_apart(case.tree, touching, wanted, case.scale, case.work, pushed, change)
     size = max(1.0, np.abs(expected).max())

@@ -13,9 +13,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.cones import nonnegative
-from hcsearch.kernels.multibody.sweeps import gather, load
+from hcsearch.kernels.multibody.sweeps import load
 from hcsearch.kernels.multibody.tree import (
     ALONG,
     ARM,
@@ -36,7 +36,7 @@ from hcsearch.kernels.multibody.tree import (
 )
 from hcsearch.kernels.multibody.vectors import at, cross, dot, plus, put, times
 from hcsearch.kernels.multibody.welds import INDEPENDENT
-from hcsearch.kernels.rows import inner
+from hcsearch.kernels.rows import divide_row, row_product, subtract_row
 
 Reals = NDArray[np.float64]
 Signs = NDArray[np.int8]
@@ -46,37 +46,33 @@ SOFT = 1e-4
 give way that much, so that nearly immobile joints do not ask for impossible forces."""
 
 
-@compiled
-def _closure_basis(tree: Tree, scale: float, work: Work) -> tuple[Reals, int]:
-    """Orthonormal basis of the closure rows in the space of innovations; after `gather`."""
+@lean
+def _closure_basis(tree: Tree, scale: float, work: Work, rows: Reals, left: Reals) -> int:
+    """Write an orthonormal basis of the closure rows in the space of innovations, by rows; how many; after `gather`."""
     n, m = len(tree.links), len(tree.rows)
-    rows = np.zeros((m, n))
     for i in range(n):
         for slot in range(tree.links[i, FIRST], tree.links[i, LAST]):
             rows[tree.slots[slot, ROW], i] = work.slots[slot, POWER] / math.sqrt(work.bodies[i, ALONG])
-    left = np.empty(m)
     for r in range(m):
-        left[r] = inner(rows[r], rows[r])
-    count = 0
-    for _ in range(m):
+        left[r] = row_product(rows, r, rows, r, n)
+    for count in range(m):
         best = count
         for r in range(count, m):
             if left[r] > left[best]:
                 best = r
         if left[best] <= INDEPENDENT * scale:
-            break
+            return count
         for k in range(n):
             rows[count, k], rows[best, k] = rows[best, k], rows[count, k]
         left[best] = left[count]
         for _ in range(2):  # twice is enough
             for j in range(count):
-                rows[count] -= inner(rows[j], rows[count]) * rows[j]
-        rows[count] /= math.sqrt(inner(rows[count], rows[count]))
+                subtract_row(rows, count, row_product(rows, j, rows, count, n), rows, j, n)
+        divide_row(rows, count, math.sqrt(row_product(rows, count, rows, count, n)), n)
         for r in range(count + 1, m):
-            rows[r] -= inner(rows[count], rows[r]) * rows[count]
-            left[r] = inner(rows[r], rows[r])
-        count += 1
-    return rows, count
+            subtract_row(rows, r, row_product(rows, count, rows, r, n), rows, count, n)
+            left[r] = row_product(rows, r, rows, r, n)
+    return m
 
 
 @compiled
@@ -88,12 +84,12 @@ def push_apart(
     touching : (n,), -1 where the joint is at its lower stop and may only grow, 1 at its upper, 0 elsewhere.
     wanted : (n,), least change away from the stop. scale : of `choose`. change : (n,), of all joints.
     pushed : (n,), not 0 where a stop pushes.
-    False, and nothing changed, where rounding hides the answer. After `place`; it gathers anew with all joints free.
+    False, and nothing changed, where rounding hides the answer. After `gather` with all joints free.
     """
-    n = len(touching)
+    n, m = len(touching), len(tree.rows)
     free = np.zeros(n, np.int8)
-    gather(tree, free, work)
-    basis, count = _closure_basis(tree, scale, work)
+    basis = np.zeros((m, n))
+    count = _closure_basis(tree, scale, work, basis, np.empty(m))
     which = np.flatnonzero(touching)
     columns = np.zeros((len(which), n + len(which) + 1))
     wholes = np.empty(len(which))
@@ -108,24 +104,21 @@ def push_apart(
         impulse[i] = 0.0
         for j in range(n):
             columns[k, j] = work.bodies[j, DRIVE] / math.sqrt(work.bodies[j, ALONG])
-        wholes[k] = math.sqrt(inner(columns[k], columns[k]))
+        wholes[k] = math.sqrt(row_product(columns, k, columns, k, n))
         for _ in range(2):
             for b in range(count):
-                part = inner(basis[b], columns[k, :n])
-                for j in range(n):
-                    columns[k, j] -= part * basis[b, j]
-        for j in range(n):
-            columns[k, j] /= wholes[k]
+                subtract_row(columns, k, row_product(basis, b, columns, k, n), basis, b, n)
+        divide_row(columns, k, wholes[k], n)
         columns[k, n + k] = SOFT
         greatest = max(greatest, abs(wanted[i]) / wholes[k])
     if greatest == 0.0:
         return True
     sizes = np.empty(len(which))
-    for k in range(len(which)):
-        columns[k, n + len(which)] = wanted[which[k]] / wholes[k] / greatest
-        sizes[k] = math.sqrt(inner(columns[k], columns[k]))
-        columns[k] /= sizes[k]
     height = n + len(which) + 1
+    for k in range(len(which)):
+        columns[k, height - 1] = wanted[which[k]] / wholes[k] / greatest
+        sizes[k] = math.sqrt(row_product(columns, k, columns, k, height))
+        divide_row(columns, k, sizes[k], height)
     target = np.zeros(height)
     target[height - 1] = 1.0
     found, left = np.zeros(len(which)), np.empty(height)
@@ -146,7 +139,7 @@ def push_apart(
     return True
 
 
-@compiled
+@lean
 def _velocities(tree: Tree, innovations: Reals, work: Work, found: Reals) -> None:
     """Joint velocities from their innovations."""
     b = work.bodies

@@ -108,6 +108,7 @@ def collide(
     place(mechanism.tree, q, work)
     if fastest > slow:
         pushed, change = np.empty(n), np.empty(n)
+        gather(mechanism.tree, hold.held, work)
         told = push_apart(mechanism.tree, touching, wanted, scale, work, pushed, change)
         for i in range(n):
             v[i] += change[i]
