@@ -203,7 +203,9 @@ def strip_truth(scene: Scene, panels: int, stiffness: Reals | None = None, rest:
         rigid=rigid,
     )
     name = "own equations, SciPy" + (", hinge rigid" if rigid is not None else "")
-    return analytic(name, lambda times: strip.angles(np.full(panels - 1, math.pi * scene.start), times))
+    start = np.full(panels - 1, math.pi * scene.start)
+    motion = cache(lambda end: strip.motion(start, end))
+    return analytic(name, lambda times: motion(float(times[-1]))(times))
 
 
 def _stiffness_ratios(quick: bool) -> Iterator[Case]:

@@ -6,7 +6,7 @@ import cmath
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -135,9 +135,41 @@ class Strip:
 
     def angles(self, start: Reals, times: Reals) -> Reals:
         """Fold angles (k, panels - 1) at times that rise from 0, from rest."""
+        return self.motion(start, float(times[-1]))(times)
+
+    def motion(self, start: Reals, end: float) -> Callable[[Reals], Reals]:
+        """Fold angles (k, panels - 1) by times up to the end, from rest."""
         tolerance = 1e-12 if self.panels < MANY else 1e-10
         from scipy.integrate import solve_ivp  # noqa: PLC0415 - loads much
 
+        n = self.panels
+        turns = np.append(0.0, np.cumsum(self._senses * start))
+        found = solve_ivp(
+            self._rates,
+            (0.0, end),
+            np.append(turns, np.zeros(n)),
+            method="DOP853",
+            dense_output=True,
+            rtol=tolerance,
+            atol=tolerance,
+        )
+        if not found.success:
+            raise HcsearchError(f"SciPy does not solve the strip: {found.message}")
+
+        def angles(times: Reals) -> Reals:
+            result: Reals = self._senses * np.diff(found.sol(times)[:n].T, axis=1)
+            return result
+
+        return angles
+
+    @cached_property
+    def _senses(self) -> Reals:
+        """(panels - 1,), 1 for hinges on top, -1 for others."""
+        return np.where(np.arange(self.panels - 1) % 2 == 0, 1.0, -1.0)
+
+    @cached_property
+    def _inertia(self) -> tuple[NDArray[np.complex128], Reals]:
+        """Sums over the panels of mass times the product of two arms, and the panels' own inertias as a matrix."""
         n, mass = self.panels, self.density * self.side**2 * self.thickness
         masses, inertias = np.full(n, mass), np.full(n, mass * (self.side**2 + self.thickness**2) / 12)
         arms = self._arms
@@ -148,42 +180,35 @@ class Strip:
         if self.base is not None:  # about the common centre of mass, which stays where it is
             way = masses @ arms
             pairs = pairs - np.outer(way.conj(), way) / masses.sum()
+        return pairs, np.diag(inertias)
+
+    def _rates(self, _: float, state: Reals) -> Reals:
+        """Speeds and accelerations of the angles of the panels."""
+        n, senses = self.panels, self._senses
         first = 0 if self.base is not None else 1
-        senses = np.where(np.arange(n - 1) % 2 == 0, 1.0, -1.0)
-
-        def rates(_: float, state: Reals) -> Reals:
-            turns, speeds = state[:n], state[n:]
-            moments = senses * (
-                self.stiffness * (senses * np.diff(turns) - self.rest) + self.damping * senses * np.diff(speeds)
-            )
-            forces = np.append(moments, 0.0) - np.append(0.0, moments)
-            way = np.exp(1j * turns)
-            both = pairs * np.outer(way.conj(), way)
-            matrix = both.real + np.diag(inertias)
-            forces += both.imag @ speeds**2
-            if (k := self.rigid) is not None:  # two panels turn as one: rows and columns of both are added
-                matrix[k] += matrix[k + 1]
-                matrix[:, k] += matrix[:, k + 1]
-                matrix[k + 1] = np.eye(n)[k + 1] - np.eye(n)[k]
-                forces[k], forces[k + 1] = forces[k] + forces[k + 1], 0.0
-                matrix[np.arange(n) != k + 1, k + 1] = 0.0
-            turning = np.linalg.solve(matrix[first:, first:], forces[first:])
-            return np.concatenate([speeds, np.zeros(first), turning])
-
-        turns = np.append(0.0, np.cumsum(senses * start))
-        found = solve_ivp(
-            rates,
-            (0.0, float(times[-1])),
-            np.append(turns, np.zeros(n)),
-            method="DOP853",
-            t_eval=times,
-            rtol=tolerance,
-            atol=tolerance,
+        pairs, own = self._inertia
+        turns, speeds = state[:n], state[n:]
+        moments = senses * (
+            self.stiffness * (senses * (turns[1:] - turns[:-1]) - self.rest)
+            + self.damping * senses * (speeds[1:] - speeds[:-1])
         )
-        if not found.success:
-            raise HcsearchError(f"SciPy does not solve the strip: {found.message}")
-        result: Reals = senses * np.diff(found.y[:n].T, axis=1)
-        return result
+        way = np.exp(1j * turns)
+        both = pairs * (way.conj()[:, None] * way)
+        matrix = both.real + own
+        forces = both.imag @ speeds**2
+        forces[:-1] += moments
+        forces[1:] -= moments
+        if (k := self.rigid) is not None:  # two panels turn as one: rows and columns of both are added
+            matrix[k] += matrix[k + 1]
+            matrix[:, k] += matrix[:, k + 1]
+            matrix[k + 1] = 0.0
+            matrix[:, k + 1] = 0.0
+            matrix[k + 1, k], matrix[k + 1, k + 1] = -1.0, 1.0
+            forces[k], forces[k + 1] = forces[k] + forces[k + 1], 0.0
+        rates = np.zeros(2 * n)
+        rates[:n] = speeds
+        rates[n + first :] = np.linalg.solve(matrix[first:, first:], forces[first:])
+        return rates
 
 
 def analytic(name: str, way: Callable[[Reals], Reals]) -> Truth:

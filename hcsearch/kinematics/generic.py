@@ -45,4 +45,6 @@ def generic_rank(linkage: Linkage) -> Rank:
         found = rank_at(linkage, angles)
         if found.rank is not None and (best.rank is None or found.rank > best.rank):
             best = found
+            if best.rank == len(best.singular_values):  # no rank is greater
+                break
     return best

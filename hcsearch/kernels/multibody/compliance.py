@@ -42,6 +42,15 @@ def forces_ahead(tree: Tree, stiffness: float, damping: float, h: float, work: W
 
 
 @lean
+def spring_loss(damping: float, work: Work) -> float:
+    """Power lost in the dampers at the state at which the forces were written last."""
+    lost = 0.0
+    for r in range(len(work.opening)):
+        lost += damping * work.opening[r] ** 2
+    return lost
+
+
+@lean
 def spring_energy(tree: Tree, stiffness: float, damping: float, work: Work) -> tuple[float, float]:
     """Energy in the springs, and power lost in their dampers; after `place` and `move`."""
     stored = lost = 0.0

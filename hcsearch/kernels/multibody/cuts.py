@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.multibody.hinges import Hinges, joint_torques, moment
 from hcsearch.kernels.multibody.tree import PLACE, PULL_COUPLE, PULL_FORCE, SPEED, SPIN, TURN, Work
 from hcsearch.kernels.multibody.vectors import Vector, add, at, cross, dot, minus, plus, times, turned
@@ -38,17 +38,17 @@ class Cuts(NamedTuple):
     damping: float
 
 
-@compiled
+@lean
 def _turned(work: Work, body: int, v: Vector) -> Vector:
     return turned(work.bodies, body, TURN, v) if body >= 0 else v
 
 
-@compiled
+@lean
 def _spin(work: Work, body: int) -> Vector:
     return at(work.bodies, body, SPIN) if body >= 0 else (0.0, 0.0, 0.0)
 
 
-@compiled
+@lean
 def _point(work: Work, body: int, arm: Vector) -> tuple[Vector, Vector]:
     """Position and velocity of a point of a body, or of the ground."""
     if body < 0:
@@ -57,7 +57,7 @@ def _point(work: Work, body: int, arm: Vector) -> tuple[Vector, Vector]:
     return plus(at(b, body, PLACE), arm), plus(at(b, body, SPEED), cross(at(b, body, SPIN), arm))
 
 
-@compiled
+@lean
 def cut_angles(cuts: Cuts, work: Work, angles: Reals, speeds: Reals) -> None:
     """Fold angles of cut hinges, from -pi/2 to 3 pi/2, and their rates; after `move`."""
     for c in range(len(cuts.bodies)):
@@ -91,7 +91,7 @@ def pull_cuts(cuts: Cuts, branches: Signs, work: Work) -> None:
             _push(work, first, one, times(-1.0, force), (0.0, 0.0, 0.0))
 
 
-@compiled
+@lean
 def _gap(cuts: Cuts, c: int, end: int, one: Vector, two: Vector, work: Work) -> tuple[Vector, Vector]:
     """What a spring feels between the two points, and its rate: at N nothing along the hinge."""
     first, second = cuts.bodies[c, 0], cuts.bodies[c, 1]
@@ -105,14 +105,14 @@ def _gap(cuts: Cuts, c: int, end: int, one: Vector, two: Vector, work: Work) -> 
     return gap, speed
 
 
-@compiled
+@lean
 def _push(work: Work, body: int, arm: Vector, force: Vector, couple: Vector) -> None:
     if body >= 0:
         add(work.bodies, body, PULL_COUPLE, plus(couple, cross(arm, force)))
         add(work.bodies, body, PULL_FORCE, force)
 
 
-@compiled
+@lean
 def cut_gap(cuts: Cuts, work: Work) -> float:
     """The greatest gap that a spring feels, m; after `move`."""
     worst = 0.0

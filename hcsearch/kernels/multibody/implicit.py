@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.multibody.compliance import spring_loss
 from hcsearch.kernels.multibody.cuts import cut_energy
 from hcsearch.kernels.multibody.hinges import joint_torques, lost_power, steepness
-from hcsearch.kernels.multibody.motion import Hold, Mechanism, closure_energy, solve, solve_ahead, view
+from hcsearch.kernels.multibody.motion import Hold, Mechanism, solve, solve_ahead, view
 from hcsearch.kernels.multibody.tree import Work
 
 Reals = NDArray[np.float64]
@@ -49,8 +50,8 @@ def _part(mechanism: Mechanism, hold: Hold, h: float, scale: float, work: Work, 
     if len(mechanism.cuts.bodies):
         _, _, _, lost = cut_energy(mechanism.cuts, hold.cut_branches, work)
         state[2 * n] += h * lost
-    _, lost = closure_energy(mechanism, work)
-    state[2 * n] += h * lost
+    if mechanism.closure_stiffness > 0.0:
+        state[2 * n] += h * spring_loss(mechanism.closure_damping, work)
 
 
 @compiled
