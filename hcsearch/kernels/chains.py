@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import compiled, lean
 
 FAR = 32767
 
@@ -186,7 +186,7 @@ def count_chains(plane: Plane, sizes: NDArray[np.int64]) -> int:
     return _walk(plane, -1, toward, bit, blocked, sizes, _room(0, plane.h, 1))
 
 
-@compiled
+@lean
 def _steps_between(plane: Plane, end: int, place: int) -> int:
     """Steps from a half-chain's last place to another place."""
     away = end - place if plane.turned else place - end
@@ -210,7 +210,7 @@ def _list(plane: Plane, end: int, exit_face: int, n_chains: int, bit: NDArray[np
     return found
 
 
-@compiled
+@lean
 def _carry(chains: Chains, directions: int, mate: bool) -> None:
     """Fill `carried`, of a first half-chain or of its mate.
 

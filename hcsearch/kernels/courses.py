@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.compiled import lean
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -52,7 +52,7 @@ def rates_at(course: Reals, x: float, h: float, rates: Reals) -> None:
         rates[i] = value / h
 
 
-@compiled
+@lean
 def bound_rates(course: Reals, h: float, speeds: Reals, accelerations: Reals) -> None:
     """Write what |rate| (rad/s) and |acceleration| (rad/s^2) do not exceed in the step.
 

@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, inlined, lean
+from hcsearch.kernels.compiled import inlined, lean
 from hcsearch.kernels.multibody.vectors import Vector, cross, dot, minus, times
 from hcsearch.kernels.simplices import across_edge, across_flat, nearest, normal, side_with_last, unit
 
@@ -121,7 +121,7 @@ def closest(first: Reals, n_first: int, second: Reals, n_second: int, guess: Vec
     return best, way, (-1, -1, -1, -1)
 
 
-@compiled
+@lean
 def closest_of_pairs(
     first: Reals, n_first: Whole, second: Reals, n_second: Whole, ways: Reals, corners: Whole, gaps: Reals
 ) -> None:

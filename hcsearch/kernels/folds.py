@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import compiled, lean
 
 
 @compiled
@@ -59,7 +59,7 @@ def fold_words(words: NDArray[np.int8], directions: int, rows: NDArray[np.int32]
     return written
 
 
-@compiled
+@lean
 def twist_words(words: NDArray[np.int8], directions: int, rows: NDArray[np.int32], twist: NDArray[np.int16]) -> None:
     """Write |Lk| of each folding, |T_even - T_odd| / m of its circuit; `rows` ascends, so a circuit is summed once."""
     n = words.shape[1]

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import compiled, lean
 
 SLOTS = 24
 PARITY = np.uint64(1 << 60)
@@ -28,14 +28,14 @@ _ONE = np.uint64(1)
 _LOW_SLOTS = 12
 
 
-@compiled
+@lean
 def _get(lo: np.uint64, hi: np.uint64, slot: int) -> int:
     if slot < _LOW_SLOTS:
         return int((lo >> (_BITS * np.uint64(slot))) & _MASK)
     return int((hi >> (_BITS * np.uint64(slot - _LOW_SLOTS))) & _MASK)
 
 
-@compiled
+@lean
 def _put(lo: np.uint64, hi: np.uint64, slot: int, value: int) -> tuple[np.uint64, np.uint64]:
     if slot < _LOW_SLOTS:
         shift = _BITS * np.uint64(slot)
@@ -44,7 +44,7 @@ def _put(lo: np.uint64, hi: np.uint64, slot: int, value: int) -> tuple[np.uint64
     return lo, (hi & ~(_MASK << shift)) | (np.uint64(value) << shift)
 
 
-@compiled
+@lean
 def _find(
     lo: np.uint64,
     hi: np.uint64,
@@ -71,14 +71,14 @@ def _find(
         at = (at + _ONE) & mask
 
 
-@compiled
+@lean
 def _degree(value: int) -> int:
     if value == 0:
         return 0
     return 2 if value == 1 else 1
 
 
-@compiled
+@lean
 def advance(
     step: NDArray[np.int64],
     full_lo: np.uint64,
@@ -135,7 +135,7 @@ def advance(
     return size
 
 
-@compiled
+@lean
 def add_counts(
     child: NDArray[np.int32], counts: NDArray[np.int64], after: NDArray[np.int64], total: NDArray[np.int64]
 ) -> None:
@@ -152,7 +152,7 @@ def add_counts(
                     total[limb] += counts[i, limb]
 
 
-@compiled
+@lean
 def carry(counts: NDArray[np.int64]) -> bool:
     """Bring every limb but the last below 2^32; return whether the last one no longer is."""
     overflow = False
@@ -165,7 +165,7 @@ def carry(counts: NDArray[np.int64]) -> bool:
     return overflow
 
 
-@compiled
+@lean
 def count_completions(child: NDArray[np.int32], after: NDArray[np.int64], counts: NDArray[np.int64]) -> None:
     """Number of ways to complete each state, from those of the states after it; stops growing at SATURATED."""
     for i in range(len(child)):
@@ -179,7 +179,7 @@ def count_completions(child: NDArray[np.int32], after: NDArray[np.int64], counts
         counts[i] = total if total < SATURATED else SATURATED
 
 
-@compiled
+@lean
 def _live(to: int, counts: NDArray[np.int64], offset: int) -> bool:
     return to == COMPLETE or (to >= 0 and counts[offset + to] > 0)
 
@@ -223,7 +223,7 @@ def list_completions(
     start[offsets[layer + 1] - offsets[layer]] = at
 
 
-@compiled
+@lean
 def permute_masks(masks: NDArray[np.uint64], permutations: NDArray[np.int32], images: NDArray[np.uint64]) -> None:
     """Write images of edge sets under permutations of the edges; images : shape (n_masks, n_permutations, words)."""
     for i in range(len(masks)):

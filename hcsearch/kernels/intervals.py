@@ -102,7 +102,7 @@ def book_for(chain: Chain, prisms: Prisms, pairs: Pairs, course: Course) -> Book
     return book
 
 
-@compiled
+@lean
 def begin(chain: Chain, pairs: Pairs, course: Course, k: int, need: float, book: Book) -> float:
     """Begin the step from state k, with the pairs whose gap may come down to what is needed in it.
 
@@ -110,7 +110,7 @@ def begin(chain: Chain, pairs: Pairs, course: Course, k: int, need: float, book:
     of the step (s), 0 where two states are of one time.
     """
     h = course.times[k + 1] - course.times[k]
-    book.lows[0] = book.highs[0]
+    _copy(book.highs[0], book.lows[0])
     place_panels(chain, course.angles[k + 1], book.highs[0])
     if h <= 0.0:
         return 0.0
@@ -136,19 +136,28 @@ def begin(chain: Chain, pairs: Pairs, course: Course, k: int, need: float, book:
     return float(h)
 
 
-@compiled
+@lean
 def halve(chain: Chain, left: int, top: int, book: Book) -> None:
     """The first half of an interval on top of the second, for the pairs that are left."""
     middle = 0.5 * (book.low[top] + book.high[top])
     follow(book.course, middle, book.angles)
     book.low[top + 1], book.high[top + 1] = book.low[top], middle
-    book.lows[top + 1] = book.lows[top]
+    _copy(book.lows[top], book.lows[top + 1])
     place_panels(chain, book.angles, book.highs[top + 1])
     book.low[top] = middle
-    book.lows[top] = book.highs[top + 1]
+    _copy(book.highs[top + 1], book.lows[top])
     for i in range(left):
         book.lists[top + 1, i] = book.lists[top, i]
     book.counts[top] = book.counts[top + 1] = left
+
+
+@lean
+def _copy(poses: Reals, found: Reals) -> None:
+    """Copy poses, entry by entry: the assignment of a table to another would look for memory that they share."""
+    for k in range(len(poses)):
+        for i in range(3):
+            for j in range(4):
+                found[k, i, j] = poses[k, i, j]
 
 
 @lean

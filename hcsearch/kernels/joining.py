@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.kernels.chains import Chains, Plane
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import lean
 
 
-@compiled
+@lean
 def _least_root(
     a: np.uint64, b: np.uint64, ra: np.uint64, rb: np.uint64, flips: np.uint64
 ) -> tuple[np.uint64, np.uint64, int]:
@@ -33,7 +33,7 @@ def _least_root(
     return code, mate, equal
 
 
-@compiled
+@lean
 def _root(
     root: int, a: np.uint64, b: np.uint64, ra: np.uint64, rb: np.uint64, flips: np.uint64
 ) -> tuple[np.uint64, np.uint64]:
@@ -46,7 +46,7 @@ def _root(
     return x, y
 
 
-@compiled
+@lean
 def _order(
     a: np.uint64,
     b: np.uint64,
@@ -98,7 +98,7 @@ def _order(
     return order
 
 
-@compiled
+@lean
 def _window(first: np.uint64, second: np.uint64, skip: int, h: int, bits: int) -> np.uint64:
     """The h letters out of two words of h + 1 letters each, after the first `skip` ones; 0 < skip < h + 1."""
     rest = np.uint64(bits * (h + 1 - skip))
@@ -107,7 +107,7 @@ def _window(first: np.uint64, second: np.uint64, skip: int, h: int, bits: int) -
     return (kept << more) | (second >> (np.uint64(bits * (h + 1)) - more))
 
 
-@compiled
+@lean
 def join_chains(
     plane: Plane,
     key: NDArray[np.int64],

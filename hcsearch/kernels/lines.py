@@ -10,20 +10,20 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import compiled, lean
 
 Words = NDArray[np.int8]
 Whole = NDArray[np.int64]
 Reals = NDArray[np.float64]
 
 
-@compiled
+@lean
 def _put_line(line: Whole, px: int, py: int, qx: int, qy: int, z: int, sign: int) -> None:
     dx, dy = sign * (qx - px), sign * (qy - py)
     line[0], line[1], line[2], line[3], line[4] = dx, dy, -z * dy, z * dx, px * dy - py * dx
 
 
-@compiled
+@lean
 def flat_lines(word: Words, crease: int, steps: Whole, edges: Whole, scale: int, lines: Whole) -> None:
     """Write the lines that hinges fold about in the flat state, from crease + 1 on around the circuit.
 
@@ -47,7 +47,7 @@ def flat_lines(word: Words, crease: int, steps: Whole, edges: Whole, scale: int,
         y += steps[d, 1]
 
 
-@compiled
+@lean
 def folded_lines(word: Words, crease: int, steps: Whole, edges: Whole, scale: int, lines: Whole) -> None:
     """Write the lines that hinges open about in the folded state, in the order of `flat_lines`.
 
@@ -118,7 +118,7 @@ def whole_rank(lines: Whole) -> int:
     return rank
 
 
-@compiled
+@lean
 def true_screws(lines: Whole, basis: Reals, thickness: float, size: float, screws: Reals) -> None:
     """Write the unit screws of whole lines: direction, and moment divided by `size`.
 
@@ -138,7 +138,7 @@ def true_screws(lines: Whole, basis: Reals, thickness: float, size: float, screw
         screws[i, 5] = area * lines[i, 4] / (length * size)
 
 
-@compiled
+@lean
 def _mirror(word: Words, crease: int, steps: Whole) -> tuple[int, int]:
     """How many pairs of panels meet on a mirror axis, flat and folded, and how often two pairs follow each other."""
     n, m = len(word), len(steps)

@@ -42,7 +42,7 @@ def _fold_on(pose: Reals, direction: Reals, point: Reals, angle: float) -> None:
         pose[i, 3] -= x * point[0] + y * point[1] + z * point[2]
 
 
-@compiled
+@lean
 def _rotation_vector(pose: Reals, vector: Reals) -> None:
     """Axis times angle of the rotation of a pose, for angles up to pi."""
     x = pose[2, 1] - pose[1, 2]
@@ -171,7 +171,7 @@ def place_panels(chain: Chain, angles: Reals, poses: Reals) -> None:
             _fold_on(pose, chain.directions[h], chain.points[h], chain.signs[panel] * angles[h])
 
 
-@compiled
+@lean
 def _solve_six(matrix: Reals, right: Reals) -> None:
     """Solve a symmetric positive definite system of six equations in place (Cholesky)."""
     for j in range(6):

@@ -11,10 +11,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import compiled, lean
 
 
-@compiled
+@lean
 def mirror_rank(letters: NDArray[np.int8], n: int) -> int:
     """Compare a word (a least rotation) with the least rotation of its reversal: -1 less, 0 equal, 1 greater."""
     equal = False
@@ -35,7 +35,7 @@ def mirror_rank(letters: NDArray[np.int8], n: int) -> int:
     return 0 if equal else -1
 
 
-@compiled
+@lean
 def _way_home(
     start: int,
     steps: int,

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import compiled, lean
 
 
-@compiled
+@lean
 def _least_rotation(letters: NDArray[np.int8], n: int) -> tuple[int, int]:
     """Start of the least rotation of a cyclic word, and its period, in O(n); letters holds the word twice."""
     i, j, k = 0, 1, 0  # two candidates, equal over k letters; all other starts below the greater one are worse
@@ -27,7 +27,7 @@ def _least_rotation(letters: NDArray[np.int8], n: int) -> tuple[int, int]:
     return min(i, j), abs(i - j) if k == n else n
 
 
-@compiled
+@lean
 def _least_rotations(ahead: NDArray[np.int8], back: NDArray[np.int8], n: int) -> tuple[int, int, int]:
     """Start and period of the least rotation of a word, and start of that of the word read backwards.
 
@@ -205,7 +205,7 @@ def array_rows(
         symmetry[row] = ties
 
 
-@compiled
+@lean
 def write_rows(
     rows: NDArray[np.uint64], heights: NDArray[np.int64], prefix: NDArray[np.uint8], text: NDArray[np.uint8]
 ) -> int:
@@ -230,7 +230,7 @@ def write_rows(
     return longest
 
 
-@compiled
+@lean
 def fingerprint_rows(rows: NDArray[np.uint64], heights: NDArray[np.int64], found: NDArray[np.uint64]) -> None:
     """Write a 128-bit fingerprint of each canonical array; found : shape (n, 2).
 

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.multibody.compliance import spring_loss
 from hcsearch.kernels.multibody.cuts import cut_energy
 from hcsearch.kernels.multibody.hinges import joint_torques, lost_power, steepness
@@ -22,7 +22,7 @@ from hcsearch.kernels.multibody.tree import Work
 Reals = NDArray[np.float64]
 
 
-@compiled
+@lean
 def _part(mechanism: Mechanism, hold: Hold, h: float, scale: float, work: Work, a: Reals, state: Reals) -> None:
     """One linearly implicit Euler step of a state (q, v, energy lost)."""
     n = len(a)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.multibody.cuts import cut_angles
 from hcsearch.kernels.multibody.events import NEAR
 from hcsearch.kernels.multibody.motion import Hold, Mechanism
@@ -43,22 +43,22 @@ class Record(NamedTuple):
     event_speeds: Reals
 
 
-@compiled
+@lean
 def save(record: Record, hold: Hold, time: float, q: Reals, v: Reals, a: Reals, books: Reals, gap: float) -> None:
     """Add a state, if there is room."""
     k = record.counts[0]
     if k < len(record.times):
         record.times[k] = time
-        record.q[k] = q
-        record.v[k] = v
         for i in range(len(q)):
+            record.q[k, i], record.v[k, i] = q[i], v[i]
             record.a[k, i] = 0.0 if hold.held[i] else a[i]
-        record.books[k] = books
+        for i in range(len(books)):
+            record.books[k, i] = books[i]
         record.gaps[k] = gap
         record.counts[0] += 1
 
 
-@compiled
+@lean
 def note(record: Record, time: float, joint: int, kind: int, speed: float) -> None:
     """Add an event, and count it where there is no room."""
     k = record.counts[1]
@@ -70,7 +70,7 @@ def note(record: Record, time: float, joint: int, kind: int, speed: float) -> No
     record.counts[1] += 1
 
 
-@compiled
+@lean
 def note_hits(mechanism: Mechanism, hold: Hold, time: float, joint: int, q: Reals, v: Reals, record: Record) -> None:
     """Add the joint that has come to its hard stop, and those that come to theirs with it."""
     note(record, time, joint, HIT, v[joint])

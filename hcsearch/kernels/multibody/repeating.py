@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import lean
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate
 from hcsearch.kernels.multibody.tree import Work
 
 Reals = NDArray[np.float64]
 
 
-@compiled
+@lean
 def accelerate_often(
     mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, scale: float, times: int, work: Work, found: Reals
 ) -> None:

@@ -149,7 +149,7 @@ def simulate(
         rejected = False
 
 
-@compiled
+@lean
 def _ending(plan: Plan, hold: Hold, time: float, h: float, q: Reals, v: Reals, a: Reals, record: Record) -> int:
     """How the simulation ends here, or that it goes on."""
     near = plan.near >= 0.0
@@ -173,7 +173,7 @@ def _ending(plan: Plan, hold: Hold, time: float, h: float, q: Reals, v: Reals, a
     return ending
 
 
-@compiled
+@lean
 def _happen(
     mechanism: Mechanism,
     hold: Hold,
@@ -219,7 +219,7 @@ def _let_go(
                 note(record, time, i, LET_GO, 0.0)
 
 
-@compiled
+@lean
 def _grip(mechanism: Mechanism, hold: Hold, q: Reals) -> float:
     """Pull (N m) that a stop may show before it is looked at: rounding, beside the moments at the start."""
     grip = 1e-300

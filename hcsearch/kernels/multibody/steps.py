@@ -81,7 +81,7 @@ def take_step(
     return error
 
 
-@compiled
+@lean
 def first_step(plan: Plan, order: int, q: Reals, v: Reals, a: Reals) -> float:
     """A first step from the size of the motion (Hairer, Norsett and Wanner 1993, section II.4, in part)."""
     if plan.first > 0.0:

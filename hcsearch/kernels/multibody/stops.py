@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.multibody.contact import push_apart
 from hcsearch.kernels.multibody.events import NEAR
 from hcsearch.kernels.multibody.hinges import joint_momenta, kinetic
@@ -18,7 +18,7 @@ Reals = NDArray[np.float64]
 Signs = NDArray[np.int8]
 
 
-@compiled
+@lean
 def _touching(mechanism: Mechanism, q: Reals, touching: Signs) -> bool:
     """Write which joints are at their lower (-1) and upper (1) stops; whether any is."""
     hinges = mechanism.hinges
@@ -144,7 +144,7 @@ def arrest(mechanism: Mechanism, hold: Hold, v: Reals, scale: float, work: Work)
             v[i] = 0.0
 
 
-@compiled
+@lean
 def _norm(mechanism: Mechanism, v: Reals, work: Work) -> float:
     """Twice the kinetic energy of joint velocities; after `place`."""
     move(mechanism.tree, v, work)
