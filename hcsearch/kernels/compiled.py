@@ -26,10 +26,11 @@ def compiled(function: Kernel) -> Kernel:
 
 
 def lean(function: Kernel) -> Kernel:
-    """Compile a kernel that makes no arrays, and calls nothing that does, without counting references.
+    """Compile a kernel that makes no arrays, and is given none by what it calls, without counting references.
 
     numba counts those of every array of a table of arrays at every call, which takes longer than a small kernel does.
-    Whoever calls holds the arrays meanwhile.
+    Whoever calls holds the arrays meanwhile. The assignment of a table to another counts as making one: they may share
+    memory, so numba copies the first.
     """
     return _compiled(function, counting=False)
 

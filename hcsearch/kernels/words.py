@@ -205,7 +205,7 @@ def array_rows(
         symmetry[row] = ties
 
 
-@lean
+@compiled
 def write_rows(
     rows: NDArray[np.uint64], heights: NDArray[np.int64], prefix: NDArray[np.uint8], text: NDArray[np.uint8]
 ) -> int:
