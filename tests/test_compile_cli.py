@@ -57,6 +57,27 @@ def test_kernels_of_samples_are_those_that_the_program_has():
     assert {"simulate", "judge", "regrip"} <= {kernel.__name__ for kernel in reached(check[0])}
 
 
+CALLED = """
+from numba.core.dispatcher import Dispatcher
+from hcsearch.cli.compile import SAMPLES, run_sample
+compile_for = Dispatcher._compile_for_args
+def noted(kernel, *args, **options):
+    function = kernel.py_func
+    print(function.__module__.removeprefix("hcsearch.kernels.") + "." + function.__name__, file=sys.stderr)
+    return compile_for(kernel, *args, **options)
+Dispatcher._compile_for_args = noted
+for name in SAMPLES:
+    run_sample(name)
+"""
+
+
+def test_all_kernels_that_python_calls_in_a_sample_are_named():
+    done = subprocess.run([sys.executable, "-c", f"import sys{CALLED}"], capture_output=True, text=True, check=True)
+    called = set(done.stderr.split())
+    assert "words.write_rows" in called
+    assert called == {kernel for sample in compiling.SAMPLES.values() for kernel in sample.kernels}
+
+
 def test_a_sample_that_fails_is_one_line(samples, monkeypatch):
     def fail(_):
         return subprocess.Popen(

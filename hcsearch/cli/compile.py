@@ -58,10 +58,29 @@ def _run(command: str, *words: str) -> None:
     hcsearch.main([command, *target, *words], standalone_mode=False)
 
 
+_LIST = (
+    "polygons.walk_polygons",
+    "folds.fold_words",
+    "folds.twist_words",
+    "lines.survey",
+    "loops.generic_states",
+    "cones.settle",
+    "words.array_rows",
+    "words.fingerprint_rows",
+    "words.insert_fingerprints",
+    "words.write_rows",
+)
+_DEPLOY = (
+    "multibody.simulation.simulate",
+    "multibody.between.refined",
+    "multibody.between.opening",
+    "multibody.tree.work_for",
+    "clearance.judge",
+)
 SAMPLES = {
-    "check": _Sample(("checking.check_all",), _check),
-    "list": _Sample(("polygons.walk_polygons", "folds.fold_words", "folds.twist_words", "cones.settle"), _list),
-    "deploy": _Sample(("multibody.simulation.simulate",), _deploy),
+    "check": _Sample(("checking.check_all", "loops.close_loops", "paths.pairs_between"), _check),
+    "list": _Sample(_LIST, _list),
+    "deploy": _Sample(_DEPLOY, _deploy),
 }
 """In the order in which they are begun: what takes longest first."""
 
