@@ -43,7 +43,7 @@ def forces_ahead(tree: Tree, stiffness: float, damping: float, h: float, work: W
 
 @lean
 def spring_loss(damping: float, work: Work) -> float:
-    """Power lost in the dampers at the state at which the forces were written last."""
+    """Power lost in the dampers, where `weld_rates` wrote the rates of the rows last."""
     lost = 0.0
     for r in range(len(work.opening)):
         lost += damping * work.opening[r] ** 2
@@ -59,5 +59,5 @@ def spring_energy(tree: Tree, stiffness: float, damping: float, work: Work) -> t
         weld_rates(tree, work, work.opening)
         for r in range(len(work.forces)):
             stored += 0.5 * stiffness * work.errors[r] ** 2
-            lost += damping * work.opening[r] ** 2
+        lost = spring_loss(damping, work)
     return stored, lost
