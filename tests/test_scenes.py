@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from hcsearch.circuit import Circuit
 from hcsearch.deployment.deploying import deploy
-from hcsearch.deployment.looks import Look, first_look, look_parts, rounds, ways
+from hcsearch.deployment.looks import Look, first_look, look_parts, looks_at, ways
 from hcsearch.deployment.scales import settled
 from hcsearch.deployment.scene_files import file_text, read_file, read_text, scene_in, scene_with
 from hcsearch.deployment.subjects import folding_linkage
@@ -191,7 +191,7 @@ def test_ways_and_looks_follow_the_scene():
     assert ways(replace(DEFAULT, merge=True)) == ("merged",)
     assert ways(replace(DEFAULT, flat_pairs="hinged", merge=False)) == ("hinged",)
     for scene in (DEFAULT, SCENES["earth"], replace(DEFAULT, flat_pairs="hinged", merge=False, name="solar")):
-        looks = [look for looks in rounds(scene) for look in looks]
+        looks = looks_at(scene)
         assert looks[0] == first_look(scene)
         names = [look.name(scene) for look in looks]
         assert len(set(names)) == len(names)

@@ -76,17 +76,16 @@ def first_look(scene: Scene) -> Look:
     return Look(ways(scene)[0], first=True)
 
 
-def rounds(scene: Scene) -> tuple[tuple[Look, ...], ...]:
-    """The first look and the second, in this order; those of a round are simulated together, on all threads.
+def looks_at(scene: Scene) -> tuple[Look, ...]:
+    """All that are taken in a scene, in this order: as it stands, joined otherwise, graded, joined so with every set.
 
-    What deploys in one does not count as tried in those after it.
+    What deploys in one is not tried in those after it.
     """
     first, *others = ways(scene)
     last: Pairs = "hinged" if "hinged" in others else first
     graded = () if last == first else tuple(Look(first, springs) for springs in GRADES)
     every = tuple(Look(last, springs) for springs in _SETS)
-    found = ((first_look(scene),), tuple(Look(way) for way in others), graded, every)
-    return tuple(looks for looks in found if looks)
+    return (first_look(scene), *(Look(way) for way in others), *graded, *every)
 
 
 def scene_of(scene: Scene, look: Look) -> Scene:

@@ -9,16 +9,16 @@ faces or the stacks, so that panels open one after the other, and sets spread ov
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.deployment.checking import Check, Solids, check, solids_of
+from hcsearch.deployment.checking import CALL, Check, Solids, check, solids_of
 from hcsearch.deployment.compiling import Compiled, compile_scene
-from hcsearch.deployment.looks import Look, Pairs, first_look, rounds, scene_of, springs_of, ways
+from hcsearch.deployment.looks import Look, Pairs, looks_at, scene_of, springs_of, ways
 from hcsearch.deployment.scene_files import file_text
 from hcsearch.deployment.springs import with_springs
 from hcsearch.deployment.subjects import folding_linkage
@@ -67,7 +67,7 @@ class _Verdicts:
         threads: int,
     ) -> None:
         self.scene, self.panel = scene, panel_of(scene, circuits.grid)
-        self.first_look = first_look(scene)
+        self.looks = looks_at(scene)
         steps = round(BRIEF * max(1.0, circuits.words.shape[1] / LARGE) ** 2)
         self.second: dict[str, Any] = {"whole": False, "tolerance": SCREENED, "max_steps": steps}
         self.foldings = {i: folding_at(circuits, foldings, i) for i in np.flatnonzero(untwisted).tolist()}
@@ -82,8 +82,7 @@ class _Verdicts:
     def run(self) -> DeploymentBatch:
         numbers = list(self.foldings)
         for begin in range(0, len(numbers), TOGETHER):
-            for looks in rounds(self.scene):
-                self._round(looks, numbers[begin : begin + TOGETHER])
+            self._try(numbers[begin : begin + TOGETHER])
             self.compiled.clear()
         status: list[str | None] = [None] * self.count
         clearance, time = np.full(self.count, np.nan), np.full(self.count, np.nan)
@@ -95,14 +94,20 @@ class _Verdicts:
         trials = [trial for i in self.foldings for trial in self._trials(i)]
         return DeploymentBatch(status, clearance, time, tuple(trials))
 
-    def _round(self, looks: tuple[Look, ...], some: list[int]) -> None:
-        """Try those of some foldings that are left in some scenes."""
-        left = [i for i in some if i not in self.deploys]
-        scenes = {(i, look): self._compiled(i, look) for look in looks for i in left if self._can(i, look)}
-        if self.first_look in looks:
-            found = self._check(scenes, {})
-        else:
-            found = self._check(scenes, self.second)
+    def _try(self, some: list[int]) -> None:
+        """Try some foldings, each until it deploys: look by look, or as many looks at once as occupy all threads."""
+        first, *others = self.looks
+        self._take((first,), some)
+        while others and (left := [i for i in some if i not in self.deploys]):
+            together = math.ceil(self.threads * CALL / len(left))
+            self._take(others[:together], left)
+            others = others[together:]
+
+    def _take(self, looks: Sequence[Look], some: list[int]) -> None:
+        """Take some looks at some foldings; the first look that deploys counts."""
+        scenes = {(i, look): self._compiled(i, look) for look in looks for i in some if self._can(i, look)}
+        found = self._check(scenes, {} if looks[0].first else self.second)
+        if not looks[0].first:
             found |= self._check({tried: scenes[tried] for tried in scenes if found[tried].deploys}, {})
         for (i, look), one in found.items():
             if i not in self.deploys:
@@ -114,6 +119,8 @@ class _Verdicts:
 
     def _keep(self, i: int, look: Look, compiled: Compiled, found: Check) -> None:
         self.tried[i].append(found)
+        if not (look.first or found.deploys):
+            return
         trial = self._trial(i, look, compiled, found)
         if look.first:
             self.first[i] = trial

@@ -1,7 +1,7 @@
 """The quick check of many foldings in one call: each is simulated, and its motion searched for collisions.
 
-Most motions that collide do so early. Where only clear ones are wanted, a motion is judged in parts, each as long as
-all before it, and one that collides is not followed further.
+Most motions that collide do so early. Where only clear ones are wanted, a motion is judged in parts, each half as
+long as all before it, and one that collides is not followed further.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from hcsearch.kernels.multibody.explicit import Method
 from hcsearch.kernels.multibody.hinges import Hinges, Struts
 from hcsearch.kernels.multibody.motion import Hold, Mechanism
 from hcsearch.kernels.multibody.recording import Record
-from hcsearch.kernels.multibody.simulation import FLAT, TIME_OUT, simulate
+from hcsearch.kernels.multibody.simulation import FLAT, GOES_ON, TIME_OUT, begin, go_on
 from hcsearch.kernels.multibody.steps import Plan
 from hcsearch.kernels.multibody.tree import Tree, work_for
 from hcsearch.kernels.paths import Pairs
@@ -32,8 +32,8 @@ from hcsearch.kernels.prisms import Prisms
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
 
-FIRST_PART = 0.1
-"""Length of the first part of a motion that is judged in parts, s."""
+FIRST_PART, LONGER = 32, 0.5
+"""Steps of the first part of a motion that is judged in parts, and of each after it as a share of those before."""
 
 
 class Subject(NamedTuple):
@@ -104,8 +104,9 @@ def check_all(stack: Any, rules: Rules, record: Record, found: Findings) -> None
     Every kernel has all that it calls compiled into it once more: so this one calls what takes long to compile itself.
     """
     cubic = rules.closure_stiffness > 0.0  # stiff springs make accelerations that say nothing of the motion
-    plan = rules.plan
+    plan, method = rules.plan, rules.method
     answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
+    pace = np.empty(8)
     for i in range(len(found.endings)):
         subject = _nth(stack, i)
         tree, n = subject.tree, len(subject.start)
@@ -113,18 +114,11 @@ def check_all(stack: Any, rules: Rules, record: Record, found: Findings) -> None
         work = work_for(tree)
         q, v = subject.start.copy(), np.zeros(n)
         course = Course(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0)), cubic)
-        begin, clear, states, verdict, over = 0, 0, 0, CLEAR, False
-        record.times[0], record.books[0] = 0.0, 0.0
-        end = plan.end if rules.whole else min(FIRST_PART, plan.end)
-        while verdict != COLLIDES and not over:
-            begun, spent = record.times[begin], record.books[begin, 4:].copy()
-            part = _part(record, begin)
-            simulate(mechanism, hold, rules.method, _until(plan, end - begun), q, v, work, part)
-            states = begin + record.counts[0]
-            record.times[begin:states] += begun
-            record.books[begin:states, 4:] += spent
-            flat = record.counts[4] == FLAT
-            over = record.counts[4] != TIME_OUT or end == plan.end
+        clear, most, verdict = 0, len(record.times) + 1 if rules.whole else FIRST_PART, CLEAR
+        begin(mechanism, hold, method, plan, q, v, work, pace, record)
+        while verdict != COLLIDES and record.counts[4] == GOES_ON:
+            go_on(mechanism, hold, method, plan, most, q, v, work, pace, record)
+            states, flat = record.counts[0], record.counts[4] == FLAT
             clear = 0 if flat else clear  # a gap may dip across parts
             motion = _states(record, clear, states)
             if not cubic:
@@ -133,36 +127,16 @@ def check_all(stack: Any, rules: Rules, record: Record, found: Findings) -> None
             course = _course(subject, motion, cubic)
             wanted = Search(subject.reach * found.openings[i], rules.margin, subject.deepest, rules.resolution)
             verdict = judge(subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, wanted, flat, answer)
-            found.counts[i, 1] += record.counts[2]
-            found.counts[i, 2] += record.counts[3]
             found.counts[i, 3] += answer.looks[0]
-            begin, end = states - 1, min(2.0 * end, plan.end)
-            clear = begin if verdict == CLEAR else clear
-        _tell(record, states, verdict, answer, found, i)
+            clear = states - 1 if verdict == CLEAR else clear
+            most = states + max(FIRST_PART, int(LONGER * states))
+        _tell(record, verdict, answer, found, i)
         _tell_end(subject, course, verdict, answer, found, i)
 
 
 @compiled
 def _states(record: Record, begin: int, end: int) -> States:
     return record.times[begin:end], record.q[begin:end], record.v[begin:end], record.a[begin:end]
-
-
-@compiled
-def _part(record: Record, begin: int) -> Record:
-    """What is left of a record, from a state on."""
-    return Record(
-        record.times[begin:],
-        record.q[begin:],
-        record.v[begin:],
-        record.a[begin:],
-        record.books[begin:],
-        record.gaps[begin:],
-        record.counts,
-        record.event_times,
-        record.event_joints,
-        record.event_kinds,
-        record.event_speeds,
-    )
 
 
 @compiled
@@ -190,10 +164,12 @@ def _hold(subject: Subject) -> Hold:
 
 
 @compiled
-def _tell(record: Record, states: int, verdict: int, answer: Answer, found: Findings, i: int) -> None:
-    found.endings[i], found.times[i, 0] = record.counts[4], record.times[states - 1]
+def _tell(record: Record, verdict: int, answer: Answer, found: Findings, i: int) -> None:
+    states = record.counts[0]
+    found.endings[i] = TIME_OUT if record.counts[4] == GOES_ON else record.counts[4]
+    found.times[i, 0] = record.times[states - 1]
     found.drifts[i] = _drift(record, states)
-    found.counts[i, 0] = states
+    found.counts[i, 0], found.counts[i, 1], found.counts[i, 2] = states, record.counts[2], record.counts[3]
     found.verdicts[i], found.pairs[i], found.times[i, 1] = verdict, answer.pairs[0], answer.times[0]
     found.gaps[i] = answer.gaps[0]
 
@@ -209,24 +185,6 @@ def _tell_end(subject: Subject, course: Course, verdict: int, answer: Answer, fo
         found.speeds[i] = approach(subject.chain, subject.shrunk, subject.pairs, pair, course, time)
         angles_at(course, time, angles)
     found.lefts[i, 0] = np.abs(angles).mean() / math.pi
-
-
-@compiled
-def _until(plan: Plan, end: float) -> Plan:
-    """The same plan with another end."""
-    return Plan(
-        end,
-        plan.tolerance,
-        plan.floor,
-        plan.first,
-        plan.longest,
-        plan.restitution,
-        plan.slow,
-        plan.flat,
-        plan.near,
-        plan.rest,
-        plan.closed,
-    )
 
 
 @compiled

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, inlined, lean
+from hcsearch.kernels.compiled import inlined, lean
 from hcsearch.kernels.multibody.cuts import cut_energy
 from hcsearch.kernels.multibody.hinges import lost_power
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, closure_energy, evaluate
@@ -32,7 +32,7 @@ class Method(NamedTuple):
     columns: int
 
 
-@compiled
+@lean
 def step(
     mechanism: Mechanism,
     hold: Hold,
@@ -49,7 +49,7 @@ def step(
     """One step from `start` to `end`, states (q, v, energy lost); the first stage is given. Its error."""
     n = len(hold.held)
     s = len(method.b)
-    a, q, v = np.empty(n), end[:n], end[n : 2 * n]
+    a, q, v = work.found, end[:n], end[n : 2 * n]
     for k in range(1, s + 1):
         _join(method.a[k] if k < s else method.b, k, h, stages, start, end)
         evaluate(mechanism, hold, q, v, scale, False, work, a)

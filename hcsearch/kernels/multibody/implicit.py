@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.compiled import lean
 from hcsearch.kernels.multibody.compliance import spring_loss
 from hcsearch.kernels.multibody.cuts import cut_energy
 from hcsearch.kernels.multibody.hinges import joint_torques, lost_power, steepness
@@ -54,7 +54,7 @@ def _part(mechanism: Mechanism, hold: Hold, h: float, scale: float, work: Work, 
         state[2 * n] += h * spring_loss(mechanism.closure_damping, work)
 
 
-@compiled
+@lean
 def implicit_step(
     mechanism: Mechanism,
     hold: Hold,
@@ -73,10 +73,11 @@ def implicit_step(
     table : shape (columns, 2 n + 1), overwritten.
     """
     n = len(hold.held)
-    a = np.empty(n)
+    a = work.found
     error = 0.0
     for j in range(columns):
-        end[:] = start
+        for i in range(2 * n + 1):
+            end[i] = start[i]
         for _ in range(j + 1):
             _part(mechanism, hold, h / (j + 1), scale, work, a, end)
         # Aitken and Neville: row k of the table holds what parts up to this one make of order k
@@ -88,8 +89,9 @@ def implicit_step(
                 value += (value - old) / ((j + 1.0) / (j - k) - 1.0)
             table[j, i] = value
     work.soft[:] = 0.0
-    end[:] = table[columns - 1]
+    end[2 * n] = table[columns - 1, 2 * n]
     for i in range(2 * n):
+        end[i] = table[columns - 1, i]
         weight = floor + tolerance * max(abs(start[i]), abs(end[i]))
         error += ((table[columns - 1, i] - table[columns - 2, i]) / weight) ** 2
     return math.sqrt(error / (2 * n))

@@ -154,39 +154,35 @@ def largest_pivot(mechanism: Mechanism, q: Reals, work: Work) -> float:
     return largest
 
 
-@compiled
+@lean
 def project(tree: Tree, held: Signs, q: Reals, v: Reals, closed: float, work: Work) -> tuple[float, float]:
     """Move a state to the nearest closed one, by the metric of the masses; the residual and rate that are left.
 
     Newton with the factor that `work` holds, so near to the state it was made at. closed : residual (and rate) at which
     to stop; three steps at most.
     """
-    n = len(q)
-    still, change = np.zeros(n), np.empty(n)
     worst = rate = 0.0
     for k in range(4):
         place(tree, q, work)
         worst = weld_errors(tree, work, work.errors)
         if worst <= closed or k == 3:
             break
-        _correct(tree, held, still, change, work)
-        q += change
+        _correct(tree, held, q, work)
     for k in range(3):
         move(tree, v, work)
         rate = weld_rates(tree, work, work.errors)
         if rate <= closed or k == 2:
             break
-        _correct(tree, held, still, change, work)
-        v += change
+        _correct(tree, held, v, work)
     return worst, rate
 
 
 @lean
-def _correct(tree: Tree, held: Signs, still: Reals, change: Reals, work: Work) -> None:
-    """The change of joint coordinates, or velocities, that takes away the errors."""
-    load(tree, held, still, False, work)
+def _correct(tree: Tree, held: Signs, state: Reals, work: Work) -> None:
+    """Take the errors away from joint coordinates, or velocities."""
+    load(tree, held, work.still, False, work)
     close_rows(work, work.errors)
-    release(tree, held, False, work, change)
-    for i in range(len(change)):
-        if held[i]:
-            change[i] = 0.0
+    release(tree, held, False, work, work.change)
+    for i in range(len(state)):
+        if not held[i]:
+            state[i] += work.change[i]

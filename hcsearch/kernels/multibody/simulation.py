@@ -46,35 +46,82 @@ APART = 1e-3
 """Closure residual after projection at which loops count as open."""
 
 
+TIME, STEP, SCALE, GRIP, WHOLE, LARGEST, CROWD, CROWD_TIME = range(8)
+"""Of a simulation between two states: time and next step (s), the pivot that others are compared to, the pull at which
+stops are looked at (N m), energy at the start and the largest (J), and how many events came one upon the other, and
+when the last of them."""
+
+
 @compiled
 def simulate(
     mechanism: Mechanism, hold: Hold, method: Method, plan: Plan, q: Reals, v: Reals, work: Work, record: Record
 ) -> None:
     """Follow a motion from a closed state (q, v), which is moved to the last one; fills the record."""
+    pace = np.empty(8)
+    begin(mechanism, hold, method, plan, q, v, work, pace, record)
+    go_on(mechanism, hold, method, plan, len(record.times) + 1, q, v, work, pace, record)
+
+
+@compiled
+def begin(
+    mechanism: Mechanism,
+    hold: Hold,
+    method: Method,
+    plan: Plan,
+    q: Reals,
+    v: Reals,
+    work: Work,
+    pace: Reals,
+    record: Record,
+) -> None:
+    """Write the first state of a motion, after the impacts in it, and the pace at which it goes on."""
+    a, books = np.zeros(len(q)), np.zeros(6)
+    record.counts[:] = 0
+    record.counts[4] = GOES_ON
+    scale = largest_pivot(mechanism, q, work)
+    pace[:] = 0.0
+    pace[SCALE], pace[GRIP] = scale, _grip(mechanism, hold, q)
+    collide(mechanism, hold, plan.restitution, plan.slow, q, v, scale, plan.closed, work)
+    regrip(mechanism, hold, plan.slow, q, v, scale, work, a)
+    pace[WHOLE] = _balance(mechanism, hold, q, v, work, books)
+    pace[LARGEST] = np.abs(books).max()
+    accelerate(mechanism, hold, q, v, scale, True, work, a)
+    pace[STEP] = first_step(plan, method.order, q, v, a)
+    save(record, hold, 0.0, q, v, a, books, 0.0)
+
+
+@compiled
+def go_on(
+    mechanism: Mechanism,
+    hold: Hold,
+    method: Method,
+    plan: Plan,
+    most: int,
+    q: Reals,
+    v: Reals,
+    work: Work,
+    pace: Reals,
+    record: Record,
+) -> None:
+    """Follow a motion from the last state of its record until it ends, or the record holds so many states.
+
+    It is the same motion however often it stops on the way.
+    """
     n = len(q)
     stages = np.zeros((len(method.b) + 1, 2 * n + 1))
     start, end = np.zeros(2 * n + 1), np.zeros(2 * n + 1)
     a = np.zeros(n)
-    books = np.zeros(6)
     counts = record.counts
-    counts[:] = 0
-    scale = largest_pivot(mechanism, q, work)
-    grip = _grip(mechanism, hold, q)
-    collide(mechanism, hold, plan.restitution, plan.slow, q, v, scale, plan.closed, work)
-    regrip(mechanism, hold, plan.slow, q, v, scale, work, a)
-    whole = _balance(mechanism, hold, q, v, work, books)
-    largest = np.abs(books).max()
+    books = record.books[counts[0] - 1].copy()
+    scale, grip, time, h, largest = pace[SCALE], pace[GRIP], pace[TIME], pace[STEP], pace[LARGEST]
+    crowd, crowd_time, rejected = pace[CROWD], pace[CROWD_TIME], False
     accelerate(mechanism, hold, q, v, scale, True, work, a)
-    save(record, hold, 0.0, q, v, a, books, 0.0)
     start[:n], start[n : 2 * n], start[2 * n] = q, v, books[4]
     write_stage(mechanism, hold, start, a, work, stages[0])
-    time, h = 0.0, first_step(plan, method.order, q, v, a)
-    rejected, crowd, crowd_time = False, 0, 0.0
     turns = np.zeros(n + len(mechanism.cuts.bodies))
     all_turns(mechanism, q, v, work, turns, turns.copy())
     apart = APART if mechanism.closure_stiffness == 0.0 else np.inf
-    counts[4] = GOES_ON
-    while counts[4] == GOES_ON:
+    while counts[4] == GOES_ON and (counts[0] < most or rejected):
         counts[4] = _ending(plan, hold, time, h, q, v, a, record)
         if counts[4] != GOES_ON:
             break
@@ -109,7 +156,7 @@ def simulate(
         if len(mechanism.cuts.bodies):
             gap = cut_gap(mechanism.cuts, work) / mechanism.tree.size
         if share <= 1.0:
-            crowd = crowd + 1 if time - crowd_time <= CROWDED * plan.end else 0
+            crowd = crowd + 1.0 if time - crowd_time <= CROWDED * plan.end else 0.0
             crowd_time = time
             if kind < 2:
                 note_hits(mechanism, hold, time, joint, q, v, record)
@@ -137,7 +184,7 @@ def simulate(
         largest = max(largest, np.abs(books).max())
         if not gap <= apart:
             counts[4] = OPEN if gap > apart else WRONG
-        elif not abs(books.sum() - whole) <= BALANCE * largest:
+        elif not abs(books.sum() - pace[WHOLE]) <= BALANCE * largest:
             counts[4] = UNBALANCED
         elif crowd > CHATTER:
             counts[4] = JAMMED
@@ -147,6 +194,7 @@ def simulate(
         if share > 1.0:
             h *= max(0.2, min(grow, 1.0) if rejected else grow)
         rejected = False
+    pace[TIME], pace[STEP], pace[LARGEST], pace[CROWD], pace[CROWD_TIME] = time, h, largest, crowd, crowd_time
 
 
 @lean

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.compiled import lean
 from hcsearch.kernels.multibody.events import greatest_pull, threshold
 from hcsearch.kernels.multibody.explicit import Method, step, write_stage
 from hcsearch.kernels.multibody.implicit import implicit_step
@@ -22,8 +22,10 @@ REACHED = 1e-11
 """A joint is at a stop within this (rad)."""
 AT_ONCE = 1e-9
 """An event within this share of a step is at its start."""
-JUMP = 1e-6
+JUMP = 1e-4
 """A pull that is not gone within this share of a step, by far, does not grow from nothing: it jumps."""
+SECANTS = 6
+"""After so many secants the interval is halved: they creep towards a jump."""
 LEAST = 1e-4
 """Share of a step that is taken at least where the pull jumps, so that the motion goes on."""
 SURE = 0.01
@@ -54,7 +56,7 @@ class Plan(NamedTuple):
     closed: float
 
 
-@compiled
+@lean
 def take_step(
     mechanism: Mechanism,
     hold: Hold,
@@ -75,9 +77,8 @@ def take_step(
     n, columns = len(hold.held), method.columns
     counts[2] += columns * (columns + 1) // 2 + 1
     error = implicit_step(mechanism, hold, columns, plan.tolerance, plan.floor, h, scale, work, stages[1:], start, end)
-    a = np.empty(n)
-    accelerate(mechanism, hold, end[:n], end[n : 2 * n], scale, False, work, a)
-    write_stage(mechanism, hold, end, a, work, stages[columns])
+    accelerate(mechanism, hold, end[:n], end[n : 2 * n], scale, False, work, work.found)
+    write_stage(mechanism, hold, end, work.found, work, stages[columns])
     return error
 
 
@@ -98,7 +99,7 @@ def first_step(plan: Plan, order: int, q: Reals, v: Reals, a: Reals) -> float:
     return min(plan.longest, max(guess, 1e-9 * plan.end))
 
 
-@compiled
+@lean
 def land(
     mechanism: Mechanism,
     hold: Hold,
@@ -124,7 +125,8 @@ def land(
     limit = threshold(mechanism, hold, joint, kind)
     sign = 1.0 if kind % 2 else -1.0
     if guess <= AT_ONCE * longest and sign * (start[joint] - limit) >= 0.0:
-        end[:] = start
+        for i in range(len(end)):
+            end[i] = start[i]
         return 0.0
     last = stages[len(method.b)]
     h = guess
@@ -168,7 +170,7 @@ def _parabolic(plan: Plan, h: float, more: float, first: Reals, last: Reals, end
     return True
 
 
-@compiled
+@lean
 def loosen(
     mechanism: Mechanism,
     hold: Hold,
@@ -190,7 +192,10 @@ def loosen(
     singular states rounding decides which forces of stops and loops stand for each other.
     """
     n = len(hold.held)
-    if not np.abs(hold.held).max():
+    some = False
+    for i in range(n):
+        some = some or hold.held[i] != 0
+    if not some:
         return longest
     above = _pull(mechanism, hold, plan, scale, work, end)
     if not above > grip:
@@ -198,39 +203,42 @@ def loosen(
     below = _pull(mechanism, hold, plan, scale, work, start)
     low, high, h, side, most = 0.0, longest, longest, 0, above
     under, over = below - 2.0 * grip, above - 2.0 * grip
-    for _ in range(40):
+    for k in range(40):
         if below > grip or above <= 3.0 * grip or high - low <= 1e-12 * longest:
             break
         if high - low <= JUMP * longest and above > 1e3 * JUMP * most:
             high = max(high, LEAST * longest)
             break
         # by the secant; the end that stays counts less and less (Anderson and Bjorck 1973)
-        h = low + (high - low) * min(max(-under / (over - under), 0.01), 0.99)
-        accelerate(mechanism, hold, start[:n], start[n : 2 * n], scale, True, work, np.empty(n))
+        share = min(max(-under / (over - under), 0.01), 0.99) if k < SECANTS else 0.5
+        h = low + (high - low) * share
+        accelerate(mechanism, hold, start[:n], start[n : 2 * n], scale, True, work, work.found)
         take_step(mechanism, hold, method, plan, h, scale, work, stages, start, end, counts)
         pull = _pull(mechanism, hold, plan, scale, work, end)
         value = pull - 2.0 * grip
         if pull > grip:
-            share = 1.0 - value / over
-            under *= (share if share > 0.0 else 0.5) if side > 0 else 1.0
+            less = 1.0 - value / over
+            under *= (less if less > 0.0 else 0.5) if side > 0 else 1.0
             high, above, over, side = h, pull, max(value, 0.0), 1
         else:
-            share = 1.0 - value / under
-            over *= (share if share > 0.0 else 0.5) if side < 0 else 1.0
+            less = 1.0 - value / under
+            over *= (less if less > 0.0 else 0.5) if side < 0 else 1.0
             low, below, under, side = h, pull, value, -1
     if h < high:
-        accelerate(mechanism, hold, start[:n], start[n : 2 * n], scale, True, work, np.empty(n))
+        accelerate(mechanism, hold, start[:n], start[n : 2 * n], scale, True, work, work.found)
         take_step(mechanism, hold, method, plan, high, scale, work, stages, start, end, counts)
     elif high == longest:  # nothing was repeated, and the factor is one at the start
-        accelerate(mechanism, hold, end[:n], end[n : 2 * n], scale, True, work, np.empty(n))
+        accelerate(mechanism, hold, end[:n], end[n : 2 * n], scale, True, work, work.found)
     return high
 
 
-@compiled
+@lean
 def _pull(mechanism: Mechanism, hold: Hold, plan: Plan, scale: float, work: Work, state: Reals) -> float:
     """By how much a stop would have to pull at most at a state (q, v, energy lost), N m."""
     n = len(hold.held)
-    q, v, forces = state[:n].copy(), state[n : 2 * n].copy(), np.empty(n)
+    q, v = work.trial[0], work.trial[1]
+    for i in range(n):
+        q[i], v[i] = state[i], state[n + i]
     project(mechanism.tree, hold.held, q, v, plan.closed, work)
-    accelerate(mechanism, hold, q, v, scale, True, work, forces)
-    return greatest_pull(hold, forces)
+    accelerate(mechanism, hold, q, v, scale, True, work, work.found)
+    return greatest_pull(hold, work.found)

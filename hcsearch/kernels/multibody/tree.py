@@ -87,7 +87,10 @@ class Work(NamedTuple):
         rates of the residuals of closure springs.
     delassus : (m, m), accelerations of the rows by their forces. factor : (m, m), its Cholesky factor on chosen rows.
     chosen : (m,), the rows that are independent. chosen_count : (1,), how many.
+    pivots : (m,), of rows while they are chosen.
     torques, soft : (n,), joint forces, and what implicit steps add to the joints' own inertia.
+    found, change, still : (n,), accelerations of a stage, what a projection changes, and zeros. trial : (2, n), a state
+        that is looked at.
     """
 
     bodies: Reals
@@ -101,8 +104,13 @@ class Work(NamedTuple):
     factor: Reals
     chosen: Whole
     chosen_count: Whole
+    pivots: Reals
     torques: Reals
     soft: Reals
+    found: Reals
+    change: Reals
+    still: Reals
+    trial: Reals
 
 
 @compiled
@@ -121,6 +129,11 @@ def work_for(tree: Tree) -> Work:
         factor=np.zeros((m, m)),
         chosen=np.zeros(m, np.int64),
         chosen_count=np.zeros(1, np.int64),
+        pivots=np.zeros(m),
         torques=np.zeros(n),
         soft=np.zeros(n),
+        found=np.zeros(n),
+        change=np.zeros(n),
+        still=np.zeros(n),
+        trial=np.zeros((2, n)),
     )

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.compiled import lean
 from hcsearch.kernels.multibody.tree import (
     ARM_A,
     ARM_B,
@@ -97,15 +97,14 @@ def weld_rates(tree: Tree, work: Work, rates: Reals) -> float:
     return worst
 
 
-@compiled
+@lean
 def choose(work: Work, scale: float) -> None:
     """Choose independent rows by pivoted Cholesky of the Delassus matrix, the largest pivots first.
 
     scale : largest diagonal entry of the Delassus matrix with all joints free.
     """
     m = len(work.chosen)
-    left = np.empty(m)
-    open_ = np.ones(m, np.bool_)
+    left = work.pivots  # -inf once chosen
     for r in range(m):
         left[r] = work.delassus[r, r]
     count = 0
@@ -113,16 +112,16 @@ def choose(work: Work, scale: float) -> None:
     for k in range(m):
         best = -1
         for r in range(m):
-            if open_[r] and (best < 0 or left[r] > left[best]):
+            if left[r] > -np.inf and (best < 0 or left[r] > left[best]):
                 best = r
         if left[best] <= INDEPENDENT * scale:
             break
-        open_[best] = False
         work.chosen[k] = best
         count += 1
         pivot = math.sqrt(left[best])
+        left[best] = -np.inf
         for r in range(m):  # column k of the factor, by row of the Delassus matrix
-            if open_[r]:
+            if left[r] > -np.inf:
                 value = work.delassus[r, best]
                 for j in range(k):
                     value -= factor[r, j] * factor[best, j]
