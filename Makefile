@@ -5,6 +5,9 @@ BIN := $(VENV)/bin
 DB := hcsearch.sqlite
 EXTRAS := .[bench,cluster,parquet,postgresql]
 
+# what mypy knows of files outlives the checkout, as compiled kernels do: it knows files by what they contain
+export MYPY_CACHE_DIR ?= $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/hcsearch/mypy
+
 # commands and tests start many processes: each would compile all modules anew, and uv leaves that to the first
 unexport PYTHONDONTWRITEBYTECODE
 
