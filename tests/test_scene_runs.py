@@ -50,6 +50,7 @@ def test_each_scene_has_verdicts_of_its_own(path):
             assert words <= {"deploys", "undecided", "collides", "locked"}
     assert told(path) == told(path, "--scene", "default") == told(path, "--panel", "50x6")
     assert told(path, "--panel", "1000x20") == told(path, "--scene", "1000x1000x20")
+    assert told(path, "--scene", "1000x20") == told(path, "--scene", "1000x1000x20")
     assert told(path, "--across", f"{1000 * 3**0.5:.10g}x20") == told(path, "--panel", "1000x20")
 
 

@@ -97,6 +97,9 @@ def scene_asked_for(database: Database, text: str | None, panel: str | None, acr
     from hcsearch.store import scene_names  # noqa: PLC0415
 
     base = DEFAULT if text is None else _of_file(text).name if text.endswith(".toml") else text
+    if base not in scene_names(database):
+        parts = [part.strip() for part in base.split(",")]
+        base = joined_name(*(panel_text(read_panel(part)) if is_panel(part) else part for part in parts))
     if panel is None and across is None:
         return base
     sizes = {}
