@@ -53,7 +53,8 @@ def missing(kernels: Iterable[Any]) -> frozenset[str]:
 
 def is_ready(kernel: Any) -> bool:
     """Whether a kernel that Python calls is compiled, and so all that it calls."""
-    return any(path.name.endswith(f"-{stamp(kernel)}-{kernel.__name__}.kernel") for path in _files())
+    end = f"-{stamp(kernel)}-{kernel.__name__}.kernel"
+    return any(path.name.endswith(end) for path in _files())
 
 
 def kernels_named(names: Iterable[str]) -> list[Any]:
