@@ -45,7 +45,6 @@ BALANCE = 1e-2
 APART = 1e-3
 """Closure residual after projection at which loops count as open."""
 
-
 TIME, STEP, SCALE, GRIP, WHOLE, LARGEST, CROWD, CROWD_TIME = range(8)
 """Of a simulation between two states: time and next step (s), the pivot that others are compared to, the pull at which
 stops are looked at (N m), energy at the start and the largest (J), and how many events came one upon the other, and
