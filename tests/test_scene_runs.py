@@ -51,6 +51,8 @@ def test_each_scene_has_verdicts_of_its_own(path):
     assert told(path) == told(path, "--scene", "default") == told(path, "--panel", "50x6")
     assert told(path, "--panel", "1000x20") == told(path, "--scene", "1000x1000x20")
     assert told(path, "--scene", "1000x20") == told(path, "--scene", "1000x1000x20")
+    for nothing in ("", ",", ",1000x20", "solar, 1000x20"):
+        assert "no verdicts of the scene" in call("query", "untwisted", "--db", path, "--scene", nothing, code=2)
     assert told(path, "--across", f"{1000 * 3**0.5:.10g}x20") == told(path, "--panel", "1000x20")
 
 

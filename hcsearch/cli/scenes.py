@@ -98,8 +98,9 @@ def scene_asked_for(database: Database, text: str | None, panel: str | None, acr
 
     base = DEFAULT if text is None else _of_file(text).name if text.endswith(".toml") else text
     if base not in scene_names(database):
-        parts = [part.strip() for part in base.split(",")]
-        base = joined_name(*(panel_text(read_panel(part)) if is_panel(part) else part for part in parts))
+        name, comma, panel_part = (part.strip() for part in base.rpartition(","))
+        if is_panel(panel_part) and bool(name) == bool(comma):
+            base = joined_name(name, panel_text(read_panel(panel_part)))
     if panel is None and across is None:
         return base
     sizes = {}

@@ -152,6 +152,7 @@ def test_in_parts_a_motion_is_the_same_and_ends_soon_after_a_collision():
             assert part.collision[0] == pytest.approx(one.collision[0], rel=1e-6)
             assert part.remaining == pytest.approx(one.remaining, rel=1e-5)
             times = run(scene, tolerance=TOLERANCE).motion.times
+            assert part.collision[0] < part.end_time
             assert part.end_time in times
             assert part.steps <= 33 + 1.5 * (times < part.collision[0]).sum()
         else:
@@ -165,6 +166,8 @@ def test_a_motion_in_parts_keeps_its_books():
     scene = compiled("hex:0234550132:4")
     (whole,), (parts,) = (check([scene], tolerance=1e-8, whole=each) for each in (True, False))
     assert whole.deploys
+    assert parts.deploys
     assert replace(parts, looks=whole.looks) == whole
+    assert parts.end_time > 0.1
     assert parts.steps > 100  # more than one part
     assert parts.drift < 1e-5
