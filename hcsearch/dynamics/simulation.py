@@ -24,7 +24,7 @@ Reals = NDArray[np.float64]
 
 Ending = Literal["time", "flat", "rest", "steps", "stuck", "open", "diverged", "energy", "jammed"]
 """`time` is over; `flat`; at `rest` elsewhere; out of `steps`; `stuck`, no step is short enough; loops `open`;
-numbers `diverged`; the `energy` balance does not hold; stops `jammed`, with more and more events in no time."""
+numbers `diverged`; the `energy` balance does not hold; stops `jammed`, event after event without going on."""
 
 ENDINGS: dict[int, Ending] = {
     kernel.TIME_OUT: "time",

@@ -23,7 +23,7 @@ from hcsearch.kernels.multibody.explicit import Method
 from hcsearch.kernels.multibody.hinges import Hinges, Struts
 from hcsearch.kernels.multibody.motion import Hold, Mechanism
 from hcsearch.kernels.multibody.recording import Record
-from hcsearch.kernels.multibody.simulation import FLAT, GOES_ON, TIME_OUT, begin, go_on
+from hcsearch.kernels.multibody.simulation import FLAT, GOES_ON, TIME_OUT, begin, go_on, pace_for
 from hcsearch.kernels.multibody.steps import Plan
 from hcsearch.kernels.multibody.tree import Tree, work_for
 from hcsearch.kernels.paths import Pairs
@@ -106,12 +106,11 @@ def check_all(stack: Any, rules: Rules, record: Record, found: Findings) -> None
     cubic = rules.closure_stiffness > 0.0  # stiff springs make accelerations that say nothing of the motion
     plan, method = rules.plan, rules.method
     answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
-    pace = np.empty(8)
     for i in range(len(found.endings)):
         subject = _nth(stack, i)
         tree, n = subject.tree, len(subject.start)
         mechanism, hold = _mechanism(subject, rules), _hold(subject)
-        work = work_for(tree)
+        work, pace = work_for(tree), pace_for(n)
         q, v = subject.start.copy(), np.zeros(n)
         course = Course(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0)), cubic)
         clear, most, verdict = 0, len(record.times) + 1 if rules.whole else FIRST_PART, CLEAR

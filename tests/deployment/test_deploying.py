@@ -8,9 +8,15 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
+from hcsearch.circuit import Circuit
 from hcsearch.deployment.arrivals import arrivals
-from hcsearch.deployment.deploying import FLAT, STEEP, STILL, deploy
+from hcsearch.deployment.compiling import compile_scene
+from hcsearch.deployment.deploying import FLAT, STEEP, STILL, deploy, run
+from hcsearch.deployment.looks import springs_of
+from hcsearch.deployment.springs import with_springs
+from hcsearch.deployment.subjects import folding_linkage
 from hcsearch.errors import HcsearchError
+from hcsearch.folding import folding_of
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import SCENES
 from tests.linkages import linkage_named
@@ -237,6 +243,27 @@ def test_jammed():
     assert found.outcome == "jammed"
     assert found.reason.startswith(f"at {found.motion.times[-1]:.4g} s stops and loops let nothing move on: hinges 0")
     assert len(found.motion.events) >= 40
+
+
+def test_jammed_where_stops_rattle():
+    folding = folding_of(Circuit.from_notation("hex:0233545012"), 2)
+    compiled = compile_scene(folding_linkage(folding, hinged=True), replace(DEFAULT, seconds=3.0))
+    compiled = with_springs(compiled, springs_of(folding, compiled, "top first"))
+    found = run(compiled, tolerance=1e-5)
+    assert found.outcome == "jammed"
+    motion = found.motion
+    assert len(motion.events) > 100
+    lately = motion.times >= motion.events[-100].time
+    assert np.ptp(motion.times[lately]) > 1e-3  # much longer than events that come one upon the other
+    assert np.ptp(motion.q[lately], axis=0).max() < 2e-3
+    assert motion.evaluations < 30_000  # 279,000 in 4,000 steps when rattling went on
+
+
+def test_stops_that_only_seem_to_pull_do_not_keep_a_motion_from_going_on():
+    # near a singular state accelerations and impulses may share out the same force between stops and loops in two ways
+    found = deploy(linkage_named("square:01222303330111:3"), DEFAULT)
+    assert found.outcome == "flat"
+    assert found.motion.evaluations < 10_000  # out of 20,000 steps after 4.9 million when each step was repeated
 
 
 def test_out_of_steps():

@@ -223,6 +223,16 @@ def test_a_joint_that_falls_on_its_stop_bounces_by_the_closed_form(restitution):
     assert after == pytest.approx((1 - restitution**2) * pull * height, rel=1e-6)
 
 
+def test_a_joint_that_bounces_for_long_is_not_jammed():
+    fall, height, restitution = 1.5, 1.5, 0.98
+    system = wheel(2.0, Drive(linear(0.0, 2.0 * fall), lower=0.0))
+    motion = simulate(system, np.array([height]), end=200.0, restitution=restitution, slow=1e-2)
+    assert motion.ending == "time"
+    bounces = math.log(1e-2 / math.sqrt(2 * height * fall)) / math.log(restitution)
+    assert len([event for event in motion.events if event.kind == "hit"]) == math.ceil(bounces)
+    assert bounces > 200
+
+
 @pytest.mark.parametrize("method", ORDERS)
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9])
 def test_a_spring_brings_a_joint_to_its_stop_after_part_of_a_period(method, tolerance):

@@ -35,20 +35,24 @@ GOES_ON = -1
 TIME_OUT, FLAT, REST, TOO_MANY, NO_STEP, OPEN, WRONG, UNBALANCED, JAMMED = 0, 1, 2, 3, 4, 5, 6, 7, 8
 """How a simulation ends: at its last time, flat, at rest elsewhere, out of steps, with steps too small to go on, with
 loops that could not be closed, with numbers that are none, with an energy balance that does not hold, or with stops
-that have more and more events in no time."""
+that have event after event and hardly move."""
 
 CHATTER, CROWDED = 40, 1e-6
 """Stops count as jammed after so many events, each within this share of the time to simulate after the one before: the
 loops drive joints against their stops that can hardly move otherwise, as at a dead point."""
+RATTLE, CLOSE = 100, 1e-3
+"""They are jammed, too, after so many events while no joint goes further than this (rad); where stops bounce with a
+restitution e, after 1 / (1 - e) times as many. Of 14 squares, motions that come flat have at most 34."""
 BALANCE = 1e-2
 """Error of the energy balance, as a share of the largest energy, at which a simulation is given up."""
 APART = 1e-3
 """Closure residual after projection at which loops count as open."""
 
-TIME, STEP, SCALE, GRIP, WHOLE, LARGEST, CROWD, CROWD_TIME = range(8)
+TIME, STEP, SCALE, GRIP, WHOLE, LARGEST, FIRM, CROWD, CROWD_TIME, EVENTS, PACE = range(11)
 """Of a simulation between two states: time and next step (s), the pivot that others are compared to, the pull at which
-stops are looked at (N m), energy at the start and the largest (J), and how many events came one upon the other, and
-when the last of them."""
+stops are looked at (N m), energy at the start and the largest (J), whether stops that seemed to pull were kept, how
+many events came one upon the other, and when the last of them, and how many there were since all joints are close to
+the coordinates that follow, from `PACE` on."""
 
 
 @compiled
@@ -56,9 +60,15 @@ def simulate(
     mechanism: Mechanism, hold: Hold, method: Method, plan: Plan, q: Reals, v: Reals, work: Work, record: Record
 ) -> None:
     """Follow a motion from a closed state (q, v), which is moved to the last one; fills the record."""
-    pace = np.empty(8)
+    pace = pace_for(len(q))
     begin(mechanism, hold, method, plan, q, v, work, pace, record)
     go_on(mechanism, hold, method, plan, len(record.times) + 1, q, v, work, pace, record)
+
+
+@compiled
+def pace_for(n: int) -> Reals:
+    """Room for the pace of a simulation of n joints."""
+    return np.empty(PACE + n)
 
 
 @compiled
@@ -78,7 +88,7 @@ def begin(
     record.counts[:] = 0
     record.counts[4] = GOES_ON
     scale = largest_pivot(mechanism, q, work)
-    pace[:] = 0.0
+    pace[:PACE], pace[PACE:] = 0.0, q
     pace[SCALE], pace[GRIP] = scale, _grip(mechanism, hold, q)
     collide(mechanism, hold, plan.restitution, plan.slow, q, v, scale, plan.closed, work)
     regrip(mechanism, hold, plan.slow, q, v, scale, work, a)
@@ -113,7 +123,7 @@ def go_on(
     counts = record.counts
     books = record.books[counts[0] - 1].copy()
     scale, grip, time, h, largest = pace[SCALE], pace[GRIP], pace[TIME], pace[STEP], pace[LARGEST]
-    crowd, crowd_time, rejected = pace[CROWD], pace[CROWD_TIME], False
+    rejected = False
     accelerate(mechanism, hold, q, v, scale, True, work, a)
     start[:n], start[n : 2 * n], start[2 * n] = q, v, books[4]
     write_stage(mechanism, hold, start, a, work, stages[0])
@@ -140,7 +150,9 @@ def go_on(
                 mechanism, hold, method, plan, share * h, h, joint, kind, scale, work, stages, start, end, counts
             )
         else:
-            took = loosen(mechanism, hold, method, plan, grip, h, scale, work, stages, start, end, counts)
+            firm = pace[FIRM] > 0.0
+            took = loosen(mechanism, hold, method, plan, grip, firm, h, scale, work, stages, start, end, counts)
+            pace[FIRM] = 0.0
         came = 2.0
         if plan.near >= 0.0 and took > 0.0:
             came = first_near(
@@ -155,8 +167,9 @@ def go_on(
         if len(mechanism.cuts.bodies):
             gap = cut_gap(mechanism.cuts, work) / mechanism.tree.size
         if share <= 1.0:
-            crowd = crowd + 1.0 if time - crowd_time <= CROWDED * plan.end else 0.0
-            crowd_time = time
+            pace[EVENTS] += 1.0
+            pace[CROWD] = pace[CROWD] + 1.0 if time - pace[CROWD_TIME] <= CROWDED * plan.end else 0.0
+            pace[CROWD_TIME] = time
             if kind < 2:
                 note_hits(mechanism, hold, time, joint, q, v, record)
             else:
@@ -173,7 +186,10 @@ def go_on(
             accelerate(mechanism, hold, q, v, scale, True, work, a)
             counts[2] += 1
             if not came < 1.0 and greatest_pull(hold, a) > grip:
-                _let_go(mechanism, hold, plan, time, q, v, scale, work, a, record)
+                if _let_go(mechanism, hold, plan, time, q, v, scale, work, a, record):
+                    pace[EVENTS] += 1.0
+                else:
+                    pace[FIRM] = 1.0
             _balance(mechanism, hold, q, v, work, books)
         if mechanism.hinges.stop_stiffness > 0.0:
             note_stops(mechanism, time, took, q, v, work, turns, record)
@@ -181,11 +197,12 @@ def go_on(
         start[:n], start[n : 2 * n], start[2 * n] = q, v, books[4]
         write_stage(mechanism, hold, start, a, work, stages[0])
         largest = max(largest, np.abs(books).max())
+        _follow(pace, q)
         if not gap <= apart:
             counts[4] = OPEN if gap > apart else WRONG
         elif not abs(books.sum() - pace[WHOLE]) <= BALANCE * largest:
             counts[4] = UNBALANCED
-        elif crowd > CHATTER:
+        elif pace[CROWD] > CHATTER or pace[EVENTS] * (1.0 - plan.restitution) > RATTLE:
             counts[4] = JAMMED
         elif came < 1.0:
             counts[4] = FLAT
@@ -193,7 +210,19 @@ def go_on(
         if share > 1.0:
             h *= max(0.2, min(grow, 1.0) if rejected else grow)
         rejected = False
-    pace[TIME], pace[STEP], pace[LARGEST], pace[CROWD], pace[CROWD_TIME] = time, h, largest, crowd, crowd_time
+    pace[TIME], pace[STEP], pace[LARGEST] = time, h, largest
+
+
+@lean
+def _follow(pace: Reals, q: Reals) -> None:
+    """Count events anew, from here, where a joint has gone further than `CLOSE`."""
+    away = False
+    for i in range(len(q)):
+        away = away or abs(q[i] - pace[PACE + i]) > CLOSE
+    if away:
+        pace[EVENTS] = 0.0
+        for i in range(len(q)):
+            pace[PACE + i] = q[i]
 
 
 @lean
@@ -257,13 +286,14 @@ def _let_go(
     work: Work,
     a: Reals,
     record: Record,
-) -> None:
-    """Free the joints that their stops would have to pull, where the others do not hold them."""
+) -> bool:
+    """Free the joints that their stops would have to pull, where the others do not hold them; whether any is free."""
     before = hold.held.copy()
-    if regrip(mechanism, hold, plan.slow, q, v, scale, work, a):
-        for i in range(len(q)):
-            if before[i] and not hold.held[i]:
-                note(record, time, i, LET_GO, 0.0)
+    changed = regrip(mechanism, hold, plan.slow, q, v, scale, work, a)
+    for i in range(len(q)):
+        if before[i] and not hold.held[i]:
+            note(record, time, i, LET_GO, 0.0)
+    return changed
 
 
 @lean

@@ -177,6 +177,7 @@ def loosen(
     method: Method,
     plan: Plan,
     grip: float,
+    firm: bool,
     longest: float,
     scale: float,
     work: Work,
@@ -188,8 +189,9 @@ def loosen(
     """Repeat the step so that it ends where a stop begins to pull, if one does at its end only; its length.
 
     A step across a release would have an error of its own length squared, whatever the tolerance. The factor that is
-    left is one at the end, for the projection that follows. Where the pull jumps, it goes on in small steps: in
-    singular states rounding decides which forces of stops and loops stand for each other.
+    left is one at the end, for the projection that follows. Stops that are firm have just been kept though they seemed
+    to pull: so the step stands, lest the same pull ends each step after it. Where the pull jumps, it goes on in small
+    steps: in singular states rounding decides which forces of stops and loops stand for each other.
     """
     n = len(hold.held)
     some = False
@@ -204,7 +206,7 @@ def loosen(
     low, high, h, side, most = 0.0, longest, longest, 0, above
     under, over = below - 2.0 * grip, above - 2.0 * grip
     for k in range(40):
-        if below > grip or above <= 3.0 * grip or high - low <= 1e-12 * longest:
+        if firm or below > grip or above <= 3.0 * grip or high - low <= 1e-12 * longest:
             break
         if high - low <= JUMP * longest and above > 1e3 * JUMP * most:
             high = max(high, LEAST * longest)
