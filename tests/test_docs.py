@@ -8,11 +8,15 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import pytest
 from click.testing import CliRunner
 
 import hcsearch
+from hcsearch.circuit import Circuit
 from hcsearch.cli import hcsearch as command_line
+from hcsearch.folding import folding_of
+from hcsearch.grid import GRIDS
 
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md"), ROOT / "db" / "README.md"])
@@ -68,6 +72,38 @@ def test_shell_examples_of_the_readme(tmp_path):
         output = done.stdout.replace(f"{sys.prefix}/", ".venv/")
         assert timeless.sub("_", output) == timeless.sub("_", expected), command
     assert (tmp_path / "reports" / "hex-12.html").stat().st_size > 100_000
+
+
+def commands_in_sentences(document):
+    """Words of every `hcsearch ...` in the text between the blocks of a document."""
+    text = re.sub(r"```.*?```", "", document.read_text(encoding="utf-8"), flags=re.DOTALL)
+    return [shlex.split(words) for words in re.findall(r"`hcsearch ([^`]*)`", text)]
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_commands_in_sentences_have_the_words_that_there_are(document):
+    for words in commands_in_sentences(document):
+        command = command_line
+        while isinstance(command, click.Group) and words and words[0] != "NAME":
+            command = command.commands[words.pop(0)]
+        options = {option for parameter in command.params for option in parameter.opts}
+        assert {word for word in words if word.startswith("--")} <= options, words
+        for word in words:
+            grid, colon, rest = word.partition(":")
+            if colon and grid in GRIDS:
+                circuit, _, crease = rest.partition(":")
+                assert folding_of(Circuit.from_notation(f"{grid}:{circuit}"), int(crease))
+
+
+def test_short_commands_in_sentences_of_the_readme_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    short = [words for words in commands_in_sentences(ROOT / "README.md") if words[0] in {"assembly", "deploy"}]
+    short = [words for words in short if words[1:] and not words[1].endswith(".toml")]
+    assert [words[0] for words in short] == ["assembly", "assembly", "deploy"]
+    for words in short:
+        result = CliRunner().invoke(command_line, words)
+        assert result.exit_code == 0, result.output
+    assert (tmp_path / "angles.svg").exists()
 
 
 @pytest.mark.parametrize("name", [None, *command_line.commands])

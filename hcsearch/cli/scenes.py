@@ -66,11 +66,10 @@ def read_scene(text: str | None, db: str) -> Scene:
     stored = _stored(text, db)
     if stored is not None:
         return stored
-    parts = [part.strip() for part in text.split(",")]
-    panel = parts.pop() if is_panel(parts[-1]) else None
-    if panel is not None and len(parts) < 2:
-        base = read_scene(parts[0], db) if parts else SCENES[DEFAULT]
-        size = read_panel(panel)
+    parted = _parted(text)
+    if parted is not None:
+        name, size = parted
+        base = read_scene(name, db) if name else SCENES[DEFAULT]
         return replace(base, panel=size, name=joined_name(base.name, panel_text(size)))
     if text in SCENES:
         return SCENES[text]
@@ -98,9 +97,10 @@ def scene_asked_for(database: Database, text: str | None, panel: str | None, acr
 
     base = DEFAULT if text is None else _of_file(text).name if text.endswith(".toml") else text
     if base not in scene_names(database):
-        name, comma, panel_part = (part.strip() for part in base.rpartition(","))
-        if is_panel(panel_part) and bool(name) == bool(comma):
-            base = joined_name(name, panel_text(read_panel(panel_part)))
+        parted = _parted(base)
+        if parted is not None:
+            name, size = parted
+            base = joined_name(name, panel_text(size))
     if panel is None and across is None:
         return base
     sizes = {}
@@ -117,6 +117,12 @@ def scene_asked_for(database: Database, text: str | None, panel: str | None, acr
     if not known and any(size == default_panel(grid) for grid, size in sizes.items()):
         return base
     return known[0] if known else names[0]
+
+
+def _parted(text: str) -> tuple[str, PanelSize] | None:
+    """The scene and the size of its panels (m) that a name joins, perhaps without a scene; None without a size."""
+    name, comma, size = (part.strip() for part in text.rpartition(","))
+    return (name, read_panel(size)) if is_panel(size) and bool(name) == bool(comma) else None
 
 
 def _of_file(path: str) -> Scene:
