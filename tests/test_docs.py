@@ -106,11 +106,19 @@ def test_short_commands_in_sentences_of_the_readme_run(tmp_path, monkeypatch):
     assert (tmp_path / "angles.svg").exists()
 
 
-@pytest.mark.parametrize("name", [None, *command_line.commands])
-def test_every_command_has_help_with_an_example(name):
-    result = CliRunner().invoke(command_line, [*([name] if name else []), "--help"])
+def commands(group=command_line, words=()):
+    """Words of all commands, those below others too."""
+    yield words
+    for name, command in group.commands.items() if isinstance(group, click.Group) else ():
+        yield from commands(command, (*words, name))
+
+
+@pytest.mark.parametrize("words", commands(), ids=" ".join)
+def test_every_command_has_help_with_an_example(words):
+    result = CliRunner().invoke(command_line, [*words, "--help"])
     assert result.exit_code == 0
     assert "Example: hcsearch" in " ".join(result.output.split())
+    assert "None" not in result.output
 
 
 def test_every_runtime_dependency_is_in_the_readme_with_its_reason():

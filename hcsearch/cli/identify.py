@@ -35,7 +35,7 @@ def spring(file: str) -> None:
 
     The file has a column angle_rad or angle_deg (fold angle, 0 flat) and a column moment_N_m or moment_N_mm. Linear and
     quadratic laws are tried, through the origin or preloaded, then a table; the simplest that suffices is chosen. Where
-    the angle also goes back, the gap between loading and unloading is told, and the law lies midway.
+    the angle also goes back, the gap between loading and unloading is reported, and the law lies midway.
     """
     from hcsearch.identification.springs import identify_spring  # noqa: PLC0415
     from hcsearch.identification.tables import read_moments  # noqa: PLC0415

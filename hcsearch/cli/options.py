@@ -32,6 +32,10 @@ class Number(click.FloatRange):
             self.fail(f"{number} is not a finite number.", param, ctx)
         return number
 
+    def _describe_range(self) -> str:
+        """What help shows; click shows a bound None where there are no bounds."""
+        return "" if self.min is None and self.max is None else super()._describe_range()
+
     def __repr__(self) -> str:
         return f"Number({self._describe_range()})"
 
