@@ -113,7 +113,7 @@ def commands(group=command_line, words=()):
         yield from commands(command, (*words, name))
 
 
-@pytest.mark.parametrize("words", commands(), ids=" ".join)
+@pytest.mark.parametrize("words", list(commands()), ids=" ".join)
 def test_every_command_has_help_with_an_example(words):
     result = CliRunner().invoke(command_line, [*words, "--help"])
     assert result.exit_code == 0
