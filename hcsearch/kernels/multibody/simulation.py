@@ -122,100 +122,149 @@ def go_on(
     a = np.zeros(n)
     counts = record.counts
     books = record.books[counts[0] - 1].copy()
-    scale, grip, time, h, largest = pace[SCALE], pace[GRIP], pace[TIME], pace[STEP], pace[LARGEST]
-    rejected = False
+    scale, rejected = pace[SCALE], False
     accelerate(mechanism, hold, q, v, scale, True, work, a)
     start[:n], start[n : 2 * n], start[2 * n] = q, v, books[4]
     write_stage(mechanism, hold, start, a, work, stages[0])
     turns = np.zeros(n + len(mechanism.cuts.bodies))
     all_turns(mechanism, q, v, work, turns, turns.copy())
-    apart = APART if mechanism.closure_stiffness == 0.0 else np.inf
     while counts[4] == GOES_ON and (counts[0] < most or rejected):
-        counts[4] = _ending(plan, hold, time, h, q, v, a, record)
+        counts[4] = _ending_before(plan, hold, pace, q, v, a, record)
         if counts[4] != GOES_ON:
             break
-        h = min(h, plan.longest, plan.end - time)
-        error = take_step(mechanism, hold, method, plan, h, scale, work, stages, start, end, counts)
+        pace[STEP] = min(pace[STEP], plan.longest, plan.end - pace[TIME])
+        error = take_step(mechanism, hold, method, plan, pace[STEP], scale, work, stages, start, end, counts)
         if not error <= 1.0:
             counts[3] += 1
-            h *= max(0.1, 0.9 * error ** (-1.0 / method.order)) if error < 1e100 else 0.1
+            pace[STEP] *= max(0.1, 0.9 * error ** (-1.0 / method.order)) if error < 1e100 else 0.1
             rejected = True
             continue
-        last = stages[len(method.b)]
-        share, joint, kind = first_event(
-            mechanism, hold, h, start[:n], start[n : 2 * n], a, end[:n], end[n : 2 * n], last[n : 2 * n]
-        )
-        if share <= 1.0:
-            took = land(
-                mechanism, hold, method, plan, share * h, h, joint, kind, scale, work, stages, start, end, counts
-            )
-        else:
-            firm = pace[FIRM] > 0.0
-            took = loosen(mechanism, hold, method, plan, grip, firm, h, scale, work, stages, start, end, counts)
-            pace[FIRM] = 0.0
-        came = 2.0
-        if plan.near >= 0.0 and took > 0.0:
-            came = first_near(
-                took, start[:n], start[n : 2 * n], a, end[:n], end[n : 2 * n], last[n : 2 * n], plan.flat, plan.near
-            )
-        if came < 1.0:
-            took, share = came * took, 2.0
-            take_step(mechanism, hold, method, plan, took, scale, work, stages, start, end, counts)
+        took, came, joint, kind = _shorten(mechanism, hold, method, plan, a, work, stages, start, end, pace, counts)
         q[:], v[:], books[4] = end[:n], end[n : 2 * n], end[2 * n]
-        time += took
+        pace[TIME] += took
         gap, _ = project(mechanism.tree, hold.held, q, v, plan.closed, work)
         if len(mechanism.cuts.bodies):
             gap = cut_gap(mechanism.cuts, work) / mechanism.tree.size
-        if share <= 1.0:
-            pace[EVENTS] += 1.0
-            pace[CROWD] = pace[CROWD] + 1.0 if time - pace[CROWD_TIME] <= CROWDED * plan.end else 0.0
-            pace[CROWD_TIME] = time
-            if kind < 2:
-                note_hits(mechanism, hold, time, joint, q, v, record)
-            else:
-                note(record, time, joint, SNAP_UP if kind == UP else SNAP_DOWN, v[joint])
-            # a state before the event and one after it: what is between steps follows from both their ends
-            accelerate(mechanism, hold, q, v, scale, True, work, a)
-            counts[2] += 1
-            _balance(mechanism, hold, q, v, work, books)
-            save(record, hold, time, q, v, a, books, gap)
-            _happen(mechanism, hold, plan, joint, kind, q, v, scale, work, a, books)
-            accelerate(mechanism, hold, q, v, scale, True, work, a)
-            counts[2] += 1
+        if kind >= 0:
+            _meet(mechanism, hold, plan, joint, kind, gap, q, v, work, pace, a, books, record)
         else:
-            accelerate(mechanism, hold, q, v, scale, True, work, a)
-            counts[2] += 1
-            if not came < 1.0 and greatest_pull(hold, a) > grip:
-                if _let_go(mechanism, hold, plan, time, q, v, scale, work, a, record):
-                    pace[EVENTS] += 1.0
-                else:
-                    pace[FIRM] = 1.0
-            _balance(mechanism, hold, q, v, work, books)
+            _arrive(mechanism, hold, plan, came < 1.0, q, v, work, pace, a, books, record)
         if mechanism.hinges.stop_stiffness > 0.0:
-            note_stops(mechanism, time, took, q, v, work, turns, record)
-        save(record, hold, time, q, v, a, books, gap)
+            note_stops(mechanism, pace[TIME], took, q, v, work, turns, record)
+        save(record, hold, pace[TIME], q, v, a, books, gap)
         start[:n], start[n : 2 * n], start[2 * n] = q, v, books[4]
         write_stage(mechanism, hold, start, a, work, stages[0])
-        largest = max(largest, np.abs(books).max())
-        _follow(pace, q)
-        if not gap <= apart:
-            counts[4] = OPEN if gap > apart else WRONG
-        elif not abs(books.sum() - pace[WHOLE]) <= BALANCE * largest:
-            counts[4] = UNBALANCED
-        elif pace[CROWD] > CHATTER or pace[EVENTS] * (1.0 - plan.restitution) > RATTLE:
-            counts[4] = JAMMED
-        elif came < 1.0:
-            counts[4] = FLAT
+        _follow(pace, q, books)
+        counts[4] = _ending_after(mechanism, plan, gap, came < 1.0, pace, books)
         grow = 5.0 if error == 0.0 else min(5.0, 0.9 * error ** (-1.0 / method.order))
-        if share > 1.0:
-            h *= max(0.2, min(grow, 1.0) if rejected else grow)
+        if kind < 0:
+            pace[STEP] *= max(0.2, min(grow, 1.0) if rejected else grow)
         rejected = False
-    pace[TIME], pace[STEP], pace[LARGEST] = time, h, largest
 
 
 @lean
-def _follow(pace: Reals, q: Reals) -> None:
-    """Count events anew, from here, where a joint has gone further than `CLOSE`."""
+def _shorten(
+    mechanism: Mechanism,
+    hold: Hold,
+    method: Method,
+    plan: Plan,
+    a: Reals,
+    work: Work,
+    stages: Reals,
+    start: Reals,
+    end: Reals,
+    pace: Reals,
+    counts: Whole,
+) -> tuple[float, float, int, int]:
+    """Repeat a step so that it ends at the first event in it, at a release, or where the system is flat.
+
+    Returns how long it is (s), at which share of it the system is flat (2 where it is not), and joint and kind of the
+    event that it ends in, -1 where it ends in none.
+    """
+    n, h, scale = len(a), pace[STEP], pace[SCALE]
+    last = stages[len(method.b)]
+    share, joint, kind = first_event(
+        mechanism, hold, h, start[:n], start[n : 2 * n], a, end[:n], end[n : 2 * n], last[n : 2 * n]
+    )
+    if kind >= 0:
+        guess = share * h
+        took = land(mechanism, hold, method, plan, guess, h, joint, kind, scale, work, stages, start, end, counts)
+    else:
+        grip, firm = pace[GRIP], pace[FIRM] > 0.0
+        took = loosen(mechanism, hold, method, plan, grip, firm, h, scale, work, stages, start, end, counts)
+        pace[FIRM] = 0.0
+    came = 2.0
+    if plan.near >= 0.0 and took > 0.0:
+        came = first_near(
+            took, start[:n], start[n : 2 * n], a, end[:n], end[n : 2 * n], last[n : 2 * n], plan.flat, plan.near
+        )
+    if came < 1.0:
+        took, kind = came * took, -1
+        take_step(mechanism, hold, method, plan, took, scale, work, stages, start, end, counts)
+    return took, came, joint, kind
+
+
+@lean
+def _meet(
+    mechanism: Mechanism,
+    hold: Hold,
+    plan: Plan,
+    joint: int,
+    kind: int,
+    gap: float,
+    q: Reals,
+    v: Reals,
+    work: Work,
+    pace: Reals,
+    a: Reals,
+    books: Reals,
+    record: Record,
+) -> None:
+    """Note an event and carry it out; saves the state before it, as what is between steps follows from both ends."""
+    time = pace[TIME]
+    pace[EVENTS] += 1.0
+    pace[CROWD] = pace[CROWD] + 1.0 if time - pace[CROWD_TIME] <= CROWDED * plan.end else 0.0
+    pace[CROWD_TIME] = time
+    if kind < 2:
+        note_hits(mechanism, hold, time, joint, q, v, record)
+    else:
+        note(record, time, joint, SNAP_UP if kind == UP else SNAP_DOWN, v[joint])
+    accelerate(mechanism, hold, q, v, pace[SCALE], True, work, a)
+    _balance(mechanism, hold, q, v, work, books)
+    save(record, hold, time, q, v, a, books, gap)
+    _happen(mechanism, hold, plan, joint, kind, q, v, pace[SCALE], work, a, books)
+    accelerate(mechanism, hold, q, v, pace[SCALE], True, work, a)
+    record.counts[2] += 2
+
+
+@lean
+def _arrive(
+    mechanism: Mechanism,
+    hold: Hold,
+    plan: Plan,
+    flat: bool,
+    q: Reals,
+    v: Reals,
+    work: Work,
+    pace: Reals,
+    a: Reals,
+    books: Reals,
+    record: Record,
+) -> None:
+    """End a step without an event: free joints whose stops would have to pull, unless all is over."""
+    accelerate(mechanism, hold, q, v, pace[SCALE], True, work, a)
+    record.counts[2] += 1
+    if not flat and greatest_pull(hold, a) > pace[GRIP]:
+        if _let_go(mechanism, hold, plan, pace[TIME], q, v, pace[SCALE], work, a, record):
+            pace[EVENTS] += 1.0
+        else:
+            pace[FIRM] = 1.0
+    _balance(mechanism, hold, q, v, work, books)
+
+
+@lean
+def _follow(pace: Reals, q: Reals, books: Reals) -> None:
+    """Note the largest energy, and count events anew, from here, where a joint has gone further than `CLOSE`."""
     away = False
     for i in range(len(q)):
         away = away or abs(q[i] - pace[PACE + i]) > CLOSE
@@ -223,11 +272,30 @@ def _follow(pace: Reals, q: Reals) -> None:
         pace[EVENTS] = 0.0
         for i in range(len(q)):
             pace[PACE + i] = q[i]
+    for i in range(len(books)):
+        pace[LARGEST] = max(pace[LARGEST], abs(books[i]))
 
 
 @lean
-def _ending(plan: Plan, hold: Hold, time: float, h: float, q: Reals, v: Reals, a: Reals, record: Record) -> int:
-    """How the simulation ends here, or that it goes on."""
+def _ending_after(mechanism: Mechanism, plan: Plan, gap: float, flat: bool, pace: Reals, books: Reals) -> int:
+    """How the simulation ends after a step, or that it goes on."""
+    apart = APART if mechanism.closure_stiffness == 0.0 else np.inf
+    ending = GOES_ON
+    if not gap <= apart:
+        ending = OPEN if gap > apart else WRONG
+    elif not abs(books.sum() - pace[WHOLE]) <= BALANCE * pace[LARGEST]:
+        ending = UNBALANCED
+    elif pace[CROWD] > CHATTER or pace[EVENTS] * (1.0 - plan.restitution) > RATTLE:
+        ending = JAMMED
+    elif flat:
+        ending = FLAT
+    return ending
+
+
+@lean
+def _ending_before(plan: Plan, hold: Hold, pace: Reals, q: Reals, v: Reals, a: Reals, record: Record) -> int:
+    """How the simulation ends before a step, or that it goes on."""
+    time = pace[TIME]
     near = plan.near >= 0.0
     for i in range(len(q)):
         near = near and not abs(q[i] - plan.flat[i]) > plan.near
@@ -244,7 +312,7 @@ def _ending(plan: Plan, hold: Hold, time: float, h: float, q: Reals, v: Reals, a
         ending = REST
     elif record.counts[0] >= len(record.times):
         ending = TOO_MANY
-    elif h < 1e-15 * max(time, 1e-3 * plan.end):
+    elif pace[STEP] < 1e-15 * max(time, 1e-3 * plan.end):
         ending = NO_STEP
     return ending
 
@@ -287,7 +355,7 @@ def _let_go(
     a: Reals,
     record: Record,
 ) -> bool:
-    """Free the joints that their stops would have to pull, where the others do not hold them; whether any is free."""
+    """Free the joints that their stops would have to pull, where the others do not hold them; whether it frees any."""
     before = hold.held.copy()
     changed = regrip(mechanism, hold, plan.slow, q, v, scale, work, a)
     for i in range(len(q)):
