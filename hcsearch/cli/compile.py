@@ -29,8 +29,13 @@ class _Sample(NamedTuple):
 
 
 def _list() -> None:
-    _run("enumerate", "--until", "mobility", "--db", "arrays.sqlite")
-    _run("enumerate", "--until", "twist", "--dry-run")
+    _run("enumerate", "--grid", "hex", "--n", "8", "--until", "mobility", "--db", "arrays.sqlite")
+    _run("enumerate", "--grid", "hex", "--n", "8", "--until", "twist", "--dry-run")
+
+
+def _one_array() -> None:
+    _run("enumerate", "--grid", "hex", "--array", "3-4-3", "--until", "mobility", "--dry-run")
+    _run("count", "--grid", "square", "--array", "6x6")
 
 
 def _check() -> None:
@@ -51,11 +56,10 @@ def _deploy() -> None:
     _run("deploy", f"{circuit}:{crease}")
 
 
-def _run(command: str, *words: str) -> None:
+def _run(*words: str) -> None:
     from hcsearch.cli import hcsearch  # noqa: PLC0415
 
-    target = ("--grid", "hex", "--n", "8") if command == "enumerate" else ()
-    hcsearch.main([command, *target, *words], standalone_mode=False)
+    hcsearch.main(list(words), standalone_mode=False)
 
 
 _LIST = (
@@ -70,6 +74,20 @@ _LIST = (
     "words.insert_fingerprints",
     "words.write_rows",
 )
+_ONE_ARRAY = (
+    "frontier.advance",
+    "frontier.add_counts",
+    "frontier.carry",
+    "frontier.count_completions",
+    "frontier.list_completions",
+    "frontier.list_masks",
+    "frontier.permute_masks",
+    "frontier.trace_masks",
+    "words.canonicalise",
+    "cones.cone_rays",
+    "cones.nonnegative",
+    "loops.bend_loops",
+)
 _DEPLOY = (
     "multibody.simulation.simulate",
     "multibody.between.refined",
@@ -80,6 +98,7 @@ _DEPLOY = (
 SAMPLES = {
     "check": _Sample(("checking.check_all", "loops.close_loops", "paths.pairs_between"), _check),
     "list": _Sample(_LIST, _list),
+    "one array": _Sample(_ONE_ARRAY, _one_array),
     "deploy": _Sample(_DEPLOY, _deploy),
 }
 """In the order in which they are begun: what takes longest first."""
