@@ -67,7 +67,7 @@ def read_scene(text: str | None, db: str) -> Scene:
     if stored is not None:
         return stored
     parted = _parted(text)
-    if parted is not None:
+    if parted is not None and _parted(parted[0]) is None:
         name, size = parted
         base = read_scene(name, db) if name else SCENES[DEFAULT]
         return replace(base, panel=size, name=joined_name(base.name, panel_text(size)))

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.courses import follow
 from hcsearch.kernels.dips import smallest_dip
 from hcsearch.kernels.intervals import HALVINGS, Book, Course, begin, book_for, bound, halve, nearest, relate
-from hcsearch.kernels.loops import Chain
+from hcsearch.kernels.loops import Chain, place_panels
 from hcsearch.kernels.paths import Pairs
 from hcsearch.kernels.prisms import Prisms
 
@@ -106,12 +107,30 @@ def search(chain: Chain, prisms: Prisms, pairs: Pairs, course: Course, slack: fl
             elif share <= 0.5**HALVINGS:
                 p = book.lists[top, 0]
                 answer.times[0], answer.pairs[0] = course.times[k] + book.high[top] * h, p
-                relate(prisms, pairs, p, book.highs[top], book.seen[1])
-                return COLLIDES if nearest(prisms, pairs, p, book.seen[1], book)[0] <= 0.0 else UNDECIDED
+                return COLLIDES if _overlap(chain, prisms, pairs, p, top, book) else UNDECIDED
             else:
                 halve(chain, left, top, book)
                 top += 1
     return CLEAR
+
+
+@lean
+def _overlap(chain: Chain, prisms: Prisms, pairs: Pairs, p: int, top: int, book: Book) -> bool:
+    """Whether a pair overlaps at the end of an interval, or 1, 3, 7, 15 ... times its length later in the step.
+
+    The interval is the shortest that there is: at its end rounding may hide that the pair has met.
+    """
+    poses, share, wait = book.highs[top], book.high[top], book.high[top] - book.low[top]
+    while True:
+        relate(prisms, pairs, p, poses, book.seen[1])
+        if nearest(prisms, pairs, p, book.seen[1], book)[0] <= 0.0:
+            return True
+        share += wait
+        wait *= 2.0
+        if share > 1.0:
+            return False
+        follow(book.course, share, book.angles)
+        place_panels(chain, book.angles, poses)
 
 
 @lean

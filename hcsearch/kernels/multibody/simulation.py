@@ -41,18 +41,19 @@ CHATTER, CROWDED = 40, 1e-6
 """Stops count as jammed after so many events, each within this share of the time to simulate after the one before: the
 loops drive joints against their stops that can hardly move otherwise, as at a dead point."""
 RATTLE, CLOSE = 100, 1e-3
-"""They are jammed, too, after so many events while no joint goes further than this (rad); where stops bounce with a
-restitution e, after 1 / (1 - e) times as many. Of 14 squares, motions that come flat have at most 34."""
+"""They are jammed, too, after so many events and releases between which no step ends with a joint further away than
+this (rad); where stops bounce with a restitution e, after 1 / (1 - e) times as many, as a step may span a bounce. Of 14
+squares, motions that come flat have at most 34."""
 BALANCE = 1e-2
 """Error of the energy balance, as a share of the largest energy, at which a simulation is given up."""
 APART = 1e-3
 """Closure residual after projection at which loops count as open."""
 
-TIME, STEP, SCALE, GRIP, WHOLE, LARGEST, FIRM, CROWD, CROWD_TIME, EVENTS, PACE = range(11)
+TIME, STEP, SCALE, GRIP, WHOLE, LARGEST, FIRM, CROWD, CROWD_TIME, EVENTS, HERE = range(11)
 """Of a simulation between two states: time and next step (s), the pivot that others are compared to, the pull at which
 stops are looked at (N m), energy at the start and the largest (J), whether stops that seemed to pull were kept, how
 many events came one upon the other, and when the last of them, and how many there were since all joints are close to
-the coordinates that follow, from `PACE` on."""
+the coordinates that follow, from `HERE` on."""
 
 
 @compiled
@@ -68,7 +69,7 @@ def simulate(
 @compiled
 def pace_for(n: int) -> Reals:
     """Room for the pace of a simulation of n joints."""
-    return np.empty(PACE + n)
+    return np.empty(HERE + n)
 
 
 @compiled
@@ -88,7 +89,7 @@ def begin(
     record.counts[:] = 0
     record.counts[4] = GOES_ON
     scale = largest_pivot(mechanism, q, work)
-    pace[:PACE], pace[PACE:] = 0.0, q
+    pace[:HERE], pace[HERE:] = 0.0, q
     pace[SCALE], pace[GRIP] = scale, _grip(mechanism, hold, q)
     collide(mechanism, hold, plan.restitution, plan.slow, q, v, scale, plan.closed, work)
     regrip(mechanism, hold, plan.slow, q, v, scale, work, a)
@@ -154,7 +155,7 @@ def go_on(
         save(record, hold, pace[TIME], q, v, a, books, gap)
         start[:n], start[n : 2 * n], start[2 * n] = q, v, books[4]
         write_stage(mechanism, hold, start, a, work, stages[0])
-        _follow(pace, q, books)
+        _tally(pace, q, books)
         counts[4] = _ending_after(mechanism, plan, gap, came < 1.0, pace, books)
         grow = 5.0 if error == 0.0 else min(5.0, 0.9 * error ** (-1.0 / method.order))
         if kind < 0:
@@ -176,12 +177,14 @@ def _shorten(
     pace: Reals,
     counts: Whole,
 ) -> tuple[float, float, int, int]:
-    """Repeat a step so that it ends at the first event in it, at a release, or where the system is flat.
+    """Repeat a step, where need be, so that it ends at its first event, at a release, or where the system is flat.
 
     Returns how long it is (s), at which share of it the system is flat (2 where it is not), and joint and kind of the
     event that it ends in, -1 where it ends in none.
     """
     n, h, scale = len(a), pace[STEP], pace[SCALE]
+    firm = pace[FIRM] > 0.0
+    pace[FIRM] = 0.0
     last = stages[len(method.b)]
     share, joint, kind = first_event(
         mechanism, hold, h, start[:n], start[n : 2 * n], a, end[:n], end[n : 2 * n], last[n : 2 * n]
@@ -190,9 +193,8 @@ def _shorten(
         guess = share * h
         took = land(mechanism, hold, method, plan, guess, h, joint, kind, scale, work, stages, start, end, counts)
     else:
-        grip, firm = pace[GRIP], pace[FIRM] > 0.0
+        grip = pace[GRIP]
         took = loosen(mechanism, hold, method, plan, grip, firm, h, scale, work, stages, start, end, counts)
-        pace[FIRM] = 0.0
     came = 2.0
     if plan.near >= 0.0 and took > 0.0:
         came = first_near(
@@ -263,15 +265,15 @@ def _arrive(
 
 
 @lean
-def _follow(pace: Reals, q: Reals, books: Reals) -> None:
+def _tally(pace: Reals, q: Reals, books: Reals) -> None:
     """Note the largest energy, and count events anew, from here, where a joint has gone further than `CLOSE`."""
     away = False
     for i in range(len(q)):
-        away = away or abs(q[i] - pace[PACE + i]) > CLOSE
+        away = away or abs(q[i] - pace[HERE + i]) > CLOSE
     if away:
         pace[EVENTS] = 0.0
         for i in range(len(q)):
-            pace[PACE + i] = q[i]
+            pace[HERE + i] = q[i]
     for i in range(len(books)):
         pace[LARGEST] = max(pace[LARGEST], abs(books[i]))
 
@@ -355,13 +357,15 @@ def _let_go(
     a: Reals,
     record: Record,
 ) -> bool:
-    """Free the joints that their stops would have to pull, where the others do not hold them; whether it frees any."""
+    """Free the joints that their stops would have to pull, where the others do not hold them; whether any is free."""
     before = hold.held.copy()
-    changed = regrip(mechanism, hold, plan.slow, q, v, scale, work, a)
+    regrip(mechanism, hold, plan.slow, q, v, scale, work, a)
+    free = False
     for i in range(len(q)):
         if before[i] and not hold.held[i]:
             note(record, time, i, LET_GO, 0.0)
-    return changed
+            free = True
+    return free
 
 
 @lean

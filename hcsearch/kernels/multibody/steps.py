@@ -189,8 +189,8 @@ def loosen(
     """Repeat the step so that it ends where a stop begins to pull, if one does at its end only; its length.
 
     A step across a release would have an error of its own length squared, whatever the tolerance. The factor that is
-    left is one at the end, for the projection that follows. Stops that are firm have just been kept though they seemed
-    to pull: so the step stands, lest the same pull ends each step after it. Where the pull jumps, it goes on in small
+    left is one at the end, for the projection that follows. Where stops are firm, one seemed to pull at the start and
+    was kept: so the step stands, lest the same pull ends each step after it. Where the pull jumps, it goes on in small
     steps: in singular states rounding decides which forces of stops and loops stand for each other.
     """
     n = len(hold.held)
