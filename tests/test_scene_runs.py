@@ -104,6 +104,7 @@ def test_scenes_that_were_never_run_are_refused(path, command, words, message, t
     [
         (("--scene", ""), "a scene has a name"),
         (("--scene", "solar"), "there is no scene 'solar'"),
+        (("--scene", "earth, 50x6, 30x4"), "there is no scene 'earth, 50x6, 30x4'"),
         (("--panel", ""), "is no panel"),
         (("--panel", "50x40x6"), "have one side"),
         (("--scene", "satellite"), "holds no panel"),
