@@ -1,0 +1,111 @@
+"""Straight pieces between closed states: whether panels keep apart beside them, and closed states along them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.multibody.vectors import Vector, at, dot, times
+from hcsearch.kernels.planning.closing import CLOSED, close
+from hcsearch.kernels.planning.space import Space, Stack, State, Work, copy, farthest, pick, place, square
+
+Reals = NDArray[np.float64]
+
+FAR = 5.0
+"""Pairs further apart than this many times `near`, at both ends of a chord, do not meet beside it."""
+OFF = 0.5
+"""The closed state half-way along a chord may be off by this share of half its length."""
+
+
+@lean
+def told_apart(space: Space, one: State, two: State) -> bool:
+    """Whether every pair has a direction, fixed to one of its panels, that tells it apart at both states.
+
+    What lies between is left to the proof: this screens.
+    """
+    for p in range(len(space.pairs)):
+        if one.gaps[p] > FAR * space.near and two.gaps[p] > FAR * space.near:
+            continue
+        if not (_tells(space, one, two, p) or _tells(space, two, one, p)):
+            return False
+    return True
+
+
+@lean
+def _tells(space: Space, one: State, two: State, p: int) -> bool:
+    """Whether the direction of a pair's gap at a state, fixed to either panel, has a gap at another state, too."""
+    f, g = space.pairs[p, 0], space.pairs[p, 1]
+    way = at(one.ways, p, 0)
+    for _ in range(2):
+        a, b = one.poses[space.prisms.panels[f]], two.poses[space.prisms.panels[f]]
+        x = dot((a[0, 0], a[1, 0], a[2, 0]), way)
+        y = dot((a[0, 1], a[1, 1], a[2, 1]), way)
+        z = dot((a[0, 2], a[1, 2], a[2, 2]), way)
+        turned = (
+            dot((b[0, 0], b[0, 1], b[0, 2]), (x, y, z)),
+            dot((b[1, 0], b[1, 1], b[1, 2]), (x, y, z)),
+            dot((b[2, 0], b[2, 1], b[2, 2]), (x, y, z)),
+        )
+        if _gap(space, two, f, g, turned) >= space.told:
+            return True
+        f, g, way = g, f, times(-1.0, way)
+    return False
+
+
+@lean
+def _gap(space: Space, state: State, f: int, g: int, way: Vector) -> float:
+    """The gap of two prisms along a direction from the first to the second."""
+    top, low = -math.inf, math.inf
+    for j in range(space.prisms.counts[f, 0]):
+        top = max(top, dot(way, at(state.placed.vertices[f], j, 0)))
+    for j in range(space.prisms.counts[g, 0]):
+        low = min(low, dot(way, at(state.placed.vertices[g], j, 0)))
+    return low - top
+
+
+@compiled
+def link(
+    space: Space, one: Reals, two: Reals, longest: float, depth: int, stack: Stack, work: Work, found: Reals
+) -> int:
+    """Write closed states between two beside the straight piece, in order, without the ends; how many, -1 where not.
+
+    longest : rad, pieces that turn a hinge by more are halved. depth : how often a piece may be halved; the stack has
+    two states more. The state half-way must be closed near its place, and panels keep apart at all states.
+    """
+    left, right = pick(stack, 0), pick(stack, 1)
+    if not (place(space, one, space.least, left) and place(space, two, space.least, right)):
+        return -1
+    top, count = 1, 0
+    while top > 0:
+        right = pick(stack, top)
+        if farthest(left.angles, right.angles) <= longest and told_apart(space, left, right):
+            if top > 1:
+                if count == len(found):
+                    return -1
+                found[count] = right.angles
+                count += 1
+                copy(right, left)
+            top -= 1
+        elif top > depth or not _half_way(space, left, right, work, pick(stack, top + 1)):
+            return -1
+        else:
+            top += 1
+    return count
+
+
+@compiled
+def _half_way(space: Space, left: State, right: State, work: Work, found: State) -> bool:
+    """Write the closed state half-way between two, and whether it is near its place and panels keep apart there."""
+    for h in range(len(work.trial)):
+        work.trial[h] = 0.5 * (left.angles[h] + right.angles[h])
+    if not close(space, work.trial, CLOSED, 12, work):
+        return False
+    off = 0.0
+    for h in range(len(work.trial)):
+        off += (work.trial[h] - 0.5 * (left.angles[h] + right.angles[h])) ** 2
+    if off > OFF * OFF * 0.25 * square(left.angles, right.angles):
+        return False
+    return place(space, work.trial, space.least, found)

@@ -1,0 +1,140 @@
+"""The nearest closed state within the stops, and what hinges can do there at first order."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.loops import close_loops
+from hcsearch.kernels.planning.space import Space, Work
+from hcsearch.kernels.rows import divide_row, row_product, subtract_row
+
+Reals = NDArray[np.float64]
+
+CLOSED = 1e-10
+"""Closure residual (rad, or gap over size) of a closed state."""
+SMALL = 1e-13
+"""Damping of the equations where loops are closed: keeps those of redundant loops solvable."""
+
+
+@compiled
+def open_by(space: Space, angles: Reals, work: Work) -> float:
+    """The greatest closure residual; also writes all of them, and the Jacobian."""
+    close_loops(
+        space.chain.directions,
+        space.chain.points,
+        space.starts,
+        space.hinges,
+        space.signs,
+        angles,
+        space.size,
+        work.residual,
+        work.jacobian,
+    )
+    worst = 0.0
+    for i in range(len(work.residual)):
+        worst = max(worst, abs(work.residual[i]))
+    return worst
+
+
+@compiled
+def close(space: Space, angles: Reals, tolerance: float, steps: int, work: Work) -> bool:
+    """Move fold angles to the nearest closed state within the stops; whether that is closed.
+
+    Damped Gauss-Newton steps of least length. Hinges that a step takes beyond a stop stay there.
+    """
+    m = len(angles)
+    held = np.zeros(m, np.bool_)
+    for h in range(m):
+        angles[h] = min(max(angles[h], 0.0), math.pi)
+    for _ in range(steps):
+        worst = open_by(space, angles, work)
+        if worst < tolerance:
+            return True
+        if not worst < 1.0:
+            return False
+        for h in range(m):
+            if held[h]:
+                work.jacobian[:, h] = 0.0
+        if not _weigh(work):
+            return False
+        for h in range(m):
+            if held[h]:
+                continue
+            for i in range(len(work.right)):
+                angles[h] -= work.jacobian[i, h] * work.right[i]
+            if not 0.0 <= angles[h] <= math.pi:
+                angles[h] = min(max(angles[h], 0.0), math.pi)
+                held[h] = True
+    return open_by(space, angles, work) < tolerance
+
+
+@lean
+def _weigh(work: Work) -> bool:
+    """Solve J J^T x = residual, damped, into `right` (Cholesky); False where rounding leaves no solution."""
+    r, m = work.jacobian.shape
+    damping = SMALL
+    for i in range(r):
+        damping += work.residual[i] * work.residual[i]
+    for j in range(r):
+        for i in range(j, r):
+            value = row_product(work.jacobian, i, work.jacobian, j, m) + (damping if i == j else 0.0)
+            value -= row_product(work.gram, i, work.gram, j, j)
+            if i > j:
+                work.gram[i, j] = value / work.gram[j, j]
+            elif value > 0.0:
+                work.gram[j, j] = math.sqrt(value)
+            else:
+                return False
+    for i in range(r):
+        value = work.residual[i]
+        for k in range(i):
+            value -= work.gram[i, k] * work.right[k]
+        work.right[i] = value / work.gram[i, i]
+    for i in range(r - 1, -1, -1):
+        value = work.right[i]
+        for k in range(i + 1, r):
+            value -= work.gram[k, i] * work.right[k]
+        work.right[i] = value / work.gram[i, i]
+    return True
+
+
+@lean
+def span(work: Work, least: float) -> int:
+    """Write orthonormal rows that span those of the Jacobian, and return how many.
+
+    Gram and Schmidt's, twice, the longest first; what is shorter than `least` counts as none.
+    """
+    r, m = work.jacobian.shape
+    basis = work.basis
+    for i in range(r):
+        for h in range(m):
+            basis[i, h] = work.jacobian[i, h]
+    for rank in range(r):
+        best, longest = rank, 0.0
+        for i in range(rank, r):
+            long = row_product(basis, i, basis, i, m)
+            if long > longest:
+                best, longest = i, long
+        if math.sqrt(longest) <= least:
+            return rank
+        for h in range(m):
+            basis[rank, h], basis[best, h] = basis[best, h], basis[rank, h]
+        for again in range(2):
+            for j in range(rank if again else 0):
+                subtract_row(basis, rank, row_product(basis, rank, basis, j, m), basis, j, m)
+            divide_row(basis, rank, math.sqrt(row_product(basis, rank, basis, rank, m)), m)
+        for i in range(rank + 1, r):
+            subtract_row(basis, i, row_product(basis, i, basis, rank, m), basis, rank, m)
+    return r
+
+
+@lean
+def take_off(basis: Reals, rank: int, table: Reals, row: int) -> None:
+    """Take off a row of a table what lies in the span of a basis."""
+    m = basis.shape[1]
+    for j in range(rank):
+        subtract_row(table, row, row_product(table, row, basis, j, m), basis, j, m)

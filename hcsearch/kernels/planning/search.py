@@ -1,0 +1,199 @@
+"""Two trees of closed states, from the packed and from the flat state, that grow until they meet."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.planning.chords import link
+from hcsearch.kernels.planning.closing import CLOSED, close
+from hcsearch.kernels.planning.space import Space, Stack, Work, farthest, pick, place
+from hcsearch.kernels.planning.trees import Tree, add, grow, keep_new, nearest
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+LONGEST = 0.12
+"""Longest step (rad)."""
+PIECE = 0.1
+"""Longest straight piece (rad)."""
+LEAST = 1e-7
+"""Singular values of the closure Jacobian up to this count as zeros."""
+DEPTH = 12
+"""Pieces are halved no more often than this."""
+ROOM = 200
+"""States for which a tree must have room before it grows."""
+MET, GOING, FULL = 0, 1, 2
+"""The trees have met; may meet; have no room to grow."""
+
+
+class Meeting(NamedTuple):
+    """Where the trees have met.
+
+    nodes : (2,), a state of each. bridge : closed states from the first to the second. count : (1,), how many.
+    """
+
+    nodes: Whole
+    bridge: Reals
+    count: Whole
+
+
+@compiled
+def fan_out(space: Space, tree: Tree, wanted: int, tries: int, seed: int, stack: Stack, work: Work) -> int:
+    """Add states near the root, an end of the motion, with the states that lead to them; how many were reached.
+
+    Most hinges cannot turn by themselves there: angles are moved off their stops at random and closed. States come in
+    at several distances, as what is closed off near the end may be open further out.
+    """
+    np.random.seed(seed)
+    m = len(space.folded)
+    angles, between = np.empty(m), np.empty((ROOM, m))
+    reached = 0
+    root = tree.angles[0].copy()
+    for k in range(tries):
+        if reached == wanted or tree.size[0] + ROOM >= len(tree.parents):
+            break
+        off = (0.01, 0.03, 0.06, 0.12, 0.25)[np.random.randint(5)]
+        power = (0.5, 1.0, 2.0, 4.0)[np.random.randint(4)]
+        for h in range(m):
+            angles[h] = np.random.random() ** power
+            if root[h] < 1.0 and k % 2 and space.folded[h] < 1.0:
+                angles[h] *= 0.1  # pairs that are flat in both states need not open
+        widest = angles.max()
+        for h in range(m):
+            angles[h] = abs(root[h] - off * angles[h] / widest)
+        if not close(space, angles, CLOSED, 30, work) or farthest(angles, root) < 0.3 * off:
+            continue
+        if not place(space, angles, space.least, pick(stack, 0)):
+            continue
+        count = link(space, root, angles, PIECE, DEPTH, stack, work, between)
+        if count < 0:
+            continue
+        node = 0
+        for i in range(count):
+            node = add(tree, node, between[i])
+        add(tree, node, angles)
+        reached += 1
+    return reached
+
+
+@compiled
+def search(
+    space: Space, packed: Tree, flat: Tree, rounds: int, seed: int, stack: Stack, work: Work, meeting: Meeting
+) -> int:
+    """Grow both trees until they meet: MET, GOING after so many rounds, or FULL.
+
+    Each round one tree grows: by soft springs from a random state, towards a random state of the other tree, into a
+    random direction, or from its nearest state towards random angles. Where it comes to something new it is linked with
+    the end of the other tree, where that is near, or the other tree's nearest states grow towards it.
+    """
+    np.random.seed(seed)
+    m = len(space.folded)
+    target, springs, ends = np.empty(m), np.ones(m), (np.zeros(m), space.folded)
+    for _ in range(rounds):
+        swapped = np.random.random() < 0.5
+        tree, other = (flat, packed) if swapped else (packed, flat)
+        full = tree.size[0] + ROOM >= len(tree.parents)
+        if full and other.size[0] + ROOM >= len(other.parents):
+            return FULL
+        if full:
+            continue
+        goal = ends[1] if swapped else ends[0]
+        springs[:] = 1.0
+        node, steps = _choose(space, tree, other, goal, target, springs)
+        longest = LONGEST * (1.0 if np.random.random() < 0.7 else 0.3)
+        least = LEAST if np.random.random() < 0.7 else 0.3 * longest
+        before = tree.size[0]
+        node = grow(space, tree, node, target, springs, (longest, least, steps), stack, work)
+        if tree.size[0] == before:
+            continue
+        last = tree.size[0]
+        if not keep_new(tree, before):
+            if np.random.random() > 0.05:
+                continue
+            tree.size[0] = last  # a tree that finds nothing new looks for the other now and then all the same
+        node = tree.size[0] - 1
+        if _reach_end(space, tree, node, goal, stack, work, meeting) or _reach_tree(
+            space, tree, other, node, stack, work, meeting
+        ):
+            if swapped:
+                _turn_around(meeting)
+            return MET
+    return GOING
+
+
+@compiled
+def _choose(space: Space, tree: Tree, other: Tree, goal: Reals, target: Reals, springs: Reals) -> tuple[int, int]:
+    """Choose what a tree grows towards, and how; from which state, and by how many steps at most."""
+    m = len(target)
+    kind = np.random.random()
+    node = np.random.randint(tree.size[0])
+    if kind < 0.15:
+        target[:] = goal
+        for h in range(m):
+            springs[h] = math.exp(-3.5 * np.random.random())
+        return node, 60
+    if kind < 0.3:
+        target[:] = other.angles[np.random.randint(other.size[0])]
+        return nearest(tree, target, -1.0)[0], 30
+    if kind < 0.5:
+        for h in range(m):
+            target[h] = tree.angles[node, h] + 2.0 * np.random.normal()
+        return node, 12
+    for h in range(m):
+        target[h] = math.pi * min(max(1.3 * np.random.random() - 0.15, 0.0), 1.0)
+    return nearest(tree, target, -1.0)[0], 12
+
+
+@compiled
+def _reach_end(
+    space: Space, tree: Tree, node: int, goal: Reals, stack: Stack, work: Work, meeting: Meeting
+) -> bool:
+    """Whether the end of the other tree is near, and a state of this one can be linked with it."""
+    if farthest(tree.angles[node], goal) > 0.5:
+        return False
+    before = tree.size[0]
+    last = grow(space, tree, node, goal, np.ones(len(goal)), (PIECE, LEAST, 40), stack, work)
+    count = link(space, tree.angles[last], goal, PIECE, DEPTH, stack, work, meeting.bridge)
+    if count < 0:
+        tree.size[0] = before
+        return False
+    meeting.nodes[0], meeting.nodes[1], meeting.count[0] = last, 0, count
+    return True
+
+
+@compiled
+def _reach_tree(
+    space: Space, tree: Tree, other: Tree, node: int, stack: Stack, work: Work, meeting: Meeting
+) -> bool:
+    """Whether one of the nearest states of the other tree can be linked with a state; else that tree may have grown."""
+    beyond = -1.0
+    for attempt in range(3):
+        if other.size[0] + ROOM >= len(other.parents):
+            return False
+        start, off = nearest(other, tree.angles[node], beyond)
+        if start < 0 or (attempt > 0 and off > 1.0):
+            return False
+        beyond, before = off, other.size[0]
+        limits = (LONGEST, LEAST, 40)
+        last = grow(space, other, start, tree.angles[node], np.ones(len(space.folded)), limits, stack, work)
+        if farthest(other.angles[last], tree.angles[node]) < 0.3:
+            count = link(space, tree.angles[node], other.angles[last], PIECE, 8, stack, work, meeting.bridge)
+            if count >= 0:
+                meeting.nodes[0], meeting.nodes[1], meeting.count[0] = node, last, count
+                return True
+        if keep_new(other, before):
+            return False
+    return False
+
+
+@compiled
+def _turn_around(meeting: Meeting) -> None:
+    """Give a meeting from the first tree's side."""
+    meeting.nodes[0], meeting.nodes[1] = meeting.nodes[1], meeting.nodes[0]
+    count = meeting.count[0]
+    meeting.bridge[:count] = meeting.bridge[:count][::-1].copy()

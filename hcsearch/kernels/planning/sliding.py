@@ -1,0 +1,135 @@
+"""One step on the closed states towards what is wanted: along contacts and stops, without friction."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.planning.chords import told_apart
+from hcsearch.kernels.planning.closing import CLOSED, close, open_by, span, take_off
+from hcsearch.kernels.planning.contacts import contact_rows
+from hcsearch.kernels.planning.space import Space, State, Work, farthest, place
+from hcsearch.kernels.rows import divide_row, row_product
+
+Reals = NDArray[np.float64]
+
+SWEEPS = 150
+"""Rounds over all conditions of a step."""
+AGREED = 1e-4
+"""Rounds end where they change the step by no more than this share."""
+FLATTEST = 1e-7
+"""A condition is no condition where the freedoms change it by no more than this."""
+OFF = 0.5
+"""Closing may move the end of a step by this share of its length."""
+SHORTEST = 2e-5
+"""A step that turns no hinge by more than this (rad) is none."""
+
+
+@compiled
+def slide(space: Space, state: State, longest: float, least: float, work: Work, found: State) -> float:
+    """Step from a state as `work.want` says, no hinge by more than `longest` (rad); write the state it leads to.
+
+    least : singular directions of closure count as free below this. Returns the greatest change of an angle, 0 where
+    nothing moves. The step is the nearest to what is wanted among those that loops, stops and contacts allow (Hildreth's
+    dual coordinate ascent).
+    """
+    m = len(space.folded)
+    open_by(space, state.angles, work)
+    rank = span(work, least)
+    wanted = np.empty((1, m))
+    wanted[0] = work.want
+    take_off(work.basis, rank, wanted, 0)
+    big = np.abs(wanted).max() if m else 0.0
+    if big < 1e-12:
+        return 0.0
+    size = longest
+    for _ in range(3):
+        for h in range(m):
+            work.step[h] = wanted[0, h] * min(1.0, size / big)
+        _allow(space, state, size, rank, work)
+        moved = np.abs(work.step).max()
+        if moved < max(1e-3 * longest, SHORTEST):
+            return 0.0
+        for _ in range(2):
+            far = _take(space, state, work, found)
+            if far > 0.0:
+                return far
+            work.step[:] *= 0.4
+        size *= 0.25
+    return 0.0
+
+
+@compiled
+def _take(space: Space, state: State, work: Work, found: State) -> float:
+    """Take the step, and close its end; the greatest change of an angle, 0 where it cannot be taken."""
+    for h in range(len(work.trial)):
+        work.trial[h] = state.angles[h] + work.step[h]
+    if not close(space, work.trial, CLOSED, 8, work):
+        return 0.0
+    off = length = 0.0
+    for h in range(len(work.trial)):
+        off += (work.trial[h] - state.angles[h] - work.step[h]) ** 2
+        length += work.step[h] ** 2
+    far = farthest(work.trial, state.angles)
+    if off > OFF * OFF * length or far < 0.5 * SHORTEST:
+        return 0.0
+    if place(space, work.trial, space.least, found) and told_apart(space, state, found):
+        return far
+    return 0.0
+
+
+@compiled
+def _allow(space: Space, state: State, size: float, rank: int, work: Work) -> None:
+    """Replace the step by the nearest that stops and contacts allow."""
+    m = len(space.folded)
+    count = 0
+    reach = size * space.lever
+    for h in range(m):
+        for up in range(2):
+            spare = math.pi - state.angles[h] if up else state.angles[h]
+            if spare < 2.0 * size:
+                work.rows[count] = 0.0
+                work.rows[count, h] = -1.0 if up else 1.0
+                work.bounds[count] = -spare
+                count += 1
+    count = contact_rows(space, state, reach, count, work)
+    kept = 0
+    for row in range(count):
+        take_off(work.basis, rank, work.rows, row)
+        long = math.sqrt(row_product(work.rows, row, work.rows, row, m))
+        if long > FLATTEST:
+            divide_row(work.rows, row, long, m)
+            for h in range(m):
+                work.rows[kept, h] = work.rows[row, h]
+            work.bounds[kept] = work.bounds[row] / long
+            kept += 1
+    _ascend(kept, work)
+
+
+@lean
+def _ascend(count: int, work: Work) -> None:
+    """Move the step by forces of the conditions until all hold."""
+    m = len(work.step)
+    size = 0.0
+    for h in range(m):
+        size += work.step[h] ** 2
+    size = math.sqrt(size)
+    for row in range(count):
+        work.forces[row] = 0.0
+    for _ in range(SWEEPS):
+        worst = 0.0
+        for row in range(count):
+            push = work.bounds[row]
+            for h in range(m):
+                push -= work.rows[row, h] * work.step[h]
+            push = max(push, -work.forces[row])
+            if push != 0.0:
+                work.forces[row] += push
+                for h in range(m):
+                    work.step[h] += push * work.rows[row, h]
+                worst = max(worst, abs(push))
+        if worst <= AGREED * size:
+            return

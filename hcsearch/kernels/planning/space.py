@@ -1,0 +1,208 @@
+"""The closed states of a linkage whose panels keep apart: what is known of one state."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.distances import closest
+from hcsearch.kernels.loops import Chain, place_panels
+from hcsearch.kernels.multibody.vectors import at, put, times
+from hcsearch.kernels.prisms import Prisms, apart, place_prisms
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+ROWS = 24
+"""Contact conditions that a step takes into account, for each hinge."""
+
+
+class Space(NamedTuple):
+    """The linkage whose motion is planned.
+
+    chain : its tree. starts, hinges, signs : its loops, see `kernels.loops`. size : m, of the pattern. folded : (m,),
+        fold angles of the packed state; the flat state has 0. across : (n_panels, m), +1 or -1 where a hinge lies
+        between the base and a panel, in the sense in which it is crossed, else 0.
+    prisms : the panels, shrunk by the margin. pairs : (p, 2), those that must keep apart.
+    lever : m, what points move at most where one hinge turns by 1 rad. near : m, pairs further apart are not measured.
+    least : m, gap of shrunk panels that every state has. kept : m, gap that a step leaves. told : m, gap that one
+        direction has at both ends of a chord.
+    """
+
+    chain: Chain
+    starts: Whole
+    hinges: Whole
+    signs: Whole
+    size: float
+    folded: Reals
+    across: Reals
+    prisms: Prisms
+    pairs: Whole
+    lever: float
+    near: float
+    least: float
+    kept: float
+    told: float
+
+
+class State(NamedTuple):
+    """A state, with what is known of its pairs.
+
+    angles : (m,). poses : (n_panels, 3, 4). placed : prisms there. gaps : (p,), m. ways : (p, 3), the direction of each
+    gap, from the first prism to the second. corners : (p, 4), where the search of each gap ended.
+    """
+
+    angles: Reals
+    poses: Reals
+    placed: Prisms
+    gaps: Reals
+    ways: Reals
+    corners: Whole
+
+
+class Stack(NamedTuple):
+    """Several states, with what moves in tables that have one row more for each; the rest of the prisms is shared."""
+
+    angles: Reals
+    poses: Reals
+    prisms: Prisms
+    vertices: Reals
+    middles: Reals
+    gaps: Reals
+    ways: Reals
+    corners: Whole
+
+
+class Work(NamedTuple):
+    """Tables that the kernels share.
+
+    residual (r,), jacobian (r, m), gram (r, r), right (r,) : of closure. basis : (r, m), orthonormal rows that span
+    those of the Jacobian. want, step, trial : (m,). rows, bounds, forces : (k, m), (k,), (k,), conditions on a step.
+    """
+
+    residual: Reals
+    jacobian: Reals
+    gram: Reals
+    right: Reals
+    basis: Reals
+    want: Reals
+    step: Reals
+    trial: Reals
+    rows: Reals
+    bounds: Reals
+    forces: Reals
+
+
+@compiled
+def new_stack(space: Space, count: int) -> Stack:
+    """States that are not placed yet."""
+    m, n, p = len(space.folded), len(space.chain.order), len(space.pairs)
+    f, v, _ = space.prisms.vertices.shape
+    return Stack(
+        np.zeros((count, m)),
+        np.zeros((count, n, 3, 4)),
+        space.prisms,
+        np.zeros((count, f, v, 3)),
+        np.zeros((count, f, 3)),
+        np.zeros((count, p)),
+        np.zeros((count, p, 3)),
+        np.full((count, p, 4), -1),
+    )
+
+
+@compiled
+def pick(stack: Stack, i: int) -> State:
+    """One of several states."""
+    own = stack.prisms
+    placed = Prisms(
+        own.panels, own.counts, stack.vertices[i], stack.middles[i], own.reaches, own.normals, own.edges
+    )
+    return State(stack.angles[i], stack.poses[i], placed, stack.gaps[i], stack.ways[i], stack.corners[i])
+
+
+@compiled
+def copy(state: State, found: State) -> None:
+    """Copy a placed state."""
+    found.angles[:] = state.angles
+    found.poses[:] = state.poses
+    found.placed.vertices[:] = state.placed.vertices
+    found.placed.middles[:] = state.placed.middles
+    found.gaps[:] = state.gaps
+    found.ways[:] = state.ways
+    found.corners[:] = state.corners
+
+
+@compiled
+def new_work(space: Space) -> Work:
+    """Empty tables."""
+    m, r = len(space.folded), 6 * (len(space.starts) - 1)
+    k = (2 + ROWS) * m
+    return Work(
+        np.zeros(r),
+        np.zeros((r, m)),
+        np.zeros((r, r)),
+        np.zeros(r),
+        np.zeros((r, m)),
+        np.zeros(m),
+        np.zeros(m),
+        np.zeros(m),
+        np.zeros((k, m)),
+        np.zeros(k),
+        np.zeros(k),
+    )
+
+
+@lean
+def place(space: Space, angles: Reals, enough: float, state: State) -> bool:
+    """Write a state, and whether all gaps are at least enough; where one is not, the rest are not written."""
+    for h in range(len(angles)):
+        state.angles[h] = angles[h]
+    place_panels(space.chain, state.angles, state.poses)
+    place_prisms(space.prisms, state.poses, state.placed)
+    for p in range(len(space.pairs)):
+        f, g = space.pairs[p, 0], space.pairs[p, 1]
+        gap = apart(state.placed, f, g)
+        if gap > space.near:
+            way = _between(state.placed, f, g)
+        else:
+            guess = at(state.ways, p, 0)
+            last = (state.corners[p, 0], state.corners[p, 1], state.corners[p, 2], state.corners[p, 3])
+            one, two = state.placed.vertices[f], state.placed.vertices[g]
+            gap, way, last = closest(one, space.prisms.counts[f, 0], two, space.prisms.counts[g, 0], guess, last)
+            state.corners[p, 0], state.corners[p, 1], state.corners[p, 2], state.corners[p, 3] = last
+        state.gaps[p] = gap
+        put(state.ways, p, 0, way)
+        if gap < enough:
+            return False
+    return True
+
+
+@lean
+def _between(placed: Prisms, f: int, g: int) -> tuple[float, float, float]:
+    """The direction from the middle of a prism to that of another."""
+    x = placed.middles[g, 0] - placed.middles[f, 0]
+    y = placed.middles[g, 1] - placed.middles[f, 1]
+    z = placed.middles[g, 2] - placed.middles[f, 2]
+    return times(1.0 / math.sqrt(x * x + y * y + z * z), (x, y, z))
+
+
+@lean
+def farthest(one: Reals, two: Reals) -> float:
+    """The greatest change of an angle between two states (rad)."""
+    far = 0.0
+    for h in range(len(one)):
+        far = max(far, abs(one[h] - two[h]))
+    return far
+
+
+@lean
+def square(one: Reals, two: Reals) -> float:
+    """The square of the distance of two states (rad^2)."""
+    total = 0.0
+    for h in range(len(one)):
+        total += (one[h] - two[h]) ** 2
+    return total

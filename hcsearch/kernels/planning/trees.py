@@ -1,0 +1,156 @@
+"""Trees of closed states that grow from an end of the motion."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.planning.sliding import slide
+from hcsearch.kernels.planning.space import Space, Stack, Work, copy, farthest, pick, place
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+CELL = 0.15
+"""Width (rad) of the cells by which states count as alike."""
+MOST = 2
+"""States of a cell that a tree keeps, beside those on the way to others."""
+NEAR_END, SHORT = 0.4, 0.003
+"""A step is no longer than this share of the way to the nearer end, but at least so long (rad)."""
+GAIN = 2e-3
+"""A step that brings the target nearer by less than this share does not help."""
+PATIENCE = 2
+"""Steps that may not help before a tree grows elsewhere."""
+
+
+class Tree(NamedTuple):
+    """States that hang on the root, which is an end of the motion.
+
+    angles : (capacity, m). parents : (capacity,), -1 for the root. size : (1,), how many states there are.
+    keys, hits : hash table of cells, and how many states each has.
+    """
+
+    angles: Reals
+    parents: Whole
+    size: Whole
+    keys: Whole
+    hits: Whole
+
+
+@compiled
+def new_tree(capacity: int, root: Reals) -> Tree:
+    """A tree that is its root."""
+    slots = 4
+    while slots < 4 * capacity:
+        slots *= 2
+    tree = Tree(
+        np.zeros((capacity, len(root))),
+        np.full(capacity, -1),
+        np.ones(1, np.int64),
+        np.zeros(slots, np.int64),
+        np.zeros(slots, np.int64),
+    )
+    tree.angles[0] = root
+    return tree
+
+
+@lean
+def add(tree: Tree, parent: int, angles: Reals) -> int:
+    """Add a state; its number, -1 where the tree is full."""
+    n = tree.size[0]
+    if n == len(tree.parents):
+        return -1
+    for h in range(len(angles)):
+        tree.angles[n, h] = angles[h]
+    tree.parents[n] = parent
+    tree.size[0] = n + 1
+    return int(n)
+
+
+@lean
+def nearest(tree: Tree, angles: Reals, beyond: float) -> tuple[int, float]:
+    """The nearest state of a tree further away than some distance, and the square of its distance (rad^2); -1 without."""
+    best, least = -1, math.inf
+    for i in range(tree.size[0]):
+        total = 0.0
+        for h in range(len(angles)):
+            total += (tree.angles[i, h] - angles[h]) ** 2
+            if total >= least:
+                break
+        if beyond < total < least:
+            best, least = i, total
+    return best, least
+
+
+@lean
+def cell(tree: Tree, row: int) -> int:
+    """The slot of the cell of a state in the hash table."""
+    key = 1469598103934665603
+    for h in range(tree.angles.shape[1]):
+        key = (key ^ int(math.floor(tree.angles[row, h] / CELL + 0.5))) * 1099511628211
+    key |= 1  # 0 is an empty slot
+    slots = len(tree.keys)
+    slot = (key ^ (key >> 29)) & (slots - 1)
+    while tree.keys[slot] != 0 and tree.keys[slot] != key:
+        slot = (slot + 1) & (slots - 1)
+    tree.keys[slot] = key
+    return slot
+
+
+@lean
+def keep_new(tree: Tree, first: int) -> bool:
+    """Of the states from `first` on, a line, keep those up to the last whose cell is not full; whether there is one."""
+    end = first
+    for i in range(first, tree.size[0]):
+        slot = cell(tree, i)
+        if tree.hits[slot] < MOST:
+            end = i + 1
+            tree.hits[slot] += 1
+    tree.size[0] = end
+    return end > first
+
+
+@compiled
+def grow(
+    space: Space,
+    tree: Tree,
+    node: int,
+    target: Reals,
+    springs: Reals,
+    limits: tuple[float, float, int],
+    stack: Stack,
+    work: Work,
+) -> int:
+    """Grow a tree from a state towards a target by steps along contacts; the last state that was added, or the first.
+
+    springs : (m,), weights of the hinges. limits : longest step (rad), singular directions of closure that count as
+    free, and steps at most.
+    """
+    longest, least, steps = limits
+    here, there = pick(stack, 0), pick(stack, 1)
+    place(space, tree.angles[node], -math.inf, here)
+    best, idle = math.inf, 0
+    for _ in range(steps):
+        left = 0.0
+        for h in range(len(target)):
+            way = target[h] - here.angles[h]
+            work.want[h] = springs[h] * way
+            left += springs[h] * way * way
+        idle = idle + 1 if left > best * (1.0 - GAIN) else 0
+        if left < 1e-6 or idle > PATIENCE:
+            break
+        best = min(best, left)
+        to_end = min(farthest(here.angles, space.folded), np.abs(here.angles).max())
+        own = min(longest, max(SHORT, NEAR_END * to_end))
+        if slide(space, here, own, min(least, 0.3 * own), work, there) == 0.0:
+            break
+        added = add(tree, node, there.angles)
+        if added < 0:
+            break
+        node = added
+        copy(there, here)
+    return node
