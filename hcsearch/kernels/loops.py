@@ -22,7 +22,7 @@ Whole = NDArray[np.int64]
 
 
 @lean
-def _fold_on(pose: Reals, direction: Reals, point: Reals, angle: float) -> None:
+def fold_on(pose: Reals, direction: Reals, point: Reals, angle: float) -> None:
     """Multiply a pose (3 x 4, rotation and translation) by the rotation about a line, from the right."""
     s = math.sin(angle)
     c = 2.0 * math.sin(0.5 * angle) ** 2  # 1 - cos, exact for small angles
@@ -110,7 +110,7 @@ def close_loops(
             jacobian[row + 3, h] += (py * wz - pz * wy) / size
             jacobian[row + 4, h] += (pz * wx - px * wz) / size
             jacobian[row + 5, h] += (px * wy - py * wx) / size
-            _fold_on(pose, u, q, sign * angles[h])
+            fold_on(pose, u, q, sign * angles[h])
         _rotation_vector(pose, residual[row : row + 3])
         for i in range(3):
             residual[row + 3 + i] = pose[i, 3] / size
@@ -168,7 +168,7 @@ def place_panels(chain: Chain, angles: Reals, poses: Reals) -> None:
                 pose[i, j] = poses[parent, i, j] if parent >= 0 else 1.0 if i == j else 0.0
         if parent >= 0:
             h = chain.hinges[panel]
-            _fold_on(pose, chain.directions[h], chain.points[h], chain.signs[panel] * angles[h])
+            fold_on(pose, chain.directions[h], chain.points[h], chain.signs[panel] * angles[h])
 
 
 @lean

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled, lean
-from hcsearch.kernels.loops import close_loops
-from hcsearch.kernels.planning.space import Space, Work
+from hcsearch.kernels.loops import Chain, close_loops
 from hcsearch.kernels.rows import divide_row, row_product, subtract_row
 
 Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
 
 CLOSED = 1e-10
 """Closure residual (rad, or gap over size) of a closed state."""
@@ -20,17 +21,47 @@ SMALL = 1e-13
 """Damping of the equations where loops are closed: keeps those of redundant loops solvable."""
 
 
+class Loops(NamedTuple):
+    """Loops of a linkage, see `kernels.loops`; size : m, of the pattern."""
+
+    chain: Chain
+    starts: Whole
+    hinges: Whole
+    signs: Whole
+    size: float
+
+
+class Closing(NamedTuple):
+    """Tables: residual (r,), jacobian (r, m), gram (r, r) and right (r,) of the equations of a step.
+
+    basis : (r, m), orthonormal rows that span those of the Jacobian.
+    """
+
+    residual: Reals
+    jacobian: Reals
+    gram: Reals
+    right: Reals
+    basis: Reals
+
+
 @compiled
-def open_by(space: Space, angles: Reals, work: Work) -> float:
+def new_closing(loops: Loops) -> Closing:
+    """Empty tables."""
+    m, r = len(loops.chain.points), 6 * (len(loops.starts) - 1)
+    return Closing(np.zeros(r), np.zeros((r, m)), np.zeros((r, r)), np.zeros(r), np.zeros((r, m)))
+
+
+@compiled
+def open_by(loops: Loops, angles: Reals, work: Closing) -> float:
     """The greatest closure residual; also writes all of them, and the Jacobian."""
     close_loops(
-        space.chain.directions,
-        space.chain.points,
-        space.starts,
-        space.hinges,
-        space.signs,
+        loops.chain.directions,
+        loops.chain.points,
+        loops.starts,
+        loops.hinges,
+        loops.signs,
         angles,
-        space.size,
+        loops.size,
         work.residual,
         work.jacobian,
     )
@@ -41,7 +72,7 @@ def open_by(space: Space, angles: Reals, work: Work) -> float:
 
 
 @compiled
-def close(space: Space, angles: Reals, tolerance: float, steps: int, work: Work) -> bool:
+def close(loops: Loops, angles: Reals, tolerance: float, steps: int, work: Closing) -> bool:
     """Move fold angles to the nearest closed state within the stops; whether that is closed.
 
     Damped Gauss-Newton steps of least length. Hinges that a step takes beyond a stop stay there.
@@ -51,7 +82,7 @@ def close(space: Space, angles: Reals, tolerance: float, steps: int, work: Work)
     for h in range(m):
         angles[h] = min(max(angles[h], 0.0), math.pi)
     for _ in range(steps):
-        worst = open_by(space, angles, work)
+        worst = open_by(loops, angles, work)
         if worst < tolerance:
             return True
         if not worst < 1.0:
@@ -69,11 +100,11 @@ def close(space: Space, angles: Reals, tolerance: float, steps: int, work: Work)
             if not 0.0 <= angles[h] <= math.pi:
                 angles[h] = min(max(angles[h], 0.0), math.pi)
                 held[h] = True
-    return open_by(space, angles, work) < tolerance
+    return open_by(loops, angles, work) < tolerance
 
 
 @lean
-def _weigh(work: Work) -> bool:
+def _weigh(work: Closing) -> bool:
     """Solve J J^T x = residual, damped, into `right` (Cholesky); False where rounding leaves no solution."""
     r, m = work.jacobian.shape
     damping = SMALL
@@ -103,7 +134,7 @@ def _weigh(work: Work) -> bool:
 
 
 @lean
-def span(work: Work, least: float) -> int:
+def span(work: Closing, least: float) -> int:
     """Write orthonormal rows that span those of the Jacobian, and return how many.
 
     Gram and Schmidt's, twice, the longest first; what is shorter than `least` counts as none.

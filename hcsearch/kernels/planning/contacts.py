@@ -27,10 +27,10 @@ def contact_rows(space: Space, state: State, reach: float, count: int, work: Wor
     the other panel within a reach of the gap keeps on its side.
     """
     axes = np.empty((2, len(space.folded), 3))
-    for panel in space.chain.order:
-        if space.chain.parents[panel] >= 0:
-            h, pose = space.chain.hinges[panel], state.poses[panel]
-            u, q = space.chain.directions[h], space.chain.points[h]
+    for panel in space.loops.chain.order:
+        if space.loops.chain.parents[panel] >= 0:
+            h, pose = space.loops.chain.hinges[panel], state.poses[panel]
+            u, q = space.loops.chain.directions[h], space.loops.chain.points[h]
             for i in range(3):
                 axes[0, h, i] = pose[i, 0] * u[0] + pose[i, 1] * u[1] + pose[i, 2] * u[2]
                 axes[1, h, i] = pose[i, 0] * q[0] + pose[i, 1] * q[1] + pose[i, 2] * q[2] + pose[i, 3]

@@ -37,11 +37,11 @@ def slide(space: Space, state: State, longest: float, least: float, work: Work, 
     dual coordinate ascent).
     """
     m = len(space.folded)
-    open_by(space, state.angles, work)
-    rank = span(work, least)
+    open_by(space.loops, state.angles, work.closing)
+    rank = span(work.closing, least)
     wanted = np.empty((1, m))
     wanted[0] = work.want
-    take_off(work.basis, rank, wanted, 0)
+    take_off(work.closing.basis, rank, wanted, 0)
     big = np.abs(wanted).max() if m else 0.0
     if big < 1e-12:
         return 0.0
@@ -67,7 +67,7 @@ def _take(space: Space, state: State, work: Work, found: State) -> float:
     """Take the step, and close its end; the greatest change of an angle, 0 where it cannot be taken."""
     for h in range(len(work.trial)):
         work.trial[h] = state.angles[h] + work.step[h]
-    if not close(space, work.trial, CLOSED, 8, work):
+    if not close(space.loops, work.trial, CLOSED, 8, work.closing):
         return 0.0
     off = length = 0.0
     for h in range(len(work.trial)):
@@ -98,7 +98,7 @@ def _allow(space: Space, state: State, size: float, rank: int, work: Work) -> No
     count = contact_rows(space, state, reach, count, work)
     kept = 0
     for row in range(count):
-        take_off(work.basis, rank, work.rows, row)
+        take_off(work.closing.basis, rank, work.rows, row)
         long = math.sqrt(row_product(work.rows, row, work.rows, row, m))
         if long > FLATTEST:
             divide_row(work.rows, row, long, m)

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.distances import closest
-from hcsearch.kernels.loops import Chain, place_panels
+from hcsearch.kernels.loops import place_panels
 from hcsearch.kernels.multibody.vectors import at, put, times
+from hcsearch.kernels.planning.closing import Closing, Loops, new_closing
 from hcsearch.kernels.prisms import Prisms, apart, place_prisms
 
 Reals = NDArray[np.float64]
@@ -24,20 +25,16 @@ ROWS = 24
 class Space(NamedTuple):
     """The linkage whose motion is planned.
 
-    chain : its tree. starts, hinges, signs : its loops, see `kernels.loops`. size : m, of the pattern. folded : (m,),
-        fold angles of the packed state; the flat state has 0. across : (n_panels, m), +1 or -1 where a hinge lies
-        between the base and a panel, in the sense in which it is crossed, else 0.
+    loops : its loops and its tree. folded : (m,), fold angles of the packed state; the flat state has 0.
+    across : (n_panels, m), +1 or -1 where a hinge lies between the base and a panel, in the sense in which it is
+        crossed, else 0.
     prisms : the panels, shrunk by the margin. pairs : (p, 2), those that must keep apart.
     lever : m, what points move at most where one hinge turns by 1 rad. near : m, pairs further apart are not measured.
     least : m, gap of shrunk panels that every state has. kept : m, gap that a step leaves. told : m, gap that one
         direction has at both ends of a chord.
     """
 
-    chain: Chain
-    starts: Whole
-    hinges: Whole
-    signs: Whole
-    size: float
+    loops: Loops
     folded: Reals
     across: Reals
     prisms: Prisms
@@ -80,15 +77,10 @@ class Stack(NamedTuple):
 class Work(NamedTuple):
     """Tables that the kernels share.
 
-    residual (r,), jacobian (r, m), gram (r, r), right (r,) : of closure. basis : (r, m), orthonormal rows that span
-    those of the Jacobian. want, step, trial : (m,). rows, bounds, forces : (k, m), (k,), (k,), conditions on a step.
+    closing : of the loops. want, step, trial : (m,). rows, bounds, forces : (k, m), (k,), (k,), conditions on a step.
     """
 
-    residual: Reals
-    jacobian: Reals
-    gram: Reals
-    right: Reals
-    basis: Reals
+    closing: Closing
     want: Reals
     step: Reals
     trial: Reals
@@ -100,7 +92,7 @@ class Work(NamedTuple):
 @compiled
 def new_stack(space: Space, count: int) -> Stack:
     """States that are not placed yet."""
-    m, n, p = len(space.folded), len(space.chain.order), len(space.pairs)
+    m, n, p = len(space.folded), len(space.loops.chain.order), len(space.pairs)
     f, v, _ = space.prisms.vertices.shape
     return Stack(
         np.zeros((count, m)),
@@ -139,21 +131,10 @@ def copy(state: State, found: State) -> None:
 @compiled
 def new_work(space: Space) -> Work:
     """Empty tables."""
-    m, r = len(space.folded), 6 * (len(space.starts) - 1)
+    m = len(space.folded)
     k = (2 + ROWS) * m
-    return Work(
-        np.zeros(r),
-        np.zeros((r, m)),
-        np.zeros((r, r)),
-        np.zeros(r),
-        np.zeros((r, m)),
-        np.zeros(m),
-        np.zeros(m),
-        np.zeros(m),
-        np.zeros((k, m)),
-        np.zeros(k),
-        np.zeros(k),
-    )
+    closing = new_closing(space.loops)
+    return Work(closing, np.zeros(m), np.zeros(m), np.zeros(m), np.zeros((k, m)), np.zeros(k), np.zeros(k))
 
 
 @lean
@@ -161,7 +142,7 @@ def place(space: Space, angles: Reals, enough: float, state: State) -> bool:
     """Write a state, and whether all gaps are at least enough; where one is not, the rest are not written."""
     for h in range(len(angles)):
         state.angles[h] = angles[h]
-    place_panels(space.chain, state.angles, state.poses)
+    place_panels(space.loops.chain, state.angles, state.poses)
     place_prisms(space.prisms, state.poses, state.placed)
     for p in range(len(space.pairs)):
         f, g = space.pairs[p, 0], space.pairs[p, 1]

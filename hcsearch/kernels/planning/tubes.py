@@ -1,0 +1,487 @@
+"""Proofs that closed states lie beside a motion whose loops are nearly closed: a tube around every piece of it.
+
+With screws J_k of the hinges at a state c, seen from the first panel of a loop, folding by d more closes the loop to
+T(c + d) = exp(d_1 J_1) ... exp(d_m J_m) T(c), exactly. So how far screws change in a piece is bounded by norms, without
+sampling (docs/motion.md). At the middle of a piece S J has orthonormal rows, V; a closed state beside a state x of the
+piece is x + V^T y, where y = y - S F(x + V^T y), F the twist of T - 1. That map is a contraction of a ball, so there is
+one such y, and it changes continuously along the piece (Newton and Kantorovich's theorem). Rounding is added to what is
+computed.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.loops import close_loops, fold_on
+from hcsearch.kernels.planning.closing import Closing, Loops, close, new_closing, open_by, span, take_off
+from hcsearch.kernels.rows import row_product, subtract_row
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+CONTRACTION = 0.5
+"""Greatest factor of a contraction that is asked for: the ball is then twice the Newton step."""
+NODES = 9
+"""Places of a piece at which its loops are looked at (Chebyshev's)."""
+LEBESGUE = 2.0 / math.pi * math.log(NODES) + 1.0
+"""What an interpolation through them may exceed their values by."""
+ROUNDING = 1e-15
+"""Relative error of an entry of one product of rotations, with that of the hinges' places; a few units in the last
+place, of which `_opening` takes ten for each hinge."""
+SHORTEST = 0.5**12
+"""Share of a step below which a piece is not halved."""
+POLISHED = 1e-14
+"""Closure residual (rad, or gap over size) to which states are closed."""
+
+
+class Tables(NamedTuple):
+    """Tables of one piece.
+
+    jacobian, basis : (r, m), screws about the middle of each loop, and orthonormal rows V of the same span. scaling :
+    (r, r), S. residual : (r,). middles : (n_loops, 3) and lengths : (n_loops,), of the axes that screws are given in.
+    norms : (n_loops, m), what those of J_k, as
+    a matrix, and of ad(J_k) do not exceed. about : (m, 4), the course about the middle of the piece. angles : (m,).
+    poses : (n_loops, 3, 4). far : (m,), what angles change by at most. past, turned, part : (6, r), (6, r), (r, r).
+    """
+
+    jacobian: Reals
+    basis: Reals
+    scaling: Reals
+    residual: Reals
+    middles: Reals
+    lengths: Reals
+    norms: Reals
+    about: Reals
+    angles: Reals
+    poses: Reals
+    far: Reals
+    past: Reals
+    turned: Reals
+    part: Reals
+
+
+@compiled
+def tables_for(loops: Loops) -> Tables:
+    """Empty tables."""
+    m, count = len(loops.chain.points), len(loops.starts) - 1
+    r = 6 * count
+    return Tables(
+        np.zeros((r, m)),
+        np.zeros((r, m)),
+        np.zeros((r, r)),
+        np.zeros(r),
+        np.zeros((count, 3)),
+        np.zeros(count),
+        np.zeros((count, m)),
+        np.zeros((m, 4)),
+        np.zeros(m),
+        np.zeros((count, 3, 4)),
+        np.zeros(m),
+        np.zeros((6, r)),
+        np.zeros((6, r)),
+        np.zeros((r, r)),
+    )
+
+
+class Motion(NamedTuple):
+    """A motion as states with cubics between them, and room for more.
+
+    times : (k,). angles, rates : (k, m). wanders : (k,), of the step before each state: what the fold angles of the
+    closed states beside it differ by, at most, summed over hinges (rad). count : (1,), how many states there are.
+    """
+
+    times: Reals
+    angles: Reals
+    rates: Reals
+    wanders: Reals
+    count: Whole
+
+
+@compiled
+def enclose(loops: Loops, coarse: Motion, ends: Reals, limit: float, halvings: int, fine: Motion, stop: Reals) -> bool:
+    """Prove that closed states lie beside a motion; whether it is proved from the one end to the other.
+
+    coarse : closed states and rates that keep loops closed. ends : (2, 2), the share of the first step at which the
+    proof begins, and what the state that it is joined to wanders by; the same of the last step. limit : rad, what a
+    step's closed states may wander by. halvings : how often closed states are put into a step, where none is proved.
+    fine : written, the states that the proof is about. stop : (2,), written: the time at which the proof ends, and the
+    number of pieces that hold.
+    """
+    work, tables = new_closing(loops), tables_for(loops)
+    m = coarse.angles.shape[1]
+    waiting = Motion(
+        np.zeros(halvings + 1),
+        np.zeros((halvings + 1, m)),
+        np.zeros((halvings + 1, m)),
+        np.zeros(halvings + 1),
+        np.zeros(1, np.int64),
+    )
+    course = np.zeros((m, 4))
+    _append(coarse, 0, 0.0, fine)
+    joined = ends[0, 1]
+    stop[1] = 0.0
+    for k in range(1, coarse.count[0]):
+        _append(coarse, k, 0.0, waiting)
+        while waiting.count[0]:
+            here, top = fine.count[0] - 1, waiting.count[0] - 1
+            _hermite(fine, here, waiting, top, course)
+            last = k == coarse.count[0] - 1 and top == 0
+            shares = (ends[0, 0] if here == 0 else 0.0, ends[1, 0] if last else 1.0)
+            wander = _step(loops, course, shares, (joined, ends[1, 1] if last else 0.0), limit, tables, stop)
+            if wander <= limit and fine.count[0] < len(fine.times):
+                _append(waiting, top, wander, fine)
+                waiting.count[0] = top
+                joined = wander
+            elif shares != (0.0, 1.0) or top == halvings or not _put_between(loops, course, fine, waiting, work):
+                stop[0] = fine.times[here]
+                return False
+    stop[0] = fine.times[fine.count[0] - 1]
+    return True
+
+
+@compiled
+def _append(source: Motion, k: int, wander: float, target: Motion) -> None:
+    """Append a state of one motion to another."""
+    i = target.count[0]
+    target.times[i], target.wanders[i] = source.times[k], wander
+    target.angles[i], target.rates[i] = source.angles[k], source.rates[k]
+    target.count[0] = i + 1
+
+
+@compiled
+def _hermite(one: Motion, i: int, two: Motion, j: int, course: Reals) -> None:
+    """Write the cubics of the fold angles between two states, in the share of the step."""
+    h = two.times[j] - one.times[i]
+    for k in range(len(course)):
+        rise = two.angles[j, k] - one.angles[i, k]
+        before, after = h * one.rates[i, k], h * two.rates[j, k]
+        course[k, 0], course[k, 1] = one.angles[i, k], before
+        course[k, 2], course[k, 3] = 3.0 * rise - 2.0 * before - after, before + after - 2.0 * rise
+
+
+@compiled
+def _put_between(loops: Loops, course: Reals, fine: Motion, waiting: Motion, work: Closing) -> bool:
+    """Put the closed state nearest to the middle of a step on top of what waits; whether there is one near by."""
+    here, top = fine.count[0] - 1, waiting.count[0] - 1
+    h = waiting.times[top] - fine.times[here]
+    middle = waiting.angles[top + 1]
+    wide = 0.0
+    for k in range(len(course)):
+        a, b, c, d = course[k, 0], course[k, 1], course[k, 2], course[k, 3]
+        middle[k] = a + 0.5 * (b + 0.5 * (c + 0.5 * d))
+        waiting.rates[top + 1, k] = (b + c + 0.75 * d) / h
+        wide += (waiting.angles[top, k] - fine.angles[here, k]) ** 2
+    before = middle.copy()
+    if not close(loops, middle, POLISHED, 20, work):
+        return False
+    for k in range(len(course)):
+        wide -= 16.0 * (middle[k] - before[k]) ** 2
+    if wide < 0.0:
+        return False
+    open_by(loops, middle, work)
+    rank = span(work, 0.0)
+    for _ in range(2):
+        take_off(work.basis, rank, waiting.rates, top + 1)
+    waiting.times[top + 1] = fine.times[here] + 0.5 * h
+    waiting.count[0] = top + 2
+    return True
+
+
+@compiled
+def _step(
+    loops: Loops,
+    course: Reals,
+    shares: tuple[float, float],
+    joined: tuple[float, float],
+    limit: float,
+    tables: Tables,
+    stop: Reals,
+) -> float:
+    """What closed states beside a step wander by (rad), infinite where none are proved; it is halved where that helps.
+
+    joined : what those wander by that they are to be joined to before and after the step.
+    """
+    lows, highs = np.empty(64), np.empty(64)
+    lows[0], highs[0] = shares
+    top, worst, before = 0, 0.0, joined[0]
+    while top >= 0:
+        low, high = lows[top], highs[top]
+        beside = max(before, joined[1] if high == shares[1] else 0.0)
+        factor, wander = _piece(loops, course, (low, high), beside, tables)
+        if factor <= CONTRACTION:
+            worst, before = max(worst, wander), wander
+            stop[1] += 1.0
+            top -= 1
+        elif wander > limit and wander < math.inf or high - low <= SHORTEST or top + 2 > len(lows):
+            return math.inf
+        else:
+            middle = 0.5 * (low + high)
+            lows[top], highs[top] = middle, high
+            lows[top + 1], highs[top + 1] = low, middle
+            top += 1
+    return worst
+
+
+@compiled
+def _piece(
+    loops: Loops, course: Reals, shares: tuple[float, float], joined: float, tables: Tables
+) -> tuple[float, float]:
+    """The factor of the contraction in a piece, infinite without one, and what its closed states wander by (rad).
+
+    joined : what those of the piece before, or of the end, wander by. The states of both are joined where the pieces
+    meet: at the states z of the straight way between them F is at most an eighth of its second derivative times the
+    square of that way, so that closed states lie beside it, by `bow`.
+    """
+    low, high = shares
+    _shift(course, 0.5 * (low + high), 0.5 * (high - low), tables.about)
+    for h in range(len(tables.angles)):
+        tables.angles[h] = tables.about[h, 0]
+    most = _screws(loops, tables)
+    strength = _scale(tables)
+    if not math.isfinite(strength):
+        return math.inf, math.inf
+    newton, off = _opening(loops, strength, most, tables)
+    radius = newton / (1.0 - CONTRACTION)
+    wander = 0.0
+    for h in range(len(tables.far)):
+        column = 0.0
+        for i in range(len(tables.basis)):
+            column += tables.basis[i, h] ** 2
+        tables.far[h] = math.sqrt(column) * radius
+        wander += tables.far[h]
+    bow = strength * (most * (wander + joined)) ** 2
+    for h in range(len(tables.far)):
+        about = tables.about
+        tables.far[h] += abs(about[h, 1]) + abs(about[h, 2]) + abs(about[h, 3]) + joined + bow
+    shift = most * (wander + joined + len(tables.far) * bow)
+    if shift > 0.1:
+        return math.inf, math.inf
+    return _contraction(loops, strength, off + 1.1 * shift, tables), wander + len(tables.far) * bow
+
+
+@lean
+def _shift(course: Reals, centre: float, half: float, about: Reals) -> None:
+    """Write cubics about the centre of a piece, in the share of half its length."""
+    for h in range(len(course)):
+        a, b, c, d = course[h, 0], course[h, 1], course[h, 2], course[h, 3]
+        about[h, 0] = a + centre * (b + centre * (c + centre * d))
+        about[h, 1] = half * (b + centre * (2.0 * c + 3.0 * centre * d))
+        about[h, 2] = half * half * (c + 3.0 * centre * d)
+        about[h, 3] = half**3 * d
+
+
+@compiled
+def _screws(loops: Loops, tables: Tables) -> float:
+    """Write the screws at the angles, about the middle of each loop in its own unit of length; their greatest norm."""
+    jacobian = tables.jacobian
+    close_loops(
+        loops.chain.directions,
+        loops.chain.points,
+        loops.starts,
+        loops.hinges,
+        loops.signs,
+        tables.angles,
+        loops.size,
+        tables.residual,
+        jacobian,
+    )
+    tables.norms[:] = 0.0
+    most = 0.0
+    for loop in range(len(loops.starts) - 1):
+        row, count = 6 * loop, loops.starts[loop + 1] - loops.starts[loop]
+        middle = tables.middles[loop]
+        middle[:] = 0.0
+        for k in range(loops.starts[loop], loops.starts[loop + 1]):
+            h = loops.hinges[k]
+            for i in range(3):
+                j, l = (i + 1) % 3, (i + 2) % 3
+                foot = jacobian[row + j, h] * jacobian[row + 3 + l, h] - jacobian[row + l, h] * jacobian[row + 3 + j, h]
+                middle[i] += foot / count
+        total = 0.0
+        for k in range(loops.starts[loop], loops.starts[loop + 1]):
+            h = loops.hinges[k]
+            w = (jacobian[row, h], jacobian[row + 1, h], jacobian[row + 2, h])
+            jacobian[row + 3, h] -= middle[1] * w[2] - middle[2] * w[1]
+            jacobian[row + 4, h] -= middle[2] * w[0] - middle[0] * w[2]
+            jacobian[row + 5, h] -= middle[0] * w[1] - middle[1] * w[0]
+            for i in range(3):
+                total += jacobian[row + 3 + i, h] ** 2 / count
+        tables.lengths[loop] = max(math.sqrt(total), 1e-3)
+        for k in range(loops.starts[loop], loops.starts[loop + 1]):
+            h = loops.hinges[k]
+            moment = 0.0
+            for i in range(3):
+                jacobian[row + 3 + i, h] /= tables.lengths[loop]
+                moment += jacobian[row + 3 + i, h] ** 2
+            tables.norms[loop, h] = 1.5 + math.sqrt(moment)
+            most = max(most, tables.norms[loop, h])
+    return most
+
+
+@lean
+def _scale(tables: Tables) -> float:
+    """Write S and V with S J = V, orthonormal rows, by Gram and Schmidt's; the norm of S, infinite without one."""
+    basis, scaling = tables.basis, tables.scaling
+    r, m = basis.shape
+    for i in range(r):
+        for h in range(m):
+            basis[i, h] = tables.jacobian[i, h]
+        for j in range(r):
+            scaling[i, j] = 1.0 if i == j else 0.0
+        for _ in range(2):
+            for j in range(i):
+                part = row_product(basis, i, basis, j, m)
+                subtract_row(basis, i, part, basis, j, m)
+                subtract_row(scaling, i, part, scaling, j, r)
+        long = math.sqrt(row_product(basis, i, basis, i, m))
+        if long < 1e-13:
+            return math.inf
+        for h in range(m):
+            basis[i, h] /= long
+        for j in range(r):
+            scaling[i, j] /= long
+    total = 0.0
+    for i in range(r):
+        total += row_product(scaling, i, scaling, i, r)
+    return math.sqrt(total)
+
+
+@compiled
+def _opening(loops: Loops, strength: float, most: float, tables: Tables) -> tuple[float, float]:
+    """What a Newton step is not longer than in the piece (rad), and what loops are open by (rad, in their own unit).
+
+    T - 1 is entire in the share of the piece, so that its interpolation at Chebyshev's nodes is off by no more than
+    4 M g^-n / (g - 1), with M its bound on an ellipse whose half axes sum to g (Trefethen, Approximation Theory and
+    Approximation Practice, theorem 8.2).
+    """
+    newton = off = 0.0
+    r, m = tables.jacobian.shape
+    for node in range(NODES):
+        x = math.cos(math.pi * (node + 0.5) / NODES)
+        for h in range(m):
+            c = tables.about[h]
+            tables.angles[h] = c[0] + x * (c[1] + x * (c[2] + x * c[3]))
+        worst = _twists(loops, tables)
+        off = max(off, worst)
+        total = 0.0
+        for i in range(r):
+            step = row_product(tables.scaling, i, tables.residual.reshape(1, r), 0, r)
+            total += step * step
+        newton = max(newton, math.sqrt(total))
+    least = math.inf
+    for g in (8.0, 16.0, 32.0, 64.0):
+        z = 0.5 * (g + 1.0 / g)
+        bound = 0.0
+        for loop in range(len(loops.starts) - 1):
+            total = 0.0
+            for h in range(m):
+                c = tables.about[h]
+                total += tables.norms[loop, h] * z * (abs(c[1]) + z * (abs(c[2]) + z * abs(c[3])))
+            bound += (math.exp(total) * (1.0 + off) - 1.0) ** 2 if total < 50.0 else math.inf
+        least = min(least, 4.0 * math.sqrt(bound) * g ** (1 - NODES) / (g - 1.0))
+    reach = 0.0
+    for loop in range(len(tables.lengths)):
+        middle = tables.middles[loop]
+        long = math.sqrt(middle[0] ** 2 + middle[1] ** 2 + middle[2] ** 2)
+        reach = max(reach, long / tables.lengths[loop])
+    rounding = ROUNDING * 10.0 * m * (reach + 2.0 * most)
+    return LEBESGUE * newton + strength * (least + rounding), LEBESGUE * off + least + rounding
+
+
+@compiled
+def _twists(loops: Loops, tables: Tables) -> float:
+    """Write the twist of T - 1 of every loop at the angles, about its middle; the norm of all entries of T - 1."""
+    total = 0.0
+    for loop in range(len(loops.starts) - 1):
+        pose = tables.poses[loop]
+        pose[:] = 0.0
+        pose[0, 0] = pose[1, 1] = pose[2, 2] = 1.0
+        for k in range(loops.starts[loop], loops.starts[loop + 1]):
+            h = loops.hinges[k]
+            fold_on(pose, loops.chain.directions[h], loops.chain.points[h], loops.signs[k] * tables.angles[h])
+        row, middle = 6 * loop, tables.middles[loop]
+        tables.residual[row] = 0.5 * (pose[2, 1] - pose[1, 2])
+        tables.residual[row + 1] = 0.5 * (pose[0, 2] - pose[2, 0])
+        tables.residual[row + 2] = 0.5 * (pose[1, 0] - pose[0, 1])
+        for i in range(3):
+            shift = pose[i, 3] / loops.size - middle[i]
+            for j in range(3):
+                shift += pose[i, j] * middle[j]
+                total += (pose[i, j] - (1.0 if i == j else 0.0)) ** 2
+            tables.residual[row + 3 + i] = shift / tables.lengths[loop]
+            total += tables.residual[row + 3 + i] ** 2
+    return math.sqrt(total)
+
+
+@compiled
+def _contraction(loops: Loops, strength: float, off: float, tables: Tables) -> float:
+    """What the map shrinks distances by, at all states that differ from the middle by no more than `far`.
+
+    Its derivative is 1 - S (1 + E) J(x) V^T. Of J(x) V^T the part of loop l is, summed by parts over its hinges, J V^T
+    and the sum of (W_{k+1} - W_k) P_k, where W_k is Ad of the hinges before k less 1, and P_k the part of J V^T of
+    the hinges after k. To first order W_{k+1} - W_k is d_k ad(J_k); the rest is bounded by norms.
+    """
+    r = len(tables.basis)
+    factor = spread = 0.0
+    for loop in range(len(loops.starts) - 1):
+        row = 6 * loop
+        total = 0.0
+        for k in range(loops.starts[loop], loops.starts[loop + 1]):
+            total += tables.far[loops.hinges[k]] * tables.norms[loop, loops.hinges[k]]
+        if total > 1.0:
+            return math.inf
+        tables.past[:] = 0.0
+        for k in range(loops.starts[loop + 1] - 1, loops.starts[loop] - 1, -1):
+            h = loops.hinges[k]
+            own = tables.far[h] * tables.norms[loop, h]
+            total -= own  # of the hinges before
+            length = _turn(row, h, tables)
+            factor += tables.far[h] * _scaled(row, tables)
+            rest = math.expm1(total) * own + math.exp(total) * (math.expm1(own) - own)
+            factor += strength * rest * length
+            for i in range(6):
+                for j in range(r):
+                    tables.past[i, j] += tables.jacobian[row + i, h] * tables.basis[j, h]
+        for i in range(6):
+            for j in range(r):
+                spread += tables.past[i, j] ** 2
+    # the twist of T - 1 turns by the twist of T only to first order; and S J V^T is 1 but for rounding
+    m = tables.basis.shape[1]
+    return factor + strength * math.sqrt(spread) * (2.0 * off + 100.0 * m * 1.2e-16)
+
+
+@lean
+def _turn(row: int, h: int, tables: Tables) -> float:
+    """Write ad(J_h) P, of what is summed so far; the norm of P."""
+    w = (tables.jacobian[row, h], tables.jacobian[row + 1, h], tables.jacobian[row + 2, h])
+    v = (tables.jacobian[row + 3, h], tables.jacobian[row + 4, h], tables.jacobian[row + 5, h])
+    past, turned = tables.past, tables.turned
+    total = 0.0
+    for j in range(past.shape[1]):
+        for i in range(3):
+            k, l = (i + 1) % 3, (i + 2) % 3
+            turned[i, j] = w[k] * past[l, j] - w[l] * past[k, j]
+            turned[3 + i, j] = (
+                w[k] * past[3 + l, j] - w[l] * past[3 + k, j] + v[k] * past[l, j] - v[l] * past[k, j]
+            )
+            total += past[i, j] ** 2 + past[3 + i, j] ** 2
+    return math.sqrt(total)
+
+
+@lean
+def _scaled(row: int, tables: Tables) -> float:
+    """The norm of S times what `_turn` wrote, for a loop whose rows begin at `row`."""
+    r = len(tables.scaling)
+    total = 0.0
+    for i in range(r):
+        for j in range(r):
+            value = 0.0
+            for k in range(6):
+                value += tables.scaling[i, row + k] * tables.turned[k, j]
+            total += value * value
+    return math.sqrt(total)
