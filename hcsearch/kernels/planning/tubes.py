@@ -30,9 +30,9 @@ NODES = 9
 """Places of a piece at which its loops are looked at (Chebyshev's)."""
 LEBESGUE = 2.0 / math.pi * math.log(NODES) + 1.0
 """What an interpolation through them may exceed their values by."""
-ROUNDING = 1e-15
-"""Relative error of an entry of one product of rotations, with that of the hinges' places; a few units in the last
-place, of which `_opening` takes ten for each hinge."""
+ROUNDING = 4e-15
+"""Error of T of a loop for each of its hinges, over 1 and the distance of hinges: a product of rotations is a sum of
+three products of two entries, each known to a few units in the last place, as the hinges' places are."""
 SHORTEST = 0.5**12
 """Share of a step below which a piece is not halved."""
 POLISHED = 1e-14
@@ -385,11 +385,10 @@ def _opening(loops: Loops, strength: float, most: float, tables: Tables) -> tupl
             bound += (math.exp(total) * (1.0 + off) - 1.0) ** 2 if total < 50.0 else math.inf
         least = min(least, 4.0 * math.sqrt(bound) * g ** (1 - NODES) / (g - 1.0))
     reach = 0.0
-    for loop in range(len(tables.lengths)):
-        middle = tables.middles[loop]
-        long = math.sqrt(middle[0] ** 2 + middle[1] ** 2 + middle[2] ** 2)
-        reach = max(reach, long / tables.lengths[loop])
-    rounding = ROUNDING * 10.0 * m * (reach + 2.0 * most)
+    for h in range(m):
+        point = loops.chain.points[h]
+        reach = max(reach, math.sqrt(point[0] ** 2 + point[1] ** 2 + point[2] ** 2))
+    rounding = ROUNDING * m * (1.0 + most + reach / (loops.size * tables.lengths.min()))
     return LEBESGUE * newton + strength * (least + rounding), LEBESGUE * off + least + rounding
 
 

@@ -1,0 +1,1 @@
+"""Motion planning: certified paths of a folding from its packed to its flat state."""
