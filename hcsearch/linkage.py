@@ -158,7 +158,8 @@ class Linkage:
         return tuple(steps)
 
     @cached_property
-    def _loop_arrays(self) -> tuple[Whole, Whole, Whole]:
+    def loop_arrays(self) -> tuple[Whole, Whole, Whole]:
+        """The loops as the kernels take them: where each begins in the tables of hinges and of senses, and these."""
         starts = np.cumsum([0, *map(len, self.loops)])
         steps = np.array([step for loop in self.loops for step in loop], np.int64).reshape(-1, 2)
         return starts, steps[:, 0].copy(), steps[:, 1].copy()
@@ -176,7 +177,7 @@ class Linkage:
         """
         residual, jacobian = np.empty(self.n_rows), np.empty((self.n_rows, self.n_hinges))
         lines = (self.directions, self.points)
-        close_loops(*lines, *self._loop_arrays, angles, self.pattern.size, residual, jacobian)
+        close_loops(*lines, *self.loop_arrays, angles, self.pattern.size, residual, jacobian)
         return residual, jacobian
 
     def bend(self, jacobian: Reals, velocity: Reals) -> Reals:
@@ -185,7 +186,7 @@ class Linkage:
         Moving by t v + t^2 w / 2 keeps the loops closed to second order when J v = 0 and J w + bend = 0.
         """
         found = np.empty(self.n_rows)
-        starts, hinges, _ = self._loop_arrays
+        starts, hinges, _ = self.loop_arrays
         bend_loops(starts, hinges, jacobian, velocity, found)
         return found
 

@@ -33,12 +33,12 @@ ZERO = 1e-9
 class Departure:
     """Closed states beside the first step of a path, from the end on.
 
-    share : of the step, up to which they are proved. wander : what their fold angles differ by from the path's, summed
-    over hinges (rad), up to there.
+    share : of the step, up to which they are proved. wanders : (n_hinges,), what their fold angles differ by from the
+    path's (rad), up to there.
     """
 
     share: float
-    wander: float
+    wanders: Reals
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,8 @@ class _Step:
     """
 
     sizes: tuple[float, ...]
+    gains: Reals
     gain: float
-    total: float
     left: tuple[float, ...]
     factors: tuple[float, ...]
     off: float
@@ -103,12 +103,18 @@ class End:
 
     def depart(self, course: Reals) -> Departure | None:
         """Prove that closed states lie beside the first part of a step from the end, a cubic, (n_hinges, 4); or not."""
-        step = self._step(course)
+        # in the unit of the step's own slope: else the equations across and along the wrenches differ in size
+        slope = float(np.abs(course[:, 1]).max())
+        step = self._step(course / slope ** np.arange(4))
+        proved = False
         for halving in range(HALVINGS):
             share = 0.5**halving
-            radius = self._contracts(step, share)
-            if radius is not None:
-                return Departure(share, share * step.total * radius)
+            radius = self._contracts(step, slope * share)
+            # half of the greatest share: the ball is an eighth there, which the proof that goes on from it needs
+            if radius is None or not proved:
+                proved = radius is not None
+            else:
+                return Departure(share, slope * share * radius * step.gains)
         return None
 
     def _step(self, course: Reals) -> _Step:
@@ -134,8 +140,8 @@ class End:
         )
         return _Step(
             sizes=(self._size(b), self._size(c), self._size(d)),
+            gains=gains,
             gain=self._size(gains),
-            total=float(gains.sum()),
             left=tuple(float(np.linalg.norm(part)) for part in left),
             factors=tuple(float(np.linalg.norm(part)) for part in factors),
             off=float(np.linalg.norm(derivative @ inverse - np.eye(len(derivative)))),

@@ -46,7 +46,8 @@ class Tables(NamedTuple):
     (r, r), S. residual : (r,). middles : (n_loops, 3) and lengths : (n_loops,), of the axes that screws are given in.
     norms : (n_loops, m), what those of J_k, as
     a matrix, and of ad(J_k) do not exceed. about : (m, 4), the course about the middle of the piece. angles : (m,).
-    poses : (n_loops, 3, 4). far : (m,), what angles change by at most. past, turned, part : (6, r), (6, r), (r, r).
+    poses : (n_loops, 3, 4). far : (m,), what angles change by at most. beside : (m,), what those of closed
+    states wander by. past, turned, part : (6, r), (6, r), (r, r).
     """
 
     jacobian: Reals
@@ -60,6 +61,7 @@ class Tables(NamedTuple):
     angles: Reals
     poses: Reals
     far: Reals
+    beside: Reals
     past: Reals
     turned: Reals
     part: Reals
@@ -81,6 +83,7 @@ def tables_for(loops: Loops) -> Tables:
         np.zeros((m, 4)),
         np.zeros(m),
         np.zeros((count, 3, 4)),
+        np.zeros(m),
         np.zeros(m),
         np.zeros((6, r)),
         np.zeros((6, r)),
@@ -106,8 +109,9 @@ class Motion(NamedTuple):
 def enclose(loops: Loops, coarse: Motion, ends: Reals, limit: float, halvings: int, fine: Motion, stop: Reals) -> bool:
     """Prove that closed states lie beside a motion; whether it is proved from the one end to the other.
 
-    coarse : closed states and rates that keep loops closed. ends : (2, 2), the share of the first step at which the
-    proof begins, and what the state that it is joined to wanders by; the same of the last step. limit : rad, what a
+    coarse : closed states and rates that keep loops closed. ends : (2, 1 + m), the share of the first step at which the
+    proof begins, and what the fold angles of the state that it is joined to there wander by (rad); the same of the last
+    step. limit : rad, what a
     step's closed states may wander by. halvings : how often closed states are put into a step, where none is proved.
     fine : written, the states that the proof is about. stop : (2,), written: the time at which the proof ends, and the
     number of pieces that hold.
@@ -123,7 +127,7 @@ def enclose(loops: Loops, coarse: Motion, ends: Reals, limit: float, halvings: i
     )
     course = np.zeros((m, 4))
     _append(coarse, 0, 0.0, fine)
-    joined = ends[0, 1]
+    before, after = ends[0, 1:].copy(), np.zeros(m)
     stop[1] = 0.0
     for k in range(1, coarse.count[0]):
         _append(coarse, k, 0.0, waiting)
@@ -132,12 +136,17 @@ def enclose(loops: Loops, coarse: Motion, ends: Reals, limit: float, halvings: i
             _hermite(fine, here, waiting, top, course)
             last = k == coarse.count[0] - 1 and top == 0
             shares = (ends[0, 0] if here == 0 else 0.0, ends[1, 0] if last else 1.0)
-            wander = _step(loops, course, shares, (joined, ends[1, 1] if last else 0.0), limit, tables, stop)
+            after[:] = 0.0
+            if last:
+                after[:] = ends[1, 1:]
+            began = before.copy()
+            wander = _step(loops, course, shares, before, after, limit, tables, stop)
             if wander <= limit and fine.count[0] < len(fine.times):
                 _append(waiting, top, wander, fine)
                 waiting.count[0] = top
-                joined = wander
-            elif shares != (0.0, 1.0) or top == halvings or not _put_between(loops, course, fine, waiting, work):
+                continue
+            before = began
+            if shares != (0.0, 1.0) or top == halvings or not _put_between(loops, course, fine, waiting, work):
                 stop[0] = fine.times[here]
                 return False
     stop[0] = fine.times[fine.count[0] - 1]
@@ -197,24 +206,29 @@ def _step(
     loops: Loops,
     course: Reals,
     shares: tuple[float, float],
-    joined: tuple[float, float],
+    before: Reals,
+    after: Reals,
     limit: float,
     tables: Tables,
     stop: Reals,
 ) -> float:
     """What closed states beside a step wander by (rad), infinite where none are proved; it is halved where that helps.
 
-    joined : what those wander by that they are to be joined to before and after the step.
+    before, after : what fold angles of those wander by that they are to be joined to before and after the step;
+    `before` becomes that at the end of the step.
     """
     lows, highs = np.empty(64), np.empty(64)
     lows[0], highs[0] = shares
-    top, worst, before = 0, 0.0, joined[0]
+    top, worst = 0, 0.0
+    joined = np.empty(len(before))
     while top >= 0:
         low, high = lows[top], highs[top]
-        beside = max(before, joined[1] if high == shares[1] else 0.0)
-        factor, wander = _piece(loops, course, (low, high), beside, tables)
+        for h in range(len(joined)):
+            joined[h] = max(before[h], after[h] if high == shares[1] else 0.0)
+        factor, wander = _piece(loops, course, (low, high), joined, tables)
         if factor <= CONTRACTION:
-            worst, before = max(worst, wander), wander
+            worst = max(worst, wander)
+            before[:] = tables.beside
             stop[1] += 1.0
             top -= 1
         elif wander > limit and wander < math.inf or high - low <= SHORTEST or top + 2 > len(lows):
@@ -229,13 +243,13 @@ def _step(
 
 @compiled
 def _piece(
-    loops: Loops, course: Reals, shares: tuple[float, float], joined: float, tables: Tables
+    loops: Loops, course: Reals, shares: tuple[float, float], joined: Reals, tables: Tables
 ) -> tuple[float, float]:
     """The factor of the contraction in a piece, infinite without one, and what its closed states wander by (rad).
 
-    joined : what those of the piece before, or of the end, wander by. The states of both are joined where the pieces
-    meet: at the states z of the straight way between them F is at most an eighth of its second derivative times the
-    square of that way, so that closed states lie beside it, by `bow`.
+    joined : (m,), what those of the piece before, or of the end, wander by. The states of both are joined where the pieces
+    meet: F is 0 at both ends of the straight way between them, so that between it is at most an eighth of its second
+    derivative there; closed states lie beside that way, off by no more than `bow`.
     """
     low, high = shares
     _shift(course, 0.5 * (low + high), 0.5 * (high - low), tables.about)
@@ -247,21 +261,25 @@ def _piece(
         return math.inf, math.inf
     newton, off = _opening(loops, strength, most, tables)
     radius = newton / (1.0 - CONTRACTION)
-    wander = 0.0
+    wander = total = 0.0
     for h in range(len(tables.far)):
         column = 0.0
         for i in range(len(tables.basis)):
             column += tables.basis[i, h] ** 2
-        tables.far[h] = math.sqrt(column) * radius
-        wander += tables.far[h]
-    bow = strength * (most * (wander + joined)) ** 2
+        tables.beside[h] = math.sqrt(column) * radius
+        wander += tables.beside[h]
+        total += tables.beside[h] + joined[h]
+    bow = 0.3 * strength * (most * total) ** 2
     for h in range(len(tables.far)):
         about = tables.about
-        tables.far[h] += abs(about[h, 1]) + abs(about[h, 2]) + abs(about[h, 3]) + joined + bow
-    shift = most * (wander + joined + len(tables.far) * bow)
-    if shift > 0.1:
+        tables.beside[h] += bow
+        tables.far[h] = abs(about[h, 1]) + abs(about[h, 2]) + abs(about[h, 3]) + tables.beside[h] + joined[h]
+    wander += len(tables.far) * bow
+    if most * (total + wander) > 0.1:
         return math.inf, math.inf
-    return _contraction(loops, strength, off + 1.1 * shift, tables), wander + len(tables.far) * bow
+    # what T differs from 1 by at states of the tube; on the way between two closed states it is of second order
+    off += 1.1 * most * wander + (most * total) ** 2
+    return _contraction(loops, strength, off, tables), wander
 
 
 @lean

@@ -1,0 +1,54 @@
+"""What is planned: a linkage whose panels are shrunk by a margin, as the kernels take it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.collision.clearance import EDGE, pairs_of, scale_of
+from hcsearch.collision.penetration import prisms_of
+from hcsearch.kernels.planning.closing import Loops
+from hcsearch.kernels.planning.space import Space
+from hcsearch.linkage import Linkage
+
+Reals = NDArray[np.float64]
+
+LEVER = 0.45 / EDGE
+"""What points move at most where one hinge turns by 1 rad, over the longest edge; a guess: it says what is looked at."""
+NEAR = 0.03 / EDGE
+"""Pairs further apart than this, over the longest edge, are not measured."""
+LEAST, KEPT, TOLD = 0.01, 0.05, 0.005
+"""Gaps of shrunk panels over the margin: that every state has, that a step leaves, that a direction has at both ends."""
+
+
+def apart_of(linkage: Linkage) -> frozenset[tuple[int, int]]:
+    """Pairs of panels joined by a hinge, the lower first: their stops keep them apart."""
+    return frozenset((min(h.first, h.second), max(h.first, h.second)) for h in linkage.pattern.hinges)
+
+
+def loops_of(linkage: Linkage) -> Loops:
+    """The loops of a linkage as the kernels take them."""
+    return Loops(linkage.chain, *linkage.loop_arrays, float(linkage.pattern.size))
+
+
+def space_of(linkage: Linkage, margin: float) -> Space:
+    """A linkage with its panels shrunk by a margin (m) on every face."""
+    pairs = pairs_of(linkage, prisms_of(linkage), apart_of(linkage))
+    chain, edge = linkage.chain, EDGE * scale_of(linkage)
+    across = np.zeros((linkage.n_panels, linkage.n_hinges))
+    for panel in chain.order:
+        if chain.parents[panel] >= 0:
+            across[panel] = across[chain.parents[panel]]
+            across[panel, chain.hinges[panel]] = chain.signs[panel]
+    return Space(
+        loops=loops_of(linkage),
+        folded=linkage.folded.astype(float),
+        across=across,
+        prisms=prisms_of(linkage, margin),
+        pairs=np.ascontiguousarray(pairs.prisms),
+        lever=LEVER * edge,
+        near=NEAR * edge,
+        least=LEAST * margin,
+        kept=KEPT * margin,
+        told=TOLD * margin,
+    )

@@ -1,0 +1,193 @@
+"""Proofs that a path is one of the linkage: loops closed, stops kept and panels apart, from packed to flat.
+
+A path is a list of closed states. Cubics through them, with rates that keep the loops closed at first order, come so
+near to closed states that a tube around them is proved to hold a closed path (`kernels.planning.tubes`); `ends` joins
+it to both singular ends. How far closed states may be from the cubics is taken off the gaps of panels, which
+`collision.clearance` bounds at all times. What these proofs say, and what not: docs/motion.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.collision.clearance import Clearance, certify, longest_way, scale_of
+from hcsearch.collision.penetration import first_cut
+from hcsearch.kernels.intervals import Course
+from hcsearch.kernels.planning.closing import close, new_closing, open_by, span, take_off
+from hcsearch.kernels.planning.tubes import POLISHED, Motion, enclose
+from hcsearch.linkage import Linkage
+from hcsearch.planning.ends import Departure, End
+from hcsearch.planning.problems import apart_of, loops_of
+
+Reals = NDArray[np.float64]
+
+PLAYS = (1e-5, 2e-5, 5e-5, 1e-4)
+"""Margins at which a path is certified, least first, m, for panels with edges of 50 mm."""
+SHARE = 0.04
+"""What closed states may be off, as a share of the least of these margins."""
+FIRST = (1e-2, 3e-3, 1e-3)
+"""Lengths of the first step (rad) that are tried, one after the other."""
+HALVINGS = 14
+"""Closed states are put between two states of a path no more often than this."""
+ROOM = 20000
+"""States of a path with those that are put between them."""
+APART = 1e-9
+"""States that differ by less (rad) are one."""
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What is proved of a path.
+
+    motion : the states that the proof is about, with rates; None where a path has fewer than three.
+    closed : whether closed states are proved to lie beside the whole path. reach : how far (rad) the proof stays away
+    from the packed and from the flat state, 0 where it joins them. slack : m, what panels may be elsewhere than the
+    path places them. give : rad, what a hinge may be beyond its stop.
+    clear : at the least margin at which panels are certified to keep apart, or at the greatest that was tried.
+    overlap : m, how deep panels as they are cut into each other at the states of the motion; 0 where they only touch.
+    """
+
+    motion: Course | None
+    closed: bool
+    reach: tuple[float, float]
+    slack: float
+    give: float
+    clear: Clearance | None
+    overlap: float
+
+    @property
+    def margin(self) -> float | None:
+        """The least margin (m) at which the path is proved, None where it is not."""
+        if self.clear is None or self.clear.kind != "clear" or not self.closed or any(self.reach):
+            return None
+        return self.clear.margin
+
+
+class Prover:
+    """Proofs for one linkage."""
+
+    def __init__(self, linkage: Linkage) -> None:
+        self.linkage, self.loops = linkage, loops_of(linkage)
+        self.work = new_closing(self.loops)
+        self.apart = apart_of(linkage)
+        self.scale = scale_of(linkage)
+
+    @cached_property
+    def _way(self) -> float:
+        return longest_way(self.linkage)
+
+    @cached_property
+    def _ends(self) -> tuple[End, End]:
+        return End(self.linkage, self.linkage.folded), End(self.linkage, self.linkage.flat)
+
+    def prove(self, states: Reals, margins: Sequence[float]) -> Proof:
+        """Prove a path from the folded to the flat state, shape (k, n_hinges), at the least of some margins (m)."""
+        limit = SHARE * PLAYS[0] * self.scale / self._way
+        states = self._polished(states)
+        coarse, shares, reach = self._joined(states)
+        m = self.linkage.n_hinges
+        fine = Motion(np.zeros(ROOM), np.zeros((ROOM, m)), np.zeros((ROOM, m)), np.zeros(ROOM), np.zeros(1, np.int64))
+        stop = np.zeros(2)
+        closed = bool(enclose(self.loops, coarse, shares, limit, HALVINGS, fine, stop))
+        if not closed:
+            return Proof(None, False, reach, 0.0, 0.0, None, 0.0)
+        count = int(fine.count[0])
+        angles, rates = fine.angles[:count].copy(), fine.rates[:count].copy()
+        motion = Course(fine.times[:count].copy(), angles, rates, np.zeros_like(angles), True)
+        wander = max(float(fine.wanders[:count].max()), *shares[:, 1:].sum(axis=1).tolist())
+        slack = wander * self._way
+        give = max(0.0, -float(angles.min()), float(angles.max()) - np.pi) + wander
+        clear = None
+        for margin in sorted(margins):
+            clear = certify(self.linkage, motion, margin=margin, slack=slack, apart=self.apart, measured=False)
+            if clear.kind == "clear":
+                break
+        return Proof(motion, True, reach, slack, give, clear, self._overlap(angles))
+
+    def _overlap(self, angles: Reals) -> float:
+        """How deep panels cut into each other at some states (m)."""
+        deepest, first = 0.0, 0
+        while (cut := first_cut(self.linkage, angles[first:], deepest, self.apart)) is not None:
+            deepest, first = cut.depth, first + cut.state
+        return deepest
+
+    def _polished(self, states: Reals) -> Reals:
+        """States closed to rounding, each once; the ends as they are."""
+        found = [self.linkage.folded.astype(float)]
+        for state in states[1:-1]:
+            own = state.copy()
+            if close(self.loops, own, POLISHED, 20, self.work) and np.abs(own - found[-1]).max() > APART:
+                found.append(own)
+        return np.array([*found, self.linkage.flat.astype(float)])
+
+    def _joined(self, states: Reals) -> tuple[Motion, Reals, tuple[float, float]]:
+        """The path with rates, begun and ended as the ends can be left; shares and wanders of both end steps."""
+        heads = [self._left(end, line) for end, line in zip(self._ends, (states, states[::-1]), strict=True)]
+        shares, reach = np.zeros((2, 1 + self.linkage.n_hinges)), [0.0, 0.0]
+        shares[1, 0] = 1.0
+        lines: list[Reals] = []
+        for side, (head, line) in enumerate(zip(heads, (states, states[::-1]), strict=True)):
+            if head is None:
+                reach[side] = float(np.abs(line[1] - line[0]).max())
+                lines.append(line[:1][:0])
+                continue
+            away, departure = head[2:]
+            shares[side, 0] = 1.0 - departure.share if side else departure.share
+            shares[side, 1:] = departure.wanders
+            lines.append(np.array([line[0], head[0]]))
+            far = np.abs(line - line[0]).max(axis=1) > 3.0 * away
+            own = np.flatnonzero(far)[0]
+            states = states[: len(states) - own] if side else states[own:]
+        if heads[0] is None:
+            states = states[1:]
+        if heads[1] is None:
+            states = states[:-1]
+        path = np.concatenate([lines[0], states, lines[1][::-1]])
+        times = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))]
+        rates = self._rates(times, path)
+        for side, head in enumerate(heads):
+            if head is not None:
+                own = slice(None, 2) if side == 0 else slice(-1, -3, -1)
+                times_here = times[own]
+                length = abs(times_here[1] - times_here[0])
+                sign = -1.0 if side else 1.0
+                rates[own] = sign * np.array(head[1]) / length
+        count = np.array([len(path)])
+        return Motion(times, path, rates, np.zeros(len(path)), count), shares, (reach[0], reach[1])
+
+    def _left(self, end: End, line: Reals) -> tuple[Reals, tuple[Reals, Reals], float, Departure] | None:
+        """How a path leaves an end: a state near it, slopes of the step at both its ends, and what is proved of it."""
+        direction = end.direction((line[1] - line[0]) / np.abs(line[1] - line[0]).max())
+        if direction is None:
+            return None
+        for away in FIRST:
+            state = line[0] + away * direction
+            if not close(self.loops, state, POLISHED, 30, self.work):
+                continue
+            rise, slope = state - line[0], away * direction
+            after = self._tangent(state, 2.0 * rise - slope)
+            course = np.stack([line[0], slope, 3.0 * rise - 2.0 * slope - after, slope + after - 2.0 * rise], axis=1)
+            departure = end.depart(course)
+            if departure is not None:
+                return state, (slope, after), away, departure
+        return None
+
+    def _tangent(self, state: Reals, rate: Reals) -> Reals:
+        """The part of a rate that keeps loops closed."""
+        open_by(self.loops, state, self.work)
+        rank = span(self.work, 1e-9)
+        found = rate[None].copy()
+        for _ in range(2):
+            take_off(self.work.basis, rank, found, 0)
+        return found[0]
+
+    def _rates(self, times: Reals, path: Reals) -> Reals:
+        """Rates at the states of a path: of the parabola through three of them, less what would open the loops."""
+        h, slopes = np.diff(times)[:, None], np.diff(path, axis=0) / np.diff(times)[:, None]
+        rates = np.concatenate([slopes[:1], (h[1:] * slopes[:-1] + h[:-1] * slopes[1:]) / (h[1:] + h[:-1]), slopes[-1:]])
+        return np.array([self._tangent(state, rate) for state, rate in zip(path, rates, strict=True)])
