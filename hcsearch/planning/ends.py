@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.kernels.planning.series import ORDERS, write_series
 from hcsearch.linkage import Linkage
 
 Reals = NDArray[np.float64]
@@ -45,17 +46,18 @@ class Departure:
 class _Step:
     """Bounds of a step, in the share s of it.
 
-    sizes : of the coefficients of s, s^2 and s^3 of the course. gain : size of what a ball of radius 1 turns.
-    total : the same, summed over hinges (rad). left : norms of the terms of F / s across the wrenches, of order 0, 1, 2,
-    and of F / s^2 along them, of order 0, 1. factors : of the derivative, of order 1 across, 1 along, 2 across.
+    sizes : of the coefficients of s, s^2 and s^3 of the course. gains : (n_hinges,), what a ball of radius 1 turns
+    (rad); gain : the size of that. across, along : norms of the terms of F / s across the wrenches, of order 0 to 3,
+    and of F / s^2 along them, of order 0 to 2. slopes : of the derivative, of order 1 and 2 across, 1 along.
     off : what rounding leaves of the derivative less 1.
     """
 
-    sizes: tuple[float, ...]
+    sizes: tuple[float, float, float]
     gains: Reals
     gain: float
-    left: tuple[float, ...]
-    factors: tuple[float, ...]
+    across: tuple[float, ...]
+    along: tuple[float, ...]
+    slopes: tuple[float, float, float]
     off: float
 
 
@@ -74,7 +76,7 @@ class End:
             jacobian[rows], self.norms[number, order] = _about_middle(jacobian[rows], order)
             self.products[rows] = _products(jacobian[rows], order)
         self.jacobian = jacobian
-        self.orders = [[hinge for hinge, _ in loop] for loop in loops]
+        self.orders = [np.array([hinge for hinge, _ in loop]) for loop in loops]
         left, values, _ = np.linalg.svd(jacobian)
         values = np.r_[values, np.zeros(len(left) - len(values))]
         self.rank = int((values > ZERO * max(values[0], 1.0)).sum()) if len(values) else 0
@@ -119,59 +121,26 @@ class End:
 
     def _step(self, course: Reals) -> _Step:
         """What the contraction of a step needs: norms, but for what is summed with signs."""
-        b, c, d = course[:, 1], course[:, 2], course[:, 3]
         across, along = self.across, self.along
-        _, derivative = self.equations(b)
+        _, derivative = self.equations(course[:, 1])
         inverse = np.linalg.pinv(derivative)
         gains = np.linalg.norm(inverse, axis=1)
-        bent = self.products @ b
-        third, turned = self._third(b, inverse)
-        left = (
-            across @ (self.jacobian @ b),
-            across @ (self.jacobian @ c + bent @ b),
-            across @ (self.jacobian @ d + 2.0 * bent @ c + third),
-            along @ (bent @ b),
-            along @ (2.0 * bent @ c + third),
-        )
-        factors = (
-            2.0 * across @ bent @ inverse,
-            along @ (2.0 * (self.products @ c) @ inverse + turned),
-            across @ turned,
-        )
+        height = len(self.jacobian)
+        terms, slopes = np.zeros((ORDERS, height)), np.zeros((ORDERS, height, height))
+        for number, order in enumerate(self.orders):
+            own = slice(6 * number, 6 * number + 6)
+            one, two = np.zeros((ORDERS, 6)), np.zeros((ORDERS, 6, height))
+            write_series(self.jacobian[own], order, course, inverse, one, two)
+            terms[:, own], slopes[:, own] = one, two
         return _Step(
-            sizes=(self._size(b), self._size(c), self._size(d)),
+            sizes=(self._size(course[:, 1]), self._size(course[:, 2]), self._size(course[:, 3])),
             gains=gains,
             gain=self._size(gains),
-            left=tuple(float(np.linalg.norm(part)) for part in left),
-            factors=tuple(float(np.linalg.norm(part)) for part in factors),
-            off=float(np.linalg.norm(derivative @ inverse - np.eye(len(derivative)))),
+            across=tuple(float(np.linalg.norm(across @ term)) for term in terms[1:]),
+            along=tuple(float(np.linalg.norm(along @ term)) for term in terms[2:]),
+            slopes=(_norm(across @ slopes[1]), _norm(across @ slopes[2]), _norm(along @ slopes[2])),
+            off=_norm(derivative @ inverse - np.eye(height)),
         )
-
-    def _third(self, direction: Reals, inverse: Reals) -> tuple[Reals, Reals]:
-        """The terms of third order of F in a direction, (n_rows,), and their derivative times a matrix, (n_rows, k)."""
-        columns = inverse.shape[1]
-        found, turned = np.zeros(len(self.jacobian)), np.zeros((len(self.jacobian), columns))
-        for number, order in enumerate(self.orders):
-            product, change = np.zeros((4, 4, 4)), np.zeros((4, columns, 4, 4))
-            product[0] = np.eye(4)
-            for h in order:
-                screw = _matrix(self.jacobian[6 * number : 6 * number + 6, h])
-                x, own, powers = direction[h], inverse[h][:, None, None], [np.eye(4)]
-                for _ in range(3):
-                    powers.append(powers[-1] @ screw)
-                terms = [power * x**k / math.factorial(k) for k, power in enumerate(powers)]
-                slopes = [0.0 * screw, *(powers[k] * x ** (k - 1) / math.factorial(k - 1) for k in (1, 2, 3))]
-                change = np.stack(
-                    [
-                        sum(change[k - j] @ terms[j] + own * (product[k - j] @ slopes[j]) for j in range(k + 1))
-                        for k in range(4)
-                    ]
-                )
-                product = np.stack([sum(product[k - j] @ terms[j] for j in range(k + 1)) for k in range(4)])
-            rows = slice(6 * number, 6 * number + 6)
-            found[rows] = _twist(product[3])
-            turned[rows] = _twist(change[3]).T
-        return found, turned
 
     def _size(self, change: Reals) -> float:
         """The norm of the greatest product of matrices that a change of the angles stands for."""
@@ -179,39 +148,37 @@ class End:
 
     def _contracts(self, step: _Step, s: float) -> float | None:
         """The radius of the ball that the map contracts at all shares up to s, None where it is not proved to."""
-        pair, across, along = _pair, self.across, self.along
-        b, c, d = step.sizes
-        beside = s * c + s * s * d  # what the course turns off its tangent by
-        most = b + beside
-        # F over s: the terms of the course, and what its third order and those above do not exceed
-        higher = pair(c, c) + 2.0 * pair(b, d) + 2.0 * s * pair(c, d) + s * s * pair(d, d)
-        third = 0.5 * beside * (b + most) ** 2 / 2.0 + _exp_rest(s * most, 4) / s**3
-        left_across = step.left[0] + s * step.left[1] + s * s * step.left[2] + s**3 * higher + s * s * third
-        left_along = step.left[3] + s * step.left[4] + s * s * higher + s * third
-        rounding = ROUNDING * (1.0 + step.gain) * (b + b * b + c)
+        b, c, _ = step.sizes
+        rounding = ROUNDING * (1.0 + step.gain) * (1.0 + b + b * b + c)
+        rest = _rest(step.sizes, s, ORDERS)
+        left_across = sum(term * s**k for k, term in enumerate(step.across)) + rest / s
+        left_along = sum(term * s**k for k, term in enumerate(step.along)) + rest / s**2
         radius = (math.hypot(left_across, left_along) + rounding) / (1.0 - CONTRACTION)
-        off = beside + radius * step.gain
-        turned = 0.5 * off * (2.0 * b + off) * step.gain + _exp_rest(s * (b + off), 3) / s**2 * step.gain
-        factor_across = s * step.factors[0] + 2.0 * s * pair(off, step.gain) + s * s * (step.factors[2] + turned)
-        factor_along = s * step.factors[1] + 2.0 * pair(off - s * c, step.gain) + s * turned
+        off = radius * step.gain  # what the ball adds to the course, of order 1
+        rest = step.gain * _rest(step.sizes, s, 3)
+        beside = off * step.gain * math.exp(min(s * (b + off) + s * s * c + s**3 * step.sizes[2], 700.0))
+        factor_across = s * step.slopes[0] + s * s * step.slopes[1] + rest + s * beside
+        factor_along = s * step.slopes[2] + rest / s + beside
         factor = math.hypot(factor_across, factor_along) + step.off + rounding
         return radius if factor <= CONTRACTION else None
 
 
-def _pair(one: float, two: float) -> float:
-    """What B of two changes of given sizes does not exceed."""
-    return 0.5 * one * two
+def _rest(sizes: tuple[float, float, float], s: float, order: int) -> float:
+    """What the terms from an order on of exp(s b + s^2 c + s^3 d) sum to at most, for sizes b, c, d.
+
+    All of them are positive, so that from s to r >= s they grow by (r / s)^order at least.
+    """
+    b, c, d = sizes
+    least = math.inf
+    for share in (0.25, 0.5, 1.0, 2.0):
+        r = max(s, share * order / max(b, 1e-300))
+        least = min(least, (s / r) ** order * math.exp(min(r * (b + r * (c + r * d)), 700.0)))
+    return least
 
 
-def _exp_rest(x: float, terms: int) -> float:
-    """The exponential less its first terms, of x >= 0."""
-    if x > 1.0:
-        return math.exp(min(x, 700.0))
-    total, term = 0.0, x**terms / math.factorial(terms)
-    for k in range(terms, terms + 20):
-        total += term
-        term *= x / (k + 1)
-    return total
+def _norm(matrix: Reals) -> float:
+    """The Frobenius norm."""
+    return float(np.linalg.norm(matrix))
 
 
 def _about_middle(screws: Reals, order: list[int]) -> tuple[Reals, Reals]:
@@ -243,16 +210,3 @@ def _products(screws: Reals, order: list[int]) -> Reals:
     for i, h in enumerate(order):
         found[:, h, order] += half[i].T
     return found
-
-
-def _matrix(screw: Reals) -> Reals:
-    """The 4 x 4 matrix of a screw."""
-    x, y, z, a, b, c = screw
-    return np.array([[0.0, -z, y, a], [z, 0.0, -x, b], [-y, x, 0.0, c], [0.0, 0.0, 0.0, 0.0]])
-
-
-def _twist(matrices: Reals) -> Reals:
-    """The twist of 4 x 4 matrices, shape (..., 6): the skew part of their rotations, and their translations."""
-    m = matrices
-    skew = [m[..., 2, 1] - m[..., 1, 2], m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] - m[..., 0, 1]]
-    return np.stack([*(0.5 * part for part in skew), m[..., 0, 3], m[..., 1, 3], m[..., 2, 3]], axis=-1)

@@ -1,0 +1,95 @@
+"""The closure of a loop as a power series of the share of a step, from a state where it is closed."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiled import compiled, lean
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+ORDERS = 5
+"""Orders of the series, from 0."""
+
+
+@compiled
+def write_series(screws: Reals, order: Whole, course: Reals, columns: Reals, terms: Reals, slopes: Reals) -> None:
+    """Write the terms of order 0 to 4 of the twist of T - 1, and of its derivative.
+
+    screws : (6, m), of the hinges. order : those of the loop. course : (m, 4), the change of the angles is s b + s^2 c +
+    s^3 d with the columns from 1 on. columns : (m, k), changes by s of which the derivative is wanted.
+    terms : (5, 6) and slopes : (5, 6, k), written; the derivative is that over s.
+    """
+    k = columns.shape[1]
+    product, change = np.zeros((ORDERS, 4, 4)), np.zeros((k, ORDERS, 4, 4))
+    turn, slope, room = np.zeros((ORDERS, 4, 4)), np.zeros((ORDERS, 4, 4)), np.zeros((ORDERS, 4, 4))
+    for i in range(4):
+        product[0, i, i] = 1.0
+    for h in order:
+        _factor(screws[:, h], course[h], turn, slope)
+        for j in range(k):
+            room[:] = 0.0
+            _add_product(change[j], turn, 1.0, room)
+            _add_product(product, slope, columns[h, j], room)
+            change[j] = room
+        room[:] = 0.0
+        _add_product(product, turn, 1.0, room)
+        product[:] = room
+    for n in range(ORDERS):
+        for i in range(6):
+            terms[n, i] = _twist(product[n], i)
+            for j in range(k):
+                slopes[n, i, j] = _twist(change[j, n], i)
+
+
+@compiled
+def _factor(screw: Reals, course: Reals, turn: Reals, slope: Reals) -> None:
+    """Write the series of exp(x S) of a screw and a cubic x of the share, and of its derivative by x."""
+    matrix, power = np.zeros((4, 4)), np.zeros((4, 4))
+    matrix[0, 1], matrix[0, 2], matrix[1, 2] = -screw[2], screw[1], -screw[0]
+    matrix[1, 0], matrix[2, 0], matrix[2, 1] = screw[2], -screw[1], screw[0]
+    matrix[0, 3], matrix[1, 3], matrix[2, 3] = screw[3], screw[4], screw[5]
+    scalar, before = np.zeros(ORDERS), np.zeros(ORDERS)  # x^n / n!, and x^(n-1) / (n-1)!
+    scalar[0] = 1.0
+    for i in range(4):
+        power[i, i] = 1.0
+    turn[:] = 0.0
+    slope[:] = 0.0
+    for n in range(ORDERS + 1):
+        for order in range(ORDERS):
+            for i in range(3):
+                for j in range(4):
+                    turn[order, i, j] += scalar[order] * power[i, j]
+                    slope[order, i, j] += before[order] * power[i, j]
+            turn[order, 3, 3] = 1.0 if order == 0 else 0.0
+        before[:] = scalar
+        for order in range(ORDERS - 1, -1, -1):
+            total = 0.0
+            for i in range(1, min(order, 3) + 1):
+                total += course[i] * scalar[order - i]
+            scalar[order] = total / (n + 1)
+        power = power @ matrix
+
+
+@lean
+def _add_product(one: Reals, two: Reals, factor: float, found: Reals) -> None:
+    """Add the product of two series of matrices, times a factor."""
+    for n in range(ORDERS):
+        for own in range(n + 1):
+            for i in range(4):
+                for j in range(4):
+                    value = 0.0
+                    for k in range(4):
+                        value += one[own, i, k] * two[n - own, k, j]
+                    found[n, i, j] += factor * value
+
+
+@lean
+def _twist(matrix: Reals, i: int) -> float:
+    """An entry of the twist of a matrix: of the skew part of its rotation, or of its translation."""
+    if i > 2:
+        return float(matrix[i - 3, 3])
+    j, k = (i + 1) % 3, (i + 2) % 3
+    return float(0.5 * (matrix[k, j] - matrix[j, k]))
