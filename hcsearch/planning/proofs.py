@@ -30,7 +30,7 @@ PLAYS = (1e-5, 2e-5, 5e-5, 1e-4)
 """Margins at which a path is certified, least first, m, for panels with edges of 50 mm."""
 SHARE = 0.04
 """What closed states may be off, as a share of the least of these margins."""
-FIRST = (1e-2, 3e-3, 1e-3)
+FIRST = (1e-2, 5e-3, 2.5e-3, 1e-3, 5e-4)
 """Lengths of the first step (rad) that are tried, one after the other."""
 HALVINGS = 14
 """Closed states are put between two states of a path no more often than this."""
@@ -82,18 +82,22 @@ class Prover:
         return longest_way(self.linkage)
 
     @cached_property
+    def limit(self) -> float:
+        """What closed states may differ from a path by, summed over hinges (rad)."""
+        return SHARE * PLAYS[0] * self.scale / self._way
+
+    @cached_property
     def _ends(self) -> tuple[End, End]:
         return End(self.linkage, self.linkage.folded), End(self.linkage, self.linkage.flat)
 
     def prove(self, states: Reals, margins: Sequence[float]) -> Proof:
         """Prove a path from the folded to the flat state, shape (k, n_hinges), at the least of some margins (m)."""
-        limit = SHARE * PLAYS[0] * self.scale / self._way
         states = self._polished(states)
         coarse, shares, reach = self._joined(states)
         m = self.linkage.n_hinges
         fine = Motion(np.zeros(ROOM), np.zeros((ROOM, m)), np.zeros((ROOM, m)), np.zeros(ROOM), np.zeros(1, np.int64))
         stop = np.zeros(2)
-        closed = bool(enclose(self.loops, coarse, shares, limit, HALVINGS, fine, stop))
+        closed = bool(enclose(self.loops, coarse, shares, self.limit, HALVINGS, fine, stop))
         if not closed:
             return Proof(None, False, reach, 0.0, 0.0, None, 0.0)
         count = int(fine.count[0])
@@ -173,9 +177,17 @@ class Prover:
             after = self._tangent(state, 2.0 * rise - slope)
             course = np.stack([line[0], slope, 3.0 * rise - 2.0 * slope - after, slope + after - 2.0 * rise], axis=1)
             departure = end.depart(course)
-            if departure is not None:
+            if departure is not None and self._encloses(line[0], state, slope, after, departure):
                 return state, (slope, after), away, departure
         return None
+
+    def _encloses(self, end: Reals, state: Reals, slope: Reals, after: Reals, departure: Departure) -> bool:
+        """Whether closed states lie beside the rest of a first step, too, and near enough."""
+        ends = np.zeros((2, 1 + len(end)))
+        ends[0, 0], ends[0, 1:], ends[1, 0] = departure.share, departure.wanders, 1.0
+        step = Motion(np.array([0.0, 1.0]), np.array([end, state]), np.array([slope, after]), np.zeros(2), np.array([2]))
+        fine = Motion(np.zeros(3), np.zeros((3, len(end))), np.zeros((3, len(end))), np.zeros(3), np.zeros(1, np.int64))
+        return bool(enclose(self.loops, step, ends, self.limit, 0, fine, np.zeros(2)))
 
     def _tangent(self, state: Reals, rate: Reals) -> Reals:
         """The part of a rate that keeps loops closed."""
