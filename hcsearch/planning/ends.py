@@ -26,6 +26,10 @@ HALVINGS = 30
 """A step is halved no more often than this."""
 ROUNDING = 1e-13
 """What rounding makes of the equations, relative to the norms of what enters them: sums of some hundred products."""
+SLOWEST = 0.01
+"""Turn of a hinge that leaves an end, over that of the fastest."""
+CLOSED = 1e-14
+"""What a direction may leave open at first and second order."""
 ZERO = 1e-9
 """Singular values of the Jacobian below this share of the greatest are zeros."""
 
@@ -92,15 +96,33 @@ class End:
         ]
 
     def direction(self, guess: Reals) -> Reals | None:
-        """The direction nearest to a guess, of the same length, in which the end is left at second order; None without one."""
-        length = float(np.linalg.norm(guess))
-        found = guess / length
-        for _ in range(30):
-            open_, derivative = self.equations(found)
-            if np.abs(open_).max(initial=0.0) < 1e-14:
-                return length * found
-            found = found - np.linalg.pinv(derivative, rcond=1e-10) @ open_
-            found /= np.linalg.norm(found)
+        """The direction nearest to a guess in which the end is left at second order and stops are kept; None without.
+
+        Its greatest entry is 1. No hinge turns by less than `SLOWEST`, where that can be, or not at all.
+        """
+        sense = np.where(self.angles > 1.0, -1.0, 1.0)
+        for slowest in (SLOWEST, 0.0):
+            found = self._within(sense * guess / np.abs(guess).max(), sense, slowest)
+            if found is not None:
+                return sense * found / found.max()
+        return None
+
+    def _within(self, turns: Reals, sense: Reals, slowest: float) -> Reals | None:
+        """The nearest turns off the stops, none below a bound, that close the loops at second order, by Newton's steps."""
+        turns = np.maximum(turns, slowest)
+        held = np.zeros(len(turns), bool)
+        for _ in range(40):
+            open_, derivative = self.equations(sense * turns)
+            if np.abs(open_).max(initial=0.0) < CLOSED:
+                return turns
+            if held.all():
+                return None
+            step = np.linalg.pinv((derivative * sense)[:, ~held], rcond=1e-10) @ open_
+            turns[~held] -= step
+            held |= turns < slowest
+            turns = np.maximum(turns, slowest)
+            if not np.isfinite(turns).all() or turns.max() < 0.1:
+                return None
         return None
 
     def depart(self, course: Reals) -> Departure | None:
