@@ -1,0 +1,130 @@
+"""A path made shorter, smoother and freer of contact."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.planning.chords import link, told_apart
+from hcsearch.kernels.planning.contacts import contact_rows
+from hcsearch.kernels.planning.sliding import slide
+from hcsearch.kernels.planning.space import Space, Stack, State, Work, copy, farthest, pick, place, square
+
+Reals = NDArray[np.float64]
+
+PIECE = 0.1
+"""Longest straight piece (rad)."""
+DEPTH = 9
+"""Pieces are halved no more often than this."""
+GAIN = 0.999
+"""A shortcut is taken where it is shorter by more than this factor."""
+STEP = 0.03
+"""Longest step (rad) by which a state of the path is moved."""
+LEAST = 1e-7
+"""Singular values of the closure Jacobian up to this count as zeros."""
+PUSH = 0.02
+"""What contact moves a state by (rad), where panels touch."""
+
+
+@compiled
+def shorten(
+    space: Space, path: Reals, count: int, tries: int, seed: int, stack: Stack, work: Work, between: Reals
+) -> int:
+    """Link states of a path, at random, beside straight pieces that are shorter than it; how many states it has then.
+
+    path : (capacity, m), of which the first `count` rows are the path. between : (k, m), room for a shortcut.
+    """
+    np.random.seed(seed)
+    for _ in range(tries):
+        if count < 3:
+            break
+        i, j = np.random.randint(count), np.random.randint(count)
+        i, j = min(i, j), max(i, j)
+        if j - i < 2:
+            continue
+        new = link(space, path[i], path[j], PIECE, DEPTH, stack, work, between)
+        if new < 0 or count + new - (j - i - 1) > len(path):
+            continue
+        before = _length(path[i : j + 1])
+        after = math.sqrt(square(path[i], between[0] if new else path[j]))
+        if new:
+            after += _length(between[:new]) + math.sqrt(square(between[new - 1], path[j]))
+        if after < GAIN * before:
+            rest = path[j:count].copy()
+            path[i + 1 : i + 1 + new] = between[:new]
+            path[i + 1 + new : i + 1 + new + len(rest)] = rest
+            count = i + 1 + new + len(rest)
+    return count
+
+
+@compiled
+def _length(states: Reals) -> float:
+    """The length of the way along some states (rad)."""
+    total = 0.0
+    for i in range(len(states) - 1):
+        total += math.sqrt(square(states[i], states[i + 1]))
+    return total
+
+
+@compiled
+def relax(space: Space, path: Reals, count: int, sweeps: int, wished: float, stack: Stack, work: Work) -> None:
+    """Move the states of a path, in place, between their neighbours, and off contact.
+
+    wished : m, gap of shrunk panels up to which contact pushes. A state moves where panels keep apart at its new place
+    and on both pieces beside it.
+    """
+    before, here, after, moved = pick(stack, 0), pick(stack, 1), pick(stack, 2), pick(stack, 3)
+    for _ in range(sweeps):
+        place(space, path[0], -math.inf, before)
+        place(space, path[1], -math.inf, here)
+        for k in range(1, count - 1):
+            place(space, path[k + 1], -math.inf, after)
+            _want(space, before, here, after, wished, work)
+            if slide(space, here, STEP, LEAST, work, moved) > 0.0 and _fits(space, before, moved, after):
+                path[k] = moved.angles
+                copy(moved, here)
+            copy(here, before)
+            copy(after, here)
+
+
+@compiled
+def _want(space: Space, before: State, here: State, after: State, wished: float, work: Work) -> None:
+    """Write what a state wants: to lie half-way between its neighbours, and its panels apart."""
+    count = contact_rows(space, here, wished, 0, work)
+    push = np.zeros(len(work.want))
+    for row in range(count):
+        near = max(0.0, 1.0 - (space.kept - work.bounds[row] / 0.7) / wished)
+        for h in range(len(push)):
+            push[h] += near * work.rows[row, h]
+    big = max(np.abs(push).max(), 1e-12)
+    least = max(0.0, 1.0 - here.gaps.min() / wished)
+    for h in range(len(push)):
+        middle = 0.5 * (before.angles[h] + after.angles[h])
+        work.want[h] = middle - here.angles[h] + PUSH * least * push[h] / big
+
+
+@compiled
+def _fits(space: Space, before: State, here: State, after: State) -> bool:
+    """Whether the pieces to both neighbours are straight enough and panels keep apart beside them."""
+    if max(farthest(before.angles, here.angles), farthest(here.angles, after.angles)) > 1.5 * PIECE:
+        return False
+    return told_apart(space, before, here) and told_apart(space, here, after)
+
+
+@compiled
+def thin(space: Space, path: Reals, count: int, least: float, stack: Stack) -> int:
+    """Leave out states that are nearer to the one before than some distance (rad), where panels keep apart without."""
+    kept = 0
+    before, after = pick(stack, 0), pick(stack, 1)
+    for k in range(1, count):
+        if k < count - 1 and farthest(path[k], path[kept]) < least:
+            place(space, path[kept], -math.inf, before)
+            place(space, path[k + 1], -math.inf, after)
+            if farthest(path[kept], path[k + 1]) < 1.5 * PIECE and told_apart(space, before, after):
+                continue
+        kept += 1
+        path[kept] = path[k]
+    return kept + 1
