@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from hcsearch.collision.clearance import Clearance, certify, longest_way, scale_of
 from hcsearch.collision.penetration import first_cut
 from hcsearch.kernels.intervals import Course
-from hcsearch.kernels.planning.closing import close, new_closing, open_by, span, take_off
+from hcsearch.kernels.planning.closing import close, keep_closed, new_closing
 from hcsearch.kernels.planning.tubes import POLISHED, Motion, enclose
 from hcsearch.linkage import Linkage
 from hcsearch.planning.ends import Departure, End
@@ -125,7 +125,7 @@ class Prover:
         found = [self.linkage.folded.astype(float)]
         for state in states[1:-1]:
             own = state.copy()
-            if close(self.loops, own, POLISHED, 20, self.work) and np.abs(own - found[-1]).max() > APART:
+            if close(self.loops, own, POLISHED, 0.0, 20, self.work) and np.abs(own - found[-1]).max() > APART:
                 found.append(own)
         return np.array([*found, self.linkage.flat.astype(float)])
 
@@ -171,7 +171,7 @@ class Prover:
             return None
         for away in FIRST:
             state = line[0] + away * direction
-            if not close(self.loops, state, POLISHED, 30, self.work):
+            if not close(self.loops, state, POLISHED, 0.0, 30, self.work):
                 continue
             rise, slope = state - line[0], away * direction
             after = self._tangent(state, 2.0 * rise - slope)
@@ -190,12 +190,9 @@ class Prover:
         return bool(enclose(self.loops, step, ends, self.limit, 0, fine, np.zeros(2)))
 
     def _tangent(self, state: Reals, rate: Reals) -> Reals:
-        """The part of a rate that keeps loops closed."""
-        open_by(self.loops, state, self.work)
-        rank = span(self.work, 1e-9)
+        """The part of a rate that keeps loops closed and hinges at their stops."""
         found = rate[None].copy()
-        for _ in range(2):
-            take_off(self.work.basis, rank, found, 0)
+        keep_closed(self.loops, state, found, 0, self.work)
         return found[0]
 
     def _rates(self, times: Reals, path: Reals) -> Reals:

@@ -101,7 +101,7 @@ def _half_way(space: Space, left: State, right: State, work: Work, found: State)
     """Write the closed state half-way between two, and whether it is near its place and panels keep apart there."""
     for h in range(len(work.trial)):
         work.trial[h] = 0.5 * (left.angles[h] + right.angles[h])
-    if not close(space.loops, work.trial, CLOSED, 12, work.closing):
+    if not close(space.loops, work.trial, CLOSED, 0.0, 12, work.closing):
         return False
     off = 0.0
     for h in range(len(work.trial)):

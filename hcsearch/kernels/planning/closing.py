@@ -17,6 +17,10 @@ Whole = NDArray[np.int64]
 
 CLOSED = 1e-10
 """Closure residual (rad, or gap over size) of a closed state."""
+STOPPED = 1e-9
+"""A hinge that is not further than this from a stop (rad) is at it."""
+REDUNDANT = 1e-9
+"""Singular directions of closure up to this count as free."""
 SMALL = 1e-13
 """Damping of the equations where loops are closed: keeps those of redundant loops solvable."""
 
@@ -72,15 +76,16 @@ def open_by(loops: Loops, angles: Reals, work: Closing) -> float:
 
 
 @compiled
-def close(loops: Loops, angles: Reals, tolerance: float, steps: int, work: Closing) -> bool:
+def close(loops: Loops, angles: Reals, tolerance: float, give: float, steps: int, work: Closing) -> bool:
     """Move fold angles to the nearest closed state within the stops; whether that is closed.
 
-    Damped Gauss-Newton steps of least length. Hinges that a step takes beyond a stop stay there.
+    give : what hinges may be beyond a stop (rad). Damped Gauss-Newton steps of least length. Hinges that a step takes
+    further beyond stay there.
     """
     m = len(angles)
     held = np.zeros(m, np.bool_)
     for h in range(m):
-        angles[h] = min(max(angles[h], 0.0), math.pi)
+        angles[h] = min(max(angles[h], -give), math.pi + give)
     for _ in range(steps):
         worst = open_by(loops, angles, work)
         if worst < tolerance:
@@ -97,8 +102,8 @@ def close(loops: Loops, angles: Reals, tolerance: float, steps: int, work: Closi
                 continue
             for i in range(len(work.right)):
                 angles[h] -= work.jacobian[i, h] * work.right[i]
-            if not 0.0 <= angles[h] <= math.pi:
-                angles[h] = min(max(angles[h], 0.0), math.pi)
+            if not -give <= angles[h] <= math.pi + give:
+                angles[h] = min(max(angles[h], -give), math.pi + give)
                 held[h] = True
     return open_by(loops, angles, work) < tolerance
 
@@ -169,3 +174,17 @@ def take_off(basis: Reals, rank: int, table: Reals, row: int) -> None:
     m = basis.shape[1]
     for j in range(rank):
         subtract_row(table, row, row_product(table, row, basis, j, m), basis, j, m)
+
+
+@lean
+def keep_closed(loops: Loops, angles: Reals, table: Reals, row: int, work: Closing) -> None:
+    """Take off a rate, a row of a table, what opens loops, and what turns hinges that are at a stop."""
+    open_by(loops, angles, work)
+    for h in range(len(angles)):
+        if angles[h] < STOPPED or angles[h] > math.pi - STOPPED:
+            table[row, h] = 0.0
+            for i in range(len(work.residual)):
+                work.jacobian[i, h] = 0.0
+    rank = span(work, REDUNDANT)
+    for _ in range(2):
+        take_off(work.basis, rank, table, row)

@@ -66,7 +66,7 @@ def fan_out(space: Space, tree: Tree, wanted: int, tries: int, seed: int, stack:
         widest = angles.max()
         for h in range(m):
             angles[h] = abs(root[h] - off * angles[h] / widest)
-        if not close(space.loops, angles, CLOSED, 30, work.closing) or farthest(angles, root) < 0.3 * off:
+        if not close(space.loops, angles, CLOSED, 0.0, 30, work.closing) or farthest(angles, root) < 0.3 * off:
             continue
         if not place(space, angles, space.least, pick(stack, 0)):
             continue

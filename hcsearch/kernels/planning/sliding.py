@@ -67,7 +67,7 @@ def _take(space: Space, state: State, work: Work, found: State) -> float:
     """Take the step, and close its end; the greatest change of an angle, 0 where it cannot be taken."""
     for h in range(len(work.trial)):
         work.trial[h] = state.angles[h] + work.step[h]
-    if not close(space.loops, work.trial, CLOSED, 8, work.closing):
+    if not close(space.loops, work.trial, CLOSED, 0.0, 8, work.closing):
         return 0.0
     off = length = 0.0
     for h in range(len(work.trial)):

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.loops import close_loops, fold_on
-from hcsearch.kernels.planning.closing import Closing, Loops, close, new_closing, open_by, span, take_off
+from hcsearch.kernels.planning.closing import Closing, Loops, close, keep_closed, new_closing
 from hcsearch.kernels.rows import row_product, subtract_row
 
 Reals = NDArray[np.float64]
@@ -35,6 +35,8 @@ ROUNDING = 4e-15
 three products of two entries, each known to a few units in the last place, as the hinges' places are."""
 SHORTEST = 0.5**12
 """Share of a step below which a piece is not halved."""
+GIVE = 1e-3
+"""What hinges of a motion may be beyond their stops (rad): cubics overshoot. Who asks for a proof says what is allowed."""
 POLISHED = 1e-14
 """Closure residual (rad, or gap over size) to which states are closed."""
 
@@ -186,16 +188,13 @@ def _put_between(loops: Loops, course: Reals, fine: Motion, waiting: Motion, wor
         waiting.rates[top + 1, k] = (b + c + 0.75 * d) / h
         wide += (waiting.angles[top, k] - fine.angles[here, k]) ** 2
     before = middle.copy()
-    if not close(loops, middle, POLISHED, 20, work):
+    if not close(loops, middle, POLISHED, GIVE, 20, work):
         return False
     for k in range(len(course)):
         wide -= 16.0 * (middle[k] - before[k]) ** 2
     if wide < 0.0:
         return False
-    open_by(loops, middle, work)
-    rank = span(work, 0.0)
-    for _ in range(2):
-        take_off(work.basis, rank, waiting.rates, top + 1)
+    keep_closed(loops, middle, waiting.rates, top + 1, work)
     waiting.times[top + 1] = fine.times[here] + 0.5 * h
     waiting.count[0] = top + 2
     return True
