@@ -14,8 +14,6 @@ from hcsearch.kernels.planning.space import Space, Stack, State, Work, copy, far
 
 Reals = NDArray[np.float64]
 
-FAR = 5.0
-"""Pairs further apart than this many times `near`, at both ends of a chord, do not meet beside it."""
 OFF = 0.5
 """The closed state half-way along a chord may be off by this share of half its length."""
 
@@ -26,8 +24,9 @@ def told_apart(space: Space, one: State, two: State) -> bool:
 
     What lies between is left to the proof: this screens.
     """
+    moved = space.lever * farthest(one.angles, two.angles)
     for p in range(len(space.pairs)):
-        if one.gaps[p] > FAR * space.near and two.gaps[p] > FAR * space.near:
+        if one.gaps[p] + two.gaps[p] > moved:
             continue
         if not (_tells(space, one, two, p) or _tells(space, two, one, p)):
             return False

@@ -18,6 +18,8 @@ Reals = NDArray[np.float64]
 
 SWEEPS = 150
 """Rounds over all conditions of a step."""
+ROUNDS = 6
+"""How often conditions are taken in."""
 AGREED = 1e-4
 """Rounds end where they change the step by no more than this share."""
 FLATTEST = 1e-7
@@ -83,10 +85,12 @@ def _take(space: Space, state: State, work: Work, found: State) -> float:
 
 @compiled
 def _allow(space: Space, state: State, size: float, rank: int, work: Work) -> None:
-    """Replace the step by the nearest that stops and contacts allow."""
+    """Replace the step by the nearest that stops and contacts allow.
+
+    Few of the conditions push: those that do not hold are taken in, and the step is computed anew, until all hold.
+    """
     m = len(space.folded)
     count = 0
-    reach = size * space.lever
     for h in range(m):
         for up in range(2):
             spare = math.pi - state.angles[h] if up else state.angles[h]
@@ -95,30 +99,59 @@ def _allow(space: Space, state: State, size: float, rank: int, work: Work) -> No
                 work.rows[count, h] = -1.0 if up else 1.0
                 work.bounds[count] = -spare
                 count += 1
-    count = contact_rows(space, state, reach, count, work)
-    kept = 0
+    count = contact_rows(space, state, size * space.lever, count, work)
     for row in range(count):
-        take_off(work.closing.basis, rank, work.rows, row)
-        long = math.sqrt(row_product(work.rows, row, work.rows, row, m))
-        if long > FLATTEST:
-            divide_row(work.rows, row, long, m)
-            for h in range(m):
-                work.rows[kept, h] = work.rows[row, h]
-            work.bounds[kept] = work.bounds[row] / long
-            kept += 1
-    _ascend(kept, work)
+        work.forces[row] = 0.0
+    wanted = work.step.copy()
+    kept = 0
+    for _ in range(ROUNDS):
+        more = _take_in(rank, kept, count, work)
+        if more == kept:
+            return
+        kept = more
+        _ascend(kept, wanted, work)
 
 
 @lean
-def _ascend(count: int, work: Work) -> None:
-    """Move the step by forces of the conditions until all hold."""
+def _take_in(rank: int, kept: int, count: int, work: Work) -> int:
+    """Move conditions that do not hold behind those that were taken in, each of unit length; how many there are now.
+
+    The freedoms of the step lie across the rows of closure, so what lies along those is taken off a condition.
+    """
+    m = len(work.step)
+    basis = work.closing.basis
+    for row in range(kept, count):
+        value = 0.0
+        for h in range(m):
+            value += work.rows[row, h] * work.step[h]
+        if value >= work.bounds[row]:
+            continue
+        for h in range(m):
+            work.rows[row, h], work.rows[kept, h] = work.rows[kept, h], work.rows[row, h]
+        work.bounds[row], work.bounds[kept] = work.bounds[kept], work.bounds[row]
+        take_off(basis, rank, work.rows, kept)
+        long = math.sqrt(row_product(work.rows, kept, work.rows, kept, m))
+        if long > FLATTEST:
+            divide_row(work.rows, kept, long, m)
+            work.bounds[kept] /= long
+            kept += 1
+        else:
+            work.bounds[kept] = -math.inf  # no step changes it
+    return kept
+
+
+@lean
+def _ascend(count: int, wanted: Reals, work: Work) -> None:
+    """Move the step by forces of the conditions that were taken in until these hold."""
     m = len(work.step)
     size = 0.0
     for h in range(m):
-        size += work.step[h] ** 2
+        work.step[h] = wanted[h]
+        size += wanted[h] ** 2
     size = math.sqrt(size)
     for row in range(count):
-        work.forces[row] = 0.0
+        for h in range(m):
+            work.step[h] += work.forces[row] * work.rows[row, h]
     for _ in range(SWEEPS):
         worst = 0.0
         for row in range(count):
