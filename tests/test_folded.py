@@ -119,7 +119,7 @@ def test_given_one_folding_one_congruence_tells_the_others(data):
     m, half, found = circuit.grid.directions, circuit.n // 2, foldings(circuit)
     for folding in found:
         turns = np.roll(np.diff(circuit.word, prepend=circuit.word[-1]), -folding.crease - 1)  # from panel j + 1 on
-        mine, mate = alternating(turns[:half]), alternating(-turns[:half - 1:-1])
+        mine, mate = alternating(turns[:half]), alternating(-turns[: half - 1 : -1])
         flat = {
             (k + folding.crease) % half
             for k in range(1, half)
