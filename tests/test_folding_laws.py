@@ -211,6 +211,28 @@ def test_squares_join_to_untwisted_designs(n):
     assert joined >= 8
 
 
+@pytest.mark.parametrize("n", [6, 10, 12, 14, 16])
+def test_triangles_join_to_circuits_without_t_and_grow_by_ten(n):
+    turned = [opened_triangles(Circuit(GRIDS["triangle"], word)) for word in words("triangle", n)]
+    for one, two in itertools.product(turned, repeat=2):
+        totals = {sums(Circuit(GRIDS["triangle"], (*half, 3)))[0] for half in (one, two)}
+        if len(totals) == 1:
+            joined = Circuit(GRIDS["triangle"], (*one, 1, 2, *((d + 3) % 6 for d in two), 4, 5))
+            assert joined.n == 2 * n + 2
+            assert sums(joined)[0] == 0
+        assert Circuit(GRIDS["triangle"], (*one, 1, 0, 1, 2, 3, 2, 3, 4, 5, 4, 5)).n == n + 10
+
+
+def opened_triangles(circuit):
+    """The circuit, counterclockwise, as a walk to its leftmost highest panel from the lower left one next to it."""
+    n = circuit.n
+    word = circuit.word if sum(circuit.turns) > 0 else tuple((d + 3) % 6 for d in reversed(circuit.word))
+    points = Circuit(circuit.grid, word).points
+    top = max(range(n), key=lambda k: (points[k][1], -points[k][0]))
+    assert word[top] == 3
+    return word[top + 1 :] + word[:top]
+
+
 @pytest.mark.parametrize("n", [4, 6, 8])
 def test_hexagons_join_to_untwisted_designs(n):
     ways = {0: ([4, 4], [1, 0, 1]), 2: ([4, 4], [1, 1, 0]), 4: ([4, 4, 5, 5, 4], [1, 0, 1, 0, 1, 0])}
