@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcsearch.circuit import Circuit
 from hcsearch.drawing import draw_circuit
@@ -25,8 +26,8 @@ Face = Literal["top", "bottom"]
 def fold(circuits: CircuitBatch) -> FoldingBatch:
     """All two-stack foldings of a batch of circuits; none where the number of panels is odd.
 
-    Source: thesis section 3.2.1, with directions of steps instead of drawn edges: reflected across the crease that
-    faces d, the edge that faces r comes to face 2 d + m / 2 - r (mod m directions).
+    Source: thesis section 3.2.1, where drawn edges are reflected; that comes to sums of turns with alternating signs
+    (docs/theory.md, 4).
     """
     n_circuits, n = circuits.words.shape
     if n % 2:
@@ -35,6 +36,18 @@ def fold(circuits: CircuitBatch) -> FoldingBatch:
     creases = np.empty(len(rows), np.int16)
     found = fold_words(circuits.words, grid_named(circuits.grid).directions, rows, creases)
     return FoldingBatch(rows[:found].copy(), creases[:found].copy())
+
+
+def divisible(circuits: CircuitBatch) -> NDArray[np.bool_]:
+    """Whether the number m of directions divides T, the sum of turns with alternating signs, of each circuit.
+
+    No other circuit folds (docs/theory.md, 4); only hexagons have others. The number of panels is even.
+    """
+    m, words = grid_named(circuits.grid).directions, circuits.words
+    # a step is part of two turns, with the same sign: T = 2 (d_0 - d_1 + d_2 - ..), mod m
+    steps = words[:, ::2].sum(axis=1, dtype=np.int32) - words[:, 1::2].sum(axis=1, dtype=np.int32)
+    divides: NDArray[np.bool_] = steps % (m // 2) == 0
+    return divides
 
 
 @dataclass(frozen=True)

@@ -118,9 +118,8 @@ def test_given_one_folding_one_congruence_tells_the_others(data):
     circuit = data.draw(circuits(even=True))
     m, half, found = circuit.grid.directions, circuit.n // 2, foldings(circuit)
     for folding in found:
-        word = np.roll(circuit.word, -folding.crease)
-        word = word - word[0] + m // 2  # the frame of the first half-chain; that of the other is turned by a half turn
-        mine, mate = carried(word[1:half]), carried(word[:half:-1])
+        turns = np.roll(np.diff(circuit.word, prepend=circuit.word[-1]), -folding.crease - 1)  # from panel j + 1 on
+        mine, mate = alternating(turns[:half]), alternating(-turns[: half - 1 : -1])
         flat = {
             (k + folding.crease) % half
             for k in range(1, half)
@@ -129,10 +128,9 @@ def test_given_one_folding_one_congruence_tells_the_others(data):
         assert flat == {f.crease % half for f in found} - {folding.crease % half}
 
 
-def carried(steps):
-    """u_1 .. u_h of a half-chain (docs/theory.md, statement 23)."""
-    sums = np.concatenate([[0], np.cumsum([(-1) ** k * d for k, d in enumerate(steps, 1)])])
-    return sums[1:] + sums[:-1]
+def alternating(turns):
+    """Sums of a half-chain's first 1, 2, .. turns with alternating signs (docs/theory.md, statement 23)."""
+    return np.cumsum([(-1) ** t * turn for t, turn in enumerate(turns)])
 
 
 @pytest.mark.parametrize(("grid", "n"), [("hex", 2), ("hex", 44), ("square", 66), ("triangle", 122), ("hex", 40)])

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from hcsearch.enumeration import PolygonSearch, Search, search_all
 from hcsearch.errors import HcsearchError
+from hcsearch.folding import divisible
 from hcsearch.grid import Grid, grid_named
 
 if TYPE_CHECKING:
@@ -29,6 +30,8 @@ class FunnelRow:
 
     fixed : circuits up to translation; free : up to congruence, as are all numbers that follow.
     arrays : those with a circuit; untwisted_arrays : those with an untwisted design.
+    divisible, share : how many circuits have a number m of directions that divides the alternating sum T of their
+    turns, as only those that fold do, and their share; not defined for odd n.
     """
 
     grid: str
@@ -36,6 +39,8 @@ class FunnelRow:
     fixed: int | None
     free: int | None
     arrays: int | None
+    divisible: int | None
+    share: float | None
     two_stack: int | None
     untwisted: int | None
     untwisted_arrays: int | None
@@ -112,8 +117,11 @@ def _funnel(grid: Grid, n: int, pipeline: Pipeline, patience: Patience) -> Funne
         return None
     row = FunnelRow(
         *(grid.name, n, found.fixed_circuits, found.circuits),
-        *(found.arrays, found.two_stack, found.untwisted, None),
+        *(found.arrays, None, None, found.two_stack, found.untwisted, None),
     )
+    divide = None if n % 2 else patience.run("divisible", partial(_divisible, PolygonSearch(grid, n)))
+    if divide is not None:
+        row = replace(row, divisible=divide, share=divide / found.circuits if found.circuits else None)
     kept = patience.run("untwisted arrays", partial(pipeline.funnel, search_all(grid, n, "untwisted"), "untwisted"))
     if kept is not None:
         row = replace(row, untwisted_arrays=kept.arrays)
@@ -122,29 +130,39 @@ def _funnel(grid: Grid, n: int, pipeline: Pipeline, patience: Patience) -> Funne
     return row
 
 
+def _divisible(search: PolygonSearch, progress: Progress) -> int:
+    """List all circuits once more, for those whose T is divisible."""
+    found = 0
+    for done, batch in enumerate(search.batches()):
+        found += int(divisible(batch).sum())
+        progress(done, 0, "")
+    return found
+
+
 def _counted(grid: Grid, n: int, pipeline: Pipeline, patience: Patience) -> FunnelRow:
     """Only the numbers of designs that fold."""
     two_stack, untwisted = (
         patience.run(f"count {keep}", partial(pipeline.count, search_all(grid, n, keep), keep))
         for keep in ("two-stack", "untwisted")
     )
-    row = FunnelRow(grid.name, n, None, None, None, two_stack, untwisted, None)
+    row = FunnelRow(grid.name, n, None, None, None, None, None, two_stack, untwisted, None)
     check_laws(row)
     return row
 
 
 def check_laws(row: FunnelRow) -> None:
-    """HcsearchError, with the row and the law, when the row breaks a law (docs/theory.md, 5 and 14)."""
-    narrowing = [row.fixed, row.free, row.two_stack, row.untwisted]
+    """HcsearchError, with the row and the law, when the row breaks a law (docs/theory.md, 4, 12 and 14)."""
+    narrowing = [row.fixed, row.free, row.divisible, row.two_stack, row.untwisted]
     left = [number for number in narrowing if number is not None]
     _check(
         row,
         {
-            "fixed >= free >= two-stack >= untwisted": left == sorted(left, reverse=True),
+            "fixed >= free >= divisible >= two-stack >= untwisted": left == sorted(left, reverse=True),
             "free >= arrays >= arrays of untwisted designs": (row.untwisted_arrays or 0)
             <= (row.arrays or 0)
             <= (row.free or 0),
             "nothing folds when n is odd": row.n % 2 == 0 or not (row.two_stack or row.untwisted),
+            "T is divisible everywhere but on hexagons": row.grid == "hex" or row.divisible in {None, row.free},
             "no untwisted design on triangles when 4 divides n": row.grid != "triangle"
             or row.n % 4 != 0
             or not row.untwisted,

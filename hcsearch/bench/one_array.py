@@ -11,7 +11,7 @@ import numpy as np
 from hcsearch.bench.funnels import Patience, Progress
 from hcsearch.enumeration import ArraySearch, count_array
 from hcsearch.errors import HcsearchError
-from hcsearch.folding import fold
+from hcsearch.folding import divisible, fold
 from hcsearch.grid import GRIDS, Array, parse_array
 from hcsearch.twisting import twist_batch
 
@@ -39,6 +39,7 @@ class RectangleRow:
 class HexagonRow:
     """Hexagons in rows: circuits of the array, and classes of them up to its symmetries.
 
+    divisible : classes with 6 | T, as only those that fold have; None where n is odd.
     least_twist : of all foldings, in full twists; None where nothing folds.
     """
 
@@ -47,6 +48,7 @@ class HexagonRow:
     symmetry: int
     circuits: int
     classes: int
+    divisible: int | None
     two_stack: int
     untwisted: int
     least_twist: int | None
@@ -56,6 +58,7 @@ class HexagonRow:
 class _Designs:
     circuits: int
     classes: int
+    divisible: int | None
     two_stack: int
     untwisted: int
     least_twist: int | None
@@ -125,12 +128,13 @@ def row_lengths(cells: int) -> list[tuple[int, ...]]:
 def _designs(array: Array, progress: Progress) -> _Designs:
     """List, fold and twist all circuits of an array; the classes must hold as many as are counted without listing."""
     search = ArraySearch(array)
-    classes = copies = two_stack = untwisted = 0
+    classes = copies = divide = two_stack = untwisted = 0
     least: int | None = None
     for batch in search.batches():
         foldings = fold(batch)
         twists = twist_batch(batch, foldings)
         classes += len(batch)
+        divide += 0 if array.n % 2 else int(divisible(batch).sum())
         copies += int((search.group_order // batch.symmetry).sum())
         two_stack += len(np.unique(foldings.row))
         untwisted += len(np.unique(foldings.row[twists == 0]))
@@ -143,4 +147,4 @@ def _designs(array: Array, progress: Progress) -> _Designs:
             f"{array}: {copies} circuits in {classes} classes are listed, but {counted.circuits} in "
             f"{counted.classes} counted; report this"
         )
-    return _Designs(copies, classes, two_stack, untwisted, least)
+    return _Designs(copies, classes, None if array.n % 2 else divide, two_stack, untwisted, least)

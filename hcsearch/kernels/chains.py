@@ -214,19 +214,21 @@ def _list(plane: Plane, end: int, exit_face: int, n_chains: int, bit: NDArray[np
 def _carry(chains: Chains, directions: int, mate: bool) -> None:
     """Fill `carried`, of a first half-chain or of its mate.
 
-    With u_k = D_k-1 + D_k, where D_k sums steps 1 .. k with alternating signs, crease k of the first half-chain is
-    flat when its u_k and u_h+1-k of the second one add up to (h + 1) m / 2, mod m (docs/theory.md, 23).
+    Crease k of the first half-chain is flat when the alternating sums of its first k turns and of the second one's
+    first h + 1 - k, both with a plus for the first turn, add up to (h + 1) m / 2, mod m (docs/theory.md, 23).
     """
     n_chains, h = chains.steps.shape
-    goal = (h + 1) * (directions // 2) % directions
+    flip = directions // 2
+    goal = (h + 1) * flip % directions
     one = np.uint64(1)
     for i in range(n_chains):
-        before = np.int64(0)
+        before = np.int64(flip)  # into the first panel
+        total = np.int64(0)
         for k in range(1, h + 1):
             d = np.int64(chains.steps[i, k - 1])
-            after = before + (d if k % 2 == 0 else -d)
-            u = (before + after) % directions
-            before = after
+            total += d - before if k % 2 == 1 else before - d
+            before = d
+            u = total % directions
             at = np.uint64(k)
             if mate:
                 u = (goal - u) % directions

@@ -1,9 +1,4 @@
-"""Two-stack foldings and their twist, in O(n) integer steps a circuit.
-
-Sums along the circuit are taken from one alternating prefix sum P[k] = sum over i < k of (-1)^i d_i: the alternating
-sum of d_a, d_{a+1}, ..., d_{b-1} that begins with a plus is (-1)^a (P[b] - P[a]). n is even, so that a sum that runs
-past the end keeps its signs: there P[b] is P[n] + P[b - n].
-"""
+"""Two-stack foldings and their twist, in O(n) integer steps a circuit."""
 
 from __future__ import annotations
 
@@ -17,45 +12,34 @@ from hcsearch.kernels.compiled import compiled, lean
 def fold_words(words: NDArray[np.int8], directions: int, rows: NDArray[np.int32], creases: NDArray[np.int16]) -> int:
     """Write circuit and first flat crease of every two-stack folding; return how many there are.
 
-    `rows` and `creases` have room for n / 2 foldings a circuit. n is even.
+    With x_i the turn at panel i, sign (-1)^i, crease j is flat when m divides the sum of all x and the sum of
+    x_j+1 .. x_j+n/2 is (m / 2) (n / 2), mod m directions (docs/theory.md, 4). `rows` and `creases` have room for n / 2
+    foldings a circuit. n is even.
     """
     n_words, n = words.shape
     half = n // 2
-    folds = half - 1  # reflections on the way from one flat crease to the other
-    flip = directions // 2
-    sign = 1 if folds % 2 == 0 else -1
-    constant = flip if folds % 2 == 1 else 0
-    parity = half * flip % 2
-    prefix = np.zeros(n + 1, np.int64)
-    most = (
-        n + 4
-    ) * directions  # no sum below is further from zero; looked up, as a division takes longer than the rest
-    divisible = np.zeros(2 * most + 1, np.bool_)
+    goal = half * (directions // 2)
+    sums = np.zeros(n, np.int64)  # x_0 + .. + x_k, of turns that are not reduced: they count mod m only
+    most = 2 * n * directions + goal  # no sum below is further from zero
+    divisible = np.zeros(2 * most + 1, np.bool_)  # looked up, as a division takes longer than the rest
     divisible[most % directions :: directions] = True
     written = 0
     for row in range(n_words):
+        before = np.int64(words[row, n - 1])
+        total = np.int64(0)
         for k in range(0, n, 2):
-            prefix[k + 1] = prefix[k] + words[row, k]
-            prefix[k + 2] = prefix[k + 1] - words[row, k + 1]
+            even, odd = np.int64(words[row, k]), np.int64(words[row, k + 1])
+            sums[k] = total + even - before
+            total = sums[k] - odd + even
+            sums[k + 1] = total
+            before = odd
+        if not divisible[most + total]:
+            continue
         for j in range(half):
-            crease, opposite = np.int64(words[row, j]), np.int64(words[row, j + half])
-            if (crease ^ opposite) & 1 != parity:  # both congruences, mod 2
-                continue
-            # forward over creases j + 1 .. j + half - 1; the last one enters with a plus: r = 2 d + flip - r'
-            ahead = prefix[j + half] - prefix[j + 1]
-            if (j + half) % 2 == 0:  # the plus belongs to index j + half - 1
-                ahead = -ahead
-            if not divisible[most + 2 * ahead + constant + sign * (crease + flip) - opposite]:
-                continue
-            # backward over creases j - 1 .. j - half + 1
-            back = prefix[n] + prefix[j] - prefix[j + half + 1]
-            if (j + half + 1) % 2 == 1:  # the plus belongs to index j - half + 1
-                back = -back
-            if not divisible[most + 2 * back + constant + sign * crease - opposite - flip]:
-                continue
-            rows[written] = row
-            creases[written] = j
-            written += 1
+            if divisible[most + sums[j + half] - sums[j] - goal]:
+                rows[written] = row
+                creases[written] = j
+                written += 1
     return written
 
 

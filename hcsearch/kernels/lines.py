@@ -92,26 +92,37 @@ def folded_lines(word: Words, crease: int, steps: Whole, edges: Whole, scale: in
 
 @compiled
 def whole_rank(lines: Whole) -> int:
-    """Rank of whole vectors, shape (n, 5), by elimination without fractions."""
-    rows = lines.copy()
+    """Rank of the whole lines of a loop, shape (n, 5): the greater of two ranks modulo primes near 2^31.
+
+    It is exact: a determinant that is not 0 is a multiple of both primes only from 4.6e18 on, and those of lines of n
+    panels are below 5! 3^2 (3 n / 2 + 3)^2 (6 n + 18), which is less for n up to 60,000 (docs/theory.md, 25).
+    """
+    rank = _rank_modulo(lines, 2147483647)
+    if rank == min(lines.shape):
+        return rank
+    return max(rank, _rank_modulo(lines, 2147483629))
+
+
+@compiled
+def _rank_modulo(lines: Whole, prime: int) -> int:
+    """Rank modulo a prime below 2^31, by elimination without division: no product leaves 63 bits."""
+    rows = lines % prime
     n, width = rows.shape
     rank = 0
-    before = np.int64(1)
     for column in range(width):
-        pivot = -1
-        for i in range(rank, n):
-            if rows[i, column] != 0 and (pivot < 0 or abs(rows[i, column]) < abs(rows[pivot, column])):
-                pivot = i
-        if pivot < 0:
+        pivot = rank
+        while pivot < n and rows[pivot, column] == 0:
+            pivot += 1
+        if pivot == n:
             continue
-        for c in range(width):
+        for c in range(column, width):
             rows[rank, c], rows[pivot, c] = rows[pivot, c], rows[rank, c]
         p = rows[rank, column]
         for i in range(rank + 1, n):
             q = rows[i, column]
-            for c in range(column, width):
-                rows[i, c] = (rows[i, c] * p - rows[rank, c] * q) // before  # exact (Bareiss)
-        before = p
+            if q != 0:
+                for c in range(column, width):
+                    rows[i, c] = (rows[i, c] * p - rows[rank, c] * q) % prime
         rank += 1
         if rank == n:
             break

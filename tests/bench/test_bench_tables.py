@@ -5,9 +5,12 @@ from click.testing import CliRunner
 
 from hcsearch.bench.funnels import FunnelRow, Patience, check_laws
 from hcsearch.bench.one_array import measure_hexagon_rows, measure_rectangles, row_lengths
+from hcsearch.circuit import Circuit
 from hcsearch.cli import hcsearch
 from hcsearch.errors import HcsearchError
+from hcsearch.grid import GRIDS
 from tests import golden
+from tests.strategies import words
 
 FIXED = {
     "hex": golden.values("A036418"),
@@ -28,7 +31,7 @@ def silent(_):
 
 
 def number(text):
-    return int(text) if text else None
+    return (float(text) if "." in text else int(text)) if text else None
 
 
 @pytest.fixture(scope="module")
@@ -59,6 +62,17 @@ def test_circuits_are_the_published_ones(designs):
         assert row["fixed"] == FIXED[row["grid"]][row["n"]]
         if row["grid"] in FREE:
             assert row["free"] == FREE[row["grid"]][row["n"]]
+
+
+def test_t_is_always_divisible_but_on_hexagons(designs):
+    counted = {(row["grid"], row["n"]): (row["divisible"], row["free"]) for row in designs if row["n"] % 2 == 0}
+    assert all(divisible == free for (grid, _), (divisible, free) in counted.items() if grid != "hex")
+    found = {}
+    for n in (4, 6, 8, 10):
+        turns = [Circuit(GRIDS["hex"], word).turns for word in words("hex", n)]
+        found[n] = sum((sum(t[::2]) - sum(t[1::2])) % 6 == 0 for t in turns), len(turns)
+    assert found == {n: counted["hex", n] for n in found}
+    assert all(row["divisible"] is row["share"] is None for row in designs if row["n"] % 2)
 
 
 @pytest.mark.parametrize("grid", ARRAYS)
@@ -110,11 +124,12 @@ def test_row_lengths():
 @pytest.mark.parametrize(
     ("row", "law"),
     [
-        (FunnelRow("hex", 8, 123, 16, 14, 2, 3, 1), "two-stack >= untwisted"),
-        (FunnelRow("hex", 8, 123, 16, 14, 17, 1, 1), "free >= two-stack"),
-        (FunnelRow("hex", 8, 123, 16, 17, 2, 1, 1), "free >= arrays"),
-        (FunnelRow("hex", 9, None, None, None, 1, 0, None), "n is odd"),
-        (FunnelRow("triangle", 20, None, None, None, 12, 1, None), "4 divides n"),
+        (FunnelRow("hex", 8, 123, 16, 14, None, None, 2, 3, 1), "two-stack >= untwisted"),
+        (FunnelRow("hex", 8, 123, 16, 14, 6, 0.375, 7, 1, 1), "divisible >= two-stack"),
+        (FunnelRow("square", 8, 7, 3, 3, 2, 0.667, 1, 1, 1), "divisible everywhere but on hexagons"),
+        (FunnelRow("hex", 8, 123, 16, 17, None, None, 2, 1, 1), "free >= arrays"),
+        (FunnelRow("hex", 9, None, None, None, None, None, 1, 0, None), "n is odd"),
+        (FunnelRow("triangle", 20, None, None, None, None, None, 12, 1, None), "4 divides n"),
     ],
 )
 def test_a_broken_law_is_one_line(row, law):
