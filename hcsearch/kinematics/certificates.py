@@ -71,15 +71,14 @@ def extreme_rays(equations: Sequence[Sequence[int]]) -> list[Ray]:
             continue
         kept = [k for k, value in enumerate(values) if not value]
         made, joints = [rays[k] for k in kept], [supports[k] for k in kept]
-        for p, above in enumerate(values):
-            for q, below in enumerate(values):
+        above, below = ([k for k, value in enumerate(values) if sign * value > 0] for sign in (1, -1))
+        for p in above:
+            for q in below:
                 joint = supports[p] | supports[q]
                 # such a face has no more than two entries above the equations met
-                if above <= 0 or below >= 0 or joint.bit_count() > met + 2:
+                if joint.bit_count() > met + 2 or sum(other | joint == joint for other in supports) > 2:
                     continue
-                if any(other | joint == joint for k, other in enumerate(supports) if k not in {p, q}):
-                    continue
-                ray = [a * -below + b * above for a, b in zip(rays[p], rays[q], strict=True)]
+                ray = [b * values[p] - a * values[q] for a, b in zip(rays[p], rays[q], strict=True)]
                 least = gcd(*ray)
                 made.append(tuple(value // least for value in ray))
                 joints.append(joint)
@@ -93,24 +92,39 @@ def _powerless(columns: Exact, wrench: Exact) -> Exact:
 
     Gauss's elimination; entries without a pivot stay as they are.
     """
-    pivots: dict[int, list[Fraction]] = {}
-    for screw in columns.tolist():
-        row = [Fraction(value) for value in screw]
+    pivots: dict[int, list[int]] = {}
+    for row in columns.tolist():
         for column, pivot in pivots.items():
-            row = [a - row[column] * b for a, b in zip(row, pivot, strict=True)]
-        column = max(range(len(row)), key=lambda i: abs(row[i]))
+            row = _cleared(row, pivot, column)
+        column = max(range(len(row)), key=[abs(value) for value in row].__getitem__)
         if row[column]:
-            row = [value / row[column] for value in row]
-            for other, pivot in pivots.items():
-                pivots[other] = [a - pivot[column] * b for a, b in zip(pivot, row, strict=True)]
+            pivots = {own: _cleared(pivot, row, column) for own, pivot in pivots.items()}
             pivots[column] = row
-    found = list(wrench)
+    found = _whole(wrench)
+    least = lcm(*(pivot[column] for column, pivot in pivots.items()))
+    powers = {
+        column: sum(a * b for i, (a, b) in enumerate(zip(pivot, found, strict=True)) if i not in pivots)
+        for column, pivot in pivots.items()
+    }
+    exact = [value * least for value in found]
     for column, pivot in pivots.items():
-        found[column] = -sum(
-            (a * b for i, (a, b) in enumerate(zip(pivot, wrench, strict=True)) if i not in pivots), Fraction(0)
-        )
-    least = lcm(*(Fraction(value).denominator for value in found))
-    return np.array([int(value * least) for value in found], object)
+        exact[column] = -powers[column] * (least // pivot[column])
+    return np.array(exact, object)
+
+
+def _cleared(row: list[int], pivot: list[int], column: int) -> list[int]:
+    """A multiple of a row, less one of a pivot's row, with 0 in its column, in lowest terms."""
+    if not row[column]:
+        return row
+    found = [a * pivot[column] - b * row[column] for a, b in zip(row, pivot, strict=True)]
+    least = gcd(*found) or 1
+    return [value // least for value in found]
+
+
+def _whole(fractions: Exact) -> list[int]:
+    """A positive multiple of fractions, whole."""
+    least = lcm(*(value.denominator for value in fractions))
+    return [value.numerator * (least // value.denominator) for value in fractions]
 
 
 def outweighing(form: Exact, sizes: Sequence[int]) -> bool:

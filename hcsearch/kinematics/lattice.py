@@ -17,11 +17,14 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.linkage import Linkage
+from hcsearch.linkage import Linkage, Walk
 
 Reals = NDArray[np.float64]
 Exact = NDArray[np.object_]
 """Arrays of Python's integers, which do not overflow."""
+
+Line = tuple[int, int, int, int, int]
+"""A point of a hinge's line in the flat state, (X, Y, Z), and its direction (X, Y)."""
 
 DIGITS = 12
 """Decimal digits of the lengths that are taken for exact."""
@@ -47,30 +50,39 @@ class Frame:
     def points(self, points: Reals) -> Exact | None:
         """Whole coordinates X, Y of points of the plane, shape (k, 2), in metres; None where some are off the lattice."""
         steps = self.unit * np.array([math.sqrt(self.q) * self.steps[0], self.steps[1]])
-        return _rounded((points - self.origin) @ self.axes / steps, np.array(self.steps[:2], object))
+        return self._on_lattice((points - self.origin) @ self.axes / steps, np.array(self.steps[:2], object))
 
     def directions(self, directions: Reals) -> Exact | None:
         """Whole directions of unit vectors of the plane, shape (k, 2); None where some lead off the lattice."""
         scaled = self.length * directions @ self.axes / np.array([math.sqrt(self.q), 1.0])
-        return _rounded(scaled, np.array([1, 1], object))
+        return self._on_lattice(scaled, np.array([1, 1], object))
 
-    def cross(self, one: Exact, two: Exact) -> Exact:
-        """The coordinate-wise cross product of vectors, shape (..., 3)."""
-        x, y, z = (one[..., i] for i in range(3))
-        u, v, w = (two[..., i] for i in range(3))
-        return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
+    def _on_lattice(self, counts: Reals, steps: Exact) -> Exact | None:
+        """Points of so many steps in X and Y; of triangles and hexagons all have an even sum, as half turns need it."""
+        found = _rounded(counts, steps)
+        if found is None or (self.q == 3 and (np.rint(counts).sum(axis=1) % 2).any()):
+            return None
+        return found
 
-    def bracket(self, one: Exact, two: Exact) -> Exact:
-        """The Lie bracket of whole screws (U, M), M = P x U coordinate-wise, shape (..., 6), up to a positive factor.
+    def brackets(self, wrench: Sequence[int]) -> Exact:
+        """The matrix S, (6, 6), with y . [A, B] = A' S B for whole screws A, B of level lines, up to a positive factor.
 
-        In true coordinates a cross product of vectors with components (sqrt(q) X, Y, Z) is sqrt(q) times the vector
-        with coordinates (X/q, Y, Z) of the cross product of (X, Y, Z).
+        In true coordinates the cross product of vectors (sqrt(q) X, Y, Z) is sqrt(q) times the vector with coordinates
+        (X/q, Y, Z) of the cross product of (X, Y, Z); moments are such vectors already.
         """
         q = self.q
-        raised = np.array([1, q, q], object)
-        (u, m), (v, n) = ((screw[..., :3], screw[..., 3:]) for screw in (one, two))
-        turn = raised * self.cross(u, v)
-        return np.concatenate([turn, self.cross(u, raised * n) + self.cross(raised * m, v)], axis=-1)
+        *_, c, d, e, f = wrench
+        return np.array(
+            [
+                [0, q * c, 0, 0, q * f, -q * e],
+                [-q * c, 0, 0, -f, 0, q * d],
+                [0, 0, 0, 0, 0, 0],
+                [0, f, 0, 0, 0, 0],
+                [-q * f, 0, 0, 0, 0, 0],
+                [q * e, -q * d, 0, 0, 0, 0],
+            ],
+            object,
+        )
 
 
 def frame_of(linkage: Linkage) -> Frame | None:
@@ -164,15 +176,12 @@ class WholeEnd:
 
         Twice y . b(x) is the form's value at x, up to a positive factor.
         """
-        n = len(self.columns)
-        found: Exact = np.zeros((n, n), object)
+        found: Exact = np.zeros((len(self.columns), len(self.columns)), object)
         for loop, hinges in enumerate(self.order):
-            own = np.array(hinges)
-            screws, part = self.columns[own, 6 * loop : 6 * loop + 6], wrench[6 * loop : 6 * loop + 6]
-            values = self.frame.bracket(screws[:, None], screws[None, :]) @ part
-            upper = np.triu(np.ones((len(own), len(own)), bool), 1)
-            form = np.where(upper, values, 0)
-            found[np.ix_(own, own)] += form + form.T
+            rows = slice(6 * loop, 6 * loop + 6)
+            screws = self.columns[list(hinges), rows]
+            upper = np.triu(screws @ self.frame.brackets(wrench[rows]) @ screws.T, 1)
+            found[np.ix_(hinges, hinges)] += upper + upper.T
         return found
 
 
@@ -189,16 +198,16 @@ def whole_end(linkage: Linkage, angles: Reals) -> WholeEnd | None:
     directions = frame.directions(linkage.directions[:, :2])
     if starts is None or directions is None:
         return None
-    heights = np.array([frame.steps[2] if hinge.face == "top" else 0 for hinge in linkage.pattern.hinges], object)
-    points = np.column_stack([starts, heights])
-    vectors = np.column_stack([directions, np.zeros(len(directions), object)])
+    heights = [frame.steps[2] if hinge.face == "top" else 0 for hinge in linkage.pattern.hinges]
+    lines = [
+        (*point, height, *u) for point, height, u in zip(starts.tolist(), heights, directions.tolist(), strict=True)
+    ]
     columns: Exact = np.zeros((linkage.n_hinges, linkage.n_rows), object)
     for loop, walk in enumerate(linkage.loops):
-        screws = _walked(frame, points, vectors, closed, walk)
+        screws = _walked(frame, lines, closed.tolist(), walk)
         if screws is None:
             return None
-        for (hinge, _), screw in zip(walk, screws, strict=True):
-            columns[hinge, 6 * loop : 6 * loop + 6] += screw if not closed[hinge] else -screw
+        columns[[hinge for hinge, _ in walk], 6 * loop : 6 * loop + 6] = screws
     order = tuple(tuple(hinge for hinge, _ in walk) for walk in linkage.loops)
     return WholeEnd(frame, columns, order, linkage.pattern.size)
 
@@ -209,25 +218,26 @@ def _spans(linkage: Linkage) -> Reals:
     return found
 
 
-def _walked(
-    frame: Frame, points: Exact, vectors: Exact, closed: NDArray[np.bool_], walk: Sequence[tuple[int, int]]
-) -> list[Exact] | None:
-    """Screws of the hinges of a loop where they lie, as seen from its first panel; None where it does not close."""
-    hinges = [hinge for hinge, _ in walk]
-    at = {hinge: row for row, hinge in enumerate(hinges)}
-    place, direction = points[hinges], vectors[hinges]
-    metric, norm = np.array([frame.q, 1, 1], object), frame.length**2
+def _walked(frame: Frame, lines: Sequence[Line], closed: Sequence[bool], walk: Walk) -> list[list[int]] | None:
+    """Screws of a loop's hinges in the sense in which they leave their stops, seen from its first panel.
+
+    None where the loop is not closed. Panels come to lie by half turns about level lines, which turn directions (X, Y)
+    by `turn` / 2, a matrix that is whole on all tilings, shift them, and turn heights over.
+    """
+    q, double = frame.q, 4 // frame.length**2
+    (a, b, c, d), (x, y, z), up = (2, 0, 0, 2), (0, 0, 0), 1
     screws = []
     for hinge, sign in walk:
-        p, u = place[at[hinge]].copy(), sign * direction[at[hinge]]
-        screws.append(np.concatenate([u, frame.cross(p, u)]))
-        if not closed[hinge]:
-            continue
-        away = place - p
-        for moved, base, about in ((place, p, away), (direction, 0, direction)):  # half a turn about the line
-            along = 2 * (about @ (metric * u))[:, None] * u
-            if (along % norm).any():
-                return None
-            moved[:] = base + along // norm - about
-    whole = (place == points[hinges]).all() and (direction == vectors[hinges]).all()
-    return screws if whole else None
+        px, py, pz, ux, uy = lines[hinge]
+        # where the line lies; what is halved is even, as half turns map the lattice to itself
+        px, py, pz = (a * px + b * py) // 2 + x, (c * px + d * py) // 2 + y, up * pz + z
+        ux, uy = sign * (a * ux + b * uy) // 2, sign * (c * ux + d * uy) // 2
+        sense = -1 if closed[hinge] else 1
+        moment = (-pz * uy, pz * ux, px * uy - py * ux)
+        screws.append([sense * ux, sense * uy, 0, *(sense * value for value in moment)])
+        if closed[hinge]:
+            h, i, j, k = q * double * ux * ux - 2, double * ux * uy, q * double * ux * uy, double * uy * uy - 2
+            a, b, c, d = (h * a + i * c) // 2, (h * b + i * d) // 2, (j * a + k * c) // 2, (j * b + k * d) // 2
+            x, y, z = px + (h * (x - px) + i * (y - py)) // 2, py + (j * (x - px) + k * (y - py)) // 2, 2 * pz - z
+            up = -up
+    return screws if (a, b, c, d, x, y, z, up) == (2, 0, 0, 2, 0, 0, 0, 1) else None
