@@ -93,7 +93,8 @@ def _powerless(columns: Exact, wrench: Exact) -> Exact:
     Gauss's elimination; entries without a pivot stay as they are.
     """
     pivots: dict[int, list[int]] = {}
-    for row in columns.tolist():
+    for screw in columns.tolist():
+        row = screw
         for column, pivot in pivots.items():
             row = _cleared(row, pivot, column)
         column = max(range(len(row)), key=[abs(value) for value in row].__getitem__)
@@ -130,8 +131,8 @@ def _whole(fractions: Exact) -> list[int]:
 def outweighing(form: Exact, sizes: Sequence[int]) -> bool:
     """Whether the diagonal of a whole symmetric form, shape (m, m), is positive and outweighs what is negative beside.
 
-    Then it is strictly copositive: with x = t / sizes >= 0 its value is at least the sum over i of
-    (q_ii - sum of |q_ij| over negative ones) t_i^2, as 2 t_i t_j <= t_i^2 + t_j^2, where q_ij = form_ij / sizes_i sizes_j.
+    Then it is strictly copositive: with x = t / sizes >= 0 and q_ij = form_ij / (sizes_i sizes_j) its value is at least
+    the sum over i of (q_ii - sum of |q_ij| over negative ones) t_i^2, as 2 t_i t_j <= t_i^2 + t_j^2.
     """
     for i, row in enumerate(form.tolist()):
         negative = sum((Fraction(-value, sizes[j]) for j, value in enumerate(row) if value < 0 and j != i), Fraction(0))

@@ -48,7 +48,7 @@ class Frame:
     axes: Reals
 
     def points(self, points: Reals) -> Exact | None:
-        """Whole coordinates X, Y of points of the plane, shape (k, 2), in metres; None where some are off the lattice."""
+        """Whole coordinates X, Y of points (k, 2) of the plane, in metres; None where some are off the lattice."""
         steps = self.unit * np.array([math.sqrt(self.q) * self.steps[0], self.steps[1]])
         return self._on_lattice((points - self.origin) @ self.axes / steps, np.array(self.steps[:2], object))
 
@@ -180,7 +180,7 @@ class WholeEnd:
         for loop, hinges in enumerate(self.order):
             rows = slice(6 * loop, 6 * loop + 6)
             screws = self.columns[list(hinges), rows]
-            upper = np.triu(screws @ self.frame.brackets(wrench[rows]) @ screws.T, 1)
+            upper = np.triu(screws @ self.frame.brackets(wrench[rows].tolist()) @ screws.T, 1)
             found[np.ix_(hinges, hinges)] += upper + upper.T
         return found
 
