@@ -105,7 +105,7 @@ class _Loops:
         for _ in range(STEPS):
             square = float(value @ value)
             across = slope - np.outer(slope @ turns / total, np.ones(n))  # with the sum scaled back to what it is
-            size = np.linalg.norm(across) / math.sqrt(n)
+            size = float(np.linalg.norm(across)) / math.sqrt(n)
             while damping < 1e6:
                 trial = _within(_solved(across, across @ turns - value, damping * size, turns), total)
                 found, derivative = self.open(trial)
@@ -138,8 +138,8 @@ def _weights(linkage: Linkage, angles: Reals) -> Reals:
     x, y, z = corners.T
     nil, one = np.zeros(len(corners)), np.full(len(corners), linkage.pattern.size)
     rows = [[nil, z, -y, one, nil, nil], [-z, nil, x, nil, one, nil], [y, -x, nil, nil, nil, one]]
-    found: Reals = np.linalg.qr(np.array(rows).transpose(2, 0, 1).reshape(-1, 6), mode="r") / math.sqrt(len(corners))
-    return found
+    moved = np.array(rows).transpose(2, 0, 1).reshape(-1, 6) / math.sqrt(len(corners))
+    return np.linalg.qr(moved)[1]
 
 
 def _solved(slope: Reals, target: Reals, damping: float, turns: Reals) -> Reals:
