@@ -133,13 +133,19 @@ class _Loops:
 
 
 def _weights(linkage: Linkage, angles: Reals) -> Reals:
-    """What closure residuals are multiplied with, (6, 6), so that their lengths are openings in metres."""
+    """What closure residuals are multiplied with, (n_loops, 6, 6), so that their lengths are openings in metres."""
     corners = np.concatenate([solid.reshape(-1, 3) for solid in linkage.solids(angles)])
-    x, y, z = corners.T
-    nil, one = np.zeros(len(corners)), np.full(len(corners), linkage.pattern.size)
-    rows = [[nil, z, -y, one, nil, nil], [-z, nil, x, nil, one, nil], [y, -x, nil, nil, nil, one]]
-    moved = np.array(rows).transpose(2, 0, 1).reshape(-1, 6) / math.sqrt(len(corners))
-    return np.linalg.qr(moved)[1]
+    poses = linkage.poses(angles)
+    found = []
+    for (hinge, sign), *_ in linkage.loops:
+        joint = linkage.pattern.hinges[hinge]
+        pose = poses[joint.first if sign == 1 else joint.second]  # of the panel that the residual is seen from
+        x, y, z = ((corners - pose[:, 3]) @ pose[:, :3]).T
+        nil, one = np.zeros(len(corners)), np.full(len(corners), linkage.pattern.size)
+        rows = [[nil, z, -y, one, nil, nil], [-z, nil, x, nil, one, nil], [y, -x, nil, nil, nil, one]]
+        moved = np.array(rows).transpose(2, 0, 1).reshape(-1, 6) / math.sqrt(len(corners))
+        found.append(np.linalg.qr(moved)[1])
+    return np.array(found)
 
 
 def _solved(slope: Reals, target: Reals, damping: float, turns: Reals) -> Reals:

@@ -49,11 +49,17 @@ def test_openings_are_lengths():
     assert two.opening == pytest.approx(1e3 * one.opening, rel=1e-3)
     assert two.closed == pytest.approx(one.closed)
     corners = np.concatenate([solid.reshape(-1, 3) for solid in small.solids(small.flat)])
-    weights = _Loops(small, small.flat).weights
+    (weights,) = _Loops(small, small.flat).weights
     rotation, gap = np.array([1e-4, -2e-4, 3e-4]), np.array([1e-3, 0.0, -1e-3])
     moved = np.cross(rotation, corners) + gap * small.pattern.size
     mean = np.sqrt((moved**2).sum(axis=1).mean())
     assert np.linalg.norm(weights @ np.r_[rotation, gap]) == pytest.approx(mean)
+
+
+def test_it_does_not_matter_which_panel_stays():
+    linkage = built("hex:023224534000", 3)
+    found = [tightness(it, it.folded) for it in (linkage, Linkage(linkage.pattern, base=4))]
+    assert found[0].opening == pytest.approx(found[1].opening, rel=0.02)
 
 
 def test_a_lock_that_holds_is_given_up_at_the_thickness():
