@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hcsearch.folding import Folding, folding_at
 from hcsearch.grid import Grid, grid_named
-from hcsearch.kernels.cones import LOCKED, OPEN, settle
+from hcsearch.kernels.cones import LOCKED, OPEN, PASSED, settle
 from hcsearch.kernels.lines import survey
 from hcsearch.kernels.loops import generic_states
 from hcsearch.kinematics.closing import CLOSED
@@ -115,9 +115,12 @@ def _part(circuits: CircuitBatch, foldings: FoldingBatch, untwisted: NDArray[np.
     for i in np.flatnonzero(untwisted & (pairs > 0)).tolist():
         nullity = generic_rank(_linkage(folding_at(circuits, foldings, i), merged=True)).nullity
         dof_merged[i] = NONE if nullity is None else nullity
-    locked = _locked(circuits, foldings, untwisted & locks, lines, screws, hinged=False)
-    # motions with rigid pairs are motions with hinged ones: what is not locked so, is not locked with hinges
-    locked_hinged = _locked(circuits, foldings, locked, lines, screws, hinged=True)
+    asked = np.repeat((untwisted & locks)[:, None], 2, axis=1)
+    rigid = _ends(circuits, foldings, asked, lines, screws, hinged=False)
+    locked = (rigid == LOCKED).any(axis=1)
+    # motions with rigid pairs are motions with hinged ones: an end that is not locked so, is not locked with hinges
+    asked = locked[:, None] & (rigid != PASSED)
+    locked_hinged = (_ends(circuits, foldings, asked, lines, screws, hinged=True) == LOCKED).any(axis=1)
     return MobilityBatch(
         kutzbach=6 * (n - 1) - 5 * n,
         dof=dof,
@@ -131,31 +134,28 @@ def _part(circuits: CircuitBatch, foldings: FoldingBatch, untwisted: NDArray[np.
     )
 
 
-def _locked(
+def _ends(
     circuits: CircuitBatch, foldings: FoldingBatch, asked: Flags, lines: Whole, screws: Reals, *, hinged: bool
-) -> Flags:
-    """Which of the foldings that are asked for are proved locked at an end, with rigid or with hinged flat pairs."""
-    locked = np.zeros(len(foldings), bool)
-    chosen = np.flatnonzero(asked)
-    ends = _settled(lines[chosen], screws[chosen], hinged=hinged)
-    for i, found in zip(chosen.tolist(), ends.tolist(), strict=True):
-        locked[i] = LOCKED in found
-        if not locked[i] and OPEN in found:
-            linkage = _linkage(folding_at(circuits, foldings, i), hinged=hinged)
-            ways = zip(found, (linkage.folded, linkage.flat), strict=True)
-            locked[i] = any(state == OPEN and lock_at(linkage, angles).locked for state, angles in ways)
-    return locked
+) -> NDArray[np.int8]:
+    """LOCKED, PASSED or OPEN for the ends of foldings, shape (n_foldings, 2), with rigid or with hinged flat pairs.
 
-
-def _settled(lines: Whole, screws: Reals, *, hinged: bool) -> NDArray[np.int8]:
-    """What is known of the two ends of foldings with rigid or hinged flat pairs, shape (n_foldings, 2)."""
-    count, _, n, _ = lines.shape
+    PASSED where it is not asked for. An end is left OPEN where the other one is locked without long proofs.
+    """
+    n = lines.shape[2]
     turning = [i for i in range(n) if hinged or i not in (n // 2 - 1, n - 1)]
-    found = np.empty(2 * count, np.int8)
-    some_lines = np.ascontiguousarray(lines[:, :, turning]).reshape(-1, len(turning), 5)
-    some_screws = np.ascontiguousarray(screws[:, :, turning]).reshape(-1, len(turning), 6)
-    settle(some_lines, some_screws, found)
-    return found.reshape(count, 2)
+    settled = np.empty(int(asked.sum()), np.int8)
+    some = (np.ascontiguousarray(whole[asked][:, turning]) for whole in (lines, screws))
+    settle(*some, settled)
+    found = np.full(asked.shape, PASSED, np.int8)
+    found[asked] = settled
+    for i in np.flatnonzero((found == OPEN).any(axis=1) & (found != LOCKED).all(axis=1)).tolist():
+        linkage = _linkage(folding_at(circuits, foldings, i), hinged=hinged)
+        for end, angles in enumerate((linkage.folded, linkage.flat)):
+            if found[i, end] == OPEN:
+                found[i, end] = LOCKED if lock_at(linkage, angles).locked else PASSED
+            if found[i, end] == LOCKED:
+                break
+    return found
 
 
 def _linkage(folding: Folding, *, hinged: bool = False, merged: bool = False) -> Linkage:

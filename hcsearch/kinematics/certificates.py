@@ -57,34 +57,52 @@ def _equations(columns: Exact, rows: Exact) -> list[list[int]]:
 def extreme_rays(equations: Sequence[Sequence[int]]) -> list[Ray]:
     """All extreme rays of the cone of x >= 0 on which whole equations, shape (k, n), vanish, in lowest terms.
 
-    The equations are met one after the other. Two rays on different sides of one make a new ray where they span a face
-    of two dimensions: no third has its zeros wherever both have.
+    The equations are met one after the other, first those that make fewest new rays. Two rays on different sides of
+    one make a new ray where they span a face of two dimensions: no third has its zeros wherever both have.
     """
     n = len(equations[0]) if equations else 0
     rays: list[Ray] = [tuple(int(i == k) for i in range(n)) for k in range(n)]
     supports = [1 << k for k in range(n)]
+    left = [[(i, value) for i, value in enumerate(equation) if value] for equation in equations]
     met = 0
-    for equation in equations:
-        terms = [(i, value) for i, value in enumerate(equation) if value]
-        values = [sum(value * ray[i] for i, value in terms) for ray in rays]
-        if not any(values):
-            continue
-        kept = [k for k, value in enumerate(values) if not value]
-        made, joints = [rays[k] for k in kept], [supports[k] for k in kept]
-        above, below = ([k for k, value in enumerate(values) if sign * value > 0] for sign in (1, -1))
-        for p in above:
-            for q in below:
-                joint = supports[p] | supports[q]
-                # such a face has no more than two entries above the equations met
-                if joint.bit_count() > met + 2 or sum(other | joint == joint for other in supports) > 2:
-                    continue
-                ray = [b * values[p] - a * values[q] for a, b in zip(rays[p], rays[q], strict=True)]
-                least = gcd(*ray)
-                made.append(tuple(value // least for value in ray))
-                joints.append(joint)
-        rays, supports = made, joints
-        met += 1
+    while left:
+        found = [[sum([value * ray[i] for i, value in terms]) for ray in rays] for terms in left]
+        pairs = [sum([value > 0 for value in row]) * sum([value < 0 for value in row]) for row in found]
+        first = pairs.index(min(pairs))
+        del left[first]
+        if any(found[first]):
+            rays, supports = _meet(rays, supports, found[first], met)
+            met += 1
     return rays
+
+
+def _meet(rays: list[Ray], supports: list[int], values: list[int], met: int) -> tuple[list[Ray], list[int]]:
+    """Rays and their supports with one more equation met, which has these values on them."""
+    kept = [k for k, value in enumerate(values) if not value]
+    made, joints = [rays[k] for k in kept], [supports[k] for k in kept]
+    above, below = ([k for k, value in enumerate(values) if sign * value > 0] for sign in (1, -1))
+    for p in above:
+        for q in below:
+            joint = supports[p] | supports[q]
+            # such a face has no more than two entries above the equations met
+            if joint.bit_count() > met + 2 or not _spans_face(joint, supports):
+                continue
+            ray = [b * values[p] - a * values[q] for a, b in zip(rays[p], rays[q], strict=True)]
+            least = gcd(*ray)
+            made.append(tuple([value // least for value in ray]))
+            joints.append(joint)
+    return made, joints
+
+
+def _spans_face(joint: int, supports: list[int]) -> bool:
+    """Whether no more than two of the rays lie in the face of a support."""
+    inside = 0
+    for support in supports:
+        if support | joint == joint:
+            inside += 1
+            if inside > 2:
+                return False
+    return True
 
 
 def _powerless(columns: Exact, wrench: Exact) -> Exact:
