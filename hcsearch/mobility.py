@@ -144,8 +144,8 @@ def _ends(
     n = lines.shape[2]
     turning = [i for i in range(n) if hinged or i not in (n // 2 - 1, n - 1)]
     settled = np.empty(int(asked.sum()), np.int8)
-    some = (np.ascontiguousarray(whole[asked][:, turning]) for whole in (lines, screws))
-    settle(*some, settled)
+    own = np.ascontiguousarray(lines[asked][:, turning])
+    settle(own, np.ascontiguousarray(screws[asked][:, turning]), settled)
     found = np.full(asked.shape, PASSED, np.int8)
     found[asked] = settled
     for i in np.flatnonzero((found == OPEN).any(axis=1) & (found != LOCKED).all(axis=1)).tolist():

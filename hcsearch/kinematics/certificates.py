@@ -1,9 +1,10 @@
 """Checks of proofs that an end is locked, in whole numbers: nothing is rounded, so what passes is proved.
 
-Linear programs and rays in floating point find a wrench (`locks`). Here it is checked with the screws of `lattice`. By
-first order its powers must be positive, which small errors do not change. By second order it must have no power at all
-on hinges that can turn: of its entries as many as are free are taken as they are, the others solve that. The rays of
-K = {x >= 0, A x = 0, C x >= 0} are computed anew by double description (Motzkin et al. 1953), so that none is missing.
+Least squares and linear programs find a wrench in floating point (`locks`). Here it is checked with the screws of
+`lattice`. By first order its powers must be positive, which small errors do not change. By second order it must have no
+power at all on hinges that can turn: of its entries as many as are free are taken as they are, the others solve that.
+The rays of K = {x >= 0, A x = 0, C x >= 0} are computed anew by double description (Motzkin et al. 1953), so that none
+is missing.
 """
 
 from __future__ import annotations
@@ -36,7 +37,9 @@ def second_order(end: WholeEnd, rows: Exact, wrench: Reals) -> bool:
     which is positive where every y . b_ii outweighs the negative y . b_ij of its row.
     """
     rays = extreme_rays(_equations(end.columns, rows))
-    turns: Exact = np.array(rays, object).reshape(len(rays), -1)[:, : len(end.columns)]
+    if not rays:  # nothing turns even at first order
+        return True
+    turns: Exact = np.array(rays, object)[:, : len(end.columns)]
     turning = turns.any(axis=0).astype(bool)
     exact = _powerless(end.columns[turning], end.wrench(wrench))
     if not (end.columns @ exact >= 0).all():

@@ -7,9 +7,9 @@ First order: a wrench y with y . A_i > 0 for every hinge i holds them all shut, 
 (Gordan's theorem). Second order: where some x in the cone K = {x >= 0, A x = 0} are possible to first order, a
 wrench with y . A_i >= 0 and y . bend(x) > 0 on all of K but 0 excludes them: along a motion the loops would ask
 y . A x + y . bend(x) / 2 = 0 up to third order, a sum of which no term is negative and one is not zero.
-A linear program in floating point finds the wrench. Where the linkage is on a tiling the proof is then checked in whole
-numbers, with rays found anew (`lattice`, `certificates`), and counts only if it holds there: `Lock.exact`. Elsewhere
-it is numerical: its inequalities hold by far more than rounding, but equations in it hold only to rounding.
+Least squares or a linear program find the wrench, in floating point. Where the linkage is on a tiling the proof is then
+checked in whole numbers, with rays found anew (`lattice`, `certificates`), and counts only if it holds there:
+`Lock.exact`. Elsewhere it is numerical: its inequalities hold by far more than rounding, but its equations to rounding.
 Contacts between layers (`layers`) narrow K by C x >= 0. At first order they push with forces f >= 0, and
 y . A_i > f . C_i for every hinge is what proves; at second order they only narrow K, as a contact has an order of its
 own and may slide off.
@@ -120,7 +120,7 @@ def lock_at(linkage: Linkage, angles: Reals, contacts: Reals | None = None) -> L
         return lock
     exact = _exactly(linkage, angles, lock, rows[used])
     if exact is False:
-        return replace(lock, order=None, wrench=None, margin=0.0, motion=motions.mean(axis=0), forces=None)
+        return replace(lock, order=None, wrench=None, margin=0.0, forces=None)
     forces = np.zeros(len(rows))
     if lock.forces is not None:
         forces[used] = lock.forces
