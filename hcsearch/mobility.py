@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hcsearch.folding import Folding, folding_at
 from hcsearch.grid import Grid, grid_named
-from hcsearch.kernels.cones import LOCKED, OPEN, settle
+from hcsearch.kernels.cones import LOCKED, OPEN, PASSED, settle
 from hcsearch.kernels.lines import survey
 from hcsearch.kernels.loops import generic_states
 from hcsearch.kinematics.closing import CLOSED
@@ -22,7 +22,7 @@ from hcsearch.kinematics.rank import decide_rank
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import facet_area
 from hcsearch.records import NONE, CircuitBatch, FoldingBatch, MobilityBatch
-from hcsearch.scenes import default_panel
+from hcsearch.scenes import FlatPairs, default_panel
 
 STAGE, VERSION = "mobility", 1
 
@@ -30,6 +30,7 @@ _TOGETHER = 4000  # foldings: their hinge lines and Jacobians take some 3 kB eac
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -64,9 +65,9 @@ def mobility(
 ) -> MobilityBatch:
     """Degrees of freedom, and proofs of locks unless they are not wanted, of a batch of foldings.
 
-    Flat pairs are hinged for the freedoms and rigid for the locks, as the scene `default` has them; `dof` is the least
-    found at generic closed states near the folded one. The ranks at the two ends and first-order locks are exact: they
-    do not depend on the size of panels (docs/theory.md). Source: thesis 2.3.3, 3.2.2.
+    Flat pairs are hinged for the freedoms; locks are of rigid ones, and `locked_hinged` of hinged ones. `dof` is the
+    least found at generic closed states near the folded one. The ranks at the two ends and locks are exact; ranks and
+    first-order locks do not depend on the size of panels (docs/theory.md). Source: thesis 2.3.3, 3.2.2.
     """
     parts = []
     for at in range(0, max(len(foldings), 1), _TOGETHER):
@@ -79,6 +80,14 @@ def mobility(
         if field.name != "kutzbach"
     }
     return replace(parts[0], **columns)
+
+
+def locked_with(found: MobilityBatch, flat_pairs: FlatPairs) -> Flags:
+    """Which foldings are proved locked for every way of joining flat pairs that a scene allows.
+
+    Where it allows either, hinged ones decide: what is locked with them is locked with rigid and merged ones, too.
+    """
+    return found.locked if flat_pairs == "rigid" else found.locked_hinged
 
 
 def best_foldings(n_circuits: int, foldings: FoldingBatch, twists: NDArray[np.int16], found: MobilityBatch) -> Whole:
@@ -101,18 +110,17 @@ def _part(circuits: CircuitBatch, foldings: FoldingBatch, untwisted: NDArray[np.
     lines, screws = np.empty((count, 2, n, 5), np.int64), np.empty((count, 2, n, 6))
     survey(words, rows, creases, steps, edges, scale, basis, thickness, size, ranks, mirrors, lines, screws)
     pairs, joints = mirrors.T
-    dof, dof_merged, locked = np.full(count, NONE), np.full(count, NONE), np.zeros(count, bool)
+    dof, dof_merged = np.full(count, NONE), np.full(count, NONE)
     dof[untwisted] = _generic(screws[untwisted, 1])
     for i in np.flatnonzero(untwisted & (pairs > 0)).tolist():
         nullity = generic_rank(_linkage(folding_at(circuits, foldings, i), merged=True)).nullity
         dof_merged[i] = NONE if nullity is None else nullity
-    ends = _settled(lines[untwisted], screws[untwisted]) if locks else np.zeros((0, 2), np.int8)
-    for i, found in zip(np.flatnonzero(untwisted).tolist(), ends.tolist(), strict=locks):
-        locked[i] = LOCKED in found
-        if not locked[i] and OPEN in found:
-            linkage = _linkage(folding_at(circuits, foldings, i), merged=False)
-            ways = zip(found, (linkage.folded, linkage.flat), strict=True)
-            locked[i] = any(state == OPEN and lock_at(linkage, angles).locked for state, angles in ways)
+    asked = np.repeat((untwisted & locks)[:, None], 2, axis=1)
+    rigid = _ends(circuits, foldings, asked, lines, screws, hinged=False)
+    locked = (rigid == LOCKED).any(axis=1)
+    # motions with rigid pairs are motions with hinged ones: an end that is not locked so, is not locked with hinges
+    asked = locked[:, None] & (rigid != PASSED)
+    locked_hinged = (_ends(circuits, foldings, asked, lines, screws, hinged=True) == LOCKED).any(axis=1)
     return MobilityBatch(
         kutzbach=6 * (n - 1) - 5 * n,
         dof=dof,
@@ -122,22 +130,36 @@ def _part(circuits: CircuitBatch, foldings: FoldingBatch, untwisted: NDArray[np.
         kutzbach_merged=np.where(pairs > 0, 6 * (n - pairs - 1) - 5 * (n - 2 - joints), NONE),
         dof_merged=dof_merged,
         locked=locked,
+        locked_hinged=locked_hinged,
     )
 
 
-def _settled(lines: Whole, screws: Reals) -> NDArray[np.int8]:
-    """What is known of the two ends of foldings with rigid flat pairs, shape (n_foldings, 2)."""
-    count, _, n, _ = lines.shape
-    folding = [i for i in range(n) if i not in (n // 2 - 1, n - 1)]
-    found = np.empty(2 * count, np.int8)
-    some_lines = np.ascontiguousarray(lines[:, :, folding]).reshape(-1, n - 2, 5)
-    some_screws = np.ascontiguousarray(screws[:, :, folding]).reshape(-1, n - 2, 6)
-    settle(some_lines, some_screws, found)
-    return found.reshape(count, 2)
+def _ends(
+    circuits: CircuitBatch, foldings: FoldingBatch, asked: Flags, lines: Whole, screws: Reals, *, hinged: bool
+) -> NDArray[np.int8]:
+    """LOCKED, PASSED or OPEN for the ends of foldings, shape (n_foldings, 2), with rigid or with hinged flat pairs.
+
+    PASSED where it is not asked for. An end is left OPEN where the other one is locked without long proofs.
+    """
+    n = lines.shape[2]
+    turning = [i for i in range(n) if hinged or i not in (n // 2 - 1, n - 1)]
+    settled = np.empty(int(asked.sum()), np.int8)
+    own = np.ascontiguousarray(lines[asked][:, turning])
+    settle(own, np.ascontiguousarray(screws[asked][:, turning]), settled)
+    found = np.full(asked.shape, PASSED, np.int8)
+    found[asked] = settled
+    for i in np.flatnonzero((found == OPEN).any(axis=1) & (found != LOCKED).all(axis=1)).tolist():
+        linkage = _linkage(folding_at(circuits, foldings, i), hinged=hinged)
+        for end, angles in enumerate((linkage.folded, linkage.flat)):
+            if found[i, end] == OPEN:
+                found[i, end] = LOCKED if lock_at(linkage, angles).locked else PASSED
+            if found[i, end] == LOCKED:
+                break
+    return found
 
 
-def _linkage(folding: Folding, *, merged: bool) -> Linkage:
-    return Linkage(folding.pattern(default_panel(folding.circuit.grid.name), merged=merged))
+def _linkage(folding: Folding, *, hinged: bool = False, merged: bool = False) -> Linkage:
+    return Linkage(folding.pattern(default_panel(folding.circuit.grid.name), hinged=hinged, merged=merged))
 
 
 def _generic(screws: Reals) -> Whole:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -92,7 +92,9 @@ class MobilityBatch:
     """Degrees of freedom and locks of a batch of foldings, one entry each; NONE where there is no such number.
 
     kutzbach : of all of them. dof, locked : of untwisted ones. kutzbach_merged, dof_merged : of those that have panels
-    to merge. locked : whether rigid flat pairs and one-sided hinges lock an end of the motion, which is proved.
+    to merge. locked, locked_hinged : whether one-sided hinges are proved to lock an end of the motion with rigid flat
+    pairs, and whether they still do with hinged ones (empty where that was not asked). Merged foldings are locked where
+    rigid ones are.
     """
 
     kutzbach: int
@@ -103,6 +105,7 @@ class MobilityBatch:
     kutzbach_merged: Integers
     dof_merged: Integers
     locked: NDArray[np.bool_]
+    locked_hinged: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
 
 
 @dataclass(frozen=True)

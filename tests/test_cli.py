@@ -324,6 +324,16 @@ def test_show_a_design_and_a_folding(run):
     assert run("show", "--db", "d.sqlite", f"{row[0]}:{crease}").stdout.count("folding ") == 1
 
 
+def test_show_says_for_which_flat_pairs_an_end_is_locked_and_how_tight(run):
+    told = run("show", "hex:0234550132:3").stdout
+    assert "folded, flat pairs rigid: locked (exact proof), a wrench" in told
+    assert "loops that give way by 1.7 mm let it out" in told
+    assert told.count("flat pairs hinged: not proved locked") == 2
+    told = run("show", "hex:0233534001:2").stdout
+    assert "folded, flat pairs hinged: locked (exact proof)" in told
+    assert "would open the loops by more than 6 mm" in told
+
+
 @pytest.mark.usefixtures("hexagons")
 def test_report(run, tmp_path):
     done = run("report", "n=10 two_stack", "--db", "d.sqlite", "--output", "reports/r.html")

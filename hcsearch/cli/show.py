@@ -13,6 +13,7 @@ from hcsearch.errors import NotationError
 if TYPE_CHECKING:
     from hcsearch.circuit import Circuit
     from hcsearch.folding import Folding
+    from hcsearch.linkage import Linkage, Reals
 
 
 @click.command(epilog="Example: hcsearch show 17:4, or without a database: hcsearch show hex:0234550132")
@@ -109,7 +110,6 @@ def _print_folding(folding: Folding) -> None:
 
 def _print_mechanism(folding: Folding) -> None:
     from hcsearch.kinematics.generic import generic_rank  # noqa: PLC0415
-    from hcsearch.kinematics.locks import lock_at  # noqa: PLC0415
     from hcsearch.kinematics.rank import rank_at  # noqa: PLC0415
     from hcsearch.linkage import Linkage  # noqa: PLC0415
     from hcsearch.scenes import default_panel  # noqa: PLC0415
@@ -126,7 +126,24 @@ def _print_mechanism(folding: Folding) -> None:
     if folding.mirror_pairs:
         pairs = ", ".join(f"{a} {b}" for a, b in folding.mirror_pairs)
         click.echo(f"  freedoms, panels {pairs} merged: {freedoms(Linkage(folding.pattern(panel, merged=True)))}")
-    rigid = Linkage(folding.pattern(panel))
-    for name, angles in (("folded", rigid.folded), ("flat", rigid.flat)):
-        lock = lock_at(rigid, angles)
-        click.echo(f"  {name}, flat pairs rigid: {'locked' if lock.locked else 'not proved locked'}, {lock.reason}")
+    rigid, hinged = Linkage(folding.pattern(panel)), Linkage(folding.pattern(panel, hinged=True))
+    _print_lock("folded", {"rigid": (rigid, rigid.folded), "hinged": (hinged, hinged.folded)})
+    _print_lock("flat", {"rigid": (rigid, rigid.flat), "hinged": (hinged, hinged.flat)})
+
+
+def _print_lock(end: str, ways: dict[str, tuple[Linkage, Reals]]) -> None:
+    """Whether an end is locked with rigid, and if so with hinged flat pairs, and how tight: hinged ones move more."""
+    from hcsearch.kinematics.locks import lock_at  # noqa: PLC0415
+    from hcsearch.kinematics.tightness import tightness  # noqa: PLC0415
+
+    for pairs, (linkage, angles) in ways.items():
+        lock = lock_at(linkage, angles)
+        if not lock.locked:
+            said = "rigid or hinged" if pairs == "rigid" else pairs
+            click.echo(f"  {end}, flat pairs {said}: not proved locked, {lock.reason}")
+            return
+        proof = "exact" if lock.exact else "numerical"
+        click.echo(f"  {end}, flat pairs {pairs}: locked ({proof} proof), {lock.reason}")
+        tight = tightness(linkage, angles)
+        if tight is not None:
+            click.echo(f"    {tight.told}")

@@ -7,6 +7,9 @@ First order: a wrench y with y . A_i > 0 for every hinge i holds them all shut, 
 (Gordan's theorem). Second order: where some x in the cone K = {x >= 0, A x = 0} are possible to first order, a
 wrench with y . A_i >= 0 and y . bend(x) > 0 on all of K but 0 excludes them: along a motion the loops would ask
 y . A x + y . bend(x) / 2 = 0 up to third order, a sum of which no term is negative and one is not zero.
+Least squares or a linear program find the wrench, in floating point. Where the linkage is on a tiling the proof is then
+checked in whole numbers, with rays found anew (`lattice`, `certificates`), and counts only if it holds there:
+`Lock.exact`. Elsewhere it is numerical: its inequalities hold by far more than rounding, but its equations to rounding.
 Contacts between layers (`layers`) narrow K by C x >= 0. At first order they push with forces f >= 0, and
 y . A_i > f . C_i for every hinge is what proves; at second order they only narrow K, as a contact has an order of its
 own and may slide off.
@@ -25,12 +28,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.kernels.cones import MOST_RAYS, cone_rays, nonnegative
+from hcsearch.kinematics import certificates
+from hcsearch.kinematics.lattice import whole_end
 from hcsearch.linkage import Linkage
 
 Reals = NDArray[np.float64]
 
 MARGIN = 1e-7
-"""A proof counts when its inequalities hold by this much, with screws and wrench of unit length; rounding is 1e-13."""
+"""A wrench is a candidate when its inequalities hold by this much, with screws and wrench of unit length; rounding is
+1e-13."""
 
 APART = 1e-7
 """A contact is not asked for where motions of sum 1 at first order take it from layers by no more than this."""
@@ -54,6 +60,8 @@ class Lock:
     motion : turns of the hinges to first order that stops, loops and contacts allow, summing to 1; None where there
         are none.
     stuck : hinges that no motion turns at first order.
+    exact : whether it is proved in whole numbers. If not, a lock is proved but for rounding: the linkage is on no
+        tiling, or contacts are given that are none of its lattice.
     """
 
     order: Literal[1, 2] | None
@@ -63,6 +71,7 @@ class Lock:
     motion: Reals | None
     stuck: tuple[int, ...]
     forces: Reals | None = None
+    exact: bool = False
 
     @property
     def locked(self) -> bool:
@@ -107,10 +116,28 @@ def lock_at(linkage: Linkage, angles: Reals, contacts: Reals | None = None) -> L
         if lock.locked or apart.min(initial=0.0) > -APART:
             break
         used.append(int(apart.argmin()))
+    if not lock.locked:
+        return lock
+    exact = _exactly(linkage, angles, lock, rows[used])
+    if exact is False:
+        return replace(lock, order=None, wrench=None, margin=0.0, forces=None)
     forces = np.zeros(len(rows))
     if lock.forces is not None:
         forces[used] = lock.forces
-    return replace(lock, forces=forces if lock.locked else None)
+    return replace(lock, forces=forces, exact=exact is not None)
+
+
+def _exactly(linkage: Linkage, angles: Reals, lock: Lock, contacts: Reals) -> bool | None:
+    """Whether a proof holds in whole numbers; None where the linkage or a contact has none."""
+    assert lock.wrench is not None
+    end = whole_end(linkage, angles)
+    rows = None if end is None else end.contacts(contacts)
+    if end is None or rows is None:
+        return None
+    if lock.order == 2:
+        return certificates.second_order(end, rows, lock.wrench)
+    forces = np.zeros(len(contacts)) if lock.forces is None else lock.forces
+    return certificates.first_order(end, rows, lock.wrench, forces)
 
 
 def _lock(columns: Reals, contacts: Reals, bend: Callable[[Reals], Reals]) -> tuple[Lock, Reals]:
@@ -176,7 +203,6 @@ def second_order(columns: Reals, rays: Reals, products: Reals) -> tuple[Reals, f
     ray is positive, and y . bend of every two rays not negative, which suffices for all their sums.
     """
     from scipy.linalg import null_space  # noqa: PLC0415 - takes longer to load than most runs of the stage
-    from scipy.optimize import linprog  # noqa: PLC0415
 
     if not columns.shape[1]:
         return None
@@ -187,7 +213,34 @@ def second_order(columns: Reals, rays: Reals, products: Reals) -> tuple[Reals, f
         return None
     own = products.diagonal(axis1=0, axis2=1).T
     first, second = np.triu_indices(len(rays), 1)
-    positive, nonnegative_ = np.r_[held, own] @ basis, products[first, second] @ basis
+    positive, crossing = np.r_[held, own], products[first, second]
+    for found in (_between, _best):  # the first is ten times as quick, and needs all products to be positive or 0
+        wrench = found(positive @ basis, crossing @ basis, basis)
+        if wrench is None:
+            continue
+        wrench = wrench / np.abs(wrench).max()
+        margin = float((positive @ wrench).min())
+        # products of two rays may be a little below zero by rounding: those of the rays alone outweigh them
+        if margin > MARGIN and margin > -2 * len(rays) * float((crossing @ wrench).min(initial=0.0)):
+            return wrench, margin
+    return None
+
+
+def _between(positive: Reals, nonnegative_: Reals, basis: Reals) -> Reals | None:
+    """The wrench in the middle of those with positive powers, by least squares; None where there is none."""
+    rows = np.r_[positive, nonnegative_]
+    lengths = np.sqrt((rows**2).sum(axis=1))
+    if (lengths[: len(positive)] < ZERO).any():
+        return None
+    some = lengths > ZERO
+    _, middle, margin = _first_order(np.ascontiguousarray(rows[some] / lengths[some, None]))
+    return basis @ middle if margin > 0.0 else None
+
+
+def _best(positive: Reals, nonnegative_: Reals, basis: Reals) -> Reals | None:
+    """The wrench of the greatest margin by a linear program."""
+    from scipy.optimize import linprog  # noqa: PLC0415 - takes longer to load than most runs of the stage
+
     # entries of the wrench are bound, not its coordinates: so its margin does not hang on the basis
     upper = np.r_[-positive, -nonnegative_, basis, -basis]
     least = np.r_[np.ones(len(positive)), np.zeros(len(upper) - len(positive))]
@@ -195,14 +248,7 @@ def second_order(columns: Reals, rays: Reals, products: Reals) -> tuple[Reals, f
     bounds = [(None, None)] * basis.shape[1] + [(None, 1.0)]
     objective = np.r_[np.zeros(basis.shape[1]), -1.0]
     result = linprog(objective, A_ub=np.c_[upper, least], b_ub=most, bounds=bounds, method="highs")
-    if result.status != 0:
+    if result.status != 0 or not result.x[:-1].any():
         return None
-    wrench = basis @ result.x[:-1]
-    largest = np.abs(wrench).max()
-    if largest == 0.0:
-        return None
-    wrench /= largest
-    margin = float((np.r_[held, own] @ wrench).min())
-    crossing = float((products[first, second] @ wrench).min(initial=0.0))
-    # the solver may leave products of two rays a little below zero: those of the rays alone outweigh them
-    return (wrench, margin) if margin > MARGIN and margin > -2 * len(rays) * crossing else None
+    found: Reals = basis @ result.x[:-1]
+    return found

@@ -17,7 +17,7 @@ def tables():
 
 
 def test_rows_are_those_of_the_stage(tables):
-    speed, locks = tables
+    speed, locks, tight = tables
     assert [(row.grid, row.n, row.designs, row.foldings) for row in speed] == [
         ("hex", 10, 25, 40),
         ("triangle", 14, 2, 5),
@@ -26,6 +26,11 @@ def test_rows_are_those_of_the_stage(tables):
     hexagons, triangles = locks
     assert (hexagons.locked, hexagons.folded_1, hexagons.folded_2, hexagons.flat_1, hexagons.flat_2) == (14, 5, 4, 7, 2)
     assert (hexagons.hinged, hexagons.thin, hexagons.thick) == (2, 14, 14)
+    assert (hexagons.exact, hexagons.hair) == ("18 of 18", 1)
+    assert hexagons.gives == pytest.approx(0.0345, rel=0.05)
+    assert {row.pairs: row.proof for row in tight} == {"rigid": "exact", "hinged": "exact"}
+    assert len(tight) == 21
+    assert hexagons.held == sum(row.closed is None for row in tight[:20] if row.pairs == "rigid")
     assert (triangles.locked, triangles.merged) == (1, "1 -> 1 of 1")
 
 
