@@ -2,7 +2,7 @@
 
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.circuit import Circuit
-from hcsearch.deployment.subjects import folding_linkage
+from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import folding_of
 from hcsearch.linkage import Linkage
 

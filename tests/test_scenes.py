@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from hcsearch.circuit import Circuit
 from hcsearch.deployment.deploying import deploy
-from hcsearch.deployment.looks import Look, first_look, look_parts, looks_at, ways
+from hcsearch.deployment.looks import Look, first_look, look_parts, looks_at
 from hcsearch.deployment.scales import settled
 from hcsearch.deployment.scene_files import file_text, read_file, read_text, scene_in, scene_with
-from hcsearch.deployment.subjects import folding_linkage
 from hcsearch.errors import HcsearchError, InputFileError, SceneError
+from hcsearch.flat_pairs import folding_linkage, ways
 from hcsearch.folding import Folding, folding_of
 from hcsearch.grid import GRIDS
 from hcsearch.scenes import (

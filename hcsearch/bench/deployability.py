@@ -14,10 +14,10 @@ from hcsearch.bench.machine import Machine, this_machine
 from hcsearch.bench.tables import Table, save
 from hcsearch.deployment.looks import PATIENT, SPREAD
 from hcsearch.deployment.scales import SOFTEST, STIFFEST
-from hcsearch.deployment.subjects import folding_linkage
 from hcsearch.deployment.tuning import tune
 from hcsearch.deployment.verdicts import verdicts
 from hcsearch.enumeration import ArraySearch, PolygonSearch, Search
+from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import Folding, fold, folding_at
 from hcsearch.grid import grid_named, parse_array
 from hcsearch.linkage import Linkage

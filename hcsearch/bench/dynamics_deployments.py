@@ -16,7 +16,7 @@ from hcsearch.bench.dynamics_work import gap_of
 from hcsearch.deployment.arrivals import Arrival, arrivals
 from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.deploying import Deployment, deploy, run
-from hcsearch.deployment.subjects import folding_linkage
+from hcsearch.flat_pairs import folding_linkage
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -133,7 +133,7 @@ def _some(values: Sequence[float], quick: bool) -> Sequence[float]:
 def _linkage(name: str, panels: int, ratio: float) -> Linkage:
     from hcsearch.assemblies import ASSEMBLIES  # noqa: PLC0415 - loads much
     from hcsearch.circuit import Circuit  # noqa: PLC0415
-    from hcsearch.deployment.subjects import folding_linkage  # noqa: PLC0415
+    from hcsearch.flat_pairs import folding_linkage  # noqa: PLC0415
     from hcsearch.folding import folding_of, foldings  # noqa: PLC0415
     from hcsearch.grid import grid_named  # noqa: PLC0415
     from hcsearch.linkage import Linkage  # noqa: PLC0415

@@ -42,7 +42,7 @@ def _check() -> None:
     from hcsearch.circuit import Circuit  # noqa: PLC0415
     from hcsearch.deployment.checking import check  # noqa: PLC0415
     from hcsearch.deployment.compiling import compile_scene  # noqa: PLC0415
-    from hcsearch.deployment.subjects import folding_linkage  # noqa: PLC0415
+    from hcsearch.flat_pairs import folding_linkage  # noqa: PLC0415
     from hcsearch.folding import folding_of  # noqa: PLC0415
     from hcsearch.scenes import SCENES  # noqa: PLC0415
 

@@ -109,7 +109,7 @@ def _design(
     from hcsearch.deployment.looks import Look, first_look, look_parts, scene_of, springs_of  # noqa: PLC0415
     from hcsearch.deployment.scales import settled  # noqa: PLC0415
     from hcsearch.deployment.springs import with_springs  # noqa: PLC0415
-    from hcsearch.deployment.subjects import folding_linkage  # noqa: PLC0415
+    from hcsearch.flat_pairs import folding_linkage  # noqa: PLC0415
 
     pairs, springs = look_parts(parts)
     if parts:

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.deployment.springs import range_of, spring_sets
+from hcsearch.flat_pairs import Way, ways
 from hcsearch.folding import Folding
 from hcsearch.scenes import Scene, joined_name
 
 Reals = NDArray[np.float64]
-Pairs = Literal["rigid", "hinged", "merged"]
 
 GRADES: dict[str, tuple[float, float, float]] = {
     "bottom first": (1.0, 0.0, 0.0),
@@ -34,7 +33,7 @@ GRADED = 40.0
 PATIENT = 3.0
 """How long a second look lasts, over the scene's seconds: of 158 motions of 12 hexagons, clear and not at rest after
 1 s, 11 come flat."""
-_PAIRS: tuple[Pairs, ...] = ("rigid", "hinged", "merged")
+_PAIRS: tuple[Way, ...] = ("rigid", "hinged", "merged")
 _SETS = (*GRADES, OUTER, *SPREAD)
 
 
@@ -42,7 +41,7 @@ _SETS = (*GRADES, OUTER, *SPREAD)
 class Look:
     """How flat pairs are joined, and which springs there are; `first` is the scene as it stands."""
 
-    pairs: Pairs
+    pairs: Way
     springs: str = ""
     first: bool = False
 
@@ -54,21 +53,13 @@ class Look:
         return joined_name(scene.name, plain, self.springs)
 
 
-def look_parts(parts: list[str]) -> tuple[Pairs | None, str]:
-    """Pairs and spring set that parts of a scene's name say, in this order; takes them off the list."""
+def look_parts(parts: list[str]) -> tuple[Way | None, str]:
+    """Way and spring set that parts of a scene's name say, in this order; takes them off the list."""
     springs = parts.pop() if parts and parts[-1] in _SETS else ""
     pairs = next((pairs for pairs in _PAIRS if parts and parts[-1] == pairs), None)
     if pairs is not None:
         parts.pop()
     return pairs, springs
-
-
-def ways(scene: Scene) -> tuple[Pairs, ...]:
-    """How flat pairs may be joined in a scene, in the order in which they are tried."""
-    if scene.merge is True:
-        return ("merged",)
-    found: tuple[Pairs, ...] = ("rigid", "hinged") if scene.flat_pairs == "either" else (scene.flat_pairs,)
-    return (*found, "merged") if scene.merge == "either" else found
 
 
 def first_look(scene: Scene) -> Look:
@@ -82,7 +73,7 @@ def looks_at(scene: Scene) -> tuple[Look, ...]:
     What deploys in one is not tried in those after it.
     """
     first, *others = ways(scene)
-    last: Pairs = "hinged" if "hinged" in others else first
+    last: Way = "hinged" if "hinged" in others else first
     graded = () if last == first else tuple(Look(first, springs) for springs in GRADES)
     every = tuple(Look(last, springs) for springs in _SETS)
     return (first_look(scene), *(Look(way) for way in others), *graded, *every)

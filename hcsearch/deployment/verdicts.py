@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from hcsearch.deployment.checking import CALL, Check, Solids, check, solids_of
 from hcsearch.deployment.compiling import Compiled, compile_scene
-from hcsearch.deployment.looks import Look, Pairs, looks_at, scene_of, springs_of, ways
+from hcsearch.deployment.looks import Look, looks_at, scene_of, springs_of
 from hcsearch.deployment.scene_files import file_text
 from hcsearch.deployment.springs import with_springs
-from hcsearch.deployment.subjects import folding_linkage
+from hcsearch.flat_pairs import Way, can_be, linkage_joined, ways
 from hcsearch.folding import folding_at
 from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch, Trial
 from hcsearch.scenes import Scene, panel_of
@@ -74,7 +74,7 @@ class _Verdicts:
         self.count, self.threads = len(foldings), threads
         # the proof is of rigid pairs, and says nothing of a scene in which they are hinged
         self.locked = {i for i in self.foldings if locked[i] and ways(scene) != ("hinged",)}
-        self.compiled: dict[tuple[int, Pairs], tuple[Compiled, Solids]] = {}
+        self.compiled: dict[tuple[int, Way], tuple[Compiled, Solids]] = {}
         self.tried: dict[int, list[Check]] = {i: [] for i in self.foldings}
         self.deploys: dict[int, Trial] = {}
         self.first: dict[int, Trial] = {}
@@ -131,15 +131,12 @@ class _Verdicts:
         if look.pairs == "hinged":
             return True
         # merged motions are motions with rigid pairs, too
-        merged = look.pairs == "merged" and not look.first
-        return i not in self.locked and not (merged and not self.foldings[i].mirror_pairs)
+        return i not in self.locked and (look.first or can_be(self.foldings[i], look.pairs))
 
     def _compiled(self, i: int, look: Look) -> tuple[Compiled, Solids]:
         key = (i, look.pairs)
         if key not in self.compiled:
-            linkage = folding_linkage(
-                self.foldings[i], self.panel, hinged=look.pairs == "hinged", merged=look.pairs == "merged"
-            )
+            linkage = linkage_joined(self.foldings[i], self.panel, look.pairs)
             compiled = compile_scene(linkage, self.scene, keep=frozenset({"stops"}))
             self.compiled[key] = compiled, solids_of(compiled)
         compiled, solids = self.compiled[key]

@@ -15,7 +15,7 @@ from math import gcd, lcm
 
 import numpy as np
 
-from hcsearch.kinematics.lattice import Exact, Reals, WholeEnd
+from hcsearch.kinematics.lattice import Exact, Reals, WholeEnd, reduced
 
 Ray = tuple[int, ...]
 
@@ -113,15 +113,7 @@ def _powerless(columns: Exact, wrench: Exact) -> Exact:
 
     Gauss's elimination; entries without a pivot stay as they are.
     """
-    pivots: dict[int, list[int]] = {}
-    for screw in columns.tolist():
-        row = screw
-        for column, pivot in pivots.items():
-            row = _cleared(row, pivot, column)
-        column = max(range(len(row)), key=[abs(value) for value in row].__getitem__)
-        if row[column]:
-            pivots = {own: _cleared(pivot, row, column) for own, pivot in pivots.items()}
-            pivots[column] = row
+    pivots = reduced(columns)
     found = _whole(wrench)
     least = lcm(*(pivot[column] for column, pivot in pivots.items()))
     powers = {
@@ -132,15 +124,6 @@ def _powerless(columns: Exact, wrench: Exact) -> Exact:
     for column, pivot in pivots.items():
         exact[column] = -powers[column] * (least // pivot[column])
     return np.array(exact, object)
-
-
-def _cleared(row: list[int], pivot: list[int], column: int) -> list[int]:
-    """A multiple of a row, less one of a pivot's row, with 0 in its column, in lowest terms."""
-    if not row[column]:
-        return row
-    found = [a * pivot[column] - b * row[column] for a, b in zip(row, pivot, strict=True)]
-    least = gcd(*found) or 1
-    return [value // least for value in found]
 
 
 def _whole(fractions: Exact) -> list[int]:

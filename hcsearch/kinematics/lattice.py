@@ -131,6 +131,11 @@ class WholeEnd:
     order: tuple[tuple[int, ...], ...]
     size: float
 
+    @property
+    def rank(self) -> int:
+        """How many of the screws are independent."""
+        return len(reduced(self.columns))
+
     def wrench(self, wrench: Reals) -> Exact:
         """The wrench of `Linkage.closure`'s rows, shape (n_rows,), that has the same powers on whole screws.
 
@@ -241,3 +246,26 @@ def _walked(frame: Frame, lines: Sequence[Line], closed: Sequence[bool], walk: W
             x, y, z = px + (h * (x - px) + i * (y - py)) // 2, py + (j * (x - px) + k * (y - py)) // 2, 2 * pz - z
             up = -up
     return screws if (a, b, c, d, x, y, z, up) == (2, 0, 0, 2, 0, 0, 0, 1) else None
+
+
+def reduced(rows: Exact) -> dict[int, list[int]]:
+    """Gauss's elimination of rows of whole numbers: one row for each column with a pivot, with 0 in the other columns."""
+    pivots: dict[int, list[int]] = {}
+    for own in rows.tolist():
+        row = own
+        for column, pivot in pivots.items():
+            row = _cleared(row, pivot, column)
+        column = max(range(len(row)), key=[abs(value) for value in row].__getitem__)
+        if row[column]:
+            pivots = {own: _cleared(pivot, row, column) for own, pivot in pivots.items()}
+            pivots[column] = row
+    return pivots
+
+
+def _cleared(row: list[int], pivot: list[int], column: int) -> list[int]:
+    """A multiple of a row, less one of a pivot's row, with 0 in its column, in lowest terms."""
+    if not row[column]:
+        return row
+    found = [a * pivot[column] - b * row[column] for a, b in zip(row, pivot, strict=True)]
+    least = math.gcd(*found) or 1
+    return [value // least for value in found]

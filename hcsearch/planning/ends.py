@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.kernels.planning.series import ORDERS, write_series
+from hcsearch.kinematics.lattice import whole_end
 from hcsearch.linkage import Linkage
 
 Reals = NDArray[np.float64]
@@ -66,7 +67,11 @@ class _Step:
 
 
 class End:
-    """The closure equations at an end of the motion, about the middle of each loop and in its own unit of length."""
+    """The closure equations at an end of the motion, about the middle of each loop and in its own unit of length.
+
+    exact : whether loops are closed, and the rank of the Jacobian is as it is taken here, in whole numbers (theory.md,
+    25): else what is proved of the end holds but for rounding.
+    """
 
     def __init__(self, linkage: Linkage, angles: Reals) -> None:
         _, jacobian = linkage.closure(angles)
@@ -82,8 +87,9 @@ class End:
         self.jacobian = jacobian
         self.orders = [np.array([hinge for hinge, _ in loop]) for loop in loops]
         left, values, _ = np.linalg.svd(jacobian)
-        values = np.r_[values, np.zeros(len(left) - len(values))]
-        self.rank = int((values > ZERO * max(values[0], 1.0)).sum()) if len(values) else 0
+        rank = int((values > ZERO * max(values[0], 1.0)).sum()) if len(values) else 0
+        whole = whole_end(linkage, angles)
+        self.rank, self.exact = rank, whole is not None and rank == whole.rank
         self.across, self.along = left[:, : self.rank].T, left[:, self.rank :].T
 
     def equations(self, direction: Reals) -> tuple[Reals, Reals]:
@@ -108,7 +114,7 @@ class End:
         return None
 
     def _within(self, turns: Reals, sense: Reals, slowest: float) -> Reals | None:
-        """The nearest turns off the stops, none below a bound, that close the loops at second order, by Newton's steps."""
+        """The nearest turns off the stops, none below a bound, that close the loops at second order (Newton's steps)."""
         turns = np.maximum(turns, slowest)
         held = np.zeros(len(turns), bool)
         for _ in range(40):
@@ -204,7 +210,7 @@ def _norm(matrix: Reals) -> float:
 
 
 def _about_middle(screws: Reals, order: list[int]) -> tuple[Reals, Reals]:
-    """Screws (6, m) about the middle of their lines' feet, in the unit of their mean distance, and bounds of their norms."""
+    """Screws (6, m) about the middle of their lines, in the unit of their mean distance, and bounds of their norms."""
     found = screws.copy()
     turns, moments = found[:3, order], found[3:, order]
     feet = np.cross(turns.T, moments.T)

@@ -14,11 +14,11 @@ from hcsearch.linkage import Linkage
 Reals = NDArray[np.float64]
 
 LEVER = 0.45 / EDGE
-"""What points move at most where one hinge turns by 1 rad, over the longest edge; a guess: it says what is looked at."""
+"""What points move by where one hinge turns by 1 rad, over the longest edge: it says which pairs are looked at."""
 NEAR = 0.03 / EDGE
 """Pairs further apart than this, over the longest edge, are not measured."""
 LEAST, KEPT, TOLD = 0.01, 0.05, 0.005
-"""Gaps of shrunk panels over the margin: that every state has, that a step leaves, that a direction has at both ends."""
+"""Gaps of shrunk panels over the margin: that each state has, that a step leaves, that a direction has at both ends."""
 
 
 def apart_of(linkage: Linkage) -> frozenset[tuple[int, int]]:

@@ -63,9 +63,8 @@ class Proof:
     @property
     def margin(self) -> float | None:
         """The least margin (m) at which the path is proved, None where it is not."""
-        if self.clear is None or self.clear.kind != "clear" or not self.closed or any(self.reach):
-            return None
-        return self.clear.margin
+        proved = self.clear is not None and self.clear.kind == "clear" and self.closed and not any(self.reach)
+        return self.clear.margin if proved and self.clear is not None else None
 
 
 class Prover:
@@ -80,6 +79,18 @@ class Prover:
     @cached_property
     def _way(self) -> float:
         return longest_way(self.linkage)
+
+    @cached_property
+    def _spread(self) -> float:
+        """What no corner of a panel is further from the line of one of its hinges (m)."""
+        pattern, linkage = self.linkage.pattern, self.linkage
+        most = 0.0
+        for k, hinge in enumerate(pattern.hinges):
+            for panel in (hinge.first, hinge.second):
+                corners = np.array([corner for facet in pattern.panels[panel] for corner in pattern.facets[facet]])
+                across = np.cross(linkage.directions[k, :2], corners - linkage.points[k, :2])
+                most = max(most, float(np.hypot(np.abs(across).max(), pattern.thickness)))
+        return most
 
     @cached_property
     def limit(self) -> float:
@@ -108,6 +119,8 @@ class Prover:
         give = max(0.0, -float(angles.min()), float(angles.max()) - np.pi) + wander
         clear = None
         for margin in sorted(margins):
+            if give * self._spread > margin:
+                continue  # panels of a hinge would overlap, shrunk by this
             clear = certify(self.linkage, motion, margin=margin, slack=slack, apart=self.apart, measured=False)
             if clear.kind == "clear":
                 break
@@ -185,7 +198,9 @@ class Prover:
         """Whether closed states lie beside the rest of a first step, too, and near enough."""
         ends = np.zeros((2, 1 + len(end)))
         ends[0, 0], ends[0, 1:], ends[1, 0] = departure.share, departure.wanders, 1.0
-        step = Motion(np.array([0.0, 1.0]), np.array([end, state]), np.array([slope, after]), np.zeros(2), np.array([2]))
+        step = Motion(
+            np.array([0.0, 1.0]), np.array([end, state]), np.array([slope, after]), np.zeros(2), np.array([2])
+        )
         fine = Motion(np.zeros(3), np.zeros((3, len(end))), np.zeros((3, len(end))), np.zeros(3), np.zeros(1, np.int64))
         return bool(enclose(self.loops, step, ends, self.limit, 0, fine, np.zeros(2)))
 
@@ -198,5 +213,7 @@ class Prover:
     def _rates(self, times: Reals, path: Reals) -> Reals:
         """Rates at the states of a path: of the parabola through three of them, less what would open the loops."""
         h, slopes = np.diff(times)[:, None], np.diff(path, axis=0) / np.diff(times)[:, None]
-        rates = np.concatenate([slopes[:1], (h[1:] * slopes[:-1] + h[:-1] * slopes[1:]) / (h[1:] + h[:-1]), slopes[-1:]])
+        rates = np.concatenate(
+            [slopes[:1], (h[1:] * slopes[:-1] + h[:-1] * slopes[1:]) / (h[1:] + h[:-1]), slopes[-1:]]
+        )
         return np.array([self._tangent(state, rate) for state, rate in zip(path, rates, strict=True)])

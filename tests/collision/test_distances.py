@@ -13,8 +13,8 @@ from hcsearch.circuit import Circuit
 from hcsearch.collision.distances import Proximity, approach_speeds, proximal_distances
 from hcsearch.collision.penetration import penetration
 from hcsearch.deployment.deploying import deploy
-from hcsearch.deployment.subjects import folding_linkage
 from hcsearch.errors import HcsearchError
+from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import folding_of
 from hcsearch.kernels.distances import closest, closest_of_pairs, exhaustive, proximity
 from hcsearch.linkage import Linkage

@@ -14,8 +14,8 @@ from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.deploying import FLAT, STEEP, STILL, deploy, run
 from hcsearch.deployment.looks import springs_of
 from hcsearch.deployment.springs import with_springs
-from hcsearch.deployment.subjects import folding_linkage
 from hcsearch.errors import HcsearchError
+from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import folding_of
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import SCENES

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.circuit import Circuit
-from hcsearch.deployment.subjects import folding_linkage
 from hcsearch.dynamics.mirror import mirror_of
+from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import folding_of, foldings
 from hcsearch.linkage import Linkage
 from tests.strategies import circuits

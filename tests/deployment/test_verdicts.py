@@ -14,9 +14,9 @@ from hcsearch.deployment.looks import GRADED, GRADES, OUTER, PATIENT, SPREAD, sp
 from hcsearch.deployment.scales import SOFTEST, STIFFEST
 from hcsearch.deployment.scene_files import read_text, scene_in
 from hcsearch.deployment.springs import with_springs
-from hcsearch.deployment.subjects import folding_linkage
 from hcsearch.deployment.verdicts import verdicts
 from hcsearch.enumeration import PolygonSearch
+from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import Folding, folding_of
 from hcsearch.grid import GRIDS
 from hcsearch.pipeline.deployments import BEST_FIRST, PIECE_SECONDS, Deploy, pieces, seconds_of, unfinished

@@ -150,9 +150,7 @@ def _choose(space: Space, tree: Tree, other: Tree, goal: Reals, target: Reals, s
 
 
 @compiled
-def _reach_end(
-    space: Space, tree: Tree, node: int, goal: Reals, stack: Stack, work: Work, meeting: Meeting
-) -> bool:
+def _reach_end(space: Space, tree: Tree, node: int, goal: Reals, stack: Stack, work: Work, meeting: Meeting) -> bool:
     """Whether the end of the other tree is near, and a state of this one can be linked with it."""
     if farthest(tree.angles[node], goal) > 0.5:
         return False
@@ -167,9 +165,7 @@ def _reach_end(
 
 
 @compiled
-def _reach_tree(
-    space: Space, tree: Tree, other: Tree, node: int, stack: Stack, work: Work, meeting: Meeting
-) -> bool:
+def _reach_tree(space: Space, tree: Tree, other: Tree, node: int, stack: Stack, work: Work, meeting: Meeting) -> bool:
     """Whether one of the nearest states of the other tree can be linked with a state; else that tree may have grown."""
     beyond = -1.0
     for attempt in range(3):

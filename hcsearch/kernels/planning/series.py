@@ -18,8 +18,8 @@ ORDERS = 5
 def write_series(screws: Reals, order: Whole, course: Reals, columns: Reals, terms: Reals, slopes: Reals) -> None:
     """Write the terms of order 0 to 4 of the twist of T - 1, and of its derivative.
 
-    screws : (6, m), of the hinges. order : those of the loop. course : (m, 4), the change of the angles is s b + s^2 c +
-    s^3 d with the columns from 1 on. columns : (m, k), changes by s of which the derivative is wanted.
+    screws : (6, m), of the hinges. order : those of the loop. course : (m, 4), angles change by s b + s^2 c + s^3 d, the
+    columns from 1 on. columns : (m, k), changes by s of which the derivative is wanted.
     terms : (5, 6) and slopes : (5, 6, k), written; the derivative is that over s.
     """
     k = columns.shape[1]

@@ -35,8 +35,8 @@ def slide(space: Space, state: State, longest: float, least: float, work: Work, 
     """Step from a state as `work.want` says, no hinge by more than `longest` (rad); write the state it leads to.
 
     least : singular directions of closure count as free below this. Returns the greatest change of an angle, 0 where
-    nothing moves. The step is the nearest to what is wanted among those that loops, stops and contacts allow (Hildreth's
-    dual coordinate ascent).
+    nothing moves. The step is the nearest to what is wanted that loops, stops and contacts allow (Hildreth's dual
+    coordinate ascent).
     """
     m = len(space.folded)
     open_by(space.loops, state.angles, work.closing)

@@ -25,6 +25,8 @@ STEP = 0.03
 """Longest step (rad) by which a state of the path is moved."""
 LEAST = 1e-7
 """Singular values of the closure Jacobian up to this count as zeros."""
+OFF = 0.01
+"""What hinges of the path keep off their stops by (rad), less near its ends."""
 PUSH = 0.02
 """What contact moves a state by (rad), where panels touch."""
 
@@ -92,7 +94,7 @@ def relax(space: Space, path: Reals, count: int, sweeps: int, wished: float, sta
 
 @compiled
 def _want(space: Space, before: State, here: State, after: State, wished: float, work: Work) -> None:
-    """Write what a state wants: to lie half-way between its neighbours, and its panels apart."""
+    """Write what a state wants: to lie half-way between its neighbours, its panels apart and its hinges off their stops."""
     count = contact_rows(space, here, wished, 0, work)
     push = np.zeros(len(work.want))
     for row in range(count):
@@ -101,9 +103,12 @@ def _want(space: Space, before: State, here: State, after: State, wished: float,
             push[h] += near * work.rows[row, h]
     big = max(np.abs(push).max(), 1e-12)
     least = max(0.0, 1.0 - here.gaps.min() / wished)
+    off = min(OFF, 0.1 * min(farthest(here.angles, space.folded), np.abs(here.angles).max()))
     for h in range(len(push)):
         middle = 0.5 * (before.angles[h] + after.angles[h])
         work.want[h] = middle - here.angles[h] + PUSH * least * push[h] / big
+        # off the stops, by which pieces between states would overshoot them
+        work.want[h] += max(0.0, off - here.angles[h]) - max(0.0, here.angles[h] - math.pi + off)
 
 
 @compiled

@@ -110,9 +110,7 @@ def new_stack(space: Space, count: int) -> Stack:
 def pick(stack: Stack, i: int) -> State:
     """One of several states."""
     own = stack.prisms
-    placed = Prisms(
-        own.panels, own.counts, stack.vertices[i], stack.middles[i], own.reaches, own.normals, own.edges
-    )
+    placed = Prisms(own.panels, own.counts, stack.vertices[i], stack.middles[i], own.reaches, own.normals, own.edges)
     return State(stack.angles[i], stack.poses[i], placed, stack.gaps[i], stack.ways[i], stack.corners[i])
 
 

@@ -73,7 +73,7 @@ def add(tree: Tree, parent: int, angles: Reals) -> int:
 
 @lean
 def nearest(tree: Tree, angles: Reals, beyond: float) -> tuple[int, float]:
-    """The nearest state of a tree further away than some distance, and the square of its distance (rad^2); -1 without."""
+    """The nearest state of a tree beyond some squared distance (rad^2), and the square of its own; -1 without."""
     best, least = -1, math.inf
     for i in range(tree.size[0]):
         total = 0.0
@@ -91,7 +91,7 @@ def cell(tree: Tree, row: int) -> int:
     """The slot of the cell of a state in the hash table."""
     key = 1469598103934665603
     for h in range(tree.angles.shape[1]):
-        key = (key ^ int(math.floor(tree.angles[row, h] / CELL + 0.5))) * 1099511628211
+        key = (key ^ math.floor(tree.angles[row, h] / CELL + 0.5)) * 1099511628211
     key |= 1  # 0 is an empty slot
     slots = len(tree.keys)
     slot = (key ^ (key >> 29)) & (slots - 1)

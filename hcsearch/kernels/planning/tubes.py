@@ -35,8 +35,8 @@ ROUNDING = 4e-15
 three products of two entries, each known to a few units in the last place, as the hinges' places are."""
 SHORTEST = 0.5**12
 """Share of a step below which a piece is not halved."""
-GIVE = 1e-3
-"""What hinges of a motion may be beyond their stops (rad): cubics overshoot. Who asks for a proof says what is allowed."""
+GIVE = 1e-4
+"""What hinges of states put between others may be beyond their stops (rad), as cubics overshoot."""
 POLISHED = 1e-14
 """Closure residual (rad, or gap over size) to which states are closed."""
 
@@ -230,7 +230,7 @@ def _step(
             before[:] = tables.beside
             stop[1] += 1.0
             top -= 1
-        elif wander > limit and wander < math.inf or high - low <= SHORTEST or top + 2 > len(lows):
+        elif (wander > limit and wander < math.inf) or high - low <= SHORTEST or top + 2 > len(lows):
             return math.inf
         else:
             middle = 0.5 * (low + high)
@@ -246,7 +246,7 @@ def _piece(
 ) -> tuple[float, float]:
     """The factor of the contraction in a piece, infinite without one, and what its closed states wander by (rad).
 
-    joined : (m,), what those of the piece before, or of the end, wander by. The states of both are joined where the pieces
+    joined : (m,), what those of the piece before, or of the end, wander by. States of both are joined where the pieces
     meet: F is 0 at both ends of the straight way between them, so that between it is at most an eighth of its second
     derivative there; closed states lie beside that way, off by no more than `bow`.
     """
@@ -316,8 +316,8 @@ def _screws(loops: Loops, tables: Tables) -> float:
         for k in range(loops.starts[loop], loops.starts[loop + 1]):
             h = loops.hinges[k]
             for i in range(3):
-                j, l = (i + 1) % 3, (i + 2) % 3
-                foot = jacobian[row + j, h] * jacobian[row + 3 + l, h] - jacobian[row + l, h] * jacobian[row + 3 + j, h]
+                a, b = row + (i + 1) % 3, row + (i + 2) % 3
+                foot = jacobian[a, h] * jacobian[b + 3, h] - jacobian[b, h] * jacobian[a + 3, h]
                 middle[i] += foot / count
         total = 0.0
         for k in range(loops.starts[loop], loops.starts[loop + 1]):
@@ -480,11 +480,9 @@ def _turn(row: int, h: int, tables: Tables) -> float:
     total = 0.0
     for j in range(past.shape[1]):
         for i in range(3):
-            k, l = (i + 1) % 3, (i + 2) % 3
-            turned[i, j] = w[k] * past[l, j] - w[l] * past[k, j]
-            turned[3 + i, j] = (
-                w[k] * past[3 + l, j] - w[l] * past[3 + k, j] + v[k] * past[l, j] - v[l] * past[k, j]
-            )
+            a, b = (i + 1) % 3, (i + 2) % 3
+            turned[i, j] = w[a] * past[b, j] - w[b] * past[a, j]
+            turned[3 + i, j] = w[a] * past[3 + b, j] - w[b] * past[3 + a, j] + v[a] * past[b, j] - v[b] * past[a, j]
             total += past[i, j] ** 2 + past[3 + i, j] ** 2
     return math.sqrt(total)
 

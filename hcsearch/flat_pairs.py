@@ -1,0 +1,46 @@
+"""How the flat pairs of a folding are joined: the ways that a scene allows, and the linkage of each.
+
+The two pairs of panels that lie flat beside each other in both states are rigid, or hinged; where the circuit has the
+mirror symmetry of the folding, panels that meet on its axis can also be made one (theory.md, 29).
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from hcsearch.folding import Folding
+from hcsearch.linkage import Linkage
+from hcsearch.scenes import PanelSize, Scene, default_panel
+
+Way = Literal["rigid", "hinged", "merged"]
+"""How flat pairs are joined; `merged`: rigid, and mirror pairs of panels made one."""
+
+
+def ways(scene: Scene) -> tuple[Way, ...]:
+    """How flat pairs may be joined in a scene, in the order in which they are tried."""
+    if scene.merge is True:
+        return ("merged",)
+    found: tuple[Way, ...] = ("rigid", "hinged") if scene.flat_pairs == "either" else (scene.flat_pairs,)
+    return (*found, "merged") if scene.merge == "either" else found
+
+
+def folding_linkage(
+    folding: Folding, panel: PanelSize | None = None, *, hinged: bool = False, merged: bool = False
+) -> Linkage:
+    """A folding as a linkage whose base is its bottom pair.
+
+    panel : length, width, thickness (m), those of the scene `default` unless given. hinged : flat pairs hinged, not
+    rigid. merged : mirror pairs of panels made one.
+    """
+    pattern = folding.pattern(panel or default_panel(folding.circuit.grid.name), hinged=hinged, merged=merged)
+    return Linkage(pattern, base=pattern.panel_of[folding.crease])
+
+
+def linkage_joined(folding: Folding, panel: PanelSize, way: Way) -> Linkage:
+    """A folding as a linkage with its flat pairs joined in a way."""
+    return folding_linkage(folding, panel, hinged=way == "hinged", merged=way == "merged")
+
+
+def can_be(folding: Folding, way: Way) -> bool:
+    """Whether the flat pairs of a folding can be joined in a way: there may be no mirror pairs to merge."""
+    return way != "merged" or bool(folding.mirror_pairs)

@@ -1,0 +1,109 @@
+"""The motion of one folding: the ways of joining its flat pairs are tried until a path is proved.
+
+First with the scene's own margin, by which panels have the most play; a path that needs more play than the least margin
+is then looked for with that one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.collision.clearance import margin_of, scale_of
+from hcsearch.flat_pairs import Way, can_be, linkage_joined
+from hcsearch.folding import Folding
+from hcsearch.linkage import Linkage
+from hcsearch.planning.planner import Growth, Planner
+from hcsearch.planning.proofs import PLAYS, Proof, Prover
+from hcsearch.scenes import PanelSize
+
+Reals = NDArray[np.float64]
+
+FIRST, LONG, TIGHT = 40, 150, 60
+"""Rounds of the first search, of a longer one where that meets nothing, and of one with the least margin."""
+PROOFS = 3
+"""Paths that are tried where a proof fails."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What is known of the motion of a folding.
+
+    way : how flat pairs are joined; of the path, if there is one. states : of the path, (k, n_hinges), or None.
+    proof : of the path. growths : what trees came to, by way, where no path was found.
+    """
+
+    way: Way | None
+    states: Reals | None
+    proof: Proof | None
+    growths: tuple[tuple[Way, Growth], ...]
+
+    @property
+    def margin(self) -> float | None:
+        """The least play for each face (m) at which a path is proved; None without a proved path."""
+        return None if self.proof is None else self.proof.margin
+
+
+def motion_of(folding: Folding, panel: PanelSize, ways: Sequence[Way], margin: float | None = None) -> Motion:
+    """Look for a proved path of a folding.
+
+    ways : how flat pairs may be joined, in this order. margin : m, the greatest; None for that of `margin_of`.
+    """
+    search = _Search({way: linkage_joined(folding, panel, way) for way in ways if can_be(folding, way)}, margin)
+    return search.run()
+
+
+class _Search:
+    """The search for a path of one folding."""
+
+    def __init__(self, linkages: dict[Way, Linkage], margin: float | None) -> None:
+        self.linkages = linkages
+        self.provers: dict[Way, Prover] = {}
+        self.growths: dict[Way, Growth] = {}
+        self.best: Motion | None = None
+        first = next(iter(linkages.values()))
+        own = [play * scale_of(first) for play in PLAYS]
+        top = margin_of(first) if margin is None else margin
+        self.margins = [*(play for play in own if play < top), top]
+
+    def run(self) -> Motion:
+        """The motion that needs the least play."""
+        least, top = self.margins[0], self.margins[-1]
+        if self._try(top, FIRST, 0) or self._try(top, LONG, 1):
+            self._try(least, TIGHT, 2)
+        if self.best is not None:
+            return self.best
+        return Motion(None, None, None, tuple(self.growths.items()))
+
+    def _try(self, margin: float, rounds: int, seed: int) -> bool:
+        """Try all ways until one has a path that is proved at the margin at least; whether one is proved."""
+        for way, linkage in self.linkages.items():
+            if self._needed() <= margin and margin < self.margins[-1]:
+                break
+            planner = Planner(linkage, margin)
+            for again in range(PROOFS):
+                plan = planner.plan(rounds, seed + 10 * again)
+                if plan.states is None:
+                    self.growths[way] = plan.growth
+                    break
+                if self._prove(way, plan.states):
+                    return True
+        return self._needed() < np.inf
+
+    def _prove(self, way: Way, states: Reals) -> bool:
+        """Prove a path, and keep it where it is better than what was proved before; whether it is proved."""
+        prover = self.provers.setdefault(way, Prover(self.linkages[way]))
+        proof = prover.prove(states, self.margins)
+        if proof.margin is None:
+            return False
+        if proof.margin < self._needed():
+            self.best = Motion(way, states, proof, ())
+        return True
+
+    def _needed(self) -> float:
+        """The least margin at which a path is proved, infinite without."""
+        margin = None if self.best is None else self.best.margin
+        return np.inf if margin is None else margin
