@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.overlaps import first_overlap
+from hcsearch.kernels.overlaps import deepest_overlap, first_overlap
 from hcsearch.kernels.prisms import Prisms
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Facet
@@ -41,6 +41,25 @@ def first_cut(linkage: Linkage, states: Reals, allowed: float, apart: Collection
 
     apart : pairs of panels, the lower number first, that are not looked at, as their stops keep them apart.
     """
+    pairs = _pairs(linkage, apart)
+    depths = np.zeros(len(pairs))
+    states = np.ascontiguousarray(states, float)
+    state = first_overlap(linkage.chain, prisms_of(linkage), pairs, states, float(allowed), depths)
+    if state < 0:
+        return None
+    worst = int(depths.argmax())
+    one, two = sorted(linkage.pattern.panel_of[facet] for facet in pairs[worst])
+    return Cut(state, (one, two), float(depths[worst]))
+
+
+def deepest_cut(linkage: Linkage, states: Reals, apart: Collection[tuple[int, int]] = ()) -> float:
+    """How deep panels cut into each other at the worst of some states, shape (n_states, n_hinges), in metres."""
+    states = np.ascontiguousarray(states, float)
+    return float(deepest_overlap(linkage.chain, prisms_of(linkage), _pairs(linkage, apart), states))
+
+
+def _pairs(linkage: Linkage, apart: Collection[tuple[int, int]]) -> NDArray[np.int64]:
+    """Pairs of facets of different panels, but of those that are kept apart, shape (n_pairs, 2)."""
     panels = np.array(linkage.pattern.panel_of)
     first, second = np.triu_indices(len(panels), 1)
     low, high = np.minimum(panels[first], panels[second]), np.maximum(panels[first], panels[second])
@@ -48,14 +67,7 @@ def first_cut(linkage: Linkage, states: Reals, allowed: float, apart: Collection
     if apart:
         n = linkage.n_panels
         wanted &= ~np.isin(low * n + high, [one * n + two for one, two in apart])
-    pairs = np.column_stack([first[wanted], second[wanted]])
-    depths = np.zeros(len(pairs))
-    states = np.ascontiguousarray(states, float)
-    state = first_overlap(linkage.chain, prisms_of(linkage), pairs, states, float(allowed), depths)
-    if state < 0:
-        return None
-    worst = int(depths.argmax())
-    return Cut(state, (int(low[wanted][worst]), int(high[wanted][worst])), float(depths[worst]))
+    return np.column_stack([first[wanted], second[wanted]])
 
 
 def penetration(linkage: Linkage, angles: Reals) -> float:

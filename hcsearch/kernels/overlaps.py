@@ -42,6 +42,26 @@ def first_overlap(chain: Chain, prisms: Prisms, pairs: Whole, states: Reals, all
     return -1
 
 
+@compiled
+def deepest_overlap(chain: Chain, prisms: Prisms, pairs: Whole, states: Reals) -> float:
+    """How deep prisms of some pairs cut into each other at the worst of some states, 0 where they only touch.
+
+    The same as the greatest of the depths that `first_overlap` writes.
+    """
+    placed = copy_of(prisms)
+    poses = np.empty((len(chain.order), 3, 4))
+    last = np.zeros(len(pairs), np.int64)
+    deepest = 0.0
+    for k in range(len(states)):
+        place_panels(chain, states[k], poses)
+        place_prisms(prisms, poses, placed)
+        for f in range(len(prisms.panels)):
+            turn_axes(prisms, poses, placed, f)
+        for p in range(len(pairs)):
+            deepest = max(deepest, overlap(placed, pairs[p, 0], pairs[p, 1], deepest, last, p))
+    return deepest
+
+
 @lean
 def overlap(prisms: Prisms, one: int, two: int, enough: float, last: Whole, pair: int) -> float:
     """Least overlap along all directions, or one that is at most `enough`, which is all that is asked for.

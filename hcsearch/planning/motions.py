@@ -1,7 +1,6 @@
 """The motion of one folding: the ways of joining its flat pairs are tried until a path is proved.
 
-First with the scene's own margin, by which panels have the most play; a path that needs more play than the least margin
-is then looked for with that one.
+First with the least margin that is stated, then with the scene's own, by which panels have the most play.
 """
 
 from __future__ import annotations
@@ -22,8 +21,8 @@ from hcsearch.scenes import PanelSize
 
 Reals = NDArray[np.float64]
 
-FIRST, LONG, TIGHT = 40, 150, 60
-"""Rounds of the first search, of a longer one where that meets nothing, and of one with the least margin."""
+TIGHT, SHORT, LONG = 40, 40, 150
+"""Rounds of the search with the least margin, of that with the greatest where it meets nothing, and of a longer one."""
 PROOFS = 3
 """Paths that are tried where a proof fails."""
 
@@ -72,17 +71,14 @@ class _Search:
     def run(self) -> Motion:
         """The motion that needs the least play."""
         least, top = self.margins[0], self.margins[-1]
-        if self._try(top, FIRST, 0) or self._try(top, LONG, 1):
-            self._try(least, TIGHT, 2)
-        if self.best is not None:
+        if self._try(least, TIGHT, 0) or self._try(top, SHORT, 1) or self._try(top, LONG, 2):
+            assert self.best is not None
             return self.best
         return Motion(None, None, None, tuple(self.growths.items()))
 
     def _try(self, margin: float, rounds: int, seed: int) -> bool:
-        """Try all ways until one has a path that is proved at the margin at least; whether one is proved."""
+        """Try all ways until one has a path that is proved; whether one has."""
         for way, linkage in self.linkages.items():
-            if self._needed() <= margin and margin < self.margins[-1]:
-                break
             planner = Planner(linkage, margin)
             for again in range(PROOFS):
                 plan = planner.plan(rounds, seed + 10 * again)
@@ -91,7 +87,7 @@ class _Search:
                     break
                 if self._prove(way, plan.states):
                     return True
-        return self._needed() < np.inf
+        return False
 
     def _prove(self, way: Way, states: Reals) -> bool:
         """Prove a path, and keep it where it is better than what was proved before; whether it is proved."""

@@ -29,7 +29,7 @@ STARTS, TRIES = 30, 400
 """States near an end from which its tree grows, and how many are tried."""
 DEPTH = 15
 """States that the kernels work with."""
-SHORTCUTS, SWEEPS = 200, 10
+SHORTCUTS, SWEEPS = 60, 8
 """Shortcuts that are tried, and how often states of a path are moved between their neighbours."""
 THIN = 0.03
 """States nearer to each other than this (rad) are left out, where panels keep apart without."""

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.collision.clearance import Clearance, certify, longest_way, scale_of
-from hcsearch.collision.penetration import first_cut
+from hcsearch.collision.penetration import deepest_cut
 from hcsearch.kernels.intervals import Course
 from hcsearch.kernels.planning.closing import close, keep_closed, new_closing
 from hcsearch.kernels.planning.tubes import POLISHED, Motion, enclose
@@ -124,14 +124,7 @@ class Prover:
             clear = certify(self.linkage, motion, margin=margin, slack=slack, apart=self.apart, measured=False)
             if clear.kind == "clear":
                 break
-        return Proof(motion, True, reach, slack, give, clear, self._overlap(angles))
-
-    def _overlap(self, angles: Reals) -> float:
-        """How deep panels cut into each other at some states (m)."""
-        deepest, first = 0.0, 0
-        while (cut := first_cut(self.linkage, angles[first:], deepest, self.apart)) is not None:
-            deepest, first = cut.depth, first + cut.state
-        return deepest
+        return Proof(motion, True, reach, slack, give, clear, deepest_cut(self.linkage, angles, self.apart))
 
     def _polished(self, states: Reals) -> Reals:
         """States closed to rounding, each once; the ends as they are."""
