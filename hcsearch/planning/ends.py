@@ -52,17 +52,18 @@ class _Step:
     """Bounds of a step, in the share s of it.
 
     sizes : of the coefficients of s, s^2 and s^3 of the course. gains : (n_hinges,), what a ball of radius 1 turns
-    (rad); gain : the size of that. across, along : norms of the terms of F / s across the wrenches, of order 0 to 3,
-    and of F / s^2 along them, of order 0 to 2. slopes : of the derivative, of order 1 and 2 across, 1 along.
-    off : what rounding leaves of the derivative less 1.
+    (rad); gain : the size of that. across, along : norms of the terms of F / s across the wrenches, from order 0 on,
+    and of F / s^2 along them. turned_across, turned_along : of the derivative, from order 1 on. off : what rounding
+    leaves of the derivative less 1.
     """
 
     sizes: tuple[float, float, float]
     gains: Reals
     gain: float
-    across: tuple[float, ...]
-    along: tuple[float, ...]
-    slopes: tuple[float, float, float]
+    across: Reals
+    along: Reals
+    turned_across: Reals
+    turned_along: Reals
     off: float
 
 
@@ -164,9 +165,10 @@ class End:
             sizes=(self._size(course[:, 1]), self._size(course[:, 2]), self._size(course[:, 3])),
             gains=gains,
             gain=self._size(gains),
-            across=tuple(float(np.linalg.norm(across @ term)) for term in terms[1:]),
-            along=tuple(float(np.linalg.norm(along @ term)) for term in terms[2:]),
-            slopes=(_norm(across @ slopes[1]), _norm(across @ slopes[2]), _norm(along @ slopes[2])),
+            across=np.linalg.norm(terms[1:] @ across.T, axis=1),
+            along=np.linalg.norm(terms[2:] @ along.T, axis=1),
+            turned_across=np.linalg.norm(across @ slopes[1:], axis=(1, 2)),
+            turned_along=np.linalg.norm(along @ slopes[2:], axis=(1, 2)),
             off=_norm(derivative @ inverse - np.eye(height)),
         )
 
@@ -178,15 +180,16 @@ class End:
         """The radius of the ball that the map contracts at all shares up to s, None where it is not proved to."""
         b, c, _ = step.sizes
         rounding = ROUNDING * (1.0 + step.gain) * (1.0 + b + b * b + c)
+        powers = s ** np.arange(ORDERS)
         rest = _rest(step.sizes, s, ORDERS)
-        left_across = sum(term * s**k for k, term in enumerate(step.across)) + rest / s
-        left_along = sum(term * s**k for k, term in enumerate(step.along)) + rest / s**2
+        left_across = float(step.across @ powers[: ORDERS - 1]) + rest / s
+        left_along = float(step.along @ powers[: ORDERS - 2]) + rest / s**2
         radius = (math.hypot(left_across, left_along) + rounding) / (1.0 - CONTRACTION)
         off = radius * step.gain  # what the ball adds to the course, of order 1
-        rest = step.gain * _rest(step.sizes, s, 3)
+        rest = step.gain * rest
         beside = off * step.gain * math.exp(min(s * (b + off) + s * s * c + s**3 * step.sizes[2], 700.0))
-        factor_across = s * step.slopes[0] + s * s * step.slopes[1] + rest + s * beside
-        factor_along = s * step.slopes[2] + rest / s + beside
+        factor_across = float(step.turned_across @ powers[1:]) + rest + s * beside
+        factor_along = float(step.turned_along @ powers[1:-1]) + rest / s + beside
         factor = math.hypot(factor_across, factor_along) + step.off + rounding
         return radius if factor <= CONTRACTION else None
 

@@ -10,17 +10,17 @@ from hcsearch.kernels.compiled import compiled, lean
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
 
-ORDERS = 5
+ORDERS = 8
 """Orders of the series, from 0."""
 
 
 @compiled
 def write_series(screws: Reals, order: Whole, course: Reals, columns: Reals, terms: Reals, slopes: Reals) -> None:
-    """Write the terms of order 0 to 4 of the twist of T - 1, and of its derivative.
+    """Write the terms of the twist of T - 1, and of its derivative, by order.
 
     screws : (6, m), of the hinges. order : those of the loop. course : (m, 4), angles change by s b + s^2 c + s^3 d, the
     columns from 1 on. columns : (m, k), changes by s of which the derivative is wanted.
-    terms : (5, 6) and slopes : (5, 6, k), written; the derivative is that over s.
+    terms : (ORDERS, 6) and slopes : (ORDERS, 6, k), written; the derivative is that over s.
     """
     k = columns.shape[1]
     product, change = np.zeros((ORDERS, 4, 4)), np.zeros((k, ORDERS, 4, 4))
