@@ -249,7 +249,7 @@ def _walked(frame: Frame, lines: Sequence[Line], closed: Sequence[bool], walk: W
 
 
 def reduced(rows: Exact) -> dict[int, list[int]]:
-    """Gauss's elimination of rows of whole numbers: one row for each column with a pivot, with 0 in the other columns."""
+    """Gauss's elimination of rows of whole numbers: a row for each column with a pivot, 0 in the columns of others."""
     pivots: dict[int, list[int]] = {}
     for own in rows.tolist():
         row = own

@@ -111,11 +111,12 @@ class End:
         for slowest in (SLOWEST, 0.0):
             found = self._within(sense * guess / np.abs(guess).max(), sense, slowest)
             if found is not None:
-                return sense * found / found.max()
+                within: Reals = sense * found / found.max()
+                return within
         return None
 
     def _within(self, turns: Reals, sense: Reals, slowest: float) -> Reals | None:
-        """The nearest turns off the stops, none below a bound, that close the loops at second order (Newton's steps)."""
+        """The nearest turns off the stops, none below a bound, that close the loops at second order (Newton)."""
         turns = np.maximum(turns, slowest)
         held = np.zeros(len(turns), bool)
         for _ in range(40):
@@ -152,7 +153,7 @@ class End:
         """What the contraction of a step needs: norms, but for what is summed with signs."""
         across, along = self.across, self.along
         _, derivative = self.equations(course[:, 1])
-        inverse = np.linalg.pinv(derivative)
+        inverse: Reals = np.linalg.pinv(derivative).astype(float)
         gains = np.linalg.norm(inverse, axis=1)
         height = len(self.jacobian)
         terms, slopes = np.zeros((ORDERS, height)), np.zeros((ORDERS, height, height))

@@ -115,7 +115,7 @@ class Planner:
 
     def _path(self, trees: tuple[Tree, Tree], meeting: Meeting, seed: int) -> Reals:
         """The path through both trees, shortened and relaxed."""
-        bridge = meeting.bridge[: int(meeting.count[0])]
+        bridge = meeting.bridge[: int(meeting.filled[0])]
         states = np.concatenate(
             [_branch(trees[0], meeting.nodes[0])[::-1], bridge, _branch(trees[1], meeting.nodes[1])]
         )

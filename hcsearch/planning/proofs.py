@@ -19,7 +19,7 @@ from hcsearch.collision.clearance import Clearance, certify, longest_way, scale_
 from hcsearch.collision.penetration import deepest_cut
 from hcsearch.kernels.intervals import Course
 from hcsearch.kernels.planning.closing import close, keep_closed, new_closing
-from hcsearch.kernels.planning.tubes import POLISHED, Motion, enclose
+from hcsearch.kernels.planning.tubes import POLISHED, Track, enclose
 from hcsearch.linkage import Linkage
 from hcsearch.planning.ends import Departure, End
 from hcsearch.planning.problems import apart_of, loops_of
@@ -106,12 +106,12 @@ class Prover:
         states = self._polished(states)
         coarse, shares, reach = self._joined(states)
         m = self.linkage.n_hinges
-        fine = Motion(np.zeros(ROOM), np.zeros((ROOM, m)), np.zeros((ROOM, m)), np.zeros(ROOM), np.zeros(1, np.int64))
+        fine = Track(np.zeros(ROOM), np.zeros((ROOM, m)), np.zeros((ROOM, m)), np.zeros(ROOM), np.zeros(1, np.int64))
         stop = np.zeros(2)
         closed = bool(enclose(self.loops, coarse, shares, self.limit, HALVINGS, fine, stop))
         if not closed:
             return Proof(None, False, reach, 0.0, 0.0, None, 0.0)
-        count = int(fine.count[0])
+        count = int(fine.filled[0])
         angles, rates = fine.angles[:count].copy(), fine.rates[:count].copy()
         motion = Course(fine.times[:count].copy(), angles, rates, np.zeros_like(angles), True)
         wander = max(float(fine.wanders[:count].max()), *shares[:, 1:].sum(axis=1).tolist())
@@ -135,7 +135,7 @@ class Prover:
                 found.append(own)
         return np.array([*found, self.linkage.flat.astype(float)])
 
-    def _joined(self, states: Reals) -> tuple[Motion, Reals, tuple[float, float]]:
+    def _joined(self, states: Reals) -> tuple[Track, Reals, tuple[float, float]]:
         """The path with rates, begun and ended as the ends can be left; shares and wanders of both end steps."""
         heads = [self._left(end, line) for end, line in zip(self._ends, (states, states[::-1]), strict=True)]
         shares, reach = np.zeros((2, 1 + self.linkage.n_hinges)), [0.0, 0.0]
@@ -168,7 +168,7 @@ class Prover:
                 sign = -1.0 if side else 1.0
                 rates[own] = sign * np.array(head[1]) / length
         count = np.array([len(path)])
-        return Motion(times, path, rates, np.zeros(len(path)), count), shares, (reach[0], reach[1])
+        return Track(times, path, rates, np.zeros(len(path)), count), shares, (reach[0], reach[1])
 
     def _left(self, end: End, line: Reals) -> tuple[Reals, tuple[Reals, Reals], float, Departure] | None:
         """How a path leaves an end: a state near it, slopes of the step at both its ends, and what is proved of it."""
@@ -191,17 +191,15 @@ class Prover:
         """Whether closed states lie beside the rest of a first step, too, and near enough."""
         ends = np.zeros((2, 1 + len(end)))
         ends[0, 0], ends[0, 1:], ends[1, 0] = departure.share, departure.wanders, 1.0
-        step = Motion(
-            np.array([0.0, 1.0]), np.array([end, state]), np.array([slope, after]), np.zeros(2), np.array([2])
-        )
-        fine = Motion(np.zeros(3), np.zeros((3, len(end))), np.zeros((3, len(end))), np.zeros(3), np.zeros(1, np.int64))
+        step = Track(np.array([0.0, 1.0]), np.array([end, state]), np.array([slope, after]), np.zeros(2), np.array([2]))
+        fine = Track(np.zeros(3), np.zeros((3, len(end))), np.zeros((3, len(end))), np.zeros(3), np.zeros(1, np.int64))
         return bool(enclose(self.loops, step, ends, self.limit, 0, fine, np.zeros(2)))
 
     def _tangent(self, state: Reals, rate: Reals) -> Reals:
         """The part of a rate that keeps loops closed and hinges at their stops."""
         found = rate[None].copy()
         keep_closed(self.loops, state, found, 0, self.work)
-        return found[0]
+        return found.ravel()
 
     def _rates(self, times: Reals, path: Reals) -> Reals:
         """Rates at the states of a path: of the parabola through three of them, less what would open the loops."""

@@ -165,7 +165,7 @@ def span(work: Closing, least: float) -> int:
             divide_row(basis, rank, math.sqrt(row_product(basis, rank, basis, rank, m)), m)
         for i in range(rank + 1, r):
             subtract_row(basis, i, row_product(basis, i, basis, rank, m), basis, rank, m)
-    return r
+    return int(r)
 
 
 @lean

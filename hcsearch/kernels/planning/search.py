@@ -34,12 +34,12 @@ MET, GOING, FULL = 0, 1, 2
 class Meeting(NamedTuple):
     """Where the trees have met.
 
-    nodes : (2,), a state of each. bridge : closed states from the first to the second. count : (1,), how many.
+    nodes : (2,), a state of each. bridge : closed states from the first to the second. filled : (1,), how many.
     """
 
     nodes: Whole
     bridge: Reals
-    count: Whole
+    filled: Whole
 
 
 @compiled
@@ -160,7 +160,7 @@ def _reach_end(space: Space, tree: Tree, node: int, goal: Reals, stack: Stack, w
     if count < 0:
         tree.size[0] = before
         return False
-    meeting.nodes[0], meeting.nodes[1], meeting.count[0] = last, 0, count
+    meeting.nodes[0], meeting.nodes[1], meeting.filled[0] = last, 0, count
     return True
 
 
@@ -180,7 +180,7 @@ def _reach_tree(space: Space, tree: Tree, other: Tree, node: int, stack: Stack, 
         if farthest(other.angles[last], tree.angles[node]) < 0.3:
             count = link(space, tree.angles[node], other.angles[last], PIECE, 8, stack, work, meeting.bridge)
             if count >= 0:
-                meeting.nodes[0], meeting.nodes[1], meeting.count[0] = node, last, count
+                meeting.nodes[0], meeting.nodes[1], meeting.filled[0] = node, last, count
                 return True
         if keep_new(other, before):
             return False
@@ -191,5 +191,5 @@ def _reach_tree(space: Space, tree: Tree, other: Tree, node: int, stack: Stack, 
 def _turn_around(meeting: Meeting) -> None:
     """Give a meeting from the first tree's side."""
     meeting.nodes[0], meeting.nodes[1] = meeting.nodes[1], meeting.nodes[0]
-    count = meeting.count[0]
+    count = meeting.filled[0]
     meeting.bridge[:count] = meeting.bridge[:count][::-1].copy()

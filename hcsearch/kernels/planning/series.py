@@ -18,8 +18,8 @@ ORDERS = 8
 def write_series(screws: Reals, order: Whole, course: Reals, columns: Reals, terms: Reals, slopes: Reals) -> None:
     """Write the terms of the twist of T - 1, and of its derivative, by order.
 
-    screws : (6, m), of the hinges. order : those of the loop. course : (m, 4), angles change by s b + s^2 c + s^3 d, the
-    columns from 1 on. columns : (m, k), changes by s of which the derivative is wanted.
+    screws : (6, m), of the hinges. order : those of the loop. course : (m, 4), angles change by s b + s^2 c + s^3 d,
+    the columns from 1 on. columns : (m, k), changes by s of which the derivative is wanted.
     terms : (ORDERS, 6) and slopes : (ORDERS, 6, k), written; the derivative is that over s.
     """
     k = columns.shape[1]

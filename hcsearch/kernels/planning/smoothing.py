@@ -94,7 +94,7 @@ def relax(space: Space, path: Reals, count: int, sweeps: int, wished: float, sta
 
 @compiled
 def _want(space: Space, before: State, here: State, after: State, wished: float, work: Work) -> None:
-    """Write what a state wants: to lie half-way between its neighbours, its panels apart and its hinges off their stops."""
+    """Write what a state wants: to lie half-way between its neighbours, panels apart and hinges off their stops."""
     count = contact_rows(space, here, wished, 0, work)
     push = np.zeros(len(work.want))
     for row in range(count):

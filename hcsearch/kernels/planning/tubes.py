@@ -93,22 +93,22 @@ def tables_for(loops: Loops) -> Tables:
     )
 
 
-class Motion(NamedTuple):
+class Track(NamedTuple):
     """A motion as states with cubics between them, and room for more.
 
     times : (k,). angles, rates : (k, m). wanders : (k,), of the step before each state: what the fold angles of the
-    closed states beside it differ by, at most, summed over hinges (rad). count : (1,), how many states there are.
+    closed states beside it differ by, at most, summed over hinges (rad). filled : (1,), how many states there are.
     """
 
     times: Reals
     angles: Reals
     rates: Reals
     wanders: Reals
-    count: Whole
+    filled: Whole
 
 
 @compiled
-def enclose(loops: Loops, coarse: Motion, ends: Reals, limit: float, halvings: int, fine: Motion, stop: Reals) -> bool:
+def enclose(loops: Loops, coarse: Track, ends: Reals, limit: float, halvings: int, fine: Track, stop: Reals) -> bool:
     """Prove that closed states lie beside a motion; whether it is proved from the one end to the other.
 
     coarse : closed states and rates that keep loops closed. ends : (2, 1 + m), the share of the first step at which the
@@ -120,7 +120,7 @@ def enclose(loops: Loops, coarse: Motion, ends: Reals, limit: float, halvings: i
     """
     work, tables = new_closing(loops), tables_for(loops)
     m = coarse.angles.shape[1]
-    waiting = Motion(
+    waiting = Track(
         np.zeros(halvings + 1),
         np.zeros((halvings + 1, m)),
         np.zeros((halvings + 1, m)),
@@ -131,41 +131,41 @@ def enclose(loops: Loops, coarse: Motion, ends: Reals, limit: float, halvings: i
     _append(coarse, 0, 0.0, fine)
     before, after = ends[0, 1:].copy(), np.zeros(m)
     stop[1] = 0.0
-    for k in range(1, coarse.count[0]):
+    for k in range(1, coarse.filled[0]):
         _append(coarse, k, 0.0, waiting)
-        while waiting.count[0]:
-            here, top = fine.count[0] - 1, waiting.count[0] - 1
+        while waiting.filled[0]:
+            here, top = fine.filled[0] - 1, waiting.filled[0] - 1
             _hermite(fine, here, waiting, top, course)
-            last = k == coarse.count[0] - 1 and top == 0
+            last = k == coarse.filled[0] - 1 and top == 0
             shares = (ends[0, 0] if here == 0 else 0.0, ends[1, 0] if last else 1.0)
             after[:] = 0.0
             if last:
                 after[:] = ends[1, 1:]
             began = before.copy()
             wander = _step(loops, course, shares, before, after, limit, tables, stop)
-            if wander <= limit and fine.count[0] < len(fine.times):
+            if wander <= limit and fine.filled[0] < len(fine.times):
                 _append(waiting, top, wander, fine)
-                waiting.count[0] = top
+                waiting.filled[0] = top
                 continue
             before = began
             if shares != (0.0, 1.0) or top == halvings or not _put_between(loops, course, fine, waiting, work):
                 stop[0] = fine.times[here]
                 return False
-    stop[0] = fine.times[fine.count[0] - 1]
+    stop[0] = fine.times[fine.filled[0] - 1]
     return True
 
 
 @compiled
-def _append(source: Motion, k: int, wander: float, target: Motion) -> None:
+def _append(source: Track, k: int, wander: float, target: Track) -> None:
     """Append a state of one motion to another."""
-    i = target.count[0]
+    i = target.filled[0]
     target.times[i], target.wanders[i] = source.times[k], wander
     target.angles[i], target.rates[i] = source.angles[k], source.rates[k]
-    target.count[0] = i + 1
+    target.filled[0] = i + 1
 
 
 @compiled
-def _hermite(one: Motion, i: int, two: Motion, j: int, course: Reals) -> None:
+def _hermite(one: Track, i: int, two: Track, j: int, course: Reals) -> None:
     """Write the cubics of the fold angles between two states, in the share of the step."""
     h = two.times[j] - one.times[i]
     for k in range(len(course)):
@@ -176,9 +176,9 @@ def _hermite(one: Motion, i: int, two: Motion, j: int, course: Reals) -> None:
 
 
 @compiled
-def _put_between(loops: Loops, course: Reals, fine: Motion, waiting: Motion, work: Closing) -> bool:
+def _put_between(loops: Loops, course: Reals, fine: Track, waiting: Track, work: Closing) -> bool:
     """Put the closed state nearest to the middle of a step on top of what waits; whether there is one near by."""
-    here, top = fine.count[0] - 1, waiting.count[0] - 1
+    here, top = fine.filled[0] - 1, waiting.filled[0] - 1
     h = waiting.times[top] - fine.times[here]
     middle = waiting.angles[top + 1]
     wide = 0.0
@@ -196,7 +196,7 @@ def _put_between(loops: Loops, course: Reals, fine: Motion, waiting: Motion, wor
         return False
     keep_closed(loops, middle, waiting.rates, top + 1, work)
     waiting.times[top + 1] = fine.times[here] + 0.5 * h
-    waiting.count[0] = top + 2
+    waiting.filled[0] = top + 2
     return True
 
 
@@ -468,7 +468,7 @@ def _contraction(loops: Loops, strength: float, off: float, tables: Tables) -> f
                 spread += tables.past[i, j] ** 2
     # the twist of T - 1 turns by the twist of T only to first order; and S J V^T is 1 but for rounding
     m = tables.basis.shape[1]
-    return factor + strength * math.sqrt(spread) * (2.0 * off + 100.0 * m * 1.2e-16)
+    return float(factor + strength * math.sqrt(spread) * (2.0 * off + 100.0 * m * 1.2e-16))
 
 
 @lean
