@@ -41,17 +41,18 @@ Tried = tuple[int, Look]
 def verdicts(
     circuits: CircuitBatch,
     foldings: FoldingBatch,
-    twists: NDArray[np.int16],
     locked: NDArray[np.bool_],
+    moves: NDArray[np.bool_],
     scene: Scene,
     threads: int = 1,
 ) -> DeploymentBatch:
-    """Verdicts on a batch of foldings in a scene.
+    """Deployments of a batch of untwisted foldings in a scene.
 
     locked : which are proved locked with rigid pairs; they are tried with hinged ones, where the scene allows it.
-    Deploys: flat and certified clear. Collides: with every set tried. Undecided: it did neither with some set.
+    moves : which have a proved path; the others are tried in the scene as it stands alone, as what springs bring flat
+        has a path.
     """
-    return _Verdicts(circuits, foldings, twists == 0, locked, scene, threads).run()
+    return _Verdicts(circuits, foldings, locked, moves, scene, threads).run()
 
 
 class _Verdicts:
@@ -61,8 +62,8 @@ class _Verdicts:
         self,
         circuits: CircuitBatch,
         foldings: FoldingBatch,
-        untwisted: NDArray[np.bool_],
         locked: NDArray[np.bool_],
+        moves: NDArray[np.bool_],
         scene: Scene,
         threads: int,
     ) -> None:
@@ -70,7 +71,8 @@ class _Verdicts:
         self.looks = looks_at(scene)
         steps = round(BRIEF * max(1.0, circuits.words.shape[1] / LARGE) ** 2)
         self.second: dict[str, Any] = {"whole": False, "tolerance": SCREENED, "max_steps": steps}
-        self.foldings = {i: folding_at(circuits, foldings, i) for i in np.flatnonzero(untwisted).tolist()}
+        self.foldings = {i: folding_at(circuits, foldings, i) for i in range(len(foldings))}
+        self.moves = moves
         self.count, self.threads = len(foldings), threads
         # the proof is of rigid pairs, and says nothing of a scene in which they are hinged
         self.locked = {i for i in self.foldings if locked[i] and ways(scene) != ("hinged",)}
@@ -84,21 +86,17 @@ class _Verdicts:
         for begin in range(0, len(numbers), TOGETHER):
             self._try(numbers[begin : begin + TOGETHER])
             self.compiled.clear()
-        status: list[str | None] = [None] * self.count
         clearance, time = np.full(self.count, np.nan), np.full(self.count, np.nan)
-        for i in self.foldings:
-            status[i] = self._status(i)
-            if (trial := self.deploys.get(i)) is not None:
-                clearance[i] = trial.clearance
-                time[i] = trial.deploy_time
+        for i, trial in self.deploys.items():
+            clearance[i], time[i] = trial.clearance, trial.deploy_time
         trials = [trial for i in self.foldings for trial in self._trials(i)]
-        return DeploymentBatch(status, clearance, time, tuple(trials))
+        return DeploymentBatch(clearance, time, tuple(trials))
 
     def _try(self, some: list[int]) -> None:
         """Try some foldings, each until it deploys: look by look, or as many looks at once as occupy all threads."""
         first, *others = self.looks
         self._take((first,), some)
-        while others and (left := [i for i in some if i not in self.deploys]):
+        while others and (left := [i for i in some if i not in self.deploys and self.moves[i]]):
             together = math.ceil(self.threads * CALL / len(left))
             self._take(others[:together], left)
             others = others[together:]
@@ -167,13 +165,6 @@ class _Verdicts:
             energy_error=found.drift,
             closure_error=found.opening * size,
         )
-
-    def _status(self, i: int) -> str:
-        if i in self.deploys:
-            return "deploys"
-        if i in self.locked:
-            return "locked"
-        return "collides" if all(found.verdict == "collides" for found in self.tried[i]) else "undecided"
 
     def _trials(self, i: int) -> Iterator[Trial]:
         """What is kept of a folding: the first look, and the one in which it deploys."""

@@ -87,6 +87,7 @@ class _Search:
                     break
                 if self._prove(way, plan.states):
                     return True
+                self.growths[way] = plan.growth
         return False
 
     def _prove(self, way: Way, states: Reals) -> bool:

@@ -36,7 +36,9 @@ class Quantity(NamedTuple):
 
 _GRIDS = ("triangle", "square", "rectangle", "hex")
 _KEEPS = ("all", "two-stack", "untwisted")
-_VERDICTS = ("deploys", "undecided", "collides", "locked")
+_VERDICTS = ("deploys", "movable", "undecided", "locked")
+_TRIALS = ("deploys", "undecided", "collides")
+_WAYS = ("rigid", "hinged", "merged")
 _OUTCOMES = ("flat", "moving", "at rest", "jammed", "diverged", "out of steps")
 _PATHS = ("flat", "stopped", "stepwise", "none", "locked")
 
@@ -48,7 +50,17 @@ _MECHANISM = (
     Quantity("dof_merged", "integer", "", "degrees of freedom after the mirror merge", better="lower"),
 )
 _VERDICT = (
-    Quantity("deployable", "boolean", "", "1: deploys clear; 0: no folding, twisted or locked; null: not known"),
+    Quantity("deployable", "boolean", "", "1: deploys or movable; 0: no folding, twisted or locked; null: not known"),
+    Quantity("flat_pairs", "text", "", "how flat pairs are joined in the proved path: rigid, hinged or merged", _WAYS),
+    Quantity(
+        *("needed_margin", "real", "mm", "least play for each face at which a path from folded to flat is proved"),
+        better="lower",
+        half=0.02,
+    ),
+    Quantity(
+        *("least_gap", "real", "mm", "least gap of the panels as they are on that path; below 0 they overlap"),
+        better="higher",
+    ),
     Quantity(
         *("min_clearance", "real", "mm", "smallest gap to which panels come back, at most a panel's size"),
         better="higher",
@@ -77,7 +89,7 @@ DESIGNS = (
     *_MECHANISM,
     *_VERDICT,
     Quantity(
-        *("status", "text", "", "deploys, undecided, collides, locked, twisted or no_folding"),
+        *("status", "text", "", "deploys, movable, undecided, locked, twisted or no_folding"),
         words=(*_VERDICTS, "twisted", "no_folding"),
     ),
     Quantity("score", "real", "", "score that `hcsearch rank --save` stored, 0 to 1", better="higher"),
@@ -103,8 +115,20 @@ FOLDINGS = (
     Quantity("dof_folded", "integer", "", "degrees of freedom at first order, folded"),
     Quantity("dof_flat", "integer", "", "degrees of freedom at first order, flat"),
     *_MECHANISM,
-    Quantity("status", "text", "", "deploys, undecided, collides, locked or twisted", (*_VERDICTS, "twisted")),
+    Quantity("status", "text", "", "deploys, movable, undecided, locked or twisted", (*_VERDICTS, "twisted")),
     *_VERDICT,
+)
+
+MOTIONS = (
+    Quantity("design_id", "integer", "", "id of the design"),
+    Quantity("crease", "integer", "", "first flat crease of the folding"),
+    Quantity("scene", "text", "", "name of the scene"),
+    Quantity("flat_pairs", "text", "", "how flat pairs are joined in the proved path; null without one", _WAYS),
+    Quantity("needed_margin", "real", "mm", "least play for each face at which the path is proved", better="lower"),
+    Quantity("least_gap", "real", "mm", "least gap of the panels as they are; below 0 they overlap", better="higher"),
+    Quantity("slack", "real", "mm", "what panels may be elsewhere than the path places them"),
+    Quantity("states", "integer", "", "states of the path; 0 without one"),
+    Quantity("reason", "text", "", "the sentence behind it"),
 )
 
 DEPLOYMENTS = (
@@ -114,7 +138,7 @@ DEPLOYMENTS = (
     Quantity("base", "text", "", "scene whose verdict it serves: the same, or that with its own springs and pairs"),
     Quantity("scene_values", "text", "", "the folding and its scene as a TOML file; `hcsearch deploy` takes it"),
     Quantity("formulation", "text", "", "equations of motion that were integrated"),
-    Quantity("status", "text", "", "deploys, undecided, collides or locked", _VERDICTS),
+    Quantity("status", "text", "", "of this deployment: deploys, undecided or collides", _TRIALS),
     Quantity("reason", "text", "", "the sentence behind the status"),
     Quantity(
         "clearance", "real", "mm", "smallest gap to which panels come back; null unless it deploys", better="higher"
@@ -142,7 +166,8 @@ RUNS = (
     Quantity("arrays", "integer", "", "arrays they lie on"),
     Quantity("two_stack", "integer", "", "designs with a two-stack folding"),
     Quantity("untwisted", "integer", "", "designs with an untwisted folding"),
-    Quantity("deployable", "integer", "", "designs that deploy clear"),
+    Quantity("movable", "integer", "", "designs with a proved path from folded to flat"),
+    Quantity("deployable", "integer", "", "designs that springs alone bring flat, clear"),
     Quantity("stage_times", "text", "s", "time of each stage, as JSON"),
     Quantity("batches_done", "integer", "", "batches worked out by this run"),
     Quantity("batches_reused", "integer", "", "batches taken from earlier runs"),
@@ -205,6 +230,7 @@ CRITERIA = tuple(quantity for quantity in DESIGNS if quantity.half is not None)
 VIEWS = {
     "designs": DESIGNS,
     "foldings": FOLDINGS,
+    "motions": MOTIONS,
     "deployments": DEPLOYMENTS,
     "runs": RUNS,
     "units": UNITS,
