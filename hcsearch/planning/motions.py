@@ -21,8 +21,8 @@ from hcsearch.scenes import PanelSize
 
 Reals = NDArray[np.float64]
 
-TIGHT, SHORT, LONG = 40, 40, 150
-"""Rounds of the search with the least margin, of that with the greatest where it meets nothing, and of a longer one."""
+TIGHT, LOOSE, AGAIN = 40, 80, 2
+"""Rounds of the search with the least margin, of those with the greatest where it meets nothing, and how many those."""
 PROOFS = 3
 """Paths that are tried where a proof fails."""
 
@@ -71,7 +71,7 @@ class _Search:
     def run(self) -> Motion:
         """The motion that needs the least play."""
         least, top = self.margins[0], self.margins[-1]
-        if self._try(least, TIGHT, 0) or self._try(top, SHORT, 1) or self._try(top, LONG, 2):
+        if self._try(least, TIGHT, 0) or any(self._try(top, LOOSE, 1 + again) for again in range(AGAIN)):
             assert self.best is not None
             return self.best
         return Motion(None, None, None, tuple(self.growths.items()))
