@@ -22,6 +22,8 @@ PASSES = 4
 """A step is halved no more often than this."""
 STILL = 1e-9
 """A joint is held throughout a step at whose ends it is no further apart (rad), and no faster (rad/s)."""
+TIGHT = 1e-10
+"""Closure residual (rad, or gap over size) up to which loops count as closed at states."""
 
 
 @compiled
@@ -45,6 +47,21 @@ def opening(tree: Tree, states: States, cubic: bool, work: Work) -> float:
                 place(tree, angles, work)
                 worst = max(worst, weld_errors(tree, work, work.errors))
     return worst
+
+
+@compiled
+def loose_share(tree: Tree, q: Reals, work: Work) -> float:
+    """Share of some states, (k, n), at which loops are open by more than `TIGHT`, though states are projected.
+
+    Projection closes the rows that count. Others stay closed with them where they depend on them, and not where they
+    only seemed to, as on a branch of singular states.
+    """
+    loose = 0
+    for k in range(len(q)):
+        place(tree, q[k], work)
+        if weld_errors(tree, work, work.errors) > TIGHT:
+            loose += 1
+    return loose / max(1, len(q))
 
 
 @compiled
