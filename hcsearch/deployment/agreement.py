@@ -1,7 +1,7 @@
 """What a deployment that comes flat and the same one at tighter tolerances agree on: the verdict, digits of its time.
 
 Where branches of motions cross, and where rounding decides which closure equations count, a simulation tells one
-continuation of several, and nothing in it says how sure that one is.
+continuation of several, and hardly tells how sure that one is.
 """
 
 from __future__ import annotations

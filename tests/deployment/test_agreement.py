@@ -82,7 +82,7 @@ def test_the_neighbours_are_tolerances_that_there_are():
     ("name", "crease", "verdict"),
     [
         ("hex:0234550132", 4, "deploys"),
-        ("hex:0223335500", 0, "undecided"),  # flat at 1e-6 and 1e-7, diverged at 1e-8
+        ("hex:0223335500", 0, "undecided"),  # flat at 1e-6 and 1e-7, diverged at 1e-8, or as rounding has it
         ("hex:0122334550", 1, "undecided"),
     ],
 )
