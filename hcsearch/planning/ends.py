@@ -33,6 +33,8 @@ CLOSED = 1e-14
 """What a direction may leave open at first and second order."""
 ZERO = 1e-9
 """Singular values of the Jacobian below this share of the greatest are zeros."""
+SHUT = 1e-12
+"""Closure residual (rad, or gap over size) of an end that is known in floating point only."""
 
 
 @dataclass(frozen=True)
@@ -71,11 +73,12 @@ class End:
     """The closure equations at an end of the motion, about the middle of each loop and in its own unit of length.
 
     exact : whether loops are closed, and the rank of the Jacobian is as it is taken here, in whole numbers (theory.md,
-    25): else what is proved of the end holds but for rounding.
+    25): else what is proved of the end holds but for rounding. sound : whether anything is proved: not where whole
+    numbers say another rank, or the loops are open.
     """
 
     def __init__(self, linkage: Linkage, angles: Reals) -> None:
-        _, jacobian = linkage.closure(angles)
+        residual, jacobian = linkage.closure(angles)
         m, loops = linkage.n_hinges, linkage.loops
         self.angles = angles
         self.norms = np.zeros((len(loops), m))
@@ -91,6 +94,7 @@ class End:
         rank = int((values > ZERO * max(values[0], 1.0)).sum()) if len(values) else 0
         whole = whole_end(linkage, angles)
         self.rank, self.exact = rank, whole is not None and rank == whole.rank
+        self.sound = self.exact or (whole is None and float(np.abs(residual).max(initial=0.0)) < SHUT)
         self.across, self.along = left[:, : self.rank].T, left[:, self.rank :].T
 
     def equations(self, direction: Reals) -> tuple[Reals, Reals]:
@@ -135,6 +139,8 @@ class End:
 
     def depart(self, course: Reals) -> Departure | None:
         """Prove that closed states lie beside the first part of a step from the end, a cubic, (n_hinges, 4); or not."""
+        if not self.sound:
+            return None
         # in the unit of the step's own slope: else the equations across and along the wrenches differ in size
         slope = float(np.abs(course[:, 1]).max())
         step = self._step(course / slope ** np.arange(4))
