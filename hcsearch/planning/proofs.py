@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from hcsearch.collision.clearance import Clearance, certify, longest_way, scale_of
 from hcsearch.collision.penetration import deepest_cut
-from hcsearch.errors import HcsearchError
 from hcsearch.kernels.intervals import Course
 from hcsearch.kernels.planning.closing import close, keep_closed, new_closing
 from hcsearch.kernels.planning.tubes import POLISHED, Track, enclose
@@ -77,10 +76,6 @@ class Prover:
     """Proofs for one linkage."""
 
     def __init__(self, linkage: Linkage) -> None:
-        if not linkage.loops:
-            raise HcsearchError(
-                "panels in a chain without a loop have no closed path to prove: give a linkage with loops"
-            )
         self.linkage, self.loops = linkage, loops_of(linkage)
         self.work = new_closing(self.loops)
         self.apart = apart_of(linkage)
@@ -119,19 +114,11 @@ class Prover:
         polished = self._polished(states)
         if polished is None:
             return self._unproved((0.0, 0.0))
-        coarse, shares, reach = self._joined(polished)
-        if coarse.filled[0] < 2:
+        motion, wander, reach = (
+            self._enclosed(polished) if self.linkage.loops else (self._free(polished), 0.0, (0.0, 0.0))
+        )
+        if motion is None:
             return self._unproved(reach)
-        m = self.linkage.n_hinges
-        fine = Track(np.zeros(ROOM), np.zeros((ROOM, m)), np.zeros((ROOM, m)), np.zeros(ROOM), np.zeros(1, np.int64))
-        stop = np.zeros(2)
-        closed = bool(enclose(self.loops, coarse, shares, self.limit, HALVINGS, fine, stop))
-        if not closed:
-            return self._unproved(reach)
-        count = int(fine.filled[0])
-        angles, rates = fine.angles[:count].copy(), fine.rates[:count].copy()
-        motion = Course(fine.times[:count].copy(), angles, rates, np.zeros_like(angles), True)
-        wander = max(float(fine.wanders[:count].max()), *shares[:, 1:].sum(axis=1).tolist())
         slack = math.expm1(wander) * self._way  # a hinge turns what others have moved already
         give = _beyond(motion) + wander
         clear = None
@@ -141,7 +128,7 @@ class Prover:
             clear = certify(self.linkage, motion, margin=margin, slack=slack, apart=self.apart, measured=False)
             if clear.kind == "clear":
                 break
-        overlap = deepest_cut(self.linkage, angles, self.apart)
+        overlap = deepest_cut(self.linkage, motion.angles, self.apart)
         return Proof(motion, True, reach, self._exact, slack, give, clear, overlap)
 
     def _unproved(self, reach: tuple[float, float]) -> Proof:
@@ -150,7 +137,23 @@ class Prover:
 
     @property
     def _exact(self) -> bool:
-        return all(end.exact for end in self._ends)
+        return not self.linkage.loops or all(end.exact for end in self._ends)
+
+    def _enclosed(self, states: Reals) -> tuple[Course | None, float, tuple[float, float]]:
+        """The motion beside which closed states lie, None without; what they wander by (rad), and `Proof.reach`."""
+        coarse, shares, reach = self._joined(states)
+        m = self.linkage.n_hinges
+        fine = Track(np.zeros(ROOM), np.zeros((ROOM, m)), np.zeros((ROOM, m)), np.zeros(ROOM), np.zeros(1, np.int64))
+        if coarse.filled[0] < 2 or not enclose(self.loops, coarse, shares, self.limit, HALVINGS, fine, np.zeros(2)):
+            return None, 0.0, reach
+        count = int(fine.filled[0])
+        wander = max(float(fine.wanders[:count].max()), *shares[:, 1:].sum(axis=1).tolist())
+        return _cubics(fine.times[:count], fine.angles[:count], fine.rates[:count]), wander, reach
+
+    def _free(self, states: Reals) -> Course:
+        """The motion of panels in a chain without a loop, whose states are all closed."""
+        times = _times(states)
+        return _cubics(times, states, self._rates(times, states))
 
     def _polished(self, states: Reals) -> Reals | None:
         """States closed to rounding, each once; None where they do not go from packed to flat by closed states."""
@@ -190,7 +193,7 @@ class Prover:
         if heads[1] is None:
             states = states[:-1]
         path = np.concatenate([lines[0], states, lines[1][::-1]])
-        times = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))]
+        times = _times(path)
         rates = self._rates(times, path)
         for side, head in enumerate(heads):
             if head is not None:
@@ -240,6 +243,17 @@ class Prover:
             [slopes[:1], (h[1:] * slopes[:-1] + h[:-1] * slopes[1:]) / (h[1:] + h[:-1]), slopes[-1:]]
         )
         return np.array([self._tangent(state, rate) for state, rate in zip(path, rates, strict=True)])
+
+
+def _times(path: Reals) -> Reals:
+    """Times at which a path is gone along at unit speed."""
+    times: Reals = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))]
+    return times
+
+
+def _cubics(times: Reals, angles: Reals, rates: Reals) -> Course:
+    """A motion of cubics."""
+    return Course(times.copy(), angles.copy(), rates.copy(), np.zeros_like(angles), True)
 
 
 def _beyond(motion: Course) -> float:
