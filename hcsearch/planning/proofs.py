@@ -93,7 +93,8 @@ class Prover:
         for k, hinge in enumerate(pattern.hinges):
             for panel in (hinge.first, hinge.second):
                 corners = np.array([corner for facet in pattern.panels[panel] for corner in pattern.facets[facet]])
-                across = np.cross(linkage.directions[k, :2], corners - linkage.points[k, :2])
+                (ux, uy), (x, y) = linkage.directions[k, :2], (corners - linkage.points[k, :2]).T
+                across = ux * y - uy * x
                 most = max(most, float(np.hypot(np.abs(across).max(), pattern.thickness)))
         return most
 
