@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.kernels.planning.pieces import CENTRED
 from hcsearch.kernels.planning.series import ORDERS, write_series
 from hcsearch.kinematics.lattice import whole_end
 from hcsearch.linkage import Linkage
@@ -210,7 +211,9 @@ def _rest(sizes: tuple[float, float, float], s: float, order: int) -> float:
     least = math.inf
     for share in (0.25, 0.5, 1.0, 2.0):
         r = max(s, share * order / max(b, 1e-300))
-        least = min(least, (s / r) ** order * math.exp(min(r * (b + r * (c + r * d)), 700.0)))
+        grown = r * (b + r * (c + r * d))
+        if grown < 700.0:  # else e^grown has no double
+            least = min(least, (s / r) ** order * math.exp(grown))
     return least
 
 
@@ -223,9 +226,9 @@ def _about_middle(screws: Reals, order: list[int]) -> tuple[Reals, Reals]:
     """Screws (6, m) about the middle of their lines, in the unit of their mean distance, and bounds of their norms."""
     found = screws.copy()
     turns, moments = found[:3, order], found[3:, order]
-    feet = np.cross(turns.T, moments.T)
-    middle = feet.mean(axis=0)
-    moments = moments - np.cross(middle, turns.T).T
+    for _ in range(CENTRED):
+        middle = np.cross(turns.T, moments.T).mean(axis=0)
+        moments = moments - np.cross(middle, turns.T).T
     unit = max(math.sqrt(float((moments**2).sum(axis=0).mean())), 1e-3)
     found[3:, order] = moments / unit
     return found, 1.5 + np.linalg.norm(found[3:, order], axis=0)

@@ -46,9 +46,10 @@ def middles(linkage, end):
     found = []
     for number, loop in enumerate(linkage.loops):
         own = jacobian[6 * number : 6 * number + 6, [h for h, _ in loop]]
-        feet = np.cross(own[:3].T, own[3:].T)
-        middle = feet.mean(axis=0)
-        moments = own[3:].T - np.cross(middle, own[:3].T)
+        middle, moments = np.zeros(3), own[3:].T
+        for _ in range(6):
+            shift = np.cross(own[:3].T, moments).mean(axis=0)
+            middle, moments = middle + shift, moments - np.cross(shift, own[:3].T)
         found.append((middle, math.sqrt((moments**2).sum(axis=1).mean())))
     return found
 
@@ -106,7 +107,7 @@ def test_closed_states_lie_beside_the_first_step(name):
             share = part * departure.share
             s, y = slope * share, np.zeros(len(end.jacobian))
             state = course @ share ** np.arange(4)
-            for _ in range(40):
+            for _ in range(12):
                 left = closure(linkage, end, state + s * inverse @ y)
                 y -= np.r_[end.across @ left / s, end.along @ left / s**2]
             # so near to the singular end rounding of T, over s^2, is what can be seen

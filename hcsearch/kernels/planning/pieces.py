@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.loops import close_loops, fold_on
+from hcsearch.kernels.multibody.vectors import Vector, cross
 from hcsearch.kernels.planning.closing import Loops
 from hcsearch.kernels.rows import row_product, subtract_row
 
@@ -32,6 +33,9 @@ LEBESGUE = 2.0 / math.pi * math.log(NODES) + 1.0
 ROUNDING = 4e-15
 """Error of T of a loop for each of its hinges, over 1 and the distance of hinges: a product of rotations is a sum of
 three products of two entries, each known to a few units in the last place, as the hinges' places are."""
+
+CENTRED = 6
+"""How often the middle of a loop is brought nearer to its lines: one that is far off them makes bounds loose."""
 
 
 class Tables(NamedTuple):
@@ -156,21 +160,12 @@ def _screws(loops: Loops, tables: Tables) -> float:
     most = 0.0
     for loop in range(len(loops.starts) - 1):
         row, count = 6 * loop, loops.starts[loop + 1] - loops.starts[loop]
-        middle = tables.middles[loop]
-        middle[:] = 0.0
-        for k in range(loops.starts[loop], loops.starts[loop + 1]):
-            h = loops.hinges[k]
-            for i in range(3):
-                a, b = row + (i + 1) % 3, row + (i + 2) % 3
-                foot = jacobian[a, h] * jacobian[b + 3, h] - jacobian[b, h] * jacobian[a + 3, h]
-                middle[i] += foot / count
+        tables.middles[loop] = 0.0
+        for _ in range(CENTRED):
+            _centre(loops, loop, tables)
         total = 0.0
         for k in range(loops.starts[loop], loops.starts[loop + 1]):
             h = loops.hinges[k]
-            w = (jacobian[row, h], jacobian[row + 1, h], jacobian[row + 2, h])
-            jacobian[row + 3, h] -= middle[1] * w[2] - middle[2] * w[1]
-            jacobian[row + 4, h] -= middle[2] * w[0] - middle[0] * w[2]
-            jacobian[row + 5, h] -= middle[0] * w[1] - middle[1] * w[0]
             for i in range(3):
                 total += jacobian[row + 3 + i, h] ** 2 / count
         tables.lengths[loop] = max(math.sqrt(total), 1e-3)
@@ -183,6 +178,31 @@ def _screws(loops: Loops, tables: Tables) -> float:
             tables.norms[loop, h] = 1.5 + math.sqrt(moment)
             most = max(most, tables.norms[loop, h])
     return most
+
+
+@lean
+def _centre(loops: Loops, loop: int, tables: Tables) -> None:
+    """Move the middle of a loop to the mean of the points of its lines that are nearest to it."""
+    jacobian, row = tables.jacobian, 6 * loop
+    first, last = loops.starts[loop], loops.starts[loop + 1]
+    x = y = z = 0.0
+    for k in range(first, last):
+        foot = cross(_part(jacobian, row, loops.hinges[k]), _part(jacobian, row + 3, loops.hinges[k]))
+        x, y, z = x + foot[0] / (last - first), y + foot[1] / (last - first), z + foot[2] / (last - first)
+    for k in range(first, last):
+        h = loops.hinges[k]
+        moved = cross((x, y, z), _part(jacobian, row, h))
+        for i in range(3):
+            jacobian[row + 3 + i, h] -= moved[i]
+    tables.middles[loop, 0] += x
+    tables.middles[loop, 1] += y
+    tables.middles[loop, 2] += z
+
+
+@lean
+def _part(jacobian: Reals, row: int, h: int) -> Vector:
+    """Three entries of a column from a row on."""
+    return jacobian[row, h], jacobian[row + 1, h], jacobian[row + 2, h]
 
 
 @lean

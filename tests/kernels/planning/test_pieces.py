@@ -194,7 +194,7 @@ def test_a_closed_state_lies_beside_every_state_of_a_proved_piece(drawn):
         return
     for share in (*shares, rng.uniform(*shares)):
         state, y = at(course, share), np.zeros(6)
-        for _ in range(60):
+        for _ in range(25):
             y -= tables.scaling @ opened(sample.linkage, tables, state + tables.basis.T @ y)
         closed = state + tables.basis.T @ y
         # the map itself converges, as fast as its factor says, to within rounding
@@ -216,14 +216,14 @@ def test_closed_states_on_the_straight_way_between_two_lie_within_the_bow(drawn,
     state, ends = at(course, shares[0]), []
     for off in (np.zeros(len(before)), before):
         x = state + off
-        for _ in range(60):
+        for _ in range(25):
             x = x - tables.basis.T @ (tables.scaling @ opened(sample.linkage, tables, x))
         ends.append(x)
     bow = (tables.beside - alone[2].beside).max()
     for share in (0.25, 0.5, 0.75):
         way = ends[0] + share * (ends[1] - ends[0])
         x = way
-        for _ in range(60):
+        for _ in range(25):
             x = x - tables.basis.T @ (tables.scaling @ opened(sample.linkage, tables, x))
         assert np.abs(x - way).max() <= bow + 1e-13
 

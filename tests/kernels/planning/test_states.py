@@ -98,6 +98,7 @@ def test_gaps_of_a_placed_state_are_those_of_its_prisms(drawn):
     solids = solids_at(linkage, angles, space.prisms)
     exact = proximal_distances(linkage, angles[None])
     whole = {tuple(pair): gap for pair, gap in zip(exact.pairs.tolist(), exact.gaps[:, 0], strict=True)}
+    least = {}
     for (f, g), gap, way in zip(space.pairs.tolist(), state.gaps, state.ways, strict=True):
         assert np.linalg.norm(way) == pytest.approx(1)
         told = (solids[g] @ way).min() - (solids[f] @ way).max()
@@ -105,10 +106,12 @@ def test_gaps_of_a_placed_state_are_those_of_its_prisms(drawn):
             assert told == pytest.approx(gap, abs=1e-12)  # the direction of a gap shows all of it
         else:
             assert min(np.linalg.norm(a - b) for a in solids[f] for b in solids[g]) >= gap - 1e-12
-        one, two = sorted((int(space.prisms.panels[f]), int(space.prisms.panels[g])))
-        assert gap <= whole[one, two] + 4 * math.sqrt(3) * MARGIN or gap > space.near
-        if whole[one, two] > 0:
-            assert gap > whole[one, two] - 1e-12 or gap > space.near
+        between = tuple(sorted((int(space.prisms.panels[f]), int(space.prisms.panels[g]))))
+        least[between] = min(least.get(between, math.inf), gap)
+    for between, gap in least.items():
+        if gap <= space.near:  # corners of shrunk prisms are off by no more than this
+            assert whole[between] - 1e-12 <= gap or whole[between] <= 0
+            assert gap <= whole[between] + 8 * MARGIN
     assert not place(space, angles, state.gaps.min() + 1e-9, pick(new_stack(space, 1), 0))
 
 
