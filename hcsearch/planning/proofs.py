@@ -16,14 +16,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import Clearance, certify, longest_way, scale_of
+from hcsearch.collision.clearance import Clearance, certify, kept_apart, longest_way, scale_of
 from hcsearch.collision.penetration import deepest_cut
 from hcsearch.kernels.intervals import Course
 from hcsearch.kernels.planning.closing import close, keep_closed, new_closing
 from hcsearch.kernels.planning.tubes import POLISHED, Track, enclose
 from hcsearch.linkage import Linkage
 from hcsearch.planning.ends import Departure, End
-from hcsearch.planning.problems import apart_of, loops_of
+from hcsearch.planning.problems import loops_of
 
 Reals = NDArray[np.float64]
 
@@ -78,7 +78,7 @@ class Prover:
     def __init__(self, linkage: Linkage) -> None:
         self.linkage, self.loops = linkage, loops_of(linkage)
         self.work = new_closing(self.loops)
-        self.apart = apart_of(linkage)
+        self.apart = kept_apart(linkage)
         self.scale = scale_of(linkage)
 
     @cached_property

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hcsearch.pipeline.deployments import BEST_FIRST, PIECE_SECONDS, Deploy, pieces, seconds_of, unfinished
 
 from hcsearch.circuit import Circuit
 from hcsearch.deployment.agreement import agreed_checks, confirmed
@@ -20,7 +21,6 @@ from hcsearch.enumeration import PolygonSearch
 from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import Folding, folding_of
 from hcsearch.grid import GRIDS
-from hcsearch.pipeline.deployments import BEST_FIRST, PIECE_SECONDS, Deploy, pieces, seconds_of, unfinished
 from hcsearch.pipeline.designs import candidates_of, design_rows, run_unit
 from hcsearch.pipeline.stages import stages_until
 from hcsearch.scenes import SCENES

@@ -20,7 +20,7 @@ from hcsearch.kernels.overlaps import deepest_overlap
 from hcsearch.kinematics.locks import lock_at
 from hcsearch.planning.motions import motion_of
 from hcsearch.planning.planner import Planner
-from hcsearch.planning.problems import apart_of, space_of
+from hcsearch.planning.problems import kept_apart, space_of
 from hcsearch.scenes import default_panel
 from hcsearch.twisting import twist
 from tests.planned import SAMPLES, joined, open_by, planned
@@ -43,7 +43,7 @@ def test_a_path_is_made_of_closed_states_with_panels_apart(name):
     space = space_of(linkage, margin)
     assert deepest_overlap(linkage.chain, prisms_of(linkage, margin), space.pairs, states) == 0
     panels = space.prisms.panels[space.pairs]
-    assert not {tuple(sorted(pair)) for pair in panels.tolist()} & apart_of(linkage)
+    assert not {tuple(sorted(pair)) for pair in panels.tolist()} & kept_apart(linkage)
 
 
 def test_the_same_seed_gives_the_same_path():

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.collision.clearance import pairs_of
+from hcsearch.collision.clearance import kept_apart, pairs_of
 from hcsearch.collision.penetration import prisms_of
 from hcsearch.kernels.intervals import Course
 from hcsearch.kernels.overlaps import deepest_overlap
@@ -16,7 +16,7 @@ from hcsearch.kernels.planning.tubes import Track, enclose
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Crease, Pattern
 from hcsearch.planning.planner import Planner
-from hcsearch.planning.problems import apart_of, loops_of
+from hcsearch.planning.problems import loops_of
 from hcsearch.planning.proofs import HALVINGS, PLAYS, Prover, _beyond
 from tests.planned import SAMPLES, Planned, along, cubic, joined, open_by, planned
 
@@ -59,7 +59,7 @@ def test_ten_thousand_moments_are_closed_within_the_slack_and_the_stops(name):
     assert max(-found.min(), found.max() - math.pi) <= sample.proof.give
     assert max(open_by(sample.linkage, state) for state in found[::500]) < 1e-12
     chain, prisms = sample.linkage.chain, prisms_of(sample.linkage, sample.proof.margin)
-    pairs = pairs_of(sample.linkage, prisms_of(sample.linkage), apart_of(sample.linkage)).prisms
+    pairs = pairs_of(sample.linkage, prisms_of(sample.linkage), kept_apart(sample.linkage)).prisms
     assert deepest_overlap(chain, prisms, np.ascontiguousarray(pairs), found) == 0
 
 
@@ -71,7 +71,7 @@ def test_coal_finds_shrunk_panels_apart(name):
     sample = planned(name)
     linkage = sample.linkage
     prisms = prisms_of(linkage, sample.proof.margin)
-    pairs = pairs_of(linkage, prisms_of(linkage), apart_of(linkage)).prisms
+    pairs = pairs_of(linkage, prisms_of(linkage), kept_apart(linkage)).prisms
     shapes = [prisms.vertices[f, : prisms.counts[f, 0]] for f in range(len(prisms.panels))]
     states = closed_beside(linkage, moments(sample, 101))
     poses = np.array([linkage.poses(state) for state in states])[:, prisms.panels]
