@@ -1,6 +1,7 @@
 """Proofs of paths: closed states, stops and gaps at ten thousand moments of each sample, and paths that are none."""
 
 import math
+import time
 
 import numpy as np
 import pytest
@@ -210,3 +211,13 @@ def test_a_chain_without_a_loop_has_only_panels_to_keep_apart():
     assert proof.slack == 0
     assert proof.exact
     assert proof.motion.angles[0] == pytest.approx([math.pi] * 2)
+
+
+def test_a_proof_along_singular_states_is_given_up_soon():
+    linkage = joined("square:0112223300:0", "hinged")
+    begin = time.process_time()
+    for seed in range(2):
+        states = Planner(linkage, 1e-5).plan(40, seed).states
+        assert states is not None
+        assert Prover(linkage).prove(states, PLAYS).margin is None
+    assert time.process_time() - begin < 20

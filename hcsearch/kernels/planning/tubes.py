@@ -19,6 +19,8 @@ from hcsearch.kernels.planning.pieces import CONTRACTION, Tables, prove_piece, t
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
 
+PIECES = 20000
+"""A proof that takes more pieces is given up, as where a path runs along singular states; most take a thousand."""
 SHORTEST = 0.5**12
 """Share of a step below which a piece is not halved."""
 GIVE = 1e-4
@@ -50,7 +52,7 @@ def enclose(loops: Loops, coarse: Track, ends: Reals, limit: float, halvings: in
     step. limit : rad, what a
     step's closed states may wander by. halvings : how often closed states are put into a step, where none is proved.
     fine : written, the states that the proof is about. stop : (2,), written: the time at which the proof ends, and the
-    number of pieces that hold.
+    number of pieces that were looked at.
     """
     work, tables = new_closing(loops), tables_for(loops)
     m = coarse.angles.shape[1]
@@ -82,7 +84,8 @@ def enclose(loops: Loops, coarse: Track, ends: Reals, limit: float, halvings: in
                 waiting.filled[0] = top
                 continue
             before = began
-            if shares != (0.0, 1.0) or top == halvings or not _put_between(loops, course, fine, waiting, work):
+            over = top == halvings or stop[1] >= PIECES
+            if over or shares != (0.0, 1.0) or not _put_between(loops, course, fine, waiting, work):
                 stop[0] = fine.times[here]
                 return False
     stop[0] = fine.times[fine.filled[0] - 1]
@@ -158,13 +161,13 @@ def _step(
         low, high = lows[top], highs[top]
         for h in range(len(joined)):
             joined[h] = max(before[h], after[h] if high == shares[1] else 0.0)
+        stop[1] += 1.0
         factor, wander = prove_piece(loops, course, (low, high), joined, tables)
         if factor <= CONTRACTION:
             worst = max(worst, wander)
             before[:] = tables.beside
-            stop[1] += 1.0
             top -= 1
-        elif (wander > limit and wander < math.inf) or high - low <= SHORTEST or top + 2 > len(lows):
+        elif (wander > limit and wander < math.inf) or high - low <= SHORTEST or stop[1] >= PIECES:
             return math.inf
         else:
             middle = 0.5 * (low + high)
