@@ -86,7 +86,7 @@ def scenes(database_file, tmp_path):
         number, name = select(opened, "grid=hex n=8 untwisted", columns="id,circuit").rows[0]
         (crease,) = select(opened, f"design_id={number} untwisted", columns="crease", view="foldings").rows[0]
         judge(opened, [(name, crease, "deploys", 0.5, 1.25)])
-        judge(opened, [(name, crease, "collides", None, None)], "flat")
+        judge(opened, [(name, crease, "undecided", None, None)], "flat")
         judge(opened, [], "long")
         four = ArraySearch(parse_array(GRIDS["rectangle"], "4x4"))
         run_into(Plan(four, "twist", keep="untwisted", scene=Scene("long", panel=(0.080, 0.020, 0.006))), opened)
@@ -100,9 +100,9 @@ def test_a_report_shows_the_verdicts_of_its_scene(scenes, tmp_path):
         scene: (data.designs[0]["status"], data.designs[0]["deploy_time"], counts(data)["deployable"])
         for scene, data in found.items()
     }
-    assert told == {"default": ("deploys", 1.25, 1), "flat": ("collides", None, 0)}
+    assert told == {"default": ("deploys", 1.25, 1), "flat": ("undecided", None, 0)}
     statuses = [{row["status"] for rows in data.foldings.values() for row in rows} for data in found.values()]
-    assert [words - {"twisted"} for words in statuses] == [{"deploys"}, {"collides"}]
+    assert [words - {"twisted"} for words in statuses] == [{"deploys"}, {"undecided"}]
     assert [dict(data.meta)["scene"] for data in found.values()] == ["default", "flat"]
     assert fetch(scenes, "deployable", limit=None).total == 1
     assert fetch(scenes, "deployable", limit=None, scene="flat").total == 0
