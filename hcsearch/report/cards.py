@@ -127,7 +127,7 @@ def _badge(design: Row) -> tuple[str, str]:
         text = "two_stack" if design["two_stack"] else "no_folding"
     else:
         return "unknown", "circuit"
-    tone = {"deploys": "good", "movable": "good", "untwisted": "good", "two_stack": "fair", "undecided": "fair"}
+    tone = {"deploys": "good", "untwisted": "good", "two_stack": "fair", "undecided": "fair", "collides": "fair"}
     return tone.get(text, "poor"), text.replace("_", " ")
 
 

@@ -22,7 +22,7 @@ _IDS_AT_ONCE = 5000
 _COUNTS = """
     count(*) AS circuits, coalesce(sum(n_fixed), 0) AS fixed, count(DISTINCT "array") AS arrays,
     sum(two_stack) AS two_stack, sum(untwisted) AS untwisted, sum(deployable) AS deployable,
-    sum(CASE WHEN status IN ('deploys', 'movable', 'undecided', 'locked') THEN 1 ELSE 0 END) AS judged
+    sum(CASE WHEN status IN ('deploys', 'undecided', 'collides', 'locked') THEN 1 ELSE 0 END) AS judged
 """
 
 
