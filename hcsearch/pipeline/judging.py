@@ -16,9 +16,8 @@ from hcsearch.pipeline.designs import circuit_texts
 from hcsearch.pipeline.stages import BUILT
 from hcsearch.records import NONE, Candidates, DeploymentBatch, MotionBatch, StageResult, VerdictBatch
 from hcsearch.scenes import Scene
+from hcsearch.store.columns import VERDICTS
 
-BEST_FIRST: tuple[str, ...] = ("deploys", "movable", "undecided", "locked")
-"""Verdicts on foldings; a design has the best of its foldings."""
 FOLDING_SECONDS = 0.4
 """Core seconds that a folding of `_PANELS` panels takes, with its second look; they grow as the cube of their number
 (measured: 0.3 to 0.45 s of 12 hexagons, 8 s of the 30 rectangles of 6x5)."""
@@ -135,7 +134,7 @@ def unfinished(units: Sequence[str], keys: Sequence[str]) -> list[str]:
 
 def _best(own: Candidates, words: list[str], motion: MotionBatch) -> tuple[list[int], list[str]]:
     """Crease and status of the best folding of each design: by status, least play, lowest dof, lowest crease."""
-    rank = {word: place for place, word in enumerate(BEST_FIRST)}
+    rank = {word: place for place, word in enumerate(VERDICTS)}
     places = np.array([rank[word] for word in words], int)
     dof = np.where(own.dof == NONE, np.iinfo(np.int32).max, own.dof)
     order = np.lexsort((own.foldings.crease, dof, np.nan_to_num(motion.margin, nan=np.inf), places, own.foldings.row))

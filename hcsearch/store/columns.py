@@ -36,7 +36,8 @@ class Quantity(NamedTuple):
 
 _GRIDS = ("triangle", "square", "rectangle", "hex")
 _KEEPS = ("all", "two-stack", "untwisted")
-_VERDICTS = ("deploys", "movable", "undecided", "locked")
+VERDICTS = ("deploys", "movable", "undecided", "locked")
+"""Statuses of a folding in a scene, best first; a design has that of its best folding."""
 _TRIALS = ("deploys", "undecided", "collides")
 _WAYS = ("rigid", "hinged", "merged")
 _OUTCOMES = ("flat", "moving", "at rest", "jammed", "diverged", "out of steps")
@@ -90,7 +91,7 @@ DESIGNS = (
     *_VERDICT,
     Quantity(
         *("status", "text", "", "deploys, movable, undecided, locked, twisted or no_folding"),
-        words=(*_VERDICTS, "twisted", "no_folding"),
+        words=(*VERDICTS, "twisted", "no_folding"),
     ),
     Quantity("score", "real", "", "score that `hcsearch rank --save` stored, 0 to 1", better="higher"),
     Quantity(
@@ -115,7 +116,7 @@ FOLDINGS = (
     Quantity("dof_folded", "integer", "", "degrees of freedom at first order, folded"),
     Quantity("dof_flat", "integer", "", "degrees of freedom at first order, flat"),
     *_MECHANISM,
-    Quantity("status", "text", "", "deploys, movable, undecided, locked or twisted", (*_VERDICTS, "twisted")),
+    Quantity("status", "text", "", "deploys, movable, undecided, locked or twisted", (*VERDICTS, "twisted")),
     *_VERDICT,
 )
 
