@@ -88,7 +88,8 @@ class Prover:
         for k, hinge in enumerate(pattern.hinges):
             for panel in (hinge.first, hinge.second):
                 corners = np.array([corner for facet in pattern.panels[panel] for corner in pattern.facets[facet]])
-                across = np.cross(linkage.directions[k, :2], corners - linkage.points[k, :2])
+                along, feet = linkage.directions[k], corners - linkage.points[k, :2]
+                across = along[0] * feet[:, 1] - along[1] * feet[:, 0]
                 most = max(most, float(np.hypot(np.abs(across).max(), pattern.thickness)))
         return most
 
