@@ -137,6 +137,10 @@ def test_best_foldings_have_the_lowest_dof_then_crease():
     found = FoldingBatch(np.array([0, 0, 0, 1, 1, 2, 2, 3]), np.array([5, 3, 1, 0, 2, 0, 4, 0]))
     twists = np.array([0, 0, 0, 0, 0, 1, 0, 2], np.int16)
     dof = np.array([4, 4, 5, NONE, 6, 1, 7, 1])
-    columns = {field.name: dof for field in fields(MobilityBatch)} | {"kutzbach": 4, "locked": dof > 0, "locked_hinged": dof > 5}
+    columns = {field.name: dof for field in fields(MobilityBatch)} | {
+        "kutzbach": 4,
+        "locked": dof > 0,
+        "locked_hinged": dof > 5,
+    }
     best = mobility.best_foldings(4, found, twists, MobilityBatch(**columns))
     assert best.tolist() == [1, 4, 6, -1]

@@ -54,7 +54,9 @@ def test_no_twisted_folding_deploys(grid, n, twisted):
     assert len(found) == twisted
     scenes = [compile_scene(folding_linkage(folding_at(unit.circuits, unit.foldings, i)), DEFAULT) for i in found]
     rows = check(scenes, tolerance=1e-5, threads=2)
-    assert not [folding_at(unit.circuits, unit.foldings, i).notation for i, row in zip(found, rows, strict=True) if row.deploys]
+    assert not [
+        folding_at(unit.circuits, unit.foldings, i).notation for i, row in zip(found, rows, strict=True) if row.deploys
+    ]
     # the check did follow them: most move, and what comes flat collides on the way
     assert sum(row.evaluations > 100 for row in rows) > 0.3 * twisted
     assert all(row.clear is False for row in rows if row.outcome == "flat")

@@ -254,7 +254,7 @@ def test_verdicts_of_two_scenes_have_no_motions_yet(path):
 def test_no_verdict_collides_any_more(path, table):
     _, database = opened_from(path, "0005")
     with database:
-        with pytest.raises(Exception, match="constraint failed|cannot store"), database.writing() as connection:
+        with pytest.raises(Exception, match=r"constraint failed|cannot store"), database.writing() as connection:
             connection.exec_driver_sql(f"UPDATE {table} SET status = 'collides'")
         with database.writing() as connection:
             connection.exec_driver_sql(f"UPDATE {table} SET status = 'movable'")
