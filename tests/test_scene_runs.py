@@ -96,7 +96,8 @@ def test_what_was_tried_is_repeated_by_the_command_that_show_prints(path):
         words = shlex.split(command)[1:]
         row = by_scene[words[words.index("--scene") + 1]]
         facts = json.loads(call(*words, "--json", code=0 if row["status"] == "deploys" else 1))
-        assert (facts["verdict"], facts["flat_time_s"]) == (row["status"], row["deploy_time"])
+        assert facts["verdict"] == row["status"]
+        assert row["deploy_time"] == (facts["flat_time_s"] if row["status"] == "deploys" else None)
         assert facts["collision_s"] == (row["first_contact"] if row["status"] == "collides" else None)
 
 
@@ -108,7 +109,8 @@ def test_stored_values_are_a_file_that_deploy_reads(path, tmp_path):
     file = tmp_path / "scene.toml"
     file.write_text(values, encoding="utf-8")
     facts = json.loads(call("deploy", file, "--json", code=0 if status == "deploys" else 1))
-    assert (facts["verdict"], facts["flat_time_s"]) == (status, time)
+    assert facts["verdict"] == status
+    assert time == (facts["flat_time_s"] if status == "deploys" else None)
 
 
 @pytest.mark.parametrize(

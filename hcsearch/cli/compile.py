@@ -103,6 +103,7 @@ _DEPLOY = (
     "multibody.simulation.simulate",
     "multibody.between.refined",
     "multibody.between.opening",
+    "multibody.between.loose_share",
     "multibody.tree.work_for",
     "clearance.judge",
 )

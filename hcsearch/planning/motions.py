@@ -51,8 +51,8 @@ def motion_of(folding: Folding, panel: PanelSize, ways: Sequence[Way], margin: f
 
     ways : how flat pairs may be joined, in this order. margin : m, the greatest; None for that of `margin_of`.
     """
-    search = _Search({way: linkage_joined(folding, panel, way) for way in ways if can_be(folding, way)}, margin)
-    return search.run()
+    linkages = {way: linkage_joined(folding, panel, way) for way in ways if can_be(folding, way)}
+    return _Search(linkages, margin).run() if linkages else Motion(None, None, None, ())
 
 
 class _Search:

@@ -47,8 +47,8 @@ _PATHS = ("flat", "stopped", "stepwise", "none", "locked")
 # flat after half a second, ten times the least clearance (0.1 mm) away from collisions.
 _MECHANISM = (
     Quantity("merged_panels", "integer", "", "panel pairs made one on the mirror axis"),
-    Quantity("kutzbach_merged", "integer", "", "Kutzbach count after the mirror merge"),
-    Quantity("dof_merged", "integer", "", "degrees of freedom after the mirror merge", better="lower"),
+    Quantity("kutzbach_merged", "integer", "", "Kutzbach count after the mirror merge, flat pairs rigid"),
+    Quantity("dof_merged", "integer", "", "degrees of freedom after the merge, flat pairs rigid", better="lower"),
 )
 _VERDICT = (
     Quantity("deployable", "boolean", "", "1: deploys or movable; 0: no folding, twisted or locked; null: not known"),
@@ -67,7 +67,11 @@ _VERDICT = (
         better="higher",
         half=1.0,
     ),
-    Quantity("deploy_time", "real", "s", "time from folded to flat", better="lower", half=0.5),
+    Quantity(
+        *("deploy_time", "real", "s", "time from folded to flat, in the digits that tolerances agree on"),
+        better="lower",
+        half=0.5,
+    ),
 )
 
 DESIGNS = (
@@ -85,8 +89,12 @@ DESIGNS = (
     Quantity("n_untwisted", "integer", "", "two-stack foldings without twist"),
     Quantity("untwisted", "boolean", "", "1 when there is an untwisted folding"),
     Quantity("min_twist", "integer", "", "smallest twist of its foldings; null without a folding"),
-    Quantity("kutzbach", "integer", "", "Kutzbach count 6(n-1)-5j of the best untwisted folding"),
-    Quantity("dof", "integer", "", "degrees of freedom at a generic state of the motion", better="lower", half=10.0),
+    Quantity("kutzbach", "integer", "", "Kutzbach count 6(n-1)-5j of the best untwisted folding, flat pairs hinged"),
+    Quantity(
+        *("dof", "integer", "", "degrees of freedom at a generic state, flat pairs hinged (n hinges)"),
+        better="lower",
+        half=10.0,
+    ),
     *_MECHANISM,
     *_VERDICT,
     Quantity(
@@ -98,7 +106,7 @@ DESIGNS = (
         "deployment_ratio", "integer", "", "flat area over folded footprint, untwisted", better="higher", half=8.0
     ),
     Quantity(
-        "hinges", "integer", "", "hinges of the best untwisted folding, flat pairs rigid", better="lower", half=14.0
+        "hinges", "integer", "", "hinges of an untwisted folding, flat pairs rigid (n - 2)", better="lower", half=14.0
     ),
 )
 
@@ -113,8 +121,8 @@ FOLDINGS = (
         *("dof", "integer", "", "degrees of freedom at a generic state of the motion, flat pairs hinged"),
         better="lower",
     ),
-    Quantity("dof_folded", "integer", "", "degrees of freedom at first order, folded"),
-    Quantity("dof_flat", "integer", "", "degrees of freedom at first order, flat"),
+    Quantity("dof_folded", "integer", "", "degrees of freedom at first order, folded, flat pairs hinged"),
+    Quantity("dof_flat", "integer", "", "degrees of freedom at first order, flat, flat pairs hinged"),
     *_MECHANISM,
     Quantity("status", "text", "", "deploys, movable, undecided, locked or twisted", (*VERDICTS, "twisted")),
     *_VERDICT,
@@ -145,7 +153,10 @@ DEPLOYMENTS = (
         "clearance", "real", "mm", "smallest gap to which panels come back; null unless it deploys", better="higher"
     ),
     Quantity("first_contact", "real", "s", "time of the first collision"),
-    Quantity("deploy_time", "real", "s", "time from folded to flat", better="lower"),
+    Quantity(
+        *("deploy_time", "real", "s", "time from folded to flat, as tolerances agree on it; null unless it deploys"),
+        better="lower",
+    ),
     Quantity("energy_error", "real", "", "largest relative error of the energy balance"),
     Quantity("closure_error", "real", "mm", "largest gap of the closed loop"),
 )
@@ -200,7 +211,7 @@ UNITS = (
     Quantity("path", "text", "", "how the motion from folded ends: flat, stopped, stepwise, none or locked", _PATHS),
     Quantity("closure_error", "real", "", "greatest closure residual on that motion, rad or gap over panel size"),
     Quantity("contact", "boolean", "", "1: panels cut through each other on the way; 0: they do not; null: not looked"),
-    Quantity("known", "text", "", "name in the thesis, unit-i or unit-ii; empty where it has none"),
+    Quantity("known", "text", "", "name for `hcsearch assembly`: unit-i, unit-ii (thesis), unit-iii; else empty"),
 )
 
 EVALUATIONS = (

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hcsearch.circuit import Circuit
+from hcsearch.deployment.agreement import agreed_checks, confirmed
 from hcsearch.deployment.checking import check
 from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.deploying import deploy
@@ -100,7 +101,8 @@ def test_each_trial_tells_what_it_was(tens):
             assert found.clearance[trial.folding] == trial.clearance
             assert found.time[trial.folding] == trial.deploy_time
         else:
-            assert trial.scene == "default"
+            assert trial.scene == "default" or trial.reason.startswith("branch-singular: ")
+            assert trial.deploy_time is None
         values = tomllib.loads(trial.values)
         assert values["panel_mm"] == "50x50x6"
         assert values["design"] == folding_at(own.circuits, own.foldings, trial.folding).notation
@@ -122,7 +124,35 @@ def test_what_deploys_in_a_trial_does_so_when_it_is_simulated_alone(tens):
         )
         alone = deploy(linkage, scene, keep=STOPS)
         assert (alone.outcome, alone.clearance.kind, alone.verdict) == ("flat", "clear", "deploys")
-        assert alone.flat_time == pytest.approx(trial.deploy_time, rel=1e-3)
+        assert confirmed(alone).flat_time == trial.deploy_time
+
+
+def test_a_motion_along_singular_states_is_no_deployment(tens):
+    """One that comes flat at 1e-6 and diverges at 1e-8 is undecided; other springs deploy the folding."""
+    own, _, found = tens
+    names = [folding_at(own.circuits, own.foldings, i).notation for i in range(len(own.foldings))]
+    one, two = (trial for trial in found.trials if names[trial.folding] == "hex:0223335500:0")
+    assert [one.status, two.status] == ["undecided", "deploys"]
+    assert one.reason.startswith("branch-singular: flat ")
+    assert (one.clearance, one.deploy_time) == (None, None)
+    assert found.time[two.folding] == two.deploy_time == float(f"{two.deploy_time:.3e}")
+
+
+def test_what_deploys_at_one_tolerance_only_is_undecided(tens, monkeypatch):
+    own, _, found = tens
+    one = next(trial.folding for trial in found.trials if trial.status == "deploys" and trial.scene != "default")
+    alone = FoldingBatch(own.foldings.row[one : one + 1], own.foldings.crease[one : one + 1])
+
+    def jams(checks, tolerances):
+        return agreed_checks([*checks[:-1], replace(checks[-1], outcome="jammed")], tolerances)
+
+    monkeypatch.setattr("hcsearch.deployment.verdicts.agreed_checks", jams)
+    again = verdicts(own.circuits, alone, own.locked[one : one + 1], np.ones(1, bool), DEFAULT)
+    assert again.deploys.tolist() == [False]
+    assert np.isnan(again.time).all()
+    first, last = again.trials
+    assert (first.scene, last.status) == ("default", "undecided")
+    assert last.reason.startswith("branch-singular: flat at tolerance 1e-6, flat at 1e-7, jammed at 1e-8; ")
 
 
 def test_threads_and_how_many_are_held_in_memory_change_nothing(tens, monkeypatch):
