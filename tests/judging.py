@@ -57,6 +57,7 @@ def judge(
     record_scene(database, scene, "" if scene == "default" else f'name = "{scene}"\n')
     run_id = start_run(database, work=work, until="deployment", panel=None, arguments={"scene": scene}, versions={})
     verdicts = verdicts_of(judged, trials)
-    passed = verdicts.status.count("deploys")
-    results = [StageResult(stage, 1, passed, passed, 0.5) for stage in ("motion", "deployment")]
+    deploying = verdicts.status.count("deploys")
+    passed = {"motion": deploying + verdicts.status.count("movable"), "deployment": deploying}
+    results = [StageResult(stage, 1, count, count, 0.5) for stage, count in passed.items()]
     record_verdicts(database, run_id, replace(work, scene=scene), key, verdicts, results)

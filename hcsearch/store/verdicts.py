@@ -70,6 +70,10 @@ def _insert(connection: Connection, database: Database, name: str, verdicts: Ver
     creases = verdicts.folding_crease.tolist()
     designs = [ids[row] for row in verdicts.folding_row.tolist()]
     rows: Columns = {"scene": [name] * len(designs), "design_id": designs, "crease": creases}
+    for start in range(0, len(ids), CHUNK):
+        some = ids[start : start + CHUNK]
+        connection.execute(delete(deployment).where(deployment.c.base == name, deployment.c.design_id.in_(some)))
+        connection.execute(delete(motion).where(motion.c.scene == name, motion.c.design_id.in_(some)))
     _insert_motions(connection, rows, verdicts.motion)
     found = verdicts.deployment
     clearance, time = ([], []) if found is None else (found.clearance.tolist(), found.time.tolist())
@@ -80,9 +84,6 @@ def _insert(connection: Connection, database: Database, name: str, verdicts: Ver
         "deploy_time": [_number(seconds) for seconds in time] or none,
     }
     insert_rows(connection, verdict, rows, ("status", "min_clearance", "deploy_time"))
-    for start in range(0, len(ids), CHUNK):
-        some = ids[start : start + CHUNK]
-        connection.execute(delete(deployment).where(deployment.c.base == name, deployment.c.design_id.in_(some)))
     if found is not None and found.trials:
         trials = _trial_columns(found, rows, name)
         changed = [column for column in trials if column not in ("design_id", "crease", "base", "scene")]
