@@ -138,8 +138,8 @@ class MotionBatch:
 
     flat_pairs : how flat pairs are joined where a path is proved: rigid, hinged or merged; None without one.
     margin : the least play for each face at which it is proved, m; gap : the least gap of the panels as they are, m,
-        below 0 where they overlap; slack : what panels may be elsewhere, m; NaN without a path. paths : its states,
-        (k, n_hinges). reason : a sentence; None where a folding was not looked at.
+        below 0 where they overlap; slack : what panels may be elsewhere, m; NaN without a path. paths : states of
+        that, or of one that is not proved, (k, n_hinges). reason : a sentence; None where a folding was not looked at.
     """
 
     flat_pairs: list[str | None]
@@ -153,6 +153,11 @@ class MotionBatch:
     def moves(self) -> NDArray[np.bool_]:
         """Which foldings have a proved path."""
         return ~np.isnan(self.margin)
+
+    @property
+    def met(self) -> NDArray[np.bool_]:
+        """Which foldings have a path, proved or not."""
+        return np.array([path is not None for path in self.paths], bool)
 
 
 @dataclass(frozen=True)

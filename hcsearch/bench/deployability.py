@@ -139,7 +139,7 @@ def _row(grid: str, cells: str, search: Search) -> DeployabilityRow:
         foldings = FoldingBatch(foldings.row[untwisted], foldings.crease[untwisted])
         known = mobility(circuits, foldings, np.zeros(len(foldings), np.int16))
         moves = motions(circuits, foldings, (known.locked, known.locked_hinged), SCENE, threads=2)
-        found = verdicts(circuits, foldings, known.locked, moves.moves, SCENE, threads=2)
+        found = verdicts(circuits, foldings, known.locked, moves.met, SCENE, threads=2)
         tally.update(_told(found, moves, known))
         tally["tight"] += int((moves.margin <= PLAYS[0]).sum())
         if search.n <= TUNED:

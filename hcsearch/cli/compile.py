@@ -108,6 +108,12 @@ _DEPLOY = (
     "clearance.judge",
 )
 _PLAN = (
+    "planning.closing.close",
+    "planning.closing.keep_closed",
+    "planning.closing.new_closing",
+    "planning.space.new_stack",
+    "planning.space.new_work",
+    "planning.trees.new_tree",
     "planning.search.fan_out",
     "planning.search.search",
     "planning.smoothing.relax",

@@ -53,8 +53,8 @@ def verdicts(
     """Deployments of a batch of untwisted foldings in a scene.
 
     locked : which are proved locked with rigid pairs; they are tried with hinged ones, where the scene allows it.
-    moves : which have a proved path; the others are tried in the scene as it stands alone, as what springs bring flat
-        has a path.
+    moves : which have a path, proved or not; the others are tried in the scene as it stands alone, as what springs
+        bring flat has a path.
     Deploys: flat and certified clear, at several tolerances.
     """
     return _Verdicts(circuits, foldings, locked, moves, scene, threads).run()

@@ -70,7 +70,7 @@ class Judge:
             from hcsearch.deployment.verdicts import verdicts  # noqa: PLC0415
 
             begun = time.perf_counter()
-            found = verdicts(own.circuits, own.foldings, own.locked, motion.moves, self.scene)
+            found = verdicts(own.circuits, own.foldings, own.locked, motion.met, self.scene)
         words = _words(own, motion, found, self.scene)
         best, status = _best(own, words, motion)
         if self.deploys:

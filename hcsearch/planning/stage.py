@@ -12,6 +12,7 @@ from hcsearch.flat_pairs import ways
 from hcsearch.folding import Folding, folding_at
 from hcsearch.planning.motions import Motion, motion_of
 from hcsearch.planning.planner import Growth
+from hcsearch.planning.proofs import Proof
 from hcsearch.records import CircuitBatch, FoldingBatch, MotionBatch
 from hcsearch.scenes import Scene, panel_of
 
@@ -62,10 +63,25 @@ def _batch(found: Sequence[Motion | None]) -> MotionBatch:
 
 def reason_of(motion: Motion) -> str:
     """What is known of a motion, in a sentence."""
-    if motion.proof is not None and motion.margin is not None:
+    if motion.proof is not None and motion.margin is None:
+        return f"a path was met with {motion.way} flat pairs, and is not proved: {_failed(motion.proof)}"
+    if motion.margin is not None:
         play = f"{1e3 * motion.margin:.4g} mm of play on every face"
         return f"a path from packed to flat is proved with {motion.way} flat pairs and {play}"
     return "no path was met: " + "; ".join(f"{way} flat pairs, {_grown(growth)}" for way, growth in motion.growths)
+
+
+def _failed(proof: Proof) -> str:
+    """Why a path is not proved."""
+    if proof.motion is None:
+        return "no closed states are proved beside all of it, as it passes states that are singular, or nearly so"
+    if any(proof.reach):
+        away = " and ".join(f"{far:.2g} rad from the {end}" for end, far in zip(ENDS, proof.reach, strict=True) if far)
+        return f"its proof ends {away} state"
+    if proof.clear is None:
+        return "hinges go beyond their stops by more than the play allows"
+    one, two = proof.clear.panels or (0, 0)
+    return f"panels {one} and {two} come too near with {1e3 * proof.clear.margin:.4g} mm of play on every face"
 
 
 def _grown(growth: Growth) -> str:
