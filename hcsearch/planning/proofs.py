@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from hcsearch.collision.clearance import Clearance, certify, kept_apart, longest_way, scale_of
 from hcsearch.collision.penetration import deepest_cut
 from hcsearch.kernels.intervals import Course
-from hcsearch.kernels.planning.closing import close, keep_closed, new_closing
+from hcsearch.kernels.planning.closing import CLOSED, close, keep_closed, new_closing, open_by
 from hcsearch.kernels.planning.tubes import POLISHED, Track, enclose
 from hcsearch.linkage import Linkage
 from hcsearch.planning.ends import Departure, End
@@ -165,7 +165,7 @@ class Prover:
         for state in states[1:-1]:
             own = state.copy()
             closed = close(self.loops, own, POLISHED, 0.0, 20, self.work)
-            if not np.abs(own - state).max() <= MOVED:
+            if not np.abs(own - state).max() <= MOVED or (not closed and open_by(self.loops, own, self.work) > CLOSED):
                 return None
             if closed and np.abs(own - found[-1]).max() > APART:
                 found.append(own)

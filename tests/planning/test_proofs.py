@@ -110,11 +110,13 @@ def test_a_state_off_closure_beyond_a_stop_or_another_begin_is_refused(name):
     k, far = len(states) // 2, np.abs(states).sum(axis=0).argmax()
     off = states.copy()
     off[k, far] += 0.05
+    elsewhere = states.copy()
+    elsewhere[k] = np.linspace(0, math.pi, states.shape[1])
     beyond = states.copy()
     beyond[k, states[k].argmin()] = -0.05
     nowhere = states.copy()
     nowhere[k] = math.nan
-    for path in (off, beyond, nowhere, states[1:], states[:-1], states[::-1], states[:1], states[:0]):
+    for path in (off, elsewhere, beyond, nowhere, states[1:], states[:-1], states[::-1], states[:1], states[:0]):
         found = prover.prove(path, PLAYS)
         assert found.margin is None
         assert not found.closed
