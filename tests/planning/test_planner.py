@@ -2,7 +2,6 @@
 
 import math
 import signal
-import threading
 import time
 
 import numpy as np
@@ -78,7 +77,6 @@ def test_a_margin_that_leaves_nothing_of_a_panel_is_refused():
         Planner(joined("hex:02234400:1", "hinged"), 0.1)
 
 
-@pytest.mark.skipif(threading.current_thread() is not threading.main_thread(), reason="signals go to the main thread")
 def test_a_search_can_be_interrupted():
     planner = Planner(joined("hex:02234400:1", "rigid"), 1e-5)
     planner.plan(50)  # compiled
