@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled
 from hcsearch.kernels.planning.chords import link, told_apart
-from hcsearch.kernels.planning.contacts import contact_rows
+from hcsearch.kernels.planning.contacts import SHARE, contact_rows
 from hcsearch.kernels.planning.sliding import slide
 from hcsearch.kernels.planning.space import Space, Stack, State, Work, copy, farthest, pick, place, square
 
@@ -98,7 +98,7 @@ def _want(space: Space, before: State, here: State, after: State, wished: float,
     count = contact_rows(space, here, wished, 0, work)
     push = np.zeros(len(work.want))
     for row in range(count):
-        near = max(0.0, 1.0 - (space.kept - work.bounds[row] / 0.7) / wished)
+        near = max(0.0, 1.0 - (space.kept - work.bounds[row] / SHARE) / wished)
         for h in range(len(push)):
             push[h] += near * work.rows[row, h]
     big = max(np.abs(push).max(), 1e-12)
