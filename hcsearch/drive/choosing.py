@@ -31,7 +31,7 @@ GIVEN_UP = 0.5
 """Share of the best least singular value that is kept where monotone hinges take the place of others."""
 BACK = 0.01
 """A hinge that turns back by no more than this (rad) is monotone."""
-FIRM = 0.01
+FIRM = 0.1
 """Hinges are added, those that help most, until the least singular value is this at least."""
 FREE = 1e-7
 """Singular values of closure below this share of the greatest, at the state where the most count, are none."""

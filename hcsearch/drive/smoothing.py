@@ -23,8 +23,10 @@ Reals = NDArray[np.float64]
 NEAR = (0.01, 0.005)
 """How near to the packed and to the flat state the driven motion begins and ends (rad): both are singular, and nothing
 drives them. Flat counts as flat from 0.01 on."""
-WIDTH = 0.1
-"""Standard deviation of the window, rad of length of a path."""
+WIDTHS = (0.05, 0.025, 0.0125, 0.006)
+"""Standard deviation of the window, rad of length of a path, widest first."""
+BEYOND = 1e-3
+"""What hinges of the smoothed path may pass their stops by (rad): a wider window rounds off more where they wait."""
 SPACING = 0.02
 """Length of a path, in the norm of all fold angles (rad), between two states that splines go through."""
 FEWEST, MOST = 200, 4000
@@ -43,45 +45,54 @@ class SmoothPath:
     """A path as splines of its length, from one state near the packed one to one near the flat one.
 
     length : rad. near : (2,), the widest turn of a hinge (rad) from the packed state at its start, from the flat state
-    at its end. opening : closure residual between the states that splines go through.
+    at its end. opening : closure residual between the states that splines go through. width : of the window, rad.
+    beyond : rad, by which hinges would pass their stops.
     """
 
     spline: Any
     length: float
     near: tuple[float, float]
     opening: float
+    width: float
+    beyond: float
 
     def at(self, places: Reals) -> tuple[Reals, Reals, Reals]:
         """Fold angles and their first and second derivatives by the length, each (k, n_hinges)."""
         return tuple(np.asarray(self.spline(places, order), float) for order in range(3))  # type: ignore[return-value]
 
 
-def smooth_path(
-    linkage: Linkage, course: Course, near: tuple[float, float] = NEAR, width: float = WIDTH
-) -> SmoothPath:
-    """The part of a path between its ends, smoothed.
+def smooth_path(linkage: Linkage, course: Course, near: tuple[float, float] = NEAR) -> SmoothPath:
+    """The part of a path between its ends, smoothed by the widest window that keeps hinges within their stops.
 
     near : rad, by which the widest hinge has left the packed state at the start, and is away from flat at the end,
-    about.     width : standard deviation of the window, rad of length.
+    about.
     """
     from scipy.interpolate import make_interp_spline  # noqa: PLC0415 - loads slowly
 
-    count, states = _between_ends(linkage, course, near)
-    step = float(count) / (len(states) - 1)
-    own = _smoothed(states, width / step)
-    loops = loops_of(linkage)
-    work = new_closing(loops)
-    for _ in range(ROUNDS):
-        own = _off_stops(own)
-        for state in own:
-            if not close(loops, state, CLOSED, GIVE, 40, work):
-                raise HcsearchError("the smoothed path cannot be closed: give a smaller --smooth")
+    length, states = _between_ends(linkage, course, near)
+    for width in WIDTHS:
+        own = _closed(linkage, _smoothed(states, width * (len(states) - 1) / length))
+        beyond = max(-float(own.min()), float(own.max()) - np.pi, 0.0)
+        if beyond <= BEYOND:
+            break
     places = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(own, axis=0), axis=1))]
     spline = make_interp_spline(places, own, k=5)
     middle = np.asarray(spline(0.5 * (places[1:] + places[:-1])), float)
     opening = max(float(np.abs(linkage.closure(state)[0]).max(initial=0.0)) for state in middle)
     ends = float(np.abs(own[0] - linkage.folded).max()), float(np.abs(own[-1]).max())
-    return SmoothPath(spline, float(places[-1]), ends, opening)
+    return SmoothPath(spline, float(places[-1]), ends, opening, width, beyond)
+
+
+def _closed(linkage: Linkage, states: Reals) -> Reals:
+    """The states moved to closed ones, off the stops where that can be."""
+    loops = loops_of(linkage)
+    work = new_closing(loops)
+    for _ in range(ROUNDS):
+        states = _off_stops(states)
+        for state in states:
+            if not close(loops, state, CLOSED, GIVE, 40, work):
+                raise HcsearchError("the smoothed path does not close: give another --near")
+    return states
 
 
 def _off_stops(states: Reals) -> Reals:
@@ -100,7 +111,9 @@ def _between_ends(linkage: Linkage, course: Course, near: tuple[float, float]) -
     away = np.abs(angles).max(axis=1) >= near[1]
     first, last = int(left.argmax()), len(fine) - 1 - int(away[::-1].argmax())
     if not (left.any() and away.any() and last > first + 10):
-        raise HcsearchError(f"nothing of the path is further than {max(near):g} rad from its ends: give a smaller --near")
+        raise HcsearchError(
+            f"nothing of the path is further than {max(near):g} rad from its ends: give a smaller --near"
+        )
     length = float(fine[last] - fine[first])
     count = int(np.clip(length / SPACING, FEWEST, MOST))
     return length, hermite(course, np.linspace(fine[first], fine[last], count + 1))

@@ -33,6 +33,7 @@ class Torques:
     angles: Reals
     rates: Reals
     accelerations: Reals
+    asked: Reals
     torques: Reals
     kinetic: Reals
     height: Reals
@@ -71,7 +72,9 @@ def torques_along(compiled: Compiled, timed: TimedPath, choice: Choice, count: i
     drives = [system.drives[joint] for joint in own]
     stored, damping = np.zeros(count), np.array([drive.damping for drive in drives])
     for k, drive in enumerate(drives):
-        branches = [drive.law.bent if drive.law.bent and a > drive.law.snap_up else drive.law.straight for a in angles[:, k]]
+        branches = [
+            drive.law.bent if drive.law.bent and a > drive.law.snap_up else drive.law.straight for a in angles[:, k]
+        ]
         asked[:, k] += [branch.moment(angle) for branch, angle in zip(branches, angles[:, k], strict=True)]
         stored += [branch.energy(angle) for branch, angle in zip(branches, angles[:, k], strict=True)]
     asked += damping * rates
@@ -85,6 +88,7 @@ def torques_along(compiled: Compiled, timed: TimedPath, choice: Choice, count: i
         angles,
         rates,
         accelerations,
+        asked,
         found,
         forces.kinetic,
         forces.height,

@@ -168,7 +168,7 @@ def simulate(
     hold = hold_for(mechanism, coordinates)
     speeds = np.zeros(n) if v is None else np.array(v, float)
     kernel.simulate(mechanism, hold, method_named(method), plan, coordinates, speeds, work_for(mechanism.tree), record)
-    return _motion(record, system)
+    return motion_of(record, system)
 
 
 def plan_for(
@@ -249,7 +249,8 @@ def record_for(n: int, steps: int) -> recording.Record:
     )
 
 
-def _motion(record: recording.Record, system: System) -> Motion:
+def motion_of(record: recording.Record, system: System) -> Motion:
+    """What a record holds."""
     states, events, evaluations, rejected, ending = (int(x) for x in record.counts)
     events = min(events, len(record.event_times))
     kinetic, stored, height, in_stops, damped, lost = record.books[:states].T.copy()
