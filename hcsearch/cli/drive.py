@@ -15,7 +15,7 @@ from hcsearch.outputs import check_output
 
 @click.command(
     epilog="Example: hcsearch drive hex:0234435011:1 --picture drive.svg; hcsearch drive hex:0234435011:1 --rate 0.5 "
-    "--scene earth --output drive.toml, then hcsearch deploy drive.toml; hcsearch drive hex:0234435011:1 --latches"
+    "--scene earth --output drive.toml, then hcsearch deploy drive.toml"
 )
 @subject_options
 @click.option(
@@ -32,7 +32,7 @@ from hcsearch.outputs import check_output
     metavar="S",
     help="Least singular value of the reduced Jacobian for which hinges are added; 0 adds none.  [default: 0.1]",
 )
-@click.option("--period", type=Number(min=1e-5, max=0.1), metavar="S", help="Of the controller.  [default: 0.005]")
+@click.option("--period", type=Number(min=1e-5, max=0.1), metavar="S", help="Of the controller.  [default: 0.002]")
 @click.option("--json", "as_json", is_flag=True, help="Print plain data.")
 @click.option(
     "--output",

@@ -27,8 +27,8 @@ MOST = 100_000
 class Drives:
     """Driven hinges and what they are asked for.
 
-    hinges : (n_driven,), numbers. start : (n_hinges,), fold angles at which the motion starts, at rest. times : (k,), s,
-    from 0. angles, torques : (k, n_driven), rad, N m. stiffness, damping : (n_driven,), gains of position control,
+    hinges : (n_driven,), numbers. start : (n_hinges,), fold angles at which the motion starts, at rest.
+    times : (k,), s, from 0. angles, torques : (k, n_driven), rad, N m. stiffness, damping : (n_driven,), gains of position control,
     N m/rad, N m s/rad. period : of the controller, s.
     """
 
@@ -88,7 +88,8 @@ def drives_in(table: Mapping[str, Any]) -> Drives:
     gains = (values["stiffness"] >= 0.0).all() and (values["damping"] >= 0.0).all()
     if times[0] != 0.0 or (np.diff(times) <= 0.0).any() or not gains or not times[-1] / MOST <= values["period"]:
         raise SceneError("[drive] needs times that grow from 0, gains of 0 or more and a period above 0")
-    return Drives(tuple(int(h) for h in hinges), *(values[name] for name in names[1:-1]), float(values["period"]))
+    own = {name: values[name] for name in names if name not in {"hinges", "period"}}
+    return Drives(tuple(int(h) for h in hinges), **own, period=float(values["period"]))
 
 
 def drives_text(drives: Drives) -> str:

@@ -171,8 +171,8 @@ def read_file(path: str) -> dict[str, Any]:
     """A TOML file of a scene, and of the design or assembly that is deployed in it, if it names one.
 
     Keys: `design` or `assembly` with a table `parameters`, `formulation`, `name`, `panel_mm`, `margin_mm`,
-    `flat_pairs`, `merge`, a table `scene` of all other values, which may name a scene to start from, and a table `drive`
-    of driven hinges.
+    `flat_pairs`, `merge`, a table `scene` of all other values, which may name a scene to start from, and a table
+    `drive` of driven hinges.
     """
     return _checked(path, read_toml(path))
 

@@ -21,7 +21,7 @@ from hcsearch.flat_pairs import Way, linkage_joined, ways
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.planning.motions import Motion, motion_of
-from hcsearch.scenes import Scene, panel_of
+from hcsearch.scenes import FlatPairs, Scene, panel_of
 from hcsearch.twisting import twist
 
 Reals = NDArray[np.float64]
@@ -112,8 +112,8 @@ def drive(folding: Folding, scene: Scene, motion: Motion, wishes: Wishes | None 
         raise HcsearchError(f"a controller's period of {wishes.period:g} s is none: give one from 1e-5 to 0.1")
     panel = panel_of(scene, folding.circuit.grid.name)
     linkage = linkage_joined(folding, panel, motion.way)
-    pairs, merged = ("hinged" if motion.way == "hinged" else "rigid"), motion.way == "merged"
-    scene = settled(replace(scene, panel=panel, flat_pairs=pairs, merge=merged), linkage)
+    pairs: FlatPairs = "hinged" if motion.way == "hinged" else "rigid"
+    scene = settled(replace(scene, panel=panel, flat_pairs=pairs, merge=motion.way == "merged"), linkage)
     path = smooth_path(linkage, motion.proof.motion, wishes.near)
     angles = path.at(np.linspace(0.0, path.length, PLACES))[0]
     choice = (

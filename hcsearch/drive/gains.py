@@ -1,9 +1,10 @@
 """How stiff position control must be: springs that push along a curved closure drive hinges off their course.
 
 Along a closed motion q + t v + t^2 w / 2, J w = -b(v, v) with b the bend of closure, the forces g that closure bears,
-g = J^T m, give g w = -m b(v, v). With the slopes K of the springs the motion is statically stable where v (K - m b) v is
-positive for all closed rates v; control with the stiffness k of all driven hinges adds k |v_D|^2. Near the packed state
-closure bends most, and hardly anything else holds the springs back.
+g = J^T m, give g w = -m b(v, v). With the slopes K of the springs the motion is statically stable where
+v (K - m b) v is positive for all closed rates v; control with the stiffness k of all driven hinges adds k |v_D|^2.
+Near the packed state closure bends most, and hardly anything else holds the springs back. Forces of inertia are in g,
+their own slopes are left out.
 """
 
 from __future__ import annotations
@@ -27,13 +28,13 @@ SAFE = 3.0
 """Stiffness of control over that at which the motion is stable but for inertia."""
 LOOKED_AT = 100
 """States along the motion at which stability is looked at."""
-PERIOD = 0.005
+PERIOD = 0.002
 """Of the controller, s."""
 
 
 @dataclass(frozen=True)
 class Stability:
-    """stiffness : of control (N m/rad) above which the motion is statically stable; time : s, where that is greatest."""
+    """What control must be stiffer than (N m/rad) for a statically stable motion, and when that is most (s)."""
 
     stiffness: float
     time: float

@@ -25,7 +25,7 @@ NEAR = (0.01, 0.005)
 drives them. Flat counts as flat from 0.01 on."""
 WIDTHS = (0.05, 0.025, 0.0125, 0.006)
 """Standard deviation of the window, rad of length of a path, widest first."""
-BEYOND = 1e-3
+BEYOND = 5e-4
 """What hinges of the smoothed path may pass their stops by (rad): a wider window rounds off more where they wait."""
 SPACING = 0.02
 """Length of a path, in the norm of all fold angles (rad), between two states that splines go through."""

@@ -104,10 +104,10 @@ def picture(drive: Drive, path: str) -> None:
     own, motion, driven = drive.torques, drive.deployment.motion, drive.deployment.driven
     figure = Figure(figsize=(8, 7), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
-    for k, column in enumerate(own.angles.T):
-        is_driven = k in own.driven
-        label = f"{k}" if is_driven else None
-        above.plot(own.times, column, linewidth=1.6 if is_driven else 0.7, alpha=1.0 if is_driven else 0.5, label=label)
+    for column in np.delete(own.angles, own.driven, axis=1).T:
+        above.plot(own.times, column, linewidth=0.6, color="grey", alpha=0.6)
+    for k in own.driven:
+        above.plot(own.times, own.angles[:, k], linewidth=1.6, label=f"{k}")
     above.set(ylabel="fold angle, rad")
     above.set_title(f"{drive.folding.notation}: {drive.deployment.reason}", parse_math=False)
     for number, column in enumerate(own.torques.T):

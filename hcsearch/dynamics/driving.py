@@ -133,7 +133,7 @@ class _Control:
         self.system, self.commands = system, commands
         self.driven = np.array(commands.joints, int)
         count = max(1, int(np.ceil(commands.times[-1] / commands.period)))
-        self.asked, rates, torques = commands.at((np.arange(count + 1) + 0.5) * commands.period)
+        self.asked, rates, torques = commands.at((np.arange(count + 1, dtype=float) + 0.5) * float(commands.period))
         self.constants = -commands.stiffness * self.asked - commands.damping * rates - torques
         base = system.mechanism
         hinges, self.rows, self.owners = _own_pieces(base.hinges, self.driven)
