@@ -15,7 +15,7 @@ from hcsearch.outputs import check_output
 
 @click.command(
     epilog="Example: hcsearch drive hex:0234435011:1 --picture drive.svg; hcsearch drive hex:0234435011:1 --rate 0.5 "
-    "--scene earth --output drive.toml, then hcsearch deploy drive.toml"
+    "--scene earth --output drive.toml, then hcsearch deploy drive.toml; hcsearch drive hex:0234550132:3 --latches"
 )
 @subject_options
 @click.option(
@@ -33,6 +33,7 @@ from hcsearch.outputs import check_output
     help="Least singular value of the reduced Jacobian for which hinges are added; 0 adds none.  [default: 0.1]",
 )
 @click.option("--period", type=Number(min=1e-5, max=0.1), metavar="S", help="Of the controller.  [default: 0.002]")
+@click.option("--latches", is_flag=True, help="Also let springs alone do it, with hinges latched in the path's order.")
 @click.option("--json", "as_json", is_flag=True, help="Print plain data.")
 @click.option(
     "--output",
@@ -73,6 +74,8 @@ def drive(subject: str, as_json: bool, **options: Any) -> None:
     if options["picture"]:
         telling.picture(found, options["picture"])
     told = telling.facts(found)
+    if options["latches"]:
+        told |= telling.latch_facts(*driving.released(found))
     if as_json:
         click.echo(json.dumps(told, indent=2, allow_nan=False))
     else:
@@ -115,7 +118,11 @@ def _print(told: dict[str, Any]) -> None:
         if name in lists:
             continue
         shown = "-" if value is None else (f"{value:.6g}" if isinstance(value, float) else value)
-        if isinstance(value, list):
+        if name == "latches":
+            shown = (
+                "; ".join(f"{a} until {b} is at {angle:.3g} rad" for a, b, angle in map(dict.values, value)) or "none"
+            )
+        elif isinstance(value, list):
             shown = ", ".join(map(str, value)) or "none"
         click.echo(f"{name.replace('_', ' '):30}{shown}")
     heads = ("greatest", "planned", "rms", "gain", "damping")

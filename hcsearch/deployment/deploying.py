@@ -209,6 +209,13 @@ def run_driven(
     return Deployment(compiled, motion, outcome, reason, angles, rates, clearance, seconds, driven)
 
 
+def judged(compiled: Compiled, motion: Motion, seconds: float = 0.0) -> Deployment:
+    """A motion of a compiled scene as a deployment, certified; seconds : computing time."""
+    angles, rates = compiled.of_hinges(motion.q, motion.v)
+    outcome, reason = outcome_of(motion.ending), _reason(compiled, motion)
+    return Deployment(compiled, motion, outcome, reason, angles, rates, _clearance(compiled, motion), seconds)
+
+
 def _within_stops(compiled: Compiled, times: Reals, angles: Reals, clearance: Clearance) -> Clearance:
     """The verdict, `undecided` where panels of a hinge overlap by more than the margin, as no stop keeps them apart."""
     beyond = np.maximum(np.maximum(-angles, angles - math.pi), 0.0) * reaches(compiled.linkage)

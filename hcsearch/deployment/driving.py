@@ -28,8 +28,8 @@ class Drives:
     """Driven hinges and what they are asked for.
 
     hinges : (n_driven,), numbers. start : (n_hinges,), fold angles at which the motion starts, at rest.
-    times : (k,), s, from 0. angles, torques : (k, n_driven), rad, N m. stiffness, damping : (n_driven,), gains of position control,
-    N m/rad, N m s/rad. period : of the controller, s.
+    times : (k,), s, from 0. angles, torques : (k, n_driven), rad, N m.
+    stiffness, damping : (n_driven,), gains of position control, N m/rad, N m s/rad. period : of the controller, s.
     """
 
     hinges: tuple[int, ...]

@@ -13,6 +13,7 @@ from hcsearch.deployment.driving import Drives
 from hcsearch.deployment.scales import settled
 from hcsearch.drive.choosing import FIRM, Choice, choose, told
 from hcsearch.drive.gains import PERIOD, controlled
+from hcsearch.drive.latches import Latch, latches_on, release
 from hcsearch.drive.smoothing import NEAR, smooth_path
 from hcsearch.drive.timing import ACCELERATION, RATE, TimedPath, timed
 from hcsearch.drive.torques import Torques, torques_along
@@ -128,6 +129,14 @@ def drive(folding: Folding, scene: Scene, motion: Motion, wishes: Wishes | None 
     drives = controlled(compiled, torques, wishes.period)
     deployment = run_driven(started(compiled, drives), drives)
     return Drive(folding, motion.way, linkage, scene, motion.margin, choice, course, torques, drives, deployment)
+
+
+def released(found: Drive) -> tuple[tuple[Latch, ...], Deployment]:
+    """Latches that give the order of the path, and what springs alone make of the folding with them."""
+    path = found.timed.path
+    latches = latches_on(found.linkage, path.at(np.linspace(0.0, path.length, PLACES))[0])
+    scene = replace(found.scene, seconds=None)
+    return latches, release(compile_driven(found.linkage, settled(scene, found.linkage), None), latches)
 
 
 def started(compiled: Compiled, drives: Drives) -> Compiled:

@@ -10,11 +10,14 @@ from hcsearch.deployment.driving import drives_text
 from hcsearch.deployment.scene_files import file_text
 from hcsearch.deployment.telling import PICTURES
 from hcsearch.drive.driving import Drive
+from hcsearch.drive.latches import Latch
 from hcsearch.errors import HcsearchError
 from hcsearch.outputs import replacing, write_output
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from hcsearch.deployment.deploying import Deployment
 
 TABLES = (".csv", ".parquet")
 """Endings of files that the course is written to."""
@@ -59,6 +62,17 @@ def facts(drive: Drive) -> dict[str, Any]:
         "gain_N_m_s_rad": drive.drives.damping.tolist(),
         "energy_imbalance": drive.torques.imbalance / span if span else 0.0,
         "work_J": float(deployment.driven.work[-1]) if deployment.driven is not None else None,
+    }
+
+
+def latch_facts(latches: tuple[Latch, ...], deployment: Deployment) -> dict[str, Any]:
+    """Which hinges wait for which, and what springs alone made of it."""
+    clearance = deployment.clearance
+    return {
+        "latches": [{"hinge": one.hinge, "waits_for": one.waits_for, "angle_rad": one.angle} for one in latches],
+        "latched_verdict": deployment.verdict,
+        "latched_reason": deployment.reason,
+        "latched_clearance": None if clearance is None else clearance.kind,
     }
 
 

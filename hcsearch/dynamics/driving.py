@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.dynamics.methods import method_named
-from hcsearch.dynamics.simulation import Event, Motion, motion_of, plan_for, record_for
+from hcsearch.dynamics.simulation import Motion, joined, motion_of, plan_for, record_for
 from hcsearch.dynamics.system import System
 from hcsearch.kernels.multibody import simulation as kernel
 from hcsearch.kernels.multibody.hinges import Hinges
@@ -90,7 +90,6 @@ class _Piece(NamedTuple):
     began: float
     motion: Motion
     constants: Reals
-    asked: Reals
 
 
 def simulate_driven(
@@ -117,9 +116,9 @@ def simulate_driven(
     pieces: list[_Piece] = []
     steps = 0
     for number in range(max(1, int(np.ceil(end / commands.period - 1e-9)))):
-        constants, asked = control.ask(number)
+        constants = control.ask(number)
         kernel.simulate(mechanism, hold, method_named(method), plan, coordinates, speeds, work, record)
-        pieces.append(_Piece(number * commands.period, motion_of(record, system), constants, asked))
+        pieces.append(_Piece(number * commands.period, motion_of(record, system), constants))
         steps += pieces[-1].motion.steps
         if pieces[-1].motion.ending != "time" or steps > max_steps:
             break
@@ -133,8 +132,8 @@ class _Control:
         self.system, self.commands = system, commands
         self.driven = np.array(commands.joints, int)
         count = max(1, int(np.ceil(commands.times[-1] / commands.period)))
-        self.asked, rates, torques = commands.at((np.arange(count + 1, dtype=float) + 0.5) * float(commands.period))
-        self.constants = -commands.stiffness * self.asked - commands.damping * rates - torques
+        angles, rates, torques = commands.at((np.arange(count + 1, dtype=float) + 0.5) * float(commands.period))
+        self.constants = -commands.stiffness * angles - commands.damping * rates - torques
         base = system.mechanism
         hinges, self.rows, self.owners = _own_pieces(base.hinges, self.driven)
         damping = hinges.damping.copy()
@@ -148,58 +147,31 @@ class _Control:
         self.energies = self.hinges.energies[self.rows].copy()
         self.mechanism: Mechanism = base._replace(hinges=self.hinges)
 
-    def ask(self, number: int) -> tuple[Reals, Reals]:
-        """Write the laws of a period; the constant parts of the drives, and the angles that are asked for."""
+    def ask(self, number: int) -> Reals:
+        """Write the laws of a period; the constant parts of the drives."""
         own = min(number, len(self.constants) - 1)
         constants = self.constants[own]
         added = constants[self.owners]
         self.hinges.cubics[self.rows, 0] = self.moments + added
         self.hinges.energies[self.rows] = self.energies + added * self.hinges.breaks[self.rows]
-        return constants, self.asked[own]
+        return np.asarray(constants)
 
     def joined(self, pieces: list[_Piece], *, too_many: bool) -> Driven:
         """The pieces as one motion; where one ends and the next begins, velocities agree and accelerations jump."""
         parts = [self._without(piece) for piece in pieces]
-        work, damped, lost = 0.0, 0.0, 0.0
-        books = []
-        for part in parts:
-            books.append((part[0] + work, part[1] + damped, part[2] + lost))
-            work, damped, lost = (float(book[-1]) for book in books[-1])
-        motions = [piece.motion for piece in pieces]
-        own = self.commands
-
-        def together(name: str) -> Reals:
-            return np.concatenate([getattr(motion, name) for motion in motions])
-
-        events = [replace(e, time=e.time + piece.began) for piece in pieces for e in piece.motion.events]
-        q, v = together("q"), together("v")
-        motion = replace(
-            motions[-1],
-            ending="steps" if too_many else motions[-1].ending,
-            times=np.concatenate([piece.motion.times + piece.began for piece in pieces]),
-            q=q,
-            v=v,
-            a=together("a"),
-            kinetic=together("kinetic"),
-            stored=np.concatenate([part[3] for part in parts]),
-            height=together("height"),
-            in_stops=together("in_stops"),
-            damped=np.concatenate([book[1] for book in books]),
-            lost=np.concatenate([book[2] for book in books]),
-            gap=max(part.gap for part in motions),
-            events=_told_once(events),
-            steps=sum(part.steps for part in motions),
-            rejected=sum(part.rejected for part in motions),
-            evaluations=sum(part.evaluations for part in motions),
-        )
+        own, motions = self.commands, [part[0] for part in parts]
+        motion = joined(motions, [piece.began for piece in pieces])
+        if too_many:
+            motion = replace(motion, ending="steps")
+        done = np.cumsum([0.0, *(part[1][-1] for part in parts)])
+        work = np.concatenate([part[1] + before for part, before in zip(parts, done, strict=False)])
         constants = np.concatenate([np.tile(p.constants, (len(p.motion.times), 1)) for p in pieces])
-        angles, rates = q[:, self.driven], v[:, self.driven]
+        angles, rates = motion.q[:, self.driven], motion.v[:, self.driven]
         torques = -(constants + own.stiffness * angles + own.damping * rates)
-        missed = angles - own.at(motion.times)[0]
-        return Driven(motion, np.concatenate([book[0] for book in books]), torques, missed)
+        return Driven(motion, work, torques, angles - own.at(motion.times)[0])
 
-    def _without(self, piece: _Piece) -> tuple[Reals, Reals, Reals, Reals]:
-        """Work of the drives, what dampers and stops took, and energy of the laws, without the drives."""
+    def _without(self, piece: _Piece) -> tuple[Motion, Reals]:
+        """A piece with the energies of the system without its drives, and the work of these, (k,)."""
         motion, own = piece.motion, self.commands
         angles, rates, pushes = (part[:, self.driven] for part in (motion.q, motion.v, motion.a))
         held = (piece.constants * angles + 0.5 * own.stiffness * angles**2).sum(axis=1)
@@ -207,7 +179,7 @@ class _Control:
         middle = 0.5 * (rates[1:] + rates[:-1]) + step * (pushes[:-1] - pushes[1:]) / 8.0
         taken = own.damping * step * (rates[1:] ** 2 + rates[:-1] ** 2 + 4.0 * middle**2) / 6.0
         taken = np.r_[0.0, np.cumsum(taken.sum(axis=1))]
-        return held[0] - held - taken, motion.damped - taken, motion.lost, motion.stored - held
+        return replace(motion, damped=motion.damped - taken, stored=motion.stored - held), held[0] - held - taken
 
 
 def _own_pieces(hinges: Hinges, driven: Whole) -> tuple[Hinges, Whole, Whole]:
@@ -231,8 +203,3 @@ def _own_pieces(hinges: Hinges, driven: Whole) -> tuple[Hinges, Whole, Whole]:
         pieces=pieces, breaks=np.concatenate(breaks), cubics=np.concatenate(cubics), energies=np.concatenate(energies)
     )
     return found, np.array(rows, int), np.array(owners, int)
-
-
-def _told_once(events: list[Event]) -> tuple[Event, ...]:
-    """Events without the hits of joints that are at their stop since the period before."""
-    return tuple(event for event in events if event.kind != "hit" or event.speed != 0.0)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -199,6 +200,40 @@ def plan_for(
         near=-1.0 if flat is None else float(flat),
         rest=-1.0 if rest is None else float(rest),
         closed=math.inf if system.closure_stiffness else float(closed),
+    )
+
+
+def joined(motions: Sequence[Motion], starts: Sequence[float]) -> Motion:
+    """Motions one after the other as one; starts : s, when each begins. Energies taken add up, others follow on."""
+
+    def together(name: str) -> Reals:
+        return np.concatenate([getattr(motion, name) for motion in motions])
+
+    def added(name: str) -> Reals:
+        ends = np.cumsum([0.0, *(getattr(motion, name)[-1] for motion in motions)])
+        return np.concatenate([getattr(motion, name) + end for motion, end in zip(motions, ends, strict=False)])
+
+    return replace(
+        motions[-1],
+        times=np.concatenate([motion.times + start for motion, start in zip(motions, starts, strict=True)]),
+        q=together("q"),
+        v=together("v"),
+        a=together("a"),
+        kinetic=together("kinetic"),
+        stored=together("stored"),
+        height=together("height"),
+        in_stops=together("in_stops"),
+        damped=added("damped"),
+        lost=added("lost"),
+        gap=max(motion.gap for motion in motions),
+        events=tuple(
+            replace(event, time=event.time + start)
+            for motion, start in zip(motions, starts, strict=True)
+            for event in motion.events
+        ),
+        steps=sum(motion.steps for motion in motions),
+        rejected=sum(motion.rejected for motion in motions),
+        evaluations=sum(motion.evaluations for motion in motions),
     )
 
 
