@@ -24,7 +24,7 @@ from hcsearch.pattern import facet_area
 from hcsearch.records import NONE, CircuitBatch, FoldingBatch, MobilityBatch
 from hcsearch.scenes import FlatPairs, default_panel
 
-STAGE, VERSION = "mobility", 1
+STAGE, VERSION = "mobility", 2
 
 _TOGETHER = 4000  # foldings: their hinge lines and Jacobians take some 3 kB each
 

@@ -133,30 +133,63 @@ class Trial:
 
 
 @dataclass(frozen=True)
-class DeploymentBatch:
-    """Verdicts on a batch of foldings in a scene, one entry each, and the deployments that they are drawn from.
+class MotionBatch:
+    """Motions of a batch of foldings in a scene, one entry each.
 
-    status : deploys, collides, undecided, locked; None where the folding is twisted. clearance (m), time (s) : of those
-        that deploy, in the first scene in which they do; NaN else.
+    flat_pairs : how flat pairs are joined where a path is proved: rigid, hinged or merged; None without one.
+    margin : the least play for each face at which it is proved, m; gap : the least gap of the panels as they are, m,
+        below 0 where they overlap; slack : what panels may be elsewhere, m; NaN without a path. paths : states of
+        that, or of one that is not proved, (k, n_hinges). reason : a sentence; None where a folding was not looked at.
     """
 
-    status: list[str | None]
+    flat_pairs: list[str | None]
+    margin: NDArray[np.float64]
+    gap: NDArray[np.float64]
+    slack: NDArray[np.float64]
+    paths: tuple[NDArray[np.float64] | None, ...]
+    reason: list[str | None]
+
+    @property
+    def moves(self) -> NDArray[np.bool_]:
+        """Which foldings have a proved path."""
+        return ~np.isnan(self.margin)
+
+    @property
+    def met(self) -> NDArray[np.bool_]:
+        """Which foldings have a path, proved or not."""
+        return np.array([path is not None for path in self.paths], bool)
+
+
+@dataclass(frozen=True)
+class DeploymentBatch:
+    """What springs do with a batch of foldings in a scene, one entry each, and the deployments that say so.
+
+    clearance (m), time (s) : of those that deploy, in the first scene in which they do; NaN else.
+    """
+
     clearance: NDArray[np.float64]
     time: NDArray[np.float64]
     trials: tuple[Trial, ...]
 
+    @property
+    def deploys(self) -> NDArray[np.bool_]:
+        """Which foldings come flat, certified clear, in some deployment."""
+        return ~np.isnan(self.time)
+
 
 @dataclass(frozen=True)
 class Candidates:
-    """Designs whose deployment is to be simulated, with their untwisted foldings alone.
+    """Designs whose motion is to be looked for, with their untwisted foldings alone.
 
-    n_fixed : (n_circuits,), circuits that each stands for. locked, dof : (n_foldings,), of the stage `mobility`.
+    n_fixed : (n_circuits,), circuits that each stands for. locked, locked_hinged, dof : (n_foldings,), of the stage
+    `mobility`.
     """
 
     circuits: CircuitBatch
     n_fixed: Integers
     foldings: FoldingBatch
     locked: NDArray[np.bool_]
+    locked_hinged: NDArray[np.bool_]
     dof: Integers
 
     def take(self, begin: int, end: int) -> Candidates:
@@ -167,6 +200,7 @@ class Candidates:
             self.n_fixed[begin:end],
             FoldingBatch(self.foldings.row[own] - begin, self.foldings.crease[own]),
             self.locked[own],
+            self.locked_hinged[own],
             self.dof[own],
         )
 
@@ -175,8 +209,9 @@ class Candidates:
 class VerdictBatch:
     """What the store keeps of verdicts on designs in a scene.
 
-    circuit : notations. best_crease, status : of the best folding of each design. folding_row, folding_crease : of the
-        foldings that were tried. deployment : a row a folding.
+    circuit : notations. best_crease, status : of the best folding of each design. folding_row, folding_crease,
+        folding_status : of the foldings that were looked at. motion, deployment : a row a folding; deployment is None
+        where that stage has not run.
     """
 
     circuit: list[str]
@@ -184,7 +219,9 @@ class VerdictBatch:
     status: list[str]
     folding_row: Integers
     folding_crease: Integers
-    deployment: DeploymentBatch
+    folding_status: list[str]
+    motion: MotionBatch
+    deployment: DeploymentBatch | None
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Verdicts of a stage `deployment` that nobody ran, recorded as that stage records them."""
+"""Verdicts of the stages `motion` and `deployment` that nobody ran, recorded as these record them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hcsearch.records import DeploymentBatch, StageResult, Trial, VerdictBatch, Work
+from hcsearch.records import DeploymentBatch, MotionBatch, StageResult, Trial, VerdictBatch, Work
 from hcsearch.store import Database, record_scene, record_verdicts, start_run
 
 WORK = Work("hex", 12, "", "all")
@@ -20,8 +20,14 @@ def verdicts_of(judged: Sequence[Judged], trials: Sequence[Trial] = ()) -> Verdi
     """A batch of verdicts; the first folding of a circuit is its best one."""
     circuits = list(dict.fromkeys(circuit for circuit, *_ in judged))
     best = {circuit: (crease, status) for circuit, crease, status, *_ in reversed(judged)}
+    statuses = [status for _, _, status, _, _ in judged]
+    moves = [status in ("deploys", "movable") for status in statuses]
+    margin = np.where(moves, 1e-5, math.nan)
+    paths = tuple(np.array([[math.pi, 0.5], [0.0, 0.0]]) if move else None for move in moves)
+    reasons = [None if status == "locked" else f"a reason for {status}" for status in statuses]
+    ways = ["rigid" if move else None for move in moves]
+    motion = MotionBatch(ways, margin, -0.5 * margin, 1e-3 * margin, paths, reasons)
     found = DeploymentBatch(
-        [status for _, _, status, _, _ in judged],
         np.array([math.nan if gap is None else 1e-3 * gap for *_, gap, _ in judged]),
         np.array([math.nan if time is None else time for *_, time in judged]),
         tuple(trials),
@@ -32,6 +38,8 @@ def verdicts_of(judged: Sequence[Judged], trials: Sequence[Trial] = ()) -> Verdi
         [best[circuit][1] for circuit in circuits],
         np.array([circuits.index(circuit) for circuit, *_ in judged], int),
         np.array([crease for _, crease, *_ in judged], int),
+        statuses,
+        motion,
         found,
     )
 
@@ -49,6 +57,7 @@ def judge(
     record_scene(database, scene, "" if scene == "default" else f'name = "{scene}"\n')
     run_id = start_run(database, work=work, until="deployment", panel=None, arguments={"scene": scene}, versions={})
     verdicts = verdicts_of(judged, trials)
-    passed = verdicts.status.count("deploys")
-    result = StageResult("deployment", 1, passed, passed, 0.5)
-    record_verdicts(database, run_id, replace(work, scene=scene), key, verdicts, result)
+    deploying = verdicts.status.count("deploys")
+    passed = {"motion": deploying + verdicts.status.count("movable"), "deployment": deploying}
+    results = [StageResult(stage, 1, count, count, 0.5) for stage, count in passed.items()]
+    record_verdicts(database, run_id, replace(work, scene=scene), key, verdicts, results)

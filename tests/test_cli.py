@@ -112,7 +112,8 @@ def test_messages_repeat_little_and_escape_what_a_terminal_would_act_on(run):
 def test_the_main_job(start, run):
     done = start("enumerate", "--grid", "hex", "--n", "12", "--until", "twist", "--db", "a.sqlite")
     numbers = funnel(done.stdout)
-    assert list(numbers.values()) == [13265, 1175, 625, 239, 88, None]
+    assert list(numbers.values()) == [13265, 1175, 625, 239, 88, None, None]
+    assert list(numbers)[-2:] == ["movable", "deployable by springs"]
     assert done.stderr == ""
     sql = "SELECT count(*), sum(n_fixed), sum(two_stack), sum(untwisted), count(DISTINCT array) FROM designs"
     result = run("query", "--db", "a.sqlite", "--sql", sql, "--format", "csv")
@@ -189,12 +190,12 @@ def test_jobs_and_dry_run_change_no_number(run, tmp_path, jobs):
 @pytest.mark.parametrize(
     ("words", "numbers"),
     [
-        (("--grid", "hex", "--n", "9"), [380, 37, 29, 0, 0, None]),
-        (("--grid", "triangle", "--n", "8"), [0, 0, 0, 0, 0, None]),
-        (("--grid", "square", "--n", "7"), [0, 0, 0, 0, 0, None]),
-        (("--grid", "rectangle", "--n", "101"), [0, 0, 0, 0, 0, None]),
-        (("--grid", "square", "--array", "5x5"), [0, 0, 0, 0, 0, None]),
-        (("--grid", "square", "--array", "1x1"), [0, 0, 0, 0, 0, None]),
+        (("--grid", "hex", "--n", "9"), [380, 37, 29, 0, 0, None, None]),
+        (("--grid", "triangle", "--n", "8"), [0, 0, 0, 0, 0, None, None]),
+        (("--grid", "square", "--n", "7"), [0, 0, 0, 0, 0, None, None]),
+        (("--grid", "rectangle", "--n", "101"), [0, 0, 0, 0, 0, None, None]),
+        (("--grid", "square", "--array", "5x5"), [0, 0, 0, 0, 0, None, None]),
+        (("--grid", "square", "--array", "1x1"), [0, 0, 0, 0, 0, None, None]),
     ],
 )
 def test_nothing_found_is_a_result(run, words, numbers):

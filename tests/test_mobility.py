@@ -56,10 +56,18 @@ def test_batches_agree_with_one_linkage_at_a_time(grid, n):
         if twist:
             assert freedoms.dof[i] == NONE
             assert not freedoms.locked[i]
+            assert not freedoms.locked_hinged[i]
             continue
         assert freedoms.dof[i] == generic_rank(hinged).nullity
         rigid = Linkage(folding.pattern(panel))
         assert freedoms.locked[i] == any(lock_at(rigid, angles).locked for angles in (rigid.folded, rigid.flat))
+        # what is locked with hinged flat pairs is locked with rigid ones, whose motions are motions of the others
+        locked = any(lock_at(hinged, angles).locked for angles in (hinged.folded, hinged.flat))
+        assert freedoms.locked_hinged[i] == (freedoms.locked[i] and locked)
+    assert not (freedoms.locked_hinged & ~freedoms.locked).any()
+    assert mobility.locked_with(freedoms, "rigid").tolist() == freedoms.locked.tolist()
+    for flat_pairs in ("hinged", "either"):
+        assert mobility.locked_with(freedoms, flat_pairs).tolist() == freedoms.locked_hinged.tolist()
 
 
 def test_freedoms_of_the_thesis():
@@ -82,12 +90,19 @@ def test_the_cut_hinge_of_the_thesis_4x4():
 
 
 @pytest.mark.parametrize(
-    ("grid", "n", "untwisted", "locked"),
-    [("hex", 10, 40, 14), ("hex", 12, 131, 10), ("square", 12, 42, 2), ("triangle", 10, 2, 0), ("triangle", 14, 5, 1)],
+    ("grid", "n", "untwisted", "locked", "hinged"),
+    [
+        ("hex", 10, 40, 14, 2),
+        ("hex", 12, 131, 10, 0),
+        ("square", 12, 42, 2, 0),
+        ("triangle", 10, 2, 0, 0),
+        ("triangle", 14, 5, 1, 0),
+    ],
 )
-def test_how_many_foldings_are_locked(grid, n, untwisted, locked):
+def test_how_many_foldings_are_locked(grid, n, untwisted, locked, hinged):
     _, _, twists, freedoms = run(FoldedSearch(GRIDS[grid], n, untwisted=True))
-    assert (int((twists == 0).sum()), int(freedoms.locked.sum())) == (untwisted, locked)
+    found = (twists == 0, freedoms.locked, freedoms.locked_hinged)
+    assert tuple(int(flags.sum()) for flags in found) == (untwisted, locked, hinged)
 
 
 @given(st.data())
@@ -105,6 +120,7 @@ def test_freedoms_and_locks_do_not_depend_on_the_way_a_circuit_is_given(data):
             found.merged_panels,
             found.kutzbach_merged,
             found.locked,
+            found.locked_hinged,
             twists,
         )
         outcomes.append(sorted(zip(*(column.tolist() for column in columns), strict=True)))
@@ -113,7 +129,7 @@ def test_freedoms_and_locks_do_not_depend_on_the_way_a_circuit_is_given(data):
 
 def test_an_empty_batch_has_no_rows():
     *_, freedoms = stages(CircuitBatch("hex", np.empty((0, 6), np.int8), np.empty(0, np.int16)))
-    assert len(freedoms.dof) == len(freedoms.locked) == 0
+    assert len(freedoms.dof) == len(freedoms.locked) == len(freedoms.locked_hinged) == 0
 
 
 def test_best_foldings_have_the_lowest_dof_then_crease():
@@ -121,6 +137,10 @@ def test_best_foldings_have_the_lowest_dof_then_crease():
     found = FoldingBatch(np.array([0, 0, 0, 1, 1, 2, 2, 3]), np.array([5, 3, 1, 0, 2, 0, 4, 0]))
     twists = np.array([0, 0, 0, 0, 0, 1, 0, 2], np.int16)
     dof = np.array([4, 4, 5, NONE, 6, 1, 7, 1])
-    columns = {field.name: dof for field in fields(MobilityBatch)} | {"kutzbach": 4, "locked": dof > 0}
+    columns = {field.name: dof for field in fields(MobilityBatch)} | {
+        "kutzbach": 4,
+        "locked": dof > 0,
+        "locked_hinged": dof > 5,
+    }
     best = mobility.best_foldings(4, found, twists, MobilityBatch(**columns))
     assert best.tolist() == [1, 4, 6, -1]

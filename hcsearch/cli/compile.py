@@ -18,6 +18,7 @@ from hcsearch.cli.progress import Meter
 from hcsearch.errors import HcsearchError
 
 _FOLDING = ("hex:023350", 1)
+_MOVABLE = ("hex:0234550132", 4)
 _LOOK = 0.5  # s, between two looks
 
 
@@ -49,6 +50,16 @@ def _check() -> None:
     circuit, crease = _FOLDING
     linkage = folding_linkage(folding_of(Circuit.from_notation(circuit).canonical(), crease))
     check([compile_scene(linkage, SCENES["default"])], whole=False)
+
+
+def _plan() -> None:
+    from hcsearch.circuit import Circuit  # noqa: PLC0415
+    from hcsearch.folding import folding_of  # noqa: PLC0415
+    from hcsearch.planning.motions import motion_of  # noqa: PLC0415
+    from hcsearch.scenes import default_panel  # noqa: PLC0415
+
+    circuit, crease = _MOVABLE
+    motion_of(folding_of(Circuit.from_notation(circuit).canonical(), crease), default_panel("hex"), ("rigid",))
 
 
 def _deploy() -> None:
@@ -92,10 +103,29 @@ _DEPLOY = (
     "multibody.simulation.simulate",
     "multibody.between.refined",
     "multibody.between.opening",
+    "multibody.between.loose_share",
     "multibody.tree.work_for",
     "clearance.judge",
 )
+_PLAN = (
+    "planning.closing.close",
+    "planning.closing.keep_closed",
+    "planning.closing.new_closing",
+    "planning.space.new_stack",
+    "planning.space.new_work",
+    "planning.trees.new_tree",
+    "planning.search.fan_out",
+    "planning.search.search",
+    "planning.smoothing.relax",
+    "planning.smoothing.shorten",
+    "planning.smoothing.thin",
+    "planning.tubes.enclose",
+    "planning.series.write_series",
+    "overlaps.deepest_overlap",
+    "clearance.judge",
+)
 SAMPLES = {
+    "plan": _Sample(_PLAN, _plan),
     "check": _Sample(("checking.check_all", "loops.close_loops", "paths.pairs_between"), _check),
     "list": _Sample(_LIST, _list),
     "one array": _Sample(_ONE_ARRAY, _one_array),

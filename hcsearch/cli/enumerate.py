@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 @target_options
 @database_option
 @click.option(
-    "--until", metavar="STAGE", help="Last stage: circuits, foldings, twist, mobility, deployment.  [default: the last]"
+    "--until",
+    metavar="STAGE",
+    help="Last stage: circuits, foldings, twist, mobility, motion, deployment.  [default: the last]",
 )
 @scene_options
 @crew_options
@@ -38,7 +40,7 @@ def enumerate_(
     scheduler: str | None,
     dry_run: bool,
 ) -> None:
-    """List all designs up to symmetry, filter them and store them; deployments are simulated in a scene."""
+    """List all designs up to symmetry, filter and store them; motions are planned and simulated in a scene."""
     from hcsearch.pipeline import BUILT, Plan, check_keep, check_room, estimate, finished_units, run_dry, run_into  # noqa: PLC0415
     from hcsearch.store import open_database  # noqa: PLC0415
 
@@ -52,7 +54,7 @@ def enumerate_(
         click.echo(expected.sentence(plan.crew), err=True)
         if not dry_run:
             check_room(expected, db)
-    with Meter("batch") as meter, compiling_ahead("check", wanted=plan.deploys):
+    with Meter("batch") as meter, compiling_ahead("check", wanted=bool(plan.scenic)):
         if dry_run:
             summary, place = run_dry(plan, meter, _announce), None
         else:
@@ -76,12 +78,13 @@ def _print_summary(plan: Plan, summary: Summary, place: str | None) -> None:
         (arrays, funnel.arrays),
         ("two-stack", funnel.two_stack),
         ("untwisted", funnel.untwisted),
-        ("deployable", funnel.deployable),
+        ("movable", funnel.movable),
+        ("deployable by springs", funnel.deployable),
     ):
         click.echo(f"  {label:24}{'-' if count is None else f'{count:,}':>16}")
     times = ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in summary.stage_times.items())
     click.echo(f"stages: {times}, summed over cores" if times else "stages: nothing to do")
-    if plan.deploys:
+    if plan.scenic:
         click.echo(f"scene: {plan.scene.name}, panels of {plan.panel} mm")
     click.echo(f"batches: {summary.batches_done} done, {summary.batches_reused} taken from before")
     if place is not None:

@@ -30,7 +30,8 @@ _COLUMNS = "id,grid,n,array,circuit,symmetry,n_foldings,n_untwisted,min_twist,st
 @click.option("--format", "style", type=click.Choice(FORMATS), default="table", show_default=True)
 @click.option("--output", metavar="FILE", help="File to write; parquet needs one.  [default: standard output]")
 @click.option(
-    "--sql", help="Run one SELECT on the views designs, foldings, deployments, evaluations, runs and units instead."
+    "--sql",
+    help="Run one SELECT on the views designs, foldings, motions, deployments, evaluations, runs and units instead.",
 )
 def query(
     condition: str,

@@ -83,7 +83,8 @@ def _print_circuit(circuit: Circuit, row: dict[str, Any]) -> None:
         "orbit size": circuit.orbit_size,
         "fixed copies": circuit.n_fixed,
     }
-    shown = ("id", "deployable", "min_clearance", "deploy_time", "status", "score")
+    shown: tuple[str, ...] = ("id", "status", "deployable", "flat_pairs", "needed_margin", "least_gap")
+    shown += ("deploy_time", "min_clearance", "score")
     facts |= {name.replace("_", " "): row[name] for name in shown if row.get(name) is not None}
     for label, value in facts.items():
         click.echo(f"{label:16}{value}")

@@ -48,7 +48,8 @@ def units(
     """Search for single-DoF units: copies of an element that overlap in panels and merge hinges.
 
     Elements are the untwisted foldings of all designs of N panels with their flat creases rigid. Pairs and rings of
-    four are laid in all ways; units move from folded to flat with one degree of freedom, proved by rank and path.
+    four are laid in all ways; units move from folded to flat with one degree of freedom, by rank and path in floating
+    point.
     """
     from contextlib import ExitStack  # noqa: PLC0415
 

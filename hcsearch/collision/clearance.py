@@ -1,8 +1,8 @@
 """Whether a motion is clear of collisions at all of its times, certified, and its smallest gap.
 
-Clear means: panels shrunk by a margin on every face do not overlap at any time; pairs joined by a hinge are left out,
-as their stops keep them apart. Between the states of a motion fold angles are polynomials, and panels are placed
-by a tree of hinges; what that leaves open of the loops is asked for as slack (docs/collision.md).
+Clear means: panels shrunk by a margin on every face do not overlap at any time; pairs that the stops of their hinge
+keep apart (`kept_apart`) may be left out. Between the states of a motion fold angles are polynomials, and panels are
+placed by a tree of hinges; what that leaves open of the loops is asked for as slack (docs/collision.md).
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from hcsearch.kernels.intervals import Course
 from hcsearch.kernels.paths import Pairs, pairs_between
 from hcsearch.kernels.prisms import Prisms
 from hcsearch.linkage import Linkage
+from hcsearch.pattern import SAME, Hinge
 
 Reals = NDArray[np.float64]
 
@@ -151,6 +152,29 @@ def pairs_of(linkage: Linkage, prisms: Prisms, apart: Collection[tuple[int, int]
     n = linkage.n_panels
     wanted = (low != high) & ~np.isin(low * n + high, [one * n + two for one, two in apart])
     return pairs_between(linkage.chain, prisms, np.column_stack([first[wanted], second[wanted]]))
+
+
+def kept_apart(linkage: Linkage) -> frozenset[tuple[int, int]]:
+    """Pairs of panels, the lower first, that cannot overlap while a hinge between them is within its stops.
+
+    Each lies on one side of the hinge's line in the flat pattern, so that both lie in quarters about that line, which
+    only touch at fold angles from 0 to pi (docs/collision.md). Panels that reach across the line are not among them.
+    """
+    pattern, found = linkage.pattern, set()
+    same = SAME * pattern.size
+
+    def beside(panel: int, hinge: Hinge) -> Reals:
+        """How far to the left of a hinge's line the corners of a panel are."""
+        start = np.array(hinge.start)
+        along = (np.array(hinge.end) - start) / math.dist(hinge.start, hinge.end)
+        corners = np.array([corner for facet in pattern.panels[panel] for corner in pattern.facets[facet]]) - start
+        left: Reals = along[0] * corners[:, 1] - along[1] * corners[:, 0]
+        return left
+
+    for hinge in pattern.hinges:
+        if beside(hinge.first, hinge).min() >= -same and beside(hinge.second, hinge).max() <= same:
+            found.add((min(hinge.first, hinge.second), max(hinge.first, hinge.second)))
+    return frozenset(found)
 
 
 def slack_of(linkage: Linkage, gap: float) -> float:

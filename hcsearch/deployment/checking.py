@@ -6,7 +6,7 @@ import math
 from collections import defaultdict
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -39,7 +39,8 @@ class Check:
         m (see `Clearance`). speed : at which panels come together where it is not clear, m/s, else 0. remaining : mean
         fold angle over pi then, or where it is clear at the end; end_remaining : at the end. widest : greatest fold
         angle at the end, rad. drift : greatest error of the energy balance, as a share of the largest energy.
-    opening : greatest closure residual, rad or gap over the pattern's size.
+    opening : greatest closure residual, rad or gap over the pattern's size. loose : share of the states at which loops
+        are open though states are projected (see `docs/dynamics.md`, singular branches); not kept in databases.
     """
 
     outcome: Outcome
@@ -56,6 +57,7 @@ class Check:
     steps: int
     evaluations: int
     looks: int
+    loose: float = field(default=0.0, compare=False)
 
     @property
     def verdict(self) -> Verdict:
@@ -75,9 +77,10 @@ class Check:
         if self.collision is not None:
             time, (one, two) = self.collision
             return f"panels {one} and {two} collide at {time:.4g} s"
-        end = f"{self.outcome} after" if self.outcome == "flat" else f"{self.outcome} at"
         clear = "clear until then" if self.clear else "whether panels collide is too close to tell"
-        return f"{end} {self.end_time:.4g} s, {clear}"
+        if self.outcome == "flat":
+            return f"flat after about {self.end_time:.1g} s, {clear}"  # more digits may hang on the tolerance
+        return f"{self.outcome} at {self.end_time:.4g} s, {clear}"
 
 
 class Solids(NamedTuple):
@@ -203,6 +206,7 @@ def _run(
         lefts=np.zeros((count, 3)),
         drifts=np.zeros(count),
         openings=np.zeros(count),
+        looses=np.zeros(count),
     )
     check_all(_stacked(subjects), rules, record_for(system.n_joints, steps), found)
     return [_check(scenes[i], subjects[i], found, i) for i in range(count)]
@@ -230,6 +234,7 @@ def _check(compiled: Compiled, subject: Subject, found: Findings, i: int) -> Che
         states - 1,
         evaluations,
         looks,
+        float(found.looses[i]),
     )
 
 

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.collision.clearance import kept_apart
 from hcsearch.deployment.scales import settled
 from hcsearch.deployment.starts import start_state
 from hcsearch.dynamics.bodies import Body, joined
@@ -316,7 +317,7 @@ class _Compiler:
 
     def _apart(self, mirror: Mirror | None) -> frozenset[tuple[int, int]]:
         """Pairs of panels among which no contact is looked for."""
-        joined = {(hinge.first, hinge.second) for hinge in self.linkage.pattern.hinges}
+        joined = kept_apart(self.linkage)
         images = set()
         if mirror is not None:
             for pair in combinations(range(self.linkage.n_panels), 2):
@@ -327,7 +328,7 @@ class _Compiler:
         self._leave_out(
             "pairs",
             f"{len(found)} of {math.comb(self.linkage.n_panels, 2)} pairs of panels, where contact is looked for",
-            "stops keep panels of one hinge apart" + (", and mirror pairs meet together" if images else ""),
+            "stops keep panels on two sides of a hinge apart" + (", and mirror pairs meet together" if images else ""),
         )
         return found
 

@@ -22,7 +22,7 @@ from hcsearch.scenes import Scene
 
 Reals = NDArray[np.float64]
 
-VERSION = 8
+VERSION = 9
 """Raised when the same scene is simulated or checked otherwise, so that what is stored no longer counts."""
 
 TOLERANCES: Mapping[Formulation, float] = {"constrained": 1e-4, "compliant": 3e-5}

@@ -15,8 +15,9 @@ Reals = NDArray[np.float64]
 def start_state(linkage: Linkage, share: float) -> Reals:
     """Fold angles of the closed state nearest to a share of the folded ones, within the stops.
 
-    The thesis's start, every hinge at 0.999 pi, does not close. Where no state near it closes, as with locked foldings,
-    the start is the folded state itself.
+    The thesis's start, every hinge at 0.999 pi, does not close. Where no state near it closes, the start is the folded
+    state itself, as with foldings locked there at first order; those locked there at second order may start 1e-6 to
+    4e-6 rad beside it.
     """
     if not 0.0 < share <= 1.0:
         raise HcsearchError(f"no deployment starts at {share:g} of the folded angles: give a share above 0, up to 1")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hcsearch.deployment.agreement import Agreement
 from hcsearch.deployment.arrivals import arrivals
 from hcsearch.deployment.compiling import OMISSIONS, compile_scene
 from hcsearch.deployment.deploying import Deployment, run
@@ -21,22 +22,27 @@ FORMATS = (".csv", ".npz", ".parquet")
 PICTURES = (".svg", ".png", ".pdf")
 
 
-def facts(deployment: Deployment) -> dict[str, Any]:
-    """What became of it; keys name their units, and what overflowed is None."""
+def facts(deployment: Deployment, agreement: Agreement | None = None) -> dict[str, Any]:
+    """What became of it; keys name their units, and what overflowed is None.
+
+    agreement : with the same deployment at tighter tolerances, where it comes flat: its verdict and time count.
+    """
     return {
         name: None if isinstance(value, float) and not math.isfinite(value) else value
-        for name, value in _facts(deployment).items()
+        for name, value in _facts(deployment, agreement).items()
     }
 
 
-def _facts(deployment: Deployment) -> dict[str, Any]:
+def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any]:
     compiled, motion = deployment.compiled, deployment.motion
     clearance = deployment.clearance
     books = _books(deployment)
-    collides = deployment.verdict == "collides"
+    verdict = deployment.verdict if agreement is None else agreement.verdict
+    flat_time = deployment.flat_time if agreement is None else agreement.flat_time
+    collides = verdict == "collides"
     return {
-        "verdict": deployment.verdict,
-        "reason": _reason(deployment),
+        "verdict": verdict,
+        "reason": _reason(deployment, deployment.reason if agreement is None else agreement.reason),
         "clearance": None if clearance is None else clearance.kind,
         "collision_s": clearance.time if clearance is not None and collides else None,
         "collision_panels": list(clearance.panels or ()) if clearance is not None and collides else None,
@@ -50,8 +56,10 @@ def _facts(deployment: Deployment) -> dict[str, Any]:
         "joints_simulated": compiled.system.n_joints,
         "seconds": compiled.seconds,
         "outcome": deployment.outcome,
-        "flat_time_s": deployment.flat_time,
-        "end_time_s": float(motion.times[-1]),
+        "flat_time_s": flat_time,
+        "end_time_s": float(motion.times[-1]) if flat_time is None else flat_time,
+        "other_tolerances": None if agreement is None else [one.tolerance for one in agreement.others],
+        "other_outcomes": None if agreement is None else [one.outcome for one in agreement.others],
         "widest_angle_rad": float(np.abs(deployment.angles[-1]).max(initial=0.0)),
         "energy_start_J": float(sum(books[name][0] for name in ("kinetic_J", "stored_J", "height_J"))),
         "energy_damped_J": float(books["damped_J"][-1]),
@@ -91,9 +99,9 @@ def _driven(deployment: Deployment) -> dict[str, Any]:
     }
 
 
-def _reason(deployment: Deployment) -> str:
+def _reason(deployment: Deployment, reason: str) -> str:
     """The sentence behind the verdict: a collision first, where there is a certain one."""
-    clearance, reason = deployment.clearance, deployment.reason
+    clearance = deployment.clearance
     if deployment.outcome == "diverged" or clearance is None or clearance.kind == "clear" or clearance.panels is None:
         return reason
     one, two = clearance.panels

@@ -16,8 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.deployment.agreement import PATIENT, Agreement, agreed_checks, neighbours
 from hcsearch.deployment.checking import CALL, Check, Solids, check, solids_of
 from hcsearch.deployment.compiling import Compiled, compile_scene
+from hcsearch.deployment.deploying import STEPS
 from hcsearch.deployment.looks import Look, looks_at, scene_of, springs_of
 from hcsearch.deployment.scene_files import file_text
 from hcsearch.deployment.springs import with_springs
@@ -33,6 +35,8 @@ SCREENED, BRIEF, LARGE = 1e-5, 4000, 12
 proportion to the square of that number.
 Of 12 hexagons few motions that deploy take a fifth of these steps; a few that do not would take most of the time. Of 22
 triangles some that deploy take 10,000. What deploys in it is simulated again as in the first look."""
+FINE = 1e-6
+"""Tolerance of the first look, and of what deploys in the second; what deploys is simulated at tighter ones, too."""
 TOGETHER = 256
 """Foldings whose scenes are held in memory together."""
 Tried = tuple[int, Look]
@@ -41,17 +45,19 @@ Tried = tuple[int, Look]
 def verdicts(
     circuits: CircuitBatch,
     foldings: FoldingBatch,
-    twists: NDArray[np.int16],
     locked: NDArray[np.bool_],
+    moves: NDArray[np.bool_],
     scene: Scene,
     threads: int = 1,
 ) -> DeploymentBatch:
-    """Verdicts on a batch of foldings in a scene.
+    """Deployments of a batch of untwisted foldings in a scene.
 
     locked : which are proved locked with rigid pairs; they are tried with hinged ones, where the scene allows it.
-    Deploys: flat and certified clear. Collides: with every set tried. Undecided: it did neither with some set.
+    moves : which have a path, proved or not; the others are tried in the scene as it stands alone, as what springs
+        bring flat has a path.
+    Deploys: flat and certified clear, at several tolerances.
     """
-    return _Verdicts(circuits, foldings, twists == 0, locked, scene, threads).run()
+    return _Verdicts(circuits, foldings, locked, moves, scene, threads).run()
 
 
 class _Verdicts:
@@ -61,8 +67,8 @@ class _Verdicts:
         self,
         circuits: CircuitBatch,
         foldings: FoldingBatch,
-        untwisted: NDArray[np.bool_],
         locked: NDArray[np.bool_],
+        moves: NDArray[np.bool_],
         scene: Scene,
         threads: int,
     ) -> None:
@@ -70,35 +76,32 @@ class _Verdicts:
         self.looks = looks_at(scene)
         steps = round(BRIEF * max(1.0, circuits.words.shape[1] / LARGE) ** 2)
         self.second: dict[str, Any] = {"whole": False, "tolerance": SCREENED, "max_steps": steps}
-        self.foldings = {i: folding_at(circuits, foldings, i) for i in np.flatnonzero(untwisted).tolist()}
+        self.foldings = {i: folding_at(circuits, foldings, i) for i in range(len(foldings))}
+        self.moves = moves
         self.count, self.threads = len(foldings), threads
         # the proof is of rigid pairs, and says nothing of a scene in which they are hinged
         self.locked = {i for i in self.foldings if locked[i] and ways(scene) != ("hinged",)}
         self.compiled: dict[tuple[int, Way], tuple[Compiled, Solids]] = {}
-        self.tried: dict[int, list[Check]] = {i: [] for i in self.foldings}
         self.deploys: dict[int, Trial] = {}
         self.first: dict[int, Trial] = {}
+        self.unsure: dict[int, Trial] = {}
 
     def run(self) -> DeploymentBatch:
         numbers = list(self.foldings)
         for begin in range(0, len(numbers), TOGETHER):
             self._try(numbers[begin : begin + TOGETHER])
             self.compiled.clear()
-        status: list[str | None] = [None] * self.count
         clearance, time = np.full(self.count, np.nan), np.full(self.count, np.nan)
-        for i in self.foldings:
-            status[i] = self._status(i)
-            if (trial := self.deploys.get(i)) is not None:
-                clearance[i] = trial.clearance
-                time[i] = trial.deploy_time
+        for i, trial in self.deploys.items():
+            clearance[i], time[i] = trial.clearance, trial.deploy_time
         trials = [trial for i in self.foldings for trial in self._trials(i)]
-        return DeploymentBatch(status, clearance, time, tuple(trials))
+        return DeploymentBatch(clearance, time, tuple(trials))
 
     def _try(self, some: list[int]) -> None:
         """Try some foldings, each until it deploys: look by look, or as many looks at once as occupy all threads."""
         first, *others = self.looks
         self._take((first,), some)
-        while others and (left := [i for i in some if i not in self.deploys]):
+        while others and (left := [i for i in some if i not in self.deploys and self.moves[i]]):
             together = math.ceil(self.threads * CALL / len(left))
             self._take(others[:together], left)
             others = others[together:]
@@ -109,23 +112,37 @@ class _Verdicts:
         found = self._check(scenes, {} if looks[0].first else self.second)
         if not looks[0].first:
             found |= self._check({tried: scenes[tried] for tried in scenes if found[tried].deploys}, {})
+        agreements = self._agreed(scenes, found)
         for (i, look), one in found.items():
             if i not in self.deploys:
-                self._keep(i, look, scenes[i, look][0], one)
+                self._keep(i, look, scenes[i, look][0], one, agreements.get((i, look)))
 
     def _check(self, scenes: dict[Tried, tuple[Compiled, Solids]], options: dict[str, Any]) -> dict[Tried, Check]:
         compiled, solids = [scene for scene, _ in scenes.values()], [own for _, own in scenes.values()]
         return dict(zip(scenes, check(compiled, solids=solids, threads=self.threads, **options), strict=True))
 
-    def _keep(self, i: int, look: Look, compiled: Compiled, found: Check) -> None:
-        self.tried[i].append(found)
+    def _agreed(
+        self, scenes: dict[Tried, tuple[Compiled, Solids]], found: dict[Tried, Check]
+    ) -> dict[Tried, Agreement]:
+        """Whether what deploys does so at other tolerances, too."""
+        deploying = {tried: scenes[tried] for tried, one in found.items() if one.deploys}
+        near, steps = neighbours(FINE), PATIENT * STEPS["constrained"]
+        others = [self._check(deploying, {"tolerance": tolerance, "max_steps": steps}) for tolerance in near]
+        return {
+            tried: agreed_checks([found[tried], *(other[tried] for other in others)], (FINE, *near))
+            for tried in deploying
+        }
+
+    def _keep(self, i: int, look: Look, compiled: Compiled, found: Check, agreement: Agreement | None) -> None:
         if not (look.first or found.deploys):
             return
-        trial = self._trial(i, look, compiled, found)
+        trial = self._trial(i, look, compiled, found, agreement)
         if look.first:
             self.first[i] = trial
-        if found.deploys:
+        if trial.status == "deploys":
             self.deploys[i] = trial
+        elif found.deploys:
+            self.unsure.setdefault(i, trial)
 
     def _can(self, i: int, look: Look) -> bool:
         if look.pairs == "hinged":
@@ -145,7 +162,11 @@ class _Verdicts:
             compiled = with_springs(compiled, springs_of(self.foldings[i], compiled, look.springs))
         return compiled, solids
 
-    def _trial(self, i: int, look: Look, compiled: Compiled, found: Check) -> Trial:
+    def _trial(self, i: int, look: Look, compiled: Compiled, found: Check, agreement: Agreement | None) -> Trial:
+        status, reason = found.verdict, found.reason
+        if agreement is not None:
+            status = agreement.verdict
+            reason = agreement.reason + (", clear until then" if status == "deploys" else "")
         size = compiled.linkage.pattern.size
         facts = {"design": self.foldings[i].notation}
         tried = replace(
@@ -159,26 +180,19 @@ class _Verdicts:
             scene=tried.name,
             values=file_text(facts, compiled.formulation, tried),
             formulation=compiled.formulation,
-            status=found.verdict,
-            reason=found.reason,
-            clearance=min(math.inf if found.gap is None else found.gap, size) if found.deploys else None,
+            status=status,
+            reason=reason,
+            clearance=min(math.inf if found.gap is None else found.gap, size) if status == "deploys" else None,
             first_contact=found.collision[0] if found.collision is not None and found.verdict == "collides" else None,
-            deploy_time=found.end_time if found.outcome == "flat" else None,
+            deploy_time=agreement.flat_time if agreement is not None and status == "deploys" else None,
             energy_error=found.drift,
             closure_error=found.opening * size,
         )
 
-    def _status(self, i: int) -> str:
-        if i in self.deploys:
-            return "deploys"
-        if i in self.locked:
-            return "locked"
-        return "collides" if all(found.verdict == "collides" for found in self.tried[i]) else "undecided"
-
     def _trials(self, i: int) -> Iterator[Trial]:
-        """What is kept of a folding: the first look, and the one in which it deploys."""
-        first, deploys = self.first.get(i), self.deploys.get(i)
+        """What is kept of a folding: the first look, and the one in which it deploys, or would at one tolerance."""
+        first, last = self.first.get(i), self.deploys.get(i, self.unsure.get(i))
         if first is not None:
             yield first
-        if deploys is not None and deploys is not first:
-            yield deploys
+        if last is not None and last is not first:
+            yield last

@@ -14,7 +14,7 @@ from hcsearch.dynamics.methods import method_named
 from hcsearch.dynamics.system import System
 from hcsearch.kernels.multibody import recording
 from hcsearch.kernels.multibody import simulation as kernel
-from hcsearch.kernels.multibody.between import OPEN, States, opening, refined
+from hcsearch.kernels.multibody.between import OPEN, States, loose_share, opening, refined
 from hcsearch.kernels.multibody.cuts import cut_angles
 from hcsearch.kernels.multibody.motion import hold_for
 from hcsearch.kernels.multibody.steps import Plan
@@ -253,6 +253,14 @@ def closed_between(system: System, motion: Motion) -> tuple[States, Reals]:
         times, q, v, a = (part[k : k + TOGETHER + 1] for part in states)
         gaps[k : k + TOGETHER] = opening(mechanism.tree, (times, q, v, a), motion.cubic, work)
     return states, gaps
+
+
+def loose_states(system: System, motion: Motion) -> float:
+    """Share of a motion's states that leave loops open though they are projected; 0 where springs close the loops."""
+    mechanism = system.mechanism
+    if system.closure_stiffness or not len(mechanism.tree.rows):
+        return 0.0
+    return float(loose_share(mechanism.tree, motion.q, work_for(mechanism.tree)))
 
 
 def cut_states(system: System, q: Reals, v: Reals) -> tuple[Reals, Reals]:

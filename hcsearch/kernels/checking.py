@@ -17,7 +17,7 @@ from hcsearch.kernels.clearance import CLEAR, COLLIDES, Answer, Search, judge
 from hcsearch.kernels.compiled import compiled
 from hcsearch.kernels.intervals import Course
 from hcsearch.kernels.loops import Chain
-from hcsearch.kernels.multibody.between import OPEN, States, opening, refined
+from hcsearch.kernels.multibody.between import OPEN, States, loose_share, opening, refined
 from hcsearch.kernels.multibody.cuts import Cuts
 from hcsearch.kernels.multibody.explicit import Method
 from hcsearch.kernels.multibody.hinges import Hinges, Struts
@@ -82,7 +82,8 @@ class Findings(NamedTuple):
     gaps : (k,), smallest (m), of those that come flat and clear, else infinite. speeds : (k,), at which the panels come
         together of those that are not clear, m/s. lefts : (k, 3), fold angles over pi: their mean then, or where it is
         clear at the end, their mean at the end, and the greatest at the end. drifts : (k,), of the energy balance, as a
-        share of the largest energy. openings : (k,), greatest closure residual.
+        share of the largest energy. openings : (k,), greatest closure residual. looses : (k,), share of the states that
+        leave loops open, 0 where springs close them.
     """
 
     endings: Whole
@@ -95,6 +96,7 @@ class Findings(NamedTuple):
     lefts: Reals
     drifts: Reals
     openings: Reals
+    looses: Reals
 
 
 @compiled
@@ -129,6 +131,7 @@ def check_all(stack: Any, rules: Rules, record: Record, found: Findings) -> None
             found.counts[i, 3] += answer.looks[0]
             clear = states - 1 if verdict == CLEAR else clear
             most = states + max(FIRST_PART, int(LONGER * states))
+        found.looses[i] = 0.0 if cubic else loose_share(tree, record.q[: record.counts[0]], work)
         _tell(record, verdict, answer, found, i)
         _tell_end(subject, course, verdict, answer, found, i)
 

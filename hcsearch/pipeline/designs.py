@@ -123,7 +123,7 @@ def run_unit(search: Search, prefix: str, stages: dict[str, int], keep: str) -> 
     if mobility.STAGE in stages and foldings is not None and twists is not None:
         found = mobility.mobility(circuits, foldings, twists)
         passed = np.zeros(len(circuits), bool)
-        passed[foldings.row[(twists == 0) & ~found.locked]] = True
+        passed[foldings.row[(twists == 0) & ~mobility.locked_with(found, "either")]] = True
         finish(mobility.STAGE, passed)
     return UnitResult(circuits, foldings, twists, found, tuple(results))
 
@@ -176,7 +176,7 @@ def design_rows(search: Search, unit: UnitResult) -> DesignBatch:
 
 
 def candidates_of(search: Search, unit: UnitResult) -> Candidates:
-    """The designs of a unit whose deployment is to be simulated: those with an untwisted folding."""
+    """The designs of a unit whose motion is to be looked for: those with an untwisted folding."""
     assert unit.foldings is not None
     assert unit.twists is not None
     assert unit.mobility is not None
@@ -190,15 +190,20 @@ def candidates_of(search: Search, unit: UnitResult) -> Candidates:
         search.group_order // circuits.symmetry.astype(np.int64),
         FoldingBatch(number[unit.foldings.row[plain]], unit.foldings.crease[plain]),
         unit.mobility.locked[plain],
+        unit.mobility.locked_hinged[plain],
         unit.mobility.dof[plain],
     )
 
 
 def _folding_status(unit: UnitResult) -> list[str | None]:
-    """What is known of each folding before a deployment is tried; None where it is twisted."""
+    """What is known of each folding before a motion is looked for; None where it is twisted.
+
+    Locked : with rigid, hinged and merged flat pairs.
+    """
     assert unit.mobility is not None
     assert unit.twists is not None
-    pairs = zip(unit.twists.tolist(), unit.mobility.locked.tolist(), strict=True)
+    locked = mobility.locked_with(unit.mobility, "either")
+    pairs = zip(unit.twists.tolist(), locked.tolist(), strict=True)
     return [None if twist else ("locked" if locked else "undecided") for twist, locked in pairs]
 
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from hcsearch.errors import SizeError
 from hcsearch.pipeline.amounts import duration, number, size
-from hcsearch.pipeline.deployments import seconds_of
 from hcsearch.pipeline.designs import Job
+from hcsearch.pipeline.judging import seconds_of
 from hcsearch.pipeline.run import Plan
 from hcsearch.pipeline.workers import Crew
 from hcsearch.store import room_at
@@ -49,8 +49,8 @@ def estimate(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> Est
     if plan.small or not units:
         return None
     expected = None if search.expected is None else search.expected * len(units) / len(search.prefixes)
-    # deployments are not probed: a few units of them would take as long as many of the others
-    job = Job(search, plan.listing, plan.keep, rows=stored, candidates=plan.deploys)
+    # motions are not probed: a few units of them would take as long as many of the others
+    job = Job(search, plan.listing, plan.keep, rows=stored, candidates=bool(plan.scenic))
     job(units[-1])
     sample = units[:: -(-len(units) // _PROBE)]
     begun = time.perf_counter()
@@ -61,7 +61,7 @@ def estimate(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> Est
     share = len(units) / len(sample) if expected is None or not listed else expected / listed
     designs = kept * share
     core_seconds = seconds * share
-    if plan.deploys:
+    if plan.scenic:
         foldings = sum(len(output.candidates.foldings) for output in outputs if output.candidates is not None)
         core_seconds += seconds_of(foldings * share, search.n)
     return Estimate(

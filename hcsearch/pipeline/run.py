@@ -12,14 +12,14 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch import deployment, enumeration
+from hcsearch import deployment, enumeration, planning
 from hcsearch.enumeration import Search
 from hcsearch.errors import DatabaseError
 from hcsearch.kernels.words import insert_fingerprints
 from hcsearch.pipeline.amounts import duration
-from hcsearch.pipeline.deployments import Deploy, Piece, Verdict, pieces, seconds_of, unfinished
 from hcsearch.pipeline.designs import Job, Output
-from hcsearch.pipeline.stages import KEEP_NEEDS, check_keep, stages_until
+from hcsearch.pipeline.judging import Judge, Piece, Verdict, pieces, seconds_of, unfinished
+from hcsearch.pipeline.stages import IN_A_SCENE, KEEP_NEEDS, check_keep, stages_until
 from hcsearch.pipeline.workers import Crew
 from hcsearch.records import Candidates, DesignBatch, StageResult, Work
 from hcsearch.scenes import SCENES, Scene, check_verdicts, panel_of, panel_text
@@ -35,7 +35,7 @@ from hcsearch.store import (
     start_run,
 )
 
-SMALL, SMALL_DEPLOYED = 5_000_000, 3_000  # circuits, of the latter where deployments follow
+SMALL, SMALL_JUDGED = 5_000_000, 3_000  # circuits, of the latter where motions follow
 QUICK = 100.0  # core seconds: two processes take some of them to load their kernels
 LONG = 30.0  # seconds: a run that takes longer says so beforehand
 _GROUPS = 25
@@ -75,28 +75,31 @@ class Plan:
 
     def __post_init__(self) -> None:
         check_keep(self.keep, self.until)
-        if self.deploys:
+        if self.scenic:
             check_verdicts(self.scene, self.search.grid.name, self.search.n)
         _ = self.search.prefixes  # what is too large to list is refused before a database is touched
 
     @property
-    def deploys(self) -> bool:
-        """Whether deployments are simulated, which takes a thousand times longer than all else."""
-        return deployment.STAGE in stages_until(self.until)
+    def scenic(self) -> dict[str, int]:
+        """Name and version of the stages in a scene, which take a thousand times longer than all others."""
+        return {name: number for name, number in stages_until(self.until).items() if name in IN_A_SCENE}
+
+    @property
+    def judge(self) -> Judge:
+        """What these do with a piece."""
+        return Judge(self.scene, deployment.STAGE in self.scenic)
 
     @property
     def listing(self) -> dict[str, int]:
-        """Name and version of the stages before `deployment`, which depend on no scene."""
-        stages = stages_until(self.until)
-        stages.pop(deployment.STAGE, None)
-        return stages
+        """Name and version of the stages that depend on no scene."""
+        return {name: number for name, number in stages_until(self.until).items() if name not in IN_A_SCENE}
 
     @property
     def small(self) -> bool:
         """Whether listing takes seconds: other processes would take longer to start, and a probe to answer."""
         expected = self.search.expected
         circuits = len(self.search.prefixes) * _UNIT_SIZE if expected is None else expected
-        return circuits < (SMALL_DEPLOYED if self.deploys else SMALL)
+        return circuits < (SMALL_JUDGED if self.scenic else SMALL)
 
     @property
     def hands(self) -> Crew:
@@ -114,8 +117,8 @@ class Plan:
         return Work(self.search.grid.name, self.search.n, self.search.target, self.keep)
 
     @property
-    def deploying(self) -> Work:
-        """The key of its finished deployments."""
+    def judging(self) -> Work:
+        """The key of its finished verdicts."""
         return replace(self.work, scene=self.scene.name)
 
 
@@ -128,6 +131,7 @@ class Funnel:
     arrays: int
     two_stack: int | None
     untwisted: int | None
+    movable: int | None = None
     deployable: int | None = None
 
 
@@ -159,6 +163,8 @@ class _Totals:
         """What has come out of the stages that end with one."""
         if stage == deployment.STAGE:
             return f"deployment, {self.passed.get(stage, 0):,} designs deploy"
+        if stage == planning.STAGE:
+            return f"motion, {self.passed.get(stage, 0):,} designs move"
         return f"{stage}, {self.passed.get('circuits', 0):,} circuits"
 
     def funnel(self, plan: Plan, arrays: int) -> Funnel:
@@ -170,6 +176,7 @@ class _Totals:
             arrays=arrays,
             two_stack=self.passed.get("foldings", 0) if "foldings" in stages and lists != "untwisted" else None,
             untwisted=self.passed.get("twist", 0) if "twist" in stages else None,
+            movable=self.passed.get("motion", 0) if "motion" in stages else None,
             deployable=self.passed.get("deployment", 0) if "deployment" in stages else None,
         )
 
@@ -177,12 +184,12 @@ class _Totals:
 def run_dry(plan: Plan, progress: Progress | None = None, announce: Announce = _silent) -> Summary:
     """Run the stages without a database.
 
-    Memory grows with the number of arrays, to count different ones, and with that of candidates for a deployment.
+    Memory grows with the number of arrays, to count different ones, and with that of candidates for a motion.
     """
     totals = _Totals()
     arrays = _DistinctArrays()
     prefixes, last = plan.search.prefixes, list(plan.listing)[-1]
-    job = Job(plan.search, plan.listing, plan.keep, rows=False, candidates=plan.deploys)
+    job = Job(plan.search, plan.listing, plan.keep, rows=False, candidates=bool(plan.scenic))
     candidates: dict[str, Candidates] = {}
     show = progress or _hidden
     show(0, len(prefixes), last)
@@ -194,12 +201,12 @@ def run_dry(plan: Plan, progress: Progress | None = None, announce: Announce = _
             candidates[prefix] = output.candidates
         show(done, len(prefixes), totals.note(last))
     todo = [piece for prefix in candidates for piece in pieces(prefix, candidates[prefix])]
-    for verdict in _deployed(plan, todo, totals, show, announce):
-        totals.add([verdict.result], fresh=True)
+    for verdict in _judged(plan, todo, totals, show, announce):
+        totals.add(verdict.results, fresh=True)
     return Summary(totals.funnel(plan, arrays.count), totals.seconds, len(prefixes) + len(todo), 0)
 
 
-def _deployed(plan: Plan, todo: list[Piece], totals: _Totals, show: Progress, announce: Announce) -> Iterator[Verdict]:
+def _judged(plan: Plan, todo: list[Piece], totals: _Totals, show: Progress, announce: Announce) -> Iterator[Verdict]:
     """Verdicts on pieces, in order, by as many threads or processes as pay; says beforehand when it takes long."""
     if not todo:
         return
@@ -210,15 +217,15 @@ def _deployed(plan: Plan, todo: list[Piece], totals: _Totals, show: Progress, an
     if seconds / jobs > LONG:
         who = "on the cluster" if cluster else f"with --jobs {jobs}"
         announce(
-            f"{foldings:,} foldings to simulate in the scene {plan.scene.name}: about {duration(seconds / jobs)} {who}"
+            f"{foldings:,} foldings to judge in the scene {plan.scene.name}: about {duration(seconds / jobs)} {who}"
         )
     hands = Crew() if small else plan.crew
-    done = 0
-    show(done, foldings, totals.note(deployment.STAGE), "folding")
-    for _, verdict in hands.work(Deploy(plan.scene), todo, parcel=1, threads=jobs if small else 1):
+    done, last = 0, list(plan.scenic)[-1]
+    show(done, foldings, totals.note(last), "folding")
+    for _, verdict in hands.work(plan.judge, todo, parcel=1, threads=jobs if small else 1):
         yield verdict
         done += verdict.foldings
-        show(done, foldings, totals.note(deployment.STAGE), "folding")
+        show(done, foldings, totals.note(last), "folding")
 
 
 class _DistinctArrays:
@@ -251,7 +258,7 @@ def run_into(plan: Plan, database: Database, progress: Progress | None = None, a
     announce : takes a sentence on what follows, where that takes long.
     """
     stages = stages_until(plan.until)
-    if plan.deploys:
+    if plan.scenic:
         from hcsearch.deployment.scene_files import file_text  # noqa: PLC0415 - loads kernels
 
         record_scene(database, plan.scene.name, file_text({}, None, plan.scene))
@@ -280,15 +287,15 @@ class _Run:
     def run(self) -> Summary:
         plan, totals = self.plan, self.totals
         self._list()
-        if plan.deploys:
-            self._deploy()
+        if plan.scenic:
+            self._judge()
         arrays = count_arrays(self.database, plan.work, designs=totals.passed.get(KEEP_NEEDS[plan.keep], 0))
         summary = Summary(totals.funnel(plan, arrays), totals.seconds, self.done, self.reused)
         finish_run(self.database, self.run_id, asdict(summary.funnel), summary.stage_times, self.done, self.reused)
         return summary
 
     def _list(self) -> None:
-        """The stages before `deployment`, unit by unit of the search."""
+        """The stages that depend on no scene, unit by unit of the search."""
         plan, totals, last = self.plan, self.totals, list(self.plan.listing)[-1]
         finished = finished_batches(self.database, plan.work, plan.listing)
         for prefix in self.prefixes:
@@ -296,7 +303,7 @@ class _Run:
                 totals.add(finished[prefix], fresh=False)
                 self.reused += 1
         todo = [prefix for prefix in self.prefixes if prefix not in finished]
-        job = Job(plan.search, plan.listing, plan.keep, rows=True, candidates=plan.deploys)
+        job = Job(plan.search, plan.listing, plan.keep, rows=True, candidates=bool(plan.scenic))
         self.show(self.reused, len(self.prefixes), totals.note(last))
         for batches in _grouped(self._listed(job, todo)):
             record_batches(self.database, self.run_id, plan.work, batches)
@@ -311,11 +318,10 @@ class _Run:
                 self.candidates[prefix] = output.candidates
             yield prefix, output
 
-    def _deploy(self) -> None:
-        """The stage `deployment`, piece by piece."""
+    def _judge(self) -> None:
+        """The stages in a scene, piece by piece."""
         plan, totals = self.plan, self.totals
-        stage = {deployment.STAGE: stages_until(plan.until)[deployment.STAGE]}
-        finished = finished_batches(self.database, plan.deploying, stage)
+        finished = finished_batches(self.database, plan.judging, plan.scenic)
         left = unfinished(self.prefixes, list(finished))
         # units that were listed by an earlier run are listed once more: the database does not know what is in a unit
         again = Job(plan.search, plan.listing, plan.keep, rows=False, candidates=True)
@@ -329,9 +335,9 @@ class _Run:
             totals.add(finished[key], fresh=False)
         self.reused += len(finished)
         todo = [piece for piece in wanted if piece.key not in finished]
-        for verdict in _deployed(plan, todo, totals, self.show, self.announce):
-            record_verdicts(self.database, self.run_id, plan.deploying, verdict.key, verdict.verdicts, verdict.result)
-            totals.add([verdict.result], fresh=True)
+        for verdict in _judged(plan, todo, totals, self.show, self.announce):
+            record_verdicts(self.database, self.run_id, plan.judging, verdict.key, verdict.verdicts, verdict.results)
+            totals.add(verdict.results, fresh=True)
             self.done += 1
 
 

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from hcsearch import deployment, enumeration, folding, mobility, twisting
+from hcsearch import deployment, enumeration, folding, mobility, planning, twisting
 from hcsearch.errors import StageError
 
 BUILT: dict[str, int] = {
     **{module.STAGE: module.VERSION for module in (enumeration, folding, twisting, mobility)},
-    # verdicts rest on the locks that mobility proves: a newer version of that makes these older, too
-    deployment.STAGE: 100 * deployment.VERSION + mobility.VERSION,
+    # each of these rests on those before it: a newer version of one makes the others older, too
+    planning.STAGE: 100 * planning.VERSION + mobility.VERSION,
+    deployment.STAGE: 10_000 * deployment.VERSION + 100 * planning.VERSION + mobility.VERSION,
 }
 
 KEEP_NEEDS = {"all": enumeration.STAGE, "two-stack": folding.STAGE, "untwisted": twisting.STAGE}
+
+
+IN_A_SCENE = (planning.STAGE, deployment.STAGE)
+"""Stages whose results depend on a scene."""
 
 
 def stages_until(last: str) -> dict[str, int]:

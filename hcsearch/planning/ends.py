@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.kernels.planning.pieces import CENTRED
 from hcsearch.kernels.planning.series import ORDERS, write_series
 from hcsearch.kinematics.lattice import whole_end
 from hcsearch.linkage import Linkage
@@ -33,6 +34,8 @@ CLOSED = 1e-14
 """What a direction may leave open at first and second order."""
 ZERO = 1e-9
 """Singular values of the Jacobian below this share of the greatest are zeros."""
+SHUT = 1e-12
+"""Closure residual (rad, or gap over size) of an end that is known in floating point only."""
 
 
 @dataclass(frozen=True)
@@ -71,11 +74,12 @@ class End:
     """The closure equations at an end of the motion, about the middle of each loop and in its own unit of length.
 
     exact : whether loops are closed, and the rank of the Jacobian is as it is taken here, in whole numbers (theory.md,
-    25): else what is proved of the end holds but for rounding.
+    25): else what is proved of the end holds but for rounding. sound : whether anything is proved: not where whole
+    numbers say another rank, or the loops are open.
     """
 
     def __init__(self, linkage: Linkage, angles: Reals) -> None:
-        _, jacobian = linkage.closure(angles)
+        residual, jacobian = linkage.closure(angles)
         m, loops = linkage.n_hinges, linkage.loops
         self.angles = angles
         self.norms = np.zeros((len(loops), m))
@@ -91,6 +95,7 @@ class End:
         rank = int((values > ZERO * max(values[0], 1.0)).sum()) if len(values) else 0
         whole = whole_end(linkage, angles)
         self.rank, self.exact = rank, whole is not None and rank == whole.rank
+        self.sound = self.exact or (whole is None and float(np.abs(residual).max(initial=0.0)) < SHUT)
         self.across, self.along = left[:, : self.rank].T, left[:, self.rank :].T
 
     def equations(self, direction: Reals) -> tuple[Reals, Reals]:
@@ -135,6 +140,8 @@ class End:
 
     def depart(self, course: Reals) -> Departure | None:
         """Prove that closed states lie beside the first part of a step from the end, a cubic, (n_hinges, 4); or not."""
+        if not self.sound:
+            return None
         # in the unit of the step's own slope: else the equations across and along the wrenches differ in size
         slope = float(np.abs(course[:, 1]).max())
         step = self._step(course / slope ** np.arange(4))
@@ -204,7 +211,9 @@ def _rest(sizes: tuple[float, float, float], s: float, order: int) -> float:
     least = math.inf
     for share in (0.25, 0.5, 1.0, 2.0):
         r = max(s, share * order / max(b, 1e-300))
-        least = min(least, (s / r) ** order * math.exp(min(r * (b + r * (c + r * d)), 700.0)))
+        grown = r * (b + r * (c + r * d))
+        if grown < 700.0:  # else e^grown has no double
+            least = min(least, (s / r) ** order * math.exp(grown))
     return least
 
 
@@ -217,9 +226,9 @@ def _about_middle(screws: Reals, order: list[int]) -> tuple[Reals, Reals]:
     """Screws (6, m) about the middle of their lines, in the unit of their mean distance, and bounds of their norms."""
     found = screws.copy()
     turns, moments = found[:3, order], found[3:, order]
-    feet = np.cross(turns.T, moments.T)
-    middle = feet.mean(axis=0)
-    moments = moments - np.cross(middle, turns.T).T
+    for _ in range(CENTRED):
+        middle = np.cross(turns.T, moments.T).mean(axis=0)
+        moments = moments - np.cross(middle, turns.T).T
     unit = max(math.sqrt(float((moments**2).sum(axis=0).mean())), 1e-3)
     found[3:, order] = moments / unit
     return found, 1.5 + np.linalg.norm(found[3:, order], axis=0)

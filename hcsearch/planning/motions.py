@@ -6,7 +6,7 @@ First with the least margin that is stated, then with the scene's own, by which 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,8 @@ from hcsearch.scenes import PanelSize
 
 Reals = NDArray[np.float64]
 
-TIGHT, SHORT, LONG = 40, 40, 150
-"""Rounds of the search with the least margin, of that with the greatest where it meets nothing, and of a longer one."""
+TIGHT, LOOSE, AGAIN = 40, 80, 2
+"""Rounds of the search with the least margin, of those with the greatest where it meets nothing, and how many those."""
 PROOFS = 3
 """Paths that are tried where a proof fails."""
 
@@ -32,7 +32,7 @@ class Motion:
     """What is known of the motion of a folding.
 
     way : how flat pairs are joined; of the path, if there is one. states : of the path, (k, n_hinges), or None.
-    proof : of the path. growths : what trees came to, by way, where no path was found.
+    proof : of the path, which may have failed. growths : what trees came to, by way, where no path was met.
     """
 
     way: Way | None
@@ -51,8 +51,8 @@ def motion_of(folding: Folding, panel: PanelSize, ways: Sequence[Way], margin: f
 
     ways : how flat pairs may be joined, in this order. margin : m, the greatest; None for that of `margin_of`.
     """
-    search = _Search({way: linkage_joined(folding, panel, way) for way in ways if can_be(folding, way)}, margin)
-    return search.run()
+    linkages = {way: linkage_joined(folding, panel, way) for way in ways if can_be(folding, way)}
+    return _Search(linkages, margin).run() if linkages else Motion(None, None, None, ())
 
 
 class _Search:
@@ -62,7 +62,7 @@ class _Search:
         self.linkages = linkages
         self.provers: dict[Way, Prover] = {}
         self.growths: dict[Way, Growth] = {}
-        self.best: Motion | None = None
+        self.best = Motion(None, None, None, ())
         first = next(iter(linkages.values()))
         own = [play * scale_of(first) for play in PLAYS]
         top = margin_of(first) if margin is None else margin
@@ -71,10 +71,9 @@ class _Search:
     def run(self) -> Motion:
         """The motion that needs the least play."""
         least, top = self.margins[0], self.margins[-1]
-        if self._try(least, TIGHT, 0) or self._try(top, SHORT, 1) or self._try(top, LONG, 2):
-            assert self.best is not None
+        if self._try(least, TIGHT, 0) or any(self._try(top, LOOSE, 1 + again) for again in range(AGAIN)):
             return self.best
-        return Motion(None, None, None, tuple(self.growths.items()))
+        return self.best if self.best.states is not None else replace(self.best, growths=tuple(self.growths.items()))
 
     def _try(self, margin: float, rounds: int, seed: int) -> bool:
         """Try all ways until one has a path that is proved; whether one has."""
@@ -87,19 +86,11 @@ class _Search:
                     break
                 if self._prove(way, plan.states):
                     return True
+                self.growths[way] = plan.growth
         return False
 
     def _prove(self, way: Way, states: Reals) -> bool:
-        """Prove a path, and keep it where it is better than what was proved before; whether it is proved."""
+        """Prove a path, and keep it; whether it is proved."""
         prover = self.provers.setdefault(way, Prover(self.linkages[way]))
-        proof = prover.prove(states, self.margins)
-        if proof.margin is None:
-            return False
-        if proof.margin < self._needed():
-            self.best = Motion(way, states, proof, ())
-        return True
-
-    def _needed(self) -> float:
-        """The least margin at which a path is proved, infinite without."""
-        margin = None if self.best is None else self.best.margin
-        return np.inf if margin is None else margin
+        self.best = Motion(way, states, prover.prove(states, self.margins), ())
+        return self.best.margin is not None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import EDGE, pairs_of, scale_of
+from hcsearch.collision.clearance import EDGE, kept_apart, pairs_of, scale_of
 from hcsearch.collision.penetration import prisms_of
 from hcsearch.kernels.planning.closing import Loops
 from hcsearch.kernels.planning.space import Space
@@ -21,11 +21,6 @@ LEAST, KEPT, TOLD = 0.01, 0.05, 0.005
 """Gaps of shrunk panels over the margin: that each state has, that a step leaves, that a direction has at both ends."""
 
 
-def apart_of(linkage: Linkage) -> frozenset[tuple[int, int]]:
-    """Pairs of panels joined by a hinge, the lower first: their stops keep them apart."""
-    return frozenset((min(h.first, h.second), max(h.first, h.second)) for h in linkage.pattern.hinges)
-
-
 def loops_of(linkage: Linkage) -> Loops:
     """The loops of a linkage as the kernels take them."""
     return Loops(linkage.chain, *linkage.loop_arrays, float(linkage.pattern.size))
@@ -33,7 +28,7 @@ def loops_of(linkage: Linkage) -> Loops:
 
 def space_of(linkage: Linkage, margin: float) -> Space:
     """A linkage with its panels shrunk by a margin (m) on every face."""
-    pairs = pairs_of(linkage, prisms_of(linkage), apart_of(linkage))
+    pairs = pairs_of(linkage, prisms_of(linkage), kept_apart(linkage))
     chain, edge = linkage.chain, EDGE * scale_of(linkage)
     across = np.zeros((linkage.n_panels, linkage.n_hinges))
     for panel in chain.order:

@@ -8,6 +8,7 @@ it to both singular ends. How far closed states may be from the cubics is taken 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,14 +16,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import Clearance, certify, longest_way, reaches, scale_of
+from hcsearch.collision.clearance import Clearance, certify, kept_apart, longest_way, reaches, scale_of
 from hcsearch.collision.penetration import deepest_cut
 from hcsearch.kernels.intervals import Course
-from hcsearch.kernels.planning.closing import close, keep_closed, new_closing
+from hcsearch.kernels.planning.closing import CLOSED, close, keep_closed, new_closing, open_by
 from hcsearch.kernels.planning.tubes import POLISHED, Track, enclose
 from hcsearch.linkage import Linkage
 from hcsearch.planning.ends import Departure, End
-from hcsearch.planning.problems import apart_of, loops_of
+from hcsearch.planning.problems import loops_of
 
 Reals = NDArray[np.float64]
 
@@ -38,16 +39,19 @@ ROOM = 20000
 """States of a path with those that are put between them."""
 APART = 1e-9
 """States that differ by less (rad) are one."""
+MOVED = 1e-3
+"""A path with a state that is further from closed states within the stops (rad) is none."""
 
 
 @dataclass(frozen=True)
 class Proof:
     """What is proved of a path.
 
-    motion : the states that the proof is about, with rates; None where a path has fewer than three.
-    closed : whether closed states are proved to lie beside the whole path. reach : how far (rad) the proof stays away
-    from the packed and from the flat state, 0 where it joins them. slack : m, what panels may be elsewhere than the
-    path places them. give : rad, what a hinge may be beyond its stop.
+    motion : the states that the proof is about, with rates; None where closed states are not proved beside all of it.
+    closed : whether they are. reach : how far (rad) the proof stays away from the packed and from the flat state, 0
+    where it joins them. exact : whether both ends are known in whole numbers; else the proof holds but for rounding
+    there. slack : m, what panels may be elsewhere than the path places them. give : rad, what a hinge may be beyond its
+    stop.
     clear : at the least margin at which panels are certified to keep apart, or at the greatest that was tried.
     overlap : m, how deep panels as they are cut into each other at the states of the motion; 0 where they only touch.
     """
@@ -55,6 +59,7 @@ class Proof:
     motion: Course | None
     closed: bool
     reach: tuple[float, float]
+    exact: bool
     slack: float
     give: float
     clear: Clearance | None
@@ -73,7 +78,7 @@ class Prover:
     def __init__(self, linkage: Linkage) -> None:
         self.linkage, self.loops = linkage, loops_of(linkage)
         self.work = new_closing(self.loops)
-        self.apart = apart_of(linkage)
+        self.apart = kept_apart(linkage)
         self.scale = scale_of(linkage)
 
     @cached_property
@@ -95,21 +100,20 @@ class Prover:
         return End(self.linkage, self.linkage.folded), End(self.linkage, self.linkage.flat)
 
     def prove(self, states: Reals, margins: Sequence[float]) -> Proof:
-        """Prove a path from the folded to the flat state, shape (k, n_hinges), at the least of some margins (m)."""
-        states = self._polished(states)
-        coarse, shares, reach = self._joined(states)
-        m = self.linkage.n_hinges
-        fine = Track(np.zeros(ROOM), np.zeros((ROOM, m)), np.zeros((ROOM, m)), np.zeros(ROOM), np.zeros(1, np.int64))
-        stop = np.zeros(2)
-        closed = bool(enclose(self.loops, coarse, shares, self.limit, HALVINGS, fine, stop))
-        if not closed:
-            return Proof(None, False, reach, 0.0, 0.0, None, 0.0)
-        count = int(fine.filled[0])
-        angles, rates = fine.angles[:count].copy(), fine.rates[:count].copy()
-        motion = Course(fine.times[:count].copy(), angles, rates, np.zeros_like(angles), True)
-        wander = max(float(fine.wanders[:count].max()), *shares[:, 1:].sum(axis=1).tolist())
-        slack = wander * self._way
-        give = max(0.0, -float(angles.min()), float(angles.max()) - np.pi) + wander
+        """Prove a path from the folded to the flat state, shape (k, n_hinges), at the least of some margins (m).
+
+        States are closed to rounding first; the proof is about `Proof.motion`, which goes through them.
+        """
+        polished = self._polished(states)
+        if polished is None:
+            return self._unproved((0.0, 0.0))
+        motion, wander, reach = (
+            self._enclosed(polished) if self.linkage.loops else (self._free(polished), 0.0, (0.0, 0.0))
+        )
+        if motion is None:
+            return self._unproved(reach)
+        slack = math.expm1(wander) * self._way  # a hinge turns what others have moved already
+        give = _beyond(motion) + wander
         clear = None
         for margin in sorted(margins):
             if give * self._spread > margin:
@@ -117,16 +121,47 @@ class Prover:
             clear = certify(self.linkage, motion, margin=margin, slack=slack, apart=self.apart, measured=False)
             if clear.kind == "clear":
                 break
-        return Proof(motion, True, reach, slack, give, clear, deepest_cut(self.linkage, angles, self.apart))
+        overlap = deepest_cut(self.linkage, motion.angles, self.apart)
+        return Proof(motion, True, reach, self._exact, slack, give, clear, overlap)
 
-    def _polished(self, states: Reals) -> Reals:
-        """States closed to rounding, each once; the ends as they are."""
-        found = [self.linkage.folded.astype(float)]
+    def _unproved(self, reach: tuple[float, float]) -> Proof:
+        """What is said of a path beside which closed states are not proved."""
+        return Proof(None, False, reach, self._exact, 0.0, 0.0, None, 0.0)
+
+    @property
+    def _exact(self) -> bool:
+        return not self.linkage.loops or all(end.exact for end in self._ends)
+
+    def _enclosed(self, states: Reals) -> tuple[Course | None, float, tuple[float, float]]:
+        """The motion beside which closed states lie, None without; what they wander by (rad), and `Proof.reach`."""
+        coarse, shares, reach = self._joined(states)
+        m = self.linkage.n_hinges
+        fine = Track(np.zeros(ROOM), np.zeros((ROOM, m)), np.zeros((ROOM, m)), np.zeros(ROOM), np.zeros(1, np.int64))
+        if coarse.filled[0] < 2 or not enclose(self.loops, coarse, shares, self.limit, HALVINGS, fine, np.zeros(2)):
+            return None, 0.0, reach
+        count = int(fine.filled[0])
+        wander = max(float(fine.wanders[:count].max()), *shares[:, 1:].sum(axis=1).tolist())
+        return _cubics(fine.times[:count], fine.angles[:count], fine.rates[:count]), wander, reach
+
+    def _free(self, states: Reals) -> Course:
+        """The motion of panels in a chain without a loop, whose states are all closed."""
+        times = _times(states)
+        return _cubics(times, states, self._rates(times, states))
+
+    def _polished(self, states: Reals) -> Reals | None:
+        """States closed to rounding, each once; None where they do not go from packed to flat by closed states."""
+        ends = np.array([self.linkage.folded, self.linkage.flat], float)
+        if len(states) < 2 or not np.abs(states[[0, -1]] - ends).max() <= APART:
+            return None
+        found = [ends[0]]
         for state in states[1:-1]:
             own = state.copy()
-            if close(self.loops, own, POLISHED, 0.0, 20, self.work) and np.abs(own - found[-1]).max() > APART:
+            closed = close(self.loops, own, POLISHED, 0.0, 20, self.work)
+            if not np.abs(own - state).max() <= MOVED or (not closed and open_by(self.loops, own, self.work) > CLOSED):
+                return None
+            if closed and np.abs(own - found[-1]).max() > APART:
                 found.append(own)
-        return np.array([*found, self.linkage.flat.astype(float)])
+        return np.array([*found, ends[1]])
 
     def _joined(self, states: Reals) -> tuple[Track, Reals, tuple[float, float]]:
         """The path with rates, begun and ended as the ends can be left; shares and wanders of both end steps."""
@@ -151,7 +186,7 @@ class Prover:
         if heads[1] is None:
             states = states[:-1]
         path = np.concatenate([lines[0], states, lines[1][::-1]])
-        times = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))]
+        times = _times(path)
         rates = self._rates(times, path)
         for side, head in enumerate(heads):
             if head is not None:
@@ -201,3 +236,29 @@ class Prover:
             [slopes[:1], (h[1:] * slopes[:-1] + h[:-1] * slopes[1:]) / (h[1:] + h[:-1]), slopes[-1:]]
         )
         return np.array([self._tangent(state, rate) for state, rate in zip(path, rates, strict=True)])
+
+
+def _times(path: Reals) -> Reals:
+    """Times at which a path is gone along at unit speed."""
+    times: Reals = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))]
+    return times
+
+
+def _cubics(times: Reals, angles: Reals, rates: Reals) -> Course:
+    """A motion of cubics."""
+    return Course(times.copy(), angles.copy(), rates.copy(), np.zeros_like(angles), True)
+
+
+def _beyond(motion: Course) -> float:
+    """What hinges are beyond a stop (rad) at the worst of all times of a motion of cubics."""
+    steps = np.diff(motion.times)[:, None]
+    start, end = motion.angles[:-1], motion.angles[1:]
+    b, after = steps * motion.rates[:-1], steps * motion.rates[1:]
+    c, d = 3.0 * (end - start) - 2.0 * b - after, b + after - 2.0 * (end - start)
+    # extremes lie where b + 2 c s + 3 d s^2 = 0: the roots are q / 3 d and b / q, which loses no digits
+    q = -(c + np.copysign(np.sqrt(np.maximum(c * c - 3.0 * b * d, 0.0)), c))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        places = np.nan_to_num(np.stack([q / (3.0 * d), b / q, np.ones_like(q)]), nan=0.0, posinf=0.0, neginf=0.0)
+    s = np.clip(places, 0.0, 1.0)
+    values = start + s * (b + s * (c + s * d))
+    return max(0.0, -float(values.min()), float(values.max()) - math.pi)

@@ -14,7 +14,7 @@ from hcsearch.drawing import draw_circuit
 from hcsearch.errors import NotationError
 from hcsearch.folding import Folding
 from hcsearch.report.data import ReportData, Row
-from hcsearch.store.columns import Quantity
+from hcsearch.store.columns import VERDICTS, Quantity
 
 # Said by the head and the badge of a card, so not once more among its numbers.
 _HEAD = ("id", "two_stack", "untwisted", "deployable")
@@ -111,10 +111,13 @@ def _pictures(
     return Markup(svg), chips
 
 
-def _rank(folding: Row) -> tuple[bool, float, int]:
-    """Order foldings as the database does: untwisted ones first, of these the one with the lowest dof, then crease."""
-    dof = folding.get("dof")
-    return not folding.get("untwisted"), math.inf if dof is None else float(str(dof)), int(str(folding["crease"]))
+def _rank(folding: Row) -> tuple[float, ...]:
+    """Order foldings as the database does: by status, then least play, lowest dof, lowest crease."""
+    status = str(folding.get("status") or "")
+    place = VERDICTS.index(status) if status in VERDICTS else len(VERDICTS)
+    dof, play = folding.get("dof"), folding.get("needed_margin")
+    numbers = [math.inf if value is None else float(str(value)) for value in (play, dof)]
+    return not folding.get("untwisted"), place, *numbers, int(str(folding["crease"]))
 
 
 def _badge(design: Row) -> tuple[str, str]:
@@ -127,7 +130,7 @@ def _badge(design: Row) -> tuple[str, str]:
         text = "two_stack" if design["two_stack"] else "no_folding"
     else:
         return "unknown", "circuit"
-    tone = {"deploys": "good", "untwisted": "good", "two_stack": "fair", "undecided": "fair", "collides": "fair"}
+    tone = {"deploys": "good", "untwisted": "good", "two_stack": "fair", "undecided": "fair", "movable": "good"}
     return tone.get(text, "poor"), text.replace("_", " ")
 
 

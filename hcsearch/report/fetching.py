@@ -21,8 +21,9 @@ _IDS_AT_ONCE = 5000
 
 _COUNTS = """
     count(*) AS circuits, coalesce(sum(n_fixed), 0) AS fixed, count(DISTINCT "array") AS arrays,
-    sum(two_stack) AS two_stack, sum(untwisted) AS untwisted, sum(deployable) AS deployable,
-    sum(CASE WHEN status IN ('deploys', 'undecided', 'collides', 'locked') THEN 1 ELSE 0 END) AS judged
+    sum(two_stack) AS two_stack, sum(untwisted) AS untwisted, count(needed_margin) AS movable,
+    sum(CASE WHEN status = 'deploys' THEN 1 ELSE 0 END) AS deploys,
+    sum(CASE WHEN status IN ('deploys', 'movable', 'undecided', 'locked') THEN 1 ELSE 0 END) AS judged
 """
 
 
@@ -36,7 +37,7 @@ def fetch(
     """
     where, designs = _where(database, query), source_in("designs", scene)
     selected = _rows(select(database, query, sort=sort, limit=limit, scene=scene))
-    counts = _rows(select_sql(database, f"SELECT {_COUNTS} FROM {designs} WHERE {where}", ("integer",) * 7))[0]
+    counts = _rows(select_sql(database, f"SELECT {_COUNTS} FROM {designs} WHERE {where}", ("integer",) * 8))[0]
     distinct = f"SELECT DISTINCT grid, n FROM {designs} WHERE {where} ORDER BY grid, n"
     kinds = select_sql(database, distinct, ("text", "integer")).rows
     arrays = select_sql(database, f'SELECT DISTINCT "array" FROM {designs} WHERE {where} LIMIT 2').rows
@@ -85,17 +86,18 @@ def _funnel(counts: Row, total: int) -> list[Stage]:
     def count(name: str) -> int | None:
         return 0 if not total else None if counts[name] is None else _number(counts[name])
 
-    untwisted, deployable = count("untwisted"), count("deployable")
-    # Twisted designs are known not to deploy before any deployment was tried.
+    untwisted, movable, deploys = count("untwisted"), count("movable"), count("deploys")
+    # Twisted designs are known not to move before any motion was looked for.
     if untwisted is None or (untwisted and not counts["judged"]):
-        deployable = None
+        movable = deploys = None
     return [
         Stage("fixed circuits", _number(counts["fixed"])),
         Stage("array" if counts["arrays"] == 1 else "arrays", _number(counts["arrays"])),
         Stage("non-isomorphic circuits", total, total),
         Stage("two-stack", count("two_stack"), total),
         Stage("untwisted", untwisted, total),
-        Stage("deployable", deployable, total),
+        Stage("movable", movable, total),
+        Stage("deployable by springs", deploys, total),
     ]
 
 

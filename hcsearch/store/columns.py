@@ -36,7 +36,10 @@ class Quantity(NamedTuple):
 
 _GRIDS = ("triangle", "square", "rectangle", "hex")
 _KEEPS = ("all", "two-stack", "untwisted")
-_VERDICTS = ("deploys", "undecided", "collides", "locked")
+VERDICTS = ("deploys", "movable", "undecided", "locked")
+"""Statuses of a folding in a scene, best first; a design has that of its best folding."""
+_TRIALS = ("deploys", "undecided", "collides")
+_WAYS = ("rigid", "hinged", "merged")
 _OUTCOMES = ("flat", "moving", "at rest", "jammed", "diverged", "out of steps")
 _PATHS = ("flat", "stopped", "stepwise", "none", "locked")
 
@@ -44,17 +47,31 @@ _PATHS = ("flat", "stopped", "stepwise", "none", "locked")
 # flat after half a second, ten times the least clearance (0.1 mm) away from collisions.
 _MECHANISM = (
     Quantity("merged_panels", "integer", "", "panel pairs made one on the mirror axis"),
-    Quantity("kutzbach_merged", "integer", "", "Kutzbach count after the mirror merge"),
-    Quantity("dof_merged", "integer", "", "degrees of freedom after the mirror merge", better="lower"),
+    Quantity("kutzbach_merged", "integer", "", "Kutzbach count after the mirror merge, flat pairs rigid"),
+    Quantity("dof_merged", "integer", "", "degrees of freedom after the merge, flat pairs rigid", better="lower"),
 )
 _VERDICT = (
-    Quantity("deployable", "boolean", "", "1: deploys clear; 0: no folding, twisted or locked; null: not known"),
+    Quantity("deployable", "boolean", "", "1: deploys or movable; 0: no folding, twisted or locked; null: not known"),
+    Quantity("flat_pairs", "text", "", "how flat pairs are joined in the proved path: rigid, hinged or merged", _WAYS),
+    Quantity(
+        *("needed_margin", "real", "mm", "least play for each face at which a path from folded to flat is proved"),
+        better="lower",
+        half=0.02,
+    ),
+    Quantity(
+        *("least_gap", "real", "mm", "least gap of the panels as they are on that path; below 0 they overlap"),
+        better="higher",
+    ),
     Quantity(
         *("min_clearance", "real", "mm", "smallest gap to which panels come back, at most a panel's size"),
         better="higher",
         half=1.0,
     ),
-    Quantity("deploy_time", "real", "s", "time from folded to flat", better="lower", half=0.5),
+    Quantity(
+        *("deploy_time", "real", "s", "time from folded to flat, in the digits that tolerances agree on"),
+        better="lower",
+        half=0.5,
+    ),
 )
 
 DESIGNS = (
@@ -72,20 +89,24 @@ DESIGNS = (
     Quantity("n_untwisted", "integer", "", "two-stack foldings without twist"),
     Quantity("untwisted", "boolean", "", "1 when there is an untwisted folding"),
     Quantity("min_twist", "integer", "", "smallest twist of its foldings; null without a folding"),
-    Quantity("kutzbach", "integer", "", "Kutzbach count 6(n-1)-5j of the best untwisted folding"),
-    Quantity("dof", "integer", "", "degrees of freedom at a generic state of the motion", better="lower", half=10.0),
+    Quantity("kutzbach", "integer", "", "Kutzbach count 6(n-1)-5j of the best untwisted folding, flat pairs hinged"),
+    Quantity(
+        *("dof", "integer", "", "degrees of freedom at a generic state, flat pairs hinged (n hinges)"),
+        better="lower",
+        half=10.0,
+    ),
     *_MECHANISM,
     *_VERDICT,
     Quantity(
-        *("status", "text", "", "deploys, undecided, collides, locked, twisted or no_folding"),
-        words=(*_VERDICTS, "twisted", "no_folding"),
+        *("status", "text", "", "deploys, movable, undecided, locked, twisted or no_folding"),
+        words=(*VERDICTS, "twisted", "no_folding"),
     ),
     Quantity("score", "real", "", "score that `hcsearch rank --save` stored, 0 to 1", better="higher"),
     Quantity(
         "deployment_ratio", "integer", "", "flat area over folded footprint, untwisted", better="higher", half=8.0
     ),
     Quantity(
-        "hinges", "integer", "", "hinges of the best untwisted folding, flat pairs rigid", better="lower", half=14.0
+        "hinges", "integer", "", "hinges of an untwisted folding, flat pairs rigid (n - 2)", better="lower", half=14.0
     ),
 )
 
@@ -100,11 +121,23 @@ FOLDINGS = (
         *("dof", "integer", "", "degrees of freedom at a generic state of the motion, flat pairs hinged"),
         better="lower",
     ),
-    Quantity("dof_folded", "integer", "", "degrees of freedom at first order, folded"),
-    Quantity("dof_flat", "integer", "", "degrees of freedom at first order, flat"),
+    Quantity("dof_folded", "integer", "", "degrees of freedom at first order, folded, flat pairs hinged"),
+    Quantity("dof_flat", "integer", "", "degrees of freedom at first order, flat, flat pairs hinged"),
     *_MECHANISM,
-    Quantity("status", "text", "", "deploys, undecided, collides, locked or twisted", (*_VERDICTS, "twisted")),
+    Quantity("status", "text", "", "deploys, movable, undecided, locked or twisted", (*VERDICTS, "twisted")),
     *_VERDICT,
+)
+
+MOTIONS = (
+    Quantity("design_id", "integer", "", "id of the design"),
+    Quantity("crease", "integer", "", "first flat crease of the folding"),
+    Quantity("scene", "text", "", "name of the scene"),
+    Quantity("flat_pairs", "text", "", "how flat pairs are joined in the proved path; null without one", _WAYS),
+    Quantity("needed_margin", "real", "mm", "least play for each face at which the path is proved", better="lower"),
+    Quantity("least_gap", "real", "mm", "least gap of the panels as they are; below 0 they overlap", better="higher"),
+    Quantity("slack", "real", "mm", "what panels may be elsewhere than the path places them"),
+    Quantity("states", "integer", "", "states of a path that was met, proved or not; 0 without one"),
+    Quantity("reason", "text", "", "the sentence behind it"),
 )
 
 DEPLOYMENTS = (
@@ -114,13 +147,16 @@ DEPLOYMENTS = (
     Quantity("base", "text", "", "scene whose verdict it serves: the same, or that with its own springs and pairs"),
     Quantity("scene_values", "text", "", "the folding and its scene as a TOML file; `hcsearch deploy` takes it"),
     Quantity("formulation", "text", "", "equations of motion that were integrated"),
-    Quantity("status", "text", "", "deploys, undecided, collides or locked", _VERDICTS),
+    Quantity("status", "text", "", "of this deployment: deploys, undecided or collides", _TRIALS),
     Quantity("reason", "text", "", "the sentence behind the status"),
     Quantity(
         "clearance", "real", "mm", "smallest gap to which panels come back; null unless it deploys", better="higher"
     ),
     Quantity("first_contact", "real", "s", "time of the first collision"),
-    Quantity("deploy_time", "real", "s", "time from folded to flat", better="lower"),
+    Quantity(
+        *("deploy_time", "real", "s", "time from folded to flat, as tolerances agree on it; null unless it deploys"),
+        better="lower",
+    ),
     Quantity("energy_error", "real", "", "largest relative error of the energy balance"),
     Quantity("closure_error", "real", "mm", "largest gap of the closed loop"),
 )
@@ -142,7 +178,8 @@ RUNS = (
     Quantity("arrays", "integer", "", "arrays they lie on"),
     Quantity("two_stack", "integer", "", "designs with a two-stack folding"),
     Quantity("untwisted", "integer", "", "designs with an untwisted folding"),
-    Quantity("deployable", "integer", "", "designs that deploy clear"),
+    Quantity("movable", "integer", "", "designs with a proved path from folded to flat"),
+    Quantity("deployable", "integer", "", "designs that springs alone bring flat, clear"),
     Quantity("stage_times", "text", "s", "time of each stage, as JSON"),
     Quantity("batches_done", "integer", "", "batches worked out by this run"),
     Quantity("batches_reused", "integer", "", "batches taken from earlier runs"),
@@ -174,7 +211,7 @@ UNITS = (
     Quantity("path", "text", "", "how the motion from folded ends: flat, stopped, stepwise, none or locked", _PATHS),
     Quantity("closure_error", "real", "", "greatest closure residual on that motion, rad or gap over panel size"),
     Quantity("contact", "boolean", "", "1: panels cut through each other on the way; 0: they do not; null: not looked"),
-    Quantity("known", "text", "", "name in the thesis, unit-i or unit-ii; empty where it has none"),
+    Quantity("known", "text", "", "name for `hcsearch assembly`: unit-i, unit-ii (thesis), unit-iii; else empty"),
 )
 
 EVALUATIONS = (
@@ -205,6 +242,7 @@ CRITERIA = tuple(quantity for quantity in DESIGNS if quantity.half is not None)
 VIEWS = {
     "designs": DESIGNS,
     "foldings": FOLDINGS,
+    "motions": MOTIONS,
     "deployments": DEPLOYMENTS,
     "runs": RUNS,
     "units": UNITS,

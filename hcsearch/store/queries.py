@@ -26,6 +26,7 @@ __all__ = ["find_design", "parse_query", "select", "select_sql", "stream", "stre
 _IDENTITY = {
     "designs": ("id",),
     "foldings": ("design_id", "crease"),
+    "motions": ("design_id", "crease", "scene"),
     "deployments": ("design_id", "crease", "base", "scene"),
     "runs": ("id",),
     "units": ("id",),

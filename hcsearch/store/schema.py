@@ -15,6 +15,7 @@ from sqlalchemy import (
     ForeignKeyConstraint,
     Index,
     Integer,
+    LargeBinary,
     MetaData,
     Table,
     Text,
@@ -22,13 +23,13 @@ from sqlalchemy import (
 )
 from sqlalchemy.types import REAL, TypeEngine
 
-REVISION = "0005"
+REVISION = "0006"
 """The newest migration. Revisions are numbers of four digits, so that an older one is a smaller text."""
 
 VERSION_TABLE = "hcsearch_version"
 APPLICATION_ID = 0x68635346  # "hcSF", in the header of an SQLite file
 
-FUNNEL = ("fixed_circuits", "circuits", "arrays", "two_stack", "untwisted", "deployable")
+FUNNEL = ("fixed_circuits", "circuits", "arrays", "two_stack", "untwisted", "movable", "deployable")
 
 # Named constraints can be changed by later migrations.
 metadata = MetaData(
@@ -54,6 +55,7 @@ def _status(name: str, *values: str) -> CheckConstraint:
 
 
 _VERDICTS = ("deploys", "undecided", "collides", "locked")
+_JUDGED = ("deploys", "movable", "undecided", "locked")
 
 design = Table(
     "design",
@@ -126,7 +128,7 @@ outcome = Table(
     Column("status", _TEXT, nullable=False),
     # A verdict goes with the folding that it is drawn from.
     ForeignKeyConstraint(["design_id", "best_crease"], ["folding.design_id", "folding.crease"], ondelete="CASCADE"),
-    _status("status", *_VERDICTS),
+    _status("status", *_JUDGED),
     sqlite_strict=True,
     sqlite_with_rowid=False,
 )
@@ -141,7 +143,28 @@ verdict = Table(
     Column("min_clearance", _REAL),
     Column("deploy_time", _REAL),
     ForeignKeyConstraint(["design_id", "crease"], ["folding.design_id", "folding.crease"], ondelete="CASCADE"),
-    _status("status", *_VERDICTS),
+    _status("status", *_JUDGED),
+    sqlite_strict=True,
+    sqlite_with_rowid=False,
+)
+
+# One row a folding that was looked at in a scene. Lengths in millimetres, as the columns of the views have them.
+motion = Table(
+    "motion",
+    metadata,
+    Column("design_id", _ID, primary_key=True, autoincrement=False),
+    Column("crease", Integer, primary_key=True, autoincrement=False),
+    Column("scene", _TEXT, ForeignKey("scene.name", ondelete="CASCADE"), primary_key=True),
+    Column("flat_pairs", _TEXT),
+    Column("needed_margin", _REAL),
+    Column("least_gap", _REAL),
+    Column("slack", _REAL),
+    Column("states", Integer, nullable=False),
+    Column("reason", _TEXT, nullable=False),
+    # Fold angles of the states (rad), doubles, little-endian, row by row, compressed by zlib; NULL without a path.
+    Column("path", LargeBinary),
+    ForeignKeyConstraint(["design_id", "crease"], ["folding.design_id", "folding.crease"], ondelete="CASCADE"),
+    _status("flat_pairs", "rigid", "hinged", "merged"),
     sqlite_strict=True,
     sqlite_with_rowid=False,
 )

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+import zlib
+from collections.abc import Sequence
 from typing import Any
 
 from sqlalchemy import Connection, delete, select
 
 from hcsearch.errors import DatabaseError, SceneError
-from hcsearch.records import DeploymentBatch, StageResult, VerdictBatch, Work
+from hcsearch.records import DeploymentBatch, MotionBatch, StageResult, VerdictBatch, Work
 from hcsearch.store.database import Database
 from hcsearch.store.designs import CHUNK, ids_of
-from hcsearch.store.schema import deployment, outcome, scene, verdict
+from hcsearch.store.schema import deployment, motion, outcome, scene, verdict
 from hcsearch.store.upsert import insert_rows
 from hcsearch.store.writing import insert_results
 
@@ -45,13 +47,13 @@ def scene_names(database: Database) -> list[str]:
 
 
 def record_verdicts(
-    database: Database, run_id: int, work: Work, key: str, verdicts: VerdictBatch, result: StageResult
+    database: Database, run_id: int, work: Work, key: str, verdicts: VerdictBatch, results: Sequence[StageResult]
 ) -> None:
-    """Store verdicts in the scene of this work in one transaction, and that the stage is done for a piece of it."""
+    """Store verdicts in the scene of this work in one transaction, and that the stages are done for a piece of it."""
     with database.writing() as connection:
         if verdicts.circuit:
             _insert(connection, database, work.scene, verdicts)
-        insert_results(connection, run_id, work, key, [result])
+        insert_results(connection, run_id, work, key, results)
 
 
 def _insert(connection: Connection, database: Database, name: str, verdicts: VerdictBatch) -> None:
@@ -65,22 +67,47 @@ def _insert(connection: Connection, database: Database, name: str, verdicts: Ver
     columns: Columns = {"scene": [name] * len(ids), "design_id": ids}
     columns |= {"best_crease": verdicts.best_crease, "status": verdicts.status}
     insert_rows(connection, outcome, columns, ("best_crease", "status"))
-    found, creases = verdicts.deployment, verdicts.folding_crease.tolist()
+    creases = verdicts.folding_crease.tolist()
     designs = [ids[row] for row in verdicts.folding_row.tolist()]
     rows: Columns = {"scene": [name] * len(designs), "design_id": designs, "crease": creases}
-    rows |= {
-        "status": list(found.status),
-        "min_clearance": [_number(1e3 * gap) for gap in found.clearance.tolist()],
-        "deploy_time": [_number(time) for time in found.time.tolist()],
-    }
-    insert_rows(connection, verdict, rows, ("status", "min_clearance", "deploy_time"))
     for start in range(0, len(ids), CHUNK):
         some = ids[start : start + CHUNK]
         connection.execute(delete(deployment).where(deployment.c.base == name, deployment.c.design_id.in_(some)))
-    if found.trials:
+        connection.execute(delete(motion).where(motion.c.scene == name, motion.c.design_id.in_(some)))
+    _insert_motions(connection, rows, verdicts.motion)
+    found = verdicts.deployment
+    clearance, time = ([], []) if found is None else (found.clearance.tolist(), found.time.tolist())
+    none = [None] * len(designs)
+    rows |= {
+        "status": verdicts.folding_status,
+        "min_clearance": [_number(1e3 * gap) for gap in clearance] or none,
+        "deploy_time": [_number(seconds) for seconds in time] or none,
+    }
+    insert_rows(connection, verdict, rows, ("status", "min_clearance", "deploy_time"))
+    if found is not None and found.trials:
         trials = _trial_columns(found, rows, name)
         changed = [column for column in trials if column not in ("design_id", "crease", "base", "scene")]
         insert_rows(connection, deployment, trials, changed)
+
+
+def _insert_motions(connection: Connection, foldings: Columns, found: MotionBatch) -> None:
+    """Store the motions of the foldings that were looked at; the others have none."""
+    kept = [i for i, reason in enumerate(found.reason) if reason is not None]
+    if not kept:
+        return
+    columns: Columns = {name: [values[i] for i in kept] for name, values in foldings.items()}
+    columns |= {
+        "flat_pairs": [found.flat_pairs[i] for i in kept],
+        "needed_margin": [_number(1e3 * float(found.margin[i])) for i in kept],
+        "least_gap": [_number(1e3 * float(found.gap[i])) for i in kept],
+        "slack": [_number(1e3 * float(found.slack[i])) for i in kept],
+        "states": [0 if (path := found.paths[i]) is None else len(path) for i in kept],
+        "reason": [found.reason[i] for i in kept],
+        "path": [
+            None if (path := found.paths[i]) is None else zlib.compress(path.astype("<f8").tobytes()) for i in kept
+        ],
+    }
+    insert_rows(connection, motion, columns, [name for name in columns if name not in foldings])
 
 
 def _trial_columns(found: DeploymentBatch, foldings: Columns, name: str) -> Columns:

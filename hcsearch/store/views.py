@@ -10,7 +10,7 @@ from hcsearch.scenes import DEFAULT
 from hcsearch.store.columns import VIEWS
 
 # A folding with twist never deploys, and a design without an untwisted folding neither: known before any later stage.
-# Where a scene has a verdict it stands: what is locked with rigid flat pairs may deploy where they are hinged.
+# Where a scene has a verdict it stands.
 _DESIGN, _FOLDING = "coalesce(o.status, d.status)", "coalesce(v.status, f.status)"
 _DESIGNS = {
     "orbit_size": "d.array_symmetry / d.symmetry",
@@ -19,7 +19,7 @@ _DESIGNS = {
     "deployable": f"""CASE
         WHEN d.n_foldings = 0 OR (d.n_foldings > 0 AND d.n_untwisted = 0) THEN 0
         WHEN {_DESIGN} IN ('no_folding', 'twisted', 'locked') THEN 0
-        WHEN o.status = 'deploys' THEN 1
+        WHEN o.status IN ('deploys', 'movable') THEN 1
     END""",
     "status": f"""CASE
         WHEN d.n_foldings = 0 THEN 'no_folding'
@@ -36,20 +36,26 @@ _FOLDINGS = {
     "status": f"CASE WHEN f.twist > 0 THEN 'twisted' ELSE {_FOLDING} END",
     "deployable": f"""CASE
         WHEN f.twist > 0 OR {_FOLDING} IN ('twisted', 'locked') THEN 0
-        WHEN v.status = 'deploys' THEN 1
+        WHEN v.status IN ('deploys', 'movable') THEN 1
     END""",
     "min_clearance": "v.min_clearance",
     "deploy_time": "v.deploy_time",
+    "flat_pairs": "m.flat_pairs",
+    "needed_margin": "m.needed_margin",
+    "least_gap": "m.least_gap",
 }
 _BEST_FOLDING = ("kutzbach", "dof", "merged_panels", "kutzbach_merged", "dof_merged")
 _BEST_DEPLOYING = ("min_clearance", "deploy_time")
+_BEST_MOTION = ("flat_pairs", "needed_margin", "least_gap")
 
 # Where a column of a view is more than the column of that name in its table.
 _EXPRESSIONS = {
     "designs": _DESIGNS
     | {name: f'f."{name}"' for name in _BEST_FOLDING}
-    | {name: f'v."{name}"' for name in _BEST_DEPLOYING},
+    | {name: f'v."{name}"' for name in _BEST_DEPLOYING}
+    | {name: f'm."{name}"' for name in _BEST_MOTION},
     "foldings": _FOLDINGS,
+    "motions": {},
     "deployments": {},
     "runs": {},
     "units": {},
@@ -66,13 +72,16 @@ _SOURCES = {
 LEFT JOIN outcome AS o ON o.design_id = d.id AND o.scene = :scene
 LEFT JOIN folding AS f ON f.design_id = d.id AND f.crease = coalesce({_BEST}, d.best_crease)
 LEFT JOIN verdict AS v ON v.design_id = d.id AND v.scene = :scene AND v.crease = {_BEST}
+LEFT JOIN motion AS m ON m.design_id = d.id AND m.scene = :scene AND m.crease = {_BEST}
 LEFT JOIN score AS s ON s.design_id = d.id AND s.scene = :scene""",
     ),
     "foldings": (
         "f",
         """folding AS f
-LEFT JOIN verdict AS v ON v.design_id = f.design_id AND v.crease = f.crease AND v.scene = :scene""",
+LEFT JOIN verdict AS v ON v.design_id = f.design_id AND v.crease = f.crease AND v.scene = :scene
+LEFT JOIN motion AS m ON m.design_id = f.design_id AND m.crease = f.crease AND m.scene = :scene""",
     ),
+    "motions": ("m", "motion AS m"),
     "deployments": ("p", "deployment AS p"),
     "runs": ("r", "run AS r"),
     "units": ("u", "unit AS u"),

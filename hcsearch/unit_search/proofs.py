@@ -1,4 +1,8 @@
-"""What proves that a union of elements is a unit: its folded package, its rank, and its motion from folded to flat."""
+"""What shows that a union of elements is a unit: its folded package, its rank, and its motion from folded to flat.
+
+All of it is floating point at sampled states: ranks by gaps in singular values, the motion by its states, contact at
+them and between. Nothing here is a proof over all of the motion, as `hcsearch.collision.certify` gives of clearance.
+"""
 
 from __future__ import annotations
 

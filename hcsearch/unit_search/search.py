@@ -1,4 +1,4 @@
-"""The search for single-DoF units: copies of an element laid together two or four at a time, each proved or refuted.
+"""The search for single-DoF units: copies of an element laid together two or four at a time, each tested.
 
 The rule is the thesis's (5.2): consecutive copies overlap in panels and merge hinges, and no mountain lies on a
 valley. We also ask that no crease of a copy lies in a slit of another, since such unions have no folded state or close
@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 from hcsearch.assemblies.assembly import Parameters
-from hcsearch.assemblies.units import unit_i, unit_ii
+from hcsearch.assemblies.units import unit_i, unit_ii, unit_iii
 from hcsearch.errors import PatternError
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Pattern, overlay
@@ -29,10 +29,10 @@ Progress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True)
 class UnitFound:
-    """Copies of one element that move together from folded to flat with one degree of freedom, and what proves it.
+    """Copies of one element that move together from folded to flat with one degree of freedom, and what shows it.
 
     copies : where each lies, the first where the element is. pattern : their union.
-    known : name in the thesis, or empty.
+    known : name that `hcsearch assembly` knows it by, or empty.
     """
 
     element: Element
@@ -94,8 +94,8 @@ class Searched:
 
     placements : ways to lay a copy onto the element. unions : arrangements up to congruence; of these `light` have a
         Kutzbach count that leaves one degree of freedom possible. Of these `tried` were looked at, `folding` have a
-        folded state with a place for every panel, `single` one degree of freedom at a generic state, and `units` are
-        proved.
+        folded state with a place for every panel, `single` one degree of freedom at a generic state, and `units` pass
+        all tests of `prove`.
     skipped : why the element was left out, or empty. complete : whether all arrangements were looked at within the
         limits. refuted : those of `single` that no smooth motion of one degree of freedom takes from folded to flat.
     """
@@ -130,7 +130,7 @@ def search_units(
     strict: bool = True,
     progress: Progress | None = None,
 ) -> Searched:
-    """Lay copies of an element together in all ways and prove which unions are single-DoF units.
+    """Lay copies of an element together in all ways and test which unions are single-DoF units.
 
     copies : 2 for pairs, 4 for rings of four. strict : whether no crease may lie in a slit of another copy.
     """
@@ -263,10 +263,10 @@ def _arrangements(rings: Rings, copies: tuple[int, ...]) -> Iterator[tuple[Motio
 
 @lru_cache(maxsize=8)
 def _known_units(alpha: float | None) -> dict[Key, str]:
-    """Congruence keys of the units of the thesis; regular triangles are those of 60 degrees."""
+    """Congruence keys of the units that have a name; regular triangles are those of 60 degrees."""
     parameters = Parameters(alpha=math.radians(60.0 if alpha is None else alpha))
     found = {}
-    for name, build in (("unit-i", unit_i), ("unit-ii", unit_ii)):
+    for name, build in (("unit-i", unit_i), ("unit-ii", unit_ii), ("unit-iii", unit_iii)):
         found[congruence_key(marks_of(Sheet(build(parameters), lattice=False)))] = name
     return found
 

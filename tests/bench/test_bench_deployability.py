@@ -17,10 +17,12 @@ def test_every_folding_is_counted_once(report):
     for row, line in zip(found.rows, said, strict=True):
         assert line.startswith(f"{row.grid} {row.cells}: foldings {row.foldings}, default {row.default}, ")
         deploys = row.default + row.hinged + row.merged + row.graded + row.spread
-        assert row.foldings == deploys + row.collides + row.undecided + row.locked
+        assert row.foldings == deploys + row.movable + row.undecided + row.locked
+        assert min(row.movable, row.undecided, row.locked, row.tight) >= 0
+        assert row.tight <= row.foldings - row.locked
         assert 0 <= row.deployable <= row.designs <= row.foldings
-        assert 0 <= row.tuned <= row.collides + row.undecided
-        assert (row.deployable > 0) == (deploys > 0)
+        assert 0 <= row.tuned <= row.movable + row.undecided
+        assert (row.deployable > 0) == (deploys + row.movable > 0)
 
 
 def test_known_small_cases(report):

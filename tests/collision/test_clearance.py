@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -22,8 +23,9 @@ from naive_clearance import (
 )
 from scipy.optimize import brentq, minimize_scalar
 
-from hcsearch.collision.clearance import MARGIN, RESOLUTION, certify, longest_way, pairs_of, slack_of
-from hcsearch.collision.penetration import deepest_margin, prisms_of
+from hcsearch.assemblies import ASSEMBLIES
+from hcsearch.collision.clearance import MARGIN, RESOLUTION, certify, kept_apart, longest_way, pairs_of, slack_of
+from hcsearch.collision.penetration import deepest_margin, first_cut, prisms_of
 from hcsearch.deployment.deploying import deploy
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.intervals import Course
@@ -31,7 +33,7 @@ from hcsearch.kernels.multibody.between import opening
 from hcsearch.kernels.multibody.tree import work_for
 from hcsearch.kernels.overlaps import first_overlap
 from hcsearch.linkage import Linkage
-from hcsearch.pattern import Pattern
+from hcsearch.pattern import RIGID, VALLEY, Pattern
 from hcsearch.scenes import SCENES
 from tests.linkages import linkage_named
 
@@ -495,6 +497,44 @@ def test_no_panel_is_further_from_its_place_than_the_slack(name, tolerance):
                 seen = [relative(linkage, angles, f, g) for linkage in (own, other)]
                 worst = max(worst, np.linalg.norm(seen[0] - seen[1], axis=1).max())
     assert 1e-3 * slack < worst < slack
+
+
+def test_stops_keep_panels_apart_that_lie_on_two_sides_of_their_hinge():
+    """Those of all assemblies do: they only touch, at any fold angles within the stops."""
+    for name, assembly in ASSEMBLIES.items():
+        linkage = Linkage(assembly.build(assembly.defaults))
+        assert kept_apart(linkage) == hinged(linkage), name
+    rng, thesis = np.random.default_rng(4), Linkage(ASSEMBLIES["thesis-4x4"].build(ASSEMBLIES["thesis-4x4"].defaults))
+    for linkage in (*LINKAGES, thesis):
+        every = set(combinations(range(linkage.n_panels), 2))
+        states = rng.uniform(0.0, math.pi, (20, linkage.n_hinges))
+        # a tree of hinges has the fold angles of the states, the others open the loops
+        tree = {tuple(sorted(pair)) for pair in in_tree(linkage)}
+        assert first_cut(linkage, states, 1e-12, every - (kept_apart(linkage) & tree)) is None
+
+
+def in_tree(linkage):
+    """Pairs of panels that the hinges of the tree join."""
+    chain, hinges = linkage.chain, linkage.pattern.hinges
+    return [(hinges[h].first, hinges[h].second) for h in chain.hinges if h >= 0]
+
+
+def test_a_panel_that_reaches_across_the_line_of_its_hinge_may_collide():
+    """The second panel swings against a part of the first that leans over it, across the line."""
+    facets = (
+        ((-0.05, 0.0), (0.0, 0.0), (0.0, 0.05), (-0.05, 0.05)),
+        ((-0.05, 0.05), (0.0, 0.05), (0.0, 0.1), (-0.05, 0.1)),
+        ((0.0, 0.05), (0.05, 0.02), (0.05, 0.1), (0.0, 0.1)),
+        ((0.0, 0.0), (0.05, 0.0), (0.05, 0.02), (0.0, 0.05)),
+    )
+    creases = {(0, 1): RIGID, (1, 2): RIGID, (0, 3): VALLEY}
+    linkage = Linkage(Pattern(facets, creases, 0.006))
+    assert linkage.n_panels == 2
+    assert kept_apart(linkage) == set()
+    times, angles = np.array([0.0, 1.0]), np.array([[math.pi], [0.0]])
+    course = Course(times, angles, np.zeros_like(angles), np.zeros_like(angles), True)
+    assert certify(linkage, course, apart=kept_apart(linkage)).kind == "collides"
+    assert certify(linkage, course, apart=hinged(linkage)).kind == "clear"
 
 
 def relative(linkage, angles, f, g):

@@ -171,6 +171,17 @@ def test_pairs_that_are_left_out_are_hinged_or_mirrored():
     assert half.apart > whole.apart
 
 
+@pytest.mark.parametrize(("name", "across"), [("hex:0234550132:4", 1), ("hex:0223335500:0", 2)])
+def test_a_flat_pair_that_reaches_across_the_line_of_a_hinge_is_looked_at(name, across):
+    """At a sharp turn the line of the first hinge runs through the other hexagon of the pair."""
+    compiled = compile_scene(linkage_named(name), DEFAULT)
+    hinged = {(hinge.first, hinge.second) for hinge in compiled.linkage.pattern.hinges}
+    left = hinged - compiled.apart
+    assert len(left) == across
+    panels = compiled.linkage.pattern.panels
+    assert all({len(panels[one]), len(panels[two])} == {1, 2} for one, two in left)
+
+
 @pytest.mark.parametrize("name", ["element-8r", "hex:0233340501:3"])
 def test_a_very_heavy_base_is_as_good_as_held(name):
     heavy = replace(DEFAULT, held="free", base_mass=1e6, base_inertia=(1e6, 1e6, 1e6))

@@ -37,6 +37,8 @@ KEYS = [
     "outcome",
     "flat_time_s",
     "end_time_s",
+    "other_tolerances",
+    "other_outcomes",
     "widest_angle_rad",
     "energy_start_J",
     "energy_damped_J",
@@ -125,7 +127,10 @@ def test_json_is_plain_and_complete():
 def test_json_tells_events_and_clearance():
     facts = told("hex:0234550132:4")
     assert facts["outcome"] == "flat"
-    assert facts["flat_time_s"] == facts["end_time_s"]
+    assert facts["flat_time_s"] == facts["end_time_s"] == 0.141
+    assert facts["reason"] == "flat after 0.1410 s"
+    assert facts["other_tolerances"] == pytest.approx([1e-7, 1e-8])
+    assert facts["other_outcomes"] == ["flat", "flat"]
     hit = facts["events"][0]
     assert set(hit) == {"time_s", "hinges", "kind", "speed_rad_s"}
     assert hit["kind"] == "hit"

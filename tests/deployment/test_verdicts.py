@@ -1,4 +1,4 @@
-"""The stage `deployment`: verdicts on batches of foldings, and the law of twisted ones."""
+"""The stages in a scene: verdicts on batches of foldings, and the law of twisted ones."""
 
 import tomllib
 from dataclasses import replace
@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hcsearch.circuit import Circuit
+from hcsearch.deployment.agreement import agreed_checks, confirmed
 from hcsearch.deployment.checking import check
 from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.deploying import deploy
@@ -17,12 +18,15 @@ from hcsearch.deployment.springs import with_springs
 from hcsearch.deployment.verdicts import verdicts
 from hcsearch.enumeration import PolygonSearch
 from hcsearch.flat_pairs import folding_linkage
-from hcsearch.folding import Folding, folding_of
+from hcsearch.folding import folding_at, folding_of
 from hcsearch.grid import GRIDS
-from hcsearch.pipeline.deployments import BEST_FIRST, PIECE_SECONDS, Deploy, pieces, seconds_of, unfinished
 from hcsearch.pipeline.designs import candidates_of, design_rows, run_unit
-from hcsearch.pipeline.stages import stages_until
+from hcsearch.pipeline.judging import PIECE_SECONDS, Judge, Piece, pieces, seconds_of, unfinished
+from hcsearch.pipeline.stages import BUILT, stages_until
+from hcsearch.planning.stage import motions
+from hcsearch.records import NONE, Candidates, CircuitBatch, DeploymentBatch, FoldingBatch, MotionBatch
 from hcsearch.scenes import SCENES
+from hcsearch.store.columns import VERDICTS
 
 DEFAULT = SCENES["default"]
 STOPS = frozenset({"stops"})
@@ -36,13 +40,10 @@ def unit_of(grid, n, until="mobility"):
 
 @pytest.fixture(scope="module")
 def tens():
-    _, unit = unit_of("hex", 10)
-    return unit, verdicts(unit.circuits, unit.foldings, unit.twists, unit.mobility.locked, DEFAULT, threads=2)
-
-
-def folding_at(unit, i):
-    word = tuple(unit.circuits.words[unit.foldings.row[i]].tolist())
-    return Folding(Circuit(GRIDS[unit.circuits.grid], word), int(unit.foldings.crease[i]))
+    """The untwisted foldings of ten hexagons, their motions, and their deployments."""
+    own = candidates_of(*unit_of("hex", 10))
+    motion = motions(own.circuits, own.foldings, (own.locked, own.locked_hinged), DEFAULT, threads=2)
+    return own, motion, verdicts(own.circuits, own.foldings, own.locked, motion.met, DEFAULT, threads=2)
 
 
 @pytest.mark.parametrize(
@@ -52,68 +53,114 @@ def test_no_twisted_folding_deploys(grid, n, twisted):
     _, unit = unit_of(grid, n, "twist")
     found = np.flatnonzero(unit.twists != 0).tolist()
     assert len(found) == twisted
-    scenes = [compile_scene(folding_linkage(folding_at(unit, i)), DEFAULT) for i in found]
+    scenes = [compile_scene(folding_linkage(folding_at(unit.circuits, unit.foldings, i)), DEFAULT) for i in found]
     rows = check(scenes, tolerance=1e-5, threads=2)
-    assert not [folding_at(unit, i).notation for i, row in zip(found, rows, strict=True) if row.deploys]
+    assert not [
+        folding_at(unit.circuits, unit.foldings, i).notation for i, row in zip(found, rows, strict=True) if row.deploys
+    ]
     # the check did follow them: most move, and what comes flat collides on the way
     assert sum(row.evaluations > 100 for row in rows) > 0.3 * twisted
     assert all(row.clear is False for row in rows if row.outcome == "flat")
 
 
 def test_verdicts_of_ten_hexagons(tens):
-    unit, found = tens
-    words = [word for word in found.status if word is not None]
-    assert [word is None for word in found.status] == (unit.twists != 0).tolist()
-    assert set(words) <= set(BEST_FIRST)
-    assert words.count("locked") <= int(unit.mobility.locked.sum())
-    deploys = np.array([word == "deploys" for word in found.status])
+    own, motion, found = tens
+    deploys = found.deploys
+    assert len(deploys) == len(own.foldings) == 40
+    assert not deploys[own.locked_hinged].any()
     assert 6 <= deploys.sum() <= 25
     assert (np.isfinite(found.time) == deploys).all()
     assert (np.isfinite(found.clearance) == deploys).all()
     assert (found.time[deploys] > 0.05).all()
     assert (found.time[deploys] <= PATIENT).all()
+    # what springs bring flat has a path, which the planner need not meet
+    assert motion.met[deploys].all()  # what springs bring flat has a path
+    assert motion.moves[deploys].mean() > 0.5
+
+
+def test_without_a_path_a_folding_gets_the_first_look_alone(tens):
+    own, motion, found = tens
+    for trial in found.trials:
+        assert motion.met[trial.folding] or trial.scene == "default"
+    none = np.zeros(len(own.foldings), bool)
+    brief = verdicts(own.circuits, own.foldings, own.locked, none, DEFAULT, threads=2)
+    first = tuple(trial for trial in found.trials if trial.scene == "default")
+    assert brief.trials == first
+    assert np.flatnonzero(brief.deploys).tolist() == [trial.folding for trial in first if trial.status == "deploys"]
+    assert brief.deploys.sum() < found.deploys.sum()
 
 
 def test_each_trial_tells_what_it_was(tens):
-    unit, found = tens
+    own, _, found = tens
     first = {trial.folding: trial for trial in found.trials if trial.scene == "default"}
-    untwisted = np.flatnonzero((unit.twists == 0) & ~unit.mobility.locked)
-    assert sorted(first) == untwisted.tolist()
+    assert sorted(first) == np.flatnonzero(~own.locked).tolist()
     for trial in found.trials:
         assert trial.status in {"deploys", "collides", "undecided"}
         assert (trial.first_contact is not None) == (trial.status == "collides")
         if trial.status == "deploys":
-            assert found.status[trial.folding] == "deploys"
+            assert found.deploys[trial.folding]
+            assert found.clearance[trial.folding] == trial.clearance
             assert found.time[trial.folding] == trial.deploy_time
         else:
-            assert trial.scene == "default"
+            assert trial.scene == "default" or trial.reason.startswith("branch-singular: ")
+            assert trial.deploy_time is None
         values = tomllib.loads(trial.values)
         assert values["panel_mm"] == "50x50x6"
-        assert values["design"] == folding_at(unit, trial.folding).notation
+        assert values["design"] == folding_at(own.circuits, own.foldings, trial.folding).notation
         assert values.get("name", "default") == trial.scene
         assert (values["flat_pairs"] == "hinged") == trial.scene.startswith("hinged")
 
 
 def test_what_deploys_in_a_trial_does_so_when_it_is_simulated_alone(tens):
-    unit, found = tens
+    own, _, found = tens
     chosen = [trial for trial in found.trials if trial.status == "deploys"]
     graded_ones = [trial for trial in chosen if "first" in trial.scene]
     assert graded_ones
     for trial in (chosen[0], graded_ones[0], graded_ones[-1]):
         scene = scene_in(read_text(trial.values, "the trial"))
         linkage = folding_linkage(
-            folding_at(unit, trial.folding), hinged=scene.flat_pairs == "hinged", merged=scene.merge
+            folding_at(own.circuits, own.foldings, trial.folding),
+            hinged=scene.flat_pairs == "hinged",
+            merged=scene.merge,
         )
         alone = deploy(linkage, scene, keep=STOPS)
         assert (alone.outcome, alone.clearance.kind, alone.verdict) == ("flat", "clear", "deploys")
-        assert alone.flat_time == pytest.approx(trial.deploy_time, rel=1e-3)
+        assert confirmed(alone).flat_time == trial.deploy_time
+
+
+def test_a_motion_along_singular_states_is_no_deployment(tens):
+    """One that comes flat at 1e-6 and diverges at 1e-8 is undecided; other springs deploy the folding."""
+    own, _, found = tens
+    names = [folding_at(own.circuits, own.foldings, i).notation for i in range(len(own.foldings))]
+    one, two = (trial for trial in found.trials if names[trial.folding] == "hex:0223335500:0")
+    assert [one.status, two.status] == ["undecided", "deploys"]
+    assert one.reason.startswith("branch-singular: flat ")
+    assert (one.clearance, one.deploy_time) == (None, None)
+    assert found.time[two.folding] == two.deploy_time == float(f"{two.deploy_time:.3e}")
+
+
+def test_what_deploys_at_one_tolerance_only_is_undecided(tens, monkeypatch):
+    own, _, found = tens
+    one = next(trial.folding for trial in found.trials if trial.status == "deploys" and trial.scene != "default")
+    alone = FoldingBatch(own.foldings.row[one : one + 1], own.foldings.crease[one : one + 1])
+
+    def jams(checks, tolerances):
+        return agreed_checks([*checks[:-1], replace(checks[-1], outcome="jammed")], tolerances)
+
+    monkeypatch.setattr("hcsearch.deployment.verdicts.agreed_checks", jams)
+    again = verdicts(own.circuits, alone, own.locked[one : one + 1], np.ones(1, bool), DEFAULT)
+    assert again.deploys.tolist() == [False]
+    assert np.isnan(again.time).all()
+    first, last = again.trials
+    assert (first.scene, last.status) == ("default", "undecided")
+    assert last.reason.startswith("branch-singular: flat at tolerance 1e-6, flat at 1e-7, jammed at 1e-8; ")
 
 
 def test_threads_and_how_many_are_held_in_memory_change_nothing(tens, monkeypatch):
-    unit, found = tens
+    own, motion, found = tens
     monkeypatch.setattr("hcsearch.deployment.verdicts.TOGETHER", 7)
-    again = verdicts(unit.circuits, unit.foldings, unit.twists, unit.mobility.locked, DEFAULT)
-    assert again.status == found.status
+    again = verdicts(own.circuits, own.foldings, own.locked, motion.met, DEFAULT)
+    assert again.deploys.tolist() == found.deploys.tolist()
     assert again.trials == found.trials
 
 
@@ -123,18 +170,98 @@ def test_a_design_has_the_best_verdict_of_its_foldings():
     for row, word in enumerate(rows.status):
         own = [rows.folding_status[i] for i in np.flatnonzero(rows.folding_row == row)]
         known = [other for other in own if other is not None]
-        assert word == (min(known, key=BEST_FIRST.index) if known else None)
+        assert word == (min(known, key=VERDICTS.index) if known else None)
     own = candidates_of(search, unit)
     (piece,) = pieces("unit", own)
-    found = Deploy(DEFAULT)(piece)
-    assert found.verdicts.deployment.status == list(map(str, found.verdicts.deployment.status))
-    for row, (word, crease) in enumerate(zip(found.verdicts.status, found.verdicts.best_crease, strict=True)):
+    found = Judge(DEFAULT, deploys=True)(piece)
+    told = found.verdicts
+    assert told.folding_crease.tolist() == own.foldings.crease.tolist()
+    assert told.circuit == [Circuit(GRIDS["hex"], tuple(word)).notation for word in own.circuits.words.tolist()]
+    assert_best_first(own, told)
+    for i, word in enumerate(told.folding_status):
+        known = [told.deployment.deploys[i], told.motion.moves[i], not own.locked_hinged[i]]
+        assert word == next(name for name, holds in zip(VERDICTS, [*known, True], strict=True) if holds)
+    planned, simulated = found.results
+    assert (planned.stage, planned.version) == ("motion", BUILT["motion"])
+    assert (simulated.stage, simulated.version) == ("deployment", BUILT["deployment"])
+    assert planned.passed == sum(word in ("deploys", "movable") for word in told.status)
+    assert simulated.passed == told.status.count("deploys")
+    for result, words in ((planned, ("deploys", "movable")), (simulated, ("deploys",))):
+        assert result.n_fixed == sum(
+            count for count, word in zip(own.n_fixed.tolist(), told.status, strict=True) if word in words
+        )
+
+
+def test_until_motion_nothing_is_simulated():
+    own = candidates_of(*unit_of("hex", 8))
+    (piece,) = pieces("unit", own)
+    whole, brief = Judge(DEFAULT, deploys=True)(piece), Judge(DEFAULT, deploys=False)(piece)
+    assert brief.verdicts.deployment is None
+    assert [result.stage for result in brief.results] == ["motion"]
+    assert brief.results[0].passed == whole.results[0].passed
+    as_planned = ["movable" if word == "deploys" else word for word in whole.verdicts.folding_status]
+    assert brief.verdicts.folding_status == as_planned
+
+
+def assert_best_first(own, told):
+    """The best folding of each design is that of the best status, then least play, lowest dof, lowest crease."""
+    margin = np.nan_to_num(told.motion.margin, nan=np.inf)
+    dof = np.where(own.dof == NONE, np.inf, own.dof)
+    for row, best in enumerate(zip(told.status, told.best_crease, strict=True)):
         members = np.flatnonzero(own.foldings.row == row).tolist()
-        ranked = [
-            (BEST_FIRST.index(found.verdicts.deployment.status[i]), own.dof[i], own.foldings.crease[i]) for i in members
-        ]
-        assert (BEST_FIRST.index(word), crease) == (min(ranked)[0], min(ranked)[2])
-    assert found.result.passed == found.verdicts.status.count("deploys")
+        rank = [(VERDICTS.index(told.folding_status[i]), margin[i], dof[i], own.foldings.crease[i]) for i in members]
+        place, *_, crease = min(rank)
+        assert best == (VERDICTS[place], crease)
+
+
+# Of foldings of five designs: design, crease, dof, proved locked with rigid and with hinged pairs, needed margin (mm),
+# whether springs bring it flat.
+FOLDINGS = (
+    (0, 5, 4, False, False, 0.02, False),
+    (0, 3, 9, False, False, 0.01, False),  # less play
+    (0, 0, 1, False, False, 0.05, True),  # deploys
+    (1, 4, 3, False, False, 0.02, False),
+    (1, 2, 7, False, False, 0.01, False),  # less play, in spite of its dof
+    (1, 0, 1, True, False, None, False),
+    (2, 6, 5, False, False, 0.01, False),
+    (2, 5, 4, False, False, 0.01, False),  # lowest dof and crease
+    (2, 3, NONE, False, False, 0.01, False),
+    (2, 7, 4, False, False, 0.01, False),
+    (3, 1, 2, True, True, None, False),
+    (3, 2, 6, True, False, None, False),  # locked with rigid pairs alone
+    (4, 4, 6, True, True, None, False),
+    (4, 6, 3, True, True, None, False),  # lowest dof
+)
+
+
+@pytest.mark.parametrize(
+    ("scene", "deploys", "expected"),
+    [
+        ({}, True, ["deploys 0", "movable 2", "movable 5", "undecided 2", "locked 6"]),
+        ({}, False, ["movable 3", "movable 2", "movable 5", "undecided 2", "locked 6"]),
+        ({"flat_pairs": "hinged"}, True, ["deploys 0", "movable 2", "movable 5", "undecided 2", "locked 6"]),
+        ({"flat_pairs": "rigid"}, True, ["deploys 0", "movable 2", "movable 5", "locked 1", "locked 6"]),
+        ({"merge": True}, True, ["deploys 0", "movable 2", "movable 5", "locked 1", "locked 6"]),
+    ],
+)
+def test_best_foldings_by_status_play_dof_and_crease(monkeypatch, scene, deploys, expected):
+    rows, creases, dof, locked, hinged, margin, flat = (np.array(column) for column in zip(*FOLDINGS, strict=True))
+    margin = 1e-3 * margin.astype(float)
+    time = np.where(flat, 0.5, np.nan)
+    paths = tuple(None if np.isnan(play) else np.zeros((2, 8)) for play in margin)
+    ways = [None if path is None else "rigid" for path in paths]
+    motion = MotionBatch(ways, margin, margin, margin, paths, ["so it was"] * len(FOLDINGS))
+    monkeypatch.setattr("hcsearch.planning.stage.motions", lambda *_: motion)
+    monkeypatch.setattr("hcsearch.deployment.verdicts.verdicts", lambda *_: DeploymentBatch(time, time, ()))
+    words = np.array([Circuit.from_notation("hex:02234400").word] * 5, np.int8)
+    circuits = CircuitBatch("hex", words, np.ones(5, np.int16))
+    own = Candidates(circuits, np.arange(1, 6), FoldingBatch(rows, creases), locked, hinged, dof)
+    found = Judge(replace(DEFAULT, **scene), deploys)(Piece("p#0/1", own))
+    told = found.verdicts
+    assert [f"{word} {crease}" for word, crease in zip(told.status, told.best_crease, strict=True)] == expected
+    assert_best_first(own, told)
+    counts = [(result.stage, result.passed, result.n_fixed) for result in found.results]
+    assert counts == [("motion", 3, 6), ("deployment", 1, 1)][: 1 + deploys]
 
 
 def test_pieces_are_small_whole_and_the_same_each_time():
@@ -154,7 +281,11 @@ def test_pieces_are_small_whole_and_the_same_each_time():
     assert unfinished(["unit"], [piece.key for piece in found[1:]]) == ["unit"]
     (empty,) = pieces("none", own.take(0, 0))
     assert (empty.key, len(empty.candidates.circuits)) == ("none#0/1", 0)
-    assert Deploy(DEFAULT)(empty).result.passed == 0
+    results = Judge(DEFAULT, deploys=True)(empty).results
+    assert [(result.stage, result.passed, result.n_fixed) for result in results] == [
+        ("motion", 0, 0),
+        ("deployment", 0, 0),
+    ]
 
 
 @pytest.mark.parametrize("grade", [*GRADES, OUTER])

@@ -46,7 +46,7 @@ class Job:
 # Even, so that there are foldings; in batches enough to lose one (12, 60), or small, where only rows count.
 MANY, MOST = Job("rectangle", 20, "twist"), Job("square", 22, "twist")
 SMALL, OTHER = Job("hex", 12), Job("square", 16)
-# Whose deployments are simulated, in pieces.
+# Whose motions are planned and simulated, in pieces.
 DEPLOYED = Job("hex", 10, "deployment")
 # Too long to be finished here, and long enough to be shared among processes.
 LONG = Job("square", 28)
@@ -206,6 +206,8 @@ def _rows(connection):
     rows.update((row[0], *row[2:]) for row in connection.execute(of_design))
     tried = "SELECT d.circuit, p.* FROM deployments AS p JOIN designs AS d ON d.id = p.design_id"
     rows.update((row[0], *row[2:]) for row in connection.execute(tried))
+    planned = "SELECT d.circuit, m.* FROM motions AS m JOIN designs AS d ON d.id = m.design_id"
+    rows.update((row[0], *row[2:]) for row in connection.execute(planned))
     return rows
 
 

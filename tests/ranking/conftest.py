@@ -14,9 +14,9 @@ from tests.judging import judge
 
 @pytest.fixture(scope="session")
 def deployed_hexagons(tmp_path_factory):
-    """All designs of ten hexagons; those not locked deploy, collide or stay undecided in turn.
+    """All designs of ten hexagons; those not locked deploy, are movable or stay undecided in turn.
 
-    In the scene `solar`, all of them deploy.
+    In the scene `solar`, all of these deploy.
     """
     path = tmp_path_factory.mktemp("ranks") / "d.sqlite"
     with open_database(str(path), create=True) as database:
@@ -24,7 +24,11 @@ def deployed_hexagons(tmp_path_factory):
         places = dict(select(database, "untwisted status=undecided", columns="design_id,crease", view="foldings").rows)
         judged, brighter = [], []
         for k, (number, name) in enumerate(select(database, "status=undecided", columns="id,circuit").rows):
-            status, gap = [("undecided", None), ("deploys", 0.2 + 0.1 * (k % 4)), ("collides", None)][k % 3]
+            if k % 7 == 6:
+                judged.append((name, places[number], "locked", None, None))
+                brighter.append(judged[-1])
+                continue
+            status, gap = [("undecided", None), ("deploys", 0.2 + 0.1 * (k % 4)), ("movable", None)][k % 3]
             judged.append((name, places[number], status, gap, gap and 0.3 + 0.01 * (k % 5)))
             brighter.append((name, places[number], "deploys", 1.0 + k / 8, 0.5))
         judge(database, judged)

@@ -60,7 +60,7 @@ def hex_ten() -> ReportData:
     return ReportData(
         title="Ten hexagons",
         meta=[("query", "grid=hex n=10")],
-        funnel=[Stage("fixed circuits", 1212), Stage("two-stack", 32, 120), Stage("deployable", None, 120)],
+        funnel=[Stage("fixed circuits", 1212), Stage("two-stack", 32, 120), Stage("movable", None, 120)],
         census=[(0, None, 88), (1, 0, 32)],
         designs=designs,
         foldings={number: folding_rows(number, circuit) for number, circuit in enumerate(circuits, 1)},

@@ -92,12 +92,14 @@ def test_the_funnel_has_numbers_shares_and_gaps(hex_ten):
 
 def test_columns_of_later_stages_appear_when_known(hex_ten):
     later = {"dof": 6, "min_clearance": 0.123456, "deploy_time": 0.38, "deployable": 1, "status": "deploys"}
+    later |= {"needed_margin": 0.0123456, "least_gap": -0.00625}
     page = Page(render(replace(hex_ten, designs=[{**hex_ten.designs[0], **later}])))
     texts = [text for _, text in page.texts]
     assert {"dof", "6", "min_clearance", "0.1235 mm", "deploy_time", "0.38 s", "deploys"} <= set(texts)
+    assert {"needed_margin", "0.01235 mm", "least_gap", "-0.00625 mm"} <= set(texts)
     titles = [attrs.get("title") for _, attrs in page.elements]
     assert "smallest gap to which panels come back, at most a panel's size, mm, higher is better" in titles
-    assert "time from folded to flat, s, lower is better" in titles
+    assert "time from folded to flat, in the digits that tolerances agree on, s, lower is better" in titles
     assert "deployable" in [attrs.get("value") for _, attrs in page.elements]
 
 

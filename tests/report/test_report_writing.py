@@ -31,21 +31,23 @@ def test_the_funnel_counts_what_the_query_selects(database):
         "non-isomorphic circuits": 16,
         "two-stack": 2,
         "untwisted": 1,
-        "deployable": None,
+        "movable": None,
+        "deployable by springs": None,
     }
     untwisted = fetch(database, "grid=hex n=8 untwisted", limit=None)
-    assert [stage.count for stage in untwisted.funnel][1:] == [1, 1, 1, 1, None]
+    assert [stage.count for stage in untwisted.funnel][1:] == [1, 1, 1, 1, None, None]
 
 
 def test_stages_that_have_not_run_are_not_known(database):
     data = fetch(database, "grid=hex n=10", limit=5)
-    assert list(counts(data).values())[2:] == [120, None, None, None]
+    assert list(counts(data).values())[2:] == [120, None, None, None, None]
     assert data.census == [(None, None, 120)]
     assert (len(data.designs), data.total) == (5, 120)
 
 
 def test_twisted_designs_alone_are_known_not_to_deploy(database):
-    assert counts(fetch(database, "grid=hex n=8 untwisted=0", limit=None))["deployable"] == 0
+    found = counts(fetch(database, "grid=hex n=8 untwisted=0", limit=None))
+    assert (found["movable"], found["deployable by springs"]) == (0, 0)
 
 
 def test_the_best_designs_come_first_with_their_foldings(database):
@@ -80,13 +82,14 @@ def test_a_report_of_no_designs_is_refused(database, tmp_path):
 
 @pytest.fixture
 def scenes(database_file, tmp_path):
-    """That database, deployed in three scenes; its own is called `flat`, another one has panels of 80 x 20."""
+    """That database, judged in four scenes; its own is called `flat`, another one has panels of 80 x 20."""
     path = shutil.copy(database_file, tmp_path)
     with open_database(str(path), create=False) as opened:
         number, name = select(opened, "grid=hex n=8 untwisted", columns="id,circuit").rows[0]
         (crease,) = select(opened, f"design_id={number} untwisted", columns="crease", view="foldings").rows[0]
         judge(opened, [(name, crease, "deploys", 0.5, 1.25)])
-        judge(opened, [(name, crease, "collides", None, None)], "flat")
+        judge(opened, [(name, crease, "undecided", None, None)], "flat")
+        judge(opened, [(name, crease, "movable", None, None)], "driven")
         judge(opened, [], "long")
         four = ArraySearch(parse_array(GRIDS["rectangle"], "4x4"))
         run_into(Plan(four, "twist", keep="untwisted", scene=Scene("long", panel=(0.080, 0.020, 0.006))), opened)
@@ -95,21 +98,27 @@ def scenes(database_file, tmp_path):
 
 
 def test_a_report_shows_the_verdicts_of_its_scene(scenes, tmp_path):
-    found = {scene: fetch(scenes, "grid=hex n=8", limit=1, scene=scene) for scene in ("default", "flat")}
+    found = {scene: fetch(scenes, "grid=hex n=8", limit=1, scene=scene) for scene in ("default", "driven", "flat")}
     told = {
-        scene: (data.designs[0]["status"], data.designs[0]["deploy_time"], counts(data)["deployable"])
+        scene: [data.designs[0][name] for name in ("status", "deploy_time", "needed_margin")]
+        + [counts(data)[name] for name in ("movable", "deployable by springs")]
         for scene, data in found.items()
     }
-    assert told == {"default": ("deploys", 1.25, 1), "flat": ("collides", None, 0)}
+    assert told == {
+        "default": ["deploys", 1.25, 0.01, 1, 1],
+        "driven": ["movable", None, 0.01, 1, 0],
+        "flat": ["undecided", None, None, 0, 0],
+    }
     statuses = [{row["status"] for rows in data.foldings.values() for row in rows} for data in found.values()]
-    assert [words - {"twisted"} for words in statuses] == [{"deploys"}, {"collides"}]
-    assert [dict(data.meta)["scene"] for data in found.values()] == ["default", "flat"]
+    assert [words - {"twisted"} for words in statuses] == [{"deploys"}, {"movable"}, {"undecided"}]
+    assert [dict(data.meta)["scene"] for data in found.values()] == ["default", "driven", "flat"]
     assert fetch(scenes, "deployable", limit=None).total == 1
+    assert fetch(scenes, "deployable", limit=None, scene="driven").total == 1
     assert fetch(scenes, "deployable", limit=None, scene="flat").total == 0
-    for scene, shown in (("default", True), ("flat", False)):
+    for scene, timed, moves in (("default", True, True), ("driven", False, True), ("flat", False, False)):
         page = write_report(scenes, "grid=hex n=8", tmp_path / "page.html", scene=scene).read_text(encoding="utf-8")
-        assert ("1.25 s" in page) is shown
-    with pytest.raises(SceneError, match=r"no verdicts of the scene 'moon' in .*: default, flat, long; run"):
+        assert ("1.25 s" in page, "0.01 mm" in page) == (timed, moves)
+    with pytest.raises(SceneError, match=r"no verdicts of the scene 'moon' in .*: default, driven, flat, long; run"):
         write_report(scenes, "grid=hex n=8", tmp_path / "moon.html", scene="moon")
     assert not (tmp_path / "moon.html").exists()
 

@@ -16,7 +16,7 @@ from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from store_samples import VERSIONS, WORK, begin, circuits, record, sample
 from test_store_processes import context, create, record_and_hang, record_own, record_same, run_together
-from test_store_verdicts import COLLIDES, CUT, DEPLOYS, FLAT, list_designs, told, trial
+from test_store_verdicts import COLLIDES, CUT, DEPLOYS, FLAT, LOCKED, MOVES, PATH, list_designs, told, trial
 
 from hcsearch.enumeration import ArraySearch, PolygonSearch
 from hcsearch.errors import DatabaseError, HcsearchError, QueryError
@@ -134,7 +134,7 @@ def test_ranks_and_scores(both):
     assert ranked[0] == ranked[1]
     assert all(found.result.rows for found in ranked[0])
     stored = [everything(database) for database in both]
-    for table in ("design", "outcome", "verdict", "score"):
+    for table in ("design", "outcome", "verdict", "motion", "score"):
         assert stored[0][table] == stored[1][table]
         assert stored[0][table]
 
@@ -145,26 +145,30 @@ def test_verdicts_are_stored_made_anew_and_deleted_alike(both):
     for database in both:
         list_designs(database)
         judge(database, [FLAT], trials=[COLLIDES, DEPLOYS])
-        judge(database, [CUT], "solar", [trial("solar", "collides")])
+        judge(database, [MOVES], "solar", [trial("solar", "collides")])
+        judge(database, [CUT], "dim")
+        judge(database, [LOCKED], "dark")
         found.append([everything(database)])
-        judge(database, [CUT], trials=[COLLIDES])
+        judge(database, [MOVES], trials=[COLLIDES])
         found[-1].append(everything(database))
         with pytest.raises(HcsearchError, match="another scene 'solar'"):
             record_scene(database, "solar", "density = 600.0\n")
-        for wrong in (("hex:z", 3, "collides", None, None), ("hex:c", 2, "collides", None, None)):
+        for wrong in (("hex:z", 3, "movable", None, None), ("hex:c", 2, "movable", None, None)):
             # in a piece of its own run, which stays
             with pytest.raises(Exception, match=r"lacks 1 designs|cannot store|foreign key|FOREIGN KEY"):
                 judge(database, [FLAT, wrong])
         assert {**everything(database), "run": found[-1][1]["run"]} == found[-1][1]
-        found[-1].append([told(database), told(database, "solar")])
+        found[-1].append([told(database, scene) for scene in ("default", "solar", "dim", "dark")])
         with database.writing() as connection:
             connection.execute(schema.design.delete().where(schema.design.c.circuit == "hex:c"))
         found[-1].append(everything(database))
     assert found[0] == found[1]
     before, after, shown, left = found[0]
     assert before != after
-    assert shown == [["collides", None, None, None]] * 2
-    assert [left[name] for name in ("outcome", "verdict", "deployment")] == [[], [], []]
+    assert shown[:2] == [["movable", 1, None, None, *PATH]] * 2
+    assert [row[:2] + row[4:] for row in shown[2:]] == [[*CUT[2:4], *[None] * 3], ["locked", 0, *[None] * 3]]
+    assert [len(found["motion"]) for found in (before, after)] == [3, 3]
+    assert [left[name] for name in ("outcome", "verdict", "motion", "deployment")] == [[], [], [], []]
     assert left["scene"] == after["scene"]
 
 

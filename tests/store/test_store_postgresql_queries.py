@@ -15,6 +15,7 @@ pytestmark = pytest.mark.slow
 QUERIES = [
     *([], ["untwisted"], ["n_foldings>=0 score>=-0.5"], ["id>=99999999999999999999"], ["score<1e999 id!=2.5"]),
     *(["circuit<hex:05"], ["circuit>=hex:05 array>hex:array3"], ["deployable=0"], ["status=locked"], ["array>x'--"]),
+    *(["status=movable needed_margin<=0.01"], ["flat_pairs=rigid", "-s", "-least_gap,id"], ["status=undecided"]),
     *(["not (untwisted or id<9) and id<99"], ["array=4-4-4 or not status=locked"], ["n_foldings>=0 not(not(score>0))"]),
     *(["-s", "score"], ["-s", "-score,array"], ["-s", "-status,-id"], ["-s", "circuit"], ["-s", "-array,circuit"]),
     *(["--scene", "solar"], ["deployable", "--scene", "solar", "-s", "-score,min_clearance"]),
@@ -23,6 +24,7 @@ QUERIES = [
     ["--sql", "SELECT sum(n_fixed) AS a, avg(id) AS b, 0.5 AS c, 7.0 / 2 AS d, max(score) AS e FROM designs"],
     ["--sql", "SELECT n > 3 AS a, n < 3 AS b, 'a:b %s %(x)s;' AS c, NULL AS d FROM designs LIMIT 2"],
     ["--sql", "SELECT * FROM runs -- all of them"],
+    ["--sql", "SELECT * FROM motions ORDER BY scene, design_id, crease"],
     ["--sql", "SELECT circuit, array_symmetry FROM designs ORDER BY circuit DESC LIMIT 5;"],
     ["--sql", 'SELECT DISTINCT "array" FROM designs ORDER BY "array"'],
     ["--sql", "SELECT id, crease, twist FROM designs JOIN foldings ON design_id = id ORDER BY id, crease"],
@@ -46,7 +48,7 @@ def filled(server, tmp_path_factory):
                     connection.execute(table.update().where(table.c.id % 11 == k).values(values))
                 connection.execute(folding.update().values(dof=folding.c.design_id % 5))
             named = dict(select(database, "untwisted", columns="id,circuit").rows)
-            words = ("undecided", "deploys", "locked", "collides")
+            words = ("undecided", "deploys", "locked", "movable")
             judge(database, [(named[k], 3, words[k % 4], 1e-7, k / 7) for k in named if k % 5])
             judge(database, [(named[k], 3, words[-k % 4], k / 3, None) for k in named if k % 2], "solar")
             save_scores(database, {k: k % 11 / 7 - 1 for k in range(1, 2101) if k % 4})

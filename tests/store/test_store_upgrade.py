@@ -1,4 +1,4 @@
-"""Nothing of a database is lost by the upgrade that moves verdicts into scenes."""
+"""Nothing of a database is lost by the upgrades that move verdicts into scenes, and that add motions."""
 
 import json
 import sqlite3
@@ -59,6 +59,9 @@ DEPLOYMENTS = (
     (5, 2, "default", "undecided", None, None),
     (8, 5, "default", "collides", None, None),
 )
+MOTION = dict.fromkeys(("flat_pairs", "needed_margin", "least_gap"))
+"""Columns that are new since, and without a value in each row of older views."""
+NEW = {"designs": MOTION, "foldings": MOTION, "runs": {"movable": None}}
 BEST_FOLDING = ("kutzbach", "dof", "merged_panels", "kutzbach_merged", "dof_merged")
 
 
@@ -113,16 +116,23 @@ def sql(database, statement):
         return [tuple(row) for row in connection.exec_driver_sql(statement)]
 
 
+def now(view, row):
+    """What a row of an older view is now: that one deployment collides says nothing of a folding."""
+    word = "undecided" if view != "deployments" and row.get("status") == "collides" else row.get("status")
+    return {**row, **NEW.get(view, {}), **({"status": word} if "status" in row else {})}
+
+
 def without(row, *names):
     return {name: value for name, value in row.items() if name not in names}
 
 
 def test_views_show_what_they_showed(before, upgraded):
     for view in ("foldings", "runs", "units", "evaluations"):
-        assert rows(upgraded, view) == before[view]
+        assert rows(upgraded, view) == [now(view, row) for row in before[view]]
         assert before[view]
+    assert rows(upgraded, "motions") == []
     # the best folding of a design is one of its status now
-    old, new = before["designs"], rows(upgraded, "designs")
+    old, new = [now("designs", row) for row in before["designs"]], rows(upgraded, "designs")
     assert [without(row, *BEST_FOLDING) for row in new] == [without(row, *BEST_FOLDING) for row in old]
     assert {row["id"]: (row["dof"], after["dof"]) for row, after in zip(old, new, strict=True)} == {
         **dict.fromkeys((1, 2, 3, 8, 9), (None, None)),
@@ -143,12 +153,12 @@ def test_verdicts_and_scores_are_in_the_scene_that_they_were_of(before, upgraded
     assert sql(upgraded, outcomes) == [
         (4, "default", 4, "deploys"),
         (5, "default", 2, "undecided"),
-        (8, "default", 5, "collides"),
+        (8, "default", 5, "undecided"),
     ]
     verdicts = "SELECT design_id, crease, scene, status, min_clearance, deploy_time FROM verdict ORDER BY 1, 2"
     assert sql(upgraded, verdicts) == [
-        (number, crease, "default", *found)
-        for number, crease, twist, _, *found in FOLDINGS
+        (number, crease, "default", "undecided" if word == "collides" else word, *found)
+        for number, crease, twist, _, word, *found in FOLDINGS
         if number in (4, 5, 8) and not twist
     ]
     assert sql(upgraded, "SELECT design_id, scene, score FROM score ORDER BY design_id") == [
@@ -184,33 +194,99 @@ def test_the_default_scene_of_an_older_database_is_run_again(upgraded):
     stored = find_scene(upgraded, "default")
     assert scene_in(read_text(stored, "default")) == SCENES["default"]
     record_scene(upgraded, "default", "")
-    judge(upgraded, [("hex:4", 4, "collides", None, None), ("hex:7", 2, "deploys", 0.5, 1.0)])
+    judge(upgraded, [("hex:4", 4, "movable", None, None), ("hex:7", 2, "deploys", 0.5, 1.0)])
     save_scores(upgraded, {4: None})
-    found = select(upgraded, "id>3 id!=9", columns="id,status,score").rows
+    found = select(upgraded, "id>3 id!=9", columns="id,status,score,needed_margin").rows
     assert found == (
-        (4, "collides", None),
-        (5, "undecided", None),
-        (6, "locked", None),
-        (7, "deploys", 0.25),
-        (8, "collides", 0.125),
+        (4, "movable", None, 0.01),
+        (5, "undecided", None, None),
+        (6, "locked", None, None),
+        (7, "deploys", 0.25, 0.01),
+        (8, "undecided", 0.125, None),
     )
 
 
-def test_the_newest_old_database_has_verdicts_of_two_scenes(path):
+def opened_from(path, version):
+    """The views of an old database, and it opened by this program."""
     with closing(sqlite3.connect(path)) as connection:
-        connection.executescript((OLD / "0005.sql").read_text())
-    with open_database(str(path), create=False) as database:
-        names = "status,min_clearance,deploy_time,score"
-        assert select(database, "id=3", columns=names).rows == (("deploys", 1.5, 0.5, 0.5),)
-        assert select(database, "id=3", columns=names, scene="solar").rows == (("collides", None, None, 0.25),)
+        connection.executescript((OLD / f"{version}.sql").read_text())
+        found = views(connection)
+    return found, open_database(str(path), create=False)
+
+
+def assert_readable(database):
+    for view in ("designs", "foldings", "deployments", "runs", "units", "evaluations"):
+        assert select(database, view=view).columns == column_names(view)
+        assert select(database, view=view).rows
+    for text in select(database, view="deployments", columns="scene_values").rows:
+        assert scene_in(read_text(text[0], "it")).panel is not None
+
+
+def test_verdicts_of_two_scenes_have_no_motions_yet(path):
+    """Schema 0005: foldings that collide are undecided now, each deployment says what it did."""
+    before, database = opened_from(path, "0005")
+    with database:
+        names = "status,deployable,min_clearance,deploy_time,score,flat_pairs,needed_margin,least_gap"
+        none = (None,) * 3
+        assert select(database, "id=3", columns=names).rows == (("deploys", 1, 1.5, 0.5, 0.5, *none),)
+        solar = select(database, "id=3", columns=names, scene="solar").rows
+        assert solar == (("undecided", None, None, None, 0.25, *none),)
         shown = select(database, view="deployments", columns="base,scene,status").rows
         assert shown == (
             ("default", "default", "collides"),
             ("default", "hinged", "deploys"),
             ("solar", "solar", "collides"),
         )
-        for view in ("designs", "foldings", "deployments", "runs", "units", "evaluations"):
-            assert select(database, view=view).columns == column_names(view)
-            assert select(database, view=view).rows
-        for text in select(database, view="deployments", columns="scene_values").rows:
-            assert scene_in(read_text(text[0], "it")).panel is not None
+        assert_readable(database)
+        for view, old in before.items():
+            assert rows(database, view) == [now(view, row) for row in old]
+        assert select(database, view="motions").rows == ()
+        verdicts = "SELECT scene, status, min_clearance, deploy_time FROM verdict ORDER BY 1"
+        assert sql(database, verdicts) == [("default", "deploys", 1.5, 0.5), ("solar", "undecided", None, None)]
+        outcomes = "SELECT scene, best_crease, status FROM outcome ORDER BY 1"
+        assert sql(database, outcomes) == [("default", 3, "deploys"), ("solar", 3, "undecided")]
+        judge(database, [("hex:023757", 3, "movable", None, None)], "new")
+        found = select(database, "id=3", columns="status,needed_margin", scene="new").rows
+        assert found == (("movable", 0.01),)
+
+
+@pytest.mark.parametrize("table", ["outcome", "verdict"])
+def test_no_verdict_collides_any_more(path, table):
+    _, database = opened_from(path, "0005")
+    with database:
+        with pytest.raises(Exception, match=r"constraint failed|cannot store"), database.writing() as connection:
+            connection.exec_driver_sql(f"UPDATE {table} SET status = 'collides'")
+        with database.writing() as connection:
+            connection.exec_driver_sql(f"UPDATE {table} SET status = 'movable'")
+
+
+def test_rewritten_verdicts_go_with_their_designs_and_scenes(path):
+    _, database = opened_from(path, "0005")
+    with database:
+        with database.writing() as connection:
+            connection.exec_driver_sql("DELETE FROM scene WHERE name = 'solar'")
+        for table in ("outcome", "verdict"):
+            assert sql(database, f"SELECT scene FROM {table}") == [("default",)]
+        with database.writing() as connection:
+            connection.exec_driver_sql("DELETE FROM design WHERE id = 3")
+        for table in ("outcome", "verdict"):
+            assert sql(database, f"SELECT scene FROM {table}") == []
+
+
+def test_the_newest_old_database_has_motions_in_two_scenes(path):
+    before, database = opened_from(path, "0006")
+    with database:
+        names = "status,deployable,min_clearance,deploy_time,score,flat_pairs,needed_margin,least_gap"
+        path = ("rigid", 0.01, -0.005)
+        assert select(database, "id=3", columns=names).rows == (("deploys", 1, 1.5, 0.5, 0.5, *path),)
+        solar = select(database, "id=3", columns=names, scene="solar").rows
+        assert solar == (("movable", 1, None, None, 0.25, *path),)
+        shown = select(database, view="motions", columns="scene,slack,states,reason").rows
+        assert shown == (
+            ("default", 1e-5, 2, "a reason for deploys"),
+            ("solar", 1e-5, 2, "a reason for movable"),
+        )
+        assert select(database, view="runs", columns="id,movable,deployable").rows == ((1, 1, 1), (2, 1, 0))
+        assert_readable(database)
+        for view, old in before.items():
+            assert rows(database, view) == old

@@ -1,5 +1,7 @@
-"""Verdicts of the stage `deployment` in the database: in scenes of their own, kept beside other stages, made anew."""
+"""Verdicts of the stages in a scene, in the database: in scenes of their own, kept beside other stages, made anew."""
 
+import math
+import zlib
 from dataclasses import replace
 
 import numpy as np
@@ -25,7 +27,7 @@ from tests.judging import judge, verdicts_of
 
 NAMES = ("hex:a", "hex:b", "hex:c")
 WORK = Work("hex", 12, "", "all")
-RESULT = StageResult("deployment", 1, 1, 1, 0.5)
+RESULTS = [StageResult(stage, 1, 1, 1, 0.5) for stage in ("motion", "deployment")]
 
 
 def mobility(locked=False):
@@ -34,7 +36,8 @@ def mobility(locked=False):
         for name, value in (("dof", 6), ("dof_folded", 7), ("dof_flat", 6), ("merged_panels", 0))
     }
     none = {name: np.full(4, NONE) for name in ("kutzbach_merged", "dof_merged")}
-    return MobilityBatch(kutzbach=6, **numbers, **none, locked=np.array([False] * 3 + [locked]))
+    locks = {name: np.array([False] * 3 + [locked]) for name in ("locked", "locked_hinged")}
+    return MobilityBatch(kutzbach=6, **numbers, **none, **locks)
 
 
 def trial(scene, status, clearance=None, time=None, contact=None, folding=0):
@@ -57,12 +60,17 @@ def list_designs(database, *, locked=False):
 COLLIDES = trial("default", "collides", contact=0.25)
 DEPLOYS = trial("hinged", "deploys", clearance=1.5e-3, time=0.5)
 FLAT = ("hex:c", 3, "deploys", 1.5, 0.5)
-CUT = ("hex:c", 3, "collides", None, None)
+MOVES = ("hex:c", 3, "movable", None, None)
+CUT = ("hex:c", 3, "undecided", None, None)
+PATH = ["rigid", 0.01, -0.005]
+"""Flat pairs, needed margin and least gap (mm) of the motions that `judge` records."""
+NO_PATH = [None] * 3
+LOCKED = ("hex:c", 3, "locked", None, None)
 
 
 def told(database, scene="default"):
     """What both views say of the third design; they must agree."""
-    names = "status,deployable,min_clearance,deploy_time"
+    names = "status,deployable,min_clearance,deploy_time,flat_pairs,needed_margin,least_gap"
     (row,) = select(database, "untwisted", columns=names, scene=scene).rows
     assert select(database, "crease=3", columns=names, view="foldings", scene=scene).rows == (row,)
     return list(row)
@@ -87,7 +95,7 @@ def listed(database):
 
 def test_a_verdict_is_stored_with_its_deployments(listed):
     judge(listed, [FLAT], trials=[COLLIDES, DEPLOYS])
-    assert told(listed) == ["deploys", 1, 1.5, 0.5]
+    assert told(listed) == ["deploys", 1, 1.5, 0.5, *PATH]
     rows = select(listed, view="deployments", columns="crease,scene,status,clearance,first_contact,deploy_time").rows
     assert rows == ((3, "default", "collides", None, 0.25, None), (3, "hinged", "deploys", 1.5, None, 0.5))
     errors = select(listed, view="deployments", columns="base,energy_error,closure_error", limit=1).rows
@@ -97,37 +105,84 @@ def test_a_verdict_is_stored_with_its_deployments(listed):
     assert shown == (("hex:a", "no_folding", 0), ("hex:b", "twisted", 0), ("hex:c", "deploys", 1))
 
 
-@pytest.mark.parametrize("status", ["deploys", "collides"])
-def test_a_later_run_of_earlier_stages_leaves_the_verdicts(listed, status):
-    judge(listed, [FLAT if status == "deploys" else CUT], trials=[COLLIDES])
-    judge(listed, [CUT], "solar", [trial("solar", "collides")])
+def test_a_motion_is_stored_with_its_path(listed):
+    judge(listed, [MOVES])
+    assert told(listed) == ["movable", 1, None, None, *PATH]
+    (row,) = select(listed, view="motions").rows
+    assert row == (3, 3, "default", *PATH, pytest.approx(1e-5), 2, "a reason for movable")
+    with listed.reading() as connection:
+        (packed,) = connection.execute(schema.motion.select().with_only_columns(schema.motion.c.path)).scalars()
+    assert np.frombuffer(zlib.decompress(packed), "<f8").reshape(2, 2).tolist() == [[math.pi, 0.5], [0.0, 0.0]]
+
+
+def test_without_a_path_a_motion_has_a_reason_and_no_numbers(listed):
+    judge(listed, [CUT])
+    assert told(listed) == ["undecided", None, None, None, *NO_PATH]
+    (row,) = select(listed, view="motions").rows
+    assert row == (3, 3, "default", None, None, None, None, 0, "a reason for undecided")
+    with listed.reading() as connection:
+        assert connection.execute(schema.motion.select()).mappings().one()["path"] is None
+
+
+def test_what_is_proved_locked_has_no_motion(listed):
+    """Nothing was looked for, and what was found before is gone."""
+    judge(listed, [LOCKED])
+    assert select(listed, view="motions").rows == ()
+    judge(listed, [MOVES])
+    judge(listed, [MOVES], "solar")
+    judge(listed, [LOCKED])
+    assert told(listed) == ["locked", 0, None, None, *NO_PATH]
+    assert select(listed, view="motions", columns="scene").rows == (("solar",),)
+    assert told(listed, "solar") == ["movable", 1, None, None, *PATH]
+
+
+def test_motions_are_stored_where_no_deployment_was_simulated(listed):
+    """A run until `motion`: nothing deploys by springs as far as is known, and the stage `deployment` is not done."""
+    record_scene(listed, "default", "")
+    scenic = replace(WORK, scene="default")
+    for judged in (MOVES, CUT):
+        verdicts = replace(verdicts_of([judged]), deployment=None)
+        record_verdicts(listed, begin(listed, WORK), scenic, "p#0/1", verdicts, RESULTS[:1])
+        path = PATH if judged is MOVES else NO_PATH
+        assert told(listed) == [judged[2], 1 if judged is MOVES else None, None, None, *path]
+    assert list(finished_batches(listed, scenic, {"motion": 1})) == ["p#0/1"]
+    assert finished_batches(listed, scenic, {"motion": 1, "deployment": 1}) == {}
+    assert select(listed, view="deployments").rows == ()
+
+
+@pytest.mark.parametrize("judged", [FLAT, MOVES, CUT], ids=lambda judged: judged[2])
+def test_a_later_run_of_earlier_stages_leaves_the_verdicts(listed, judged):
+    judge(listed, [judged], trials=[COLLIDES])
+    judge(listed, [MOVES], "solar", [trial("solar", "collides")])
     before = everything(listed), told(listed), told(listed, "solar")
+    assert (before[1][0], before[2][0]) == (judged[2], "movable")
+    assert [len(before[0][name]) for name in ("motion", "verdict", "outcome", "deployment")] == [2] * 4
     list_designs(listed)
     assert (everything(listed), told(listed), told(listed, "solar")) == before
 
 
 def test_a_proof_of_a_lock_takes_the_place_of_a_verdict_with_the_next_one(listed):
-    """A newer stage `mobility` makes the batches of the stage `deployment` older, so that the next run does both."""
+    """A newer stage `mobility` makes the batches of later stages older, so that the next run does all of them."""
     judge(listed, [CUT], trials=[COLLIDES])
     list_designs(listed, locked=True)
     assert told(listed)[:2] == [CUT[2], None]
-    judge(listed, [(*CUT[:2], "locked", None, None)])
-    assert told(listed)[:2] == ["locked", 0]
+    judge(listed, [LOCKED])
+    assert told(listed) == ["locked", 0, None, None, *NO_PATH]
 
 
 def test_what_deploys_with_hinged_pairs_may_be_locked_with_rigid_ones(database):
     list_designs(database, locked=True)
-    assert told(database) == ["locked", 0, None, None]
+    assert told(database) == ["locked", 0, None, None, *NO_PATH]
     judge(database, [FLAT], trials=[DEPLOYS])
-    assert told(database) == ["deploys", 1, 1.5, 0.5]
+    assert told(database) == ["deploys", 1, 1.5, 0.5, *PATH]
 
 
 def test_newer_deployments_take_the_place_of_older_ones_of_their_scene_alone(listed):
     judge(listed, [FLAT], trials=[COLLIDES, DEPLOYS])
     judge(listed, [FLAT], "solar", [trial("solar", "collides"), replace(DEPLOYS, scene="solar, hinged")])
-    judge(listed, [("hex:c", 3, "undecided", None, None)], trials=[replace(COLLIDES, status="undecided")])
-    assert told(listed) == ["undecided", None, None, None]
-    assert told(listed, "solar") == ["deploys", 1, 1.5, 0.5]
+    judge(listed, [CUT], trials=[replace(COLLIDES, status="undecided")])
+    assert told(listed) == ["undecided", None, None, None, *NO_PATH]
+    assert told(listed, "solar") == ["deploys", 1, 1.5, 0.5, *PATH]
     rows = select(listed, view="deployments", columns="base,scene,status").rows
     assert rows == (
         ("default", "default", "undecided"),
@@ -144,25 +199,31 @@ def test_the_same_piece_twice_changes_nothing(listed):
 
 
 def test_a_verdict_comes_after_mobility(listed):
-    assert told(listed) == ["undecided", None, None, None]
+    assert told(listed) == ["undecided", None, None, None, *NO_PATH]
     judge(listed, [FLAT], trials=[COLLIDES, DEPLOYS])
-    assert told(listed) == ["deploys", 1, 1.5, 0.5]
+    assert told(listed) == ["deploys", 1, 1.5, 0.5, *PATH]
 
 
 def test_verdicts_of_two_scenes_live_beside_each_other(listed):
     judge(listed, [FLAT], trials=[COLLIDES, DEPLOYS])
-    judge(listed, [CUT], "solar", [trial("solar", "collides", contact=0.125)])
-    assert told(listed) == ["deploys", 1, 1.5, 0.5]
-    assert told(listed, "solar") == ["collides", None, None, None]
+    judge(listed, [MOVES], "solar", [trial("solar", "collides", contact=0.125)])
+    judge(listed, [CUT], "dim")
+    assert told(listed) == ["deploys", 1, 1.5, 0.5, *PATH]
+    assert told(listed, "solar") == ["movable", 1, None, None, *PATH]
     assert select(listed, "deployable", columns="circuit").rows == (("hex:c",),)
-    assert select(listed, "deployable", columns="circuit", scene="solar").rows == ()
-    assert select(listed, "status=collides", columns="circuit", scene="solar").rows == (("hex:c",),)
+    assert told(listed, "dim") == ["undecided", None, None, None, *NO_PATH]
+    assert select(listed, "deployable", columns="circuit", scene="solar").rows == (("hex:c",),)
+    assert select(listed, "deployable", columns="circuit", scene="dim").rows == ()
+    assert select(listed, "status=movable", columns="circuit", scene="solar").rows == (("hex:c",),)
+    assert select(listed, "status=movable", columns="circuit").rows == ()
+    motions = select(listed, view="motions", columns="scene,flat_pairs,states", sort="scene").rows
+    assert motions == (("default", "rigid", 2), ("dim", None, 0), ("solar", "rigid", 2))
     rows = select(listed, "base=solar", view="deployments", columns="scene,first_contact").rows
     assert rows == (("solar", 0.125),)
     # what needs no scene is the same in all of them
     plain = "id,circuit,n_foldings,untwisted,dof,orbit_size"
     assert select(listed, columns=plain, scene="solar").rows == select(listed, columns=plain).rows
-    assert scene_names(listed) == ["default", "solar"]
+    assert scene_names(listed) == ["default", "dim", "solar"]
     assert (find_scene(listed, "solar"), find_scene(listed, "none")) == ('name = "solar"\n', None)
 
 
@@ -176,10 +237,10 @@ def test_scenes_that_are_simulated_under_one_name_do_not_meet(listed):
 
 def test_each_scene_has_its_own_finished_work(listed):
     judge(listed, [FLAT])
-    stage = {"deployment": 1}
-    assert list(finished_batches(listed, replace(WORK, scene="default"), stage)) == ["p#0/1"]
-    assert finished_batches(listed, replace(WORK, scene="solar"), stage) == {}
-    assert finished_batches(listed, WORK, stage) == {}
+    for stages in ({"deployment": 1}, {"motion": 1}, {"motion": 1, "deployment": 1}):
+        assert list(finished_batches(listed, replace(WORK, scene="default"), stages)) == ["p#0/1"]
+        assert finished_batches(listed, replace(WORK, scene="solar"), stages) == {}
+        assert finished_batches(listed, WORK, stages) == {}
 
 
 def test_the_best_folding_of_a_design_differs_between_scenes(database):
@@ -188,16 +249,29 @@ def test_the_best_folding_of_a_design_differs_between_scenes(database):
         connection.execute(schema.design.update().values(best_crease=1, status="undecided"))
         connection.execute(schema.folding.update().values(dof=schema.folding.c.crease, status="undecided"))
     shown = [select(database, columns="status,dof,min_clearance").rows]
-    judge(database, [("hex:d", 4, "deploys", 0.25, 1.0), ("hex:d", 1, "collides", None, None)])
-    judge(database, [("hex:d", 1, "deploys", 0.75, 2.0), ("hex:d", 4, "undecided", None, None)], "solar")
-    shown += [select(database, columns="status,dof,min_clearance", scene=scene).rows for scene in ("default", "solar")]
-    assert shown == [(("undecided", 1, None),), (("deploys", 4, 0.25),), (("deploys", 1, 0.75),)]
-    statuses = select(database, view="foldings", columns="crease,status,deploy_time", scene="solar").rows
-    assert statuses == ((1, "deploys", 2.0), (4, "undecided", None))
+    judge(database, [("hex:d", 4, "deploys", 0.25, 1.0), ("hex:d", 1, "undecided", None, None)])
+    judge(database, [("hex:d", 1, "deploys", 0.75, 2.0), ("hex:d", 4, "movable", None, None)], "solar")
+    judge(database, [("hex:d", 4, "movable", None, None), ("hex:d", 1, "undecided", None, None)], "dim")
+    scenes = ("default", "solar", "dim")
+    shown += [select(database, columns="status,dof,min_clearance", scene=scene).rows for scene in scenes]
+    assert shown == [
+        (("undecided", 1, None),),
+        (("deploys", 4, 0.25),),
+        (("deploys", 1, 0.75),),
+        (("movable", 4, None),),
+    ]
+    columns = "crease,status,deployable,deploy_time,needed_margin"
+    statuses = select(database, view="foldings", columns=columns, scene="solar").rows
+    assert statuses == ((1, "deploys", 1, 2.0, 0.01), (4, "movable", 1, None, 0.01))
+    # of the best folding, as all else
+    statuses = select(database, view="foldings", columns=columns, scene="dim").rows
+    assert statuses == ((1, "undecided", None, None, None), (4, "movable", 1, None, 0.01))
+    best = select(database, columns="deployable,flat_pairs,needed_margin,least_gap", scene="dim").rows
+    assert best == ((1, *PATH),)
 
 
 def test_a_scene_that_was_never_run_is_refused(listed):
-    for view in ("designs", "foldings", "deployments"):
+    for view in ("designs", "foldings", "motions", "deployments"):
         with pytest.raises(SceneError, match=r"'solar' in .*: none yet; run `hcsearch enumerate --scene solar`"):
             select(listed, view=view, scene="solar")
     judge(listed, [FLAT])
@@ -216,8 +290,8 @@ def test_the_default_scene_may_be_asked_about_before_it_was_run(listed):
 @pytest.mark.parametrize("name", ["o'brien", "a :b", "%s", "100%", '"', "\\", "'; DROP TABLE design; --"])
 def test_any_name_of_a_scene_is_a_value(listed, name):
     judge(listed, [FLAT], name)
-    assert told(listed, name) == ["deploys", 1, 1.5, 0.5]
-    assert told(listed) == ["undecided", None, None, None]
+    assert told(listed, name) == ["deploys", 1, 1.5, 0.5, *PATH]
+    assert told(listed) == ["undecided", None, None, None, *NO_PATH]
 
 
 def test_another_scene_under_a_taken_name_is_refused(listed):
@@ -237,31 +311,40 @@ def test_a_design_that_is_missing_is_damage(listed, path):
     assert everything(listed) == before
 
 
-@pytest.mark.parametrize("broken", ["folding", "run", "status"])
+@pytest.mark.parametrize("broken", ["folding", "run", "status", "verdict", "outcome", "pairs"])
 def test_a_piece_is_stored_whole_or_not_at_all(listed, broken):
     judge(listed, [FLAT], trials=[COLLIDES, DEPLOYS])
     before = everything(listed)
     run_id = 10**6 if broken == "run" else begin(listed, WORK)
-    judged = ("hex:c", 2, "collides", None, None) if broken == "folding" else CUT
+    judged = ("hex:c", 2, "undecided", None, None) if broken == "folding" else CUT
     trials = [replace(COLLIDES, status="fine")] if broken == "status" else [COLLIDES]
+    verdicts = verdicts_of([judged], trials)
+    if broken == "verdict":  # of a deployment alone
+        verdicts = replace(verdicts, folding_status=["collides"])
+    elif broken == "outcome":
+        verdicts = replace(verdicts, status=["collides"])
+    elif broken == "pairs":
+        verdicts = replace(verdicts, motion=replace(verdicts.motion, flat_pairs=["either"]))
     with pytest.raises(Exception, match=r"constraint failed|cannot store"):
-        record_verdicts(listed, run_id, replace(WORK, scene="default"), "q#0/1", verdicts_of([judged], trials), RESULT)
+        record_verdicts(listed, run_id, replace(WORK, scene="default"), "q#0/1", verdicts, RESULTS)
     assert everything(listed) == before
-    assert told(listed) == ["deploys", 1, 1.5, 0.5]
+    assert told(listed) == ["deploys", 1, 1.5, 0.5, *PATH]
 
 
 def test_a_piece_without_designs_is_work_done(listed):
     judge(listed, [], key="q#0/1")
-    assert list(finished_batches(listed, replace(WORK, scene="default"), {"deployment": 1})) == ["q#0/1"]
-    assert told(listed) == ["undecided", None, None, None]
+    stages = {"motion": 1, "deployment": 1}
+    assert list(finished_batches(listed, replace(WORK, scene="default"), stages)) == ["q#0/1"]
+    assert told(listed) == ["undecided", None, None, None, *NO_PATH]
 
 
 def test_a_piece_of_many_designs_is_stored(database):
     """More than fit into one statement; the deployments of all of them are made anew."""
     names = [f"hex:{k:04d}" for k in range(2100)]
     record(database, names, creases=[[3]], twists=[[0]])
-    judged = [(name, 3, "collides", None, None) for name in names]
+    judged = [(name, 3, "undecided", None, None) for name in names]
     judge(database, judged, trials=[replace(COLLIDES, folding=k) for k in range(len(names))])
+    assert select(database, "deployable", columns="circuit").rows == ()
     judge(database, [(name, 3, "deploys", 0.5, k / 8) for k, name in enumerate(names)])
     times = select(database, "deployable", columns="circuit,deploy_time", sort="circuit").rows
     assert times == tuple((name, k / 8) for k, name in enumerate(names))
@@ -270,15 +353,15 @@ def test_a_piece_of_many_designs_is_stored(database):
 
 def test_deleting_a_design_removes_everything_of_it(listed):
     judge(listed, [FLAT], trials=[COLLIDES, DEPLOYS])
-    judge(listed, [CUT], "solar", [trial("solar", "collides")])
+    judge(listed, [MOVES], "solar", [trial("solar", "collides")])
     (number,) = select(listed, "untwisted", columns="id").rows[0]
     save_scores(listed, {number: 0.5})
     save_scores(listed, {number: 0.25}, "solar")
     with listed.writing() as connection:
         connection.execute(schema.design.delete().where(schema.design.c.id == number))
     left = everything(listed)
-    tables = ("outcome", "verdict", "score", "deployment")
-    assert [left[name] for name in tables] == [[]] * 4
+    tables = ("outcome", "verdict", "score", "motion", "deployment")
+    assert [left[name] for name in tables] == [[]] * 5
     assert len(left["design"]) == len(left["folding"]) == 2
     assert scene_names(listed) == ["default", "solar"]
 
@@ -288,7 +371,7 @@ def test_a_newer_search_that_refutes_a_folding_takes_its_verdicts_along(listed):
     judge(listed, [CUT], "solar")
     record(listed, ["hex:c"], prefix="q", until="foldings", creases=[[0]])
     left = everything(listed)
-    assert [left[name] for name in ("outcome", "verdict", "deployment")] == [[]] * 3
+    assert [left[name] for name in ("outcome", "verdict", "motion", "deployment")] == [[]] * 4
 
 
 def test_scores_are_those_of_a_scene(listed):
@@ -313,4 +396,4 @@ def test_scenes_survive_closing(path):
         list_designs(database)
         judge(database, [FLAT], "solar")
     with open_database(str(path), create=False) as database:
-        assert told(database, "solar") == ["deploys", 1, 1.5, 0.5]
+        assert told(database, "solar") == ["deploys", 1, 1.5, 0.5, *PATH]

@@ -55,7 +55,7 @@ def test_null_where_a_stage_has_not_run(database, until, known):
 
 def test_later_stages_show_in_designs(database):
     record(database, circuits(1, 3))
-    verdicts = {"deploys": 1, "locked": 0, "undecided": None, "collides": None}
+    verdicts = {"deploys": 1, "movable": 1, "locked": 0, "undecided": None}
     for status, deployable in verdicts.items():
         with database.writing() as connection:
             connection.execute(schema.design.update().values(best_crease=3))
@@ -234,7 +234,7 @@ def test_runs(database):
     told = ["grid", "n", "target", "keep", "until", "panel", *schema.FUNNEL, "batches_done", "batches_reused"]
     assert [finished[name] for name in told] == [
         *("square", 24, "square:6x4", "two-stack", "twist", "50x40x6"),
-        *(2**40, 37, 1, None, None, None, 3, 4),
+        *(2**40, 37, 1, None, None, None, None, 3, 4),
     ]
 
 

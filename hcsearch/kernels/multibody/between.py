@@ -18,15 +18,19 @@ States = tuple[Reals, Reals, Reals, Reals]
 
 OPEN = 1e-6
 """Closure residual (rad, or gap over size) up to which loops count as closed between states."""
+PLACES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
+"""Where loops are looked at between states, as shares of a step."""
 PASSES = 4
 """A step is halved no more often than this."""
 STILL = 1e-9
 """A joint is held throughout a step at whose ends it is no further apart (rad), and no faster (rad/s)."""
+TIGHT = 1e-10
+"""Closure residual (rad, or gap over size) up to which loops count as closed at states."""
 
 
 @compiled
 def opening(tree: Tree, states: States, cubic: bool, work: Work) -> float:
-    """Greatest closure residual (rad, or gap over size) of a motion's states, and at three places between each.
+    """Greatest closure residual (rad, or gap over size) of a motion's states, and at `PLACES` between each.
 
     A polynomial through exact states and rates at both ends strays most in the middle, or first to one side, then to
     the other.
@@ -40,11 +44,26 @@ def opening(tree: Tree, states: States, cubic: bool, work: Work) -> float:
         h = times[k + 1] - times[k] if k + 1 < len(times) else 0.0
         if h > 0.0:
             write_course(h, cubic, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], course)
-            for share in (0.25, 0.5, 0.75):
+            for share in PLACES:
                 follow(course, share, angles)
                 place(tree, angles, work)
                 worst = max(worst, weld_errors(tree, work, work.errors))
     return worst
+
+
+@compiled
+def loose_share(tree: Tree, q: Reals, work: Work) -> float:
+    """Share of some states, (k, n), at which loops are open by more than `TIGHT`, though states are projected.
+
+    Projection closes the rows that count. Others stay closed with them where they depend on them, and not where they
+    only seemed to, as on a branch of singular states.
+    """
+    loose = 0
+    for k in range(len(q)):
+        place(tree, q[k], work)
+        if weld_errors(tree, work, work.errors) > TIGHT:
+            loose += 1
+    return loose / max(1, len(q))
 
 
 @compiled

@@ -102,7 +102,7 @@ def _want(space: Space, before: State, here: State, after: State, wished: float,
         for h in range(len(push)):
             push[h] += near * work.rows[row, h]
     big = max(np.abs(push).max(), 1e-12)
-    least = max(0.0, 1.0 - here.gaps.min() / wished)
+    least = max(0.0, 1.0 - here.gaps.min() / wished) if len(here.gaps) else 0.0
     off = min(OFF, 0.1 * min(farthest(here.angles, space.folded), np.abs(here.angles).max()))
     for h in range(len(push)):
         middle = 0.5 * (before.angles[h] + after.angles[h])

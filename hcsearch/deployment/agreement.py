@@ -1,0 +1,131 @@
+"""What a deployment that comes flat and the same one at tighter tolerances agree on: the verdict, digits of its time.
+
+Where branches of motions cross, and where rounding decides which closure equations count, a simulation tells one
+continuation of several, and hardly tells how sure that one is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from hcsearch.deployment.checking import Check
+from hcsearch.deployment.compiling import Formulation
+from hcsearch.deployment.deploying import STEPS, Deployment, Outcome, Verdict, run
+from hcsearch.dynamics.simulation import loose_states
+
+TIGHTER = (10.0, 100.0)
+"""By what the other tolerances are tighter. Where springs close the loops, a hundred times takes too long."""
+TIGHTEST = 1e-13
+"""The tightest tolerance there is; from there the others are as much looser."""
+PATIENT = 4
+"""Steps that these simulations may take, over those of the first."""
+DIGITS = 4
+"""No flat time is told in more."""
+LOOSE = 0.1
+"""Share of the states with open loops from which on a motion runs along a branch of singular states. Of the motions of
+10 and 12 hexagons that come flat at 1e-6 or 1e-7 those of four foldings have 0.16 to 0.79, all others at most 0.03."""
+
+
+class Seen(NamedTuple):
+    """What one simulation came to; time : of its end, s. loose : share of its states with open loops."""
+
+    tolerance: float
+    outcome: Outcome
+    verdict: Verdict
+    time: float
+    loose: float
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """What simulations at several tolerances agree on.
+
+    verdict : that of all; `undecided` where they differ, or would deploy along a branch of singular states.
+    flat_time : s, in the digits that agree, in one digit where none does; None unless all come flat.
+    reason : what became of it, in a sentence. others : the simulations at the other tolerances.
+    """
+
+    verdict: Verdict
+    flat_time: float | None
+    reason: str
+    others: tuple[Seen, ...]
+
+
+def neighbours(tolerance: float, formulation: Formulation = "constrained") -> tuple[float, ...]:
+    """The tolerances at which a deployment is simulated again."""
+    shares = TIGHTER[:1] if formulation in {"penalty", "compliant"} else TIGHTER
+    looser = tolerance / shares[-1] < 0.99 * TIGHTEST
+    return tuple(tolerance * share if looser else tolerance / share for share in shares)
+
+
+def agreed(seen: Sequence[Seen]) -> Agreement:
+    """What a simulation that comes flat, the first one, and others agree on."""
+    first, others = seen[0], tuple(seen[1:])
+    verdict: Verdict = first.verdict if all(one.verdict == first.verdict for one in others) else "undecided"
+    if any(one.outcome != "flat" for one in others):
+        outcomes = _each(seen, [one.outcome for one in seen])
+        reason = f"branch-singular: {outcomes}; the motion passes a state where its continuation depends on that"
+        return Agreement(verdict, None, reason, others)
+    time, told = _common([one.time for one in seen])
+    if told.startswith("about"):
+        told += f" ({_each(seen, [f'{one.time:.2g} s' for one in seen])})"
+    reason = f"flat after {told}"
+    loose = max(one.loose for one in seen)
+    if verdict == "deploys" and loose >= LOOSE:
+        what = f"at {loose:.0%} of its states loops stay open, so that rounding decides which closure equations count"
+        return Agreement("undecided", time, f"branch-singular: {reason}, but {what}", others)
+    if any(one.verdict != first.verdict for one in others):
+        reason += f", but {_each(seen, [one.verdict for one in seen])}"
+    return Agreement(verdict, time, reason, others)
+
+
+def confirmed(deployment: Deployment, *, method: str | None = None, tolerance: float = 1e-6) -> Agreement | None:
+    """What a deployment, simulated at a tolerance, and others agree on; None unless it comes flat."""
+    if deployment.outcome != "flat":
+        return None
+    compiled, certified = deployment.compiled, deployment.clearance is not None
+    steps = PATIENT * STEPS[compiled.formulation]
+    seen = [_of_deployment(deployment, tolerance)]
+    for near in neighbours(tolerance, compiled.formulation):
+        other = run(compiled, method=method, tolerance=near, certified=certified, max_steps=steps)
+        seen.append(_of_deployment(other, near))
+    return agreed(seen)
+
+
+def agreed_checks(checks: Sequence[Check], tolerances: Sequence[float]) -> Agreement:
+    """The same of checks at several tolerances."""
+    found = zip(checks, tolerances, strict=True)
+    return agreed([Seen(near, own.outcome, own.verdict, own.end_time, own.loose) for own, near in found])
+
+
+def _of_deployment(deployment: Deployment, tolerance: float) -> Seen:
+    motion = deployment.motion
+    loose = loose_states(deployment.compiled.system, motion)
+    return Seen(tolerance, deployment.outcome, deployment.verdict, float(motion.times[-1]), loose)
+
+
+def _common(times: Sequence[float]) -> tuple[float, str]:
+    """The most digits that times share when they are rounded, as a number and in words."""
+    for digits in range(DIGITS, 0, -1):
+        rounded = {f"{time:.{digits - 1}e}" for time in times}
+        if len(rounded) == 1:
+            value = float(rounded.pop())
+            return value, f"{_digits(value, digits)} s"
+    value = float(f"{sum(times) / len(times):.0e}")
+    return value, f"about {_digits(value, 1)} s"
+
+
+def _digits(value: float, digits: int) -> str:
+    """A number with so many digits, its zeros included."""
+    places = digits - 1 - math.floor(math.log10(value)) if value > 0.0 else 0
+    return f"{value:.{max(0, places)}f}"
+
+
+def _each(seen: Sequence[Seen], words: Sequence[str]) -> str:
+    """What each simulation came to, with its tolerance as people write it, 1e-6."""
+    at = [f"{one.tolerance:.6g}".replace("e-0", "e-") for one in seen]
+    first, *others = [f"{word} at {near}" for word, near in zip(words, at, strict=True)]
+    return ", ".join([first.replace(" at ", " at tolerance ", 1), *others])

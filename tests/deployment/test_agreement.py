@@ -1,0 +1,101 @@
+"""What two simulations at neighbouring tolerances agree on."""
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hcsearch.circuit import Circuit
+from hcsearch.deployment.agreement import LOOSE, Seen, agreed, confirmed, neighbours
+from hcsearch.deployment.deploying import deploy
+from hcsearch.flat_pairs import folding_linkage
+from hcsearch.folding import folding_of
+from hcsearch.scenes import SCENES
+
+TIMES = st.floats(1e-6, 1e6)
+
+
+def seen(time, tolerance=1e-6, outcome="flat", verdict="deploys", loose=0.0):
+    return Seen(tolerance, outcome, verdict, time, loose)
+
+
+def both(one, two, **changes):
+    return agreed([seen(one), seen(two, 1e-7, **changes)])
+
+
+@pytest.mark.parametrize(
+    ("one", "two", "time", "told"),
+    [
+        (0.140987, 0.140988, 0.141, "flat after 0.1410 s"),
+        (1.747, 1.601, 2.0, "flat after 2 s"),
+        (1.554, 1.555, 1.55, "flat after 1.55 s"),
+        (0.11666, 0.11644, 0.12, "flat after 0.12 s"),
+        (1.24999, 1.25001, 1.25, "flat after 1.250 s"),
+        (0.99999, 1.00001, 1.0, "flat after 1.000 s"),
+        (0.73228, 1.2132, 1.0, "flat after about 1 s (0.73 s at tolerance 1e-6, 1.2 s at 1e-7)"),
+        (1234.5, 1230.9, 1230.0, "flat after 1230 s"),
+        (0.0, 0.0, 0.0, "flat after 0 s"),
+    ],
+)
+def test_times_have_the_digits_that_agree(one, two, time, told):
+    found = both(one, two)
+    assert (found.verdict, found.flat_time, found.reason) == ("deploys", time, told)
+
+
+@given(TIMES, st.floats(-0.04, 0.04))
+def test_the_agreed_time_is_as_far_from_both_as_its_digits_say(time, share):
+    other = time * (1.0 + share)
+    found = both(time, other)
+    assert found.flat_time == both(other, time).flat_time
+    assert abs(found.flat_time - time) <= 0.51 * max(time, other)
+    if share == 0.0:
+        assert found.flat_time == float(f"{time:.3e}")
+
+
+def test_other_outcomes_leave_it_open():
+    found = both(1.5, 0.63, outcome="jammed", verdict="undecided")
+    assert (found.verdict, found.flat_time) == ("undecided", None)
+    start = "branch-singular: flat at tolerance 1e-6, jammed at 1e-7; the motion passes a state where"
+    assert found.reason.startswith(start)
+    assert both(1.5, 1.5, verdict="collides").verdict == "undecided"
+    assert both(1.5, 1.5, verdict="collides").reason.endswith("but deploys at tolerance 1e-6, collides at 1e-7")
+    hits = agreed([seen(1.5, verdict="collides"), seen(0.6, 1e-7, "jammed", "collides")])
+    assert (hits.verdict, hits.flat_time) == ("collides", None)
+
+
+def test_branches_of_singular_states_leave_it_open():
+    assert both(1.5, 1.5, loose=0.9 * LOOSE).verdict == "deploys"
+    found = both(1.5, 1.5, loose=0.25)
+    assert (found.verdict, found.flat_time) == ("undecided", 1.5)
+    assert "at 25% of its states loops stay open" in found.reason
+
+
+def test_the_neighbours_are_tolerances_that_there_are():
+    assert neighbours(1e-6) == pytest.approx((1e-7, 1e-8))
+    assert neighbours(1e-6, "penalty") == pytest.approx((1e-7,))
+    assert neighbours(1e-11) == pytest.approx((1e-12, 1e-13))
+    assert neighbours(1e-12) == pytest.approx((1e-11, 1e-10))
+
+
+@pytest.mark.parametrize(
+    ("name", "crease", "verdict"),
+    [
+        ("hex:0234550132", 4, "deploys"),
+        ("hex:0223335500", 0, "undecided"),  # flat at 1e-6 and 1e-7, diverged at 1e-8, or as rounding has it
+        ("hex:0122334550", 1, "undecided"),
+    ],
+)
+def test_motions_along_branches_of_singular_states_are_found(name, crease, verdict):
+    linkage = folding_linkage(folding_of(Circuit.from_notation(name).canonical(), crease))
+    found = deploy(linkage, SCENES["default"])
+    assert (found.outcome, found.verdict) == ("flat", "deploys")
+    agreement = confirmed(found)
+    assert agreement.verdict == verdict
+    assert agreement.reason.startswith("branch-singular: ") == (verdict == "undecided")
+    assert len(agreement.others) == 2
+
+
+def test_what_does_not_come_flat_is_not_simulated_again():
+    linkage = folding_linkage(folding_of(Circuit.from_notation("hex:023350").canonical(), 1))
+    assert confirmed(deploy(linkage, replace(SCENES["default"], seconds=0.02))) is None

@@ -1,0 +1,290 @@
+"""Closed states and what is known of them: closing, gaps, contacts, steps, chords and trees against plain twins."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import nnls
+
+from hcsearch.collision.distances import proximal_distances
+from hcsearch.kernels.planning.chords import link, told_apart
+from hcsearch.kernels.planning.closing import close, keep_closed, new_closing, open_by, span
+from hcsearch.kernels.planning.contacts import SHARE, contact_rows
+from hcsearch.kernels.planning.sliding import _ascend, slide
+from hcsearch.kernels.planning.space import new_stack, new_work, pick, place
+from hcsearch.kernels.planning.trees import MOST, add, cell, keep_new, nearest, new_tree
+from hcsearch.planning.problems import loops_of, space_of
+from tests import planned as samples
+from tests.planned import SAMPLES, planned
+
+MARGIN = 1e-5
+states = st.tuples(st.sampled_from(sorted(SAMPLES)), st.floats(0.02, 0.98), st.integers(0, 2**32))
+
+
+def state_of(drawn):
+    """A sample, a state of its path, and a generator."""
+    name, share, seed = drawn
+    sample = planned(name)
+    path = sample.states
+    return sample, path[int(share * (len(path) - 1))].copy(), np.random.default_rng(seed)
+
+
+def solids_at(linkage, angles, prisms):
+    poses = linkage.poses(angles)
+    found = []
+    for f, panel in enumerate(prisms.panels):
+        corners = prisms.vertices[f, : prisms.counts[f, 0]]
+        found.append(corners @ poses[panel, :, :3].T + poses[panel, :, 3])
+    return found
+
+
+@settings(max_examples=25)
+@given(states, st.floats(1e-6, 0.1))
+def test_closing_ends_at_a_closed_state_within_the_stops(drawn, far):
+    sample, state, rng = state_of(drawn)
+    loops = loops_of(sample.linkage)
+    work = new_closing(loops)
+    moved = np.clip(state + far * rng.uniform(-1, 1, len(state)), 0, math.pi)
+    found = moved.copy()
+    if not close(loops, found, 1e-11, 0.0, 40, work):
+        assert far > 1e-3
+        return
+    assert samples.open_by(sample.linkage, found) < 1e-10
+    assert found.min() >= 0
+    assert found.max() <= math.pi
+    # nearest to first order: no further than the closed state that it was moved from
+    assert np.linalg.norm(found - moved) <= 3 * np.linalg.norm(state - moved) + 1e-9
+
+
+@settings(max_examples=25)
+@given(states)
+def test_rates_that_are_kept_closed_open_no_loop_and_turn_no_stopped_hinge(drawn):
+    sample, state, rng = state_of(drawn)
+    loops = loops_of(sample.linkage)
+    work = new_closing(loops)
+    rates = rng.normal(size=(1, len(state)))
+    keep_closed(loops, state, rates, 0, work)
+    _, jacobian = sample.linkage.closure(state)
+    assert np.abs(jacobian @ rates[0]).max() < 1e-8
+    stopped = (state < 1e-9) | (state > math.pi - 1e-9)
+    assert (rates[0, stopped] == 0).all()
+
+
+@settings(max_examples=25)
+@given(st.integers(1, 9), st.integers(1, 12), st.integers(1, 9), st.integers(0, 2**32))
+def test_spans(rows, columns, rank, seed):
+    rng = np.random.default_rng(seed)
+    rank = min(rank, rows, columns)
+    jacobian = rng.normal(size=(rows, rank)) @ rng.normal(size=(rank, columns))
+    work = new_closing(loops_of(planned("hex:0234550132:4").linkage))
+    work = work._replace(jacobian=jacobian, basis=np.zeros((rows, columns)))
+    found = span(work, 1e-9)
+    assert found == rank
+    basis = work.basis[:found]
+    np.testing.assert_allclose(basis @ basis.T, np.eye(found), atol=1e-12)
+    np.testing.assert_allclose(jacobian @ basis.T @ basis, jacobian, atol=1e-8)
+
+
+@settings(max_examples=12)
+@given(states)
+def test_gaps_of_a_placed_state_are_those_of_its_prisms(drawn):
+    sample, angles, _ = state_of(drawn)
+    linkage = sample.linkage
+    space = space_of(linkage, MARGIN)
+    state = pick(new_stack(space, 1), 0)
+    assert place(space, angles, -math.inf, state)
+    solids = solids_at(linkage, angles, space.prisms)
+    exact = proximal_distances(linkage, angles[None])
+    whole = {tuple(pair): gap for pair, gap in zip(exact.pairs.tolist(), exact.gaps[:, 0], strict=True)}
+    least = {}
+    for (f, g), gap, way in zip(space.pairs.tolist(), state.gaps, state.ways, strict=True):
+        assert np.linalg.norm(way) == pytest.approx(1)
+        told = (solids[g] @ way).min() - (solids[f] @ way).max()
+        if gap <= space.near:
+            assert told == pytest.approx(gap, abs=1e-12)  # the direction of a gap shows all of it
+        else:
+            assert min(np.linalg.norm(a - b) for a in solids[f] for b in solids[g]) >= gap - 1e-12
+        between = tuple(sorted((int(space.prisms.panels[f]), int(space.prisms.panels[g]))))
+        least[between] = min(least.get(between, math.inf), gap)
+    for between, gap in least.items():
+        if gap <= space.near:  # corners of shrunk prisms are off by no more than this
+            assert whole[between] - 1e-12 <= gap or whole[between] <= 0
+            assert gap <= whole[between] + 8 * MARGIN
+    assert not place(space, angles, state.gaps.min() + 1e-9, pick(new_stack(space, 1), 0))
+
+
+@settings(max_examples=12)
+@given(states, st.integers(0, 10**6))
+def test_contact_rows_are_derivatives_of_heights_of_corners(drawn, number):
+    sample, angles, _ = state_of(drawn)
+    linkage = sample.linkage
+    space = space_of(linkage, MARGIN)
+    p = number % len(space.pairs)
+    space = space._replace(pairs=space.pairs[p : p + 1].copy(), near=math.inf)
+    state, work = pick(new_stack(space, 1), 0), new_work(space)
+    place(space, angles, -math.inf, state)
+    count = contact_rows(space, state, 1e-2, 0, work)
+    if state.gaps[0] > 1e-2:
+        assert count == 0
+        return
+    f, g = space.pairs[0]
+    expected = []
+    for own, other, way in ((f, g, state.ways[0]), (g, f, -state.ways[0])):
+        fixed = linkage.poses(angles)[space.prisms.panels[own], :, :3].T @ way
+
+        def heights(angles, own=own, other=other, fixed=fixed):
+            turned = linkage.poses(angles)[space.prisms.panels[own], :, :3] @ fixed
+            solids = solids_at(linkage, angles, space.prisms)
+            return solids[other] @ turned, (solids[own] @ turned)
+
+        below = heights(angles)[1].argmax()
+        slopes = []
+        for e in np.eye(len(angles)):
+            up, down = heights(angles + 1e-5 * e), heights(angles - 1e-5 * e)
+            slopes.append(((up[0] - up[1][below]) - (down[0] - down[1][below])) / 2e-5)
+        corners, under = heights(angles)
+        expected.append((np.array(slopes).T, corners - under.max()))
+    rows, bounds = work.rows[:count], work.bounds[:count]
+    agree = []
+    for slopes, gaps in expected:
+        near = gaps <= state.gaps[0] + 1e-2
+        agree.append(
+            near.sum() == count
+            and np.allclose(rows, slopes[near], atol=1e-8)
+            and np.allclose(bounds, SHARE * (space.kept - gaps[near]), atol=1e-12)
+        )
+    assert any(agree)
+
+
+@settings(max_examples=30)
+@given(st.integers(2, 8), st.integers(1, 6), st.integers(0, 2**32))
+def test_a_step_is_the_nearest_that_its_conditions_allow(m, count, seed):
+    rng = np.random.default_rng(seed)
+    count = min(count, m)
+    rows = rng.normal(size=(count, m)) + np.eye(count, m) * 2
+    rows /= np.linalg.norm(rows, axis=1)[:, None]
+    bounds, wanted = rng.normal(size=count), rng.normal(size=m)
+    work = new_work(space_of(planned("hex:0234550132:4").linkage, MARGIN))
+    work = work._replace(rows=rows, bounds=bounds, forces=np.zeros(count), step=np.zeros(m))
+    _ascend(count, wanted, work)
+    # the dual: least |rows^T forces - d|, forces >= 0, for any d with rows d = bounds - rows wanted
+    off = np.linalg.lstsq(rows, bounds - rows @ wanted, rcond=None)[0]
+    forces, _ = nnls(rows.T, off)
+    np.testing.assert_allclose(work.step, wanted + rows.T @ forces, atol=0.02 * (1 + np.linalg.norm(wanted)))
+    assert (work.forces >= 0).all()
+
+
+@settings(max_examples=15)
+@given(states, st.floats(1e-3, 0.1))
+def test_a_slide_leads_to_a_closed_state_with_panels_apart(drawn, longest):
+    sample, angles, rng = state_of(drawn)
+    space = space_of(sample.linkage, MARGIN)
+    stack, work = new_stack(space, 2), new_work(space)
+    here, there = pick(stack, 0), pick(stack, 1)
+    if not place(space, angles, space.least, here):
+        return
+    work.want[:] = rng.normal(size=len(angles))
+    far = slide(space, here, longest, 1e-7, work, there)
+    if far == 0:
+        return
+    assert far == pytest.approx(np.abs(there.angles - angles).max())
+    assert far <= 2 * longest
+    assert samples.open_by(sample.linkage, there.angles) < 1e-8
+    assert there.gaps.min() >= space.least
+    assert there.angles.min() >= 0
+    assert there.angles.max() <= math.pi
+    assert told_apart(space, here, there)
+
+
+@settings(max_examples=12)
+@given(states, st.floats(0, 0.98))
+def test_pairs_are_told_apart_where_one_fixed_direction_does(drawn, to):
+    sample, angles, _ = state_of(drawn)
+    linkage = sample.linkage
+    other = sample.states[int(to * (len(sample.states) - 1))]
+    space = space_of(linkage, MARGIN)
+    stack = new_stack(space, 2)
+    one, two = pick(stack, 0), pick(stack, 1)
+    place(space, angles, -math.inf, one)
+    place(space, other, -math.inf, two)
+    both = []
+    for (f, g), first, second in zip(space.pairs.tolist(), one.ways, two.ways, strict=True):
+        gaps = []
+        for way, here in ((first, angles), (second, other)):
+            for fixed in (f, g):
+                own = linkage.poses(here)[space.prisms.panels[fixed], :, :3].T @ way
+                least = math.inf
+                for at in (angles, other):
+                    turned = linkage.poses(at)[space.prisms.panels[fixed], :, :3] @ own
+                    solids = solids_at(linkage, at, space.prisms)
+                    least = min(least, (solids[g] @ turned).min() - (solids[f] @ turned).max())
+                gaps.append(least)
+        both.append(max(gaps))
+    moved = space.lever * np.abs(angles - other).max()
+    far = one.gaps + two.gaps > moved
+    expected = (np.array(both) >= space.told) | far
+    if np.abs(np.array(both)[~far] - space.told).min(initial=1) > 1e-12:
+        assert told_apart(space, one, two) == expected.all()
+
+
+@settings(max_examples=12)
+@given(states, st.integers(1, 4))
+def test_links_are_lines_of_closed_states(drawn, steps):
+    sample, angles, _ = state_of(drawn)
+    path = sample.states
+    other = path[min(int(drawn[1] * (len(path) - 1)) + steps, len(path) - 1)]
+    space = space_of(sample.linkage, MARGIN)
+    found = np.zeros((200, len(angles)))
+    count = link(space, angles, other, 0.02, 8, new_stack(space, 12), new_work(space), found)
+    if count < 0:
+        return
+    line = np.array([angles, *found[:count], other])
+    assert np.abs(np.diff(line, axis=0)).max() <= 0.02
+    for state in found[:count]:
+        assert samples.open_by(sample.linkage, state) < 1e-8
+
+
+def test_the_nearest_state_of_a_tree():
+    rng = np.random.default_rng(5)
+    tree = new_tree(200, rng.normal(size=4))
+    for _ in range(150):
+        add(tree, int(rng.integers(tree.size[0])), rng.normal(size=4))
+    for _ in range(50):
+        target, beyond = rng.normal(size=4), rng.choice([-1.0, 0.5, 2.0, 1e9])
+        squares = ((tree.angles[: tree.size[0]] - target) ** 2).sum(axis=1)
+        squares[squares <= beyond] = math.inf
+        found, least = nearest(tree, target, beyond)
+        if beyond > 1e8:
+            assert (found, least) == (-1, math.inf)
+        else:
+            assert found == squares.argmin()
+            assert least == pytest.approx(squares.min())
+
+
+def test_a_tree_keeps_few_states_of_a_cell_and_none_beyond_its_room():
+    tree = new_tree(20, np.zeros(3))
+    for k in range(MOST + 3):
+        add(tree, 0, np.full(3, 1e-3 * k))
+    assert keep_new(tree, 1)
+    assert tree.size[0] == 1 + MOST  # two of this cell, the rest of the line is cut off
+    add(tree, 0, np.full(3, 2e-3))
+    assert not keep_new(tree, 1 + MOST)
+    assert tree.size[0] == 1 + MOST
+    while add(tree, 0, np.ones(3)) >= 0:
+        pass
+    assert tree.size[0] == 20
+    assert cell(tree, 18) == cell(tree, 19) != cell(tree, 0)
+
+
+def test_how_far_loops_are_open():
+    for name in SAMPLES:
+        linkage = planned(name).linkage
+        loops, rng = loops_of(linkage), np.random.default_rng(2)
+        work = new_closing(loops)
+        assert open_by(loops, linkage.folded, work) < 1e-14
+        angles = linkage.folded + 1e-3 * rng.normal(size=linkage.n_hinges)
+        residual, jacobian = linkage.closure(angles)
+        assert open_by(loops, angles, work) == np.abs(residual).max()
+        assert (work.jacobian == jacobian).all()

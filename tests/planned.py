@@ -1,0 +1,81 @@
+"""Paths that tests share: one of each grid, planned and proved once."""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.circuit import Circuit
+from hcsearch.flat_pairs import Way, linkage_joined
+from hcsearch.folding import folding_of
+from hcsearch.linkage import Linkage
+from hcsearch.planning.planner import Planner
+from hcsearch.planning.proofs import PLAYS, Proof, Prover
+from hcsearch.scenes import default_panel
+from tests.naive import around_the_loop
+
+Reals = NDArray[np.float64]
+
+SAMPLES: dict[str, tuple[Way, float]] = {
+    "hex:0234550132:4": ("hinged", 1e-5),
+    "square:012233230011:4": ("rigid", 1e-5),
+    "rectangle:0122333011:1": ("hinged", 1e-5),
+    "triangle:012343454505012321:3": ("hinged", 1e-5),
+}
+"""Foldings, how their flat pairs are joined, and the margin (m) of the search."""
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A proved path."""
+
+    linkage: Linkage
+    states: Reals
+    proof: Proof
+
+    @property
+    def wander(self) -> float:
+        """What fold angles of closed states differ by from the motion's, summed over hinges (rad)."""
+        return float(np.log1p(self.proof.slack / Prover(self.linkage)._way))
+
+
+def joined(name: str, way: Way) -> Linkage:
+    """The linkage of a folding."""
+    circuit, crease = name.rsplit(":", 1)
+    folding = folding_of(Circuit.from_notation(circuit).canonical(), int(crease))
+    return linkage_joined(folding, default_panel(folding.circuit.grid.name), way)
+
+
+@cache
+def planned(name: str) -> Planned:
+    """The path of a sample."""
+    way, margin = SAMPLES[name]
+    linkage = joined(name, way)
+    states = Planner(linkage, margin).plan(100).states
+    assert states is not None
+    return Planned(linkage, states, Prover(linkage).prove(states, PLAYS))
+
+
+def cubic(planned_: Planned, k: int) -> Reals:
+    """The fold angles in a step of a proved motion, (n_hinges, 4), by the share of the step."""
+    motion = planned_.proof.motion
+    assert motion is not None
+    h = motion.times[k + 1] - motion.times[k]
+    (y, z), (b, e) = motion.angles[k : k + 2], h * motion.rates[k : k + 2]
+    return np.stack([y, b, 3 * (z - y) - 2 * b - e, b + e - 2 * (z - y)], axis=1)
+
+
+def along(planned_: Planned, times: Reals) -> Reals:
+    """The fold angles of a proved motion at some times."""
+    motion = planned_.proof.motion
+    assert motion is not None
+    steps = np.clip(np.searchsorted(motion.times, times, side="right") - 1, 0, len(motion.times) - 2)
+    shares = (times - motion.times[steps]) / np.diff(motion.times)[steps]
+    return np.array([cubic(planned_, k) @ s ** np.arange(4) for k, s in zip(steps, shares, strict=True)])
+
+
+def open_by(linkage: Linkage, angles: Reals) -> float:
+    """How far loops are open: the greatest entry of T - 1, lengths over the pattern's size."""
+    lines = linkage.directions, linkage.points / linkage.pattern.size
+    return max(float(np.abs(around_the_loop(*lines, loop, angles) - np.eye(4)).max()) for loop in linkage.loops)

@@ -1,0 +1,138 @@
+"""Planning: paths are what they should be, none is found where none can be, and a search can be stopped."""
+
+import math
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hcsearch.circuit import Circuit
+from hcsearch.collision.penetration import prisms_of
+from hcsearch.errors import HcsearchError
+from hcsearch.flat_pairs import can_be, linkage_joined
+from hcsearch.folding import foldings
+from hcsearch.grid import GRIDS
+from hcsearch.kernels.overlaps import deepest_overlap
+from hcsearch.kinematics.locks import lock_at
+from hcsearch.planning.motions import motion_of
+from hcsearch.planning.planner import Planner
+from hcsearch.planning.problems import kept_apart, space_of
+from hcsearch.scenes import default_panel
+from hcsearch.twisting import twist
+from tests.planned import SAMPLES, joined, open_by, planned
+from tests.strategies import words
+
+WAYS = ("rigid", "hinged", "merged")
+LISTS = [("hex", 8), ("hex", 10), ("square", 8), ("square", 10), ("square", 12), ("rectangle", 8), ("triangle", 14)]
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_a_path_is_made_of_closed_states_with_panels_apart(name):
+    sample = planned(name)
+    linkage, states, margin = sample.linkage, sample.states, SAMPLES[name][1]
+    assert (states[0] == linkage.folded).all()
+    assert (states[-1] == 0).all()
+    assert max(open_by(linkage, state) for state in states) < 1e-8
+    assert states.min() >= 0
+    assert states.max() <= math.pi
+    assert np.abs(np.diff(states, axis=0)).max() <= 0.15
+    space = space_of(linkage, margin)
+    assert deepest_overlap(linkage.chain, prisms_of(linkage, margin), space.pairs, states) == 0
+    panels = space.prisms.panels[space.pairs]
+    assert not {tuple(sorted(pair)) for pair in panels.tolist()} & kept_apart(linkage)
+
+
+def test_the_same_seed_gives_the_same_path():
+    linkage = joined("square:012233230011:4", "rigid")
+    one, two = (Planner(linkage, 1e-5).plan(100, seed) for seed in (3, 3))
+    assert (one.states == two.states).all()
+    assert one.growth == two.growth
+    again = Planner(linkage, 1e-5)
+    again.plan(60, 8)
+    assert (again.plan(100, 3).states == one.states).all()  # what was searched before leaves nothing behind
+
+
+def test_the_same_folding_gives_the_same_motion():
+    folding = foldings(Circuit.from_notation("hex:0234550132").canonical())[0]
+    one, two = (motion_of(folding, default_panel("hex"), WAYS) for _ in range(2))
+    assert (one.way, one.margin) == (two.way, two.margin)
+    assert (one.proof is None) == (two.proof is None)
+    if one.proof is not None:
+        assert (one.proof.motion.angles == two.proof.motion.angles).all()
+
+
+def test_a_way_that_cannot_be_has_no_motion():
+    folding = next(
+        f for word in words("hex", 10) for f in foldings(Circuit(GRIDS["hex"], word)) if not can_be(f, "merged")
+    )
+    found = motion_of(folding, default_panel("hex"), ("merged",))
+    assert (found.way, found.states, found.proof, found.margin, found.growths) == (None, None, None, None, ())
+
+
+def test_a_margin_that_leaves_nothing_of_a_panel_is_refused():
+    with pytest.raises(HcsearchError, match="a margin of"):
+        Planner(joined("hex:02234400:1", "hinged"), 0.1)
+
+
+@pytest.mark.skipif(threading.current_thread() is not threading.main_thread(), reason="signals go to the main thread")
+def test_a_search_can_be_interrupted():
+    planner = Planner(joined("hex:02234400:1", "rigid"), 1e-5)
+    planner.plan(50)  # compiled
+    before = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    signal.setitimer(signal.ITIMER_REAL, 0.3)
+    begin = time.process_time()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            planner.plan(10**9)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    assert time.process_time() - begin < 5
+
+
+def hopeless(folding):
+    """The ways in which a folding has no path: all of a twisted one, and those in which an end is locked."""
+    panel = default_panel(folding.circuit.grid.name)
+    found = []
+    for way in WAYS:
+        if can_be(folding, way):
+            linkage = linkage_joined(folding, panel, way)
+            locked = any(lock_at(linkage, angles).order is not None for angles in (linkage.folded, linkage.flat))
+            if twist(folding) or locked:
+                found.append((way, linkage))
+    return found
+
+
+def has_no_path(folding, ways, seed, rounds):
+    """How many ways were tried."""
+    for way, linkage in ways:
+        plan = Planner(linkage, (1e-5, 1e-4)[seed % 2]).plan(rounds, seed)
+        assert plan.states is None, (folding.notation, way, seed)
+        assert min(plan.growth.sizes) >= 1
+    return len(ways)
+
+
+folded = st.sampled_from(LISTS).flatmap(
+    lambda key: st.sampled_from(words(*key)).map(lambda word: Circuit(GRIDS[key[0]], word))
+)
+
+
+@settings(max_examples=40)
+@given(folded, st.integers(0, 10**6))
+def test_twisted_and_locked_foldings_get_no_path(circuit, seed):
+    for folding in foldings(circuit):
+        has_no_path(folding, hopeless(folding), seed, 60)
+
+
+@pytest.mark.slow
+def test_thousands_of_tries_of_twisted_and_locked_foldings_get_no_path():
+    """Ten thousand take two minutes of a processor; none of those met a path, either."""
+    rng, tried = np.random.default_rng(11), 0
+    listed = [folding for key in LISTS for word in words(*key) for folding in foldings(Circuit(GRIDS[key[0]], word))]
+    every = [(folding, ways) for folding in listed if (ways := hopeless(folding))]
+    while tried < 2_500:
+        tried += has_no_path(*every[rng.integers(len(every))], int(rng.integers(10**6)), 6)
