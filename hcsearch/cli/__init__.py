@@ -15,6 +15,7 @@ from hcsearch.cli.bench import bench
 from hcsearch.cli.compile import compile_
 from hcsearch.cli.count import count
 from hcsearch.cli.deploy import deploy
+from hcsearch.cli.drive import drive
 from hcsearch.cli.enumerate import enumerate_
 from hcsearch.cli.identify import identify
 from hcsearch.cli.query import query
@@ -54,7 +55,22 @@ def hcsearch() -> None:
     """Search for Hamiltonian-circuit designs of thick-panel arrays that fold into two stacks."""
 
 
-for command in (enumerate_, count, query, rank, show, report, assembly, deploy, tune, identify, units, bench, compile_):
+for command in (
+    enumerate_,
+    count,
+    query,
+    rank,
+    show,
+    report,
+    assembly,
+    deploy,
+    tune,
+    drive,
+    identify,
+    units,
+    bench,
+    compile_,
+):
     hcsearch.add_command(command)
 
 

@@ -59,8 +59,14 @@ def deploy(subject: str, as_json: bool, **options: Any) -> None:
         check_output(options["picture"], telling.PICTURES)
     found = read_subject(subject, options | _own_springs(options))
     method, formulation = options["method"], options["formulation"] or found.formulation or "constrained"
-    deployment = simulated(found.linkage, found.scene, formulation, method=method, tolerance=options["tolerance"])
-    agreement = confirmed(deployment, method=method, tolerance=options["tolerance"])
+    if found.drives is not None and options["explain"]:
+        raise HcsearchError("of a scene with drives nothing is left out that counts: leave out --explain")
+    tolerance = options["tolerance"]
+    deployment = simulated(
+        found.linkage, found.scene, formulation, method=method, tolerance=tolerance, drives=found.drives
+    )
+    # under position control the flat time is the drives' own
+    agreement = None if found.drives is not None else confirmed(deployment, method=method, tolerance=tolerance)
     told = telling.facts(deployment, agreement)
     if options["explain"]:
         told["saved"] = telling.savings(deployment, method=method, tolerance=options["tolerance"])

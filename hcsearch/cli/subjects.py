@@ -15,6 +15,7 @@ from hcsearch.scenes import DEFAULT, panel_of, panel_text
 
 if TYPE_CHECKING:
     from hcsearch.deployment.compiling import Formulation
+    from hcsearch.deployment.driving import Drives
     from hcsearch.folding import Folding
     from hcsearch.linkage import Linkage
     from hcsearch.scenes import FlatPairs, Scene
@@ -26,13 +27,14 @@ Command = Callable[..., Any]
 class Subject:
     """What is deployed, and its scene, in which panels and flat pairs are those of the linkage.
 
-    facts : what it is, in a file. formulation : what a file names, or None.
+    facts : what it is, in a file. formulation : what a file names, or None. drives : of hinges, if a file has any.
     """
 
     linkage: Linkage
     scene: Scene
     formulation: Formulation | None
     facts: dict[str, Any]
+    drives: Drives | None = None
 
     @property
     def key(self) -> dict[str, Any]:
@@ -85,10 +87,39 @@ def read_subject(name: str, options: dict[str, Any]) -> Subject:
             raise HcsearchError(
                 f"{name} is an assembly with sizes of its own: leave out --panel, --across, --flat-pairs, --merge"
             )
-        return _assembly(name, parameters, scene, found.get("formulation"))
+        return replace(_assembly(name, parameters, scene, found.get("formulation")), drives=_drives(found))
     if parameters:
         raise HcsearchError(f"{name} is a design, which has no parameters: leave out [parameters], or name an assembly")
-    return _design(_folding(name, options["db"]), scene, parts, options, found.get("formulation"))
+    subject = _design(folding_named(name, options["db"]), scene, parts, options, found.get("formulation"))
+    return replace(subject, drives=_drives(found))
+
+
+def read_folding(name: str, options: dict[str, Any]) -> tuple[Folding, Scene]:
+    """The folding that a name or a file stands for, and its scene, in which panels are settled and flat pairs open."""
+    from hcsearch.assemblies import ASSEMBLIES  # noqa: PLC0415
+    from hcsearch.deployment.scene_files import read_file  # noqa: PLC0415
+
+    found: dict[str, Any] = {}
+    if name.endswith(".toml"):
+        found = read_file(name)
+        if "design" not in found:
+            raise SceneError(f"{name} must name a design: write design = 'hex:0234550132:4'")
+        name = found["design"]
+    if name in ASSEMBLIES:
+        raise HcsearchError(f"{name} is an assembly, which has no packed state in stacks: name DESIGN:CREASE")
+    folding = folding_named(name, options["db"])
+    scene, parts = _scene(found, options)
+    if parts:
+        raise SceneError(f"a drive needs no {parts[-1]!r}: name a scene, and --flat-pairs or --merge")
+    grid = folding.circuit.grid.name
+    scene = with_size(scene, options["panel"], options["across"], grid)
+    return folding, replace(scene, panel=panel_of(scene, grid))
+
+
+def _drives(found: dict[str, Any]) -> Drives | None:
+    from hcsearch.deployment.driving import drives_in  # noqa: PLC0415
+
+    return drives_in(found["drive"]) if "drive" in found else None
 
 
 def _assembly(name: str, parameters: dict[str, Any], scene: Scene, formulation: Formulation | None) -> Subject:
@@ -154,7 +185,8 @@ def _scene(found: dict[str, Any], options: dict[str, Any]) -> tuple[Scene, list[
     return scene_with(scene, values), parts
 
 
-def _folding(name: str, db: str) -> Folding:
+def folding_named(name: str, db: str) -> Folding:
+    """The folding that a name stands for: DESIGN:CREASE, or a design that has one."""
     from hcsearch.cli.show import design_named, split_design  # noqa: PLC0415
     from hcsearch.folding import folding_of, foldings  # noqa: PLC0415
 

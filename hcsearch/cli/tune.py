@@ -66,6 +66,8 @@ def tune(subject: str, as_json: bool, **options: Any) -> None:
         check_output(options["output"], (".toml",))
     catalogue, spread = _catalogue(options["catalogue"]), _spread(options["spreads"])
     found = read_subject(subject, options)
+    if found.drives is not None:
+        raise HcsearchError(f"{subject} has drives, and springs are tuned without: leave out its table [drive]")
     _check_catalogue(catalogue, found)
     with open_database(options["db"], create=True) as database, Meter("set") as meter:
         tuning = tuned(

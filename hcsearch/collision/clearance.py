@@ -215,6 +215,18 @@ def longest_way(linkage: Linkage) -> float:
     return float(_by_way_of(_by_way_of(first, ways), first.T).max())
 
 
+def reaches(linkage: Linkage) -> Reals:
+    """How far corners of the two panels of each hinge are from its line at most (m), (n_hinges,)."""
+    pattern, found = linkage.pattern, np.zeros(linkage.n_hinges)
+    for k, hinge in enumerate(pattern.hinges):
+        for panel in (hinge.first, hinge.second):
+            corners = np.array([corner for facet in pattern.panels[panel] for corner in pattern.facets[facet]])
+            ways = corners - linkage.points[k, :2]
+            across = linkage.directions[k, 0] * ways[:, 1] - linkage.directions[k, 1] * ways[:, 0]
+            found[k] = max(found[k], math.hypot(float(np.abs(across).max()), pattern.thickness))
+    return found
+
+
 def _by_way_of(before: Reals, after: Reals) -> Reals:
     """Shortest ways in two parts, shape (i, j), from those to places, (i, k), and those from the places, (k, j)."""
     shortest = np.full((len(before), after.shape[1]), np.inf)

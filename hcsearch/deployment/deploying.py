@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import Clearance, certify, resolution_of, slack_of
+from hcsearch.collision.clearance import Clearance, certify, reaches, resolution_of, slack_of
 from hcsearch.deployment.compiling import Compiled, Formulation, compile_scene
+from hcsearch.deployment.driving import Drives
+from hcsearch.dynamics.driving import Driven, simulate_driven
 from hcsearch.dynamics.simulation import Ending, Motion, closed_between, simulate
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.intervals import Course
@@ -26,6 +29,8 @@ FLAT = 0.01
 """The array is flat when every fold angle is within this of 0 (rad): 0.6 degrees."""
 STILL = 1e-4
 """It is at rest when speeds and accelerations would move no hinge by more in the time left, or in 1 s (rad)."""
+DRIVEN = 1e-3
+"""Error of a step under control, relative and absolute."""
 STEEP = 1.4
 """A floating base that turns about its second axis by more than this (rad) nears the singularity of its angles."""
 
@@ -70,7 +75,7 @@ class Deployment:
         nothing move on; `diverged`; `out of steps`. reason : in a sentence, with the remedy where there is one.
     angles, rates : (k, n_hinges), fold angles (rad) and their rates at `motion.times`.
     clearance : whether panels collide, certified for all times of the motion; None where nobody asked.
-    seconds : computing time, without compilation of the kernels.
+    seconds : computing time, without compilation of the kernels. driven : what drives did, where there are any.
     """
 
     compiled: Compiled
@@ -81,6 +86,7 @@ class Deployment:
     rates: Reals
     clearance: Clearance | None
     seconds: float
+    driven: Driven | None = None
 
     @property
     def verdict(self) -> Verdict:
@@ -109,11 +115,15 @@ def deploy(
     keep: frozenset[str] = frozenset(),
     certified: bool = True,
     max_steps: int | None = None,
+    drives: Drives | None = None,
 ) -> Deployment:
     """Simulate a deployment until the array is flat, at rest, or the scene's time is over.
 
-    keep : what is not to be left out. certified : whether collisions are looked for.
+    keep : what is not to be left out. certified : whether collisions are looked for. drives : of hinges, with which the
+    motion starts where they say; its tolerance is that of `run_driven`.
     """
+    if drives is not None:
+        return run_driven(compile_driven(linkage, scene, drives, formulation), drives, method=method)
     compiled = compile_scene(linkage, scene, formulation, keep=keep)
     return run(compiled, method=method, tolerance=tolerance, certified=certified, max_steps=max_steps)
 
@@ -151,6 +161,70 @@ def run(
     angles, rates = compiled.of_hinges(motion.q, motion.v)
     clearance = _clearance(compiled, motion) if certified else None
     return Deployment(compiled, motion, outcome, reason, angles, rates, clearance, seconds)
+
+
+def compile_driven(
+    linkage: Linkage, scene: Scene, drives: Drives | None, formulation: Formulation = "constrained"
+) -> Compiled:
+    """Compile a scene for drives, of which nothing is left out that they may break: its mirror half, folded stops."""
+    if formulation != "constrained":
+        raise HcsearchError(
+            f"drives are simulated with exact closure, not in the {formulation} formulation: leave it out"
+        )
+    if scene.held == "free":
+        raise HcsearchError("drives are for an array that is held: hold a panel, such as --held bottom")
+    compiled = compile_scene(linkage, scene, keep=frozenset({"half", "stops"}))
+    if drives is None:
+        return compiled
+    drives.check(linkage)
+    return replace(compiled, start=drives.start_in(compiled))
+
+
+def run_driven(
+    compiled: Compiled, drives: Drives, *, method: str | None = None, tolerance: float = DRIVEN, certified: bool = True
+) -> Deployment:
+    """Simulate a scene that `compile_driven` compiled, under position control, until flat or the scene's time is over.
+
+    tolerance : of a step; what is missed by it control takes back. Stops are left out, as a course along them would
+    hit them in every period: the motion is certified clear only where no hinge passes one by more than the margin.
+    """
+    began = time.perf_counter()
+    system = compiled.system
+    driven = simulate_driven(
+        system.driven(tuple(replace(drive, lower=-math.inf, upper=math.inf) for drive in system.drives)),
+        drives.commands(compiled),
+        compiled.start,
+        end=compiled.seconds,
+        method=method or "implicit",
+        tolerance=tolerance,
+        restitution=compiled.scene.restitution,
+        flat=FLAT,
+        watched=compiled.hinged,
+    )
+    seconds = time.perf_counter() - began
+    motion = driven.motion
+    angles, rates = compiled.of_hinges(motion.q, motion.v)
+    clearance = _within_stops(compiled, motion.times, angles, _clearance(compiled, motion)) if certified else None
+    outcome, reason = outcome_of(motion.ending), _reason(compiled, motion)
+    return Deployment(compiled, motion, outcome, reason, angles, rates, clearance, seconds, driven)
+
+
+def judged(compiled: Compiled, motion: Motion, seconds: float = 0.0) -> Deployment:
+    """A motion of a compiled scene as a deployment, certified; seconds : computing time."""
+    angles, rates = compiled.of_hinges(motion.q, motion.v)
+    outcome, reason = outcome_of(motion.ending), _reason(compiled, motion)
+    return Deployment(compiled, motion, outcome, reason, angles, rates, _clearance(compiled, motion), seconds)
+
+
+def _within_stops(compiled: Compiled, times: Reals, angles: Reals, clearance: Clearance) -> Clearance:
+    """The verdict, `undecided` where panels of a hinge overlap by more than the margin, as no stop keeps them apart."""
+    beyond = np.maximum(np.maximum(-angles, angles - math.pi), 0.0) * reaches(compiled.linkage)
+    if clearance.kind != "clear" or beyond.max(initial=0.0) <= compiled.margin:
+        return clearance
+    state, hinge = np.unravel_index(beyond.argmax(), beyond.shape)
+    own = compiled.linkage.pattern.hinges[int(hinge)]
+    panels = (min(own.first, own.second), max(own.first, own.second))
+    return replace(clearance, kind="undecided", time=float(times[state]), panels=panels)
 
 
 def _steep(compiled: Compiled, motion: Motion) -> bool:

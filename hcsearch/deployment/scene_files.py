@@ -162,6 +162,7 @@ _KINDS: dict[str, tuple[type, str]] = {
     "formulation": (str, "formulation = 'compliant'"),
     "parameters": (dict, "a table [parameters] with lines such as alpha = 70"),
     "scene": (dict, "a table [scene] with lines such as spring = 'linear:0.1'"),
+    "drive": (dict, "a table [drive], as hcsearch drive --output drive.toml writes it"),
 }
 """Keys of a file that are no values of a scene: of which kind, and an example."""
 
@@ -170,7 +171,8 @@ def read_file(path: str) -> dict[str, Any]:
     """A TOML file of a scene, and of the design or assembly that is deployed in it, if it names one.
 
     Keys: `design` or `assembly` with a table `parameters`, `formulation`, `name`, `panel_mm`, `margin_mm`,
-    `flat_pairs`, `merge`, and a table `scene` of all other values, which may name a scene to start from.
+    `flat_pairs`, `merge`, a table `scene` of all other values, which may name a scene to start from, and a table
+    `drive` of driven hinges.
     """
     return _checked(path, read_toml(path))
 

@@ -64,7 +64,8 @@ def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any
         "energy_start_J": float(sum(books[name][0] for name in ("kinetic_J", "stored_J", "height_J"))),
         "energy_damped_J": float(books["damped_J"][-1]),
         "energy_lost_at_stops_J": float(books["lost_J"][-1]),
-        "energy_drift_J": compiled.factor * motion.drift,
+        **_driven(deployment),
+        "energy_drift_J": compiled.factor * (motion if deployment.driven is None else deployment.driven).drift,
         "closure_gap": motion.gap,
         "events": [
             {
@@ -83,6 +84,18 @@ def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any
         "rejected_steps": motion.rejected,
         "evaluations": motion.evaluations,
         "left_out": [{"name": o.name, "what": o.what, "why": o.why} for o in compiled.omissions],
+    }
+
+
+def _driven(deployment: Deployment) -> dict[str, Any]:
+    """What drives did, if there are any."""
+    driven = deployment.driven
+    if driven is None:
+        return {}
+    return {
+        "drive_work_J": float(driven.work[-1]),
+        "drive_torque_N_m": float(np.abs(driven.torques).max(initial=0.0)),
+        "drive_missed_rad": float(np.abs(driven.missed).max(initial=0.0)),
     }
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -168,7 +169,7 @@ def simulate(
     hold = hold_for(mechanism, coordinates)
     speeds = np.zeros(n) if v is None else np.array(v, float)
     kernel.simulate(mechanism, hold, method_named(method), plan, coordinates, speeds, work_for(mechanism.tree), record)
-    return _motion(record, system)
+    return motion_of(record, system)
 
 
 def plan_for(
@@ -199,6 +200,40 @@ def plan_for(
         near=-1.0 if flat is None else float(flat),
         rest=-1.0 if rest is None else float(rest),
         closed=math.inf if system.closure_stiffness else float(closed),
+    )
+
+
+def joined(motions: Sequence[Motion], starts: Sequence[float]) -> Motion:
+    """Motions one after the other as one; starts : s, when each begins. Energies taken add up, others follow on."""
+
+    def together(name: str) -> Reals:
+        return np.concatenate([getattr(motion, name) for motion in motions])
+
+    def added(name: str) -> Reals:
+        ends = np.cumsum([0.0, *(getattr(motion, name)[-1] for motion in motions)])
+        return np.concatenate([getattr(motion, name) + end for motion, end in zip(motions, ends, strict=False)])
+
+    return replace(
+        motions[-1],
+        times=np.concatenate([motion.times + start for motion, start in zip(motions, starts, strict=True)]),
+        q=together("q"),
+        v=together("v"),
+        a=together("a"),
+        kinetic=together("kinetic"),
+        stored=together("stored"),
+        height=together("height"),
+        in_stops=together("in_stops"),
+        damped=added("damped"),
+        lost=added("lost"),
+        gap=max(motion.gap for motion in motions),
+        events=tuple(
+            replace(event, time=event.time + start)
+            for motion, start in zip(motions, starts, strict=True)
+            for event in motion.events
+        ),
+        steps=sum(motion.steps for motion in motions),
+        rejected=sum(motion.rejected for motion in motions),
+        evaluations=sum(motion.evaluations for motion in motions),
     )
 
 
@@ -257,7 +292,8 @@ def record_for(n: int, steps: int) -> recording.Record:
     )
 
 
-def _motion(record: recording.Record, system: System) -> Motion:
+def motion_of(record: recording.Record, system: System) -> Motion:
+    """What a record holds."""
     states, events, evaluations, rejected, ending = (int(x) for x in record.counts)
     events = min(events, len(record.event_times))
     kinetic, stored, height, in_stops, damped, lost = record.books[:states].T.copy()

@@ -134,7 +134,7 @@ class WholeEnd:
     @property
     def rank(self) -> int:
         """How many of the screws are independent."""
-        return len(reduced(self.columns))
+        return len(reduced(self.columns)) if self.columns.size else 0  # an open chain has no rows
 
     def wrench(self, wrench: Reals) -> Exact:
         """The wrench of `Linkage.closure`'s rows, shape (n_rows,), that has the same powers on whole screws.

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import Clearance, certify, kept_apart, longest_way, scale_of
+from hcsearch.collision.clearance import Clearance, certify, kept_apart, longest_way, reaches, scale_of
 from hcsearch.collision.penetration import deepest_cut
 from hcsearch.kernels.intervals import Course
 from hcsearch.kernels.planning.closing import CLOSED, close, keep_closed, new_closing, open_by
@@ -88,15 +88,7 @@ class Prover:
     @cached_property
     def _spread(self) -> float:
         """What no corner of a panel is further from the line of one of its hinges (m)."""
-        pattern, linkage = self.linkage.pattern, self.linkage
-        most = 0.0
-        for k, hinge in enumerate(pattern.hinges):
-            for panel in (hinge.first, hinge.second):
-                corners = np.array([corner for facet in pattern.panels[panel] for corner in pattern.facets[facet]])
-                (ux, uy), (x, y) = linkage.directions[k, :2], (corners - linkage.points[k, :2]).T
-                across = ux * y - uy * x
-                most = max(most, float(np.hypot(np.abs(across).max(), pattern.thickness)))
-        return most
+        return float(reaches(self.linkage).max(initial=0.0))
 
     @cached_property
     def limit(self) -> float:

@@ -1,0 +1,132 @@
+"""`hcsearch drive`: a folding as a machine, its certified path driven by few hinges."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import click
+
+from hcsearch.cli.options import Number
+from hcsearch.cli.subjects import read_folding, subject_options
+from hcsearch.errors import HcsearchError
+from hcsearch.outputs import check_output
+
+
+@click.command(
+    epilog="Example: hcsearch drive hex:0234435011:1 --picture drive.svg; hcsearch drive hex:0234435011:1 --rate 0.5 "
+    "--scene earth --output drive.toml, then hcsearch deploy drive.toml; hcsearch drive hex:0234550132:3 --latches"
+)
+@subject_options
+@click.option(
+    "--rate", type=Number(min=0, min_open=True), metavar="R", help="Greatest of a hinge, rad/s.  [default: 1]"
+)
+@click.option(
+    "--acceleration", type=Number(min=0, min_open=True), metavar="A", help="Greatest of a hinge, rad/s^2.  [default: 5]"
+)
+@click.option("--near", metavar="START,END", help="From the packed, from the flat state, rad.  [default: 0.01,0.005]")
+@click.option("--hinges", metavar="K,K,...", help="Hinges to drive, as many as freedoms at least.  [default: chosen]")
+@click.option(
+    "--firm",
+    type=Number(min=0, max=1),
+    metavar="S",
+    help="Least singular value of the reduced Jacobian for which hinges are added; 0 adds none.  [default: 0.1]",
+)
+@click.option("--period", type=Number(min=1e-5, max=0.1), metavar="S", help="Of the controller.  [default: 0.002]")
+@click.option("--latches", is_flag=True, help="Also let springs alone do it, with hinges latched in the path's order.")
+@click.option("--json", "as_json", is_flag=True, help="Print plain data.")
+@click.option(
+    "--output",
+    "outputs",
+    multiple=True,
+    metavar="FILE",
+    help="Write the course, .csv or .parquet, or a scene with the drive, .toml; may be repeated.",
+)
+@click.option("--picture", metavar="FILE", help="Draw fold angles and torques over time: .svg, .png or .pdf.")
+def drive(subject: str, as_json: bool, **options: Any) -> None:
+    """Drive a folding from its packed to its flat state along a certified path.
+
+    The hinges to drive are as many as there are freedoms, chosen by the conditioning of the reduced Jacobian along the
+    path, monotone ones where possible; more where that comes near to a dead point. The path gets a time law, torques
+    follow by inverse dynamics in the scene, and the motion is simulated under position control and certified clear.
+
+    Exit code: 0 where it comes flat under control, certified clear; 1 where it does not, or no path is proved; 2 for
+    wrong input.
+    """
+    from hcsearch.deployment.telling import PICTURES  # noqa: PLC0415
+    from hcsearch.drive import driving, telling  # noqa: PLC0415
+
+    for path in options["outputs"]:
+        check_output(path, (*telling.TABLES, *telling.SCENES))
+    if options["picture"]:
+        check_output(options["picture"], PICTURES)
+    wishes = _wishes(options)
+    folding, scene = read_folding(subject, options)
+    if scene.held == "free":
+        raise HcsearchError("drives are for an array that is held: hold a panel, such as --held bottom")
+    motion = driving.find_motion(folding, scene)
+    if motion.proof is None:
+        click.echo(f"no drive: {driving.why_not(folding, scene, motion)}")
+        click.get_current_context().exit(1)
+    found = driving.drive(folding, scene, motion, wishes)
+    for path in options["outputs"]:
+        telling.save(found, path)
+    if options["picture"]:
+        telling.picture(found, options["picture"])
+    told = telling.facts(found)
+    if options["latches"]:
+        told |= telling.latch_facts(*driving.released(found))
+    if as_json:
+        click.echo(json.dumps(told, indent=2, allow_nan=False))
+    else:
+        _print(told)
+    if not found.deployment.deploys:
+        click.get_current_context().exit(1)
+
+
+def _wishes(options: dict[str, Any]) -> Any:
+    from hcsearch.drive.driving import Wishes  # noqa: PLC0415
+
+    values = {name: options[name] for name in ("rate", "acceleration", "firm", "period") if options[name] is not None}
+    if options["near"] is not None:
+        values["near"] = _near(options["near"])
+    if options["hinges"] is not None:
+        parts = options["hinges"].split(",")
+        if not all(part.isascii() and part.isdigit() and len(part) < 10 for part in parts):
+            raise HcsearchError(f"cannot read --hinges {options['hinges']!r}: write numbers, such as 0,4,5")
+        values["hinges"] = tuple(map(int, parts))
+    return Wishes(**values)
+
+
+def _near(text: str) -> tuple[float, float]:
+    try:
+        start, end = (float(part) for part in text.split(","))
+    except ValueError as error:
+        raise HcsearchError(f"cannot read --near {text!r}: write two angles in rad, such as 0.01,0.005") from error
+    if not (1e-4 <= start <= 0.5 and 1e-4 <= end <= 0.008):
+        raise HcsearchError(
+            f"--near {text} is out of range: start 0.0001 to 0.5 rad from packed, and end 0.0001 to 0.008 rad from "
+            "flat, which counts as flat from 0.01 on"
+        )
+    return start, end
+
+
+def _print(told: dict[str, Any]) -> None:
+    """One fact a line, and the driven hinges as a table."""
+    lists = ("torque_N_m", "torque_rms_N_m", "planned_torque_N_m", "gain_N_m_rad", "gain_N_m_s_rad")
+    for name, value in told.items():
+        if name in lists:
+            continue
+        shown = "-" if value is None else (f"{value:.6g}" if isinstance(value, float) else value)
+        if name == "latches":
+            shown = (
+                "; ".join(f"{a} until {b} is at {angle:.3g} rad" for a, b, angle in map(dict.values, value)) or "none"
+            )
+        elif isinstance(value, list):
+            shown = ", ".join(map(str, value)) or "none"
+        click.echo(f"{name.replace('_', ' '):30}{shown}")
+    heads = ("greatest", "planned", "rms", "gain", "damping")
+    click.echo("\nhinge" + "".join(f"{head:>11}" for head in heads) + "   N m, N m/rad, N m s/rad")
+    columns = (told[name] for name in ("torque_N_m", "planned_torque_N_m", *lists[1:2], *lists[3:]))
+    for hinge, row in zip(told["driven"], zip(*columns, strict=True), strict=True):
+        click.echo(f"{hinge:<5}" + "".join(f"{value:11.4g}" for value in row))

@@ -1,0 +1,108 @@
+"""Drives of a deployment: which hinges are driven, along what course, with what gains; as a table of a TOML file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.deployment.compiling import Compiled
+from hcsearch.dynamics.driving import Commands
+from hcsearch.errors import SceneError
+from hcsearch.linkage import Linkage
+
+Reals = NDArray[np.float64]
+
+OPEN = 1e-6
+"""Closure residual at the start that is taken for closed."""
+MOST = 100_000
+"""Times of a course."""
+
+
+@dataclass(frozen=True)
+class Drives:
+    """Driven hinges and what they are asked for.
+
+    hinges : (n_driven,), numbers. start : (n_hinges,), fold angles at which the motion starts, at rest.
+    times : (k,), s, from 0. angles, torques : (k, n_driven), rad, N m.
+    stiffness, damping : (n_driven,), gains of position control, N m/rad, N m s/rad. period : of the controller, s.
+    """
+
+    hinges: tuple[int, ...]
+    start: Reals
+    times: Reals
+    angles: Reals
+    torques: Reals
+    stiffness: Reals
+    damping: Reals
+    period: float
+
+    def commands(self, compiled: Compiled) -> Commands:
+        """What the joints of a compiled scene are asked for."""
+        joints = tuple(int(compiled.joint_of[hinge]) for hinge in self.hinges)
+        return Commands(joints, self.times, self.angles, self.torques, self.stiffness, self.damping, self.period)
+
+    def start_in(self, compiled: Compiled) -> Reals:
+        """The start as coordinates of the joints."""
+        found = compiled.start.copy()
+        found[compiled.joint_of] = self.start
+        return found
+
+    def check(self, linkage: Linkage) -> None:
+        """Refuse drives that are not those of a linkage."""
+        n = linkage.n_hinges
+        if len(self.start) != n or not all(0 <= hinge < n for hinge in self.hinges):
+            raise SceneError(f"the drive is not one of this design, which has {n} hinges: write it with hcsearch drive")
+        gap = float(np.abs(linkage.closure(self.start)[0]).max(initial=0.0))
+        if gap > OPEN or self.start.min(initial=0.0) < -0.01 or self.start.max(initial=0.0) > np.pi + 0.01:
+            raise SceneError(
+                "the drive does not start from a closed state within the stops: give the panels and flat pairs that it "
+                "was made for, or write it with hcsearch drive"
+            )
+
+
+def drives_in(table: Mapping[str, Any]) -> Drives:
+    """The drives that a table of a file holds; SceneError where it holds none."""
+    names = [field.name for field in fields(Drives)]
+    wrong = [name for name in names if name not in table] + [key for key in table if key not in names]
+    if wrong:
+        raise SceneError(f"[drive] has, or lacks, {wrong[0]!r}: it holds {', '.join(names)}; see hcsearch drive")
+    try:
+        values = {name: np.array(table[name], float) for name in names}
+    except (TypeError, ValueError) as error:
+        raise SceneError("[drive] holds what is no table of numbers: write it with hcsearch drive") from error
+    hinges, times = values["hinges"], values["times"]
+    k, d = times.size, hinges.size
+    shapes = {"hinges": (d,), "times": (k,), "angles": (k, d), "torques": (k, d), "stiffness": (d,), "damping": (d,)}
+    good = all(values[name].shape == shape for name, shape in shapes.items())
+    good = good and values["start"].ndim == 1 and values["period"].ndim == 0 and 2 <= k <= MOST and d > 0
+    if not good or not all(np.isfinite(value).all() for value in values.values()):
+        raise SceneError("[drive] must hold as many numbers for each hinge and time: write it with hcsearch drive")
+    whole = {int(hinge) for hinge in hinges}
+    if len(whole) < d or (hinges != np.round(hinges)).any():
+        raise SceneError("[drive] must name each driven hinge once, by its number: write it with hcsearch drive")
+    gains = (values["stiffness"] >= 0.0).all() and (values["damping"] >= 0.0).all()
+    if times[0] != 0.0 or (np.diff(times) <= 0.0).any() or not gains or not times[-1] / MOST <= values["period"]:
+        raise SceneError("[drive] needs times that grow from 0, gains of 0 or more and a period above 0")
+    own = {name: values[name] for name in names if name not in {"hinges", "period"}}
+    return Drives(tuple(int(h) for h in hinges), **own, period=float(values["period"]))
+
+
+def drives_text(drives: Drives) -> str:
+    """The table of a file that `drives_in` reads; angles of the course to 1e-9 rad, torques to 1e-9 N m."""
+    lines = ["[drive]"]
+    for field in fields(Drives):
+        value = getattr(drives, field.name)
+        if field.name in {"times", "angles", "torques"}:
+            value = np.round(value, 9) + 0.0
+        plain = value.tolist() if isinstance(value, np.ndarray) else value
+        if field.name in {"angles", "torques"}:
+            rows = ",\n".join(f"  {json.dumps(row)}" for row in plain)
+            lines.append(f"{field.name} = [\n{rows},\n]")
+        else:
+            lines.append(f"{field.name} = {json.dumps(plain)}")
+    return "".join(f"{line}\n" for line in lines)

@@ -1,0 +1,144 @@
+"""A folding as a machine: its certified path smoothed, timed, driven by few hinges, and simulated under control."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.deployment.compiling import Compiled
+from hcsearch.deployment.deploying import Deployment, compile_driven, run_driven
+from hcsearch.deployment.driving import Drives
+from hcsearch.deployment.scales import settled
+from hcsearch.drive.choosing import FIRM, Choice, choose, told
+from hcsearch.drive.gains import PERIOD, controlled
+from hcsearch.drive.latches import Latch, latches_on, release
+from hcsearch.drive.smoothing import NEAR, smooth_path
+from hcsearch.drive.timing import ACCELERATION, RATE, TimedPath, timed
+from hcsearch.drive.torques import Torques, torques_along
+from hcsearch.errors import HcsearchError
+from hcsearch.flat_pairs import Way, linkage_joined, ways
+from hcsearch.folding import Folding
+from hcsearch.linkage import Linkage
+from hcsearch.planning.motions import Motion, motion_of
+from hcsearch.scenes import FlatPairs, Scene, panel_of
+from hcsearch.twisting import twist
+
+Reals = NDArray[np.float64]
+
+SETTLING = 0.5
+"""Time that is simulated after the end of the course (s)."""
+COUNT, PLACES = 1000, 600
+"""Times at which torques are computed, and places on the path at which driven hinges are judged."""
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """What a drive is asked for.
+
+    rate, acceleration : greatest of a hinge, rad/s, rad/s^2. near : rad, from the packed and the flat state, where the
+    driven motion begins and ends. hinges : to drive; chosen where empty. firm : least singular value of the reduced
+    Jacobian for which hinges are added; 0 for as many as there are freedoms. period : of the controller, s.
+    """
+
+    rate: float = RATE
+    acceleration: float = ACCELERATION
+    near: tuple[float, float] = NEAR
+    hinges: tuple[int, ...] = ()
+    firm: float = FIRM
+    period: float = PERIOD
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A driven folding.
+
+    play : least play of each face (m) at which its path is proved clear. scene : with panels and flat pairs as the way
+    of the path says. deployment : the motion simulated under control, certified at the scene's margin.
+    """
+
+    folding: Folding
+    way: Way
+    linkage: Linkage
+    scene: Scene
+    play: float
+    choice: Choice
+    timed: TimedPath
+    torques: Torques
+    drives: Drives
+    deployment: Deployment
+
+    @property
+    def greatest(self) -> Reals:
+        """Greatest torque of each driven hinge under control, (n_driven,), N m."""
+        assert self.deployment.driven is not None
+        found: Reals = np.abs(self.deployment.driven.torques).max(axis=0)
+        return found
+
+    @property
+    def missed(self) -> float:
+        """What a hinge, driven or not, was away from its course at most, until the motion ended (rad)."""
+        return float(np.abs(self.deployment.angles - self.timed.at(self.deployment.motion.times)[0]).max())
+
+
+def find_motion(folding: Folding, scene: Scene) -> Motion:
+    """The motion of a folding with the panels, ways and margin of a scene."""
+    return motion_of(folding, panel_of(scene, folding.circuit.grid.name), ways(scene), scene.margin)
+
+
+def why_not(folding: Folding, scene: Scene, motion: Motion) -> str:
+    """What is known of a folding of which no path is proved, in one line."""
+    from hcsearch.kinematics.locks import lock_at  # noqa: PLC0415 - only of foldings without a path
+
+    turns = twist(folding)
+    if turns:
+        return f"the folding is twisted, with linking number {turns}: no motion leads from packed to flat"
+    panel = panel_of(scene, folding.circuit.grid.name)
+    for end in ("folded", "flat"):
+        linkages = [linkage_joined(folding, panel, way) for way, _ in motion.growths]
+        locks = [lock_at(linkage, getattr(linkage, end)) for linkage in linkages]
+        if locks and all(lock.locked for lock in locks):
+            return f"the folding is locked, {end}, in every way that the scene allows: {locks[0].reason}"
+    tried = ", ".join(f"{way} {growth.rounds} rounds" for way, growth in motion.growths)
+    return f"undecided: no path was proved ({tried}); try other panels, a larger margin or other flat pairs"
+
+
+def drive(folding: Folding, scene: Scene, motion: Motion, wishes: Wishes | None = None) -> Drive:
+    """The drive of a folding along a proved motion in a scene; HcsearchError for wishes that cannot be met."""
+    wishes = wishes or Wishes()
+    if motion.way is None or motion.proof is None or motion.proof.motion is None or motion.margin is None:
+        raise HcsearchError(why_not(folding, scene, motion))
+    if not 1e-5 <= wishes.period <= 0.1:
+        raise HcsearchError(f"a controller's period of {wishes.period:g} s is none: give one from 1e-5 to 0.1")
+    panel = panel_of(scene, folding.circuit.grid.name)
+    linkage = linkage_joined(folding, panel, motion.way)
+    pairs: FlatPairs = "hinged" if motion.way == "hinged" else "rigid"
+    scene = settled(replace(scene, panel=panel, flat_pairs=pairs, merge=motion.way == "merged"), linkage)
+    path = smooth_path(linkage, motion.proof.motion, wishes.near)
+    angles = path.at(np.linspace(0.0, path.length, PLACES))[0]
+    choice = (
+        told(linkage, angles, tuple(sorted(set(wishes.hinges))))
+        if wishes.hinges
+        else choose(linkage, angles, wishes.firm)
+    )
+    course = timed(path, wishes.rate, wishes.acceleration)
+    scene = replace(scene, seconds=float(f"{course.seconds + SETTLING:.4g}"))
+    compiled = compile_driven(linkage, scene, None)
+    torques = torques_along(compiled, course, choice, COUNT)
+    drives = controlled(compiled, torques, wishes.period)
+    deployment = run_driven(started(compiled, drives), drives)
+    return Drive(folding, motion.way, linkage, scene, motion.margin, choice, course, torques, drives, deployment)
+
+
+def released(found: Drive) -> tuple[tuple[Latch, ...], Deployment]:
+    """Latches that give the order of the path, and what springs alone make of the folding with them."""
+    path = found.timed.path
+    latches = latches_on(found.linkage, path.at(np.linspace(0.0, path.length, PLACES))[0])
+    scene = replace(found.scene, seconds=None)
+    return latches, release(compile_driven(found.linkage, settled(scene, found.linkage), None), latches)
+
+
+def started(compiled: Compiled, drives: Drives) -> Compiled:
+    """A compiled scene that starts where drives do."""
+    return replace(compiled, start=drives.start_in(compiled))

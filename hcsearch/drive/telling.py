@@ -1,0 +1,137 @@
+"""A drive as plain data, as a table of its course, as a file that `hcsearch deploy` takes, and as a picture."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hcsearch.deployment.driving import drives_text
+from hcsearch.deployment.scene_files import file_text
+from hcsearch.deployment.telling import PICTURES
+from hcsearch.drive.driving import Drive
+from hcsearch.drive.latches import Latch
+from hcsearch.errors import HcsearchError
+from hcsearch.outputs import replacing, write_output
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from hcsearch.deployment.deploying import Deployment
+
+TABLES = (".csv", ".parquet")
+"""Endings of files that the course is written to."""
+SCENES = (".toml",)
+
+
+def facts(drive: Drive) -> dict[str, Any]:
+    """What became of it; keys name their units."""
+    choice, deployment = drive.choice, drive.deployment
+    clearance = deployment.clearance
+    span = float(np.ptp(drive.torques.stored) + np.ptp(drive.torques.kinetic) + np.ptp(drive.torques.height))
+    return {
+        "verdict": deployment.verdict,
+        "reason": deployment.reason,
+        "clearance": None if clearance is None else clearance.kind,
+        "margin_mm": 1e3 * deployment.compiled.margin,
+        "min_clearance_mm": None if clearance is None or clearance.gap is None else 1e3 * clearance.gap,
+        "path_play_mm": 1e3 * drive.play,
+        "flat_pairs": drive.way,
+        "scene": drive.scene.name,
+        "hinges": drive.linkage.n_hinges,
+        "freedoms": choice.freedoms,
+        "driven": list(choice.hinges),
+        "driven_monotone": list(choice.monotone),
+        "least_singular_value": choice.least,
+        "least_at": choice.place,
+        "closure_least_singular_value": choice.closure,
+        "closure_least_at": choice.closure_place,
+        "sets_tried": choice.tried,
+        "from_packed_rad": drive.timed.path.near[0],
+        "to_flat_rad": drive.timed.path.near[1],
+        "beyond_stops_rad": drive.timed.path.beyond,
+        "seconds": drive.timed.seconds,
+        "flat_time_s": deployment.flat_time,
+        "greatest_rate_rad_s": float(np.abs(drive.torques.rates).max()),
+        "greatest_acceleration_rad_s2": float(np.abs(drive.torques.accelerations).max()),
+        "missed_rad": drive.missed,
+        "planned_torque_N_m": _greatest(drive.torques.torques),
+        "torque_N_m": drive.greatest.tolist(),
+        "torque_rms_N_m": np.sqrt((drive.torques.torques**2).mean(axis=0)).tolist(),
+        "gain_N_m_rad": drive.drives.stiffness.tolist(),
+        "gain_N_m_s_rad": drive.drives.damping.tolist(),
+        "energy_imbalance": drive.torques.imbalance / span if span else 0.0,
+        "work_J": float(deployment.driven.work[-1]) if deployment.driven is not None else None,
+    }
+
+
+def latch_facts(latches: tuple[Latch, ...], deployment: Deployment) -> dict[str, Any]:
+    """Which hinges wait for which, and what springs alone made of it."""
+    clearance = deployment.clearance
+    return {
+        "latches": [{"hinge": one.hinge, "waits_for": one.waits_for, "angle_rad": one.angle} for one in latches],
+        "latched_verdict": deployment.verdict,
+        "latched_reason": deployment.reason,
+        "latched_clearance": None if clearance is None else clearance.kind,
+    }
+
+
+def _greatest(torques: np.ndarray) -> list[float]:
+    found: list[float] = np.abs(torques).max(axis=0).tolist()
+    return found
+
+
+def table(drive: Drive) -> pd.DataFrame:
+    """The planned course: time, fold angles and rates of all hinges, torques of the driven ones."""
+    import pandas as pd  # noqa: PLC0415
+
+    own = drive.torques
+    columns = {"time_s": own.times}
+    columns |= {f"angle_{k}_rad": own.angles[:, k] for k in range(own.angles.shape[1])}
+    columns |= {f"rate_{k}_rad_s": own.rates[:, k] for k in range(own.angles.shape[1])}
+    columns |= {f"torque_{k}_N_m": own.torques[:, i] for i, k in enumerate(own.driven)}
+    return pd.DataFrame(columns)
+
+
+def save(drive: Drive, path: str) -> None:
+    """Write the course (.csv, .parquet) or a scene with the drive (.toml)."""
+    if path.endswith(SCENES):
+        facts_ = {"design": drive.folding.notation}
+        text = file_text(facts_, "constrained", drive.scene)
+        write_output(path, f"{text}\n{drives_text(drive.drives)}")
+        return
+    course = table(drive)
+    with replacing(path, TABLES) as part:
+        if part.suffix == ".csv":
+            course.to_csv(part, index=False)
+            return
+        try:
+            course.to_parquet(part, index=False)
+        except ImportError as error:
+            raise HcsearchError("Parquet needs an extra: pip install 'hcsearch[parquet]', or write .csv") from error
+
+
+def picture(drive: Drive, path: str) -> None:
+    """Draw fold angles and torques over time, as planned and as simulated under control."""
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    own, motion, driven = drive.torques, drive.deployment.motion, drive.deployment.driven
+    figure = Figure(figsize=(8, 7), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True)
+    for column in np.delete(own.angles, own.driven, axis=1).T:
+        above.plot(own.times, column, linewidth=0.6, color="grey", alpha=0.6)
+    for k in own.driven:
+        above.plot(own.times, own.angles[:, k], linewidth=1.6, label=f"{k}")
+    above.set(ylabel="fold angle, rad")
+    above.set_title(f"{drive.folding.notation}: {drive.deployment.reason}", parse_math=False)
+    for number, column in enumerate(own.torques.T):
+        (line,) = below.plot(own.times, column, label=f"{own.driven[number]}")
+        if driven is not None:
+            below.plot(motion.times, driven.torques[:, number], color=line.get_color(), linewidth=0.4, alpha=0.6)
+    below.set(xlabel="time, s", ylabel="torque, N m")
+    for axes in (above, below):
+        axes.grid(alpha=0.3)
+        if len(own.driven) <= 24 and own.driven:
+            axes.legend(title="driven hinge", fontsize="x-small", ncols=2, loc="upper right")
+    with replacing(path, PICTURES) as part:
+        figure.savefig(part, dpi=120)

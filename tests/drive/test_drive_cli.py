@@ -1,0 +1,100 @@
+"""`hcsearch drive` as a person meets it."""
+
+import json
+import subprocess
+import sys
+
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+from hcsearch.cli.deploy import deploy
+from hcsearch.cli.drive import drive
+from hcsearch.cli.tune import tune
+from hcsearch.errors import HcsearchError
+
+QUICK = ("hex:0234435011:1", "--rate", "4", "--acceleration", "40", "--period", "0.005")
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("drive")
+    files = [folder / name for name in ("drive.toml", "drive.csv", "drive.svg")]
+    words = ["--output", str(files[0]), "--output", str(files[1]), "--picture", str(files[2])]
+    result = CliRunner().invoke(drive, [*QUICK, *words, "--json"], catch_exceptions=False)
+    assert result.exit_code == 0
+    return json.loads(result.stdout), *files
+
+
+def test_it_says_what_is_driven_and_how_hard(written):
+    told = written[0]
+    assert (told["verdict"], told["clearance"]) == ("deploys", "clear")
+    assert len(told["driven"]) == told["freedoms"] == len(told["torque_N_m"])
+    assert told["path_play_mm"] <= told["margin_mm"]
+    assert told["missed_rad"] < 0.002
+    assert told["greatest_rate_rad_s"] == pytest.approx(4.0, rel=0.01)
+    assert told["energy_imbalance"] < 1e-5
+    assert 0.0 < told["least_singular_value"] < 1.0
+
+
+def test_the_files_hold_the_course_and_what_deploy_takes(written):
+    told, toml, csv, svg = written
+    course = pd.read_csv(csv)
+    n = told["hinges"]
+    assert list(course)[:2] == ["time_s", "angle_0_rad"]
+    assert [name for name in course if name.startswith("torque")] == [f"torque_{k}_N_m" for k in told["driven"]]
+    assert len(list(course)) == 1 + 2 * n + len(told["driven"])
+    assert course["time_s"].iloc[-1] == pytest.approx(told["seconds"])
+    assert "<svg" in svg.read_text(encoding="utf-8")[:1000]
+    result = CliRunner().invoke(deploy, [str(toml), "--json"], catch_exceptions=False)
+    again = json.loads(result.stdout)
+    assert result.exit_code == 0
+    assert again["flat_time_s"] == pytest.approx(told["flat_time_s"], abs=1e-4)
+    assert again["drive_torque_N_m"] == pytest.approx(max(told["torque_N_m"]), rel=0.01)
+    for command, words, word in (
+        (deploy, ["--formulation", "penalty"], "exact closure"),
+        (deploy, ["--explain"], "nothing is left out"),
+        (deploy, ["--held", "free"], "hold a panel"),
+        (deploy, ["--flat-pairs", "rigid"], "not one of this design"),
+        (tune, [], r"\[drive\]"),
+    ):
+        with pytest.raises(HcsearchError, match=word):
+            CliRunner().invoke(command, [str(toml), *words], catch_exceptions=False)
+
+
+def test_a_folding_without_a_path_has_no_drive():
+    result = CliRunner().invoke(drive, ["hex:02334051:0"], catch_exceptions=False)
+    assert result.exit_code == 1
+    assert result.stdout.startswith("no drive: the folding is twisted")
+    assert len(result.stdout.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "word"),
+    [
+        (("--hinges", "0,x"), "write numbers"),
+        (("--hinges", "0,1"), "4 at least"),
+        (("--hinges", "0,1,2,99"), "no hinge 99"),
+        (("--near", "0.1"), "two angles"),
+        (("--near", "0.1,0.1"), "out of range"),
+        (("--held", "free"), "hold a panel"),
+        (("--output", "drive.txt"), "no known ending"),
+    ],
+)
+def test_wrong_input_is_refused(words, word):
+    with pytest.raises(HcsearchError, match=word):
+        CliRunner().invoke(drive, [*QUICK, *words], catch_exceptions=False)
+
+
+def test_assemblies_and_rates_of_nothing_are_refused_in_one_line():
+    for words in (["unit-i"], ["hex:0234435011:1", "--rate", "0"]):
+        done = subprocess.run(
+            [sys.executable, "-m", "hcsearch", "drive", *words],
+            capture_output=True,
+            text=True,
+            timeout=300,
+            check=False,
+        )
+        assert done.returncode == 2
+        assert done.stdout == ""
+        assert len(done.stderr.splitlines()) == 1

@@ -1,0 +1,214 @@
+"""Drives of foldings: driven hinges, time laws, torques, and the motion under control."""
+
+import math
+import tomllib
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from hcsearch.circuit import Circuit
+from hcsearch.deployment.deploying import compile_driven, deploy
+from hcsearch.deployment.driving import drives_in, drives_text
+from hcsearch.drive import driving
+from hcsearch.drive.choosing import choose, frames_at, least_values, monotone_hinges
+from hcsearch.drive.gains import stability
+from hcsearch.drive.smoothing import smooth_path
+from hcsearch.drive.timing import timed
+from hcsearch.drive.torques import torques_along
+from hcsearch.dynamics.laws import linear
+from hcsearch.dynamics.simulation import simulate
+from hcsearch.errors import HcsearchError, SceneError
+from hcsearch.folding import folding_of
+from hcsearch.scenes import SCENES
+
+QUICK = driving.Wishes(rate=4.0, acceleration=40.0, period=0.005)
+TEN = (
+    "square:0122333011:1",
+    "hex:0234550132:3",
+    "hex:0234435011:1",
+    "hex:0233445110:1",
+    "square:012233300121:2",
+    "square:012233330111:4",
+    "hex:023454401022:0",
+    "hex:023444000231:0",
+    "triangle:0123434501:1",
+    "hex:0234550132:4",
+)
+SIX_BY_FIVE = "square:012233332111123333300001210121:1"
+
+
+def folding_named(name):
+    circuit, crease = name.rsplit(":", 1)
+    return folding_of(Circuit.from_notation(circuit).canonical(), int(crease))
+
+
+@pytest.fixture(scope="module")
+def found():
+    folding, scene = folding_named("hex:0234435011:1"), SCENES["default"]
+    return driving.drive(folding, scene, driving.find_motion(folding, scene), QUICK)
+
+
+@pytest.fixture(scope="module")
+def on_earth(found):
+    compiled = compile_driven(found.linkage, replace(found.scene, gravity=(0.0, 3.0, -9.81)), None)
+    return compiled, torques_along(compiled, found.timed, found.choice, 500)
+
+
+def test_it_comes_flat_under_control_certified_clear(found):
+    assert found.deployment.deploys
+    assert found.deployment.clearance.margin == found.scene.margin == pytest.approx(1e-4)
+    assert found.play <= 1.0001e-4
+    assert found.missed < 2e-3
+    assert found.choice.freedoms == len(found.drives.hinges) == 4
+    assert (found.greatest > 0.0).all()
+    driven = found.deployment.driven
+    assert driven.drift < 1e-3 * np.ptp(driven.motion.stored)
+
+
+def test_the_path_is_closed_and_smooth(found):
+    path = found.timed.path
+    assert path.opening < 1e-6
+    assert path.beyond <= 5e-4
+    places = np.linspace(0.0, path.length, 997)
+    angles, slopes, bends = path.at(places)
+    assert max(np.abs(found.linkage.closure(state)[0]).max() for state in angles[::50]) < 1e-6
+    step = places[1]
+    assert np.gradient(angles, step, axis=0)[1:-1] == pytest.approx(slopes[1:-1], abs=1e-3)
+    assert np.gradient(slopes, step, axis=0)[1:-1] == pytest.approx(bends[1:-1], abs=0.05 * np.abs(bends).max())
+
+
+def test_the_least_singular_value_is_that_of_the_reduced_jacobian(found):
+    angles = found.timed.path.at(np.linspace(0.0, found.timed.path.length, 40))[0]
+    frames, values = frames_at(found.linkage, angles)
+    rank, n = values.shape[1], found.linkage.n_hinges
+    sets = np.array(list(combinations(range(n), n - rank)))[::7]
+    direct = np.linalg.svd(frames[:, sets, rank:], compute_uv=False)[..., -1].T
+    assert least_values(frames, n - rank, sets) == pytest.approx(direct, abs=1e-12)
+    for more in (n - rank + 1, n - 1):  # few are not driven: their rows of closure say the same
+        wide = np.array(list(combinations(range(n), more)))[::11]
+        direct = np.linalg.svd(frames[:, wide, rank:], compute_uv=False)[..., -1].T
+        assert least_values(frames, n - rank, wide) == pytest.approx(direct, abs=1e-7)
+
+
+def test_driven_hinges_are_the_best_but_for_monotone_ones(found):
+    angles = found.timed.path.at(np.linspace(0.0, found.timed.path.length, 80))[0]
+    choice = choose(found.linkage, angles, firm=0.0)
+    frames, _ = frames_at(found.linkage, angles)
+    sets = np.array(list(combinations(range(found.linkage.n_hinges), choice.freedoms)))
+    best = least_values(frames, choice.freedoms, sets).min(axis=1).max()
+    assert len(choice.hinges) == choice.freedoms
+    assert choice.least >= 0.45 * best
+    steady = monotone_hinges(angles)
+    assert choice.monotone == tuple(hinge for hinge in choice.hinges if steady[hinge])
+    assert len(choose(found.linkage, angles, firm=0.9).hinges) > choice.freedoms
+
+
+def test_rates_and_accelerations_keep_their_bounds(found):
+    course = timed(found.timed.path, 2.0, 7.0)
+    times = np.linspace(0.0, course.seconds, 3001)
+    angles, rates, accelerations = course.at(times)
+    assert np.abs(rates).max() <= 2.0 * 1.002
+    assert np.abs(accelerations).max() <= 7.0 * 1.01
+    assert max(np.abs(rates).max() / 2.0, math.sqrt(np.abs(accelerations).max() / 7.0)) > 0.95
+    for end in (0, -1):
+        assert rates[end] == pytest.approx(0.0, abs=1e-6)
+        assert accelerations[end] == pytest.approx(0.0, abs=1e-2)
+    assert np.gradient(angles, times[1], axis=0) == pytest.approx(rates, abs=2e-2)
+
+
+def test_torques_balance_the_energy(found, on_earth):
+    for torques in (found.torques, on_earth[1]):
+        assert np.ptp(torques.height) > 0.0 or torques is found.torques
+        assert torques.imbalance < 1e-5 * np.ptp(torques.stored)
+
+
+def test_forward_dynamics_give_the_motion_that_torques_are_for(found, on_earth):
+    compiled, torques = on_earth
+    for k in (100, 250, 400):
+        drives = [replace(drive, lower=-math.inf, upper=math.inf) for drive in compiled.system.drives]
+        for number, hinge in enumerate(torques.driven):
+            joint = compiled.joint_of[hinge]
+            drives[joint] = replace(drives[joint], law=linear(0.1, -torques.torques[k, number]))
+        q, v, a = np.zeros((3, compiled.system.n_joints))
+        q[compiled.joint_of], v[compiled.joint_of], a[compiled.joint_of] = (
+            part[k] for part in (torques.angles, torques.rates, torques.accelerations)
+        )
+        motion = simulate(compiled.system.driven(tuple(drives)), q, v, end=1e-9, closed=math.inf)
+        assert motion.a[0] == pytest.approx(a, abs=1e-3 * np.abs(torques.accelerations).max())
+
+
+def test_springs_that_push_ask_for_stiff_control_and_none_for_nothing(found):
+    compiled = compile_driven(found.linkage, found.scene, None)
+    slow = timed(found.timed.path, 0.2, 0.5)
+    needed = stability(compiled, torques_along(compiled, slow, found.choice, 300))
+    free = compile_driven(found.linkage, replace(found.scene, spring="linear:0.0001", damping=0.004), None)
+    less = stability(free, torques_along(free, slow, found.choice, 300))
+    assert less.stiffness < 0.1 * needed.stiffness
+    assert needed.time < 0.2 * slow.seconds  # by the packed state closure bends most
+    assert (found.drives.stiffness >= 2.0 * needed.stiffness).all()
+
+
+def test_a_file_holds_the_drive(found):
+    again = drives_in(tomllib.loads(drives_text(found.drives))["drive"])
+    assert again.hinges == found.drives.hinges
+    assert np.array_equal(again.start, found.drives.start)
+    assert again.angles == pytest.approx(found.drives.angles, abs=1e-9)
+    deployment = deploy(found.linkage, found.scene, drives=again)
+    assert deployment.deploys
+    assert deployment.flat_time == pytest.approx(found.deployment.flat_time, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"period": 0.0}, "period"),
+        ({"times": [0.0, 1.0]}, "as many numbers"),
+        ({"hinges": [0, 0, 1, 2]}, "once"),
+        ({"start": "no"}, "no table of numbers"),
+        ({"speed": 1}, "'speed'"),
+    ],
+)
+def test_tables_that_hold_no_drive_are_refused(found, change, word):
+    with pytest.raises(SceneError, match=word):
+        drives_in(tomllib.loads(drives_text(found.drives))["drive"] | change)
+
+
+def test_drives_of_other_panels_are_refused(found):
+    with pytest.raises(SceneError, match="does not start from a closed state"):
+        deploy(found.linkage, found.scene, drives=replace(found.drives, start=found.drives.start[::-1] * 0.9))
+    with pytest.raises(HcsearchError, match="exact closure"):
+        deploy(found.linkage, found.scene, "penalty", drives=found.drives)
+
+
+@pytest.mark.slow
+def test_moments_of_joints_are_those_of_pinocchio(on_earth):
+    pin = pytest.importorskip("pinocchio")
+    from hcsearch.bench.pinocchio_system import _Forces
+    from hcsearch.dynamics.inverse import joint_forces
+
+    system = on_earth[0].system
+    forces = _Forces(pin, system)
+    q, v, a = np.random.default_rng(1).normal(size=(3, system.n_joints))
+    given = np.empty((3, system.n_joints))
+    given[:, forces.order] = q, v, a
+    expected = pin.rnea(forces.model, forces.data, *given)[forces.order]
+    assert joint_forces(system, q[None], v[None], a[None]).joints[0] == pytest.approx(expected, rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*TEN, SIX_BY_FIVE])
+def test_ten_foldings_and_6x5_come_flat_clear(name):
+    folding, scene = folding_named(name), SCENES["default"]
+    motion = driving.find_motion(folding, scene)
+    found = driving.drive(folding, scene, motion, replace(QUICK, rate=2.0, acceleration=20.0, period=0.002))
+    assert found.deployment.deploys, found.deployment.reason
+    assert found.missed < 5e-3
+    assert found.torques.imbalance < 1e-4 * np.ptp(found.torques.stored)
+
+
+def test_smoothing_refuses_ends_that_leave_nothing(found):
+    motion = driving.find_motion(found.folding, SCENES["default"])
+    with pytest.raises(HcsearchError, match="smaller --near"):
+        smooth_path(found.linkage, motion.proof.motion, (4.0, 4.0))
