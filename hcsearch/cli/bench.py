@@ -221,6 +221,19 @@ def stability(output: Path, quick: bool, json_file: Path | None) -> None:
     _finish(report, lambda folder: save_report(report, folder), output, json_file)
 
 
+@bench.command(epilog="Example: hcsearch bench planning --quick")
+@_common("planning")
+def planning(output: Path, quick: bool, json_file: Path | None) -> None:
+    """The stage motion: share of foldings settled against work, margin and thickness, and searches beside OMPL.
+
+    OMPL is an extra: pip install 'hcsearch[bench]'.
+    """
+    from hcsearch.bench.planning import measure, save_report  # noqa: PLC0415
+
+    report = measure(quick=quick, say=_say)
+    _finish(report, lambda folder: save_report(report, folder), output, json_file)
+
+
 @bench.command(epilog="Example: hcsearch bench experiment --quick")
 @_common("experiment")
 def experiment(output: Path, quick: bool, json_file: Path | None) -> None:

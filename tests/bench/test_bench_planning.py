@@ -1,0 +1,168 @@
+"""The bench `planning`: shares follow from its foldings, these from the stages, and it is saved."""
+
+import csv
+import sys
+from itertools import pairwise
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hcsearch.bench import ompl_search
+from hcsearch.bench.planning import QUICK, QUICK_THICKNESSES, Report, curve, measure, plot_planning, save_report
+from hcsearch.bench.planning_foldings import (
+    SCENE,
+    FoldingRow,
+    Group,
+    group_row,
+    margin_rows,
+    settle,
+    thickness_row,
+    work_rows,
+)
+from hcsearch.bench.planning_peers import peer_rows
+from hcsearch.bench.states import UnableError
+from hcsearch.bench.work import MISSING, OURS
+from hcsearch.circuit import Circuit
+from hcsearch.enumeration import PolygonSearch
+from hcsearch.flat_pairs import linkage_joined, ways
+from hcsearch.folding import folding_of
+from hcsearch.grid import grid_named
+from hcsearch.kinematics.locks import lock_at
+from hcsearch.planning.motions import motion_of
+from hcsearch.planning.planner import Planner
+from hcsearch.planning.proofs import PLAYS, Prover
+from hcsearch.scenes import default_panel
+from tests.planned import joined
+
+SUBJECT = ("square:012233230011:4", "rigid")
+
+
+def row(result, seconds, margin=None):
+    return FoldingRow("some", "a folding", 6.0, result, None if margin is None else "rigid", margin, seconds)
+
+
+ROWS = [
+    row("locked", 0.01),
+    row("movable", 0.2, 0.01),
+    row("undecided", 5.0),
+    row("movable", 1.5, 0.1),
+    row("movable", 0.3, 0.02),
+]
+
+
+@pytest.fixture(scope="module")
+def report():
+    return measure(quick=True, say=lambda _: None)
+
+
+def test_foldings_are_those_of_direct_calls():
+    rows = list(settle(Group("hex", "10"), None, 14))
+    assert [row.result for row in rows] == ["movable", "locked", "undecided"]
+    panel = default_panel("hex")
+    for row in rows:
+        circuit, crease = row.folding.rsplit(":", 1)
+        folding = folding_of(Circuit.from_notation(circuit).canonical(), int(crease))
+        linkage = linkage_joined(folding, panel, "hinged")
+        locked = any(lock_at(linkage, end).locked for end in (linkage.folded, linkage.flat))
+        assert locked == (row.result == "locked")
+        motion = None if locked else motion_of(folding, panel, ways(SCENE))
+        if motion is None or motion.margin is None:
+            assert (row.flat_pairs, row.margin_mm) == (None, None)
+        else:
+            assert (row.flat_pairs, row.margin_mm) == (motion.way, pytest.approx(1e3 * motion.margin))
+        assert row.seconds > 0
+
+
+def test_every_so_many_th_folding_is_taken_over_all_batches(monkeypatch):
+    group = Group("hex", "10")
+    monkeypatch.setattr("hcsearch.bench.planning_foldings._settle", lambda _g, _c, found, _s: found.crease.tolist())
+    whole = list(settle(group))
+    assert len(whole) == 40
+    pieces = SimpleNamespace(batches=lambda: PolygonSearch(grid_named("hex"), 10).batches(25))
+    monkeypatch.setattr(Group, "search", lambda _: pieces)
+    assert list(settle(group)) == whole
+    assert list(settle(group, None, 7)) == whole[::7]
+
+
+def test_counts_of_known_foldings():
+    counted = group_row(ROWS)
+    assert (counted.foldings, counted.movable, counted.locked, counted.undecided) == (5, 3, 1, 1)
+    assert (counted.share, counted.total_s, counted.median_s, counted.most_s) == (0.8, pytest.approx(7.01), 0.3, 5.0)
+    assert [(row.settled, row.spent_s) for row in work_rows(ROWS, (0.01, 1.0, 10.0))] == [
+        (1, pytest.approx(0.05)),
+        (3, pytest.approx(2.51)),
+        (4, pytest.approx(7.01)),
+    ]
+    assert [(row.movable, row.locked, row.share) for row in margin_rows(ROWS)] == [
+        (1, 1, 0.4),
+        (2, 1, pytest.approx(0.6)),
+        (2, 1, pytest.approx(0.6)),
+        (3, 1, 0.8),
+    ]
+    assert (thickness_row(ROWS).tight, thickness_row(ROWS).share) == (1, 0.8)
+    budgets, shares, spent = curve(ROWS)
+    assert shares.tolist() == [0.2, 0.4, 0.6, 0.8, 0.8]
+    assert spent[-1] == pytest.approx(7.01)
+    assert [work_rows(ROWS, [budget])[0].spent_s for budget in budgets] == pytest.approx(spent.tolist())
+
+
+def test_shares_rise_with_work_and_margin(report):
+    assert [row.group for row in report.groups] == [group.name for group in QUICK]
+    for shown in report.groups:
+        own = report.rows_of(shown)
+        assert len(own) == shown.foldings == shown.movable + shown.locked + shown.undecided
+        work, margins = ([row for row in rows if row.group == shown.group] for rows in (report.work, report.margins))
+        for rows in (work, margins):
+            assert all(one.share <= two.share for one, two in pairwise(rows))
+        assert work[-1].settled == margins[-1].movable + margins[-1].locked == shown.movable + shown.locked
+        assert work[-1].spent_s == pytest.approx(shown.total_s)
+        sweep = [row for row in report.thicknesses if row.group == shown.group]
+        assert [row.thickness_mm for row in sweep] == sorted(1e3 * t for t in (*QUICK_THICKNESSES, 0.006))
+        assert sweep[-1].share == shown.share
+    for row in report.rows:
+        assert (row.result == "movable") == (row.margin_mm is not None) == (row.flat_pairs is not None)
+        assert row.margin_mm is None or any(row.margin_mm == pytest.approx(1e3 * play) for play in PLAYS)
+
+
+def test_it_is_saved_with_its_foldings(report, tmp_path):
+    save_report(report, tmp_path)
+    text = (tmp_path / "planning.md").read_text(encoding="utf-8")
+    assert text.startswith("# Bench: planning\n")
+    with (tmp_path / "foldings.csv").open(encoding="utf-8", newline="") as file:
+        saved = list(csv.DictReader(file))
+    assert [line["folding"] for line in saved] == [row.folding for row in report.rows]
+    assert all((tmp_path / f"{table.name}.csv").exists() for table in report.tables)
+    assert (tmp_path / "planning.png").stat().st_size > 10_000
+
+
+def test_a_set_of_which_nothing_is_settled_is_drawn(report, tmp_path):
+    rows = [row("undecided", 1.0)]
+    tables = ([group_row(rows)], work_rows(rows), margin_rows(rows), [thickness_row(rows)], [])
+    plot_planning(Report(report.machine, *tables, rows), tmp_path / "nothing.png")
+    assert (tmp_path / "nothing.png").exists()
+
+
+def test_a_peer_that_is_missing_is_told(monkeypatch):
+    monkeypatch.setitem(sys.modules, "ompl", None)
+    own, peer = peer_rows(SUBJECT, 1, 5.0)
+    assert (own.engine, own.searches, own.met, own.proved) == (OURS, 1, 1, 1)
+    assert 0 < own.median_s < 5
+    assert (peer.searches, peer.met, peer.median_s, peer.note) == (0, None, None, MISSING)
+    with pytest.raises(UnableError, match=MISSING):
+        ompl_search.search(Planner(joined(*SUBJECT), 1e-4), 0, 1.0)
+
+
+@pytest.mark.slow
+def test_the_peer_finds_a_path_that_is_proved():
+    pytest.importorskip("ompl")
+    planner = Planner(joined(*SUBJECT), 1e-4)
+    proved = 0
+    for seed in range(5):
+        states, seconds = ompl_search.search(planner, seed, 5.0)
+        assert 0 < seconds < 6
+        if states is not None:
+            assert states[0] == pytest.approx(planner.space.folded)
+            assert np.abs(states[-1]).max() == 0.0
+            proved += Prover(planner.linkage).prove(states, [planner.margin]).margin is not None
+    assert proved >= 1
