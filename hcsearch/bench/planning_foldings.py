@@ -19,7 +19,7 @@ from hcsearch.scenes import SCENES, Scene, panel_of, with_panel
 from hcsearch.twisting import twist_batch
 
 SCENE = SCENES["default"]
-BUDGETS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
+BUDGETS = (0.03, 0.1, 0.2, 0.5, 1.0, 3.0, 10.0)
 """Processor seconds that a folding may take."""
 
 
