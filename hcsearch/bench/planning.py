@@ -106,8 +106,8 @@ class Report:
                 "that our proof takes. OMPL has RRT-Connect on the states that are closed (ProjectedStateSpace), with "
                 "our projection and our check of stops and gaps, but not that of what lies between two states. "
                 "Closure is singular at both ends, and projections do not leave them: it begins with the states near "
-                "them that our planner throws out, and that time counts. Ours also shortens the path in its time and pushes "
-                "it off contact.",
+                "them that our planner throws out, and that time counts. Ours also shortens the path in its time and "
+                "pushes it off contact.",
                 self.peers,
             ),
         ]
