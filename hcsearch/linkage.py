@@ -177,7 +177,7 @@ class Linkage:
         """
         residual, jacobian = np.empty(self.n_rows), np.empty((self.n_rows, self.n_hinges))
         lines = (self.directions, self.points)
-        close_loops(*lines, *self.loop_arrays, angles, self.pattern.size, residual, jacobian)
+        close_loops(*lines, *self.loop_arrays, angles, self.pattern.size, residual, jacobian, np.empty((3, 4)))
         return residual, jacobian
 
     def bend(self, jacobian: Reals, velocity: Reals) -> Reals:

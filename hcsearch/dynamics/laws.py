@@ -21,7 +21,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -125,6 +125,7 @@ FREE = Law(Branch((0.0,), ((0.0, 0.0, 0.0, 0.0),)), text="free")
 """No moment."""
 
 
+@lru_cache(maxsize=4096)  # one scene's springs return in hundreds of others
 def linear(stiffness: float, preload: float = 0.0) -> Law:
     """Moment preload + stiffness angle (thesis eq. 4.20); N m/rad, N m. A preload holds the flat state."""
     _finite(stiffness, preload)

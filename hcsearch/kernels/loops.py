@@ -71,7 +71,7 @@ def _rotation_vector(pose: Reals, vector: Reals) -> None:
         vector[i] *= scale
 
 
-@compiled
+@lean
 def close_loops(
     directions: Reals,
     points: Reals,
@@ -82,18 +82,22 @@ def close_loops(
     size: float,
     residual: Reals,
     jacobian: Reals,
+    pose: Reals,
 ) -> None:
     """Write the closure residual of every loop, and its derivative by the fold angles.
 
     residual : shape (6 n_loops,), for each loop the rotation vector (rad) and the gap divided by `size`.
     jacobian : shape (6 n_loops, n_hinges), columns the screws of the hinges where they lie now, seen from the first
         panel of the loop; exact where the loop is closed, else up to terms of the size of the residual.
+    pose : shape (3, 4), for what a walk comes to.
     """
-    jacobian[:] = 0.0
-    pose = np.empty((3, 4))
+    for i in range(jacobian.shape[0]):
+        for h in range(jacobian.shape[1]):
+            jacobian[i, h] = 0.0
     for loop in range(len(starts) - 1):
-        pose[:] = 0.0
-        pose[0, 0] = pose[1, 1] = pose[2, 2] = 1.0
+        for i in range(3):
+            for j in range(4):
+                pose[i, j] = 1.0 if i == j else 0.0
         row = 6 * loop
         for k in range(starts[loop], starts[loop + 1]):
             h, sign = hinges[k], float(signs[k])
@@ -204,10 +208,10 @@ def _close_one(
     """Close one loop by damped Newton steps of least length; return the greatest residual that is left."""
     n = len(angles)
     product = np.empty((6, 6))
-    right = np.empty(6)
+    right, pose = np.empty(6), np.empty((3, 4))
     worst = 0.0
     for step in range(steps + 1):
-        close_loops(directions, points, walk[0], walk[1], walk[2], angles, size, residual, jacobian)
+        close_loops(directions, points, walk[0], walk[1], walk[2], angles, size, residual, jacobian, pose)
         worst = 0.0
         damping = 1e-14  # keeps the equations of redundant loops solvable
         for i in range(6):

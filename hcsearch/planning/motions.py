@@ -21,7 +21,7 @@ from hcsearch.scenes import PanelSize
 
 Reals = NDArray[np.float64]
 
-TIGHT, LOOSE, AGAIN = 40, 80, 2
+TIGHT, LOOSE, AGAIN = 40, 60, 3
 """Rounds of the search with the least margin, of those with the greatest where it meets nothing, and how many those."""
 PROOFS = 3
 """Paths that are tried where a proof fails."""
@@ -71,14 +71,15 @@ class _Search:
     def run(self) -> Motion:
         """The motion that needs the least play."""
         least, top = self.margins[0], self.margins[-1]
-        if self._try(least, TIGHT, 0) or any(self._try(top, LOOSE, 1 + again) for again in range(AGAIN)):
+        every, widest = tuple(self.linkages), _widest(self.linkages)
+        if self._try(every, least, TIGHT, 0) or any(self._try(widest, top, LOOSE, k) for k in range(1, 1 + AGAIN)):
             return self.best
         return self.best if self.best.states is not None else replace(self.best, growths=tuple(self.growths.items()))
 
-    def _try(self, margin: float, rounds: int, seed: int) -> bool:
-        """Try all ways until one has a path that is proved; whether one has."""
-        for way, linkage in self.linkages.items():
-            planner = Planner(linkage, margin)
+    def _try(self, some: Sequence[Way], margin: float, rounds: int, seed: int) -> bool:
+        """Try some ways until one has a path that is proved; whether one has."""
+        for way in some:
+            planner = Planner(self.linkages[way], margin)
             for again in range(PROOFS):
                 plan = planner.plan(rounds, seed + 10 * again)
                 if plan.states is None:
@@ -94,3 +95,8 @@ class _Search:
         prover = self.provers.setdefault(way, Prover(self.linkages[way]))
         self.best = Motion(way, states, prover.prove(states, self.margins), ())
         return self.best.margin is not None
+
+
+def _widest(linkages: dict[Way, Linkage]) -> tuple[Way, ...]:
+    """The way whose motions are those of all others, too, by which hinges are joined; all ways where there is none."""
+    return ("hinged",) if "hinged" in linkages else tuple(linkages)

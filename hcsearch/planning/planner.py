@@ -96,7 +96,7 @@ class Planner:
         meeting = Meeting(np.zeros(2, np.int64), np.zeros((4000, m)), np.zeros(1, np.int64))
         half, done, state = (0, 0), 0, -1
         while done < rounds:
-            own = min(SLICE, rounds - done)
+            own = min(SLICE, (rounds // 2 if done < rounds // 2 else rounds) - done)
             state = int(search(self.space, *trees, own, _slice_seed(seed, done), self.stack, self.work, meeting))
             done += own
             if state in (MET, FULL):

@@ -38,7 +38,8 @@ class Loops(NamedTuple):
 class Closing(NamedTuple):
     """Tables: residual (r,), jacobian (r, m), gram (r, r) and right (r,) of the equations of a step.
 
-    basis : (r, m), orthonormal rows that span those of the Jacobian.
+    basis : (r, m), orthonormal rows that span those of the Jacobian. pose : (3, 4), where a walk along a loop comes to.
+    held : (m,), hinges that stay at a stop.
     """
 
     residual: Reals
@@ -46,16 +47,19 @@ class Closing(NamedTuple):
     gram: Reals
     right: Reals
     basis: Reals
+    pose: Reals
+    held: NDArray[np.bool_]
 
 
 @compiled
 def new_closing(loops: Loops) -> Closing:
     """Empty tables."""
     m, r = len(loops.chain.points), 6 * (len(loops.starts) - 1)
-    return Closing(np.zeros(r), np.zeros((r, m)), np.zeros((r, r)), np.zeros(r), np.zeros((r, m)))
+    rows, gram, basis = np.zeros((r, m)), np.zeros((r, r)), np.zeros((r, m))
+    return Closing(np.zeros(r), rows, gram, np.zeros(r), basis, np.zeros((3, 4)), np.zeros(m, np.bool_))
 
 
-@compiled
+@lean
 def open_by(loops: Loops, angles: Reals, work: Closing) -> float:
     """The greatest closure residual; also writes all of them, and the Jacobian."""
     close_loops(
@@ -68,6 +72,7 @@ def open_by(loops: Loops, angles: Reals, work: Closing) -> float:
         loops.size,
         work.residual,
         work.jacobian,
+        work.pose,
     )
     worst = 0.0
     for i in range(len(work.residual)):
@@ -75,7 +80,7 @@ def open_by(loops: Loops, angles: Reals, work: Closing) -> float:
     return worst
 
 
-@compiled
+@lean
 def close(loops: Loops, angles: Reals, tolerance: float, give: float, steps: int, work: Closing) -> bool:
     """Move fold angles to the nearest closed state within the stops; whether that is closed.
 
@@ -83,8 +88,8 @@ def close(loops: Loops, angles: Reals, tolerance: float, give: float, steps: int
     further beyond stay there.
     """
     m = len(angles)
-    held = np.zeros(m, np.bool_)
     for h in range(m):
+        work.held[h] = False
         angles[h] = min(max(angles[h], -give), math.pi + give)
     for _ in range(steps):
         worst = open_by(loops, angles, work)
@@ -93,18 +98,18 @@ def close(loops: Loops, angles: Reals, tolerance: float, give: float, steps: int
         if not worst < 1.0:
             return False
         for h in range(m):
-            if held[h]:
-                work.jacobian[:, h] = 0.0
+            for i in range(len(work.residual) if work.held[h] else 0):
+                work.jacobian[i, h] = 0.0
         if not _weigh(work):
             return False
         for h in range(m):
-            if held[h]:
+            if work.held[h]:
                 continue
             for i in range(len(work.right)):
                 angles[h] -= work.jacobian[i, h] * work.right[i]
             if not -give <= angles[h] <= math.pi + give:
                 angles[h] = min(max(angles[h], -give), math.pi + give)
-                held[h] = True
+                work.held[h] = True
     return open_by(loops, angles, work) < tolerance
 
 

@@ -4,14 +4,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
-from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.compiled import lean
 from hcsearch.kernels.multibody.vectors import Vector, at, cross, dot, minus, times
 from hcsearch.kernels.planning.space import Space, State, Work
-
-Reals = NDArray[np.float64]
 
 SHARE = 0.7
 """Of the gap that a corner has to spare a step takes up to this."""
@@ -19,14 +14,14 @@ FACING = 1.0 - 1e-7
 """Cosine from which a direction counts as the normal of a face."""
 
 
-@compiled
+@lean
 def contact_rows(space: Space, state: State, reach: float, count: int, work: Work) -> int:
     """Add conditions (row) . step >= bound for the corners of pairs nearer than `reach`; how many rows there are now.
 
     The direction of a gap is fixed to the panel of which it is a face's normal, else to the first, and each corner of
     the other panel within a reach of the gap keeps on its side.
     """
-    axes = np.empty((2, len(space.folded), 3))
+    axes = work.axes
     for panel in space.loops.chain.order:
         if space.loops.chain.parents[panel] >= 0:
             h, pose = space.loops.chain.hinges[panel], state.poses[panel]
@@ -36,12 +31,12 @@ def contact_rows(space: Space, state: State, reach: float, count: int, work: Wor
                 axes[1, h, i] = pose[i, 0] * q[0] + pose[i, 1] * q[1] + pose[i, 2] * q[2] + pose[i, 3]
     for p in range(len(space.pairs)):
         if state.gaps[p] <= reach:
-            count = _pair_rows(space, state, p, reach, axes, count, work)
+            count = _pair_rows(space, state, p, reach, count, work)
     return count
 
 
 @lean
-def _pair_rows(space: Space, state: State, p: int, reach: float, axes: Reals, count: int, work: Work) -> int:
+def _pair_rows(space: Space, state: State, p: int, reach: float, count: int, work: Work) -> int:
     """Add the conditions of one pair."""
     own, other, way = space.pairs[p, 0], space.pairs[p, 1], at(state.ways, p, 0)
     if not _is_normal(space, state, own, way) and _is_normal(space, state, other, way):
@@ -59,7 +54,7 @@ def _pair_rows(space: Space, state: State, p: int, reach: float, axes: Reals, co
             sign = space.across[there, h] - space.across[here, h]
             value = 0.0
             if sign != 0.0:
-                value = sign * dot(way, cross(at(axes[0], h, 0), minus(corner, at(axes[1], h, 0))))
+                value = sign * dot(way, cross(at(work.axes[0], h, 0), minus(corner, at(work.axes[1], h, 0))))
             work.rows[count, h] = value
         work.bounds[count] = SHARE * (space.kept - gap)
         count += 1

@@ -87,7 +87,7 @@ def tables_for(loops: Loops) -> Tables:
     )
 
 
-@compiled
+@lean
 def prove_piece(
     loops: Loops, course: Reals, shares: tuple[float, float], joined: Reals, tables: Tables
 ) -> tuple[float, float]:
@@ -141,7 +141,7 @@ def _shift(course: Reals, centre: float, half: float, about: Reals) -> None:
         about[h, 3] = half**3 * d
 
 
-@compiled
+@lean
 def _screws(loops: Loops, tables: Tables) -> float:
     """Write the screws at the angles, about the middle of each loop in its own unit of length; their greatest norm."""
     jacobian = tables.jacobian
@@ -155,6 +155,7 @@ def _screws(loops: Loops, tables: Tables) -> float:
         loops.size,
         tables.residual,
         jacobian,
+        tables.poses[0],
     )
     tables.norms[:] = 0.0
     most = 0.0
@@ -233,7 +234,7 @@ def _scale(tables: Tables) -> float:
     return math.sqrt(total)
 
 
-@compiled
+@lean
 def _opening(loops: Loops, strength: float, most: float, tables: Tables) -> tuple[float, float]:
     """What a Newton step is not longer than in the piece (rad), and what loops are open by (rad, in their own unit).
 
@@ -252,7 +253,9 @@ def _opening(loops: Loops, strength: float, most: float, tables: Tables) -> tupl
         off = max(off, worst)
         total = 0.0
         for i in range(r):
-            step = row_product(tables.scaling, i, tables.residual.reshape(1, r), 0, r)
+            step = 0.0
+            for j in range(r):
+                step += tables.scaling[i, j] * tables.residual[j]
             total += step * step
         newton = max(newton, math.sqrt(total))
     least = math.inf
@@ -271,11 +274,14 @@ def _opening(loops: Loops, strength: float, most: float, tables: Tables) -> tupl
         point = loops.chain.points[h]
         reach = max(reach, math.sqrt(point[0] ** 2 + point[1] ** 2 + point[2] ** 2))
     rounding = math.sqrt(len(tables.lengths)) * ROUNDING * m
-    rounding *= 1.0 + most + reach / (loops.size * tables.lengths.min())
+    shortest = math.inf
+    for loop in range(len(tables.lengths)):
+        shortest = min(shortest, tables.lengths[loop])
+    rounding *= 1.0 + most + reach / (loops.size * shortest)
     return LEBESGUE * newton + strength * (least + rounding), LEBESGUE * off + least + rounding
 
 
-@compiled
+@lean
 def _twists(loops: Loops, tables: Tables) -> float:
     """Write the twist of T - 1 of every loop at the angles, about its middle; the norm of all entries of T - 1."""
     total = 0.0
@@ -300,7 +306,7 @@ def _twists(loops: Loops, tables: Tables) -> float:
     return math.sqrt(total)
 
 
-@compiled
+@lean
 def _contraction(loops: Loops, strength: float, off: float, tables: Tables) -> float:
     """What the map shrinks distances by, at all states that differ from the middle by no more than `far`.
 

@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
-from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.compiled import lean
 from hcsearch.kernels.planning.chords import told_apart
 from hcsearch.kernels.planning.closing import CLOSED, close, open_by, span, take_off
 from hcsearch.kernels.planning.contacts import contact_rows
-from hcsearch.kernels.planning.space import Space, State, Work, farthest, place
+from hcsearch.kernels.planning.space import Space, State, Work, farthest, greatest, place
 from hcsearch.kernels.rows import divide_row, row_product
-
-Reals = NDArray[np.float64]
 
 SWEEPS = 150
 """Rounds over all conditions of a step."""
@@ -30,7 +25,7 @@ SHORTEST = 2e-5
 """A step that turns no hinge by more than this (rad) is none."""
 
 
-@compiled
+@lean
 def slide(space: Space, state: State, longest: float, least: float, work: Work, found: State) -> float:
     """Step from a state as `work.want` says, no hinge by more than `longest` (rad); write the state it leads to.
 
@@ -41,30 +36,31 @@ def slide(space: Space, state: State, longest: float, least: float, work: Work, 
     m = len(space.folded)
     open_by(space.loops, state.angles, work.closing)
     rank = span(work.closing, least)
-    wanted = np.empty((1, m))
-    wanted[0] = work.want
-    take_off(work.closing.basis, rank, wanted, 0)
-    big = np.abs(wanted).max() if m else 0.0
+    for h in range(m):
+        work.wanted[0, h] = work.want[h]
+    take_off(work.closing.basis, rank, work.wanted, 0)
+    big = greatest(work.wanted[0])
     if big < 1e-12:
         return 0.0
     size = longest
     for _ in range(3):
         for h in range(m):
-            work.step[h] = wanted[0, h] * min(1.0, size / big)
+            work.step[h] = work.wanted[1, h] = work.wanted[0, h] * min(1.0, size / big)
         _allow(space, state, size, rank, work)
-        moved = np.abs(work.step).max()
+        moved = greatest(work.step)
         if moved < max(1e-3 * longest, SHORTEST):
             return 0.0
         for _ in range(2):
             far = _take(space, state, work, found)
             if far > 0.0:
                 return far
-            work.step[:] *= 0.4
+            for h in range(m):
+                work.step[h] *= 0.4
         size *= 0.25
     return 0.0
 
 
-@compiled
+@lean
 def _take(space: Space, state: State, work: Work, found: State) -> float:
     """Take the step, and close its end; the greatest change of an angle, 0 where it cannot be taken."""
     for h in range(len(work.trial)):
@@ -83,7 +79,7 @@ def _take(space: Space, state: State, work: Work, found: State) -> float:
     return 0.0
 
 
-@compiled
+@lean
 def _allow(space: Space, state: State, size: float, rank: int, work: Work) -> None:
     """Replace the step by the nearest that stops and contacts allow.
 
@@ -95,21 +91,21 @@ def _allow(space: Space, state: State, size: float, rank: int, work: Work) -> No
         for up in range(2):
             spare = math.pi - state.angles[h] if up else state.angles[h]
             if spare < 2.0 * size:
-                work.rows[count] = 0.0
+                for k in range(m):
+                    work.rows[count, k] = 0.0
                 work.rows[count, h] = -1.0 if up else 1.0
                 work.bounds[count] = -spare
                 count += 1
     count = contact_rows(space, state, size * space.lever, count, work)
     for row in range(count):
         work.forces[row] = 0.0
-    wanted = work.step.copy()
     kept = 0
     for _ in range(ROUNDS):
         more = _take_in(rank, kept, count, work)
         if more == kept:
             return
         kept = more
-        _ascend(kept, wanted, work)
+        _ascend(kept, work)
 
 
 @lean
@@ -141,13 +137,13 @@ def _take_in(rank: int, kept: int, count: int, work: Work) -> int:
 
 
 @lean
-def _ascend(count: int, wanted: Reals, work: Work) -> None:
+def _ascend(count: int, work: Work) -> None:
     """Move the step by forces of the conditions that were taken in until these hold."""
     m = len(work.step)
     size = 0.0
     for h in range(m):
-        work.step[h] = wanted[h]
-        size += wanted[h] ** 2
+        work.step[h] = work.wanted[1, h]
+        size += work.step[h] ** 2
     size = math.sqrt(size)
     for row in range(count):
         for h in range(m):

@@ -77,13 +77,17 @@ class Stack(NamedTuple):
 class Work(NamedTuple):
     """Tables that the kernels share.
 
-    closing : of the loops. want, step, trial : (m,). rows, bounds, forces : (k, m), (k,), (k,), conditions on a step.
+    closing : of the loops. want, step, trial : (m,). wanted : (2, m), what loops allow of what is wanted, and that
+    of the length of a step. axes : (2, m, 3), directions of the hinges, and points on them.
+    rows, bounds, forces : (k, m), (k,), (k,), conditions on a step.
     """
 
     closing: Closing
     want: Reals
     step: Reals
     trial: Reals
+    wanted: Reals
+    axes: Reals
     rows: Reals
     bounds: Reals
     forces: Reals
@@ -114,16 +118,26 @@ def pick(stack: Stack, i: int) -> State:
     return State(stack.angles[i], stack.poses[i], placed, stack.gaps[i], stack.ways[i], stack.corners[i])
 
 
-@compiled
+@lean
 def copy(state: State, found: State) -> None:
     """Copy a placed state."""
-    found.angles[:] = state.angles
-    found.poses[:] = state.poses
-    found.placed.vertices[:] = state.placed.vertices
-    found.placed.middles[:] = state.placed.middles
-    found.gaps[:] = state.gaps
-    found.ways[:] = state.ways
-    found.corners[:] = state.corners
+    for h in range(len(state.angles)):
+        found.angles[h] = state.angles[h]
+    for panel in range(len(state.poses)):
+        for i in range(3):
+            for j in range(4):
+                found.poses[panel, i, j] = state.poses[panel, i, j]
+    for f in range(len(state.placed.middles)):
+        for i in range(3):
+            found.placed.middles[f, i] = state.placed.middles[f, i]
+            for j in range(state.placed.counts[f, 0]):
+                found.placed.vertices[f, j, i] = state.placed.vertices[f, j, i]
+    for p in range(len(state.gaps)):
+        found.gaps[p] = state.gaps[p]
+        for i in range(3):
+            found.ways[p, i] = state.ways[p, i]
+        for i in range(4):
+            found.corners[p, i] = state.corners[p, i]
 
 
 @compiled
@@ -131,8 +145,9 @@ def new_work(space: Space) -> Work:
     """Empty tables."""
     m = len(space.folded)
     k = (2 + ROWS) * m
-    closing = new_closing(space.loops)
-    return Work(closing, np.zeros(m), np.zeros(m), np.zeros(m), np.zeros((k, m)), np.zeros(k), np.zeros(k))
+    closing, wanted, axes = new_closing(space.loops), np.zeros((2, m)), np.zeros((2, m, 3))
+    rows, bounds, forces = np.zeros((k, m)), np.zeros(k), np.zeros(k)
+    return Work(closing, np.zeros(m), np.zeros(m), np.zeros(m), wanted, axes, rows, bounds, forces)
 
 
 @lean
@@ -176,6 +191,15 @@ def farthest(one: Reals, two: Reals) -> float:
     for h in range(len(one)):
         far = max(far, abs(one[h] - two[h]))
     return far
+
+
+@lean
+def greatest(values: Reals) -> float:
+    """The greatest absolute value."""
+    most = 0.0
+    for value in values:
+        most = max(most, abs(value))
+    return most
 
 
 @lean

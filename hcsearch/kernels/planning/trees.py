@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled, lean
 from hcsearch.kernels.planning.sliding import slide
-from hcsearch.kernels.planning.space import Space, Stack, Work, copy, farthest, pick, place
+from hcsearch.kernels.planning.space import Space, Stack, Work, copy, farthest, greatest, pick, place
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -144,7 +144,7 @@ def grow(
         if left < 1e-6 or idle > PATIENCE:
             break
         best = min(best, left)
-        to_end = min(farthest(here.angles, space.folded), np.abs(here.angles).max())
+        to_end = min(farthest(here.angles, space.folded), greatest(here.angles))
         own = min(longest, max(SHORT, NEAR_END * to_end))
         if slide(space, here, own, min(least, 0.3 * own), work, there) == 0.0:
             break
