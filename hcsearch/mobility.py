@@ -22,7 +22,7 @@ from hcsearch.kinematics.rank import decide_rank
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import facet_area
 from hcsearch.records import NONE, CircuitBatch, FoldingBatch, MobilityBatch
-from hcsearch.scenes import FlatPairs, default_panel
+from hcsearch.scenes import FlatPairs, PanelSize, default_panel
 
 STAGE, VERSION = "mobility", 2
 
@@ -88,6 +88,24 @@ def locked_with(found: MobilityBatch, flat_pairs: FlatPairs) -> Flags:
     Where it allows either, hinged ones decide: what is locked with them is locked with rigid and merged ones, too.
     """
     return found.locked if flat_pairs == "rigid" else found.locked_hinged
+
+
+def locks_of(
+    circuits: CircuitBatch, foldings: FoldingBatch, locks: tuple[Flags, Flags], panel: PanelSize
+) -> tuple[Flags, Flags]:
+    """Which foldings that are locked in the scene `default` are proved locked with other panels, too.
+
+    locks : (n_foldings,) each, with rigid and with hinged flat pairs. Locks of first order do not depend on the size of
+    panels; those of second order may.
+    """
+    if panel == default_panel(circuits.grid):
+        return locks
+    found = tuple(np.zeros(len(foldings), bool) for _ in locks)
+    for hinged, (before, own) in enumerate(zip(locks, found, strict=True)):
+        for i in np.flatnonzero(before).tolist():
+            linkage = Linkage(folding_at(circuits, foldings, i).pattern(panel, hinged=bool(hinged)))
+            own[i] = any(lock_at(linkage, angles).locked for angles in (linkage.folded, linkage.flat))
+    return found[0], found[1]
 
 
 def best_foldings(n_circuits: int, foldings: FoldingBatch, twists: NDArray[np.int16], found: MobilityBatch) -> Whole:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hcsearch import mobility
 from hcsearch.circuit import Circuit
 from hcsearch.enumeration import ArraySearch, FoldedSearch, PolygonSearch
-from hcsearch.folding import Folding, fold, foldings
+from hcsearch.folding import Folding, fold, folding_at, foldings
 from hcsearch.grid import GRIDS, parse_array
 from hcsearch.kinematics.generic import generic_rank
 from hcsearch.kinematics.locks import lock_at
@@ -68,6 +68,25 @@ def test_batches_agree_with_one_linkage_at_a_time(grid, n):
     assert mobility.locked_with(freedoms, "rigid").tolist() == freedoms.locked.tolist()
     for flat_pairs in ("hinged", "either"):
         assert mobility.locked_with(freedoms, flat_pairs).tolist() == freedoms.locked_hinged.tolist()
+
+
+@pytest.mark.parametrize(("grid", "n"), [("hex", 10), ("square", 12)])
+@pytest.mark.parametrize("thickness", [1e-3, 0.02])
+def test_locks_with_other_panels(grid, n, thickness):
+    batch, found, _, freedoms = run(PolygonSearch(GRIDS[grid], n))
+    locks = freedoms.locked, freedoms.locked_hinged
+    assert mobility.locks_of(batch, found, locks, default_panel(grid)) == locks
+    other = (*default_panel(grid)[:2], thickness)
+    orders = []
+    for hinged, (before, own) in enumerate(zip(locks, mobility.locks_of(batch, found, locks, other), strict=True)):
+        assert not (own & ~before).any()
+        for i in np.flatnonzero(before).tolist():
+            folding = folding_at(batch, found, i)
+            known = Linkage(folding.pattern(default_panel(grid), hinged=bool(hinged)))
+            order = min(lock_at(known, angles).order or 3 for angles in (known.folded, known.flat))
+            assert own[i] or order == 2  # locks of first order do not depend on the size of panels
+            orders.append(order)
+    assert 1 in orders
 
 
 def test_freedoms_of_the_thesis():

@@ -1,7 +1,7 @@
 """Which hinges to drive: as many as there are freedoms, so that they hold the linkage firmly all along a path.
 
-At each state the rates that keep the loops closed form a space of as many dimensions as there are freedoms. With T an
-orthonormal basis of it, by columns, the rows of T at the driven hinges are the reduced Jacobian: its least singular
+At each state the rates that keep the loops closed form a space of as many dimensions as there are freedoms. With B an
+orthonormal basis of it, by columns, the rows of B at the driven hinges are the reduced Jacobian: its least singular
 value is how fast the driven hinges turn at least, together, where all hinges together turn at 1 rad/s. At 0 the others
 could move while the driven ones stand still: a dead point. Where every set of as many hinges as freedoms comes near
 one on the way, more hinges are driven.

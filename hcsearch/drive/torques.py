@@ -1,7 +1,7 @@
 """Torques of the driven hinges by inverse dynamics: inertia, gravity, springs and dampers along a closed motion.
 
-With T a basis of the closed rates, forces of closure do no work along T, so that T^T (M q'' + h + springs + dampers) =
-T_D^T tau, where T_D are the rows of the driven hinges. As many driven hinges as freedoms have one solution; of more,
+With B a basis of the closed rates, forces of closure do no work along B, so that B^T (M q'' + h + springs + dampers) =
+B_D^T tau, where B_D are the rows of the driven hinges. As many driven hinges as freedoms have one solution; of more,
 that of least squares is taken.
 """
 

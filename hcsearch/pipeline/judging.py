@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from hcsearch import deployment, planning
 from hcsearch.grid import grid_named
+from hcsearch.mobility import locks_of
 from hcsearch.pipeline.designs import circuit_texts
 from hcsearch.pipeline.stages import BUILT
 from hcsearch.records import NONE, Candidates, DeploymentBatch, MotionBatch, StageResult, VerdictBatch
-from hcsearch.scenes import Scene
+from hcsearch.scenes import Scene, panel_of
 from hcsearch.store.columns import VERDICTS
 
 FOLDING_SECONDS = 0.4
@@ -61,7 +62,10 @@ class Judge:
 
         begun = time.perf_counter()
         own = piece.candidates
-        motion = motions(own.circuits, own.foldings, (own.locked, own.locked_hinged), self.scene)
+        locks = own.locked, own.locked_hinged
+        locked, locked_hinged = locks_of(own.circuits, own.foldings, locks, panel_of(self.scene, own.circuits.grid))
+        own = replace(own, locked=locked, locked_hinged=locked_hinged)
+        motion = motions(own.circuits, own.foldings, (locked, locked_hinged), self.scene)
         moving = np.zeros(len(own.circuits), bool)
         moving[own.foldings.row[motion.moves]] = True
         results = [_result(planning.STAGE, moving, own, begun)]

@@ -168,7 +168,8 @@ def test_a_step_is_the_nearest_that_its_conditions_allow(m, count, seed):
     bounds, wanted = rng.normal(size=count), rng.normal(size=m)
     work = new_work(space_of(planned("hex:0234550132:4").linkage, MARGIN))
     work = work._replace(rows=rows, bounds=bounds, forces=np.zeros(count), step=np.zeros(m))
-    _ascend(count, wanted, work)
+    work.wanted[1, :m] = wanted
+    _ascend(count, work)
     # the dual: least |rows^T forces - d|, forces >= 0, for any d with rows d = bounds - rows wanted
     off = np.linalg.lstsq(rows, bounds - rows @ wanted, rcond=None)[0]
     forces, _ = nnls(rows.T, off)
