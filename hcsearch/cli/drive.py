@@ -65,7 +65,7 @@ def drive(subject: str, as_json: bool, **options: Any) -> None:
     if scene.held == "free":
         raise HcsearchError("drives are for an array that is held: hold a panel, such as --held bottom")
     motion = driving.find_motion(folding, scene)
-    if motion.proof is None:
+    if motion.margin is None:
         click.echo(f"no drive: {driving.why_not(folding, scene, motion)}")
         click.get_current_context().exit(1)
     found = driving.drive(folding, scene, motion, wishes)

@@ -22,6 +22,7 @@ from hcsearch.flat_pairs import Way, linkage_joined, ways
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.planning.motions import Motion, motion_of
+from hcsearch.planning.stage import reason_of
 from hcsearch.scenes import FlatPairs, Scene, panel_of
 from hcsearch.twisting import twist
 
@@ -100,8 +101,7 @@ def why_not(folding: Folding, scene: Scene, motion: Motion) -> str:
         locks = [lock_at(linkage, getattr(linkage, end)) for linkage in linkages]
         if locks and all(lock.locked for lock in locks):
             return f"the folding is locked, {end}, in every way that the scene allows: {locks[0].reason}"
-    tried = ", ".join(f"{way} {growth.rounds} rounds" for way, growth in motion.growths)
-    return f"undecided: no path was proved ({tried}); try other panels, a larger margin or other flat pairs"
+    return f"undecided: {reason_of(motion)}; try other panels, a larger margin or other flat pairs"
 
 
 def drive(folding: Folding, scene: Scene, motion: Motion, wishes: Wishes | None = None) -> Drive:

@@ -2,7 +2,10 @@
 
 import pytest
 
-from hcsearch.bench.deployability import measure, save_report
+from hcsearch.bench.deployability import _every, _untwisted, measure, save_report
+from hcsearch.enumeration import PolygonSearch
+from hcsearch.folding import folding_at
+from hcsearch.grid import GRIDS
 
 
 @pytest.fixture(scope="module")
@@ -15,14 +18,33 @@ def test_every_folding_is_counted_once(report):
     found, said = report
     assert len(said) == len(found.rows)
     for row, line in zip(found.rows, said, strict=True):
-        assert line.startswith(f"{row.grid} {row.cells}: foldings {row.foldings}, default {row.default}, ")
+        assert line.startswith(
+            f"{row.grid} {row.cells}: untwisted {row.untwisted}, foldings {row.foldings}, default {row.default}, "
+        )
         deploys = row.default + row.hinged + row.merged + row.graded + row.spread
         assert row.foldings == deploys + row.movable + row.undecided + row.locked
+        assert row.foldings == row.untwisted  # there are fewer than a sample has
         assert min(row.movable, row.undecided, row.locked, row.tight) >= 0
         assert row.tight <= row.foldings - row.locked
         assert 0 <= row.deployable <= row.designs <= row.foldings
         assert 0 <= row.tuned <= row.movable + row.undecided
-        assert (row.deployable > 0) == (deploys + row.movable > 0)
+        assert (row.deployable > 0) == (deploys + row.movable > 0) == bool(row.best)
+        assert row.play is None or row.best
+
+
+def test_a_sample_is_even():
+    search = PolygonSearch(GRIDS["hex"], 10)
+    every = [
+        (folding.circuit.notation, folding.crease)
+        for circuits, foldings in _untwisted(search)
+        for folding in (folding_at(circuits, foldings, i) for i in range(len(foldings)))
+    ]
+    assert len(every) == 40
+    for step in (1, 3, 7):
+        ((circuits, foldings),) = _every(_untwisted(search), step)
+        picked = [folding_at(circuits, foldings, i) for i in range(len(foldings))]
+        assert [(folding.circuit.notation, folding.crease) for folding in picked] == every[::step]
+        assert len(circuits) == len({folding.circuit for folding in picked})
 
 
 def test_known_small_cases(report):
