@@ -106,7 +106,8 @@ class _Verdicts:
         first, *others = self.looks
         self._take((first,), some)
         while others and (left := [i for i in some if self._goes_on(i)]):
-            together = math.ceil(self.threads * CALL / len(left))
+            # one thread takes no look that one before makes needless
+            together = 1 if self.threads == 1 else math.ceil(self.threads * CALL / len(left))
             self._take(others[:together], left)
             others = others[together:]
 
