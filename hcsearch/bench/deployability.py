@@ -15,13 +15,10 @@ from hcsearch.bench.machine import Machine, this_machine
 from hcsearch.bench.tables import Table, save
 from hcsearch.deployment.looks import PATIENT, SPREAD
 from hcsearch.deployment.scales import SOFTEST, STIFFEST
-from hcsearch.deployment.tuning import tune
 from hcsearch.deployment.verdicts import verdicts
 from hcsearch.enumeration import ArraySearch, PolygonSearch, Search
-from hcsearch.flat_pairs import folding_linkage
-from hcsearch.folding import Folding, fold, folding_at
+from hcsearch.folding import fold, folding_at
 from hcsearch.grid import grid_named, parse_array
-from hcsearch.linkage import Linkage
 from hcsearch.mobility import mobility
 from hcsearch.planning.proofs import PLAYS
 from hcsearch.planning.stage import motions
@@ -39,8 +36,6 @@ ARRAYS = (
 SCENE = SCENES["default"]
 SAMPLE, LARGE, SAMPLE_OF_LARGE = 140, 30, 24
 """Foldings that are looked at, at most: of up to 30 panels, and of more."""
-TUNED, SETS = 10, 150
-"""Cells up to which springs are tuned for what the stage leaves open, and spring sets of a tuning."""
 HELPS = ("default", "hinged", "merged", "graded", "spread")
 
 _HEADING = """# Deployability
@@ -57,8 +52,7 @@ class DeployabilityRow:
     default : certified clear to flat in the scene `default`; hinged : in none before, but so with hinged flat pairs;
     merged : with mirror pairs made one; graded, spread : with such springs. movable : of the rest, those with a proved
     path. tight : of all with a path, those that need no more play than the least of the ladder. locked : of the rest,
-    those proved so with rigid, hinged and merged flat pairs. tuned : of those that do not deploy, how many come flat,
-    certified clear, with tuned springs; None where that was not tried. designs : of the foldings; deployable : those
+    those proved so with rigid, hinged and merged flat pairs. designs : of the foldings; deployable : those
     of which a folding deploys or is movable. best : the folding that deploys, else moves, with the least play (mm), the
     lowest crease and the first circuit; empty without one.
     """
@@ -76,7 +70,6 @@ class DeployabilityRow:
     undecided: int
     locked: int
     tight: int
-    tuned: int | None
     designs: int
     deployable: int
     best: str
@@ -102,15 +95,12 @@ class Report:
                 f"{SAMPLE_OF_LARGE} of more than {LARGE} panels. `default`: certified clear to flat in the scene "
                 "`default` (uniform springs of 0.1 N m/rad, rigid flat pairs, no gravity). Of the rest, the first that "
                 "helps of: `hinged` flat pairs, `merged` mirror pairs, `graded` springs from 0.005 to 0.2 N m/rad over "
-                "layers, faces or stacks; five sets `spread` from "
-                f"{SOFTEST:g} to {STIFFEST:g} N m/rad. They have 1 s in `default` and {PATIENT:g} s in the others. "
+                f"layers, faces or stacks; five sets `spread` from {SOFTEST:g} to {STIFFEST:g} N m/rad. They have 1 s in `default` and {PATIENT:g} s in the others. "
                 "`movable`: of the rest, a path from packed to flat is proved, with panels shrunk by 0.1 mm on every "
                 "face; a drive is needed. `locked`: proved locked with every way of joining flat pairs. `undecided`: "
                 "none of these. `tight`: of all with a proved path, those that need 0.01 mm of play for each face. "
-                f"`tuned`: of those that do not deploy, how many `hcsearch tune --evaluations {SETS}` brings flat "
-                f"and clear, in `constrained` with rigid or else hinged flat pairs; up to {TUNED} cells. `designs`: "
-                "of the foldings; `deployable`: those of which a folding deploys or is movable. `best`: the first "
-                "folding that deploys, else moves, with the least `play` (mm). Processor time, s.",
+                "`designs`: of the foldings; `deployable`: those of which a folding deploys or is movable. `best`: the "
+                "first folding that deploys, else moves, with the least `play` (mm). Processor time, s.",
                 self.rows,
             )
         ]
@@ -156,9 +146,6 @@ def _row(grid: str, cells: str, search: Search) -> DeployabilityRow:
         found = verdicts(circuits, foldings, known.locked, moves.met, SCENE, threads=2)
         tally.update(_helped(found, moves, known))
         tally["tight"] += int((moves.margin <= PLAYS[0]).sum())
-        if search.n <= TUNED:
-            left = np.flatnonzero(~found.deploys & ~known.locked_hinged).tolist()
-            tally["tuned"] += sum(_comes_flat(folding_at(circuits, foldings, i)) for i in left)
         able = found.deploys | moves.moves
         tally.update({"designs": len(np.unique(foldings.row)), "deployable": len(np.unique(foldings.row[able]))})
         best += _able(circuits, foldings, found, moves)
@@ -171,7 +158,6 @@ def _row(grid: str, cells: str, search: Search) -> DeployabilityRow:
         foldings=sum(counts.values()),
         **counts,
         tight=tally["tight"],
-        tuned=tally["tuned"] if search.n <= TUNED else None,
         designs=tally["designs"],
         deployable=tally["deployable"],
         best=f"{name}:{crease}" if name else "",
@@ -235,12 +221,3 @@ def _help(scene: str) -> str:
     if scene in HELPS:
         return scene
     return "spread" if scene.removeprefix("hinged, ") in SPREAD else "graded"
-
-
-def _comes_flat(folding: Folding) -> bool:
-    """Whether tuned springs bring a folding flat, certified clear, with rigid or hinged flat pairs."""
-    return any(_tuned(folding_linkage(folding, hinged=hinged)) for hinged in (False, True))
-
-
-def _tuned(linkage: Linkage) -> bool:
-    return tune(linkage, SCENE, "constrained", evaluations=SETS, samples=0).best.confirmed

@@ -27,7 +27,6 @@ def test_every_folding_is_counted_once(report):
         assert min(row.movable, row.undecided, row.locked, row.tight) >= 0
         assert row.tight <= row.foldings - row.locked
         assert 0 <= row.deployable <= row.designs <= row.foldings
-        assert 0 <= row.tuned <= row.movable + row.undecided
         assert (row.deployable > 0) == (deploys + row.movable > 0) == bool(row.best)
         assert row.play is None or row.best
 
