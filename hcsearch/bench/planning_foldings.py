@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from hcsearch.bench.timing import Stopwatch
 from hcsearch.enumeration import ArraySearch, PolygonSearch, Search
 from hcsearch.folding import fold, folding_at
 from hcsearch.grid import grid_named, parse_array
-from hcsearch.mobility import locked_with, mobility
+from hcsearch.mobility import locked_with, locks_of, mobility
 from hcsearch.planning.proofs import PLAYS
 from hcsearch.planning.stage import motions
 from hcsearch.records import CircuitBatch, FoldingBatch
@@ -140,7 +140,8 @@ def _settle(group: Group, circuits: CircuitBatch, foldings: FoldingBatch, scene:
     before = Stopwatch()
     with before:
         known = mobility(circuits, foldings, np.zeros(len(foldings), np.int16))
-    locked = locked_with(known, scene.flat_pairs)
+        locks = locks_of(circuits, foldings, (known.locked, known.locked_hinged), panel_of(scene, group.grid))
+    locked = locked_with(replace(known, locked=locks[0], locked_hinged=locks[1]), scene.flat_pairs)
     for i in range(len(foldings)):
         one = slice(i, i + 1)
         watch = Stopwatch()
@@ -148,7 +149,7 @@ def _settle(group: Group, circuits: CircuitBatch, foldings: FoldingBatch, scene:
             moves = motions(
                 circuits,
                 FoldingBatch(foldings.row[one], foldings.crease[one]),
-                (known.locked[one], known.locked_hinged[one]),
+                (locks[0][one], locks[1][one]),
                 scene,
             )
         moving = bool(moves.moves[0])

@@ -6,6 +6,7 @@ import json
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from hcsearch.cli.subjects import read_subject, subject_options
 from hcsearch.errors import HcsearchError
@@ -62,6 +63,9 @@ def deploy(subject: str, as_json: bool, **options: Any) -> None:
     if found.drives is not None and options["explain"]:
         raise HcsearchError("of a scene with drives nothing is left out that counts: leave out --explain")
     tolerance = options["tolerance"]
+    given = click.get_current_context().get_parameter_source("tolerance")
+    if found.drives is not None and given is ParameterSource.COMMANDLINE:
+        raise HcsearchError("a motion under control has a tolerance of its own: leave out --tolerance")
     deployment = simulated(
         found.linkage, found.scene, formulation, method=method, tolerance=tolerance, drives=found.drives
     )

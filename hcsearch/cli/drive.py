@@ -66,7 +66,10 @@ def drive(subject: str, as_json: bool, **options: Any) -> None:
         raise HcsearchError("drives are for an array that is held: hold a panel, such as --held bottom")
     motion = driving.find_motion(folding, scene)
     if motion.margin is None:
-        click.echo(f"no drive: {driving.why_not(folding, scene, motion)}")
+        reason = driving.why_not(folding, scene, motion)
+        click.echo(
+            json.dumps({"verdict": "no drive", "reason": reason}, indent=2) if as_json else f"no drive: {reason}"
+        )
         click.get_current_context().exit(1)
     found = driving.drive(folding, scene, motion, wishes)
     for path in options["outputs"]:

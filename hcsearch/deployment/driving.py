@@ -20,7 +20,12 @@ Reals = NDArray[np.float64]
 OPEN = 1e-6
 """Closure residual at the start that is taken for closed."""
 MOST = 100_000
-"""Times of a course."""
+"""Times of a course, and periods of a controller in it."""
+SHORTEST, LONGEST = 1e-5, 0.1
+"""Periods of a controller (s)."""
+APART = 1e-9
+"""Times of a course are at least so far apart (s)."""
+_NO_NUMBERS = "[drive] holds what is no table of numbers: write it with hcsearch drive"
 
 
 @dataclass(frozen=True)
@@ -71,10 +76,7 @@ def drives_in(table: Mapping[str, Any]) -> Drives:
     wrong = [name for name in names if name not in table] + [key for key in table if key not in names]
     if wrong:
         raise SceneError(f"[drive] has, or lacks, {wrong[0]!r}: it holds {', '.join(names)}; see hcsearch drive")
-    try:
-        values = {name: np.array(table[name], float) for name in names}
-    except (TypeError, ValueError) as error:
-        raise SceneError("[drive] holds what is no table of numbers: write it with hcsearch drive") from error
+    values = {name: _numbers(table[name]) for name in names}
     hinges, times = values["hinges"], values["times"]
     k, d = times.size, hinges.size
     shapes = {"hinges": (d,), "times": (k,), "angles": (k, d), "torques": (k, d), "stiffness": (d,), "damping": (d,)}
@@ -86,10 +88,27 @@ def drives_in(table: Mapping[str, Any]) -> Drives:
     if len(whole) < d or (hinges != np.round(hinges)).any():
         raise SceneError("[drive] must name each driven hinge once, by its number: write it with hcsearch drive")
     gains = (values["stiffness"] >= 0.0).all() and (values["damping"] >= 0.0).all()
-    if times[0] != 0.0 or (np.diff(times) <= 0.0).any() or not gains or not times[-1] / MOST <= values["period"]:
-        raise SceneError("[drive] needs times that grow from 0, gains of 0 or more and a period above 0")
+    if times[0] != 0.0 or (np.diff(times) < APART).any() or not gains:
+        raise SceneError(f"[drive] needs times that grow from 0, by {APART:g} s at least, and gains of 0 or more")
+    period = float(values["period"])
+    if not SHORTEST <= period <= LONGEST or times[-1] > MOST * period:
+        raise SceneError(
+            f"[drive] has a period of {period:g} s: give one from {SHORTEST:g} to {LONGEST:g} s, and at most {MOST:,} "
+            "of them to a course"
+        )
     own = {name: values[name] for name in names if name not in {"hinges", "period"}}
-    return Drives(tuple(int(h) for h in hinges), **own, period=float(values["period"]))
+    return Drives(tuple(int(h) for h in hinges), **own, period=period)
+
+
+def _numbers(value: Any) -> Reals:
+    """A number, or a table of numbers; SceneError for what is none."""
+    try:
+        found = np.array(value)
+    except ValueError as error:
+        raise SceneError(_NO_NUMBERS) from error
+    if found.dtype.kind not in "iuf":
+        raise SceneError(_NO_NUMBERS)
+    return found.astype(float)
 
 
 def drives_text(drives: Drives) -> str:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.deployment.deploying import Deployment, compile_driven, run_driven
-from hcsearch.deployment.driving import Drives
+from hcsearch.deployment.driving import LONGEST, MOST, SHORTEST, Drives
 from hcsearch.deployment.scales import settled
 from hcsearch.drive.choosing import FIRM, Choice, choose, told
 from hcsearch.drive.gains import PERIOD, controlled
@@ -18,7 +18,7 @@ from hcsearch.drive.smoothing import NEAR, smooth_path
 from hcsearch.drive.timing import ACCELERATION, RATE, TimedPath, timed
 from hcsearch.drive.torques import Torques, torques_along
 from hcsearch.errors import HcsearchError
-from hcsearch.flat_pairs import Way, linkage_joined, ways
+from hcsearch.flat_pairs import Way, can_be, linkage_joined, ways
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.planning.motions import Motion, motion_of
@@ -84,8 +84,11 @@ class Drive:
 
 
 def find_motion(folding: Folding, scene: Scene) -> Motion:
-    """The motion of a folding with the panels, ways and margin of a scene."""
-    return motion_of(folding, panel_of(scene, folding.circuit.grid.name), ways(scene), scene.margin)
+    """The motion of a folding with the panels, ways and margin of a scene; HcsearchError where it has no such way."""
+    own = [way for way in ways(scene) if can_be(folding, way)]
+    if not own:
+        raise HcsearchError("the folding has no mirror image to merge its panels with: leave out --merge")
+    return motion_of(folding, panel_of(scene, folding.circuit.grid.name), own, scene.margin)
 
 
 def why_not(folding: Folding, scene: Scene, motion: Motion) -> str:
@@ -109,7 +112,7 @@ def drive(folding: Folding, scene: Scene, motion: Motion, wishes: Wishes | None 
     wishes = wishes or Wishes()
     if motion.way is None or motion.proof is None or motion.proof.motion is None or motion.margin is None:
         raise HcsearchError(why_not(folding, scene, motion))
-    if not 1e-5 <= wishes.period <= 0.1:
+    if not SHORTEST <= wishes.period <= LONGEST:
         raise HcsearchError(f"a controller's period of {wishes.period:g} s is none: give one from 1e-5 to 0.1")
     panel = panel_of(scene, folding.circuit.grid.name)
     linkage = linkage_joined(folding, panel, motion.way)
@@ -123,6 +126,11 @@ def drive(folding: Folding, scene: Scene, motion: Motion, wishes: Wishes | None 
         else choose(linkage, angles, wishes.firm)
     )
     course = timed(path, wishes.rate, wishes.acceleration)
+    if not course.seconds <= MOST * wishes.period:
+        raise HcsearchError(
+            f"a motion of {course.seconds:.4g} s has more than {MOST:,} periods of {wishes.period:g} s: give a greater "
+            "--rate and --acceleration, or a longer --period"
+        )
     scene = replace(scene, seconds=float(f"{course.seconds + SETTLING:.4g}"))
     compiled = compile_driven(linkage, scene, None)
     torques = torques_along(compiled, course, choice, COUNT)

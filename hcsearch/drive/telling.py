@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,7 +26,18 @@ SCENES = (".toml",)
 
 
 def facts(drive: Drive) -> dict[str, Any]:
-    """What became of it; keys name their units."""
+    """What became of it; keys name their units, and what overflowed is None."""
+    return {name: _finite(value) for name, value in _facts(drive).items()}
+
+
+def _finite(value: Any) -> Any:
+    """A value with None in the place of numbers that are not finite, in lists, too."""
+    if isinstance(value, list):
+        return [_finite(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _facts(drive: Drive) -> dict[str, Any]:
     choice, deployment = drive.choice, drive.deployment
     clearance = deployment.clearance
     span = float(np.ptp(drive.torques.stored) + np.ptp(drive.torques.kinetic) + np.ptp(drive.torques.height))

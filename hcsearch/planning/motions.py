@@ -1,6 +1,7 @@
 """The motion of one folding: the ways of joining its flat pairs are tried until a path is proved.
 
-First with the least margin that is stated, then with the scene's own, by which panels have the most play.
+First with the least margin that is stated, then with the scene's own, by which panels have the most play: with hinged
+pairs alone where these may be, as their motions include those of all others.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ Reals = NDArray[np.float64]
 TIGHT, LOOSE, AGAIN = 40, 60, 3
 """Rounds of the search with the least margin, of those with the greatest where it meets nothing, and how many those."""
 PROOFS = 3
-"""Paths that are tried where a proof fails."""
+"""Paths that are tried where a proof fails, in each way and with either margin: other seeds hardly mend that."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,7 @@ class _Search:
     def __init__(self, linkages: dict[Way, Linkage], margin: float | None) -> None:
         self.linkages = linkages
         self.provers: dict[Way, Prover] = {}
+        self.left: dict[Way, int] = {}
         self.growths: dict[Way, Growth] = {}
         self.best = Motion(None, None, None, ())
         first = next(iter(linkages.values()))
@@ -72,7 +74,11 @@ class _Search:
         """The motion that needs the least play."""
         least, top = self.margins[0], self.margins[-1]
         every, widest = tuple(self.linkages), _widest(self.linkages)
-        if self._try(every, least, TIGHT, 0) or any(self._try(widest, top, LOOSE, k) for k in range(1, 1 + AGAIN)):
+        self.left = dict.fromkeys(every, PROOFS)
+        if self._try(every, least, TIGHT, 0):
+            return self.best
+        self.left = dict.fromkeys(widest, PROOFS)
+        if any(self._try(widest, top, LOOSE, seed) for seed in range(1, 1 + AGAIN)):
             return self.best
         return self.best if self.best.states is not None else replace(self.best, growths=tuple(self.growths.items()))
 
@@ -80,7 +86,7 @@ class _Search:
         """Try some ways until one has a path that is proved; whether one has."""
         for way in some:
             planner = Planner(self.linkages[way], margin)
-            for again in range(PROOFS):
+            for again in range(self.left[way]):
                 plan = planner.plan(rounds, seed + 10 * again)
                 if plan.states is None:
                     self.growths[way] = plan.growth
@@ -88,6 +94,7 @@ class _Search:
                 if self._prove(way, plan.states):
                     return True
                 self.growths[way] = plan.growth
+                self.left[way] -= 1
         return False
 
     def _prove(self, way: Way, states: Reals) -> bool:

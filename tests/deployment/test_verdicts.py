@@ -164,6 +164,17 @@ def test_threads_and_how_many_are_held_in_memory_change_nothing(tens, monkeypatc
     assert again.trials == found.trials
 
 
+def test_looks_end_after_so_much_work_on_any_number_of_threads(tens, monkeypatch):
+    own, motion, found = tens
+    monkeypatch.setattr("hcsearch.deployment.verdicts.WORK", 20_000)
+    one, two = (
+        verdicts(own.circuits, own.foldings, own.locked, motion.met, DEFAULT, threads=threads) for threads in (1, 2)
+    )
+    assert one.trials == two.trials
+    assert not (one.deploys & ~found.deploys).any()
+    assert 0 < one.deploys.sum() < found.deploys.sum()
+
+
 def test_a_design_has_the_best_verdict_of_its_foldings():
     search, unit = unit_of("hex", 8)
     rows = design_rows(search, unit)

@@ -164,6 +164,11 @@ def test_a_file_holds_the_drive(found):
     ("change", "word"),
     [
         ({"period": 0.0}, "period"),
+        ({"period": 1e5}, "period"),
+        ({"period": 10**320}, "no table of numbers"),
+        ({"period": True}, "no table of numbers"),
+        ({"hinges": ["0", "1"]}, "no table of numbers"),
+        ({"start": [[0.0], [0.0, 1.0]]}, "no table of numbers"),
         ({"times": [0.0, 1.0]}, "as many numbers"),
         ({"hinges": [0, 0, 1, 2]}, "once"),
         ({"start": "no"}, "no table of numbers"),

@@ -134,3 +134,14 @@ def test_thousands_of_tries_of_twisted_and_locked_foldings_get_no_path():
     every = [(folding, ways) for folding in listed if (ways := hopeless(folding))]
     while tried < 2_500:
         tried += has_no_path(*every[rng.integers(len(every))], int(rng.integers(10**6)), 6)
+
+
+def test_a_search_without_a_path_says_which_trees_stopped_growing():
+    """The tree from the packed state of the first is closed off by its panels; both of the second go on growing."""
+    linkage = joined("hex:022444551022:4", "rigid")
+    growth = Planner(linkage, 1e-5).plan(40).growth
+    assert growth.closed_off == (True, False)
+    assert growth.rounds == 40
+    growth = Planner(joined("hex:022243445001:5", "hinged"), 1e-4).plan(60, 1).growth
+    assert growth.closed_off == (False, False)
+    assert 0 < min(growth.late) <= max(growth.late) < 1

@@ -79,7 +79,7 @@ def tables_for(loops: Loops) -> Tables:
         np.zeros((count, m)),
         np.zeros((m, 4)),
         np.zeros(m),
-        np.zeros((count, 3, 4)),
+        np.zeros((max(count, 1), 3, 4)),  # the first also serves the walks of `close_loops`
         np.zeros(m),
         np.zeros(m),
         np.zeros((6, r)),
