@@ -60,8 +60,8 @@ def new_closing(loops: Loops) -> Closing:
 
 
 @lean
-def open_by(loops: Loops, angles: Reals, work: Closing) -> float:
-    """The greatest closure residual; also writes all of them, and the Jacobian."""
+def write_closure(loops: Loops, angles: Reals, residual: Reals, jacobian: Reals, pose: Reals) -> None:
+    """Write closure residuals and their Jacobian, as `close_loops`; pose : (3, 4), for what a walk comes to."""
     close_loops(
         loops.chain.directions,
         loops.chain.points,
@@ -70,10 +70,16 @@ def open_by(loops: Loops, angles: Reals, work: Closing) -> float:
         loops.signs,
         angles,
         loops.size,
-        work.residual,
-        work.jacobian,
-        work.pose,
+        residual,
+        jacobian,
+        pose,
     )
+
+
+@lean
+def open_by(loops: Loops, angles: Reals, work: Closing) -> float:
+    """The greatest closure residual; also writes all of them, and the Jacobian."""
+    write_closure(loops, angles, work.residual, work.jacobian, work.pose)
     worst = 0.0
     for i in range(len(work.residual)):
         worst = max(worst, abs(work.residual[i]))

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled, lean
-from hcsearch.kernels.loops import close_loops, fold_on
+from hcsearch.kernels.loops import fold_on
 from hcsearch.kernels.multibody.vectors import Vector, cross
-from hcsearch.kernels.planning.closing import Loops
+from hcsearch.kernels.planning.closing import Loops, write_closure
 from hcsearch.kernels.rows import row_product, subtract_row
 
 Reals = NDArray[np.float64]
@@ -145,18 +145,7 @@ def _shift(course: Reals, centre: float, half: float, about: Reals) -> None:
 def _screws(loops: Loops, tables: Tables) -> float:
     """Write the screws at the angles, about the middle of each loop in its own unit of length; their greatest norm."""
     jacobian = tables.jacobian
-    close_loops(
-        loops.chain.directions,
-        loops.chain.points,
-        loops.starts,
-        loops.hinges,
-        loops.signs,
-        tables.angles,
-        loops.size,
-        tables.residual,
-        jacobian,
-        tables.poses[0],
-    )
+    write_closure(loops, tables.angles, tables.residual, jacobian, tables.poses[0])
     tables.norms[:] = 0.0
     most = 0.0
     for loop in range(len(loops.starts) - 1):
