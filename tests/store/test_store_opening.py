@@ -401,3 +401,27 @@ def test_unknown_name_of_the_package():
     with pytest.raises(AttributeError, match="nonsense"):
         hcsearch.store.nonsense  # noqa: B018 - the look-up is the test
     assert all(getattr(hcsearch.store, name) is not None for name in hcsearch.store.__all__)
+
+
+INTERRUPTED_RETURN = """
+import sys
+from sqlalchemy import event
+from hcsearch.store import open_database
+
+def interrupt(*_):
+    raise KeyboardInterrupt
+
+with open_database(sys.argv[1], create=True) as database:
+    event.listen(database.engine, "reset", interrupt)
+    try:
+        with database.reading():
+            pass
+    except KeyboardInterrupt:
+        print("interrupted")
+"""
+
+
+def test_an_interrupt_while_a_connection_returns_to_its_pool_prints_no_traceback(path):
+    command = [sys.executable, "-c", INTERRUPTED_RETURN, str(path)]
+    ended = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert (ended.stdout, ended.stderr) == ("interrupted\n", "")
