@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,8 @@ TOUCH = 1e-6
 """Prisms that cut into each other by no more than this share of the pattern's size only touch."""
 SAME = 1e-9
 """Sine of the angle between directions that count as one."""
+FACETS = 4096
+"""Facets whose sides and insets are kept: arrays of one size share their cells."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +126,8 @@ def deepest_margin(linkage: Linkage) -> float:
     return least
 
 
-def _inset(facet: Facet, margin: float) -> list[tuple[float, float]]:
+@lru_cache(FACETS)
+def _inset(facet: Facet, margin: float) -> tuple[tuple[float, float], ...]:
     """Corners of a convex polygon, counterclockwise, with every side moved inwards."""
     found = []
     for before, (x, y), after in zip((facet[-1], *facet[:-1]), facet, (*facet[1:], facet[0]), strict=True):
@@ -132,10 +136,11 @@ def _inset(facet: Facet, margin: float) -> list[tuple[float, float]]:
         c, d = (y - after[1]) / second, (after[0] - x) / second
         share = margin / (1.0 + a * c + b * d)
         found.append((x + share * (a + c), y + share * (b + d)))
-    return found
+    return tuple(found)
 
 
-def _classes(facet: Facet) -> list[tuple[float, float]]:
+@lru_cache(FACETS)
+def _classes(facet: Facet) -> tuple[tuple[float, float], ...]:
     """Unit vectors of the sides of a facet, one of those that are parallel."""
     found: list[tuple[float, float]] = []
     for (x, y), (to_x, to_y) in zip(facet, (*facet[1:], facet[0]), strict=True):
@@ -143,7 +148,7 @@ def _classes(facet: Facet) -> list[tuple[float, float]]:
         u, v = (to_x - x) / long, (to_y - y) / long
         if all(abs(u * b - v * a) > SAME for a, b in found):
             found.append((u, v))
-    return found
+    return tuple(found)
 
 
 def _table(rows: list[list[Corner]]) -> Reals:

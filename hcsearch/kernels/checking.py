@@ -32,7 +32,7 @@ from hcsearch.kernels.prisms import Prisms
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
 
-FIRST_PART, LONGER = 32, 0.5
+FIRST_PART, LONGER = 32, 0.25
 """Steps of the first part of a motion that is judged in parts, and of each after it as a share of those before."""
 
 

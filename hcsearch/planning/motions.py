@@ -61,6 +61,7 @@ class _Search:
 
     def __init__(self, linkages: dict[Way, Linkage], margin: float | None) -> None:
         self.linkages = linkages
+        self.planners: dict[tuple[Way, float], Planner] = {}
         self.provers: dict[Way, Prover] = {}
         self.left: dict[Way, int] = {}
         self.growths: dict[Way, Growth] = {}
@@ -85,7 +86,7 @@ class _Search:
     def _try(self, some: Sequence[Way], margin: float, rounds: int, seed: int) -> bool:
         """Try some ways until one has a path that is proved; whether one has."""
         for way in some:
-            planner = Planner(self.linkages[way], margin)
+            planner = self._planner(way, margin)
             for again in range(self.left[way]):
                 plan = planner.plan(rounds, seed + 10 * again)
                 if plan.states is None:
@@ -96,6 +97,11 @@ class _Search:
                 self.growths[way] = plan.growth
                 self.left[way] -= 1
         return False
+
+    def _planner(self, way: Way, margin: float) -> Planner:
+        if (way, margin) not in self.planners:
+            self.planners[way, margin] = Planner(self.linkages[way], margin)
+        return self.planners[way, margin]
 
     def _prove(self, way: Way, states: Reals) -> bool:
         """Prove a path, and keep it; whether it is proved."""

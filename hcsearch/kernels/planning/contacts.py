@@ -1,12 +1,21 @@
-"""Conditions of contact on a small step: no corner of a near pair comes nearer than it may."""
+"""Conditions on a small step: no corner of a near pair comes nearer than it may, and no hinge leaves its stops.
+
+A step moves each panel as a twist, so whether a condition holds takes a few products; its row, the derivative by every
+hinge, is written for those alone that a step breaks.
+"""
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from hcsearch.kernels.compiled import lean
-from hcsearch.kernels.multibody.vectors import Vector, at, cross, dot, minus, times
+from hcsearch.kernels.multibody.vectors import Vector, add, at, cross, dot, minus, plus, put, times
 from hcsearch.kernels.planning.space import Space, State, Work
+
+Reals = NDArray[np.float64]
 
 SHARE = 0.7
 """Of the gap that a corner has to spare a step takes up to this."""
@@ -15,8 +24,23 @@ FACING = 1.0 - 1e-7
 
 
 @lean
-def contact_rows(space: Space, state: State, reach: float, count: int, work: Work) -> int:
-    """Add conditions (row) . step >= bound for the corners of pairs nearer than `reach`; how many rows there are now.
+def near_stops(state: State, reach: float, work: Work) -> int:
+    """Write the conditions of stops nearer than `reach` (rad); how many there are."""
+    found, count = work.conditions, 0
+    for h in range(len(state.angles)):
+        for up in range(2):
+            spare = math.pi - state.angles[h] if up else state.angles[h]
+            if spare < reach:
+                found.panels[count, 0], found.panels[count, 1] = -1, h
+                put(found.ways, count, 0, (-1.0 if up else 1.0, 0.0, 0.0))
+                found.bounds[count] = -spare
+                count += 1
+    return count
+
+
+@lean
+def near_contacts(space: Space, state: State, reach: float, count: int, work: Work) -> int:
+    """Add conditions for the corners of pairs nearer than `reach` (m) to some; how many there are then.
 
     The direction of a gap is fixed to the panel of which it is a face's normal, else to the first, and each corner of
     the other panel within a reach of the gap keeps on its side.
@@ -31,12 +55,12 @@ def contact_rows(space: Space, state: State, reach: float, count: int, work: Wor
                 axes[1, h, i] = pose[i, 0] * q[0] + pose[i, 1] * q[1] + pose[i, 2] * q[2] + pose[i, 3]
     for p in range(len(space.pairs)):
         if state.gaps[p] <= reach:
-            count = _pair_rows(space, state, p, reach, count, work)
+            count = _add_pair(space, state, p, reach, count, work)
     return count
 
 
 @lean
-def _pair_rows(space: Space, state: State, p: int, reach: float, count: int, work: Work) -> int:
+def _add_pair(space: Space, state: State, p: int, reach: float, count: int, work: Work) -> int:
     """Add the conditions of one pair."""
     own, other, way = space.pairs[p, 0], space.pairs[p, 1], at(state.ways, p, 0)
     if not _is_normal(space, state, own, way) and _is_normal(space, state, other, way):
@@ -44,21 +68,60 @@ def _pair_rows(space: Space, state: State, p: int, reach: float, count: int, wor
     top = -math.inf
     for j in range(space.prisms.counts[own, 0]):
         top = max(top, dot(way, at(state.placed.vertices[own], j, 0)))
-    here, there = space.prisms.panels[own], space.prisms.panels[other]
+    found = work.conditions
     for j in range(space.prisms.counts[other, 0]):
         corner = at(state.placed.vertices[other], j, 0)
         gap = dot(way, corner) - top
-        if gap > state.gaps[p] + reach or count >= len(work.bounds):
+        if gap > state.gaps[p] + reach or count >= len(found.bounds):
             continue
-        for h in range(len(space.folded)):
-            sign = space.across[there, h] - space.across[here, h]
-            value = 0.0
-            if sign != 0.0:
-                value = sign * dot(way, cross(at(work.axes[0], h, 0), minus(corner, at(work.axes[1], h, 0))))
-            work.rows[count, h] = value
-        work.bounds[count] = SHARE * (space.kept - gap)
+        found.panels[count, 0], found.panels[count, 1] = space.prisms.panels[own], space.prisms.panels[other]
+        put(found.ways, count, 0, way)
+        put(found.corners, count, 0, corner)
+        found.bounds[count] = SHARE * (space.kept - gap)
         count += 1
     return count
+
+
+@lean
+def move_panels(space: Space, step: Reals, work: Work) -> None:
+    """Write the twist of each panel for a step, about the origin; after `near_contacts`."""
+    chain, twists = space.loops.chain, work.twists
+    for panel in chain.order:
+        for i in range(6):
+            twists[panel, i] = twists[chain.parents[panel], i] if chain.parents[panel] >= 0 else 0.0
+        if chain.parents[panel] >= 0:
+            h = chain.hinges[panel]
+            axis = at(work.axes[0], h, 0)
+            turn = chain.signs[panel] * step[h]
+            add(twists, panel, 0, times(turn, axis))
+            add(twists, panel, 3, times(turn, cross(at(work.axes[1], h, 0), axis)))
+
+
+@lean
+def opened_by(step: Reals, k: int, work: Work) -> float:
+    """What a step adds to the gap of a corner (m), or to what is left to a stop (rad); after `move_panels`."""
+    here, there = work.conditions.panels[k, 0], work.conditions.panels[k, 1]
+    if here < 0:
+        return float(work.conditions.ways[k, 0] * step[there])
+    spin = minus(at(work.twists, there, 0), at(work.twists, here, 0))
+    shift = minus(at(work.twists, there, 3), at(work.twists, here, 3))
+    return dot(at(work.conditions.ways, k, 0), plus(shift, cross(spin, at(work.conditions.corners, k, 0))))
+
+
+@lean
+def write_row(space: Space, k: int, table: Reals, row: int, work: Work) -> None:
+    """Write a condition as a row of a table: (row) . step is what `opened_by` gives."""
+    here, there = work.conditions.panels[k, 0], work.conditions.panels[k, 1]
+    way, corner = at(work.conditions.ways, k, 0), at(work.conditions.corners, k, 0)
+    for h in range(len(space.folded)):
+        table[row, h] = 0.0
+        if here < 0:
+            table[row, h] = way[0] if h == there else 0.0
+            continue
+        sign = space.across[there, h] - space.across[here, h]
+        if sign != 0.0:
+            arm = minus(corner, at(work.axes[1], h, 0))
+            table[row, h] = sign * dot(way, cross(at(work.axes[0], h, 0), arm))
 
 
 @lean

@@ -7,7 +7,7 @@ import math
 from hcsearch.kernels.compiled import lean
 from hcsearch.kernels.planning.chords import told_apart
 from hcsearch.kernels.planning.closing import CLOSED, close, open_by, span, take_off
-from hcsearch.kernels.planning.contacts import contact_rows
+from hcsearch.kernels.planning.contacts import move_panels, near_contacts, near_stops, opened_by, write_row
 from hcsearch.kernels.planning.space import Space, State, Work, farthest, greatest, place
 from hcsearch.kernels.rows import divide_row, row_product
 
@@ -85,23 +85,13 @@ def _allow(space: Space, state: State, size: float, rank: int, work: Work) -> No
 
     Few of the conditions push: those that do not hold are taken in, and the step is computed anew, until all hold.
     """
-    m = len(space.folded)
-    count = 0
-    for h in range(m):
-        for up in range(2):
-            spare = math.pi - state.angles[h] if up else state.angles[h]
-            if spare < 2.0 * size:
-                for k in range(m):
-                    work.rows[count, k] = 0.0
-                work.rows[count, h] = -1.0 if up else 1.0
-                work.bounds[count] = -spare
-                count += 1
-    count = contact_rows(space, state, size * space.lever, count, work)
-    for row in range(count):
-        work.forces[row] = 0.0
+    count = near_contacts(space, state, size * space.lever, near_stops(state, 2.0 * size, work), work)
+    for k in range(count):
+        work.conditions.order[k] = k
+        work.forces[k] = 0.0
     kept = 0
     for _ in range(ROUNDS):
-        more = _take_in(rank, kept, count, work)
+        more = _take_in(space, rank, kept, count, work)
         if more == kept:
             return
         kept = more
@@ -109,30 +99,28 @@ def _allow(space: Space, state: State, size: float, rank: int, work: Work) -> No
 
 
 @lean
-def _take_in(rank: int, kept: int, count: int, work: Work) -> int:
-    """Move conditions that do not hold behind those that were taken in, each of unit length; how many there are now.
+def _take_in(space: Space, rank: int, kept: int, count: int, work: Work) -> int:
+    """Add the conditions that do not hold to the rows that were taken in, each of unit length; how many there are now.
 
     The freedoms of the step lie across the rows of closure, so what lies along those is taken off a condition.
     """
     m = len(work.step)
-    basis = work.closing.basis
-    for row in range(kept, count):
-        value = 0.0
-        for h in range(m):
-            value += work.rows[row, h] * work.step[h]
-        if value >= work.bounds[row]:
+    order, bounds = work.conditions.order, work.conditions.bounds
+    move_panels(space, work.step, work)
+    for i in range(kept, count):
+        k = order[i]
+        if opened_by(work.step, k, work) >= bounds[k]:
             continue
-        for h in range(m):
-            work.rows[row, h], work.rows[kept, h] = work.rows[kept, h], work.rows[row, h]
-        work.bounds[row], work.bounds[kept] = work.bounds[kept], work.bounds[row]
-        take_off(basis, rank, work.rows, kept)
+        order[i], order[kept] = order[kept], k
+        write_row(space, k, work.rows, kept, work)
+        take_off(work.closing.basis, rank, work.rows, kept)
         long = math.sqrt(row_product(work.rows, kept, work.rows, kept, m))
         if long > FLATTEST:
             divide_row(work.rows, kept, long, m)
-            work.bounds[kept] /= long
+            work.bounds[kept] = bounds[k] / long
             kept += 1
         else:
-            work.bounds[kept] = -math.inf  # no step changes it
+            bounds[k] = -math.inf  # no step changes it
     return kept
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hcsearch.kernels.compiled import compiled
 from hcsearch.kernels.planning.chords import link, told_apart
-from hcsearch.kernels.planning.contacts import SHARE, contact_rows
+from hcsearch.kernels.planning.contacts import SHARE, near_contacts, write_row
 from hcsearch.kernels.planning.sliding import slide
 from hcsearch.kernels.planning.space import Space, Stack, State, Work, copy, farthest, pick, place, square
 
@@ -95,12 +95,13 @@ def relax(space: Space, path: Reals, count: int, sweeps: int, wished: float, sta
 @compiled
 def _want(space: Space, before: State, here: State, after: State, wished: float, work: Work) -> None:
     """Write what a state wants: to lie half-way between its neighbours, panels apart and hinges off their stops."""
-    count = contact_rows(space, here, wished, 0, work)
+    count = near_contacts(space, here, wished, 0, work)
     push = np.zeros(len(work.want))
-    for row in range(count):
-        near = max(0.0, 1.0 - (space.kept - work.bounds[row] / SHARE) / wished)
+    for k in range(count):
+        near = max(0.0, 1.0 - (space.kept - work.conditions.bounds[k] / SHARE) / wished)
+        write_row(space, k, work.rows, 0, work)
         for h in range(len(push)):
-            push[h] += near * work.rows[row, h]
+            push[h] += near * work.rows[0, h]
     big = max(np.abs(push).max(), 1e-12)
     least = max(0.0, 1.0 - here.gaps.min() / wished) if len(here.gaps) else 0.0
     off = min(OFF, 0.1 * min(farthest(here.angles, space.folded), np.abs(here.angles).max()))

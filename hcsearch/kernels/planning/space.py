@@ -74,12 +74,29 @@ class Stack(NamedTuple):
     corners: Whole
 
 
+class Conditions(NamedTuple):
+    """What a step must keep to, see `kernels.planning.contacts`.
+
+    panels : (k, 2), one, and the other of which a corner must not come nearer; -1 and the hinge, for a stop.
+    ways : (k, 3), the direction of the gap; +1 or -1 and zeros, for a stop: the sense in which the hinge leaves it.
+    corners : (k, 3), m. bounds : (k,), what a step must add to the gap at least (m), or to what is left to a stop
+    (rad). order : (k,), in which they are looked at.
+    """
+
+    panels: Whole
+    ways: Reals
+    corners: Reals
+    bounds: Reals
+    order: Whole
+
+
 class Work(NamedTuple):
     """Tables that the kernels share.
 
     closing : of the loops. want, step, trial : (m,). wanted : (2, m), what loops allow of what is wanted, and that
-    of the length of a step. axes : (2, m, 3), directions of the hinges, and points on them.
-    rows, bounds, forces : (k, m), (k,), (k,), conditions on a step.
+    of the length of a step. axes : (2, m, 3), directions of the hinges, and points on them. twists : (n_panels, 6),
+    what a step turns and shifts panels by. conditions : on a step; rows, bounds, forces : (k, m), (k,), (k,), of those
+    that were taken in, (row) . step >= bound.
     """
 
     closing: Closing
@@ -88,6 +105,8 @@ class Work(NamedTuple):
     trial: Reals
     wanted: Reals
     axes: Reals
+    twists: Reals
+    conditions: Conditions
     rows: Reals
     bounds: Reals
     forces: Reals
@@ -146,8 +165,11 @@ def new_work(space: Space) -> Work:
     m = len(space.folded)
     k = (2 + ROWS) * m
     closing, wanted, axes = new_closing(space.loops), np.zeros((2, m)), np.zeros((2, m, 3))
+    twists = np.zeros((len(space.loops.chain.order), 6))
+    whole, directions = np.zeros((k, 2), np.int64), np.zeros((k, 3))
+    conditions = Conditions(whole, directions, np.zeros((k, 3)), np.zeros(k), np.zeros(k, np.int64))
     rows, bounds, forces = np.zeros((k, m)), np.zeros(k), np.zeros(k)
-    return Work(closing, np.zeros(m), np.zeros(m), np.zeros(m), wanted, axes, rows, bounds, forces)
+    return Work(closing, np.zeros(m), np.zeros(m), np.zeros(m), wanted, axes, twists, conditions, rows, bounds, forces)
 
 
 @lean

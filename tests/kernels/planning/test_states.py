@@ -11,7 +11,7 @@ from scipy.optimize import nnls
 from hcsearch.collision.distances import proximal_distances
 from hcsearch.kernels.planning.chords import link, told_apart
 from hcsearch.kernels.planning.closing import close, keep_closed, new_closing, open_by, span
-from hcsearch.kernels.planning.contacts import SHARE, contact_rows
+from hcsearch.kernels.planning.contacts import SHARE, move_panels, near_contacts, near_stops, opened_by, write_row
 from hcsearch.kernels.planning.sliding import _ascend, slide
 from hcsearch.kernels.planning.space import new_stack, new_work, pick, place
 from hcsearch.kernels.planning.trees import MOST, add, cell, keep_new, nearest, new_tree
@@ -117,7 +117,7 @@ def test_gaps_of_a_placed_state_are_those_of_its_prisms(drawn):
 
 @settings(max_examples=12)
 @given(states, st.integers(0, 10**6))
-def test_contact_rows_are_derivatives_of_heights_of_corners(drawn, number):
+def test_conditions_of_contact_are_derivatives_of_heights_of_corners(drawn, number):
     sample, angles, _ = state_of(drawn)
     linkage = sample.linkage
     space = space_of(linkage, MARGIN)
@@ -125,7 +125,7 @@ def test_contact_rows_are_derivatives_of_heights_of_corners(drawn, number):
     space = space._replace(pairs=space.pairs[p : p + 1].copy(), near=math.inf)
     state, work = pick(new_stack(space, 1), 0), new_work(space)
     place(space, angles, -math.inf, state)
-    count = contact_rows(space, state, 1e-2, 0, work)
+    count = near_contacts(space, state, 1e-2, 0, work)
     if state.gaps[0] > 1e-2:
         assert count == 0
         return
@@ -146,7 +146,9 @@ def test_contact_rows_are_derivatives_of_heights_of_corners(drawn, number):
             slopes.append(((up[0] - up[1][below]) - (down[0] - down[1][below])) / 2e-5)
         corners, under = heights(angles)
         expected.append((np.array(slopes).T, corners - under.max()))
-    rows, bounds = work.rows[:count], work.bounds[:count]
+    for k in range(count):
+        write_row(space, k, work.rows, k, work)
+    rows, bounds = work.rows[:count], work.conditions.bounds[:count]
     agree = []
     for slopes, gaps in expected:
         near = gaps <= state.gaps[0] + 1e-2
@@ -156,6 +158,26 @@ def test_contact_rows_are_derivatives_of_heights_of_corners(drawn, number):
             and np.allclose(bounds, SHARE * (space.kept - gaps[near]), atol=1e-12)
         )
     assert any(agree)
+
+
+@settings(max_examples=20)
+@given(states, st.integers(0, 10**6))
+def test_what_a_step_opens_is_the_row_of_a_condition_times_the_step(drawn, number):
+    sample, angles, _ = state_of(drawn)
+    space = space_of(sample.linkage, MARGIN)
+    state, work = pick(new_stack(space, 1), 0), new_work(space)
+    place(space, angles, -math.inf, state)
+    stops = near_stops(state, 1.0, work)
+    assert stops == (angles < 1).sum() + (angles > math.pi - 1).sum()
+    count = near_contacts(space, state, 1e-2, stops, work)
+    step = np.random.default_rng(number).normal(size=len(angles))
+    move_panels(space, step, work)
+    for k in range(count):
+        write_row(space, k, work.rows, 0, work)
+        assert opened_by(step, k, work) == pytest.approx(work.rows[0] @ step, abs=1e-12)
+        if k < stops:
+            reached = (angles + work.rows[0] * work.conditions.bounds[k])[work.rows[0] != 0]
+            assert reached == pytest.approx(0.0 if work.rows[0].max() > 0 else math.pi)
 
 
 @settings(max_examples=30)
