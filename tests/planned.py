@@ -20,10 +20,11 @@ Reals = NDArray[np.float64]
 SAMPLES: dict[str, tuple[Way, float]] = {
     "hex:0234550132:4": ("hinged", 1e-5),
     "square:012233230011:4": ("rigid", 1e-5),
+    "square:012123230301:1": ("hinged", 1e-5),
     "rectangle:0122333011:1": ("hinged", 1e-5),
     "triangle:012343454505012321:3": ("hinged", 1e-5),
 }
-"""Foldings, how their flat pairs are joined, and the margin (m) of the search."""
+"""Foldings, how their flat pairs are joined, and the margin (m) of the search. The third passes a switch state."""
 
 
 @dataclass(frozen=True)

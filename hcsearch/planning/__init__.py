@@ -1,3 +1,3 @@
 """Motion planning: certified paths of a folding from its packed to its flat state."""
 
-STAGE, VERSION = "motion", 2
+STAGE, VERSION = "motion", 3

@@ -85,6 +85,8 @@ class Planner:
         m = self.linkage.n_hinges
         if not m:
             return Plan(None, Growth((0, 0), (1, 1), 0, (0.0, 0.0), CELL, False))
+        # the search of a gap begins where the last one ended: anew, so that no plan hangs on the one before
+        self.stack.corners[:], self.stack.ways[:] = -1, 0.0
         flat = np.zeros(m)
         trees = new_tree(CAPACITY, self.space.folded), new_tree(CAPACITY, flat)
         starts = (

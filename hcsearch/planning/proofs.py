@@ -24,6 +24,7 @@ from hcsearch.kernels.planning.tubes import POLISHED, Track, enclose
 from hcsearch.linkage import Linkage
 from hcsearch.planning.ends import Departure, End
 from hcsearch.planning.problems import loops_of
+from hcsearch.planning.switches import switch_between
 
 Reals = NDArray[np.float64]
 
@@ -39,6 +40,8 @@ ROOM = 20000
 """States of a path with those that are put between them."""
 APART = 1e-9
 """States that differ by less (rad) are one."""
+SWITCHES = 6
+"""Switch states that are put into a path, at most."""
 MOVED = 1e-3
 """A path with a state that is further from closed states within the stops (rad) is none."""
 
@@ -133,15 +136,38 @@ class Prover:
         return not self.linkage.loops or all(end.exact for end in self._ends)
 
     def _enclosed(self, states: Reals) -> tuple[Course | None, float, tuple[float, float]]:
-        """The motion beside which closed states lie, None without; what they wander by (rad), and `Proof.reach`."""
-        coarse, shares, reach = self._joined(states)
-        m = self.linkage.n_hinges
-        fine = Track(np.zeros(ROOM), np.zeros((ROOM, m)), np.zeros((ROOM, m)), np.zeros(ROOM), np.zeros(1, np.int64))
-        if coarse.filled[0] < 2 or not enclose(self.loops, coarse, shares, self.limit, HALVINGS, fine, np.zeros(2)):
-            return None, 0.0, reach
-        count = int(fine.filled[0])
-        wander = max(float(fine.wanders[:count].max()), *shares[:, 1:].sum(axis=1).tolist())
-        return _cubics(fine.times[:count], fine.angles[:count], fine.rates[:count]), wander, reach
+        """The motion beside which closed states lie, None without; what they wander by (rad), and `Proof.reach`.
+
+        Where that fails in a step in which hinges leave or reach stops, the state at which they do is put into it.
+        """
+        m, reach = self.linkage.n_hinges, (0.0, 0.0)
+        for _ in range(1 + SWITCHES):
+            coarse, shares, reach = self._joined(states)
+            fine = Track(
+                np.zeros(ROOM), np.zeros((ROOM, m)), np.zeros((ROOM, m)), np.zeros(ROOM), np.zeros(1, np.int64)
+            )
+            stop = np.zeros(2)
+            if coarse.filled[0] < 2:
+                break
+            if enclose(self.loops, coarse, shares, self.limit, HALVINGS, fine, stop):
+                count = int(fine.filled[0])
+                wander = max(float(fine.wanders[:count].max()), *shares[:, 1:].sum(axis=1).tolist())
+                return _cubics(fine.times[:count], fine.angles[:count], fine.rates[:count]), wander, reach
+            switched = self._switched(states, coarse, stop[0])
+            if switched is None:
+                break
+            states = switched
+        return None, 0.0, reach
+
+    def _switched(self, states: Reals, path: Track, time: float) -> Reals | None:
+        """The states with a switch state put into the step of their path in which a time lies; None without one."""
+        count = int(path.filled[0])
+        after = int(np.searchsorted(path.times[:count], time, side="right"))
+        own = np.flatnonzero((states == path.angles[after % count]).all(axis=1))
+        if after == count or not len(own) or not own[0]:
+            return None
+        switch = switch_between(self.loops, states[own[0] - 1], states[own[0]], self.work)
+        return None if switch is None else np.insert(states, own[0], switch, axis=0)
 
     def _free(self, states: Reals) -> Course:
         """The motion of panels in a chain without a loop, whose states are all closed."""
