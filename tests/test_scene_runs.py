@@ -139,6 +139,7 @@ def test_scenes_that_were_never_run_are_refused(path, command, words, message, t
         (("--panel", ""), "is no panel"),
         (("--panel", "50x40x6"), "have one side"),
         (("--scene", "satellite"), "holds no panel"),
+        (("--panel", "1000x3"), "less than 1.5 mm as margin_mm of a scene file, or thicker panels"),
         (("--scene", "none.toml"), "name a file that is there"),
     ],
 )

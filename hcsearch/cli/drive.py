@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from hcsearch.cli.options import Number
-from hcsearch.cli.subjects import read_folding, subject_options
+from hcsearch.cli.subjects import folding_options, read_folding
 from hcsearch.errors import HcsearchError
 from hcsearch.outputs import check_output
 
@@ -17,23 +17,42 @@ from hcsearch.outputs import check_output
     epilog="Example: hcsearch drive hex:0234435011:1 --picture drive.svg; hcsearch drive hex:0234435011:1 --rate 0.5 "
     "--scene earth --output drive.toml, then hcsearch deploy drive.toml; hcsearch drive hex:0234550132:3 --latches"
 )
-@subject_options
+@folding_options
 @click.option(
-    "--rate", type=Number(min=0, min_open=True), metavar="R", help="Greatest of a hinge, rad/s.  [default: 1]"
+    "--rate", type=Number(min=1e-6, max=1e6), metavar="R", help="Greatest rate of any hinge, rad/s.  [default: 1]"
 )
 @click.option(
-    "--acceleration", type=Number(min=0, min_open=True), metavar="A", help="Greatest of a hinge, rad/s^2.  [default: 5]"
+    "--acceleration",
+    type=Number(min=1e-6, max=1e6),
+    metavar="A",
+    help="Greatest acceleration of any hinge, rad/s^2.  [default: 5]",
 )
-@click.option("--near", metavar="START,END", help="From the packed, from the flat state, rad.  [default: 0.01,0.005]")
-@click.option("--hinges", metavar="K,K,...", help="Hinges to drive, as many as freedoms at least.  [default: chosen]")
+@click.option(
+    "--near",
+    metavar="START,END",
+    help="How far from the packed state the drive starts and from the flat state it ends, rad.  [default: 0.01,0.005]",
+)
+@click.option(
+    "--hinges",
+    metavar="K,K,...",
+    help="Hinges to drive, at least as many as freedoms.  [default: chosen by the program]",
+)
 @click.option(
     "--firm",
     type=Number(min=0, max=1),
     metavar="S",
-    help="Least singular value of the reduced Jacobian for which hinges are added; 0 adds none.  [default: 0.1]",
+    help="Drive more hinges until the least singular value of the reduced Jacobian reaches S; 0 adds none.  "
+    "[default: 0.1]",
 )
-@click.option("--period", type=Number(min=1e-5, max=0.1), metavar="S", help="Of the controller.  [default: 0.002]")
-@click.option("--latches", is_flag=True, help="Also let springs alone do it, with hinges latched in the path's order.")
+@click.option(
+    "--period",
+    type=Number(min=1e-5, max=0.1),
+    metavar="S",
+    help="Time between two updates of the controller, s.  [default: 0.002]",
+)
+@click.option(
+    "--latches", is_flag=True, help="Simulate springs alone, too, with hinges latched and released in the path's order."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print plain data.")
 @click.option(
     "--output",
@@ -46,11 +65,12 @@ from hcsearch.outputs import check_output
 def drive(subject: str, as_json: bool, **options: Any) -> None:
     """Drive a folding from its packed to its flat state along a certified path.
 
-    The hinges to drive are as many as there are freedoms, chosen by the conditioning of the reduced Jacobian along the
-    path, monotone ones where possible; more where that comes near to a dead point. The path gets a time law, torques
-    follow by inverse dynamics in the scene, and the motion is simulated under position control and certified clear.
+    As many hinges are driven as there are freedoms, chosen by the conditioning of the reduced Jacobian along the path,
+    monotone ones where possible; more are driven where the path comes near to a dead point. The path gets a time law,
+    torques follow by inverse dynamics in the scene, and the motion is simulated under position control and certified
+    clear.
 
-    Exit code: 0 where it comes flat under control, certified clear; 1 where it does not, or no path is proved; 2 for
+    Exit code: 0 if the driven motion comes flat, certified clear; 1 if it does not, or if no path is proved; 2 for
     wrong input.
     """
     from hcsearch.deployment.telling import PICTURES  # noqa: PLC0415
@@ -132,4 +152,4 @@ def _print(told: dict[str, Any]) -> None:
     click.echo("\nhinge" + "".join(f"{head:>11}" for head in heads) + "   N m, N m/rad, N m s/rad")
     columns = (told[name] for name in ("torque_N_m", "planned_torque_N_m", *lists[1:2], *lists[3:]))
     for hinge, row in zip(told["driven"], zip(*columns, strict=True), strict=True):
-        click.echo(f"{hinge:<5}" + "".join(f"{value:11.4g}" for value in row))
+        click.echo(f"{hinge:<5}" + "".join(f"{'-' if value is None else format(value, '.4g'):>11}" for value in row))

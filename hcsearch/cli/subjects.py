@@ -48,22 +48,54 @@ class Subject:
         }
 
 
+_MERGE = click.option("--merge", is_flag=True, help="Make the two panels of each mirror pair of a design one.")
+_HELD = click.option(
+    "--held", metavar="PANEL|free", help="The panel that stands still.  [default: the bottom pair, or panel 0]"
+)
+_GRAVITY = click.option("--gravity", metavar="X,Y,Z", help="m/s^2, in axes of the flat state seen from +z.")
+
+
 def subject_options(command: Command) -> Command:
     """The argument, and the options that say what the panels are and what acts on them."""
-    for option in (
+    return _with(
+        command,
         database_option,
-        click.option("--merge", is_flag=True, help="Make mirror pairs of a design's panels one."),
-        click.option("--flat-pairs", type=click.Choice(("rigid", "hinged")), help="Of a design.  [default: rigid]"),
+        _MERGE,
+        _flat_pairs("rigid"),
         click.option(
             "--seconds", type=float, metavar="S", help="To simulate.  [default: 1, longer where the scene is slower]"
         ),
-        click.option(
-            "--held", metavar="PANEL|free", help="The panel that stands still.  [default: the bottom pair, or panel 0]"
-        ),
-        click.option("--gravity", metavar="X,Y,Z", help="m/s^2, in axes of the flat state seen from +z."),
+        _HELD,
+        _GRAVITY,
         scene_options,
         click.argument("subject", metavar="DESIGN:CREASE|ASSEMBLY|FILE.toml"),
-    ):
+    )
+
+
+def folding_options(command: Command) -> Command:
+    """The same where the subject is a folding, which moves as long as it takes, in any way of joining flat pairs."""
+    return _with(
+        command,
+        database_option,
+        _MERGE,
+        _flat_pairs("either"),
+        _HELD,
+        _GRAVITY,
+        scene_options,
+        click.argument("subject", metavar="DESIGN:CREASE|FILE.toml"),
+    )
+
+
+def _flat_pairs(default: str) -> Command:
+    return click.option(
+        "--flat-pairs",
+        type=click.Choice(("rigid", "hinged")),
+        help=f"How the flat pairs of a design are joined.  [default: {default}]",
+    )
+
+
+def _with(command: Command, *options: Command) -> Command:
+    for option in options:
         command = option(command)
     return command
 
@@ -104,6 +136,10 @@ def read_folding(name: str, options: dict[str, Any]) -> tuple[Folding, Scene]:
         found = read_file(name)
         if "design" not in found:
             raise SceneError(f"{name} must name a design: write design = 'hex:0234550132:4'")
+        if "drive" in found:
+            raise SceneError(f"{name} has a drive: give it to hcsearch deploy, or leave out its table [drive]")
+        if found.get("formulation", "constrained") != "constrained":
+            raise SceneError(f"{name} has formulation = {found['formulation']!r}: drives need 'constrained'")
         name = found["design"]
     if name in ASSEMBLIES:
         raise HcsearchError(f"{name} is an assembly, which has no packed state in stacks: name DESIGN:CREASE")

@@ -205,7 +205,7 @@ def run_driven(
     motion = driven.motion
     angles, rates = compiled.of_hinges(motion.q, motion.v)
     clearance = _within_stops(compiled, motion.times, angles, _clearance(compiled, motion)) if certified else None
-    outcome, reason = outcome_of(motion.ending), _reason(compiled, motion)
+    outcome, reason = outcome_of(motion.ending), _reason(compiled, motion, "drive it more slowly, or more firmly")
     return Deployment(compiled, motion, outcome, reason, angles, rates, clearance, seconds, driven)
 
 
@@ -234,7 +234,8 @@ def _steep(compiled: Compiled, motion: Motion) -> bool:
     return len(turns) == 3 and bool(np.abs(motion.q[:, turns[1]]).max() > STEEP)
 
 
-def _reason(compiled: Compiled, motion: Motion) -> str:
+def _reason(compiled: Compiled, motion: Motion, sooner: str = "give it more seconds") -> str:
+    """How a motion ended, and the remedy; sooner : the one against the end of the scene's time."""
     end = f"{motion.times[-1]:.4g} s"
     held = compiled.at_stops(motion.q[-1])
     shut = ", ".join(map(str, held.closed)) or "none"
@@ -248,7 +249,7 @@ def _reason(compiled: Compiled, motion: Motion) -> str:
     widest = float(np.abs(motion.q[-1][compiled.hinged]).max(initial=0.0))
     return {
         "flat": f"flat after {end}",
-        "time": f"after {end} the widest fold angle is {widest:.3g} rad: give it more seconds",
+        "time": f"after {end} the widest fold angle is {widest:.3g} rad: {sooner}",
         "rest": f"at rest from {end} on: {where}",
         "jammed": f"at {end} stops and loops let nothing move on: {where}",
         "steps": f"{motion.steps} steps reach to {end}: {easier}",

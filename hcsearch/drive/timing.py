@@ -22,6 +22,8 @@ Reals = NDArray[np.float64]
 
 RATE, ACCELERATION = 1.0, 5.0
 """Greatest rate (rad/s) and acceleration (rad/s^2) of a hinge, unless given."""
+SLOWEST, FASTEST = 1e-6, 1e6
+"""Bounds of both."""
 SAMPLES = 2000
 """Places at which bounds are looked at."""
 WINDOW = 0.02
@@ -57,11 +59,14 @@ def timed(path: SmoothPath, rate: float = RATE, acceleration: float = ACCELERATI
     from scipy.ndimage import gaussian_filter1d, maximum_filter1d  # noqa: PLC0415
 
     for name, bound in (("rate", rate), ("acceleration", acceleration)):
-        if not 0.0 < bound < math.inf:
-            raise HcsearchError(f"a greatest {name} of {bound:g} is none: give a positive number")
+        if not SLOWEST <= bound <= FASTEST:
+            raise HcsearchError(f"a greatest {name} of {bound:g} is out of range: give {SLOWEST:g} to {FASTEST:g}")
     at = np.linspace(0.0, path.length, SAMPLES)
     _, slopes, bends = path.at(at)
-    slowness = np.maximum(np.abs(slopes).max(axis=1) / rate, np.sqrt(np.abs(bends).max(axis=1) / acceleration))
+    turning = np.abs(slopes).max(axis=1)
+    # from rest to rest no faster: an even pace, where the rate is no bound
+    fastest = min(rate, math.sqrt(acceleration * path.length * float(turning.mean())))
+    slowness = np.maximum(turning / fastest, np.sqrt(np.abs(bends).max(axis=1) / acceleration))
     width = WINDOW * SAMPLES
     slowness = gaussian_filter1d(maximum_filter1d(slowness, int(2.0 * width)), width, mode="nearest")
     steps = 0.5 * (slowness[1:] + slowness[:-1]) * path.length / (SAMPLES - 1)

@@ -11,12 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch import deployment, planning
+from hcsearch.collision.clearance import check_margin, margin_of
 from hcsearch.grid import grid_named
+from hcsearch.linkage import Linkage
 from hcsearch.mobility import locks_of
+from hcsearch.pattern import Pattern
 from hcsearch.pipeline.designs import circuit_texts
 from hcsearch.pipeline.stages import BUILT
 from hcsearch.records import NONE, Candidates, DeploymentBatch, MotionBatch, StageResult, VerdictBatch
-from hcsearch.scenes import Scene, panel_of
+from hcsearch.scenes import Scene, check_verdicts, panel_of
 from hcsearch.store.columns import VERDICTS
 
 FOLDING_SECONDS = 0.4
@@ -83,6 +86,16 @@ class Judge:
         texts = circuit_texts(grid_named(own.circuits.grid), own.circuits.words)
         batch = VerdictBatch(texts, best, status, own.foldings.row, own.foldings.crease, words, motion, found)
         return Verdict(piece.key, batch, tuple(results), len(own.foldings))
+
+
+def check_scene(scene: Scene, grid: str, n: int) -> None:
+    """Refuse a scene that the foldings of n panels of a grid cannot be judged in."""
+    check_verdicts(scene, grid, n)
+    length, width, thickness = panel_of(scene, grid)
+    tiling = grid_named(grid)
+    facet = tuple((length * x, width * y) for x, y in tiling.corners(tiling.cell((1, 1))))
+    panel = Linkage(Pattern((facet,), {}, thickness))
+    check_margin(panel, margin_of(panel) if scene.margin is None else scene.margin)
 
 
 def _result(stage: str, passed: NDArray[np.bool_], own: Candidates, begun: float) -> StageResult:

@@ -18,11 +18,11 @@ from hcsearch.errors import DatabaseError
 from hcsearch.kernels.words import insert_fingerprints
 from hcsearch.pipeline.amounts import duration
 from hcsearch.pipeline.designs import Job, Output
-from hcsearch.pipeline.judging import Judge, Piece, Verdict, pieces, seconds_of, unfinished
+from hcsearch.pipeline.judging import Judge, Piece, Verdict, check_scene, pieces, seconds_of, unfinished
 from hcsearch.pipeline.stages import IN_A_SCENE, KEEP_NEEDS, check_keep, stages_until
 from hcsearch.pipeline.workers import Crew
 from hcsearch.records import Candidates, DesignBatch, StageResult, Work
-from hcsearch.scenes import SCENES, Scene, check_verdicts, panel_of, panel_text
+from hcsearch.scenes import SCENES, Scene, panel_of, panel_text
 from hcsearch.store import (
     Database,
     count_arrays,
@@ -76,7 +76,7 @@ class Plan:
     def __post_init__(self) -> None:
         check_keep(self.keep, self.until)
         if self.scenic:
-            check_verdicts(self.scene, self.search.grid.name, self.search.n)
+            check_scene(self.scene, self.search.grid.name, self.search.n)
         _ = self.search.prefixes  # what is too large to list is refused before a database is touched
 
     @property

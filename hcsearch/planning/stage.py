@@ -68,6 +68,8 @@ def reason_of(motion: Motion) -> str:
     if motion.margin is not None:
         play = f"{1e3 * motion.margin:.4g} mm of play on every face"
         return f"a path from packed to flat is proved with {motion.way} flat pairs and {play}"
+    if not motion.growths:
+        return "no path was looked for: the folding has no mirror pairs of panels to merge"
     return "no path was met: " + "; ".join(f"{way} flat pairs, {_grown(growth)}" for way, growth in motion.growths)
 
 

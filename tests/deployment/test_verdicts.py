@@ -73,8 +73,7 @@ def test_verdicts_of_ten_hexagons(tens):
     assert (np.isfinite(found.clearance) == deploys).all()
     assert (found.time[deploys] > 0.05).all()
     assert (found.time[deploys] <= PATIENT).all()
-    # what springs bring flat has a path, which the planner need not meet
-    assert motion.met[deploys].all()  # what springs bring flat has a path
+    assert motion.met[deploys].all()  # what springs bring flat has a path, which need not be proved
     assert motion.moves[deploys].mean() > 0.5
 
 

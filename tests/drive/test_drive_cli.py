@@ -1,6 +1,7 @@
 """`hcsearch drive` as a person meets it."""
 
 import json
+import math
 import subprocess
 import sys
 
@@ -11,6 +12,7 @@ from click.testing import CliRunner
 from hcsearch.cli.deploy import deploy
 from hcsearch.cli.drive import drive
 from hcsearch.cli.tune import tune
+from hcsearch.drive.timing import timed
 from hcsearch.errors import HcsearchError
 
 QUICK = ("hex:0234435011:1", "--rate", "4", "--acceleration", "40", "--period", "0.005")
@@ -92,6 +94,45 @@ def test_a_folding_whose_path_is_not_proved_has_no_drive():
 def test_wrong_input_is_refused(words, word):
     with pytest.raises(HcsearchError, match=word):
         CliRunner().invoke(drive, [*QUICK, *words], catch_exceptions=False)
+
+
+@pytest.mark.parametrize("option", ["--rate", "--acceleration"])
+@pytest.mark.parametrize("value", ["0", "-1", "1e-310", "9e-7", "1.1e6", "1e300", "inf", "nan"])
+def test_bounds_that_no_machine_has_are_refused(option, value):
+    result = CliRunner().invoke(drive, [*QUICK, option, value])
+    assert result.exit_code == 2
+    assert f"Invalid value for '{option}'" in result.stderr
+
+
+@pytest.mark.parametrize("bound", [1e-310, 9e-7, 1.1e6, math.inf, math.nan])
+def test_a_time_law_within_such_bounds_is_refused(bound):
+    for bounds in ((bound, 1.0), (1.0, bound)):
+        with pytest.raises(HcsearchError, match="out of range: give 1e-06 to 1e"):
+            timed(None, *bounds)
+
+
+@pytest.mark.parametrize(
+    ("line", "word"),
+    [
+        ("formulation = 'penalty'", "drives need 'constrained'"),
+        ("[drive]\nhinges = [0]", "has a drive: give it to hcsearch deploy"),
+    ],
+)
+def test_a_file_that_says_how_to_drive_is_refused(tmp_path, line, word):
+    path = tmp_path / "driven.toml"
+    path.write_text(f"design = 'hex:0234435011:1'\n{line}\n", encoding="utf-8")
+    with pytest.raises(HcsearchError, match=word):
+        CliRunner().invoke(drive, [str(path)], catch_exceptions=False)
+
+
+def test_a_drive_faster_than_its_controller_does_not_come_flat():
+    result = CliRunner().invoke(drive, [QUICK[0], "--rate", "1e6", "--acceleration", "1e6"], catch_exceptions=False)
+    assert result.exit_code == 1
+    told = dict(line.rsplit(maxsplit=1) for line in result.stdout.splitlines()[:27])
+    assert told["verdict"] == "collides"
+    assert told["flat time s"] == "-"
+    assert "rad: drive it more slowly" in result.stdout
+    assert float(told["seconds"]) < 0.02  # ten periods
 
 
 def test_assemblies_and_rates_of_nothing_are_refused_in_one_line():

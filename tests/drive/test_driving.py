@@ -118,6 +118,12 @@ def test_rates_and_accelerations_keep_their_bounds(found):
     assert np.gradient(angles, times[1], axis=0) == pytest.approx(rates, abs=2e-2)
 
 
+def test_a_rate_that_is_no_bound_leaves_an_even_pace(found):
+    """From rest to rest over half a turn: 2 sqrt(pi / 7) s at the least."""
+    path = found.timed.path
+    assert timed(path, 1e6, 7.0).seconds == timed(path, 50.0, 7.0).seconds < 6 * math.sqrt(math.pi / 7.0)
+
+
 def test_torques_balance_the_energy(found, on_earth):
     for torques in (found.torques, on_earth[1]):
         assert np.ptp(torques.height) > 0.0 or torques is found.torques

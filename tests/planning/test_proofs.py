@@ -66,20 +66,23 @@ def test_ten_thousand_moments_are_closed_within_the_slack_and_the_stops(name):
 
 @pytest.mark.slow  # needs an extra
 @pytest.mark.parametrize("name", SAMPLES)
-def test_coal_finds_shrunk_panels_apart(name):
-    from hcsearch.bench.coal_distances import one_by_one
+def test_coal_finds_shrunk_panels_apart_at_ten_thousand_moments(name):
+    from hcsearch.bench.coal_distances import Scene
 
     sample = planned(name)
     linkage = sample.linkage
     prisms = prisms_of(linkage, sample.proof.margin)
     pairs = pairs_of(linkage, prisms_of(linkage), kept_apart(linkage)).prisms
     shapes = [prisms.vertices[f, : prisms.counts[f, 0]] for f in range(len(prisms.panels))]
-    states = closed_beside(linkage, moments(sample, 101))
-    poses = np.array([linkage.poses(state) for state in states])[:, prisms.panels]
-    placed = poses[:, pairs].reshape(-1, 2, 3, 4)
-    which = np.tile(pairs, (len(states), 1))
-    gaps, _ = one_by_one(shapes, which, placed[..., :3], placed[..., 3])
-    assert gaps.min() > 0
+    scene = Scene(shapes, pairs, moving=True)
+    poses = [linkage.poses(state)[prisms.panels] for state in closed_beside(linkage, moments(sample, 10_000))]
+    places = [scene.coordinates(panels[..., :3], panels[..., 3]) for panels in poses]
+    scene.follow(places[:1])
+    gaps = []
+    for place in places:
+        scene.pin.computeDistances(scene.model, scene.data, scene.shapes, scene.found, place)
+        gaps.append(scene.distances().min())
+    assert min(gaps) > 0
 
 
 @settings(max_examples=30)

@@ -1,4 +1,4 @@
-"""Conditions on a small step: no corner of a near pair comes nearer than it may, and no hinge leaves its stops.
+"""Conditions on a small step: no corner of a near pair comes nearer than it may, and no hinge turns beyond its stops.
 
 A step moves each panel as a twist, so whether a condition holds takes a few products; its row, the derivative by every
 hinge, is written for those alone that a step breaks.
