@@ -40,7 +40,7 @@ def enumerate_(
     scheduler: str | None,
     dry_run: bool,
 ) -> None:
-    """List all designs up to symmetry, filter and store them; motions are planned and simulated in a scene."""
+    """List all designs up to symmetry, filter and store them, plan their motions and simulate their deployments."""
     from hcsearch.pipeline import BUILT, Plan, check_keep, check_room, estimate, finished_units, run_dry, run_into  # noqa: PLC0415
     from hcsearch.store import open_database  # noqa: PLC0415
 

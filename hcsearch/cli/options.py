@@ -63,7 +63,7 @@ def target_options(command: Command) -> Command:
             type=click.Choice(("all", "two-stack", "untwisted")),
             default="all",
             show_default=True,
-            help="Which designs; what is not kept is not even listed where it can be helped.",
+            help="Designs that are kept; for two-stack and untwisted, long searches list no others.",
         ),
         click.option("--array", "array_spec", metavar="SPEC", help="One array: 6x5, 3-4-3, p5x4, t5, h3, @file."),
         click.option("--n", type=int, metavar="N", help="Every array of N cells."),
@@ -83,7 +83,7 @@ def crew_options(command: Command) -> Command:
             "--jobs",
             type=click.IntRange(min=1),
             metavar="K",
-            help="Processes, four a core at most.  [default: all cores]",
+            help="Number of processes, at most four per core.  [default: one per core]",
         ),
     ):
         command = option(command)
