@@ -259,9 +259,11 @@ def test_jammed_where_stops_rattle():
     assert motion.evaluations < 30_000  # 279,000 in 4,000 steps when rattling went on
 
 
-def test_stops_that_only_seem_to_pull_do_not_keep_a_motion_from_going_on():
-    # near a singular state accelerations and impulses may share out the same force between stops and loops in two ways
-    found = deploy(linkage_named("square:01222303330111:3"), DEFAULT)
+@pytest.mark.parametrize("name", ["square:01222303330111:3", "square:012123230301:0", "square:012123230301:2"])
+def test_stops_that_only_seem_to_pull_do_not_keep_a_motion_from_going_on(name):
+    # near a singular state accelerations and impulses may share out the same force between stops and loops in two ways;
+    # in the second design rounding alone pulls, at the begin of each step
+    found = deploy(linkage_named(name), DEFAULT, certified=False)
     assert found.outcome == "flat"
     assert found.motion.evaluations < 10_000  # out of 20,000 steps after 4.9 million when each step was repeated
 

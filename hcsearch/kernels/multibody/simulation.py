@@ -22,7 +22,7 @@ from hcsearch.kernels.multibody.recording import (
     note_stops,
     save,
 )
-from hcsearch.kernels.multibody.steps import Plan, first_step, land, loosen, take_step
+from hcsearch.kernels.multibody.steps import LEAST, Plan, first_step, land, loosen, take_step
 from hcsearch.kernels.multibody.stops import collide, regrip
 from hcsearch.kernels.multibody.sweeps import move, place
 from hcsearch.kernels.multibody.tree import CENTRE, PLACE, TURN, Work
@@ -149,7 +149,7 @@ def go_on(
         if kind >= 0:
             _meet(mechanism, hold, plan, joint, kind, gap, q, v, work, pace, a, books, record)
         else:
-            _arrive(mechanism, hold, plan, came < 1.0, q, v, work, pace, a, books, record)
+            _arrive(mechanism, hold, plan, came < 1.0, took <= LEAST * pace[STEP], q, v, work, pace, a, books, record)
         if mechanism.hinges.stop_stiffness > 0.0:
             note_stops(mechanism, pace[TIME], took, q, v, work, turns, record)
         save(record, hold, pace[TIME], q, v, a, books, gap)
@@ -245,6 +245,7 @@ def _arrive(
     hold: Hold,
     plan: Plan,
     flat: bool,
+    short: bool,
     q: Reals,
     v: Reals,
     work: Work,
@@ -253,11 +254,15 @@ def _arrive(
     books: Reals,
     record: Record,
 ) -> None:
-    """End a step without an event: free joints whose stops would have to pull, unless all is over."""
+    """End a step without an event: free joints whose stops would have to pull, unless all is over.
+
+    short : whether a pull has ended it where it began; the next step stands, if it was none.
+    """
     accelerate(mechanism, hold, q, v, pace[SCALE], True, work, a)
     record.counts[2] += 1
-    if not flat and greatest_pull(hold, a) > pace[GRIP]:
-        if _let_go(mechanism, hold, plan, pace[TIME], q, v, pace[SCALE], work, a, record):
+    pulls = greatest_pull(hold, a) > pace[GRIP]
+    if not flat and (pulls or short):
+        if pulls and _let_go(mechanism, hold, plan, pace[TIME], q, v, pace[SCALE], work, a, record):
             pace[EVENTS] += 1.0
         else:
             pace[FIRM] = 1.0

@@ -28,6 +28,8 @@ SECANTS = 6
 """After so many secants the interval is halved: they creep towards a jump."""
 LEAST = 1e-4
 """Share of a step that is taken at least where the pull jumps, so that the motion goes on."""
+NOTHING = 1e-9
+"""A pull within this share of a step is rounding where the step begins, and `LEAST` of the step is taken, too."""
 SURE = 0.01
 """Share of the tolerance that the last bit of a step to an event may be off."""
 
@@ -226,6 +228,8 @@ def loosen(
             less = 1.0 - value / under
             over *= (less if less > 0.0 else 0.5) if side < 0 else 1.0
             low, below, under, side = h, pull, value, -1
+    if high <= NOTHING * longest:
+        high = LEAST * longest
     if h < high:
         accelerate(mechanism, hold, start[:n], start[n : 2 * n], scale, True, work, work.found)
         take_step(mechanism, hold, method, plan, high, scale, work, stages, start, end, counts)
