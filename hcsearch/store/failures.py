@@ -11,8 +11,8 @@ from sqlalchemy.exc import DBAPIError, IntegrityError, ProgrammingError
 
 from hcsearch.errors import DatabaseError
 
-# A pool logs the traceback of what goes wrong while a connection returns to it. It raises an interrupt all the same; for
-# other errors it discards the connection, whose transaction has ended before. Without logging set up, nobody reads it.
+# A pool logs the traceback of what goes wrong while a connection returns to it. It raises an interrupt all the same;
+# after other errors it discards the connection, whose transaction has ended. Without logging set up, nobody reads it.
 logging.getLogger("sqlalchemy.pool").addHandler(logging.NullHandler())
 
 LOCKED = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
