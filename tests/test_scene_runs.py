@@ -60,7 +60,7 @@ def assert_consistent(database, scene):
             continue
         assert path == [motion[name] for name in ("flat_pairs", "needed_margin", "least_gap")]
         assert motion["reason"]
-        assert (motion["states"] > 1) >= (path[0] is not None)  # a path that was met need not be proved
+        assert (motion["states"] > 1) >= (path[0] is not None)  # a path need not be proved
         assert (motion["states"] > 1) == ("a path" in motion["reason"])
         assert len({value is None for value in (*path, motion["slack"])}) == 1
         if status == "movable":

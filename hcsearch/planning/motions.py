@@ -23,7 +23,7 @@ from hcsearch.scenes import PanelSize
 Reals = NDArray[np.float64]
 
 TIGHT, LOOSE, AGAIN = 40, 60, 3
-"""Rounds of the search with the least margin, of those with the greatest where it meets nothing, and how many those."""
+"""Rounds of the search with the least margin, of those with the greatest that follow it, and how many those are."""
 PROOFS = 3
 """Paths that are tried where a proof fails, in each way and with either margin: other seeds hardly mend that."""
 
@@ -33,7 +33,7 @@ class Motion:
     """What is known of the motion of a folding.
 
     way : how flat pairs are joined; of the path, if there is one. states : of the path, (k, n_hinges), or None.
-    proof : of the path, which may have failed. growths : what trees came to, by way, where no path was met.
+    proof : of the path, which may have failed. growths : what trees came to, by way, where the search reached no path.
     """
 
     way: Way | None

@@ -43,10 +43,10 @@ CLOSED_OFF = 0.02
 class Growth:
     """What the trees came to.
 
-    starts : states near the packed and near the flat state from which they grew; without any, no way out of that end
-    was met with. sizes : states of both trees. rounds : how often one grew. late : the share of the states of each that
-    the second half of the rounds brought: a tree that is closed off brings none. resolution : rad, width of cells by
-    which states count as alike. full : whether a tree had no more room.
+    starts : states near the packed and near the flat state from which they grew; without any, the search came to no
+    state beyond that end. sizes : states of both trees. rounds : how often one grew. late : the share of the states of
+    each that the second half of the rounds brought: a tree that is closed off brings none. resolution : rad, width of
+    cells by which states count as alike. full : whether a tree had no more room.
     """
 
     starts: tuple[int, int]

@@ -64,13 +64,15 @@ def _batch(found: Sequence[Motion | None]) -> MotionBatch:
 def reason_of(motion: Motion) -> str:
     """What is known of a motion, in a sentence."""
     if motion.proof is not None and motion.margin is None:
-        return f"a path was met with {motion.way} flat pairs, and is not proved: {_failed(motion.proof)}"
+        return f"the search reached a path with {motion.way} flat pairs that is not proved: {_failed(motion.proof)}"
     if motion.margin is not None:
         play = f"{1e3 * motion.margin:.4g} mm of play on every face"
         return f"a path from packed to flat is proved with {motion.way} flat pairs and {play}"
     if not motion.growths:
-        return "no path was looked for: the folding has no mirror pairs of panels to merge"
-    return "no path was met: " + "; ".join(f"{way} flat pairs, {_grown(growth)}" for way, growth in motion.growths)
+        return "no path was searched for: the folding has no mirror pairs of panels to merge"
+    return "the search reached no path: " + "; ".join(
+        f"{way} flat pairs, {_grown(growth)}" for way, growth in motion.growths
+    )
 
 
 def _failed(proof: Proof) -> str:

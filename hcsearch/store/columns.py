@@ -136,7 +136,7 @@ MOTIONS = (
     Quantity("needed_margin", "real", "mm", "least play for each face at which the path is proved", better="lower"),
     Quantity("least_gap", "real", "mm", "least gap of the panels as they are; below 0 they overlap", better="higher"),
     Quantity("slack", "real", "mm", "what panels may be elsewhere than the path places them"),
-    Quantity("states", "integer", "", "states of a path that was met, proved or not; 0 without one"),
+    Quantity("states", "integer", "", "states of a path, proved or not; 0 without one"),
     Quantity("reason", "text", "", "the sentence behind it"),
 )
 

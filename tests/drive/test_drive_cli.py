@@ -75,7 +75,7 @@ def test_a_folding_whose_path_is_not_proved_has_no_drive():
     """Its paths lead through singular states."""
     result = CliRunner().invoke(drive, ["hex:0223335500:0"], catch_exceptions=False)
     assert result.exit_code == 1
-    assert result.stdout.startswith("no drive: undecided: a path was met with ")
+    assert result.stdout.startswith("no drive: undecided: the search reached a path with ")
     assert len(result.stdout.splitlines()) == 1
 
 

@@ -72,7 +72,7 @@ def test_a_way_that_cannot_be_has_no_motion():
     )
     found = motion_of(folding, default_panel("hex"), ("merged",))
     assert (found.way, found.states, found.proof, found.margin, found.growths) == (None, None, None, None, ())
-    assert reason_of(found) == "no path was looked for: the folding has no mirror pairs of panels to merge"
+    assert reason_of(found) == "no path was searched for: the folding has no mirror pairs of panels to merge"
 
 
 def test_a_margin_that_leaves_nothing_of_a_panel_is_refused():
