@@ -129,12 +129,12 @@ def test_twisted_and_locked_foldings_get_no_path(number, seed):
 
 @pytest.mark.slow
 def test_ten_thousand_tries_of_twisted_and_locked_foldings_get_no_path():
-    """Of the paths that other foldings of these lists have after 60 rounds, four rounds give three quarters."""
+    """Of the paths that other foldings of these lists have after 60 rounds, two rounds give more than half."""
     rng, every = np.random.default_rng(11), planners()
     for _ in range(10_000):
         what, planner = every[rng.integers(len(every))]
         seed = int(rng.integers(10**6))
-        assert planner.plan(4, seed).states is None, (what, seed)
+        assert planner.plan(2, seed).states is None, (what, seed)
 
 
 def test_a_search_without_a_path_says_which_trees_stopped_growing():
