@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import json
+import signal
 import sys
 import tempfile
 import time
@@ -17,7 +18,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from hcsearch.bench.process import run_measured
+from hcsearch.bench.process import Finished, run_measured
 from hcsearch.errors import HcsearchError
 
 Answer = list[dict[str, Any]]
@@ -69,9 +70,10 @@ def measure_processors(*, quick: bool, say: Callable[[str], None]) -> list[Proce
     found = []
     for core in CORES:
         taken = kernels_for(core)
-        if taken == own:
+        if taken in {own, ""}:
             note = "this machine's own" if core.lower() in own.lower() else "not taken on this machine"
-            found.append(ProcessorRow(core, taken, "-", None, None, None, None, note))
+            note = note if taken else "instructions that this machine lacks"
+            found.append(ProcessorRow(core, taken or "-", "-", None, None, None, None, note))
             continue
         for question, ask in questions.items():
             say(f"stability: {question}, kernels for {core}")
@@ -97,8 +99,15 @@ def compared(first: Sequence[Mapping[str, Any]], second: Sequence[Mapping[str, A
 
 
 def kernels_for(core: str | None) -> str:
-    """What OpenBLAS takes where the kernels for one processor are asked for; empty without OpenBLAS."""
-    return _run(core, __name__, "kernels").strip()
+    """What OpenBLAS takes where the kernels for one processor are asked for.
+
+    Empty without OpenBLAS, and for kernels that this machine cannot run: OpenBLAS takes those with AVX-512 where they
+    are asked for, whether the processor has it or not.
+    """
+    done = _process(core, __name__, "kernels")
+    if done.status == -signal.SIGILL:
+        return ""
+    return _output(done, core, __name__, "kernels").strip()
 
 
 def _branches_for(core: str | None) -> Answer:
@@ -117,8 +126,15 @@ def _verdicts_for(core: str | None, *, n: int) -> Answer:
 
 def _run(core: str | None, module: str, *words: str) -> str:
     """What a process of its own prints with the kernels for one processor."""
+    return _output(_process(core, module, *words), core, module, *words)
+
+
+def _process(core: str | None, module: str, *words: str) -> Finished:
     environment = {} if core is None else {"OPENBLAS_CORETYPE": core}
-    done = run_measured([sys.executable, "-m", module, *words], LIMIT, environment)
+    return run_measured([sys.executable, "-m", module, *words], LIMIT, environment)
+
+
+def _output(done: Finished, core: str | None, module: str, *words: str) -> str:
     if done.status != 0:
         raise HcsearchError(f"{module} {' '.join(words)}, kernels for {core or 'this machine'}: {done.error.strip()}")
     return done.output
@@ -129,6 +145,8 @@ def kernels() -> str:
     import numpy  # noqa: PLC0415
     import scipy.linalg  # noqa: PLC0415
 
+    for package in (numpy, scipy):
+        package.linalg.svd(numpy.eye(64) + numpy.tri(64))  # it ends here where the processor lacks their instructions
     names = []
     for package in (numpy, scipy):
         folder = Path(package.__path__[0])

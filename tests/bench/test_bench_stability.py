@@ -1,5 +1,6 @@
 import json
 import math
+import signal
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from hcsearch.bench import stability, stability_processors
+from hcsearch.bench.process import Finished
 from hcsearch.bench.stability import COLOURS, VERDICTS, StabilityRow, count, judge, plot_heat, simulated
 from hcsearch.bench.stability_processors import compared, kernels, kernels_for, measure_processors
 from hcsearch.bench.stability_sweeps import (
@@ -27,6 +29,7 @@ from hcsearch.bench.stability_sweeps import (
 from hcsearch.bench.stability_truths import Oscillator, Strip, Truth, energy_of_impacts, finer, states
 from hcsearch.cli import hcsearch
 from hcsearch.dynamics.panels import panel_bodies
+from hcsearch.errors import HcsearchError
 
 SWEEPS = {
     *("stiffness ratio", "closure stiffness", "damping / critical", "thickness / width", "base mass / panel mass"),
@@ -246,7 +249,7 @@ def test_a_machine_without_openblas_has_nothing_to_compare(monkeypatch):
 
 
 def test_kernels_that_are_not_taken_are_told(monkeypatch):
-    taken = {None: "SkylakeX", "Haswell": "Haswell", "SkylakeX": "SkylakeX"}
+    taken = {None: "SkylakeX", "Haswell": "Haswell", "SkylakeX": "SkylakeX", "Prescott": ""}
     monkeypatch.setattr(stability_processors, "kernels_for", lambda core: taken.get(core, "SkylakeX"))
     monkeypatch.setattr(stability_processors, "_branches_for", lambda core: [{"found": core or "Haswell"}])
     monkeypatch.setattr(stability_processors, "_verdicts_for", lambda core, n: [{"n": n, "t": 2.0 if core else 1.0}])
@@ -255,13 +258,23 @@ def test_kernels_that_are_not_taken_are_told(monkeypatch):
         ("Haswell", 0, 0.0, ""),
         ("Haswell", 0, 0.5, ""),
         ("Sandybridge", None, None, "not taken on this machine"),
-        ("Prescott", None, None, "not taken on this machine"),
+        ("Prescott", None, None, "instructions that this machine lacks"),
         ("SkylakeX", None, None, "this machine's own"),
     ]
 
 
 def test_the_kernels_in_use_have_a_name():
     assert kernels_for(None) == kernels()
+
+
+def test_kernels_that_end_their_process_are_not_taken(monkeypatch):
+    ended = {"Haswell": -signal.SIGILL, "Prescott": 1}
+    monkeypatch.setattr(
+        stability_processors, "_process", lambda core, *_: Finished(ended[core], "SkylakeX", "no numpy", 1.0, 1.0, 1.0)
+    )
+    assert kernels_for("Haswell") == ""
+    with pytest.raises(HcsearchError, match="kernels for Prescott: no numpy"):
+        kernels_for("Prescott")
 
 
 @pytest.mark.slow
