@@ -7,7 +7,8 @@ only others call: that halves the time to compile, and changes no result.
 
 It comes in through few doors: of a dispatcher `_cache` (the interface of `numba.core.caching.NullCache`), `compile`,
 `add_overload`, `overloads` and `_compiler._customize_flags`; `CompileResult._reduce` and `_rebuild`; and of a library
-`_final_module` and `_shared_module`, the code that is linked into callers.
+`_final_module` and `_shared_module`, the code that is linked into callers, and `_engine._defined_symbols` of what
+generates code, the names of all functions that can be called.
 """
 
 from __future__ import annotations
@@ -128,18 +129,20 @@ class KernelCache(NullCache):
         """Keep the compile result of a signature."""
         name = self._file(sig, data.codegen)
         folder = writable_folder()
-        separate = not self._kernel.targetoptions.get("forceinline") and _is_large(data)
+        apart = []
+        if not self._kernel.targetoptions.get("forceinline") and _is_large(data):
+            apart = _callable(data)
+            _set_apart(data, name)
+            _empty_for_linking(data)
         try:
             if folder is not None and not data.library.has_dynamic_globals:  # which are addresses
-                content = _dumps((separate, _needed(data), data._reduce()))
+                content = _dumps((apart, _needed(data), data._reduce()))
                 write(folder / name, _checksum(content) + content)
                 if not KernelCache._pruned:
                     KernelCache._pruned = True
                     prune(folder)
         except OSError as error:
             say(f"compiled kernels cannot be kept in {folder} ({error.strerror or error}); make room there")
-        if separate:
-            _set_apart(data, name)
 
 
 def _checksum(content: bytes) -> bytes:
@@ -157,18 +160,19 @@ def _read(folder: Path, name: str, target_context: Any) -> Any:
     try:
         if content[:_CHECKED] != _checksum(kept):
             raise ValueError("damaged")
-        separate, needed, reduced = pickle.loads(kept)
+        apart, needed, reduced = pickle.loads(kept)
         for other, symbol in needed:
             if symbol not in _APART:
                 _read(folder, other, target_context)
             if symbol not in _APART:
                 raise ValueError("made for other code than there is now")
+        target_context.codegen()._engine._defined_symbols.update(apart)
         found = _Result._rebuild(target_context, *reduced)
     except Exception:  # whatever is wrong with it, compiling it again is the remedy
         with suppress(OSError):
             path.unlink()
         return None
-    if separate:
+    if apart:
         _set_apart(found, name)
     with suppress(OSError):
         if path.stat().st_mtime < time.time() - _DAY:
@@ -187,6 +191,12 @@ def _is_large(found: Any) -> bool:
     return sum(1 for block in function.blocks for _ in block.instructions) > _SIZE
 
 
+def _callable(found: Any) -> list[str]:
+    """The functions of a kernel that kernels call, and Python where it can."""
+    names = {found.fndesc.llvm_func_name, found.fndesc.llvm_cpython_wrapper_name}
+    return [function.name for function in found.library.get_defined_functions() if function.name in names]
+
+
 def _needed(found: Any) -> list[tuple[str, str]]:
     """Files and symbols of the kernels that a new one calls where they are."""
     names = [function.name for function in found.library._final_module.functions if function.is_declaration]
@@ -194,8 +204,15 @@ def _needed(found: Any) -> list[tuple[str, str]]:
 
 
 def _set_apart(found: Any, name: str) -> None:
-    """Give those that call a kernel nothing to link: the engine knows where its code is."""
-    _APART[found.fndesc.llvm_func_name] = name, found  # which keeps its environment alive
+    """Note where a kernel is, which keeps its environment alive."""
+    _APART[found.fndesc.llvm_func_name] = name, found
+
+
+def _empty_for_linking(found: Any) -> None:
+    """Give those that call a kernel nothing to link: the engine knows where its code is.
+
+    The file then holds nothing to link either, which would take most of the time to read it.
+    """
     layout, triple = found.library.codegen.target_data, llvm.get_process_triple()
     found.library._shared_module = llvm.parse_assembly(f'target datalayout = "{layout}"\ntarget triple = "{triple}"\n')
 

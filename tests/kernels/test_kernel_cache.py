@@ -16,6 +16,7 @@ from itertools import count
 from pathlib import Path
 from unittest import mock
 
+import llvmlite.binding as llvm
 import numba
 import numpy as np
 import pytest
@@ -286,6 +287,18 @@ def test_a_kernel_that_does_not_compile_is_not_claimed_any_more(folder, load, mo
     assert other.communicate()[0] == "False\n"
 
 
+def linked_from(path):
+    """Functions that the file of a kernel has for those that link it."""
+    _, _, ((_, _, (_, bitcode)), *_) = pickle.loads(path.read_bytes()[kernel_cache._CHECKED :])
+    return list(llvm.parse_bitcode(bitcode).functions)
+
+
+def test_a_small_kernel_is_linked_into_its_callers(folder, load):
+    assert load().through(1.0) == 3.0
+    (callee,) = folder.glob("*-scaled.bare.kernel")
+    assert [function.name for function in linked_from(callee) if "scaled" in function.name]
+
+
 def test_a_large_kernel_is_called_where_it_is(folder, load, monkeypatch):
     monkeypatch.setattr(kernel_cache, "_SIZE", 0)
     place = Path(load().__file__).parents[1]
@@ -304,6 +317,7 @@ def test_a_large_kernel_is_called_where_it_is(folder, load, monkeypatch):
     assert load().through(1.0) == 3.0
     assert compiled_by_another() == ["0", "0"]
     (callee,) = folder.glob("*-scaled.bare.kernel")
+    assert linked_from(callee) == []
     callee.unlink()
     assert compiled_by_another() == ["1", "1"]
     assert compiled_by_another() == ["0", "0"]
