@@ -1,6 +1,7 @@
 """Obvious twins of certified clearance: motions evaluated by SciPy, prisms shrunk by shapely, and many states."""
 
 import math
+from functools import cache
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -78,14 +79,18 @@ def hinged(linkage):
     return {(hinge.first, hinge.second) for hinge in linkage.pattern.hinges}
 
 
+@cache
+def shrunk_prism(facet, thickness, margin):
+    """Corners of a facet's prism with every face moved inwards, where it lies in the pattern."""
+    ring = shapely.Polygon(facet).buffer(-margin, join_style="mitre", mitre_limit=1e6).exterior.coords[:-1]
+    return np.array([(x, y, z) for z in (margin, thickness - margin) for x, y in ring])
+
+
 def shrunk_solids(linkage, angles, margin):
     """Corners of each facet's prism with every face moved inwards."""
-    found = []
-    for facet, pose in zip(linkage.pattern.facets, linkage.poses(angles)[list(linkage.pattern.panel_of)], strict=True):
-        ring = shapely.Polygon(facet).buffer(-margin, join_style="mitre", mitre_limit=1e6).exterior.coords[:-1]
-        flat = np.array([(x, y, z) for z in (margin, linkage.pattern.thickness - margin) for x, y in ring])
-        found.append(flat @ pose[:, :3].T + pose[:, 3])
-    return found
+    prisms = [shrunk_prism(facet, linkage.pattern.thickness, margin) for facet in linkage.pattern.facets]
+    poses = linkage.poses(angles)[list(linkage.pattern.panel_of)]
+    return [prism @ pose[:, :3].T + pose[:, 3] for prism, pose in zip(prisms, poses, strict=True)]
 
 
 def distance(one, two):

@@ -51,24 +51,25 @@ def test_ways_are_those_of_the_tree(name, apart):
 @pytest.mark.parametrize("name", LINKAGES)
 def test_no_corner_is_further_from_a_hinge_than_its_reach(name):
     linkage = LINKAGES[name]
-    panel, pairs = linkage.pattern.panel_of, pairs_of(linkage, prisms_of(linkage))
+    pairs = pairs_of(linkage, prisms_of(linkage))
     rng = np.random.default_rng(5)
     greatest = np.zeros((2, *pairs.beyond.shape))
     for _ in range(60):
         angles = rng.uniform(-np.pi, np.pi, linkage.n_hinges)
         poses, solids = linkage.poses(angles), linkage.solids(angles)
+        corners = [solid.reshape(-1, 3) for solid in solids]
+        away = np.empty((linkage.n_hinges, len(corners)))
+        for hinge, between in enumerate(linkage.pattern.hinges):
+            # every hinge moves with the panels it joins
+            pose = poses[between.first]
+            point = pose[:, :3] @ linkage.points[hinge] + pose[:, 3]
+            line = pose[:, :3] @ linkage.directions[hinge]
+            away[hinge] = [np.linalg.norm(np.cross(one - point, line), axis=1).max() for one in corners]
         for p, (f, g) in enumerate(pairs.prisms):
-            pose = poses[panel[f]]
-            for k, hinge in enumerate(pairs.hinges[p, : pairs.lengths[p]]):
-                # every hinge on the way moves with the panels it joins
-                pattern_hinge = linkage.pattern.hinges[hinge]
-                pose = poses[pattern_hinge.first]
-                point = pose[:, :3] @ linkage.points[hinge] + pose[:, 3]
-                line = pose[:, :3] @ linkage.directions[hinge]
-                for side, facet in enumerate((g, f)):
-                    arms = solids[facet].reshape(-1, 3) - point
-                    found = np.linalg.norm(np.cross(arms, line), axis=1).max()
-                    greatest[side, p, k] = max(greatest[side, p, k], found)
+            way = pairs.hinges[p, : pairs.lengths[p]]
+            for side, facet in enumerate((g, f)):
+                found = greatest[side, p, : len(way)]
+                np.maximum(found, away[way, facet], out=found)
     on_the_way = np.arange(pairs.beyond.shape[1]) < pairs.lengths[:, None]
     for found, reach, last in ((greatest[0], pairs.beyond, pairs.lengths - 1), (greatest[1], pairs.before, 0)):
         assert (found <= reach * (1 + 1e-12))[on_the_way].all()

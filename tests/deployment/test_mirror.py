@@ -23,7 +23,7 @@ def assembly(name):
 
 
 def key(points):
-    return frozenset((round(x * 1e5) + 0, round(y * 1e5) + 0) for x, y in points)
+    return frozenset(map(tuple, np.rint(points * 1e5).astype(int).tolist()))
 
 
 def mirrors(linkage, held):
