@@ -252,23 +252,28 @@ def overlay(patterns: Sequence[Pattern]) -> Pattern:
     return Pattern(tuple(facets), creases, patterns[0].thickness, tuple(loops))
 
 
+_SHARE, _REACH = 0.25, 0.26
+"""The tolerance as a share of the cells that points are looked up in, and how far a point looks, rounding included."""
+
+
 class _Places:
     """Numbers of points of the plane, the same for points nearer than a tolerance."""
 
     def __init__(self, tolerance: float) -> None:
-        self._step = 4 * tolerance
+        self._step = tolerance / _SHARE
         self._near = tolerance
         self._known: dict[tuple[int, int], list[tuple[Point, int]]] = {}
         self._count = 0
 
     def number(self, point: Point) -> int:
-        column, row = math.floor(point[0] / self._step), math.floor(point[1] / self._step)
-        for i in (column - 1, column, column + 1):
-            for j in (row - 1, row, row + 1):
+        x, y = point[0] / self._step, point[1] / self._step
+        rows = range(math.floor(y - _REACH), math.floor(y + _REACH) + 1)
+        for i in range(math.floor(x - _REACH), math.floor(x + _REACH) + 1):
+            for j in rows:
                 for other, number in self._known.get((i, j), ()):
                     if math.dist(point, other) < self._near:
                         return number
-        self._known.setdefault((column, row), []).append((point, self._count))
+        self._known.setdefault((math.floor(x), math.floor(y)), []).append((point, self._count))
         self._count += 1
         return self._count - 1
 
