@@ -41,7 +41,7 @@ def test_terms_are_those_of_the_product_of_exponentials(m, k, seed):
             product = product @ expm(angles[h] * hat(screws[:, h]))
         return twist(product)
 
-    count, r, h = 32, 0.4, 1e-5
+    count, r, h = 64, 0.4, 1e-5
     around = r * np.exp(2j * np.pi * np.arange(count) / count)
     values = np.array([closure(s) for s in around])
     found = np.fft.fft(values, axis=0)[:ORDERS] / count / r ** np.arange(ORDERS)[:, None]
