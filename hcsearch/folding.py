@@ -13,7 +13,7 @@ from hcsearch.circuit import Circuit
 from hcsearch.drawing import draw_circuit
 from hcsearch.errors import NotationError, PatternError
 from hcsearch.grid import grid_named
-from hcsearch.kernels.folds import fold_words
+from hcsearch.kernels.circuits.folds import fold_words
 from hcsearch.pattern import RIGID, Crease, Pair, Pattern
 from hcsearch.records import CircuitBatch, FoldingBatch
 

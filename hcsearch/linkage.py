@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.loops import Chain, bend_loops, close_loops, place_panels
+from hcsearch.kernels.linkage.loops import Chain, bend_loops, close_loops, place_panels
 from hcsearch.pattern import Pattern
 
 Reals = NDArray[np.float64]

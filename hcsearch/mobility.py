@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from hcsearch.folding import Folding, folding_at
 from hcsearch.grid import Grid, grid_named
-from hcsearch.kernels.cones import LOCKED, OPEN, PASSED, settle
-from hcsearch.kernels.lines import survey
-from hcsearch.kernels.loops import generic_states
+from hcsearch.kernels.linkage.cones import LOCKED, OPEN, PASSED, settle
+from hcsearch.kernels.linkage.lines import survey
+from hcsearch.kernels.linkage.loops import generic_states
 from hcsearch.kinematics.closing import CLOSED
 from hcsearch.kinematics.generic import TRIES, generic_rank, heading
 from hcsearch.kinematics.locks import lock_at

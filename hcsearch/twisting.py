@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hcsearch.folding import Folding
 from hcsearch.grid import grid_named
-from hcsearch.kernels.folds import twist_words
+from hcsearch.kernels.circuits.folds import twist_words
 from hcsearch.records import CircuitBatch, FoldingBatch
 
 STAGE, VERSION = "twist", 1

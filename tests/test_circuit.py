@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from hcsearch.circuit import Circuit
 from hcsearch.errors import NotationError, SizeError
-from hcsearch.kernels.words import array_rows, canonicalise, write_rows
+from hcsearch.kernels.circuits.words import array_rows, canonicalise, write_rows
 from tests import naive
 from tests.strategies import circuits, congruences
 

@@ -10,9 +10,9 @@ from click.testing import CliRunner
 
 from hcsearch.cli import compile as compiling
 from hcsearch.cli import hcsearch, progress
-from hcsearch.kernels import under_way
-from hcsearch.kernels.stamps import reached, stamp
-from hcsearch.kernels.words import fingerprint_rows, insert_fingerprints
+from hcsearch.kernels.circuits.words import fingerprint_rows, insert_fingerprints
+from hcsearch.kernels.compiling import under_way
+from hcsearch.kernels.compiling.stamps import reached, stamp
 
 
 class Terminal(io.StringIO):

@@ -94,7 +94,7 @@ def test_loops_are_closed_walks_and_independent(drawn):
 
 def test_rotations_by_almost_pi_are_told_apart():
     """The residual is the rotation vector also where its sine vanishes."""
-    from hcsearch.kernels.loops import _rotation_vector
+    from hcsearch.kernels.linkage.loops import _rotation_vector
 
     rng = np.random.default_rng(5)
     for angle in (0.0, 1e-9, 1.0, 3.0, math.pi - 1e-6, math.pi - 1e-9, math.pi):

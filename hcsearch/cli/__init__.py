@@ -5,13 +5,12 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from importlib.metadata import version
+from importlib.metadata import entry_points, version
 from typing import Any, TextIO
 
 import click
 
 from hcsearch.cli.assembly import assembly
-from hcsearch.cli.bench import bench
 from hcsearch.cli.compile import compile_
 from hcsearch.cli.count import count
 from hcsearch.cli.deploy import deploy
@@ -27,6 +26,7 @@ from hcsearch.cli.units import units
 from hcsearch.errors import HcsearchError, one_line
 from hcsearch.interrupts import leave
 
+_ADDED = "hcsearch.commands"
 _PIPE_CODE = 128 + 13  # SIGPIPE, as shells say it
 
 
@@ -35,7 +35,22 @@ class _UnreadError(Exception):
 
 
 class _Commands(click.Group):
-    """The group of all commands; click itself would make a broken pipe a plain failure."""
+    """The group of all commands: our own, and those that installed packages add as entry points `hcsearch.commands`.
+
+    click itself would make a broken pipe a plain failure.
+    """
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names of all commands."""
+        return sorted({*super().list_commands(ctx), *entry_points(group=_ADDED).names})
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """A command by its name; an added one is imported only when it is asked for."""
+        command = super().get_command(ctx, cmd_name)
+        if command is None:
+            for added in entry_points(group=_ADDED, name=cmd_name):
+                command = added.load()
+        return command
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command."""
@@ -68,7 +83,6 @@ for command in (
     drive,
     identify,
     units,
-    bench,
     compile_,
 ):
     hcsearch.add_command(command)

@@ -42,7 +42,7 @@ def assembly(
     SIZE is columns x rows, such as 3x2, where an assembly is an array of any size. What is not given has the value
     that `hcsearch assembly list` shows.
     """
-    from hcsearch.assemblies.description import describe  # noqa: PLC0415
+    from hcsearch.assemblies.description import describe
 
     given = {name: length for name, length in lengths.items() if length is not None}
     if name == "list":
@@ -54,7 +54,7 @@ def assembly(
     parameters = parameters_of(found, given | {"alpha": alpha, "size": size})
     if picture is not None:
         check_output(picture)
-        from hcsearch.pattern_drawing import draw_pattern  # noqa: PLC0415
+        from hcsearch.pattern_drawing import draw_pattern
 
         write_output(picture, draw_pattern(found.build(parameters), found.title))
     facts = describe(found, parameters)
@@ -65,7 +65,7 @@ def assembly(
 
 
 def _named(name: str) -> Assembly:
-    from hcsearch.assemblies import ASSEMBLIES  # noqa: PLC0415
+    from hcsearch.assemblies import ASSEMBLIES
 
     if name not in ASSEMBLIES:
         raise HcsearchError(f"there is no assembly {name!r}: see hcsearch assembly list")
@@ -74,7 +74,7 @@ def _named(name: str) -> Assembly:
 
 def parameters_of(found: Assembly, given: Mapping[str, Any]) -> Parameters:
     """The assembly's own parameters, with those changed that are given: degrees, millimetres, columns x rows."""
-    from dataclasses import replace  # noqa: PLC0415
+    from dataclasses import replace
 
     changes: dict[str, Any] = {}
     for name, value in given.items():
@@ -101,8 +101,8 @@ def _size(text: str) -> tuple[int, int]:
 
 
 def _print_list(as_json: bool) -> None:
-    from hcsearch.assemblies import ASSEMBLIES  # noqa: PLC0415
-    from hcsearch.assemblies.description import stated_parameters  # noqa: PLC0415
+    from hcsearch.assemblies import ASSEMBLIES
+    from hcsearch.assemblies.description import stated_parameters
 
     rows = [
         {

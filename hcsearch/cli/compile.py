@@ -40,12 +40,12 @@ def _one_array() -> None:
 
 
 def _check() -> None:
-    from hcsearch.circuit import Circuit  # noqa: PLC0415
-    from hcsearch.deployment.checking import check  # noqa: PLC0415
-    from hcsearch.deployment.compiling import compile_scene  # noqa: PLC0415
-    from hcsearch.flat_pairs import folding_linkage  # noqa: PLC0415
-    from hcsearch.folding import folding_of  # noqa: PLC0415
-    from hcsearch.scenes import SCENES  # noqa: PLC0415
+    from hcsearch.circuit import Circuit
+    from hcsearch.deployment.checking import check
+    from hcsearch.deployment.compiling import compile_scene
+    from hcsearch.flat_pairs import folding_linkage
+    from hcsearch.folding import folding_of
+    from hcsearch.scenes import SCENES
 
     circuit, crease = _FOLDING
     linkage = folding_linkage(folding_of(Circuit.from_notation(circuit).canonical(), crease))
@@ -53,10 +53,10 @@ def _check() -> None:
 
 
 def _plan() -> None:
-    from hcsearch.circuit import Circuit  # noqa: PLC0415
-    from hcsearch.folding import folding_of  # noqa: PLC0415
-    from hcsearch.planning.motions import motion_of  # noqa: PLC0415
-    from hcsearch.scenes import default_panel  # noqa: PLC0415
+    from hcsearch.circuit import Circuit
+    from hcsearch.folding import folding_of
+    from hcsearch.planning.motions import motion_of
+    from hcsearch.scenes import default_panel
 
     circuit, crease = _MOVABLE
     motion_of(folding_of(Circuit.from_notation(circuit).canonical(), crease), default_panel("hex"), ("rigid",))
@@ -68,36 +68,36 @@ def _deploy() -> None:
 
 
 def _run(*words: str) -> None:
-    from hcsearch.cli import hcsearch  # noqa: PLC0415
+    from hcsearch.cli import hcsearch
 
     hcsearch.main(list(words), standalone_mode=False)
 
 
 _LIST = (
-    "polygons.walk_polygons",
-    "folds.fold_words",
-    "folds.twist_words",
-    "lines.survey",
-    "loops.generic_states",
-    "cones.settle",
-    "words.array_rows",
-    "words.fingerprint_rows",
-    "words.insert_fingerprints",
-    "words.write_rows",
+    "circuits.polygons.walk_polygons",
+    "circuits.folds.fold_words",
+    "circuits.folds.twist_words",
+    "linkage.lines.survey",
+    "linkage.loops.generic_states",
+    "linkage.cones.settle",
+    "circuits.words.array_rows",
+    "circuits.words.fingerprint_rows",
+    "circuits.words.insert_fingerprints",
+    "circuits.words.write_rows",
 )
 _ONE_ARRAY = (
-    "frontier.advance",
-    "frontier.add_counts",
-    "frontier.carry",
-    "frontier.count_completions",
-    "frontier.list_completions",
-    "frontier.list_masks",
-    "frontier.permute_masks",
-    "frontier.trace_masks",
-    "words.canonicalise",
-    "cones.cone_rays",
-    "cones.nonnegative",
-    "loops.bend_loops",
+    "circuits.frontier.advance",
+    "circuits.frontier.add_counts",
+    "circuits.frontier.carry",
+    "circuits.frontier.count_completions",
+    "circuits.frontier.list_completions",
+    "circuits.frontier.list_masks",
+    "circuits.frontier.permute_masks",
+    "circuits.frontier.trace_masks",
+    "circuits.words.canonicalise",
+    "linkage.cones.cone_rays",
+    "linkage.cones.nonnegative",
+    "linkage.loops.bend_loops",
 )
 _DEPLOY = (
     "multibody.simulation.simulate",
@@ -105,8 +105,9 @@ _DEPLOY = (
     "multibody.between.opening",
     "multibody.between.loose_share",
     "multibody.tree.work_for",
-    "clearance.judge",
+    "collision.clearance.judge",
 )
+_CHECK = ("deployment.checking.check_all", "linkage.loops.close_loops", "linkage.reaches.pairs_between")
 _PLAN = (
     "planning.closing.close",
     "planning.closing.keep_closed",
@@ -121,12 +122,12 @@ _PLAN = (
     "planning.smoothing.thin",
     "planning.tubes.enclose",
     "planning.series.write_series",
-    "overlaps.deepest_overlap",
-    "clearance.judge",
+    "collision.overlaps.deepest_overlap",
+    "collision.clearance.judge",
 )
 SAMPLES = {
     "plan": _Sample(_PLAN, _plan),
-    "check": _Sample(("checking.check_all", "loops.close_loops", "paths.pairs_between"), _check),
+    "check": _Sample(_CHECK, _check),
     "list": _Sample(_LIST, _list),
     "one array": _Sample(_ONE_ARRAY, _one_array),
     "deploy": _Sample(_DEPLOY, _deploy),
@@ -138,7 +139,7 @@ SAMPLES = {
 @click.option("--jobs", type=click.IntRange(1, 16), default=2, show_default=True, help="Processes at work.")
 def compile_(jobs: int) -> None:
     """Compile the kernels of the main commands, so that none of these does so when it is first run."""
-    from hcsearch.kernels.under_way import kernels_named, left, missing  # noqa: PLC0415
+    from hcsearch.kernels.compiling.under_way import kernels_named, left, missing
 
     todo = [name for name in SAMPLES if not _is_finished(name)]
     if not todo:
@@ -165,7 +166,7 @@ def compile_(jobs: int) -> None:
 
 
 def _is_finished(name: str) -> bool:
-    from hcsearch.kernels.under_way import is_ready, kernels_named  # noqa: PLC0415
+    from hcsearch.kernels.compiling.under_way import is_ready, kernels_named
 
     return all(map(is_ready, kernels_named(SAMPLES[name].kernels)))
 

@@ -20,8 +20,8 @@ def count(grid: str, n: int | None, array_spec: str | None, keep: str, jobs: int
     On an array circuits are counted by frontier states, without listing; designs that fold, over all arrays of N
     cells, by joining half-chains; everything else by listing.
     """
-    from hcsearch.enumeration import ArraySearch, count_array  # noqa: PLC0415
-    from hcsearch.pipeline import Counted, count_designs, counting_seconds, duration  # noqa: PLC0415
+    from hcsearch.enumeration import ArraySearch, count_array
+    from hcsearch.pipeline import Counted, count_designs, counting_seconds, duration
 
     search = make_search(grid, n, array_spec, keep)
     crew = make_crew(jobs, scheduler)

@@ -50,9 +50,9 @@ def deploy(subject: str, as_json: bool, **options: Any) -> None:
 
     Exit code: 0 where it deploys, flat and certified clear; 1 where it does not, or that is open; 2 for wrong input.
     """
-    from hcsearch.deployment import telling  # noqa: PLC0415
-    from hcsearch.deployment.agreement import confirmed  # noqa: PLC0415
-    from hcsearch.deployment.deploying import deploy as simulated  # noqa: PLC0415
+    from hcsearch.deployment import telling
+    from hcsearch.deployment.agreement import confirmed
+    from hcsearch.deployment.deploying import deploy as simulated
 
     if options["output"]:
         check_output(options["output"], telling.FORMATS)

@@ -73,8 +73,8 @@ def drive(subject: str, as_json: bool, **options: Any) -> None:
     Exit code: 0 if the driven motion comes flat, certified clear; 1 if it does not, or if no path is proved; 2 for
     wrong input.
     """
-    from hcsearch.deployment.telling import PICTURES  # noqa: PLC0415
-    from hcsearch.drive import driving, telling  # noqa: PLC0415
+    from hcsearch.deployment.telling import PICTURES
+    from hcsearch.drive import driving, telling
 
     for path in options["outputs"]:
         check_output(path, (*telling.TABLES, *telling.SCENES))
@@ -108,7 +108,7 @@ def drive(subject: str, as_json: bool, **options: Any) -> None:
 
 
 def _wishes(options: dict[str, Any]) -> Any:
-    from hcsearch.drive.driving import Wishes  # noqa: PLC0415
+    from hcsearch.drive.driving import Wishes
 
     values = {name: options[name] for name in ("rate", "acceleration", "firm", "period") if options[name] is not None}
     if options["near"] is not None:

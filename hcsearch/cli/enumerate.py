@@ -41,8 +41,8 @@ def enumerate_(
     dry_run: bool,
 ) -> None:
     """List all designs up to symmetry, filter and store them, plan their motions and simulate their deployments."""
-    from hcsearch.pipeline import BUILT, Plan, check_keep, check_room, estimate, finished_units, run_dry, run_into  # noqa: PLC0415
-    from hcsearch.store import open_database  # noqa: PLC0415
+    from hcsearch.pipeline import BUILT, Plan, check_keep, check_room, estimate, finished_units, run_dry, run_into
+    from hcsearch.store import open_database
 
     last = list(BUILT)[-1] if until is None else until
     check_keep(keep, last)

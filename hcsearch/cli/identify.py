@@ -37,8 +37,8 @@ def spring(file: str) -> None:
     quadratic laws are tried, through the origin or preloaded, then a table; the simplest that suffices is chosen. Where
     the angle also goes back, the gap between loading and unloading is reported, and the law lies midway.
     """
-    from hcsearch.identification.springs import identify_spring  # noqa: PLC0415
-    from hcsearch.identification.tables import read_moments  # noqa: PLC0415
+    from hcsearch.identification.springs import identify_spring
+    from hcsearch.identification.tables import read_moments
 
     _print_spring(identify_spring(*read_moments(file)))
 
@@ -58,9 +58,9 @@ def damping(files: tuple[str, ...], inertia: float, hinges: int, rate: float | N
     A file has a column time_s (or --rate) and a column for each accelerometer, all in one unit, whichever. It begins
     when the hammer has let go, or --from says when. The mode of the lowest frequency is taken as the swing.
     """
-    from hcsearch.identification.damping import hinge_damping, hinge_test  # noqa: PLC0415
-    from hcsearch.identification.tables import read_accelerations  # noqa: PLC0415
-    from hcsearch.identification.vibration import identify_modes  # noqa: PLC0415
+    from hcsearch.identification.damping import hinge_damping, hinge_test
+    from hcsearch.identification.tables import read_accelerations
+    from hcsearch.identification.vibration import identify_modes
 
     hinge_damping(0.0, 0.0, inertia, hinges)  # refuses what is no inertia before the work begins
     vibrations = [identify_modes(*read_accelerations(file, rate, start)) for file in files]

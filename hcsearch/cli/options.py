@@ -92,7 +92,7 @@ def crew_options(command: Command) -> Command:
 
 def make_crew(jobs: int | None, scheduler: str | None) -> Crew:
     """Who `--jobs` or `--scheduler` names."""
-    from hcsearch.pipeline import Crew  # noqa: PLC0415
+    from hcsearch.pipeline import Crew
 
     if jobs is not None and scheduler is not None:
         raise HcsearchError("give either --jobs K (this machine) or --scheduler ADDRESS (a cluster)")
@@ -111,7 +111,7 @@ def _cores() -> int:
 
 def make_search(grid: str, n: int | None, array_spec: str | None, keep: str) -> Search:
     """The search that `--grid` with `--n` or `--array` names, for the designs that `--keep` names."""
-    from hcsearch.enumeration import ArraySearch, search_all  # noqa: PLC0415
+    from hcsearch.enumeration import ArraySearch, search_all
 
     if (n is None) == (array_spec is None):
         raise HcsearchError("give either --n N (every array of N cells) or --array SPEC (one array)")

@@ -38,7 +38,7 @@ class _CompilingNote:
         wait, shown = _SOON, False
         while not self._over.wait(wait):
             wait = _LOOK
-            kernels = sys.modules.get("hcsearch.kernels.under_way")  # without it nothing is compiled yet
+            kernels = sys.modules.get("hcsearch.kernels.compiling.under_way")  # without it nothing is compiled yet
             found = kernels.under_way() if kernels is not None else None
             if found is not None:
                 line = f"compiling kernels, {found.done} of {found.total}: {found.name}"
@@ -63,7 +63,7 @@ class Meter:
 
     def __call__(self, done: int, total: int, note: str, unit: str | None = None) -> None:
         """Show the state; another total or unit than before begins a new bar."""
-        from tqdm import tqdm  # noqa: PLC0415
+        from tqdm import tqdm
 
         if done:
             self._compiling.end()

@@ -52,7 +52,7 @@ def query(
     (6x5, 3-4-3, p5x4, t5, h3, @file), circuit= a circuit in any position, order or direction. An unknown value
     satisfies neither a condition nor its opposite.
     """
-    from hcsearch.store import format_rows, open_readonly, save_rows, stream, stream_sql  # noqa: PLC0415
+    from hcsearch.store import format_rows, open_readonly, save_rows, stream, stream_sql
 
     if sql is not None and (condition or columns or sort or limit is not None or scene or panel or across):
         raise QueryError(

@@ -58,8 +58,8 @@ def rank(
     The score is the weighted mean of the worth of six criteria, 0 to 1 by fixed scales; a missing value is worth 0.
     Designs known not to deploy (no folding, twisted, locked) are left out.
     """
-    from hcsearch.ranking import complete_weights, rank_designs, save_ranks  # noqa: PLC0415
-    from hcsearch.store import format_rows, open_database, open_readonly  # noqa: PLC0415
+    from hcsearch.ranking import complete_weights, rank_designs, save_ranks
+    from hcsearch.store import format_rows, open_database, open_readonly
 
     chosen = complete_weights(_read(weights))
     with open_database(db, create=False) if save else open_readonly(db) as database:
@@ -91,7 +91,7 @@ def _read(weights: Sequence[str]) -> dict[str, float]:
 
 def _shown(ranked: Ranked, pareto: bool, limit: int | None, style: str) -> Rows:
     """What is printed; for people, with the units in the head."""
-    from hcsearch.store import Rows  # noqa: PLC0415
+    from hcsearch.store import Rows
 
     names = ranked.result.columns
     on_front = names.index("pareto")

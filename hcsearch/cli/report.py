@@ -24,8 +24,8 @@ def report(
     condition: str, db: str, scene: str | None, panel: str | None, across: str | None, output: str, limit: int
 ) -> None:
     """Write a self-contained HTML report of the designs that satisfy QUERY: funnel, gallery, numbers, notation."""
-    from hcsearch.report import write_report  # noqa: PLC0415
-    from hcsearch.store import open_readonly  # noqa: PLC0415
+    from hcsearch.report import write_report
+    from hcsearch.store import open_readonly
 
     check_output(output)
     with open_readonly(db) as database:

@@ -93,7 +93,7 @@ def read_size(panel: str | None, across: str | None, grid: str) -> PanelSize | N
 
 def scene_asked_for(database: Database, text: str | None, panel: str | None, across: str | None) -> str:
     """The name of a stored scene that options stand for, whichever grid it is of."""
-    from hcsearch.store import scene_names  # noqa: PLC0415
+    from hcsearch.store import scene_names
 
     base = DEFAULT if text is None else _of_file(text).name if text.endswith(".toml") else text
     if base not in scene_names(database):
@@ -126,8 +126,8 @@ def _parted(text: str) -> tuple[str, PanelSize] | None:
 
 
 def _of_file(path: str) -> Scene:
-    from hcsearch.deployment.looks import look_parts  # noqa: PLC0415
-    from hcsearch.deployment.scene_files import read_file, scene_in  # noqa: PLC0415
+    from hcsearch.deployment.looks import look_parts
+    from hcsearch.deployment.scene_files import read_file, scene_in
 
     found = read_file(path)
     for key in ("design", "assembly"):
@@ -148,8 +148,8 @@ def _stored(name: str, db: str) -> Scene | None:
     """A scene that a database holds; None where there is none, or no database."""
     if name in SCENES:
         return None
-    from hcsearch.deployment.scene_files import read_text, scene_in  # noqa: PLC0415
-    from hcsearch.store import find_scene, open_readonly  # noqa: PLC0415
+    from hcsearch.deployment.scene_files import read_text, scene_in
+    from hcsearch.store import find_scene, open_readonly
 
     try:
         with open_readonly(db) as database:

@@ -28,7 +28,7 @@ def show(design: str, db: str) -> None:
     A circuit notation needs no database; it may be in any position, order or direction. Creases are numbered in the
     canonical order that the first lines show.
     """
-    from hcsearch.folding import folding_of, foldings  # noqa: PLC0415
+    from hcsearch.folding import folding_of, foldings
 
     name, crease = split_design(design)
     circuit, row = design_named(name, db)
@@ -49,8 +49,8 @@ def _where(db: str) -> str:
 
 def design_named(name: str, db: str) -> tuple[Circuit, dict[str, Any]]:
     """The circuit of a design, named by notation or by its id in a database, and its row there; empty without."""
-    from hcsearch.circuit import Circuit  # noqa: PLC0415
-    from hcsearch.store import find_design, open_readonly  # noqa: PLC0415
+    from hcsearch.circuit import Circuit
+    from hcsearch.store import find_design, open_readonly
 
     if ":" in name:
         return Circuit.from_notation(name).canonical(), {}
@@ -92,7 +92,7 @@ def _print_circuit(circuit: Circuit, row: dict[str, Any]) -> None:
 
 
 def _print_folding(folding: Folding) -> None:
-    from hcsearch.twisting import twist  # noqa: PLC0415
+    from hcsearch.twisting import twist
 
     n = folding.circuit.n
     lk = twist(folding)
@@ -110,10 +110,10 @@ def _print_folding(folding: Folding) -> None:
 
 
 def _print_mechanism(folding: Folding) -> None:
-    from hcsearch.kinematics.generic import generic_rank  # noqa: PLC0415
-    from hcsearch.kinematics.rank import rank_at  # noqa: PLC0415
-    from hcsearch.linkage import Linkage  # noqa: PLC0415
-    from hcsearch.scenes import default_panel  # noqa: PLC0415
+    from hcsearch.kinematics.generic import generic_rank
+    from hcsearch.kinematics.rank import rank_at
+    from hcsearch.linkage import Linkage
+    from hcsearch.scenes import default_panel
 
     panel = default_panel(folding.circuit.grid.name)
 
@@ -134,8 +134,8 @@ def _print_mechanism(folding: Folding) -> None:
 
 def _print_lock(end: str, ways: dict[str, tuple[Linkage, Reals]]) -> None:
     """Whether an end is locked with rigid, and if so with hinged flat pairs, and how tight: hinged ones move more."""
-    from hcsearch.kinematics.locks import lock_at  # noqa: PLC0415
-    from hcsearch.kinematics.tightness import tightness  # noqa: PLC0415
+    from hcsearch.kinematics.locks import lock_at
+    from hcsearch.kinematics.tightness import tightness
 
     for pairs, (linkage, angles) in ways.items():
         lock = lock_at(linkage, angles)

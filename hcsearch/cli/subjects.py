@@ -102,8 +102,8 @@ def _with(command: Command, *options: Command) -> Command:
 
 def read_subject(name: str, options: dict[str, Any]) -> Subject:
     """What a name or a file stands for, with the options beside; options hold more values of the scene by name."""
-    from hcsearch.assemblies import ASSEMBLIES  # noqa: PLC0415
-    from hcsearch.deployment.scene_files import read_file  # noqa: PLC0415
+    from hcsearch.assemblies import ASSEMBLIES
+    from hcsearch.deployment.scene_files import read_file
 
     found: dict[str, Any] = {}
     if name.endswith(".toml"):
@@ -128,8 +128,8 @@ def read_subject(name: str, options: dict[str, Any]) -> Subject:
 
 def read_folding(name: str, options: dict[str, Any]) -> tuple[Folding, Scene]:
     """The folding that a name or a file stands for, and its scene, in which panels are settled and flat pairs open."""
-    from hcsearch.assemblies import ASSEMBLIES  # noqa: PLC0415
-    from hcsearch.deployment.scene_files import read_file  # noqa: PLC0415
+    from hcsearch.assemblies import ASSEMBLIES
+    from hcsearch.deployment.scene_files import read_file
 
     found: dict[str, Any] = {}
     if name.endswith(".toml"):
@@ -153,15 +153,15 @@ def read_folding(name: str, options: dict[str, Any]) -> tuple[Folding, Scene]:
 
 
 def _drives(found: dict[str, Any]) -> Drives | None:
-    from hcsearch.deployment.driving import drives_in  # noqa: PLC0415
+    from hcsearch.deployment.driving import drives_in
 
     return drives_in(found["drive"]) if "drive" in found else None
 
 
 def _assembly(name: str, parameters: dict[str, Any], scene: Scene, formulation: Formulation | None) -> Subject:
-    from hcsearch.assemblies import ASSEMBLIES  # noqa: PLC0415
-    from hcsearch.cli.assembly import parameters_of  # noqa: PLC0415
-    from hcsearch.linkage import Linkage  # noqa: PLC0415
+    from hcsearch.assemblies import ASSEMBLIES
+    from hcsearch.cli.assembly import parameters_of
+    from hcsearch.linkage import Linkage
 
     assembly = ASSEMBLIES[name]
     linkage = Linkage(assembly.build(parameters_of(assembly, parameters)))
@@ -172,11 +172,11 @@ def _design(
     folding: Folding, scene: Scene, parts: list[str], options: dict[str, Any], formulation: Formulation | None
 ) -> Subject:
     """A folding in a scene, as a look of the stage `deployment` takes it where parts of the scene's name say so."""
-    from hcsearch.deployment.compiling import compile_scene  # noqa: PLC0415
-    from hcsearch.deployment.looks import Look, first_look, look_parts, scene_of, springs_of  # noqa: PLC0415
-    from hcsearch.deployment.scales import settled  # noqa: PLC0415
-    from hcsearch.deployment.springs import with_springs  # noqa: PLC0415
-    from hcsearch.flat_pairs import folding_linkage  # noqa: PLC0415
+    from hcsearch.deployment.compiling import compile_scene
+    from hcsearch.deployment.looks import Look, first_look, look_parts, scene_of, springs_of
+    from hcsearch.deployment.scales import settled
+    from hcsearch.deployment.springs import with_springs
+    from hcsearch.flat_pairs import folding_linkage
 
     pairs, springs = look_parts(parts)
     if parts:
@@ -199,8 +199,8 @@ def _design(
 
 def _scene(found: dict[str, Any], options: dict[str, Any]) -> tuple[Scene, list[str]]:
     """The scene of a file or by its name, with what the options change, and parts of the name that say how to look."""
-    from hcsearch.deployment.looks import look_parts  # noqa: PLC0415
-    from hcsearch.deployment.scene_files import scene_in, scene_with  # noqa: PLC0415
+    from hcsearch.deployment.looks import look_parts
+    from hcsearch.deployment.scene_files import scene_in, scene_with
 
     base, parts = None, []
     if (text := options["scene"]) is not None and text.strip():
@@ -223,8 +223,8 @@ def _scene(found: dict[str, Any], options: dict[str, Any]) -> tuple[Scene, list[
 
 def folding_named(name: str, db: str) -> Folding:
     """The folding that a name stands for: DESIGN:CREASE, or a design that has one."""
-    from hcsearch.cli.show import design_named, split_design  # noqa: PLC0415
-    from hcsearch.folding import folding_of, foldings  # noqa: PLC0415
+    from hcsearch.cli.show import design_named, split_design
+    from hcsearch.folding import folding_of, foldings
 
     if not any(mark.isdigit() for mark in name) or not (name[0].isdigit() or ":" in name):
         raise HcsearchError(f"there is no assembly {name!r}: see hcsearch assembly list, or name DESIGN:CREASE")

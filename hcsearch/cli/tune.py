@@ -58,9 +58,9 @@ def tune(subject: str, as_json: bool, **options: Any) -> None:
 
     Exit code: 0 where the springs that are chosen come flat, certified clear; 1 where none do; 2 for wrong input.
     """
-    from hcsearch.deployment.ledger import Ledger  # noqa: PLC0415
-    from hcsearch.deployment.tuning import tune as tuned  # noqa: PLC0415
-    from hcsearch.store import open_database  # noqa: PLC0415
+    from hcsearch.deployment.ledger import Ledger
+    from hcsearch.deployment.tuning import tune as tuned
+    from hcsearch.store import open_database
 
     if options["output"]:
         check_output(options["output"], (".toml",))
@@ -101,8 +101,8 @@ def _chosen(tuning: Tuning) -> SpringSet:
 
 def _write(path: str, tuning: Tuning, found: Subject) -> None:
     """The scene with the springs to use."""
-    from hcsearch.deployment.scene_files import file_text  # noqa: PLC0415
-    from hcsearch.deployment.springs import scene_springs  # noqa: PLC0415
+    from hcsearch.deployment.scene_files import file_text
+    from hcsearch.deployment.springs import scene_springs
 
     if tuning.rounded is not None and not tuning.rounded.confirmed:
         click.echo(f"no catalogue springs are certified clear: {path} has the tuned ones", err=True)
@@ -121,16 +121,16 @@ def _catalogue(text: str | None) -> tuple[float, ...]:
 
 def _check_catalogue(catalogue: tuple[float, ...], found: Subject) -> None:
     """Refuse springs beyond the scene's range, before anything is computed."""
-    from hcsearch.deployment.catalogue import catalogue_levels  # noqa: PLC0415
-    from hcsearch.deployment.scales import settled  # noqa: PLC0415
-    from hcsearch.deployment.springs import range_of  # noqa: PLC0415
+    from hcsearch.deployment.catalogue import catalogue_levels
+    from hcsearch.deployment.scales import settled
+    from hcsearch.deployment.springs import range_of
 
     if catalogue:
         catalogue_levels(catalogue, range_of(settled(found.scene, found.linkage))[1])
 
 
 def _spread(texts: tuple[str, ...]) -> Spread:
-    from hcsearch.deployment.robustness import SPREADS, Spread  # noqa: PLC0415
+    from hcsearch.deployment.robustness import SPREADS, Spread
 
     found: dict[str, float] = {}
     for text in texts:

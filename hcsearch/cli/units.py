@@ -51,11 +51,11 @@ def units(
     four are laid in all ways; units move from folded to flat with one degree of freedom, by rank and path in floating
     point.
     """
-    from contextlib import ExitStack  # noqa: PLC0415
+    from contextlib import ExitStack
 
-    from hcsearch.store import open_database  # noqa: PLC0415
-    from hcsearch.store.units import record_units  # noqa: PLC0415
-    from hcsearch.unit_search.search import Limits, search_elements  # noqa: PLC0415
+    from hcsearch.store import open_database
+    from hcsearch.store.units import record_units
+    from hcsearch.unit_search.search import Limits, search_elements
 
     limits = Limits(most) if seconds is None else Limits(most, seconds)
     counts = {"2": (2,), "4": (4,), "both": (2, 4)}[copies]
@@ -82,8 +82,8 @@ def units(
 
 
 def _elements(grid: str, n: int, alpha: float | None) -> Iterator[Element]:
-    from hcsearch.unit_search.elements import elements  # noqa: PLC0415
-    from hcsearch.unit_search.isosceles import isosceles_elements  # noqa: PLC0415
+    from hcsearch.unit_search.elements import elements
+    from hcsearch.unit_search.isosceles import isosceles_elements
 
     if alpha is None:
         return elements(grid, n)

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from hcsearch.collision.penetration import deepest_margin, prisms_of
 from hcsearch.errors import HcsearchError
-from hcsearch.kernels.clearance import CLEAR, COLLIDES, Answer, Search, judge
-from hcsearch.kernels.dips import smallest_dip
-from hcsearch.kernels.intervals import Course
-from hcsearch.kernels.paths import Pairs, pairs_between
-from hcsearch.kernels.prisms import Prisms
+from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES, Answer, Search, judge
+from hcsearch.kernels.collision.dips import smallest_dip
+from hcsearch.kernels.collision.intervals import Course
+from hcsearch.kernels.linkage.prisms import Prisms
+from hcsearch.kernels.linkage.reaches import Pairs, pairs_between
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import SAME, Hinge
 

@@ -14,8 +14,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.overlaps import deepest_overlap, first_overlap
-from hcsearch.kernels.prisms import Prisms
+from hcsearch.kernels.collision.overlaps import deepest_overlap, first_overlap
+from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Facet
 

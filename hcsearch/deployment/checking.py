@@ -19,10 +19,10 @@ from hcsearch.deployment.deploying import FLAT, STEPS, STILL, Outcome, Verdict, 
 from hcsearch.dynamics.methods import method_named
 from hcsearch.dynamics.simulation import ENDINGS, plan_for, record_for
 from hcsearch.errors import HcsearchError
-from hcsearch.kernels.checking import Findings, Rules, Subject, check_all
-from hcsearch.kernels.clearance import CLEAR, COLLIDES
-from hcsearch.kernels.paths import Pairs
-from hcsearch.kernels.prisms import Prisms
+from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES
+from hcsearch.kernels.deployment.checking import Findings, Rules, Subject, check_all
+from hcsearch.kernels.linkage.prisms import Prisms
+from hcsearch.kernels.linkage.reaches import Pairs
 
 Reals = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from hcsearch.deployment.driving import Drives
 from hcsearch.dynamics.driving import Driven, simulate_driven
 from hcsearch.dynamics.simulation import Ending, Motion, closed_between, simulate
 from hcsearch.errors import HcsearchError
-from hcsearch.kernels.intervals import Course
+from hcsearch.kernels.collision.intervals import Course
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.errors import HcsearchError
-from hcsearch.kernels.intervals import Course
+from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.planning.closing import close, new_closing
 from hcsearch.linkage import Linkage
 from hcsearch.planning.problems import loops_of

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from hcsearch.enumeration.sweep import Sweep, plan_sweep
 from hcsearch.errors import SizeError
 from hcsearch.grid import Array, Grid, Point
-from hcsearch.kernels import frontier
-from hcsearch.kernels.words import canonicalise
+from hcsearch.kernels.circuits import frontier
+from hcsearch.kernels.circuits.words import canonicalise
 from hcsearch.records import CircuitBatch
 
 MAX_STATES = 30_000_000  # of all layers, to list: 0.7 GB
@@ -114,7 +114,8 @@ class ArraySearch:
 class _Dag:
     """The layered graph of frontier states, and the tails below one of its layers.
 
-    offsets : number of the first state of each layer; child, counts : as in `kernels.frontier`, all layers joined.
+    offsets : number of the first state of each layer; child, counts : as in
+        `kernels.circuits.frontier`, all layers joined.
     edges : shape (n_edges, 3), cells and direction of each edge, in the sweep's order.
     permutations : shape (order of the group - 1, n_edges), how the array's symmetries act on the edges.
     start, tails, tail_images : the tails of layer `layer`.

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.grid import Grid
-from hcsearch.kernels.words import canonicalise
+from hcsearch.kernels.circuits.words import canonicalise
 from hcsearch.records import CircuitBatch
 
 

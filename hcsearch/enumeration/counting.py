@@ -17,7 +17,7 @@ import numpy as np
 from hcsearch.enumeration.arrays import array_sweep, frontier_layers, sweep_ranks
 from hcsearch.enumeration.sweep import Sweep, plan_sweep
 from hcsearch.grid import Array, Isometry, Point
-from hcsearch.kernels import frontier
+from hcsearch.kernels.circuits import frontier
 
 Progress = Callable[[int, int, str], None]
 

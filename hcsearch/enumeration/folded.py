@@ -17,7 +17,7 @@ from hcsearch.enumeration.plane import Plane
 from hcsearch.enumeration.polygons import PolygonSearch
 from hcsearch.errors import SizeError
 from hcsearch.grid import Grid
-from hcsearch.kernels import chains, joining
+from hcsearch.kernels.circuits import chains, joining
 from hcsearch.records import CircuitBatch
 
 Lists = tuple[chains.Chains, chains.Chains, NDArray[np.int64]]
@@ -181,7 +181,7 @@ class FoldedSearch:
 
     @cached_property
     def keys(self) -> NDArray[np.int64]:
-        """Keys that are the least of their images, shape (n_keys, 5), as `kernels.joining.join_chains` takes them."""
+        """Keys that are the least of their images, shape (n_keys, 5), as `joining.join_chains` takes them."""
         if self.n % 2:
             return np.empty((0, 5), np.int64)
         sizes = np.zeros((len(self._places.distance), self.grid.directions), np.int64)
@@ -196,7 +196,7 @@ class FoldedSearch:
         return np.array(found, np.int64).reshape(-1, 5)
 
     def _images(self, end: int, face: int) -> list[tuple[int, int]]:
-        """The key of each of a folding's eight roots (`kernels.chains`), given that of the first."""
+        """The key of each of a folding's eight roots (`kernels.circuits.chains`), given that of the first."""
         places, m = self._places, self.grid.directions
         turns = {g.offset: g for g in places.grid.point_group if g.sign == 1}
         mirror = next(g for g in places.grid.point_group if (g.sign, g.offset) == (-1, 0))

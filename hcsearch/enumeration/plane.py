@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.grid import Grid, Point
-from hcsearch.kernels.chains import FAR
+from hcsearch.kernels.circuits.chains import FAR
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from hcsearch.enumeration.growth import connective_constant, expected_circuits
 from hcsearch.enumeration.plane import Plane
 from hcsearch.errors import SizeError
 from hcsearch.grid import Grid
-from hcsearch.kernels.polygons import walk_polygons
+from hcsearch.kernels.circuits.polygons import walk_polygons
 from hcsearch.records import CircuitBatch
 
 MAX_PANELS = 120

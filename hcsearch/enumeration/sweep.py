@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.errors import SizeError
-from hcsearch.kernels import frontier
+from hcsearch.kernels.circuits import frontier
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """A graph made ready for `kernels.frontier`.
+    """A graph made ready for `kernels.circuits.frontier`.
 
     order : the edges' numbers in the graph, in the order of decision.
-    steps : shape (n_edges, 9), one row a decision, columns as named in `kernels.frontier`.
+    steps : shape (n_edges, 9), one row a decision, columns as named in `kernels.circuits.frontier`.
     full : shape (n_edges, 2), the state in which a closing edge completes a Hamiltonian cycle, without the parity bit.
     width : most slots in use at a time.
     """

@@ -27,7 +27,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.cones import MOST_RAYS, cone_rays, nonnegative
+from hcsearch.kernels.linkage.cones import MOST_RAYS, cone_rays, nonnegative
 from hcsearch.kinematics import certificates
 from hcsearch.kinematics.lattice import whole_end
 from hcsearch.linkage import Linkage

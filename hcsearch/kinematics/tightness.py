@@ -18,7 +18,7 @@ from itertools import accumulate, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.cones import nonnegative
+from hcsearch.kernels.linkage.cones import nonnegative
 from hcsearch.linkage import Linkage
 
 Reals = NDArray[np.float64]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.cones import nonnegative
+from hcsearch.kernels.linkage.cones import nonnegative
 from hcsearch.kinematics.closing import CLOSED, correction
 from hcsearch.kinematics.local import Local, local_at
 from hcsearch.linkage import Linkage

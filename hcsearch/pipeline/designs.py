@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hcsearch import folding, mobility, twisting
 from hcsearch.enumeration import STAGE, Search
 from hcsearch.grid import Grid
-from hcsearch.kernels.words import array_rows, fingerprint_rows, write_rows
+from hcsearch.kernels.circuits.words import array_rows, fingerprint_rows, write_rows
 from hcsearch.records import Candidates, CircuitBatch, DesignBatch, FoldingBatch, MobilityBatch, StageResult
 
 

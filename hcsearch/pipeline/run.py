@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hcsearch import deployment, enumeration, planning
 from hcsearch.enumeration import Search
 from hcsearch.errors import DatabaseError
-from hcsearch.kernels.words import insert_fingerprints
+from hcsearch.kernels.circuits.words import insert_fingerprints
 from hcsearch.pipeline.amounts import duration
 from hcsearch.pipeline.designs import Job, Output
 from hcsearch.pipeline.judging import Judge, Piece, Verdict, check_scene, pieces, seconds_of, unfinished

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from hcsearch.collision.clearance import Clearance, certify, kept_apart, longest_way, reaches, scale_of
 from hcsearch.collision.penetration import deepest_cut
-from hcsearch.kernels.intervals import Course
+from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.planning.closing import CLOSED, close, keep_closed, new_closing, open_by
 from hcsearch.kernels.planning.tubes import POLISHED, Track, enclose
 from hcsearch.linkage import Linkage

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sectors import ISOSCELES, PRINTED, TRIANGLE, follows, round_slit_end
 
 from hcsearch.assemblies import Parameters
 from hcsearch.assemblies.eight_r import (
@@ -22,7 +23,6 @@ from hcsearch.assemblies.eight_r import (
 )
 from hcsearch.assemblies.joining import congruent
 from hcsearch.assemblies.packages import flat_overlap, package
-from hcsearch.assemblies.sectors import ISOSCELES, PRINTED, TRIANGLE, follows, round_slit_end
 from hcsearch.assemblies.units import unit_i
 from hcsearch.circuit import Circuit
 from hcsearch.enumeration import PolygonSearch

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from hcsearch.bench import collision, collision_deployments
-from hcsearch.bench.collision import PAIRS, pair_row
-from hcsearch.bench.collision_pairs import FAMILIES, WIDTH
-from hcsearch.bench.collision_proofs import bounds, search, settle
 from hcsearch.cli import hcsearch
+from hcsearch_bench.collision import bench as collision
+from hcsearch_bench.collision import deployments as collision_deployments
+from hcsearch_bench.collision.bench import PAIRS, pair_row
+from hcsearch_bench.collision.pairs import FAMILIES, WIDTH
+from hcsearch_bench.collision.proofs import bounds, search, settle
 
 TABLES = {"pairs", "deployments", "goals"}
 BOX = np.array([[x, y, z] for z in (0.0, 0.5) for x, y in ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))])

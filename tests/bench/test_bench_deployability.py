@@ -2,10 +2,10 @@
 
 import pytest
 
-from hcsearch.bench.deployability import _every, _untwisted, measure, save_report
 from hcsearch.enumeration import PolygonSearch
 from hcsearch.folding import folding_at
 from hcsearch.grid import GRIDS
+from hcsearch_bench.deployability.bench import _every, _untwisted, measure, save_report
 
 
 @pytest.fixture(scope="module")

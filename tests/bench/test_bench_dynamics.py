@@ -7,10 +7,14 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from hcsearch.bench import dynamics, pinocchio_system
-from hcsearch.bench.dense_system import Dense
-from hcsearch.bench.dynamics import best_of, goals_of
-from hcsearch.bench.dynamics_deployments import (
+from hcsearch.cli import hcsearch
+from hcsearch.deployment.arrivals import Arrival
+from hcsearch.dynamics.laws import linear
+from hcsearch.dynamics.simulation import simulate
+from hcsearch.unit_search.elements import untwisted
+from hcsearch_bench.dynamics import bench as dynamics
+from hcsearch_bench.dynamics.bench import best_of, goals_of
+from hcsearch_bench.dynamics.deployments import (
     BOUNCE,
     DeploymentRow,
     QuickRow,
@@ -18,17 +22,14 @@ from hcsearch.bench.dynamics_deployments import (
     deployment_rows,
     quick_row,
 )
-from hcsearch.bench.dynamics_scale import ScaleRow, slope_of, strip
-from hcsearch.bench.dynamics_subjects import LOOP, WHOLE, subjects
-from hcsearch.bench.dynamics_work import WorkRow, gap_of, reference_of, seconds_at, verdict_of
-from hcsearch.bench.iftomm_problems import bricard, governor
-from hcsearch.bench.states import UnableError, closure, depth_first
-from hcsearch.bench.work import OURS
-from hcsearch.cli import hcsearch
-from hcsearch.deployment.arrivals import Arrival
-from hcsearch.dynamics.laws import linear
-from hcsearch.dynamics.simulation import simulate
-from hcsearch.unit_search.elements import untwisted
+from hcsearch_bench.dynamics.scale import ScaleRow, slope_of, strip
+from hcsearch_bench.dynamics.work import WorkRow, gap_of, reference_of, seconds_at, verdict_of
+from hcsearch_bench.iftomm.problems import bricard, governor
+from hcsearch_bench.peers import pinocchio_system
+from hcsearch_bench.peers.dense_system import Dense
+from hcsearch_bench.peers.states import closure, depth_first
+from hcsearch_bench.run.work import OURS, UnableError
+from hcsearch_bench.subjects.deployments import LOOP, WHOLE, subjects
 from tests.dynamics.naive_dynamics import Twin, random_system
 
 TABLES = {"work", "references", "best", "deployments", "scale", "quick", "goals"}
@@ -109,7 +110,7 @@ def test_nothing_comes_to_a_stop_before_the_end(name):
 
 def test_a_subject_that_does_not_end_has_no_reference(monkeypatch):
     case = subject(LOOP).case("constrained", 0.01)
-    monkeypatch.setattr("hcsearch.bench.dynamics_work.MAX_STEPS", {"constrained": 3})
+    monkeypatch.setattr("hcsearch_bench.dynamics.work.MAX_STEPS", {"constrained": 3})
     with pytest.raises(UnableError, match="no reference: steps at"):
         reference_of(case)
 

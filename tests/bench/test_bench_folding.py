@@ -3,10 +3,11 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from hcsearch.bench import folding
-from hcsearch.bench.job import Outcome
 from hcsearch.cli import hcsearch
 from hcsearch.errors import HcsearchError
+from hcsearch_bench.folding import bench as folding
+from hcsearch_bench.run.job import Outcome
+from hcsearch_bench.subjects.polygons import count_polygons, join_polygons, list_polygons
 from tests import golden
 
 
@@ -15,9 +16,9 @@ def silent(_):
 
 
 @pytest.mark.parametrize("keep", folding.KEEPS)
-@pytest.mark.parametrize("job", folding.JOBS)
+@pytest.mark.parametrize("job", [join_polygons, count_polygons])
 def test_jobs_find_the_designs(job, keep):
-    row = folding.JOBS[job]("hex", 12, keep, 1)
+    row = job("hex", 12, keep, 1)
     assert row["designs"] == golden.FOLDABLE["hex", 12][2 + folding.KEEPS.index(keep)]
     assert row["seconds"] > 0
 
@@ -28,21 +29,21 @@ def test_a_way_that_is_late_is_not_tried_again(monkeypatch):
     def run_job(job, limit, *, n, **_):
         tried.append((job, n))
         designs = {"designs": 5, "seconds": 1.0, "runs": 1}
-        return Outcome(100.0, "over 1 s", late=True) if job == "list-polygons" else Outcome(50.0, row=designs)
+        return Outcome(100.0, "over 1 s", late=True) if job is list_polygons else Outcome(50.0, row=designs)
 
     monkeypatch.setattr(folding, "run_job", run_job)
     rows = folding.measure_folding({"hex": (10, 12)}, limit=1, repeats=1, say=silent)
     assert [(row.n, row.keep, row.filter_s, row.join_s) for row in rows] == [
         (n, keep, None, 1.0) for n in (10, 12) for keep in folding.KEEPS
     ]
-    assert [n for job, n in tried if job == "list-polygons"] == [10]
+    assert [n for job, n in tried if job is list_polygons] == [10]
 
 
 @pytest.mark.parametrize("outcome", [Outcome(1.0, row={"designs": 6}), Outcome(1.0, "failed: KeyError")])
 def test_wrong_numbers_and_failed_jobs_are_errors(monkeypatch, outcome):
     counted = Outcome(1.0, row={"designs": 5, "seconds": 1.0, "runs": 1})
     late = Outcome(1.0, "over 1 s", late=True)
-    outcomes = {"list-polygons": late, "join-polygons": outcome, "count-polygons": counted}
+    outcomes = {list_polygons: late, join_polygons: outcome, count_polygons: counted}
     monkeypatch.setattr(folding, "run_job", lambda job, *_, **__: outcomes[job])
     with pytest.raises(HcsearchError, match=r"hex n=10.*; report this"):
         folding.measure_folding({"hex": (10,)}, limit=1, repeats=1, say=silent)

@@ -7,11 +7,11 @@ import pytest
 from click.testing import CliRunner
 from scipy.integrate import solve_ivp
 
-from hcsearch.bench import identification
-from hcsearch.bench.identification import measure_damping, measure_springs
-from hcsearch.bench.identification_rig import Rig
 from hcsearch.cli import hcsearch
 from hcsearch.identification.vibration import identify_modes
+from hcsearch_bench.identification import bench as identification
+from hcsearch_bench.identification.bench import measure_damping, measure_springs
+from hcsearch_bench.identification.rig import Rig
 
 
 def test_the_rig_swings_as_its_equation_says():

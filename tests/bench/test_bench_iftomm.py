@@ -6,16 +6,18 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from hcsearch.bench import iftomm, iftomm_work
-from hcsearch.bench.iftomm import best_of, goals_of
-from hcsearch.bench.iftomm_problems import X, Y, Z, bricard, four_bars, pendulum, squeezer
-from hcsearch.bench.iftomm_work import WorkRow, peer_rows, verdict_of
-from hcsearch.bench.states import Trajectory, UnableError, closure, common_points, line_of, lines_of, places
-from hcsearch.bench.work import OURS, Peer, peers
 from hcsearch.cli import hcsearch
 from hcsearch.dynamics.laws import Branch, Law, linear
 from hcsearch.dynamics.system import Drive, System
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
+from hcsearch_bench.iftomm import bench as iftomm
+from hcsearch_bench.iftomm import work as iftomm_work
+from hcsearch_bench.iftomm.bench import best_of, goals_of
+from hcsearch_bench.iftomm.problems import X, Y, Z, bricard, four_bars, pendulum, squeezer
+from hcsearch_bench.iftomm.work import WorkRow, peer_rows, verdict_of
+from hcsearch_bench.peers.multibody import Peer, peers
+from hcsearch_bench.peers.states import Trajectory, closure, common_points, line_of, lines_of, places
+from hcsearch_bench.run.work import OURS, UnableError
 
 TABLES = {"work", "best", "goals"}
 TIMES = np.linspace(0.0, 1.0, 11)

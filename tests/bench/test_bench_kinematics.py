@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from hcsearch.bench import extremes, following
-from hcsearch.bench.following import CostRow, Known, fit_costs, measure_costs, ring
 from hcsearch.cli import hcsearch
 from hcsearch.errors import HcsearchError
 from hcsearch.kinematics.paths import follow
 from hcsearch.linkage import Linkage
+from hcsearch_bench.kinematics import extremes, following
+from hcsearch_bench.kinematics.following import CostRow, Known, fit_costs, measure_costs, ring
 
 
 def silent(_):

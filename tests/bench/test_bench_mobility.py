@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from hcsearch.bench.mobility import _ends, _play, measure_mobility
 from hcsearch.circuit import Circuit
 from hcsearch.folding import folding_of
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import default_panel
+from hcsearch_bench.mobility.bench import _ends, _play, measure_mobility
 
 
 @pytest.fixture(scope="module")

@@ -8,21 +8,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hcsearch.bench import ompl_search
-from hcsearch.bench.planning import QUICK, QUICK_THICKNESSES, Report, curve, measure, plot_planning, save_report
-from hcsearch.bench.planning_foldings import (
-    SCENE,
-    FoldingRow,
-    Group,
-    group_row,
-    margin_rows,
-    settle,
-    thickness_row,
-    work_rows,
-)
-from hcsearch.bench.planning_peers import peer_rows
-from hcsearch.bench.states import UnableError
-from hcsearch.bench.work import MISSING, OURS
 from hcsearch.circuit import Circuit
 from hcsearch.enumeration import PolygonSearch
 from hcsearch.flat_pairs import linkage_joined, ways
@@ -33,6 +18,21 @@ from hcsearch.planning.motions import motion_of
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.proofs import PLAYS, Prover
 from hcsearch.scenes import default_panel
+from hcsearch_bench.peers import ompl_search
+from hcsearch_bench.planning.bench import QUICK, QUICK_THICKNESSES, Report, curve, measure, plot_planning, save_report
+from hcsearch_bench.planning.beside_ompl import peer_rows
+from hcsearch_bench.planning.foldings import (
+    SCENE,
+    FoldingRow,
+    Group,
+    group_row,
+    margin_rows,
+    settle,
+    thickness_row,
+    work_rows,
+)
+from hcsearch_bench.run.machine import MISSING
+from hcsearch_bench.run.work import OURS, UnableError
 from tests.planned import joined
 
 SUBJECT = ("square:012233230011:4", "rigid")
@@ -76,7 +76,7 @@ def test_foldings_are_those_of_direct_calls():
 
 def test_every_so_many_th_folding_is_taken_over_all_batches(monkeypatch):
     group = Group("hex", "10")
-    monkeypatch.setattr("hcsearch.bench.planning_foldings._settle", lambda _g, _c, found, _s: found.crease.tolist())
+    monkeypatch.setattr("hcsearch_bench.planning.foldings._settle", lambda _g, _c, found, _s: found.crease.tolist())
     whole = list(settle(group))
     assert len(whole) == 40
     pieces = SimpleNamespace(batches=lambda: PolygonSearch(grid_named("hex"), 10).batches(25))

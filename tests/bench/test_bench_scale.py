@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from hcsearch.bench import scale
-from hcsearch.bench.cluster import running_cluster
-from hcsearch.bench.databases import new_postgresql, new_sqlite
-from hcsearch.bench.process import Finished
 from hcsearch.cli import hcsearch
 from hcsearch.errors import HcsearchError
+from hcsearch_bench.run.process import Finished
+from hcsearch_bench.scale import bench as scale
+from hcsearch_bench.scale.cluster import running_cluster
+from hcsearch_bench.scale.databases import new_postgresql, new_sqlite
 from tests import golden
 from tests.postgresql import running_server
 

@@ -7,17 +7,19 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from hcsearch.bench import stability, stability_processors
-from hcsearch.bench.process import Finished
-from hcsearch.bench.stability import COLOURS, VERDICTS, StabilityRow, count, judge, plot_heat, simulated
-from hcsearch.bench.stability_processors import compared, kernels, kernels_for, measure_processors
-from hcsearch.bench.stability_sweeps import (
+from hcsearch.cli import hcsearch
+from hcsearch.dynamics.panels import panel_bodies
+from hcsearch.errors import HcsearchError
+from hcsearch_bench.run.process import Finished
+from hcsearch_bench.stability import bench as stability
+from hcsearch_bench.stability import processors as stability_processors
+from hcsearch_bench.stability.bench import COLOURS, VERDICTS, StabilityRow, count, judge, plot_heat, simulated
+from hcsearch_bench.stability.processors import compared, kernels, kernels_for, measure_processors
+from hcsearch_bench.stability.subjects import SIDE, THICK, Subject
+from hcsearch_bench.stability.sweeps import (
     SCENE,
-    SIDE,
     STIFFNESS,
-    THICK,
     Case,
-    Subject,
     cases,
     hinge_inertia,
     panel_mass,
@@ -26,10 +28,7 @@ from hcsearch.bench.stability_sweeps import (
     strip_truth,
     two_panels,
 )
-from hcsearch.bench.stability_truths import Oscillator, Strip, Truth, energy_of_impacts, finer, states
-from hcsearch.cli import hcsearch
-from hcsearch.dynamics.panels import panel_bodies
-from hcsearch.errors import HcsearchError
+from hcsearch_bench.stability.truths import Oscillator, Strip, Truth, energy_of_impacts, finer, states
 
 SWEEPS = {
     *("stiffness ratio", "closure stiffness", "damping / critical", "thickness / width", "base mass / panel mass"),

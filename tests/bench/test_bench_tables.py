@@ -3,12 +3,12 @@ import csv
 import pytest
 from click.testing import CliRunner
 
-from hcsearch.bench.funnels import FunnelRow, Patience, check_laws
-from hcsearch.bench.one_array import measure_hexagon_rows, measure_rectangles, row_lengths
 from hcsearch.circuit import Circuit
 from hcsearch.cli import hcsearch
 from hcsearch.errors import HcsearchError
 from hcsearch.grid import GRIDS
+from hcsearch_bench.tables.funnels import FunnelRow, Patience, check_laws
+from hcsearch_bench.tables.one_array import measure_hexagon_rows, measure_rectangles, row_lengths
 from tests import golden
 from tests.strategies import words
 

@@ -8,8 +8,8 @@ import numpy as np
 import shapely
 from scipy.interpolate import BPoly
 
-from hcsearch.kernels.distances import proximity
-from hcsearch.kernels.intervals import Course
+from hcsearch.kernels.collision.distances import proximity
+from hcsearch.kernels.collision.intervals import Course
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Crease, Pattern
 

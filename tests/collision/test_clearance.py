@@ -28,10 +28,10 @@ from hcsearch.collision.clearance import MARGIN, RESOLUTION, certify, kept_apart
 from hcsearch.collision.penetration import deepest_margin, first_cut, prisms_of
 from hcsearch.deployment.deploying import deploy
 from hcsearch.errors import HcsearchError
-from hcsearch.kernels.intervals import Course
+from hcsearch.kernels.collision.intervals import Course
+from hcsearch.kernels.collision.overlaps import first_overlap
 from hcsearch.kernels.multibody.between import opening
 from hcsearch.kernels.multibody.tree import work_for
-from hcsearch.kernels.overlaps import first_overlap
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import RIGID, VALLEY, Pattern
 from hcsearch.scenes import SCENES

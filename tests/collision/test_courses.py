@@ -8,7 +8,7 @@ from naive_clearance import chain, fan, polynomial, random_course
 
 from hcsearch.collision.clearance import pairs_of
 from hcsearch.collision.penetration import prisms_of
-from hcsearch.kernels.courses import TERMS, bound_rates, follow, path_bend, path_speed, rates_at, write_course
+from hcsearch.kernels.linkage.courses import TERMS, bound_rates, follow, path_bend, path_speed, rates_at, write_course
 
 LINKAGES = {
     "2 panels": chain([0.02, 0.03], ["top"]),

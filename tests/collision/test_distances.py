@@ -10,16 +10,16 @@ from naive_distances import feature_distance, overlap_along_all
 
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.circuit import Circuit
-from hcsearch.collision.distances import Proximity, approach_speeds, proximal_distances
 from hcsearch.collision.penetration import penetration
 from hcsearch.deployment.deploying import deploy
 from hcsearch.errors import HcsearchError
 from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import folding_of
-from hcsearch.kernels.distances import closest, closest_of_pairs, exhaustive, proximity
+from hcsearch.kernels.collision.distances import closest, closest_of_pairs, exhaustive, proximity
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import RIGID, Crease, Pattern
 from hcsearch.scenes import SCENES
+from hcsearch_bench.collision.distances import Proximity, approach_speeds, proximal_distances
 
 NOWHERE = (-1, -1, -1, -1)
 NO_WAY = (0.0, 0.0, 0.0)

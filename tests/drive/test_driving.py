@@ -196,8 +196,8 @@ def test_drives_of_other_panels_are_refused(found):
 @pytest.mark.slow
 def test_moments_of_joints_are_those_of_pinocchio(on_earth):
     pin = pytest.importorskip("pinocchio")
-    from hcsearch.bench.pinocchio_system import _Forces
     from hcsearch.dynamics.inverse import joint_forces
+    from hcsearch_bench.peers.pinocchio_system import _Forces
 
     system = on_earth[0].system
     free = tuple(replace(drive, lower=-math.inf, upper=math.inf) for drive in system.drives)  # rnea knows no stops

@@ -7,14 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hcsearch.bench import exudyn_system, iftomm_references, mujoco_system, pinocchio_system
-from hcsearch.bench.iftomm_problems import problems, rod
-from hcsearch.bench.iftomm_work import OUTPUTS, measure_ours
-from hcsearch.bench.states import closure, energies, places
 from hcsearch.dynamics.laws import linear
 from hcsearch.dynamics.simulation import simulate
 from hcsearch.dynamics.system import Drive, Strut, System
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
+from hcsearch_bench.iftomm import references as iftomm_references
+from hcsearch_bench.iftomm.problems import problems, rod
+from hcsearch_bench.iftomm.work import OUTPUTS, measure_ours
+from hcsearch_bench.peers import exudyn_system, mujoco_system, pinocchio_system
+from hcsearch_bench.peers.states import closure, energies, places
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 PRINTED = json.loads((GOLDEN / "iftomm.json").read_text(encoding="utf-8"))

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hcsearch.bench import exudyn_system, mujoco_system, pinocchio_system
 from hcsearch.deployment.compiling import OMISSIONS, compile_scene
 from hcsearch.dynamics.simulation import simulate
 from hcsearch.scenes import SCENES
+from hcsearch_bench.peers import exudyn_system, mujoco_system, pinocchio_system
 from tests.linkages import linkage_named
 
 pytestmark = pytest.mark.slow

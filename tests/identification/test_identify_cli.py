@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from hcsearch.bench.identification_rig import Rig, pairs
 from hcsearch.cli import hcsearch
 from hcsearch.dynamics.laws import law_named
 from hcsearch.errors import HcsearchError
 from hcsearch.identification.tables import read_accelerations, read_moments
+from hcsearch_bench.identification.rig import Rig, pairs
 
 
 def run(*words):

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import linregress
 
-from hcsearch.bench.identification_rig import pairs
 from hcsearch.dynamics.laws import law_named
 from hcsearch.errors import HcsearchError
 from hcsearch.identification.springs import identify_spring
+from hcsearch_bench.identification.rig import pairs
 
 ANGLES = np.linspace(0.0, 2.7, 60)
 

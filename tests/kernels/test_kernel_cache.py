@@ -26,16 +26,16 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.errors import TypingError
 
 import hcsearch.kernels
-from hcsearch.kernels import cache_folder, cache_locks, kernel_cache, under_way
-from hcsearch.kernels.stamps import stamp
-from hcsearch.kernels.words import insert_fingerprints
+from hcsearch.kernels.circuits.words import insert_fingerprints
+from hcsearch.kernels.compiling import cache_folder, cache_locks, kernel_cache, under_way
+from hcsearch.kernels.compiling.stamps import stamp
 
 NUMBERS = count()
 LOW = '''
 from typing import NamedTuple
 import math
 import numpy as np
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiling.compiled import compiled
 
 FACTOR = 2.0
 TABLE = np.array([1.0, 2.0])
@@ -60,7 +60,7 @@ def paired(x):
 HIGH = """
 from PACKAGE import low
 from PACKAGE.low import other, scaled
-from hcsearch.kernels.compiled import compiled, inlined
+from hcsearch.kernels.compiling.compiled import compiled, inlined
 
 @inlined
 def between(x):
@@ -137,7 +137,11 @@ def misses(kernel):
         ("math.sqrt", "np.sqrt", {"paired", "qualified"}),
         ("return scaled(x)", "return 3.0 * scaled(x)", {"through"}),
         ("n * itself", "2 * n * itself", {"itself"}),
-        ("@compiled\ndef other", "from hcsearch.kernels.compiled import lean\n@lean\ndef other", {"other", "apart"}),
+        (
+            "@compiled\ndef other",
+            "from hcsearch.kernels.compiling.compiled import lean\n@lean\ndef other",
+            {"other", "apart"},
+        ),
         ('(x):\n    """Once.', '(x: float) -> float:\n    # why\n    """Many times.', set()),
         ("FACTOR = 2.0", "UNUSED = 1\nFACTOR = 2.0", set()),
     ],
@@ -206,12 +210,12 @@ def test_a_copy_of_the_package_compiles_nothing(tmp_path):
     shutil.copy(package / "__init__.py", tmp_path / "hcsearch")
     script = """
         import numpy as np
-        from hcsearch.kernels.words import __file__, insert_fingerprints as insert
+        from hcsearch.kernels.circuits.words import __file__, insert_fingerprints as insert
         insert(np.ones((1, 2), np.uint64), np.zeros((4, 2), np.uint64))
         print(__file__, sum(insert.stats.cache_hits.values()), sum(insert.stats.cache_misses.values()))
     """
     other = run(script, PYTHONPATH=tmp_path)
-    assert other.communicate()[0] == f"{tmp_path}/hcsearch/kernels/words.py 1 0\n"
+    assert other.communicate()[0] == f"{tmp_path}/hcsearch/kernels/circuits/words.py 1 0\n"
 
 
 def test_two_processes_compile_each_kernel_once(folder, load):
@@ -235,7 +239,7 @@ def test_a_claim_ends_with_the_process_that_holds_it(tmp_path):
     script = """
         import sys, time
         from pathlib import Path
-        from hcsearch.kernels.cache_locks import claim
+        from hcsearch.kernels.compiling.cache_locks import claim
         claim(Path(sys.argv[1]), "0123456789abcdef")
         print("held", flush=True)
         time.sleep(60)
@@ -257,7 +261,7 @@ def test_a_claim_that_is_held_for_too_long_is_passed_over(tmp_path, monkeypatch)
     script = """
         import sys
         from pathlib import Path
-        from hcsearch.kernels.cache_locks import claim
+        from hcsearch.kernels.compiling.cache_locks import claim
         claim(Path(sys.argv[1]), "0123456789abcdef")
         print("held", flush=True)
         sys.stdin.read()
@@ -280,7 +284,7 @@ def test_a_kernel_that_does_not_compile_is_not_claimed_any_more(folder, load, mo
     script = """
         import sys
         from pathlib import Path
-        from hcsearch.kernels.cache_locks import claim
+        from hcsearch.kernels.compiling.cache_locks import claim
         print(any([claim(Path(sys.argv[1]), key) for key in sys.argv[2:]]))
     """
     other = run(script, folder, *(key for _, key in claimed))
@@ -303,7 +307,7 @@ def test_a_large_kernel_is_called_where_it_is(folder, load, monkeypatch):
     monkeypatch.setattr(kernel_cache, "_SIZE", 0)
     place = Path(load().__file__).parents[1]
     script = """
-        from hcsearch.kernels import kernel_cache
+        from hcsearch.kernels.compiling import kernel_cache
         from kernels_of_a_test.high import scaled, through
         kernel_cache._SIZE = 0
         assert through(1.0) == 3.0
@@ -433,7 +437,7 @@ def test_a_full_disk_is_told_once(folder, load, monkeypatch, capsys):
     def full(path, content):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("hcsearch.kernels.kernel_cache.write", full)
+    monkeypatch.setattr("hcsearch.kernels.compiling.kernel_cache.write", full)
     assert load().through(1.0) == 3.0
     assert capsys.readouterr().err == (
         f"hcsearch: compiled kernels cannot be kept in {folder} (No space left on device); make room there\n"
@@ -474,7 +478,7 @@ def test_the_folder_is_pruned_of_what_has_not_been_used_for_longest(tmp_path):
 
 
 def test_numba_has_the_doors_through_which_the_cache_comes_in(folder, load):
-    """Where this fails, numba has changed: see the docstring of `hcsearch.kernels.kernel_cache`."""
+    """Where this fails, numba has changed: see the docstring of `hcsearch.kernels.compiling.kernel_cache`."""
     interface = {name for name in vars(NullCache) if not name.startswith("_")}
     assert interface == {"cache_path", "load_overload", "save_overload", "enable", "disable", "flush"}
     kernel = numba.njit(lambda x: x)

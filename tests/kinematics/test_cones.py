@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linprog, nnls
 
-from hcsearch.kernels.cones import MOST_RAYS, cone_rays, loading, nonnegative
+from hcsearch.kernels.linkage.cones import MOST_RAYS, cone_rays, loading, nonnegative
 from tests import naive
 
 

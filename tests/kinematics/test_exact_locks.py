@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.circuit import Circuit
 from hcsearch.folding import folding_of
-from hcsearch.kernels.cones import cone_rays
+from hcsearch.kernels.linkage.cones import cone_rays
 from hcsearch.kinematics import certificates, locks
 from hcsearch.kinematics.lattice import frame_of, whole_end
 from hcsearch.kinematics.locks import lock_at

@@ -16,7 +16,7 @@ from hcsearch.errors import HcsearchError
 from hcsearch.flat_pairs import can_be, linkage_joined
 from hcsearch.folding import foldings
 from hcsearch.grid import GRIDS
-from hcsearch.kernels.overlaps import deepest_overlap
+from hcsearch.kernels.collision.overlaps import deepest_overlap
 from hcsearch.kinematics.locks import lock_at
 from hcsearch.planning.motions import motion_of
 from hcsearch.planning.planner import Planner

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from hcsearch.collision.clearance import kept_apart, pairs_of
 from hcsearch.collision.penetration import prisms_of
-from hcsearch.kernels.intervals import Course
-from hcsearch.kernels.overlaps import deepest_overlap
+from hcsearch.kernels.collision.intervals import Course
+from hcsearch.kernels.collision.overlaps import deepest_overlap
 from hcsearch.kernels.planning.closing import close, new_closing
 from hcsearch.kernels.planning.tubes import Track, enclose
 from hcsearch.linkage import Linkage
@@ -67,7 +67,7 @@ def test_ten_thousand_moments_are_closed_within_the_slack_and_the_stops(name):
 @pytest.mark.slow  # needs an extra
 @pytest.mark.parametrize("name", SAMPLES)
 def test_coal_finds_shrunk_panels_apart_at_ten_thousand_moments(name):
-    from hcsearch.bench.coal_distances import Scene
+    from hcsearch_bench.peers.coal_distances import Scene
 
     sample = planned(name)
     linkage = sample.linkage

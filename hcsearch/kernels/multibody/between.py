@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
-from hcsearch.kernels.courses import TERMS, follow, rates_at, write_course
+from hcsearch.kernels.compiling.compiled import compiled
+from hcsearch.kernels.linkage.courses import TERMS, follow, rates_at, write_course
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, largest_pivot, project
 from hcsearch.kernels.multibody.sweeps import place
 from hcsearch.kernels.multibody.tree import Tree, Work

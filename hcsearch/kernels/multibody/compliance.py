@@ -7,7 +7,7 @@ rows that yield a little.
 
 from __future__ import annotations
 
-from hcsearch.kernels.compiled import lean
+from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.tree import Tree, Work
 from hcsearch.kernels.multibody.welds import close_rows, factorise, weld_errors, weld_rates
 

@@ -13,8 +13,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
-from hcsearch.kernels.cones import nonnegative
+from hcsearch.kernels.algebra.rows import divide_row, row_product, subtract_row
+from hcsearch.kernels.algebra.vectors import at, cross, dot, plus, put, times
+from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.linkage.cones import nonnegative
 from hcsearch.kernels.multibody.sweeps import load
 from hcsearch.kernels.multibody.tree import (
     ALONG,
@@ -34,9 +36,7 @@ from hcsearch.kernels.multibody.tree import (
     Tree,
     Work,
 )
-from hcsearch.kernels.multibody.vectors import at, cross, dot, plus, put, times
 from hcsearch.kernels.multibody.welds import INDEPENDENT
-from hcsearch.kernels.rows import divide_row, row_product, subtract_row
 
 Reals = NDArray[np.float64]
 Signs = NDArray[np.int8]

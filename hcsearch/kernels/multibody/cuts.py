@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.algebra.vectors import Vector, add, at, cross, dot, minus, plus, times, turned
+from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.hinges import Hinges, joint_torques, moment
 from hcsearch.kernels.multibody.tree import PLACE, PULL_COUPLE, PULL_FORCE, SPEED, SPIN, TURN, Work
-from hcsearch.kernels.multibody.vectors import Vector, add, at, cross, dot, minus, plus, times, turned
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]

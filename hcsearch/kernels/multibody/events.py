@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import lean
+from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.motion import Hold, Mechanism
 
 Reals = NDArray[np.float64]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import inlined, lean
+from hcsearch.kernels.compiling.compiled import inlined, lean
 from hcsearch.kernels.multibody.cuts import cut_energy
 from hcsearch.kernels.multibody.hinges import lost_power
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, closure_energy, evaluate

@@ -12,7 +12,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.algebra.vectors import (
+    Vector,
+    add,
+    applied,
+    at,
+    cross,
+    dot,
+    minus,
+    plus,
+    put,
+    symmetric,
+    times,
+    turned,
+    turned_back,
+)
+from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.tree import (
     ARM,
     CENTRE,
@@ -29,21 +44,6 @@ from hcsearch.kernels.multibody.tree import (
     TURN,
     Tree,
     Work,
-)
-from hcsearch.kernels.multibody.vectors import (
-    Vector,
-    add,
-    applied,
-    at,
-    cross,
-    dot,
-    minus,
-    plus,
-    put,
-    symmetric,
-    times,
-    turned,
-    turned_back,
 )
 
 Reals = NDArray[np.float64]

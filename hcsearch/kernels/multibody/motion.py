@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, inlined, lean
+from hcsearch.kernels.algebra.vectors import at, cross, put, turned
+from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
 from hcsearch.kernels.multibody.compliance import forces_ahead, spring_energy, spring_forces
 from hcsearch.kernels.multibody.cuts import Cuts, pull_cuts
 from hcsearch.kernels.multibody.hinges import Hinges, Struts, joint_torques, pull_struts
 from hcsearch.kernels.multibody.sweeps import gather, load, move, place, release
 from hcsearch.kernels.multibody.tree import CENTRE, PULL_COUPLE, PULL_FORCE, TURN, Tree, Work
-from hcsearch.kernels.multibody.vectors import at, cross, put, turned
 from hcsearch.kernels.multibody.welds import choose, close_rows, factorise, weld_errors, weld_rates
 
 Reals = NDArray[np.float64]

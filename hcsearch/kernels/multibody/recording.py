@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.cuts import cut_angles
 from hcsearch.kernels.multibody.events import NEAR
 from hcsearch.kernels.multibody.motion import Hold, Mechanism

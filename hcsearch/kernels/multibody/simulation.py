@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.algebra.vectors import at, dot, plus, turned
+from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.cuts import cut_energy, cut_gap
 from hcsearch.kernels.multibody.events import UP, first_event, first_near, greatest_pull
 from hcsearch.kernels.multibody.explicit import Method, write_stage
@@ -26,7 +27,6 @@ from hcsearch.kernels.multibody.steps import LEAST, Plan, first_step, land, loos
 from hcsearch.kernels.multibody.stops import collide, regrip
 from hcsearch.kernels.multibody.sweeps import move, place
 from hcsearch.kernels.multibody.tree import CENTRE, PLACE, TURN, Work
-from hcsearch.kernels.multibody.vectors import at, dot, plus, turned
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]

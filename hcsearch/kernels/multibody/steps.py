@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import lean
+from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.events import greatest_pull, threshold
 from hcsearch.kernels.multibody.explicit import Method, step, write_stage
 from hcsearch.kernels.multibody.implicit import implicit_step

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.contact import push_apart
 from hcsearch.kernels.multibody.events import NEAR
 from hcsearch.kernels.multibody.hinges import joint_momenta, kinetic

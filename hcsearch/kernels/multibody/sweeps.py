@@ -11,7 +11,27 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import lean
+from hcsearch.kernels.algebra.vectors import (
+    Vector,
+    add,
+    add_symmetric,
+    applied,
+    at,
+    conjugated,
+    cross,
+    dot,
+    minus,
+    plus,
+    product,
+    put,
+    rotation,
+    symmetric,
+    times,
+    turn_row,
+    turned,
+    turned_back,
+)
+from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.tree import (
     ABOVE,
     ALONG,
@@ -61,26 +81,6 @@ from hcsearch.kernels.multibody.tree import (
     WELD,
     Tree,
     Work,
-)
-from hcsearch.kernels.multibody.vectors import (
-    Vector,
-    add,
-    add_symmetric,
-    applied,
-    at,
-    conjugated,
-    cross,
-    dot,
-    minus,
-    plus,
-    product,
-    put,
-    rotation,
-    symmetric,
-    times,
-    turn_row,
-    turned,
-    turned_back,
 )
 
 Reals = NDArray[np.float64]

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiling.compiled import compiled
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]

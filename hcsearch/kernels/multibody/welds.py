@@ -12,7 +12,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import lean
+from hcsearch.kernels.algebra.vectors import at, cross, dot, minus, plus, turned
+from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.tree import (
     ARM_A,
     ARM_B,
@@ -31,7 +32,6 @@ from hcsearch.kernels.multibody.tree import (
     Tree,
     Work,
 )
-from hcsearch.kernels.multibody.vectors import at, cross, dot, minus, plus, turned
 
 Reals = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
-from hcsearch.kernels.multibody.vectors import Vector, at, dot, times
+from hcsearch.kernels.algebra.vectors import Vector, at, dot, times
+from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.planning.closing import CLOSED, close
 from hcsearch.kernels.planning.space import Space, Stack, State, Work, copy, farthest, pick, place, square
 

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
-from hcsearch.kernels.loops import Chain, close_loops
-from hcsearch.kernels.rows import divide_row, row_product, subtract_row
+from hcsearch.kernels.algebra.rows import divide_row, row_product, subtract_row
+from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.linkage.loops import Chain, close_loops
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -26,7 +26,7 @@ SMALL = 1e-13
 
 
 class Loops(NamedTuple):
-    """Loops of a linkage, see `kernels.loops`; size : m, of the pattern."""
+    """Loops of a linkage, see `kernels.linkage.loops`; size : m, of the pattern."""
 
     chain: Chain
     starts: Whole

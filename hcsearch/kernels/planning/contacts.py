@@ -11,8 +11,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import lean
-from hcsearch.kernels.multibody.vectors import Vector, add, at, cross, dot, minus, plus, put, times
+from hcsearch.kernels.algebra.vectors import Vector, add, at, cross, dot, minus, plus, put, times
+from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.planning.space import Space, State, Work
 
 Reals = NDArray[np.float64]

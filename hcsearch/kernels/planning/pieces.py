@@ -16,11 +16,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
-from hcsearch.kernels.loops import fold_on
-from hcsearch.kernels.multibody.vectors import Vector, cross
+from hcsearch.kernels.algebra.rows import row_product, subtract_row
+from hcsearch.kernels.algebra.vectors import Vector, cross
+from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.linkage.loops import fold_on
 from hcsearch.kernels.planning.closing import Loops, write_closure
-from hcsearch.kernels.rows import row_product, subtract_row
 
 Reals = NDArray[np.float64]
 

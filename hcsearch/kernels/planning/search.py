@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.planning.chords import link
 from hcsearch.kernels.planning.closing import CLOSED, close
 from hcsearch.kernels.planning.space import Space, Stack, Work, farthest, pick, place

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled, lean
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from hcsearch.kernels.compiled import lean
+from hcsearch.kernels.algebra.rows import divide_row, row_product
+from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.planning.chords import told_apart
 from hcsearch.kernels.planning.closing import CLOSED, close, open_by, span, take_off
 from hcsearch.kernels.planning.contacts import move_panels, near_contacts, near_stops, opened_by, write_row
 from hcsearch.kernels.planning.space import Space, State, Work, farthest, greatest, place
-from hcsearch.kernels.rows import divide_row, row_product
 
 SWEEPS = 150
 """Rounds over all conditions of a step."""

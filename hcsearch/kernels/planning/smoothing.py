@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.planning.chords import link, told_apart
 from hcsearch.kernels.planning.contacts import SHARE, near_contacts, write_row
 from hcsearch.kernels.planning.sliding import slide

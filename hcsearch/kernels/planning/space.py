@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
-from hcsearch.kernels.distances import closest
-from hcsearch.kernels.loops import place_panels
-from hcsearch.kernels.multibody.vectors import at, put, times
+from hcsearch.kernels.algebra.vectors import at, put, times
+from hcsearch.kernels.collision.distances import closest
+from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.linkage.loops import place_panels
+from hcsearch.kernels.linkage.prisms import Prisms, apart, place_prisms
 from hcsearch.kernels.planning.closing import Closing, Loops, new_closing
-from hcsearch.kernels.prisms import Prisms, apart, place_prisms
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.planning.sliding import slide
 from hcsearch.kernels.planning.space import Space, Stack, Work, copy, farthest, greatest, pick, place
 

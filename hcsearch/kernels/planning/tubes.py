@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.compiled import compiled
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.planning.closing import Closing, Loops, close, keep_closed, new_closing
 from hcsearch.kernels.planning.pieces import CONTRACTION, Tables, prove_piece, tables_for
 

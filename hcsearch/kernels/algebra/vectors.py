@@ -1,0 +1,154 @@
+"""Vectors and symmetric matrices as tuples, which the compiler keeps in registers.
+
+A vector is (x, y, z); a symmetric matrix is (xx, yy, zz, xy, xz, yz); a rotation is nine numbers of a row, by rows.
+They are read from and written to rows of tables at a column.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiling.compiled import lean
+
+Reals = NDArray[np.float64]
+Vector = tuple[float, float, float]
+Symmetric = tuple[float, float, float, float, float, float]
+
+
+@lean
+def at(table: Reals, i: int, column: int) -> Vector:
+    """The vector in row i from a column on."""
+    return table[i, column], table[i, column + 1], table[i, column + 2]
+
+
+@lean
+def put(table: Reals, i: int, column: int, v: Vector) -> None:
+    """Write a vector into row i from a column on."""
+    table[i, column], table[i, column + 1], table[i, column + 2] = v
+
+
+@lean
+def add(table: Reals, i: int, column: int, v: Vector) -> None:
+    """Add a vector to the one in row i from a column on."""
+    table[i, column] += v[0]
+    table[i, column + 1] += v[1]
+    table[i, column + 2] += v[2]
+
+
+@lean
+def plus(a: Vector, b: Vector) -> Vector:
+    """The sum of two vectors."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+@lean
+def minus(a: Vector, b: Vector) -> Vector:
+    """The first vector less the second."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@lean
+def times(s: float, a: Vector) -> Vector:
+    """A number times a vector."""
+    return s * a[0], s * a[1], s * a[2]
+
+
+@lean
+def dot(a: Vector, b: Vector) -> float:
+    """The scalar product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@lean
+def cross(a: Vector, b: Vector) -> Vector:
+    """The vector product."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@lean
+def turned(table: Reals, i: int, column: int, a: Vector) -> Vector:
+    """The 3 x 3 matrix in row i from a column on, times a vector."""
+    return (
+        dot(at(table, i, column), a),
+        dot(at(table, i, column + 3), a),
+        dot(at(table, i, column + 6), a),
+    )
+
+
+@lean
+def turned_back(table: Reals, i: int, column: int, a: Vector) -> Vector:
+    """The transpose of the 3 x 3 matrix in row i from a column on, times a vector."""
+    x, y, z = at(table, i, column), at(table, i, column + 3), at(table, i, column + 6)
+    return (
+        x[0] * a[0] + y[0] * a[1] + z[0] * a[2],
+        x[1] * a[0] + y[1] * a[1] + z[1] * a[2],
+        x[2] * a[0] + y[2] * a[1] + z[2] * a[2],
+    )
+
+
+@lean
+def symmetric(table: Reals, i: int, column: int) -> Symmetric:
+    """The symmetric matrix in row i from a column on."""
+    return (
+        table[i, column],
+        table[i, column + 1],
+        table[i, column + 2],
+        table[i, column + 3],
+        table[i, column + 4],
+        table[i, column + 5],
+    )
+
+
+@lean
+def add_symmetric(table: Reals, i: int, column: int, s: Symmetric) -> None:
+    """Add a symmetric matrix to the one in row i from a column on."""
+    for k in range(6):
+        table[i, column + k] += s[k]
+
+
+@lean
+def product(s: float, a: Vector) -> Symmetric:
+    """The symmetric matrix s a a^T."""
+    x, y, z = times(s, a)
+    return x * a[0], y * a[1], z * a[2], x * a[1], x * a[2], y * a[2]
+
+
+@lean
+def applied(s: Symmetric, a: Vector) -> Vector:
+    """A symmetric matrix times a vector."""
+    return (
+        s[0] * a[0] + s[3] * a[1] + s[4] * a[2],
+        s[3] * a[0] + s[1] * a[1] + s[5] * a[2],
+        s[4] * a[0] + s[5] * a[1] + s[2] * a[2],
+    )
+
+
+@lean
+def conjugated(table: Reals, i: int, column: int, s: Symmetric) -> Symmetric:
+    """R S R^T for the rotation in row i from a column on."""
+    rx, ry, rz = at(table, i, column), at(table, i, column + 3), at(table, i, column + 6)
+    x, y, z = applied(s, rx), applied(s, ry), applied(s, rz)
+    return dot(rx, x), dot(ry, y), dot(rz, z), dot(rx, y), dot(rx, z), dot(ry, z)
+
+
+@lean
+def rotation(axis: Vector, angle: float) -> tuple[Vector, Vector, Vector]:
+    """Columns of the rotation about an axis of unit length, less the unit matrix."""
+    s = math.sin(angle)
+    c = 2.0 * math.sin(0.5 * angle) ** 2  # 1 - cos, exact for small angles
+    x, y, z = axis
+    return (
+        (-c * (y * y + z * z), c * x * y + s * z, c * x * z - s * y),
+        (c * x * y - s * z, -c * (x * x + z * z), c * y * z + s * x),
+        (c * x * z + s * y, c * y * z - s * x, -c * (x * x + y * y)),
+    )
+
+
+@lean
+def turn_row(r: Vector, columns: tuple[Vector, Vector, Vector]) -> Vector:
+    """A row of a rotation that is followed, in its own axes, by another, of which `rotation` tells the columns."""
+    x, y, z = columns
+    return r[0] + dot(r, x), r[1] + dot(r, y), r[2] + dot(r, z)

@@ -1,0 +1,1 @@
+"""Compiled loops over circuits: listing, canonical words, half-chains, frontier states, foldings."""

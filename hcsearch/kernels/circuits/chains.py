@@ -1,0 +1,291 @@
+"""Half-chains, the halves of circuits that fold, listed by where they end.
+
+A half-chain is the part of a circuit between the two flat creases of a folding: h + 1 panels, h = n / 2 - 1, walked
+outward from the first crease. In its own frame the first panel is at home and the crease faces direction 0; the
+panel on the other side of the crease begins the other half-chain, whose frame is this one turned by a half turn about
+the middle of the crease. Its turns are kept as letters, sharpest left first, packed into one integer, its code.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiling.compiled import compiled, lean
+
+FAR = 32767
+
+
+class Plane(NamedTuple):
+    """The tiling around home, as far as two half-chains reach.
+
+    moves : what a step in each direction adds to the number of a place.
+    turns, bits : turns by letter, and bits that a letter takes in a code.
+    distance : steps from home to each place, FAR beyond reach.
+    reach : places within h steps of home.
+    home : the first panel; home + moves[0] lies across the first crease.
+    h : steps of a half-chain.
+    turned : whether a half-chain's last panel is turned by a half turn against the first (triangles, odd h).
+    """
+
+    moves: NDArray[np.int64]
+    turns: NDArray[np.int64]
+    bits: int
+    distance: NDArray[np.int16]
+    reach: NDArray[np.int64]
+    home: int
+    h: int
+    turned: bool
+
+
+class Chains(NamedTuple):
+    """Half-chains of one key, grouped by the alternating sum of their turns.
+
+    codes, back : the code, and the code of the chain walked from its end.
+    sums : sum of turns, with alternating signs, the first with a plus.
+    steps : shape (n_chains, h), directions.
+    masks : shape (words, n_chains), the cells that the other half-chain can meet.
+    carried : shape (3, n_chains), bit planes of h numbers below `directions`: crease k of a first and of a second
+              half-chain is flat in another folding where theirs are equal.
+    """
+
+    codes: NDArray[np.uint64]
+    back: NDArray[np.uint64]
+    sums: NDArray[np.int16]
+    steps: NDArray[np.int8]
+    masks: NDArray[np.uint64]
+    carried: NDArray[np.uint64]
+
+
+@compiled
+def _walk(
+    plane: Plane,
+    exit_face: int,
+    toward: NDArray[np.int16],
+    bit: NDArray[np.int16],
+    blocked: NDArray[np.uint8],
+    sizes: NDArray[np.int64],
+    found: Chains,
+) -> int:
+    """Walk the half-chains that begin at home, in ascending order of their codes; return how many there are.
+
+    toward : steps from a place to where the walk must end, FAR where it must not go.
+    exit_face : face through which it must leave, or -1 for any; then sizes, shape (places, directions), counts the
+                chains by last place and exit, and nothing is written.
+    bit : the bit of each place in a mask, -1 for none.
+    """
+    moves, turns, h, home = plane.moves, plane.turns, plane.h, plane.home
+    directions = len(moves)
+    flip = directions // 2
+    n_turns = len(turns)
+    words = len(found.masks)
+    letters = np.zeros(h + 1, np.int64)
+    heading = np.zeros(h + 1, np.int64)
+    face = np.zeros(h + 1, np.int64)
+    total = np.zeros(h + 1, np.int64)
+    place = np.zeros(h + 1, np.int64)
+    code = np.zeros(h + 1, np.uint64)
+    mask = np.zeros((h + 1, words), np.uint64)
+    width = np.uint64(plane.bits)
+    one = np.uint64(1)
+    written = 0
+    heading[0] = flip
+    place[0] = home
+    letters[0] = -1
+    blocked[home] = 1
+    if exit_face >= 0 and bit[home] >= 0:
+        mask[0, bit[home] >> 6] |= one << np.uint64(bit[home] & 63)
+    k = 0
+    while k >= 0:
+        letter = letters[k] + 1
+        letters[k] = letter
+        if letter == n_turns:
+            blocked[place[k]] = 0
+            k -= 1
+            continue
+        turn = turns[letter]
+        d = heading[k] + turn
+        if d < 0:
+            d += directions
+        elif d >= directions:
+            d -= directions
+        to = place[k] + moves[d]
+        if toward[to] > h - 1 - k or blocked[to] != 0:
+            continue
+        r = (2 * d + flip - face[k] + directions) % directions  # the first crease, carried across this one
+        if k + 1 < h:
+            code[k + 1] = (code[k] << width) | np.uint64(letter)
+            total[k + 1] = total[k] + (turn if k % 2 == 0 else -turn)
+            k += 1
+            heading[k] = d
+            place[k] = to
+            face[k] = r
+            letters[k] = -1
+            blocked[to] = 1
+            if exit_face >= 0:
+                for w in range(words):
+                    mask[k, w] = mask[k - 1, w]
+                if bit[to] >= 0:
+                    mask[k, bit[to] >> 6] |= one << np.uint64(bit[to] & 63)
+            continue
+        if r == (d + flip) % directions:  # back through the last crease
+            continue
+        if exit_face < 0:
+            if blocked[to + moves[r]] == 0:
+                sizes[to, r] += 1
+                written += 1
+            continue
+        if r != exit_face:
+            continue
+        leaving = r - d
+        if leaving > flip:
+            leaving -= directions
+        elif leaving < -flip:
+            leaving += directions
+        last = 0
+        while turns[last] != leaving:
+            last += 1
+        reverse = np.uint64(n_turns - 1 - last)
+        for t in range(h - 1, 0, -1):
+            reverse = (reverse << width) | np.uint64(n_turns - 1 - letters[t])
+        found.codes[written] = (code[k] << width) | np.uint64(letter)
+        found.back[written] = reverse
+        found.sums[written] = total[k] + (turn if k % 2 == 0 else -turn) + (leaving if h % 2 == 0 else -leaving)
+        for t in range(1, h):
+            found.steps[written, t - 1] = heading[t]
+        found.steps[written, h - 1] = d
+        for w in range(words):
+            found.masks[w, written] = mask[h - 1, w]
+        if bit[to] >= 0:
+            found.masks[bit[to] >> 6, written] |= one << np.uint64(bit[to] & 63)
+        written += 1
+    return written
+
+
+@compiled
+def _room(n_chains: int, h: int, words: int) -> Chains:
+    return Chains(
+        np.empty(n_chains, np.uint64),
+        np.empty(n_chains, np.uint64),
+        np.empty(n_chains, np.int16),
+        np.empty((n_chains, h), np.int8),
+        np.empty((words, n_chains), np.uint64),
+        np.zeros((3, n_chains), np.uint64),
+    )
+
+
+@compiled
+def count_chains(plane: Plane, sizes: NDArray[np.int64]) -> int:
+    """Count the half-chains by last place and exit, into sizes of shape (places, directions); return how many."""
+    toward = np.full(len(plane.distance), np.int16(0))
+    blocked = np.zeros(len(plane.distance), np.uint8)
+    blocked[plane.home + plane.moves[0]] = 1
+    bit = np.empty(0, np.int16)
+    return _walk(plane, -1, toward, bit, blocked, sizes, _room(0, plane.h, 1))
+
+
+@lean
+def _steps_between(plane: Plane, end: int, place: int) -> int:
+    """Steps from a half-chain's last place to another place."""
+    away = end - place if plane.turned else place - end
+    return int(plane.distance[plane.home + away])
+
+
+@compiled
+def _list(plane: Plane, end: int, exit_face: int, n_chains: int, bit: NDArray[np.int16], words: int) -> Chains:
+    """The half-chains of one key."""
+    size = len(plane.distance)
+    toward = np.full(size, np.int16(FAR))
+    blocked = np.zeros(size, np.uint8)
+    for place in plane.reach:
+        away = _steps_between(plane, end, place)
+        if plane.distance[place] + away <= plane.h:
+            toward[place] = away
+    blocked[plane.home + plane.moves[0]] = 1
+    blocked[end + plane.moves[exit_face]] = 1
+    found = _room(n_chains, plane.h, words)
+    _walk(plane, exit_face, toward, bit, blocked, np.empty((0, 0), np.int64), found)
+    return found
+
+
+@lean
+def _carry(chains: Chains, directions: int, mate: bool) -> None:
+    """Fill `carried`, of a first half-chain or of its mate.
+
+    Crease k of the first half-chain is flat when the alternating sums of its first k turns and of the second one's
+    first h + 1 - k, both with a plus for the first turn, add up to (h + 1) m / 2, mod m (docs/theory.md, 23).
+    """
+    n_chains, h = chains.steps.shape
+    flip = directions // 2
+    goal = (h + 1) * flip % directions
+    one = np.uint64(1)
+    for i in range(n_chains):
+        before = np.int64(flip)  # into the first panel
+        total = np.int64(0)
+        for k in range(1, h + 1):
+            d = np.int64(chains.steps[i, k - 1])
+            total += d - before if k % 2 == 1 else before - d
+            before = d
+            u = total % directions
+            at = np.uint64(k)
+            if mate:
+                u = (goal - u) % directions
+                at = np.uint64(h + 1 - k)
+            for plane in range(3):
+                if (u >> plane) & 1:
+                    chains.carried[plane, i] |= one << at
+
+
+@compiled
+def _grouped(chains: Chains, starts: NDArray[np.int64], offset: int) -> Chains:
+    """The chains by ascending sums; those of sum s are at starts[s + offset] .. starts[s + offset + 1] - 1."""
+    n_chains = len(chains.codes)
+    starts[:] = 0
+    for s in chains.sums:
+        starts[s + offset + 1] += 1
+    for i in range(1, len(starts)):
+        starts[i] += starts[i - 1]
+    free = starts.copy()
+    ordered = _room(n_chains, chains.steps.shape[1], len(chains.masks))
+    for i in range(n_chains):
+        to = free[chains.sums[i] + offset]
+        free[chains.sums[i] + offset] += 1
+        ordered.codes[to] = chains.codes[i]
+        ordered.back[to] = chains.back[i]
+        ordered.sums[to] = chains.sums[i]
+        ordered.steps[to] = chains.steps[i]
+        ordered.masks[:, to] = chains.masks[:, i]
+    return ordered
+
+
+@compiled
+def list_chains(plane: Plane, key: NDArray[np.int64]) -> tuple[Chains, Chains, NDArray[np.int64]]:
+    """The half-chains of a key, those of the key they meet, and where each sum begins among the latter.
+
+    key : last place and exit of the first half-chains, their number, and that of the others. Sum s of the others is at
+    starts[s + 2 n] .. starts[s + 2 n + 1] - 1.
+    """
+    h, home, moves = plane.h, plane.home, plane.moves
+    end, face = key[0], key[1]
+    mate_home = home + moves[0]
+    mate_end = home + mate_home - end - moves[face]  # in the other half-chain's frame
+    bit, mate_bit = np.full(len(plane.distance), np.int16(-1)), np.full(len(plane.distance), np.int16(-1))
+    n_bits = 0
+    for place in plane.reach:
+        other = home + mate_home - place
+        if plane.distance[place] + _steps_between(plane, end, place) > h or plane.distance[other] > h:
+            continue
+        if plane.distance[other] + _steps_between(plane, mate_end, other) <= h:
+            bit[place] = n_bits
+            mate_bit[other] = n_bits
+            n_bits += 1
+    n_words = max(1, (n_bits + 63) // 64)
+    first = _list(plane, end, face, key[2], bit, n_words)
+    _carry(first, len(moves), False)
+    offset = 4 * (h + 1)
+    starts = np.zeros(2 * offset + 2, np.int64)
+    second = _grouped(_list(plane, mate_end, face, key[3], mate_bit, n_words), starts, offset)
+    _carry(second, len(moves), True)
+    return first, second, starts

@@ -1,0 +1,69 @@
+"""Two-stack foldings and their twist, in O(n) integer steps a circuit."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiling.compiled import compiled, lean
+
+
+@compiled
+def fold_words(words: NDArray[np.int8], directions: int, rows: NDArray[np.int32], creases: NDArray[np.int16]) -> int:
+    """Write circuit and first flat crease of every two-stack folding; return how many there are.
+
+    With x_i the turn at panel i, sign (-1)^i, crease j is flat when m divides the sum of all x and the sum of
+    x_j+1 .. x_j+n/2 is (m / 2) (n / 2), mod m directions (docs/theory.md, 4). `rows` and `creases` have room for n / 2
+    foldings a circuit. n is even.
+    """
+    n_words, n = words.shape
+    half = n // 2
+    goal = half * (directions // 2)
+    sums = np.zeros(n, np.int64)  # x_0 + .. + x_k, of turns that are not reduced: they count mod m only
+    most = 2 * n * directions + goal  # no sum below is further from zero
+    divisible = np.zeros(2 * most + 1, np.bool_)  # looked up, as a division takes longer than the rest
+    divisible[most % directions :: directions] = True
+    written = 0
+    for row in range(n_words):
+        before = np.int64(words[row, n - 1])
+        total = np.int64(0)
+        for k in range(0, n, 2):
+            even, odd = np.int64(words[row, k]), np.int64(words[row, k + 1])
+            sums[k] = total + even - before
+            total = sums[k] - odd + even
+            sums[k + 1] = total
+            before = odd
+        if not divisible[most + total]:
+            continue
+        for j in range(half):
+            if divisible[most + sums[j + half] - sums[j] - goal]:
+                rows[written] = row
+                creases[written] = j
+                written += 1
+    return written
+
+
+@lean
+def twist_words(words: NDArray[np.int8], directions: int, rows: NDArray[np.int32], twist: NDArray[np.int16]) -> None:
+    """Write |Lk| of each folding, |T_even - T_odd| / m of its circuit; `rows` ascends, so a circuit is summed once."""
+    n = words.shape[1]
+    flip = directions // 2
+    known = -1
+    linking = np.int64(0)
+    for i in range(len(rows)):
+        row = rows[i]
+        if row != known:
+            known = row
+            total = np.int64(0)
+            before = np.int64(words[row, n - 1])
+            for k in range(n):  # turn at panel k, between steps k - 1 and k
+                d = np.int64(words[row, k])
+                turn = d - before
+                before = d
+                if turn >= flip:
+                    turn -= directions
+                elif turn < -flip:
+                    turn += directions
+                total += turn if k % 2 == 0 else -turn
+            linking = abs(total) // directions
+        twist[i] = linking

@@ -1,0 +1,369 @@
+"""Hamiltonian cycles of any graph by frontier states, edge after edge.
+
+Edges are decided one by one, out or in. What the decided edges mean for the rest of the graph is told by the vertices
+that have both decided and open edges, the frontier. Each holds a slot; its value is 0 for degree 0, 1 for degree 2,
+and 2 + s for the end of a path whose other end is in slot s. A state is two words of 12 slots with 5 bits each, and
+the parity of marked edges in a bit above. Fixed slots make the value unique, so equal states are equal words.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiling.compiled import compiled, lean
+
+SLOTS = 24
+PARITY = np.uint64(1 << 60)
+COMPLETE = -2
+DEAD = -1
+SATURATED = 1 << 61
+
+# columns of a sweep's table, one row an edge (see `enumeration.sweep`)
+U, V, NEED_U, NEED_V, FREE_U, FREE_V, ENTERED, FORCED, MARKED = range(9)
+
+_BITS = np.uint64(5)
+_MASK = np.uint64(31)
+_ONE = np.uint64(1)
+_LOW_SLOTS = 12
+
+
+@lean
+def _get(lo: np.uint64, hi: np.uint64, slot: int) -> int:
+    if slot < _LOW_SLOTS:
+        return int((lo >> (_BITS * np.uint64(slot))) & _MASK)
+    return int((hi >> (_BITS * np.uint64(slot - _LOW_SLOTS))) & _MASK)
+
+
+@lean
+def _put(lo: np.uint64, hi: np.uint64, slot: int, value: int) -> tuple[np.uint64, np.uint64]:
+    if slot < _LOW_SLOTS:
+        shift = _BITS * np.uint64(slot)
+        return (lo & ~(_MASK << shift)) | (np.uint64(value) << shift), hi
+    shift = _BITS * np.uint64(slot - _LOW_SLOTS)
+    return lo, (hi & ~(_MASK << shift)) | (np.uint64(value) << shift)
+
+
+@lean
+def _find(
+    lo: np.uint64,
+    hi: np.uint64,
+    table: NDArray[np.int32],
+    next_lo: NDArray[np.uint64],
+    next_hi: NDArray[np.uint64],
+    size: int,
+) -> int:
+    """Index of a state among `size` known ones; `size` itself when it is new, which writes it there."""
+    mask = np.uint64(len(table) - 1)
+    h = (lo ^ (hi * np.uint64(0x9E3779B97F4A7C15))) * np.uint64(0xD6E8FEB86659FD93)
+    h ^= h >> np.uint64(32)
+    h *= np.uint64(0xD6E8FEB86659FD93)
+    at = (h ^ (h >> np.uint64(29))) & mask
+    while True:
+        index = table[at]
+        if index < 0:
+            table[at] = size
+            next_lo[size] = lo
+            next_hi[size] = hi
+            return size
+        if next_lo[index] == lo and next_hi[index] == hi:
+            return int(index)
+        at = (at + _ONE) & mask
+
+
+@lean
+def _degree(value: int) -> int:
+    if value == 0:
+        return 0
+    return 2 if value == 1 else 1
+
+
+@lean
+def advance(
+    step: NDArray[np.int64],
+    full_lo: np.uint64,
+    full_hi: np.uint64,
+    lo: NDArray[np.uint64],
+    hi: NDArray[np.uint64],
+    table: NDArray[np.int32],
+    next_lo: NDArray[np.uint64],
+    next_hi: NDArray[np.uint64],
+    child: NDArray[np.int32],
+) -> int:
+    """Decide one edge for every state; return the number of states after it.
+
+    full_lo, full_hi : the state in which a closing edge completes a cycle: all slots in use at degree 2, parity right.
+    child : shape (len(lo), 2), the state after 'out' and after 'in', DEAD, or COMPLETE where a cycle closes.
+    """
+    u, v = step[U], step[V]
+    size = 0
+    for i in range(len(lo)):
+        a, b = _get(lo[i], hi[i], u), _get(lo[i], hi[i], v)
+        child[i, 0] = child[i, 1] = DEAD
+        if step[FORCED] == 0 and _degree(a) >= step[NEED_U] and _degree(b) >= step[NEED_V]:
+            x, y = lo[i], hi[i]
+            if step[FREE_U]:
+                x, y = _put(x, y, u, 0)
+            if step[FREE_V]:
+                x, y = _put(x, y, v, 0)
+            child[i, 0] = _find(x, y, table, next_lo, next_hi, size)
+            size += child[i, 0] == size
+        if a == 1 or b == 1 or _degree(a) + 1 < step[NEED_U] or _degree(b) + 1 < step[NEED_V]:
+            continue
+        x, y = lo[i], hi[i]
+        if step[MARKED]:
+            x ^= PARITY
+        if a == 2 + v:
+            if step[ENTERED]:
+                x, y = _put(x, y, u, 1)
+                x, y = _put(x, y, v, 1)
+                if x == full_lo and y == full_hi:
+                    child[i, 1] = COMPLETE
+            continue
+        end_u = u if a == 0 else a - 2
+        end_v = v if b == 0 else b - 2
+        x, y = _put(x, y, u, 1)
+        x, y = _put(x, y, v, 1)
+        x, y = _put(x, y, end_u, 2 + end_v)
+        x, y = _put(x, y, end_v, 2 + end_u)
+        if step[FREE_U]:
+            x, y = _put(x, y, u, 0)
+        if step[FREE_V]:
+            x, y = _put(x, y, v, 0)
+        child[i, 1] = _find(x, y, table, next_lo, next_hi, size)
+        size += child[i, 1] == size
+    return size
+
+
+@lean
+def add_counts(
+    child: NDArray[np.int32], counts: NDArray[np.int64], after: NDArray[np.int64], total: NDArray[np.int64]
+) -> None:
+    """Add each state's count to its children's, and to `total` where a cycle closes; limbs of 32 bits, uncarried."""
+    limbs = counts.shape[1]
+    for i in range(len(child)):
+        for choice in range(2):
+            to = child[i, choice]
+            if to >= 0:
+                for limb in range(limbs):
+                    after[to, limb] += counts[i, limb]
+            elif to == COMPLETE:
+                for limb in range(limbs):
+                    total[limb] += counts[i, limb]
+
+
+@lean
+def carry(counts: NDArray[np.int64]) -> bool:
+    """Bring every limb but the last below 2^32; return whether the last one no longer is."""
+    overflow = False
+    limbs = counts.shape[1]
+    for i in range(len(counts)):
+        for limb in range(limbs - 1):
+            counts[i, limb + 1] += counts[i, limb] >> 32
+            counts[i, limb] &= 0xFFFFFFFF
+        overflow |= counts[i, limbs - 1] >> 32 != 0
+    return overflow
+
+
+@lean
+def count_completions(child: NDArray[np.int32], after: NDArray[np.int64], counts: NDArray[np.int64]) -> None:
+    """Number of ways to complete each state, from those of the states after it; stops growing at SATURATED."""
+    for i in range(len(child)):
+        total = np.int64(0)
+        for choice in range(2):
+            to = child[i, choice]
+            if to >= 0:
+                total += after[to]
+            elif to == COMPLETE:
+                total += 1
+        counts[i] = total if total < SATURATED else SATURATED
+
+
+@lean
+def _live(to: int, counts: NDArray[np.int64], offset: int) -> bool:
+    return to == COMPLETE or (to >= 0 and counts[offset + to] > 0)
+
+
+@compiled
+def list_completions(
+    layer: int,
+    offsets: NDArray[np.int64],
+    child: NDArray[np.int32],
+    counts: NDArray[np.int64],
+    start: NDArray[np.int64],
+    masks: NDArray[np.uint64],
+) -> None:
+    """Write the edge sets, among edges layer.., that complete each state of a layer; those of state s from start[s]."""
+    n_edges = len(offsets) - 1
+    node = np.empty(n_edges + 1, np.int64)
+    choice = np.empty(n_edges + 1, np.int64)
+    at = 0
+    for s in range(offsets[layer + 1] - offsets[layer]):
+        start[s] = at
+        if counts[offsets[layer] + s] == 0:
+            continue
+        k = layer
+        node[k] = s
+        choice[k] = -1
+        while k >= layer:
+            choice[k] += 1
+            if choice[k] > 1:
+                k -= 1
+                continue
+            to = child[offsets[k] + node[k], choice[k]]
+            if to == COMPLETE:
+                for e in range(layer, k + 1):
+                    if choice[e] == 1:
+                        masks[at, e >> 6] |= _ONE << np.uint64(63 - (e & 63))
+                at += 1
+            elif _live(to, counts, offsets[k + 1]):
+                k += 1
+                node[k] = to
+                choice[k] = -1
+    start[offsets[layer + 1] - offsets[layer]] = at
+
+
+@lean
+def permute_masks(masks: NDArray[np.uint64], permutations: NDArray[np.int32], images: NDArray[np.uint64]) -> None:
+    """Write images of edge sets under permutations of the edges; images : shape (n_masks, n_permutations, words)."""
+    for i in range(len(masks)):
+        for word in range(masks.shape[1]):
+            bits = masks[i, word]
+            e = word * 64
+            while bits != 0:
+                if bits >> np.uint64(63):
+                    for g in range(len(permutations)):
+                        to = permutations[g, e]
+                        images[i, g, to >> 6] |= _ONE << np.uint64(63 - (to & 63))
+                bits <<= _ONE
+                e += 1
+
+
+@compiled
+def list_masks(
+    layer: int,
+    offsets: NDArray[np.int64],
+    child: NDArray[np.int32],
+    counts: NDArray[np.int64],
+    permutations: NDArray[np.int32],
+    start: NDArray[np.int64],
+    tails: NDArray[np.uint64],
+    tail_images: NDArray[np.uint64],
+    rank: NDArray[np.int64],
+    found: NDArray[np.uint64],
+    symmetry: NDArray[np.int16],
+) -> int:
+    """Write the edge sets of cycles number rank[0] .. rank[1] - 1 that are least among their images; return how many.
+
+    Every cycle is a walk of decided edges down to `layer` and one of the tails of the state it reaches, so there are
+    no dead ends. Stops early, with rank[0] moved on, when `found` might not hold the next state's tails.
+    permutations : shape (n_permutations, n_edges), the symmetries but for the identity, acting on edges.
+    """
+    words = found.shape[1]
+    n_images = len(permutations)
+    head = np.zeros(words, np.uint64)
+    images = np.zeros((n_images, words), np.uint64)
+    node = np.zeros(layer + 1, np.int64)
+    choice = np.zeros(layer + 1, np.int64)
+    # go to the walk that holds cycle number rank[0]
+    skip = rank[0]
+    for k in range(layer):
+        to = child[offsets[k] + node[k], 0]
+        below = counts[offsets[k + 1] + to] if to >= 0 else 0
+        choice[k] = 0
+        if skip >= below:
+            skip -= below
+            choice[k] = 1
+            to = child[offsets[k] + node[k], 1]
+        node[k + 1] = to
+    written = 0
+    while rank[0] < rank[1]:
+        state = node[layer]
+        first, last = start[state] + skip, start[state + 1]
+        last = min(last, first + rank[1] - rank[0])
+        if written + last - first > len(found):
+            if written > 0:
+                return written
+            last = first + len(found)
+        head[:] = 0
+        images[:] = 0
+        for e in range(layer):
+            if choice[e] == 1:
+                head[e >> 6] |= _ONE << np.uint64(63 - (e & 63))
+                for g in range(n_images):
+                    to = permutations[g, e]
+                    images[g, to >> 6] |= _ONE << np.uint64(63 - (to & 63))
+        for tail in range(first, last):
+            ties = 1
+            least = True
+            for g in range(n_images):
+                order = 0
+                for word in range(words):
+                    x = images[g, word] | tail_images[tail, g, word]
+                    y = head[word] | tails[tail, word]
+                    if x != y:
+                        order = -1 if x < y else 1
+                        break
+                if order < 0:
+                    least = False
+                    break
+                ties += order == 0
+            if least:
+                for word in range(words):
+                    found[written, word] = head[word] | tails[tail, word]
+                symmetry[written] = ties
+                written += 1
+        rank[0] += last - first
+        if last < start[state + 1]:
+            skip = last - start[state]
+            continue
+        skip = 0
+        # the next walk: turn the last 'out' that can be an 'in', then go down
+        k = layer - 1
+        while k >= 0:
+            if choice[k] == 0 and _live(child[offsets[k] + node[k], 1], counts, offsets[k + 1]):
+                break
+            k -= 1
+        if k < 0:
+            break
+        choice[k] = 1
+        node[k + 1] = child[offsets[k] + node[k], 1]
+        for below in range(k + 1, layer):
+            to = child[offsets[below] + node[below], 0]
+            choice[below] = 0
+            if not _live(to, counts, offsets[below + 1]):
+                choice[below] = 1
+                to = child[offsets[below] + node[below], 1]
+            node[below + 1] = to
+    return written
+
+
+@compiled
+def trace_masks(masks: NDArray[np.uint64], edges: NDArray[np.int64], directions: int, words: NDArray[np.int8]) -> None:
+    """Write each cycle, an edge set, as the directions of its steps.
+
+    edges : shape (n_edges, 3), the cells (u, v) of each edge and the direction from u to v.
+    """
+    n = words.shape[1]
+    to = np.empty((n, 2), np.int64)
+    way = np.empty((n, 2), np.int8)
+    degree = np.empty(n, np.int64)
+    half = directions // 2
+    for i in range(len(masks)):
+        degree[:] = 0
+        for e in range(len(edges)):
+            if (masks[i, e >> 6] >> np.uint64(63 - (e & 63))) & _ONE:
+                u, v, d = edges[e, 0], edges[e, 1], edges[e, 2]
+                to[u, degree[u]] = v
+                way[u, degree[u]] = d
+                degree[u] += 1
+                to[v, degree[v]] = u
+                way[v, degree[v]] = d - half if d >= half else d + half
+                degree[v] += 1
+        at = 0
+        last = -1
+        for k in range(n):
+            side = 1 if k > 0 and to[at, 0] == last else 0
+            words[i, k] = way[at, side]
+            last = at
+            at = to[at, side]

@@ -1,0 +1,181 @@
+"""Circuits that fold, found as pairs of half-chains; each class is written once, from its least rooted word.
+
+A circuit can be rooted at either end of any of its foldings, at either half-chain, in two orientations. Its least
+pair of codes (first half-chain, second half-chain) is the one that is written; as many roots attain it as the circuit
+has symmetries. docs/theory.md, section 8, has the proofs.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.circuits.chains import Chains, Plane
+from hcsearch.kernels.compiling.compiled import lean
+
+
+@lean
+def _least_root(
+    a: np.uint64, b: np.uint64, ra: np.uint64, rb: np.uint64, flips: np.uint64
+) -> tuple[np.uint64, np.uint64, int]:
+    """The least of the eight roots of a folding, and how many attain it.
+
+    a, b : codes of the folding's half-chains; ra, rb : the same walked from the other flat crease.
+    flips : the code that adds up with a code to that of its mirror image.
+    """
+    code, mate, equal = a, b, 0
+    for root in range(8):
+        x, y = _root(root, a, b, ra, rb, flips)
+        if x < code or (x == code and y < mate):
+            code, mate, equal = x, y, 0
+        if x == code and y == mate:
+            equal += 1
+    return code, mate, equal
+
+
+@lean
+def _root(
+    root: int, a: np.uint64, b: np.uint64, ra: np.uint64, rb: np.uint64, flips: np.uint64
+) -> tuple[np.uint64, np.uint64]:
+    """One of the eight: bit 0 of its number exchanges the half-chains, bit 1 the flat creases, bit 2 reflects."""
+    x, y = (ra, rb) if root & 2 else (a, b)
+    if root & 1:
+        x, y = y, x
+    if root & 4:
+        x, y = flips - x, flips - y
+    return x, y
+
+
+@lean
+def _order(
+    a: np.uint64,
+    b: np.uint64,
+    ra: np.uint64,
+    rb: np.uint64,
+    flat: np.uint64,
+    stabiliser: int,
+    letters: tuple[int, int, np.uint64, np.uint64],
+) -> int:
+    """Order of the circuit's symmetry group when this is the root to write it from, else 0.
+
+    a, b, ra, rb : as in `_least_root`, of the folding that the root belongs to.
+    flat : bit k is set where crease k of the first half-chain is flat in another folding.
+    stabiliser : bit i is set where root i of the folding has the same key.
+    letters : h, bits of a letter, the highest letter, and the code of h highest letters.
+    """
+    h, bits, top, flips = letters
+    for root in range(1, 8):
+        if (stabiliser >> root) & 1:
+            x, y = _root(root, a, b, ra, rb, flips)
+            if x < a or (x == a and y < b):
+                return 0
+    code, mate, order = _least_root(a, b, ra, rb, flips)
+    if flat == 0:
+        return order
+    # the letters of the panels, walked forward (ahead: first half-chain, then second) and backward
+    width = np.uint64(bits)
+    shift = np.uint64(bits * (h - 1))
+    ahead_a = (a << width) | (top - (ra >> shift))
+    ahead_b = (rb << width) | (top - (b >> shift))
+    behind_b = (b << width) | (top - (rb >> shift))
+    behind_a = (ra << width) | (top - (a >> shift))
+    k = 0
+    while flat != 0:
+        if flat & np.uint64(1):
+            other, other_mate, equal = _least_root(
+                _window(ahead_a, ahead_b, k, h, bits),
+                _window(behind_a, behind_b, h + 1 - k, h, bits),
+                _window(behind_b, behind_a, h + 1 - k, h, bits),
+                _window(ahead_b, ahead_a, k, h, bits),
+                flips,
+            )
+            if other < code or (other == code and other_mate < mate):
+                return 0
+            if other == code and other_mate == mate:
+                order += equal
+        flat >>= np.uint64(1)
+        k += 1
+    return order
+
+
+@lean
+def _window(first: np.uint64, second: np.uint64, skip: int, h: int, bits: int) -> np.uint64:
+    """The h letters out of two words of h + 1 letters each, after the first `skip` ones; 0 < skip < h + 1."""
+    rest = np.uint64(bits * (h + 1 - skip))
+    more = np.uint64(bits * (skip - 1))
+    kept = first & ((np.uint64(1) << rest) - np.uint64(1))
+    return (kept << more) | (second >> (np.uint64(bits * (h + 1)) - more))
+
+
+@lean
+def join_chains(
+    plane: Plane,
+    key: NDArray[np.int64],
+    lists: tuple[Chains, Chains, NDArray[np.int64]],
+    untwisted: bool,
+    part: int,
+    parts: int,
+    group_order: int,
+    state: NDArray[np.int64],
+    words: NDArray[np.int8],
+    totals: NDArray[np.int64],
+) -> int:
+    """Join the half-chains of a key to circuits that fold, one a class, until `words` is full; return how many.
+
+    key : as for `list_chains`, and the key's stabiliser (see `_order`); lists : what that returned.
+    part, parts : of the first half-chains only every parts-th is taken, from number `part` on.
+    state : (first half-chain, second half-chain) to go on with; the first is their number at the end.
+    words : shape (capacity, n); without room, circuits are only counted.
+    totals : adds the number of classes and of circuits up to translation, which are group_order / symmetry a class.
+    """
+    first, second, starts = lists
+    h, bits = plane.h, plane.bits
+    face, stabiliser = key[1], key[4]
+    half = h + 1
+    offset = 4 * half
+    top = len(plane.turns) - 1
+    flips = np.uint64(0)
+    for _ in range(h):
+        flips = (flips << np.uint64(bits)) | np.uint64(top)
+    letters = (h, bits, np.uint64(top), flips)
+    capacity = len(words)
+    full = (np.uint64(1) << np.uint64(half)) - np.uint64(2)  # bits 1 .. h
+    written = 0
+    for i in range(state[0], len(first.codes)):
+        if i % parts != part:
+            continue
+        lo, hi = np.int64(0), np.int64(len(second.codes))
+        if untwisted:
+            lo, hi = starts[offset - first.sums[i]], starts[offset - first.sums[i] + 1]
+        mask = first.masks[0, i]
+        for j in range(max(lo, state[1]), hi):
+            if mask & second.masks[0, j] != 0:
+                continue
+            meet = np.uint64(0)
+            for w in range(1, len(first.masks)):
+                meet |= first.masks[w, i] & second.masks[w, j]
+            if meet != 0:
+                continue
+            flat = full
+            for p in range(3):
+                flat &= ~(first.carried[p, i] ^ second.carried[p, j])
+            order = _order(first.codes[i], second.codes[j], first.back[i], second.back[j], flat, stabiliser, letters)
+            if order == 0:
+                continue
+            totals[0] += 1
+            totals[1] += group_order // order
+            if capacity == 0:
+                continue
+            words[written, 0] = len(plane.moves) // 2
+            words[written, half] = face
+            for t in range(h):
+                words[written, 1 + t] = first.steps[i, t]
+                words[written, half + 1 + t] = second.steps[j, h - 1 - t]
+            written += 1
+            if written == capacity:
+                state[0] = i
+                state[1] = j + 1
+                return written
+        state[1] = 0
+    state[0] = len(first.codes)
+    return written

@@ -1,0 +1,183 @@
+"""Self-avoiding polygons of n steps, one a congruence class, by a resumable depth-first walk.
+
+A polygon is written as its cyclic word of turns, walked counterclockwise. The walk visits only words that can still
+be the least of their rotations (prenecklaces, kept with one integer a step as by Fredricksen, Kessler and Maiorana)
+and that can still get home, around what they have visited; a finished word is kept when it is also not greater than
+any rotation of its mirror image, the reversed word.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiling.compiled import compiled, lean
+
+
+@lean
+def mirror_rank(letters: NDArray[np.int8], n: int) -> int:
+    """Compare a word (a least rotation) with the least rotation of its reversal: -1 less, 0 equal, 1 greater."""
+    equal = False
+    for start in range(n):
+        at = start
+        for k in range(n):
+            difference = letters[k] - letters[at]
+            if difference != 0:
+                break
+            at -= 1
+            if at < 0:
+                at = n - 1
+        else:
+            equal = True
+            continue
+        if difference > 0:
+            return 1
+    return 0 if equal else -1
+
+
+@lean
+def _way_home(
+    start: int,
+    steps: int,
+    moves: NDArray[np.int64],
+    distance: NDArray[np.int16],
+    visited: NDArray[np.uint8],
+    seen: NDArray[np.int64],
+    stamp: int,
+    queue: NDArray[np.int64],
+) -> bool:
+    """Whether home (distance 0) can be reached from a place in `steps` steps or less over unvisited places."""
+    first, last, gone = 0, 1, 0
+    queue[0] = start
+    seen[start] = stamp
+    while first < last and gone < steps:
+        gone += 1
+        for at in range(first, last):
+            for move in moves:
+                to = queue[at] + move
+                if distance[to] == 0:
+                    return True
+                if visited[to] == 0 and seen[to] != stamp and distance[to] <= steps - gone:
+                    seen[to] = stamp
+                    queue[last] = to
+                    last += 1
+            first += 1
+    return False
+
+
+@compiled
+def walk_polygons(
+    directions: int,
+    turns: NDArray[np.int64],
+    moves: NDArray[np.int64],
+    distance: NDArray[np.int16],
+    n: int,
+    depth: int,
+    trap: int,
+    letters: NDArray[np.int8],
+    heading: NDArray[np.int64],
+    place: NDArray[np.int64],
+    period: NDArray[np.int64],
+    visited: NDArray[np.uint8],
+    state: NDArray[np.int64],
+    found: NDArray[np.int8],
+    symmetry: NDArray[np.int16],
+) -> int:
+    """Go on with a walk until it ends or `found` is full; return how many words were written.
+
+    letters[k] is the turn before step k (k >= 1), as an index into `turns`; letters[0] is unused and the closing
+    turn is letters[n]. With `trap` or more steps left the walk looks for its way home, which costs less than a walk
+    that has walled itself off. The words of a unit share letters[1:depth + 1]; `state` holds (step, first, done).
+    `enumeration.polygons` owns the arrays and sets them up for a prefix.
+    """
+    seen = np.zeros(len(distance), np.int64)
+    queue = np.empty(len(distance), np.int64)
+    stamp = 0
+    n_turns = len(turns)
+    capacity = len(found)
+    written = 0
+    k = state[0]
+    fresh = state[1]
+    letter = 0
+    while written < capacity:
+        # choose the next letter of step k: on a first visit from the prenecklace bound, else after the last one
+        if fresh == 1:
+            letter = letters[k - period[k - 1]] if k > 1 else 0
+        else:
+            if k < n - 1:
+                visited[place[k + 1]] = 0
+            letter = letters[k] + 1
+        advanced = False
+        left = n - 1 - k
+        while letter < n_turns:
+            d = heading[k - 1] + turns[letter]
+            if d < 0:
+                d += directions
+            elif d >= directions:
+                d -= directions
+            to = place[k] + moves[d]
+            if distance[to] <= left and (visited[to] == 0 or left == 0):
+                advanced = True
+                if left >= trap:
+                    visited[to] = 1
+                    stamp += 1
+                    advanced = _way_home(to, left, moves, distance, visited, seen, stamp, queue)
+                    visited[to] = 0
+                if advanced:
+                    break
+            letter += 1
+        if not advanced:
+            k -= 1
+            fresh = 0
+            if k <= depth:
+                state[2] = 1
+                break
+            continue
+        letters[k] = letter
+        heading[k] = d
+        p = period[k - 1]
+        if k == 1 or letter != letters[k - p]:
+            p = k
+        period[k] = p
+        if left > 0:
+            place[k + 1] = to
+            visited[to] = 1
+            k += 1
+            fresh = 1
+            continue
+        # home again: the closing turn, the orientation, the necklace, the mirror image
+        place[k + 1] = to
+        fresh = 0
+        closing = heading[0] - d
+        total = np.int64(0)
+        if closing > directions // 2:
+            closing -= directions
+        elif closing <= -(directions // 2):
+            closing += directions
+        last = -1
+        for c in range(n_turns):
+            if turns[c] == closing:
+                last = c
+        if last < 0:
+            continue
+        if last < letters[n - p]:
+            continue
+        if last > letters[n - p]:
+            p = n
+        if n % p != 0:
+            continue
+        for i in range(1, n):
+            total += turns[letters[i]]
+        if total + closing != directions:
+            continue
+        letters[n] = last
+        rank = mirror_rank(letters[1 : n + 1], n)
+        if rank > 0:
+            continue
+        for i in range(n):
+            found[written, i] = heading[i]
+        symmetry[written] = (n // p) * (2 if rank == 0 else 1)
+        written += 1
+    state[0] = k
+    state[1] = fresh
+    return written

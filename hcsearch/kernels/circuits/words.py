@@ -1,0 +1,280 @@
+"""Canonical circuits and arrays of whole batches of step words."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiling.compiled import compiled, lean
+
+
+@lean
+def _least_rotation(letters: NDArray[np.int8], n: int) -> tuple[int, int]:
+    """Start of the least rotation of a cyclic word, and its period, in O(n); letters holds the word twice."""
+    i, j, k = 0, 1, 0  # two candidates, equal over k letters; all other starts below the greater one are worse
+    while i < n and j < n and k < n:
+        order = letters[i + k] - letters[j + k]
+        if order == 0:
+            k += 1
+            continue
+        if order > 0:
+            i += k + 1
+        else:
+            j += k + 1
+        if i == j:
+            j += 1
+        k = 0
+    return min(i, j), abs(i - j) if k == n else n
+
+
+@lean
+def _least_rotations(ahead: NDArray[np.int8], back: NDArray[np.int8], n: int) -> tuple[int, int, int]:
+    """Start and period of the least rotation of a word, and start of that of the word read backwards.
+
+    Letters are -2 to 2. Packed into an integer, the letters of a window of up to 21 settle most words quickly: where
+    the least window comes once, the least rotation begins with it.
+    """
+    window = min(n, 21)
+    top = np.uint64(3 * (window - 1))
+    mask = (np.uint64(1) << np.uint64(3 * window)) - np.uint64(1)
+    forward, backward = np.uint64(0), np.uint64(0)
+    for k in range(window - 1):
+        letter = np.uint64(ahead[k] + 2)
+        forward = (forward << np.uint64(3)) | letter
+        backward = (backward >> np.uint64(3)) | (letter << top)
+    least, least_back = ~np.uint64(0), ~np.uint64(0)
+    start, start_back, ties, ties_back = 0, 0, 0, 0
+    for k in range(n):
+        letter = np.uint64(ahead[k + window - 1] + 2)
+        forward = ((forward << np.uint64(3)) | letter) & mask
+        backward = (backward >> np.uint64(3)) | (letter << top)
+        if forward < least:
+            least, start, ties = forward, k, 1
+        elif forward == least:
+            ties += 1
+        if backward < least_back:
+            least_back, start_back, ties_back = backward, k, 1
+        elif backward == least_back:
+            ties_back += 1
+    period = n
+    if ties > 1:
+        start, period = _least_rotation(ahead, n)
+    if ties_back > 1:
+        return start, period, _least_rotation(back, n)[0]
+    return start, period, n - 1 - (start_back + window - 1) % n
+
+
+@compiled
+def canonicalise(
+    words: NDArray[np.int8], directions: int, classes: int, found: NDArray[np.int8], symmetry: NDArray[np.int16]
+) -> None:
+    """Write the canonical form of each word and the order of its symmetry group.
+
+    The key of a word is its least cyclic sequence of turns (left before right), walked counterclockwise, of itself or
+    its mirror image; then the class of the first step's direction (`classes` of them; see `Grid.first_directions`).
+    """
+    n = words.shape[1]
+    half = directions // 2
+    ahead = np.empty(2 * n, np.int8)
+    back = np.empty(2 * n, np.int8)
+    for row in range(len(words)):
+        total = 0
+        for k in range(n):  # ahead[k] is the turn after step k
+            turn = words[row, k + 1 if k + 1 < n else 0] - words[row, k]
+            if turn >= half:
+                turn -= directions
+            elif turn < -half:
+                turn += directions
+            ahead[k] = turn
+            total += turn
+        if total > 0:  # a letter is the turn to the right, so sharp left turns come first
+            for k in range(n):
+                ahead[k] = -ahead[k]
+        for k in range(n):  # the mirror image, counterclockwise, meets the same turns backwards
+            ahead[n + k] = ahead[k]
+            back[n - 1 - k] = back[2 * n - 1 - k] = ahead[k]
+        start, period, mirrored = _least_rotations(ahead, back, n)
+        order = 0
+        for k in range(n):
+            order = ahead[start + k] - back[mirrored + k]
+            if order != 0:
+                break
+        first = classes
+        ties = 0
+        for at in range(start % period, n, period):  # `ahead` from `at` on follows step at
+            for side in range(2):
+                # `back` from position p on follows step n - p
+                step = at if side == 0 else (n - (mirrored + at - start)) % n
+                if (side == 0 and order > 0) or (side == 1 and order < 0):
+                    continue
+                kind = words[row, step] % classes
+                if kind < first:
+                    first = kind
+                    ties = 0
+                ties += kind == first
+        best, begin = (ahead, start) if order <= 0 else (back, mirrored)
+        d = first
+        for k in range(n):
+            found[row, k] = d
+            d -= best[begin + k]
+            if d < 0:
+                d += directions
+            elif d >= directions:
+                d -= directions
+        symmetry[row] = ties
+
+
+@compiled
+def array_rows(
+    words: NDArray[np.int8],
+    moves: NDArray[np.int64],
+    bits: int,
+    rows: NDArray[np.uint64],
+    heights: NDArray[np.int64],
+    symmetry: NDArray[np.int16],
+) -> None:
+    """Write the canonical array of each circuit as rows of bits (`Array.rows`), and the order of its symmetry group.
+
+    moves : shape (order of the point group, directions, 3), `Grid.row_moves`: what a step adds to the column of bits
+            and to the row in each image of the grid, and the column modulo `bits` of a cell that it leaves.
+    bits : columns that a cell coordinate takes, 2 for triangles, else 1.
+    """
+    n_words, n = words.shape
+    n_images = len(moves)
+    column = np.empty(n, np.int64)
+    level = np.empty(n, np.int64)
+    low = np.empty(n_images, np.int64)
+    height = np.empty(n_images, np.int64)
+    # images that differ by mirroring columns or rows take the same number of rows: of these one is measured
+    measured = np.empty(n_images, np.int64)
+    upright = np.ones(n_images, np.bool_)
+    for g in range(n_images):
+        for other in range(g + 1):
+            same = (moves[g, :, 1] == moves[other, :, 1]).all()
+            if same or (moves[g, :, 1] == -moves[other, :, 1]).all():
+                measured[g] = other
+                upright[g] = same
+                break
+    image = np.zeros(n, np.uint64)
+    one = np.uint64(1)
+    for row in range(n_words):
+        least = n + 1
+        for g in range(n_images):  # rows alone first: few images have the fewest
+            if measured[g] != g:
+                height[g] = height[measured[g]]
+                low[g] = low[measured[g]] if upright[g] else 1 - height[g] - low[measured[g]]
+                continue
+            y, bottom, top = np.int64(0), np.int64(0), np.int64(0)
+            for k in range(n):
+                y += moves[g, words[row, k], 1]
+                bottom = min(bottom, y)
+                top = max(top, y)
+            low[g] = bottom
+            height[g] = top - bottom + 1
+            least = min(least, height[g])
+        ties = 0
+        for g in range(n_images):
+            if height[g] != least:
+                continue
+            x = moves[g, words[row, 0], 2]
+            left, y = x, np.int64(0)
+            for k in range(n):
+                column[k] = x
+                level[k] = y - low[g]
+                left = min(left, x)
+                x += moves[g, words[row, k], 0]
+                y += moves[g, words[row, k], 1]
+            left -= left % bits
+            image[:least] = 0
+            for k in range(n):
+                image[level[k]] |= one << np.uint64(column[k] - left)
+            less = ties == 0
+            equal = not less
+            if equal:
+                for k in range(least):
+                    if image[k] != rows[row, k]:
+                        less = image[k] < rows[row, k]
+                        equal = False
+                        break
+            if less:
+                rows[row, :least] = image[:least]
+                ties = 1
+            elif equal:
+                ties += 1
+        heights[row] = least
+        symmetry[row] = ties
+
+
+@compiled
+def write_rows(
+    rows: NDArray[np.uint64], heights: NDArray[np.int64], prefix: NDArray[np.uint8], text: NDArray[np.uint8]
+) -> int:
+    """Write rows as hexadecimal text after a prefix; return the longest length. `text` is zeroed by the caller."""
+    longest = 0
+    for i in range(len(rows)):
+        at = len(prefix)
+        text[i, :at] = prefix
+        for y in range(heights[i]):
+            if y > 0:
+                text[i, at] = 46
+                at += 1
+            bits = 4
+            while bits < 64 and rows[i, y] >> np.uint64(bits) != 0:
+                bits += 4
+            while bits > 0:
+                bits -= 4
+                digit = (rows[i, y] >> np.uint64(bits)) & np.uint64(15)
+                text[i, at] = digit + (48 if digit < 10 else 87)
+                at += 1
+        longest = max(longest, at)
+    return longest
+
+
+@lean
+def fingerprint_rows(rows: NDArray[np.uint64], heights: NDArray[np.int64], found: NDArray[np.uint64]) -> None:
+    """Write a 128-bit fingerprint of each canonical array; found : shape (n, 2).
+
+    Two different arrays share one with probability 2^-128, so a hundred million of them collide with odds under 2^-74.
+    """
+    for i in range(len(rows)):
+        for half in range(2):
+            h = np.uint64(0x9E3779B97F4A7C15) * np.uint64(2 * half + 1) + np.uint64(heights[i])
+            for y in range(heights[i]):
+                h ^= rows[i, y]
+                h ^= h >> np.uint64(30)
+                h *= np.uint64(0xBF58476D1CE4E5B9)
+                h ^= h >> np.uint64(27)
+                h *= np.uint64(0x94D049BB133111EB) + np.uint64(2 * half)
+                h ^= h >> np.uint64(31)
+            found[i, half] = h
+
+
+@compiled
+def insert_fingerprints(found: NDArray[np.uint64], table: NDArray[np.uint64]) -> int:
+    """Put fingerprints into a hash table (0, 0 is a free place; room for all); return how many were not there.
+
+    Free places among them, as in an old table, are passed over. A large table is far from the processor: looking a
+    block up at first sight, before anything depends on it, lets the ways there overlap.
+    """
+    mask = np.uint64(len(table) - 1)
+    block = 32
+    known = np.empty(block, np.bool_)
+    fresh = 0
+    for start in range(0, len(found), block):
+        stop = min(start + block, len(found))
+        for i in range(start, stop):
+            at = found[i, 0] & mask
+            known[i - start] = (table[at, 0] == found[i, 0]) & (table[at, 1] == found[i, 1])
+        for i in range(start, stop):
+            if known[i - start] or (found[i, 0] == 0 and found[i, 1] == 0):
+                continue
+            at = found[i, 0] & mask
+            while table[at, 0] != 0 or table[at, 1] != 0:
+                if table[at, 0] == found[i, 0] and table[at, 1] == found[i, 1]:
+                    break
+                at = (at + np.uint64(1)) & mask
+            else:
+                table[at, 0] = found[i, 0]
+                table[at, 1] = found[i, 1]
+                fresh += 1
+    return fresh

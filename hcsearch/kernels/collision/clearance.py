@@ -1,0 +1,146 @@
+"""Certified clearance: whether prisms stay apart at all times of a motion, and how near they come.
+
+An interval in which no direction tells two panels apart is halved, until one does, or it is shorter than can matter.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.collision.dips import smallest_dip
+from hcsearch.kernels.collision.intervals import HALVINGS, Book, Course, begin, book_for, bound, halve, nearest, relate
+from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.linkage.courses import follow
+from hcsearch.kernels.linkage.loops import Chain, place_panels
+from hcsearch.kernels.linkage.prisms import Prisms
+from hcsearch.kernels.linkage.reaches import Pairs
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+CLEAR, COLLIDES, UNDECIDED = 0, 1, 2
+"""Verdicts: apart at all times; overlapping at a time; too near to tell."""
+ROUNDING = 1e-12
+"""What panels may be elsewhere by rounding, m."""
+
+
+class Search(NamedTuple):
+    """What is asked of a motion.
+
+    slack : what panels may be elsewhere than they are placed, m. margin : that prisms are shrunk by on every face, m.
+    deepest : by which they could be before one is gone, m. resolution : to which the smallest gap is wanted, m.
+    """
+
+    slack: float
+    margin: float
+    deepest: float
+    resolution: float
+
+
+class Answer(NamedTuple):
+    """What was found. All entries are written; each table has one.
+
+    times : s, when a pair collides or comes too near. pairs : which. gaps : m, the smallest to which a pair comes back,
+        infinite without one. looks : intervals times pairs looked at.
+    """
+
+    times: Reals
+    pairs: Whole
+    gaps: Reals
+    looks: Whole
+
+
+@compiled
+def judge(
+    chain: Chain,
+    prisms: Prisms,
+    shrunk: Prisms,
+    pairs: Pairs,
+    course: Course,
+    wanted: Search,
+    measured: bool,
+    answer: Answer,
+) -> int:
+    """The verdict on a motion; of one that is clear, and where it is measured, the smallest gap too.
+
+    Panels that come nearer than the slack do not collide for sure: those do that overlap shrunk by half of it more.
+    """
+    slack = max(wanted.slack, ROUNDING)
+    answer.gaps[0] = math.inf
+    answer.looks[0] = 0
+    verdict = search(chain, shrunk, pairs, course, slack, answer)
+    if verdict == CLEAR:
+        if measured:
+            gap, looks = smallest_dip(chain, prisms, pairs, course, 2.0 * wanted.margin, wanted.resolution)
+            answer.gaps[0] = max(gap - slack, 0.0)
+            answer.looks[0] += looks
+        return CLEAR
+    if wanted.margin + 0.5 * slack >= wanted.deepest:
+        return UNDECIDED
+    time, pair = answer.times[0], answer.pairs[0]
+    k = max(np.searchsorted(course.times, time) - 1, 0)
+    rest = Course(course.times[k:], course.angles[k:], course.rates[k:], course.accelerations[k:], course.cubic)
+    deeper = shrunk.vertices + (0.5 * slack / wanted.margin) * (shrunk.vertices - prisms.vertices)
+    inner = Prisms(shrunk.panels, shrunk.counts, deeper, shrunk.middles, shrunk.reaches, shrunk.normals, shrunk.edges)
+    if search(chain, inner, pairs, rest, 0.0, answer) == COLLIDES:
+        return COLLIDES
+    answer.times[0], answer.pairs[0] = time, pair
+    return UNDECIDED
+
+
+@compiled
+def search(chain: Chain, prisms: Prisms, pairs: Pairs, course: Course, slack: float, answer: Answer) -> int:
+    """Follow all pairs through a motion; CLEAR, or what is found at the first time at which no gap is above a slack."""
+    book = book_for(chain, prisms, pairs, course)
+    for k in range(len(course.times) - 1):
+        h = begin(chain, pairs, course, k, slack, book)
+        top = 0 if h > 0.0 else -1
+        while top >= 0:
+            share = book.high[top] - book.low[top]
+            left = _look(prisms, pairs, slack, share * h, top, book, answer)
+            if not left:
+                top -= 1
+            elif share <= 0.5**HALVINGS:
+                p = book.lists[top, 0]
+                answer.times[0], answer.pairs[0] = course.times[k] + book.high[top] * h, p
+                return COLLIDES if _overlap(chain, prisms, pairs, p, top, book) else UNDECIDED
+            else:
+                halve(chain, left, top, book)
+                top += 1
+    return CLEAR
+
+
+@lean
+def _overlap(chain: Chain, prisms: Prisms, pairs: Pairs, p: int, top: int, book: Book) -> bool:
+    """Whether a pair overlaps at the end of an interval, or 1, 3, 7, 15 ... times its length later in the step.
+
+    The interval is the shortest that there is: at its end rounding may hide that the pair has met.
+    """
+    poses, share, wait = book.highs[top], book.high[top], book.high[top] - book.low[top]
+    while True:
+        relate(prisms, pairs, p, poses, book.seen[1])
+        if nearest(prisms, pairs, p, book.seen[1], book)[0] <= 0.0:
+            return True
+        share += wait
+        wait *= 2.0
+        if share > 1.0:
+            return False
+        follow(book.course, share, book.angles)
+        place_panels(chain, book.angles, poses)
+
+
+@lean
+def _look(prisms: Prisms, pairs: Pairs, slack: float, wait: float, top: int, book: Book, answer: Answer) -> int:
+    """Look at the pairs of an interval, a time `wait` long; those whose gap may come below move to the front."""
+    left = 0
+    for i in range(book.counts[top]):
+        p = book.lists[top, i]
+        answer.looks[0] += 1
+        if not bound(prisms, pairs, p, slack, wait, top, book)[0] > slack:
+            book.lists[top, left] = p
+            left += 1
+    return left

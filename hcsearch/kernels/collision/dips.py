@@ -1,0 +1,117 @@
+"""The smallest gap to which a pair of prisms comes back: how near a motion comes to a collision.
+
+In the packed state neighbours touch, and so they do in the flat one: pairs that only part, or only close, would make
+every smallest gap 0. So a gap counts where it lies in a dip: before it and after it there are states at which the pair
+is further apart by a given rise at least.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.collision.intervals import Book, Course, begin, book_for, bound, halve, nearest, relate, spheres
+from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.linkage.loops import Chain
+from hcsearch.kernels.linkage.prisms import Prisms
+from hcsearch.kernels.linkage.reaches import Pairs
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+SHORTEST = 0.5**20
+"""Share of a step below which gaps are not known better than they are."""
+
+
+class _Dips(NamedTuple):
+    """What is known, m; of each pair, shape (p,), but of all in `best`.
+
+    widest : the widest gap at a state so far. lows, ups : what the gap has not come below since it last rose, where it
+        was narrower by the rise, and one that it had. best : (2,), both of the dips that are over.
+    """
+
+    widest: Reals
+    lows: Reals
+    ups: Reals
+    best: Reals
+
+
+@compiled
+def smallest_dip(
+    chain: Chain, prisms: Prisms, pairs: Pairs, course: Course, rise: float, resolution: float
+) -> tuple[float, int]:
+    """What no gap in a dip of some rise comes below, to a resolution (m), infinite without one; and how many looks."""
+    book = book_for(chain, prisms, pairs, course)
+    count = len(pairs.prisms)
+    dips = _Dips(np.full(count, -math.inf), np.full(count, math.inf), np.full(count, math.inf), np.full(2, math.inf))
+    _rise(prisms, pairs, rise, book, dips)
+    looks = 0
+    for k in range(len(course.times) - 1):
+        h = begin(chain, pairs, course, k, dips.best[0] + rise, book)
+        top = 0 if h > 0.0 else -1
+        while top >= 0:
+            share = book.high[top] - book.low[top]
+            looks += book.counts[top]
+            left = _fall(prisms, pairs, rise, resolution, share * h, share <= SHORTEST, top, book, dips)
+            if not left:
+                top -= 1
+            else:
+                halve(chain, left, top, book)
+                top += 1
+        _rise(prisms, pairs, rise, book, dips)
+    return dips.best[0], looks
+
+
+@lean
+def _fall(
+    prisms: Prisms,
+    pairs: Pairs,
+    rise: float,
+    resolution: float,
+    wait: float,
+    last: bool,
+    top: int,
+    book: Book,
+    dips: _Dips,
+) -> int:
+    """Book how far gaps fall in an interval, a time `wait` long; pairs of which that is not known move to the front."""
+    left = 0
+    for i in range(book.counts[top]):
+        p = book.lists[top, i]
+        need = min(dips.widest[p] - rise, dips.lows[p], dips.best[0])
+        if need <= 0.0:
+            continue
+        low, first, second = bound(prisms, pairs, p, need, wait, top, book)
+        low = max(low, 0.0)
+        if low >= need:
+            continue
+        up = min(first, second)
+        if low < min(up, dips.ups[p], dips.best[1]) - resolution and not last:
+            book.lists[top, left] = p
+            left += 1
+            continue
+        dips.lows[p] = low
+        if up <= dips.widest[p] - rise:
+            dips.ups[p] = min(dips.ups[p], up)
+    return left
+
+
+@lean
+def _rise(prisms: Prisms, pairs: Pairs, rise: float, book: Book, dips: _Dips) -> None:
+    """Close the dips of pairs that have risen at the end of a step."""
+    for p in range(len(pairs.prisms)):
+        gap, enough = book.spare[p], dips.best[0] + rise
+        if not gap > enough:  # else it is wide enough, whatever it is
+            relate(prisms, pairs, p, book.highs[0], book.seen[1])
+            gap = spheres(prisms, pairs, p, book.seen[1])
+            if not gap > enough:
+                gap = nearest(prisms, pairs, p, book.seen[1], book)[0]
+            book.spare[p] = gap
+        dips.widest[p] = max(dips.widest[p], gap)
+        if gap >= dips.lows[p] + rise:
+            dips.best[0] = min(dips.best[0], dips.lows[p])
+            dips.best[1] = min(dips.best[1], dips.ups[p])
+            dips.lows[p] = dips.ups[p] = math.inf

@@ -1,0 +1,299 @@
+"""Pairs of prisms in an interval of a motion: what their gap does not come below.
+
+Between two states of the motion every point of a panel, seen from another panel, stays within (dt^2 / 8) max |x''| of
+the chord between its places at both ends. So where one direction, fixed to one of the two panels, has gaps g and g' at
+the ends, the panels are at least min(g, g') - (dt^2 / 8) max |x''| apart in between (docs/collision.md).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.algebra.vectors import Vector, at, dot, minus, put, times
+from hcsearch.kernels.collision.distances import closest
+from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.linkage.courses import TERMS, bound_rates, follow, path_bend, path_speed, write_course
+from hcsearch.kernels.linkage.loops import Chain, place_panels
+from hcsearch.kernels.linkage.prisms import Prisms
+from hcsearch.kernels.linkage.reaches import Pairs
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+HALVINGS = 40
+"""An interval between two states is halved no more often than this."""
+
+
+class Course(NamedTuple):
+    """States of a motion, k of them: times (k,), fold angles, rates and accelerations (k, n_hinges).
+
+    cubic : whether accelerations are not known.
+    """
+
+    times: Reals
+    angles: Reals
+    rates: Reals
+    accelerations: Reals
+    cubic: bool
+
+
+class Book(NamedTuple):
+    """Tables of a search: intervals that wait, by depth; what is known of each pair; tables of the step.
+
+    low, high, lows, highs : ends of the interval as shares of the step, and poses there. lists, counts : its pairs.
+    ways, keepers : of each pair, the direction that last told it apart, fixed to its first panel (0) or second (1) and
+        pointing away from that. corners : of each pair, where the last search of its distance ended. spare : what the
+        gap of each pair is at least at the end of the last interval it was looked at in, less how far both may have
+        come nearer since; at the end of the last one of a step that is the end of the step.
+    bends, speeds : of the step, |x''| / 8 as seen from either panel, and |x'|.
+    course, rates, accelerations : polynomials of the fold angles in the step, and bounds. seen : (2, 3, 4), poses of
+        the second panel from the first at both ends. points : corners of the second prism from the first panel.
+    """
+
+    low: Reals
+    high: Reals
+    lows: Reals
+    highs: Reals
+    lists: Whole
+    counts: Whole
+    ways: Reals
+    keepers: Whole
+    corners: Whole
+    spare: Reals
+    bends: Reals
+    speeds: Reals
+    course: Reals
+    rates: Reals
+    accelerations: Reals
+    angles: Reals
+    seen: Reals
+    points: Reals
+
+
+@compiled
+def book_for(chain: Chain, prisms: Prisms, pairs: Pairs, course: Course) -> Book:
+    """Empty tables, with the panels at the beginning of the motion."""
+    depth, panels, count, hinges = HALVINGS + 2, len(chain.order), len(pairs.prisms), len(chain.points)
+    book = Book(
+        low=np.zeros(depth),
+        high=np.zeros(depth),
+        lows=np.zeros((depth, panels, 3, 4)),
+        highs=np.zeros((depth, panels, 3, 4)),
+        lists=np.zeros((depth, count), np.int64),
+        counts=np.zeros(depth, np.int64),
+        ways=np.zeros((count, 3)),
+        keepers=np.zeros(count, np.int64),
+        corners=np.full((count, 4), -1),
+        spare=np.full(count, -math.inf),
+        bends=np.zeros((count, 2)),
+        speeds=np.zeros(count),
+        course=np.zeros((hinges, TERMS)),
+        rates=np.zeros(hinges),
+        accelerations=np.zeros(hinges),
+        angles=np.zeros(hinges),
+        seen=np.zeros((2, 3, 4)),
+        points=np.zeros((prisms.vertices.shape[1], 3)),
+    )
+    place_panels(chain, course.angles[0], book.highs[0])
+    return book
+
+
+@lean
+def begin(chain: Chain, pairs: Pairs, course: Course, k: int, need: float, book: Book) -> float:
+    """Begin the step from state k, with the pairs whose gap may come down to what is needed in it.
+
+    The others had more to spare when they were last looked at than they can have come nearer since. Returns the length
+    of the step (s), 0 where two states are of one time.
+    """
+    h = course.times[k + 1] - course.times[k]
+    _copy(book.highs[0], book.lows[0])
+    place_panels(chain, course.angles[k + 1], book.highs[0])
+    if h <= 0.0:
+        return 0.0
+    q, v, a = course.angles, course.rates, course.accelerations
+    write_course(h, course.cubic, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], book.course)
+    bound_rates(book.course, h, book.rates, book.accelerations)
+    listed = 0
+    for p in range(len(pairs.prisms)):
+        count = pairs.lengths[p]
+        speed = path_speed(pairs.hinges, p, count, pairs.beyond, book.rates)
+        book.spare[p] -= speed * h
+        if book.spare[p] > need:
+            continue
+        book.spare[p] = -math.inf
+        book.speeds[p] = speed
+        for back in range(2):
+            reaches = pairs.before if back else pairs.beyond
+            bend = path_bend(pairs.hinges, p, count, back == 1, reaches, book.rates, book.accelerations)
+            book.bends[p, back] = bend / 8.0
+        book.lists[0, listed] = p
+        listed += 1
+    book.low[0], book.high[0], book.counts[0] = 0.0, 1.0, listed
+    return float(h)
+
+
+@lean
+def halve(chain: Chain, left: int, top: int, book: Book) -> None:
+    """The first half of an interval on top of the second, for the pairs that are left."""
+    middle = 0.5 * (book.low[top] + book.high[top])
+    follow(book.course, middle, book.angles)
+    book.low[top + 1], book.high[top + 1] = book.low[top], middle
+    _copy(book.lows[top], book.lows[top + 1])
+    place_panels(chain, book.angles, book.highs[top + 1])
+    book.low[top] = middle
+    _copy(book.highs[top + 1], book.lows[top])
+    for i in range(left):
+        book.lists[top + 1, i] = book.lists[top, i]
+    book.counts[top] = book.counts[top + 1] = left
+
+
+@lean
+def _copy(poses: Reals, found: Reals) -> None:
+    """Copy poses, entry by entry: the assignment of a table to another would look for memory that they share."""
+    for k in range(len(poses)):
+        for i in range(3):
+            for j in range(4):
+                found[k, i, j] = poses[k, i, j]
+
+
+@lean
+def bound(
+    prisms: Prisms, pairs: Pairs, p: int, need: float, wait: float, top: int, book: Book
+) -> tuple[float, float, float]:
+    """What the gap of a pair does not come below in an interval, a time `wait` long, and at its ends.
+
+    Where the first is no more than needed, the others are the gaps at the ends; else no more is looked for.
+    """
+    relate(prisms, pairs, p, book.lows[top], book.seen[0])
+    low = spheres(prisms, pairs, p, book.seen[0]) - book.speeds[p] * wait
+    if low > need:
+        book.spare[p] = low
+        return low, low, low
+    relate(prisms, pairs, p, book.highs[top], book.seen[1])
+    low, first, second = _tell_apart(prisms, pairs, p, need, wait, book)
+    book.spare[p] = second
+    return low, first, second
+
+
+@lean
+def _tell_apart(
+    prisms: Prisms, pairs: Pairs, p: int, need: float, wait: float, book: Book
+) -> tuple[float, float, float]:
+    """What the gap of a pair does not come below in an interval, and at its ends; the best found where that is less.
+
+    The direction that told the pair apart before is tried first, then those of the shortest way at either end.
+    """
+    way = at(book.ways, p, 0)
+    low, first, second = _gap(prisms, pairs, p, book.keepers[p], way, wait, book)
+    if low > need:
+        return low, first, second
+    for end in range(2):
+        distance, way = nearest(prisms, pairs, p, book.seen[end], book)
+        if end:
+            second = distance
+        else:
+            first = distance
+        for keeper in range(2):
+            own = times(-1.0, _turned_back(book.seen[end], way)) if keeper else way
+            found, _, _ = _gap(prisms, pairs, p, keeper, own, wait, book)
+            if found > low:
+                low = found
+                book.keepers[p] = keeper
+                put(book.ways, p, 0, own)
+    return low, first, second
+
+
+@lean
+def _gap(
+    prisms: Prisms, pairs: Pairs, p: int, keeper: int, way: Vector, wait: float, book: Book
+) -> tuple[float, float, float]:
+    """What the gap along a direction does not come below in an interval, and the gaps at its ends.
+
+    way : unit vector fixed to the panel of the first prism, pointing to the second, or with keeper 1 the other way.
+    """
+    f, g = pairs.prisms[p, 0], pairs.prisms[p, 1]
+    own, other = (g, f) if keeper else (f, g)
+    top = _extent(prisms, own, way)
+    gaps = (math.inf, math.inf)
+    for end in range(2):
+        seen = book.seen[end]
+        if keeper:  # the place of the first panel, from the second, is -R^T t
+            turned = _turned(seen, way)
+            shift = -dot(turned, (seen[0, 3], seen[1, 3], seen[2, 3]))
+        else:
+            turned = _turned_back(seen, way)
+            shift = dot(way, (seen[0, 3], seen[1, 3], seen[2, 3]))
+        gap = shift - _extent(prisms, other, times(-1.0, turned)) - top
+        gaps = (gaps[0], gap) if end else (gap, gaps[1])
+    return min(gaps[0], gaps[1]) - book.bends[p, keeper] * wait * wait, gaps[0], gaps[1]
+
+
+@lean
+def _extent(prisms: Prisms, f: int, way: Vector) -> float:
+    """How far a prism reaches along a direction, in the flat state."""
+    far = -math.inf
+    for k in range(prisms.counts[f, 0]):
+        far = max(far, dot(way, at(prisms.vertices[f], k, 0)))
+    return far
+
+
+@lean
+def nearest(prisms: Prisms, pairs: Pairs, p: int, seen: Reals, book: Book) -> tuple[float, Vector]:
+    """Distance of a pair, and the direction from the first prism to the second, as the first panel sees it."""
+    f, g = pairs.prisms[p, 0], pairs.prisms[p, 1]
+    for k in range(prisms.counts[g, 0]):
+        x = _turned(seen, at(prisms.vertices[g], k, 0))
+        put(book.points, k, 0, (x[0] + seen[0, 3], x[1] + seen[1, 3], x[2] + seen[2, 3]))
+    guess = at(book.ways, p, 0)
+    if book.keepers[p]:
+        guess = times(-1.0, _turned(seen, guess))
+    last = (book.corners[p, 0], book.corners[p, 1], book.corners[p, 2], book.corners[p, 3])
+    gap, way, last = closest(prisms.vertices[f], prisms.counts[f, 0], book.points, prisms.counts[g, 0], guess, last)
+    book.corners[p, 0], book.corners[p, 1], book.corners[p, 2], book.corners[p, 3] = last
+    return max(gap, 0.0), way
+
+
+@lean
+def spheres(prisms: Prisms, pairs: Pairs, p: int, seen: Reals) -> float:
+    """What the distance of a pair does not come below, by the spheres around both."""
+    f, g = pairs.prisms[p, 0], pairs.prisms[p, 1]
+    x = _turned(seen, at(prisms.middles, g, 0))
+    way = minus((x[0] + seen[0, 3], x[1] + seen[1, 3], x[2] + seen[2, 3]), at(prisms.middles, f, 0))
+    return math.sqrt(dot(way, way)) - float(prisms.reaches[f] + prisms.reaches[g])
+
+
+@lean
+def relate(prisms: Prisms, pairs: Pairs, p: int, poses: Reals, seen: Reals) -> None:
+    """Write the pose of the second panel of a pair, as the first sees it."""
+    one = poses[prisms.panels[pairs.prisms[p, 0]]]
+    two = poses[prisms.panels[pairs.prisms[p, 1]]]
+    for j in range(4):
+        x, y, z = two[0, j], two[1, j], two[2, j]
+        if j == 3:
+            x, y, z = x - one[0, 3], y - one[1, 3], z - one[2, 3]
+        for i in range(3):
+            seen[i, j] = one[0, i] * x + one[1, i] * y + one[2, i] * z
+
+
+@lean
+def _turned(pose: Reals, a: Vector) -> Vector:
+    """The rotation of a pose, times a vector."""
+    return (
+        dot((pose[0, 0], pose[0, 1], pose[0, 2]), a),
+        dot((pose[1, 0], pose[1, 1], pose[1, 2]), a),
+        dot((pose[2, 0], pose[2, 1], pose[2, 2]), a),
+    )
+
+
+@lean
+def _turned_back(pose: Reals, a: Vector) -> Vector:
+    """The rotation of a pose, transposed, times a vector."""
+    return (
+        dot((pose[0, 0], pose[1, 0], pose[2, 0]), a),
+        dot((pose[0, 1], pose[1, 1], pose[2, 1]), a),
+        dot((pose[0, 2], pose[1, 2], pose[2, 2]), a),
+    )

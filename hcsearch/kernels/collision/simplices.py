@@ -1,0 +1,194 @@
+"""Simplices of up to four points: what of them is nearest to the origin, and which way it is from there.
+
+By signed volumes (Montanari, Petrinic and Barbieri 2017, https://doi.org/10.1145/3083724): the nearest point lies
+within, or on one of the sides that the origin is beyond.
+"""
+
+from __future__ import annotations
+
+import math
+
+from hcsearch.kernels.algebra.vectors import Vector, cross, dot, minus, times
+from hcsearch.kernels.compiling.compiled import inlined, lean
+
+Shares = tuple[float, float, float, float]
+"""Of the corners in a point of a simplex; they sum up to 1."""
+
+
+@inlined
+def nearest(k: int, a: Vector, b: Vector, c: Vector, d: Vector) -> tuple[float, Shares]:
+    """The point of a simplex nearest to the origin: square of its length, and the corners' shares, none below 0."""
+    if k == 1:
+        return dot(a, a), (1.0, 0.0, 0.0, 0.0)
+    if k == 2:
+        square, s, t = _of_edge(a, b)
+        return square, (s, t, 0.0, 0.0)
+    if k == 3:
+        square, s, t, u = _of_triangle(a, b, c)
+        return square, (s, t, u, 0.0)
+    return _of_tetrahedron(a, b, c, d)
+
+
+@inlined
+def _of_edge(a: Vector, b: Vector) -> tuple[float, float, float]:
+    e = minus(b, a)
+    long = dot(e, e)
+    t = -dot(a, e)
+    if t <= 0.0 or long == 0.0:
+        return dot(a, a), 1.0, 0.0
+    if t >= long:
+        return dot(b, b), 0.0, 1.0
+    t /= long
+    s = 1.0 - t
+    x, y, z = s * a[0] + t * b[0], s * a[1] + t * b[1], s * a[2] + t * b[2]
+    return x * x + y * y + z * z, s, t
+
+
+@inlined
+def _of_triangle(a: Vector, b: Vector, c: Vector) -> tuple[float, float, float, float]:
+    n = cross(minus(b, a), minus(c, a))
+    s, t, u = dot(n, cross(b, c)), dot(n, cross(c, a)), dot(n, cross(a, b))
+    whole = s + t + u
+    least, shares = math.inf, (0.0, 0.0, 0.0)
+    if s > 0.0 and t > 0.0 and u > 0.0:
+        shares = (s / whole, t / whole, u / whole)
+        near = _point(a, b, c, c, (shares[0], shares[1], shares[2], 0.0))
+        least = dot(near, near)
+    # else it lies on a side that the origin is beyond; on any, where there is no area
+    if not s > 0.0:
+        square, x, y = _of_edge(b, c)
+        if square < least:
+            least, shares = square, (0.0, x, y)
+    if not t > 0.0:
+        square, x, y = _of_edge(a, c)
+        if square < least:
+            least, shares = square, (x, 0.0, y)
+    if not u > 0.0:
+        square, x, y = _of_edge(a, b)
+        if square < least:
+            least, shares = square, (x, y, 0.0)
+    return least, shares[0], shares[1], shares[2]
+
+
+@lean
+def _of_tetrahedron(a: Vector, b: Vector, c: Vector, d: Vector) -> tuple[float, Shares]:
+    m, n = cross(a, b), cross(c, d)
+    s, t, u, v = dot(b, n), -dot(a, n), dot(d, m), -dot(c, m)
+    whole = s + t + u + v
+    if whole < 0.0:
+        s, t, u, v, whole = -s, -t, -u, -v, -whole
+    least, shares = math.inf, (0.0, 0.0, 0.0, 0.0)
+    if s > 0.0 and t > 0.0 and u > 0.0 and v > 0.0:
+        shares = (s / whole, t / whole, u / whole, v / whole)
+        shares = _refined(a, b, c, d, shares)
+        least = dot(_point(a, b, c, d, shares), _point(a, b, c, d, shares))
+    if not s > 0.0:
+        square, x, y, z = _of_triangle(b, c, d)
+        if square < least:
+            least, shares = square, (0.0, x, y, z)
+    if not t > 0.0:
+        square, x, y, z = _of_triangle(a, c, d)
+        if square < least:
+            least, shares = square, (x, 0.0, y, z)
+    if not u > 0.0:
+        square, x, y, z = _of_triangle(a, b, d)
+        if square < least:
+            least, shares = square, (x, y, 0.0, z)
+    if not v > 0.0:
+        square, x, y, z = _of_triangle(a, b, c)
+        if square < least:
+            least, shares = square, (x, y, z, 0.0)
+    return least, shares
+
+
+@lean
+def _point(a: Vector, b: Vector, c: Vector, d: Vector, shares: Shares) -> Vector:
+    s, t, u, v = shares
+    return (
+        s * a[0] + t * b[0] + u * c[0] + v * d[0],
+        s * a[1] + t * b[1] + u * c[1] + v * d[1],
+        s * a[2] + t * b[2] + u * c[2] + v * d[2],
+    )
+
+
+@lean
+def _refined(a: Vector, b: Vector, c: Vector, d: Vector, shares: Shares) -> Shares:
+    """Shares of the origin in a tetrahedron, corrected by where they lead: it may be flat."""
+    off = _point(a, b, c, d, shares)
+    x, y, z = minus(b, a), minus(c, a), minus(d, a)
+    whole = dot(x, cross(y, z))
+    if whole == 0.0:
+        return shares
+    t, u, v = dot(off, cross(y, z)) / whole, dot(off, cross(z, x)) / whole, dot(off, cross(x, y)) / whole
+    found = (shares[0] + t + u + v, shares[1] - t, shares[2] - u, shares[3] - v)
+    return found if found[0] > 0.0 and found[1] > 0.0 and found[2] > 0.0 and found[3] > 0.0 else shares
+
+
+@lean
+def side_with_last(a: Vector, b: Vector, c: Vector, d: Vector) -> Shares:
+    """The side of a tetrahedron, of those with its last corner, that is nearest to the origin; 0 for who is not in."""
+    one, two, three = (
+        _of_triangle(b, c, d)[0],
+        _of_triangle(a, c, d)[0],
+        _of_triangle(a, b, d)[0],
+    )
+    if one <= two and one <= three:
+        return 0.0, 1.0, 1.0, 1.0
+    return (1.0, 0.0, 1.0, 1.0) if two <= three else (1.0, 1.0, 0.0, 1.0)
+
+
+@lean
+def across_flat(k: int, a: Vector, b: Vector, c: Vector, d: Vector) -> Vector:
+    """The unit direction across a triangle, or a tetrahedron that is flat."""
+    n = cross(minus(b, a), minus(c, a))
+    if k == 4:
+        # of the products of two opposite edges the greatest
+        for m in (cross(minus(c, a), minus(d, b)), cross(minus(b, a), minus(d, c)), cross(minus(d, a), minus(c, b))):
+            if dot(m, m) > dot(n, n):
+                n = m
+    return unit(n)
+
+
+@inlined
+def normal(k: int, a: Vector, b: Vector, c: Vector) -> Vector:
+    """The unit direction away from the origin across a point, an edge or a triangle that it is nearest to."""
+    if k == 1:
+        return unit(a)
+    if k == 2:
+        return across_edge(a, b)
+    # of the three sides, the two shorter ones
+    e, f, g = minus(b, a), minus(c, a), minus(c, b)
+    ee, ff, gg = dot(e, e), dot(f, f), dot(g, g)
+    if ee >= ff and ee >= gg:
+        e = g
+    elif ff >= gg:
+        f = g
+    n = cross(e, f)
+    long = dot(n, a)
+    return unit(times(-1.0, n) if long < 0.0 else n)
+
+
+@inlined
+def across_edge(a: Vector, b: Vector) -> Vector:
+    """The unit direction to the line through two points."""
+    e = minus(b, a)
+    long = dot(e, e)
+    if dot(b, b) < dot(a, a):
+        a = b
+    if long == 0.0:
+        return unit(a)
+    share = 1.0 / long
+    t = share * dot(a, e)
+    n = unit((a[0] - t * e[0], a[1] - t * e[1], a[2] - t * e[2]))
+    # again: what rounding has left along the line counts by the line's length, not by the distance
+    t = share * dot(n, e)
+    n = (n[0] - t * e[0], n[1] - t * e[1], n[2] - t * e[2])
+    off = 1.0 - dot(n, n)
+    return times(1.0 + 0.5 * off, n) if off < 1e-8 else unit(n)
+
+
+@inlined
+def unit(a: Vector) -> Vector:
+    """A vector made one of unit length; the first axis, where it has none."""
+    square = dot(a, a)
+    return times(1.0 / math.sqrt(square), a) if square > 0.0 else (1.0, 0.0, 0.0)

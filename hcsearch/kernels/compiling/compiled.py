@@ -1,0 +1,50 @@
+"""How this project compiles its loops: cached on disk, without the interpreter lock, typed for mypy."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import Any, TypeVar, cast
+
+import numba
+from numba.core.dispatcher import Dispatcher
+
+from hcsearch.kernels.compiling.kernel_cache import KernelCache
+
+Kernel = TypeVar("Kernel", bound=Callable[..., object])
+
+for _name, _value in (("NUMBA_OPT", "1"), ("NUMBA_LOOP_VECTORIZE", "0")):
+    # numba's own choice, 3 and 1, compiles the same kernels in nearly twice the time, and they run no faster
+    os.environ.setdefault(_name, _value)
+config: Any = numba.config  # its types do not tell the kind
+config.reload_config()
+
+
+def compiled(function: Kernel) -> Kernel:
+    """Compile a kernel with numba."""
+    return _compiled(function, counting=True)
+
+
+def lean(function: Kernel) -> Kernel:
+    """Compile a kernel that makes no arrays, and is given none by what it calls, without counting references.
+
+    numba counts those of every array of a table of arrays at every call, which takes longer than a small kernel does.
+    Whoever calls holds the arrays meanwhile. The assignment of a table to another counts as making one: they may share
+    memory, so numba copies the first.
+    """
+    return _compiled(function, counting=False)
+
+
+def inlined(function: Kernel) -> Kernel:
+    """Compile a lean kernel into each that calls it: where handing arrays over takes as long as the work itself."""
+    return _compiled(function, counting=False, forceinline=True)
+
+
+def _compiled(function: Kernel, *, counting: bool, **options: bool) -> Kernel:
+    """A kernel whose machine code is kept on disk."""
+    # the flag is passed on to kernels that are compiled on the way, unless they say themselves
+    njit: Any = numba.njit  # has options that its types do not tell
+    kernel = njit(nogil=True, no_cfunc_wrapper=True, _nrt=counting, **options)(function)
+    if isinstance(kernel, Dispatcher):  # and not the function itself, where numba is switched off
+        KernelCache.attach(kernel)
+    return cast(Kernel, kernel)

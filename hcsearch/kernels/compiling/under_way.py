@@ -1,0 +1,76 @@
+"""Which kernels are being compiled: k of n, in whichever process, and the one that this process is at."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+from hcsearch.kernels.compiling.cache_folder import KERNELS, wanted_folder, writable_folder
+from hcsearch.kernels.compiling.stamps import reached, stamp
+
+
+class Compilation(NamedTuple):
+    """So many kernels of so many that are needed are compiled; the name is that of the next."""
+
+    done: int
+    total: int
+    name: str
+
+
+class _State:
+    """What this process compiles for a call from Python: kernels that were missing when it began, and where it is."""
+
+    missing: frozenset[str] = frozenset()
+    name: str = ""
+
+
+def begin(kernel: Any) -> None:
+    """A kernel that Python calls is to be compiled, with all that it reaches."""
+    _State.missing = missing([kernel])
+
+
+def at(kernel: Any) -> None:
+    """The kernel that this process is at."""
+    _State.name = kernel.__name__
+
+
+def end() -> None:
+    """What Python called is compiled."""
+    _State.missing, _State.name = frozenset(), ""
+
+
+def under_way() -> Compilation | None:
+    """What is being compiled in this process now, or waited for; None where it runs."""
+    name, wanted = _State.name, _State.missing
+    return Compilation(len(wanted - left(wanted)), len(wanted), name) if name and wanted else None
+
+
+def missing(kernels: Iterable[Any]) -> frozenset[str]:
+    """Stamps of the kernels that some reach, and that no process has compiled yet."""
+    return left(frozenset(stamp(used) for used in {used for kernel in kernels for used in reached(kernel)}))
+
+
+def is_ready(kernel: Any) -> bool:
+    """Whether a kernel that Python calls is compiled, and so all that it calls."""
+    end = f"-{stamp(kernel)}-{kernel.__name__}.kernel"
+    return any(path.name.endswith(end) for path in _files())
+
+
+def kernels_named(names: Iterable[str]) -> list[Any]:
+    """Kernels by the names of their modules, within `hcsearch.kernels`, and their own."""
+    found = []
+    for name in names:
+        module, _, kernel = name.rpartition(".")
+        found.append(getattr(importlib.import_module(f"hcsearch.kernels.{module}"), kernel))
+    return found
+
+
+def left(stamps: frozenset[str]) -> frozenset[str]:
+    """Those of some stamps that no process has compiled yet."""
+    return stamps - {path.name.split("-")[1] for path in _files()}
+
+
+def _files() -> list[Any]:
+    folders = {wanted_folder(), writable_folder() or wanted_folder()}
+    return [path for folder in folders for path in folder.glob(KERNELS)]

@@ -1,0 +1,257 @@
+"""The quick check of many foldings in one call: each is simulated, and its motion searched for collisions.
+
+Most motions that collide do so early. Where only clear ones are wanted, a motion is judged in parts, each half as
+long as all before it, and one that collides is not followed further.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.collision.approaches import angles_at, approach
+from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES, Answer, Search, judge
+from hcsearch.kernels.collision.intervals import Course
+from hcsearch.kernels.compiling.compiled import compiled
+from hcsearch.kernels.linkage.loops import Chain
+from hcsearch.kernels.linkage.prisms import Prisms
+from hcsearch.kernels.linkage.reaches import Pairs
+from hcsearch.kernels.multibody.between import OPEN, States, loose_share, opening, refined
+from hcsearch.kernels.multibody.cuts import Cuts
+from hcsearch.kernels.multibody.explicit import Method
+from hcsearch.kernels.multibody.hinges import Hinges, Struts
+from hcsearch.kernels.multibody.motion import Hold, Mechanism
+from hcsearch.kernels.multibody.recording import Record
+from hcsearch.kernels.multibody.simulation import FLAT, GOES_ON, TIME_OUT, begin, go_on, pace_for
+from hcsearch.kernels.multibody.steps import Plan
+from hcsearch.kernels.multibody.tree import Tree, work_for
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+FIRST_PART, LONGER = 32, 0.25
+"""Steps of the first part of a motion that is judged in parts, and of each after it as a share of those before."""
+
+
+class Subject(NamedTuple):
+    """What is told of one folding; in a stack every table has a leading axis, and every number is a table.
+
+    start : (n_joints,), coordinates, at rest. joint_of : (n_hinges,). prisms, shrunk : of the panels, and with the
+        margin taken off. pairs : among which collisions are looked for. deepest, reach : m, the margin by which a panel
+        would be gone, and what gaps of closure (over size) are multiplied by for what panels may be elsewhere.
+    """
+
+    tree: Tree
+    hinges: Hinges
+    start: Reals
+    joint_of: Whole
+    chain: Chain
+    prisms: Prisms
+    shrunk: Prisms
+    pairs: Pairs
+    deepest: float
+    reach: float
+
+
+class Rules(NamedTuple):
+    """What all foldings of a call share: how they are simulated, and how gaps are measured.
+
+    struts, cuts : none of both, as tables of the right kind. margin, resolution : m, as of `Search`.
+    whole : whether motions that collide are followed to their end, too.
+    """
+
+    method: Method
+    plan: Plan
+    struts: Struts
+    cuts: Cuts
+    closure_stiffness: float
+    closure_damping: float
+    margin: float
+    resolution: float
+    whole: bool
+
+
+class Findings(NamedTuple):
+    """What became of k foldings.
+
+    endings : (k,), as of `simulate`. verdicts : (k,), as of `judge`. pairs : (k,), that collide. counts : (k, 4),
+        states, evaluations, rejected steps, pairs looked at. times : (k, 2), of the end, and of the collision (s).
+    gaps : (k,), smallest (m), of those that come flat and clear, else infinite. speeds : (k,), at which the panels come
+        together of those that are not clear, m/s. lefts : (k, 3), fold angles over pi: their mean then, or where it is
+        clear at the end, their mean at the end, and the greatest at the end. drifts : (k,), of the energy balance, as a
+        share of the largest energy. openings : (k,), greatest closure residual. looses : (k,), share of the states that
+        leave loops open, 0 where springs close them.
+    """
+
+    endings: Whole
+    verdicts: Whole
+    pairs: Whole
+    counts: Whole
+    times: Reals
+    gaps: Reals
+    speeds: Reals
+    lefts: Reals
+    drifts: Reals
+    openings: Reals
+    looses: Reals
+
+
+@compiled
+def check_all(stack: Any, rules: Rules, record: Record, found: Findings) -> None:
+    """Check the foldings of a stack one after the other; the record is written anew by each.
+
+    Every kernel has all that it calls compiled into it once more: so this one calls what takes long to compile itself.
+    """
+    cubic = rules.closure_stiffness > 0.0  # stiff springs make accelerations that say nothing of the motion
+    plan, method = rules.plan, rules.method
+    answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
+    for i in range(len(found.endings)):
+        subject = _nth(stack, i)
+        tree, n = subject.tree, len(subject.start)
+        mechanism, hold = _mechanism(subject, rules), _hold(subject)
+        work, pace = work_for(tree), pace_for(n)
+        q, v = subject.start.copy(), np.zeros(n)
+        course = Course(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0)), cubic)
+        clear, most, verdict = 0, len(record.times) + 1 if rules.whole else FIRST_PART, CLEAR
+        begin(mechanism, hold, method, plan, q, v, work, pace, record)
+        while verdict != COLLIDES and record.counts[4] == GOES_ON:
+            go_on(mechanism, hold, method, plan, most, q, v, work, pace, record)
+            states, flat = record.counts[0], record.counts[4] == FLAT
+            clear = 0 if flat else clear  # a gap may dip across parts
+            motion = _states(record, clear, states)
+            if not cubic:
+                motion = refined(mechanism, motion, OPEN, work)
+            found.openings[i] = max(found.openings[i], opening(tree, motion, cubic, work))
+            course = _course(subject, motion, cubic)
+            wanted = Search(subject.reach * found.openings[i], rules.margin, subject.deepest, rules.resolution)
+            verdict = judge(subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, wanted, flat, answer)
+            found.counts[i, 3] += answer.looks[0]
+            clear = states - 1 if verdict == CLEAR else clear
+            most = states + max(FIRST_PART, int(LONGER * states))
+        found.looses[i] = 0.0 if cubic else loose_share(tree, record.q[: record.counts[0]], work)
+        _tell(record, verdict, answer, found, i)
+        _tell_end(subject, course, verdict, answer, found, i)
+
+
+@compiled
+def _states(record: Record, begin: int, end: int) -> States:
+    return record.times[begin:end], record.q[begin:end], record.v[begin:end], record.a[begin:end]
+
+
+@compiled
+def _mechanism(subject: Subject, rules: Rules) -> Mechanism:
+    return Mechanism(
+        subject.tree,
+        subject.hinges,
+        rules.struts,
+        rules.cuts,
+        np.zeros((0, 3)),
+        rules.closure_stiffness,
+        rules.closure_damping,
+        False,
+    )
+
+
+@compiled
+def _hold(subject: Subject) -> Hold:
+    """Nothing held, and each spring on its branch."""
+    n = len(subject.start)
+    hold = Hold(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8))
+    for k in range(n):
+        hold.branches[k] = 1 if subject.start[k] > subject.hinges.snaps_up[k] else 0
+    return hold
+
+
+@compiled
+def _tell(record: Record, verdict: int, answer: Answer, found: Findings, i: int) -> None:
+    states = record.counts[0]
+    found.endings[i] = TIME_OUT if record.counts[4] == GOES_ON else record.counts[4]
+    found.times[i, 0] = record.times[states - 1]
+    found.drifts[i] = _drift(record, states)
+    found.counts[i, 0], found.counts[i, 1], found.counts[i, 2] = states, record.counts[2], record.counts[3]
+    found.verdicts[i], found.pairs[i], found.times[i, 1] = verdict, answer.pairs[0], answer.times[0]
+    found.gaps[i] = answer.gaps[0]
+
+
+@compiled
+def _tell_end(subject: Subject, course: Course, verdict: int, answer: Answer, found: Findings, i: int) -> None:
+    """Write how fast panels come together, and how much of the way is left."""
+    angles = course.angles[len(course.times) - 1].copy()
+    found.lefts[i, 1], found.lefts[i, 2] = np.abs(angles).mean() / math.pi, np.abs(angles).max() / math.pi
+    found.speeds[i] = 0.0
+    if verdict != CLEAR and len(course.times) > 1:
+        pair, time = answer.pairs[0], answer.times[0]
+        found.speeds[i] = approach(subject.chain, subject.shrunk, subject.pairs, pair, course, time)
+        angles_at(course, time, angles)
+    found.lefts[i, 0] = np.abs(angles).mean() / math.pi
+
+
+@compiled
+def _course(subject: Subject, motion: States, cubic: bool) -> Course:
+    """The motion of the fold angles."""
+    times, q, v, a = motion
+    states, hinges = len(times), len(subject.joint_of)
+    course = Course(times, np.empty((states, hinges)), np.empty((states, hinges)), np.empty((states, hinges)), cubic)
+    for s in range(states):
+        for k in range(hinges):
+            joint = subject.joint_of[k]
+            course.angles[s, k], course.rates[s, k], course.accelerations[s, k] = q[s, joint], v[s, joint], a[s, joint]
+    return course
+
+
+@compiled
+def _drift(record: Record, states: int) -> float:
+    first = record.books[0].sum()
+    worst = 0.0
+    largest = 1e-300
+    for k in range(states):
+        worst = max(worst, abs(record.books[k].sum() - first))
+        largest = max(largest, np.abs(record.books[k]).max())
+    return worst / largest
+
+
+@compiled
+def _nth(s: Any, i: int) -> Subject:
+    """One subject of a stack, in which numbers are tables."""
+    t, h, c, r, p = s.tree, s.hinges, s.chain, s.pairs, s.prisms
+    return Subject(
+        Tree(
+            t.bodies[i],
+            t.links[i],
+            t.welds[i],
+            t.weld_places[i],
+            t.rows[i],
+            t.slots[i],
+            t.gravity[i],
+            t.size[i],
+        ),
+        Hinges(
+            h.pieces[i],
+            h.breaks[i],
+            h.cubics[i],
+            h.energies[i],
+            h.snaps_up[i],
+            h.snaps_down[i],
+            h.damping[i],
+            h.lower[i],
+            h.upper[i],
+            h.stop_stiffness[i],
+            h.stop_damping[i],
+        ),
+        s.start[i],
+        s.joint_of[i],
+        Chain(c.directions[i], c.points[i], c.order[i], c.parents[i], c.hinges[i], c.signs[i]),
+        _nth_prisms(p, i),
+        _nth_prisms(s.shrunk, i),
+        Pairs(r.prisms[i], r.lengths[i], r.hinges[i], r.beyond[i], r.before[i]),
+        s.deepest[i],
+        s.reach[i],
+    )
+
+
+@compiled
+def _nth_prisms(p: Prisms, i: int) -> Prisms:
+    return Prisms(p.panels[i], p.counts[i], p.vertices[i], p.middles[i], p.reaches[i], p.normals[i], p.edges[i])

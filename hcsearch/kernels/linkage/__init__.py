@@ -1,0 +1,1 @@
+"""Compiled loops over linkages: closure, hinge lines, cones of velocities, where panels are."""

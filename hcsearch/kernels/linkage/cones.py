@@ -1,0 +1,385 @@
+"""Whether hinges that can turn one way only can move: cones of velocities, and what holds them shut.
+
+Hinges are given as lines or screws in the sense in which they can turn, in the order of their loop; velocities x >= 0
+keep the loop closed to first order when sum x_i screw_i = 0. What is proved from that is in `kinematics.locks`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiling.compiled import compiled, lean
+
+Whole = NDArray[np.int64]
+Reals = NDArray[np.float64]
+
+MOST_RAYS = 2048
+"""Nothing is claimed about a cone with more extreme rays."""
+
+
+LOCKED, PASSED, OPEN = 1, 2, 0
+"""What `settle` finds at an end: locked at first order; not to be locked at second order either, or with too many
+motions to tell; or open, as no motion was found that second order allows."""
+
+
+@lean
+def _dot(one: Reals, two: Reals) -> float:
+    """Scalar product; so short that calling a library takes longer."""
+    total = 0.0
+    for i in range(len(one)):
+        total += one[i] * two[i]
+    return total
+
+
+@lean
+def _join(columns: Reals, chosen: Whole, k: int, q: Reals, r: Reals) -> None:
+    """Add the k-th chosen column to those orthogonalised before it (twice, for accuracy)."""
+    height = columns.shape[1]
+    for c in range(height):
+        q[k, c] = columns[chosen[k], c]
+    for j in range(k):
+        r[j, k] = 0.0
+    for _ in range(2):
+        for j in range(k):
+            part = 0.0
+            for c in range(height):
+                part += q[j, c] * q[k, c]
+            r[j, k] += part
+            for c in range(height):
+                q[k, c] -= part * q[j, c]
+    length = 0.0
+    for c in range(height):
+        length += q[k, c] ** 2
+    r[k, k] = math.sqrt(length)
+    for c in range(height):
+        q[k, c] /= r[k, k]
+
+
+@lean
+def _least_squares(q: Reals, r: Reals, target: Reals, count: int, found: Reals) -> None:
+    """Least squares over the columns that are orthogonalised."""
+    for i in range(count - 1, -1, -1):
+        value = 0.0
+        for c in range(len(target)):
+            value += q[i, c] * target[c]
+        for j in range(i + 1, count):
+            value -= r[i, j] * found[j]
+        found[i] = value / r[i, i]
+
+
+@compiled
+def nonnegative(columns: Reals, target: Reals, x: Reals, residual: Reals) -> None:
+    """Write x >= 0 for which sum x_i columns_i comes nearest to a target, and what is left (Lawson and Hanson).
+
+    columns : shape (n, height), of about unit length. No column would reduce what is left by more than 1e-11.
+    """
+    n, height = columns.shape
+    x[:] = 0.0
+    residual[:] = target
+    chosen = np.empty(min(n, height), np.int64)
+    inside = np.zeros(n, np.bool_)
+    found = np.empty(len(chosen))
+    q, r = np.empty((len(chosen), height)), np.empty((len(chosen), len(chosen)))
+    count = ready = 0
+    for _ in range(20 * n):
+        best, gain = -1, 1e-11
+        for j in range(n):
+            if not inside[j]:
+                value = 0.0
+                for c in range(height):
+                    value += residual[c] * columns[j, c]
+                if value > gain:
+                    best, gain = j, value
+        if best < 0 or count == len(chosen):
+            return
+        chosen[count] = best
+        inside[best] = True
+        count += 1
+        while count > 0:
+            for k in range(ready, count):
+                _join(columns, chosen, k, q, r)
+            ready = count
+            _least_squares(q, r, target, count, found)
+            step = 1.0
+            for i in range(count):
+                if found[i] <= 0.0:
+                    old = x[chosen[i]]
+                    step = min(step, old / (old - found[i]) if old > 0.0 else 0.0)
+            for i in range(count):
+                x[chosen[i]] += step * (found[i] - x[chosen[i]])
+            if step == 1.0:
+                break
+            kept = 0
+            for i in range(count):
+                if found[i] > 0.0 or x[chosen[i]] > 1e-14:
+                    chosen[kept] = chosen[i]
+                    kept += 1
+                else:
+                    ready = min(ready, i)
+                    inside[chosen[i]] = False
+                    x[chosen[i]] = 0.0
+            if kept == count:  # rounding: the last one brought nothing
+                return
+            count = kept
+        for c in range(height):
+            residual[c] = target[c]
+            for i in range(count):
+                residual[c] -= columns[chosen[i], c] * x[chosen[i]]
+
+
+@compiled
+def loading(lines: Whole, wrench: Whole) -> bool:
+    """Whether a wrench, written to `wrench`, holds every hinge shut: its power on every line is positive, exactly.
+
+    Then no velocities x >= 0 but 0 can satisfy sum x_i line_i = 0 (Gordan), and the linkage is locked. `lines` has
+    shape (n, 5). False says nothing: motion, or a margin too small to see.
+    """
+    n, width = lines.shape
+    scale = np.ones(width + 1)
+    for c in range(width):
+        most = 0
+        for i in range(n):
+            most = max(most, abs(lines[i, c]))
+        scale[c] = max(1, most)
+    columns = np.ones((n, width + 1))
+    for i in range(n):
+        for c in range(width):
+            columns[i, c] = lines[i, c] / scale[c]
+    target = np.zeros(width + 1)
+    target[width] = 1.0
+    x, residual = np.empty(n), np.empty(width + 1)
+    nonnegative(columns, target, x, residual)
+    largest = 0.0
+    for c in range(width):
+        residual[c] /= scale[c]
+        largest = max(largest, abs(residual[c]))
+    if largest == 0.0:
+        return False
+    for c in range(width):
+        wrench[c] = np.int64(np.round(-residual[c] / largest * (1 << 30)))
+    for i in range(n):
+        power = np.int64(0)
+        for c in range(width):
+            power += lines[i, c] * wrench[c]
+        if power <= 0:
+            return False
+    return True
+
+
+@compiled
+def cone_rays(columns: Reals, rays: Reals) -> int:
+    """Write the extreme rays of the cone of x >= 0 with sum x_i columns_i = 0, each of sum 1; return how many.
+
+    By double description: the equations are met one after the other, and two rays on different sides of one make a
+    new ray where no third has its zeros wherever both have. Those of a face of two dimensions have together at most
+    two entries above the number of equations met, so that only such pairs are held against all others. columns : shape
+    (n, height), of about unit length, n at most 63. rays : shape (most, n); -1 is returned where there is no room for
+    what is met on the way, or no telling whether an equation depends on those before.
+    """
+    n, height = columns.shape
+    most = len(rays)
+    supports = np.empty(most, np.int64)
+    values = np.empty(most)
+    if n > min(most, 63):
+        return -1
+    rays[:n] = 0.0
+    for i in range(n):
+        rays[i, i] = 1.0
+        supports[i] = np.int64(1) << i
+    count = n
+    equations = np.empty((height, n))
+    met = 0
+    for row in range(height):
+        # orthogonal to the equations before, so that rays found are not spoilt by nearly dependent ones
+        equation = columns[:, row].copy()
+        for _ in range(2):
+            for before in range(row):
+                equation -= _dot(equations[before], equation) * equations[before]
+        rest = np.sqrt(_dot(equation, equation))
+        if rest <= 1e-11:
+            equations[row] = 0.0
+            continue
+        if rest < 1e-6:  # neither met by all nor an equation of its own: rounding would decide
+            return -1
+        equations[row] = equation / rest
+        for k in range(count):
+            value = _dot(rays[k], equations[row])
+            values[k] = value if abs(value) > 1e-11 else 0.0
+        made = count
+        for p in range(count):
+            if values[p] <= 0.0:
+                continue
+            for q in range(count):
+                if values[q] >= 0.0:
+                    continue
+                joint = supports[p] | supports[q]
+                if not _at_most(joint, met + 2):
+                    continue
+                adjacent = True
+                for k in range(count):
+                    if k not in (p, q) and supports[k] | joint == joint:
+                        adjacent = False
+                        break
+                if not adjacent:
+                    continue
+                if made == most:
+                    return -1
+                total = 0.0
+                support = np.int64(0)
+                for i in range(n):
+                    value = rays[p, i] * -values[q] + rays[q, i] * values[p]
+                    rays[made, i] = value
+                    total += value
+                for i in range(n):
+                    rays[made, i] /= total
+                    if rays[made, i] > 1e-11:
+                        support |= np.int64(1) << i
+                    else:
+                        rays[made, i] = 0.0
+                supports[made] = support
+                made += 1
+        kept = 0
+        for k in range(made):
+            if k >= count or values[k] == 0.0:
+                rays[kept] = rays[k]
+                supports[kept] = supports[k]
+                kept += 1
+        count = kept
+        met += 1
+    return int(count)
+
+
+@lean
+def _at_most(support: int, size: int) -> bool:
+    """Whether a support has no more than so many members."""
+    for _ in range(size):
+        support &= support - 1
+    return support == 0
+
+
+@compiled
+def _bend(screws: Reals, x: Reals, bend: Reals) -> None:
+    """Write the sum over i < j of x_i x_j [S_i, S_j]."""
+    before = np.zeros(6)
+    bend[:] = 0.0
+    for k in range(len(x)):
+        if x[k] == 0.0:
+            continue
+        s = screws[k] * x[k]
+        for i in range(3):
+            j, l3 = (i + 1) % 3, (i + 2) % 3
+            bend[i] += before[j] * s[l3] - before[l3] * s[j]
+            bend[3 + i] += before[j] * s[3 + l3] - before[l3] * s[3 + j]
+            bend[3 + i] += before[3 + j] * s[l3] - before[3 + l3] * s[j]
+        before += s
+
+
+@compiled
+def _completes(screws: Reals, x: Reals, columns: Reals) -> bool:
+    """Whether velocities x >= 0 that keep a loop closed to first order can be completed to second order.
+
+    Accelerations are free where x > 0, and not negative elsewhere. columns : room for shape (2 n, 6).
+    """
+    n = len(x)
+    bend = np.empty(6)
+    _bend(screws, x, bend)
+    length = np.sqrt(_dot(bend, bend))
+    if length < 1e-12:
+        return True
+    count = n
+    for i in range(n):
+        columns[i] = screws[i] / np.sqrt(_dot(screws[i], screws[i]))
+        if x[i] > 1e-9:  # else it may be a zero that rounding moved
+            columns[count] = -columns[i]
+            count += 1
+    w, left = np.empty(count), np.empty(6)
+    nonnegative(columns[:count], -bend / length, w, left)
+    return bool(_dot(left, left) < 1e-18)
+
+
+@compiled
+def _some_corners(columns: Reals, corners: Reals) -> None:
+    """Write some extreme rays of the cone of `cone_rays`, one for each row, perhaps the same ones: it is not {0}."""
+    n, height = columns.shape
+    weighted = np.empty((n, height + 1))
+    weighted[:, :height] = columns
+    target = np.zeros(height + 1)
+    target[height] = 1.0
+    left = np.empty(height + 1)
+    for row in range(len(corners)):
+        for i in range(n):
+            weighted[i, height] = 0.1 + (i * 0.6180339887498949 + row * 0.7548776662466927) % 1.0
+        nonnegative(weighted, target, corners[row], left)
+
+
+@compiled
+def _level_shares(screws: Reals, one: Reals, two: Reals, shares: Reals) -> int:
+    """Write the shares s for which (1 - s) one + s two bends without turning about z; return how many (0 to 2)."""
+    bend = np.empty(6)
+    _bend(screws, one, bend)
+    first = bend[2]
+    _bend(screws, two, bend)
+    last = bend[2]
+    _bend(screws, one + two, bend)
+    across = bend[2] - first - last
+    # first (1 - s)^2 + across s (1 - s) + last s^2 = 0
+    a, b = first - across + last, across - 2.0 * first
+    root = b * b - 4.0 * a * first
+    if root < 0.0:
+        return 0
+    q = -0.5 * (b + (np.sqrt(root) if b >= 0.0 else -np.sqrt(root)))
+    count = 0
+    for top, bottom in ((q, a), (first, q)):
+        if abs(bottom) > 1e-14 and 0.0 < top / bottom < 1.0:
+            shares[count] = top / bottom
+            count += 1
+    return count
+
+
+@compiled
+def yields(screws: Reals, rays: Reals) -> bool:
+    """Whether some velocities of one-sided hinges of a loop can be completed to second order.
+
+    screws : shape (n, 6), in the order of the loop, each in the sense in which its hinge can move, all horizontal: at
+    second order a turn about z can be met by no acceleration. rays : of the cone of velocities to first order; they
+    are tried, and such sums of two that turn nothing about z. False says nothing.
+    """
+    room = np.empty((2 * len(screws), 6))
+    shares = np.empty(2)
+    for ray in rays:
+        if _completes(screws, ray, room):
+            return True
+    for one in range(len(rays)):
+        for two in range(one):
+            if _completes(screws, rays[one] + rays[two], room):
+                return True
+            for k in range(_level_shares(screws, rays[one], rays[two], shares)):
+                if _completes(screws, (1.0 - shares[k]) * rays[one] + shares[k] * rays[two], room):
+                    return True
+    return False
+
+
+@compiled
+def settle(lines: Whole, screws: Reals, ends: NDArray[np.int8]) -> None:
+    """Write LOCKED, PASSED or OPEN for each of many loops.
+
+    lines : shape (n_loops, n, 5), whole; screws : shape (n_loops, n, 6), the same hinges in metres.
+    """
+    n = screws.shape[1]
+    level = np.empty((n, 5))
+    rays, corners = np.empty((MOST_RAYS, n)), np.empty((6, n))
+    wrench = np.empty(5, np.int64)
+    for i in range(len(lines)):
+        if loading(lines[i], wrench):
+            ends[i] = LOCKED
+            continue
+        level[:, :2], level[:, 2:] = screws[i, :, :2], screws[i, :, 3:]
+        _some_corners(level, corners)  # mostly enough, and far cheaper than all rays
+        if yields(screws[i], corners):
+            ends[i] = PASSED
+            continue
+        count = cone_rays(level, rays)
+        ends[i] = PASSED if count < 0 or yields(screws[i], rays[:count]) else OPEN

@@ -1,0 +1,107 @@
+"""A motion between two of its states: a polynomial for each fold angle, and bounds of its rates over the whole step."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiling.compiled import lean
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+TERMS = 6
+"""Coefficients of a course: a quintic of the share of the step; a cubic where accelerations are not known."""
+
+
+@lean
+def write_course(
+    h: float, cubic: bool, q0: Reals, v0: Reals, a0: Reals, q1: Reals, v1: Reals, a1: Reals, course: Reals
+) -> None:
+    """Write the polynomials through the states at both ends of a step of length h (s), shape (n, 6)."""
+    for i in range(len(q0)):
+        rise, s0, s1, b0, b1 = q1[i] - q0[i], h * v0[i], h * v1[i], h * h * a0[i], h * h * a1[i]
+        course[i, 0], course[i, 1] = q0[i], s0
+        if cubic:
+            course[i, 2], course[i, 3] = 3.0 * rise - 2.0 * s0 - s1, s0 + s1 - 2.0 * rise
+            course[i, 4] = course[i, 5] = 0.0
+        else:
+            course[i, 2] = 0.5 * b0
+            course[i, 3] = 10.0 * rise - 6.0 * s0 - 4.0 * s1 - 1.5 * b0 + 0.5 * b1
+            course[i, 4] = -15.0 * rise + 8.0 * s0 + 7.0 * s1 + 1.5 * b0 - b1
+            course[i, 5] = 6.0 * rise - 3.0 * (s0 + s1) - 0.5 * (b0 - b1)
+
+
+@lean
+def follow(course: Reals, x: float, angles: Reals) -> None:
+    """Write the angles at a share x of the step."""
+    for i in range(len(angles)):
+        value = course[i, TERMS - 1]
+        for k in range(TERMS - 2, -1, -1):
+            value = course[i, k] + x * value
+        angles[i] = value
+
+
+@lean
+def rates_at(course: Reals, x: float, h: float, rates: Reals) -> None:
+    """Write the rates (rad/s) at a share x of a step of length h (s)."""
+    for i in range(len(rates)):
+        value = (TERMS - 1) * course[i, TERMS - 1]
+        for k in range(TERMS - 2, 0, -1):
+            value = k * course[i, k] + x * value
+        rates[i] = value / h
+
+
+@lean
+def bound_rates(course: Reals, h: float, speeds: Reals, accelerations: Reals) -> None:
+    """Write what |rate| (rad/s) and |acceleration| (rad/s^2) do not exceed in the step.
+
+    A polynomial stays within its Bernstein coefficients.
+    """
+    for i in range(len(speeds)):
+        speeds[i] = accelerations[i] = 0.0
+        for k in range(TERMS - 1):  # of a polynomial of degree 4, sums over j of C(k, j) / C(4, j) times coefficient j
+            value, share = course[i, 1], 1.0
+            for j in range(1, k + 1):
+                share *= (k - j + 1) / (TERMS - 1 - j)
+                value += share * (j + 1) * course[i, j + 1]
+            speeds[i] = max(speeds[i], abs(value))
+        for k in range(TERMS - 2):
+            value, share = 2.0 * course[i, 2], 1.0
+            for j in range(1, k + 1):
+                share *= (k - j + 1) / (TERMS - 2 - j)
+                value += share * (j + 1) * (j + 2) * course[i, j + 2]
+            accelerations[i] = max(accelerations[i], abs(value))
+        speeds[i] /= h
+        accelerations[i] /= h * h
+
+
+@lean
+def path_speed(hinges: Whole, row: int, count: int, reaches: Reals, speeds: Reals) -> float:
+    """What speed (m/s) of a panel's points is not exceeded, as seen from another panel.
+
+    hinges : in the first `count` entries of a row, the way from the other panel. reaches : greatest distance (m) of a
+    point from each hinge's line. Each hinge turns all that lies beyond it.
+    """
+    speed = 0.0
+    for k in range(count):
+        speed += speeds[hinges[row, k]] * reaches[row, k]
+    return speed
+
+
+@lean
+def path_bend(
+    hinges: Whole, row: int, count: int, back: bool, reaches: Reals, speeds: Reals, accelerations: Reals
+) -> float:
+    """What acceleration (m/s^2) of a panel's points is not exceeded, as seen from another panel.
+
+    back : the way leads to the other panel. |x''| <= sum of r_l (a_l + w_l (w_l + 2 sum of w_k over k before l)).
+    """
+    acceleration = before = 0.0
+    for i in range(count):
+        k = count - 1 - i if back else i
+        hinge, r = hinges[row, k], reaches[row, k]
+        w = speeds[hinge]
+        acceleration += r * (accelerations[hinge] + w * (w + 2.0 * before))
+        before += w
+    return acceleration

@@ -1,0 +1,1 @@
+"""The bench `collision`: distances of panels, beside coal."""

@@ -1,0 +1,211 @@
+"""The bench `collision`: distances of pairs of panels, and of all pairs of whole deployments, beside coal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.collision.distances import closest_of_pairs
+from hcsearch_bench.collision.deployments import DEPLOYMENTS, FAR, QUICK_DEPLOYMENTS, DeploymentRow, deployment_row
+from hcsearch_bench.collision.pairs import FAMILIES, Family, Sample
+from hcsearch_bench.collision.proofs import settle
+from hcsearch_bench.peers import coal_distances as coal
+from hcsearch_bench.run.machine import Machine, this_machine
+from hcsearch_bench.run.tables import Table, save
+from hcsearch_bench.run.timing import Stopwatch, median_time
+
+Reals = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+PAIRS, QUICK_PAIRS = 100_000, 2_000
+"""Of each kind."""
+AT_ONCE = 1_000
+"""Pairs that coal gets at once."""
+SAME = 1e-9
+"""Distances that differ by no more, in widths of a panel, agree."""
+GOAL = 0.2
+"""Microseconds a pair in a whole deployment."""
+
+
+@dataclass(frozen=True)
+class PairRow:
+    """Pairs of one kind.
+
+    meet : share that touches or overlaps. exhaustive : of ours, searches that ended in trying all directions.
+    difference : greatest between ours and coal's distance, in widths. beyond : pairs that differ by more than SAME;
+    ours, theirs : of these, where ours is right, and where coal's, in exact arithmetic.
+    cold_us, warm_us : of a pair, ours, from nowhere and from the answer. coal_us, coal_warm_us : AT_ONCE pairs at once.
+    coal_loop_us : pair by pair from Python.
+    """
+
+    kind: str
+    what: str
+    pairs: int
+    meet: float
+    exhaustive: int
+    difference: float | None
+    beyond: int | None
+    ours: int | None
+    theirs: int | None
+    cold_us: float
+    warm_us: float
+    coal_us: float | None
+    coal_warm_us: float | None
+    coal_loop_us: float | None
+    runs: int
+
+
+@dataclass(frozen=True)
+class GoalRow:
+    """A goal and what was measured."""
+
+    goal: str
+    at_most: float
+    measured: float
+    met: str
+
+
+@dataclass(frozen=True)
+class Report:
+    """All that one run of the bench measured."""
+
+    machine: Machine
+    pairs: list[PairRow]
+    deployments: list[DeploymentRow]
+
+    @property
+    def goals(self) -> list[GoalRow]:
+        """The goals, by what was measured."""
+        worst = max(row.pair_us for row in self.deployments)
+        share = max(row.distances_ms / row.dynamics_ms for row in self.deployments)
+        return [
+            GoalRow(goal, at_most, measured, "yes" if measured <= at_most else "no")
+            for goal, at_most, measured in (
+                ("microseconds a pair and state, all distances exact, slowest deployment", GOAL, worst),
+                ("of the time of the dynamics, slowest deployment", 1.0, share),
+            )
+        ]
+
+    @property
+    def tables(self) -> list[Table]:
+        """What is shown and saved."""
+        return [
+            Table(
+                "pairs",
+                "Pairs of panels",
+                "`meet`: share that touches or overlaps. `exhaustive`: searches that ended in trying all directions. "
+                "`difference`: greatest between our and coal's distance, in widths of a panel; `beyond`: pairs that "
+                f"differ by more than {SAME:g}, of which `ours` is right, `theirs` is, by exact arithmetic. Processor "
+                "microseconds a pair: ours from nowhere (`cold`) and from the answer (`warm`), placed before; coal "
+                f"through Pinocchio (`coal`, `coal_warm`: {AT_ONCE:,} pairs in one call) and pair by pair from Python "
+                "(`coal_loop`). Medians of `runs`.",
+                self.pairs,
+                hidden=("what",),
+            ),
+            Table(
+                "deployments",
+                "Whole deployments",
+                "Distances of all pairs that no hinge joins, at all states of a deployment and two between each, from "
+                "fold angles to the dataset D. `touch`, `collide`: shares of pairs and states. `pair_us`: a pair of "
+                "panels and state, all distances exact; `facet_us`: the same a pair of facets; `near_us`: distances "
+                "beyond the thickness told by a bound. `coal_facet_us`: coal through Pinocchio, placed and asked at "
+                f"once, a pair of facets. `difference` (m): greatest between both; `beyond`: more than {FAR:g} m, of "
+                "which `ours` is right, `theirs` is, by exact arithmetic. Processor time, medians of `runs`.",
+                self.deployments,
+            ),
+            Table("goals", "Goals", "Processor time, medians.", self.goals),
+        ]
+
+
+def measure(*, quick: bool = False, repeats: int = 3, say: Callable[[str], None] = print) -> Report:
+    """Run the whole bench: minutes; `quick`: a fiftieth of the pairs, two deployments."""
+    machine = this_machine(("coal", "pin"))
+    repeats = 1 if quick else repeats
+    rows = []
+    for number, family in enumerate(FAMILIES):
+        say(f"{family.name}: {family.what}")
+        rows.append(pair_row(family, QUICK_PAIRS if quick else PAIRS, repeats, seed=number))
+    deployments = []
+    for name in QUICK_DEPLOYMENTS if quick else DEPLOYMENTS:
+        say(f"deployment of {name}")
+        deployments.append(deployment_row(name, repeats))
+    return Report(machine, rows, deployments)
+
+
+@dataclass
+class _Answers:
+    """Of our searches: gaps (k,), ways (k, 3), corners (k, 4)."""
+
+    gaps: Reals
+    ways: Reals
+    corners: Whole
+
+
+def pair_row(family: Family, n: int, repeats: int, seed: int) -> PairRow:
+    """Ask for n distances of a kind."""
+    sample = family.make(np.random.default_rng(seed), n)
+    solids, counts = sample.vertices(), sample.counts
+    found, cold, runs = _search(solids, counts, None, repeats)
+    _, warm, _ = _search(solids, counts, found, repeats)
+    row = dict.fromkeys(("difference", "beyond", "ours", "theirs", "coal_us", "coal_warm_us", "coal_loop_us"))
+    if coal.installed():
+        row |= _beside_coal(sample, solids, counts, found, repeats)
+    return PairRow(
+        kind=family.name,
+        what=family.what,
+        pairs=n,
+        meet=float((found.gaps <= 0.0).mean()),
+        exhaustive=int((found.corners[:, 0] < 0).sum()),
+        cold_us=1e6 * cold / n,
+        warm_us=1e6 * warm / n,
+        runs=runs,
+        **row,
+    )
+
+
+def _search(solids: Reals, counts: Whole, start: _Answers | None, repeats: int) -> tuple[_Answers, float, int]:
+    """Answers, from nowhere or from others, median processor seconds, and how many runs there were."""
+    n = len(counts[0])
+    found = _Answers(np.empty(n), np.empty((n, 3)), np.empty((n, 4), np.int64))
+
+    def run() -> float:
+        found.ways[:] = 0.0 if start is None else start.ways
+        found.corners[:] = -1 if start is None else start.corners
+        watch = Stopwatch()
+        with watch:
+            closest_of_pairs(solids[0], counts[0], solids[1], counts[1], found.ways, found.corners, found.gaps)
+        return watch.cpu
+
+    run()  # compiled
+    return found, *median_time(run, repeats)
+
+
+def _beside_coal(sample: Sample, solids: Reals, counts: Whole, found: _Answers, repeats: int) -> dict[str, float | int]:
+    """What coal says and takes, and who is right where it differs."""
+    theirs, seconds = coal.one_by_one(sample.shapes, sample.which, sample.turns, sample.shifts)
+    ours = np.maximum(found.gaps, 0.0)
+    apart = np.abs(ours - theirs) / sample.width
+    beyond = np.flatnonzero(apart > SAME)
+    hulls = [(solids[0, k, : counts[0, k]], solids[1, k, : counts[1, k]]) for k in beyond]
+    right = settle(hulls, ours[beyond], theirs[beyond], sample.width)
+    n = min(AT_ONCE, len(theirs))
+    scene = coal.Scene(
+        [sample.shapes[k] for k in sample.which[:n].ravel()], np.arange(2 * n).reshape(n, 2), moving=False
+    )
+    scene.place(sample.turns[:n].reshape(-1, 3, 3), sample.shifts[:n].reshape(-1, 3))
+    return {
+        "difference": float(apart.max()),
+        **asdict(right),
+        "coal_us": 1e6 * median_time(lambda: scene.seconds(warm=False), repeats)[0] / n,
+        "coal_warm_us": 1e6 * median_time(lambda: scene.seconds(warm=True), repeats)[0] / n,
+        "coal_loop_us": 1e6 * seconds / len(theirs),
+    }
+
+
+def save_report(report: Report, folder: Path) -> None:
+    """Write tables and the machine into a folder."""
+    save(report.tables, report.machine, folder, "collision", "# Bench: collision")

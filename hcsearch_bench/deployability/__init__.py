@@ -1,0 +1,1 @@
+"""The bench `deployability`: what becomes of all untwisted foldings of many arrays."""

@@ -1,0 +1,1 @@
+"""The bench `dynamics`: error against run time of deployments, beside other engines."""

@@ -1,0 +1,305 @@
+"""The bench `dynamics`: error against run time, per formulation, integrator and tolerance, beside other engines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from hcsearch.unit_search.elements import untwisted
+from hcsearch_bench.dynamics.deployments import (
+    BOUNCE,
+    COMPARED,
+    DeploymentRow,
+    QuickRow,
+    deployment_rows,
+    quick_row,
+)
+from hcsearch_bench.dynamics.scale import ScaleRow, scale_rows
+from hcsearch_bench.dynamics.work import LEVELS, OUTPUTS, ReferenceRow, WorkRow, seconds_at, subject_rows
+from hcsearch_bench.run.figures import plot_work
+from hcsearch_bench.run.machine import Machine, this_machine
+from hcsearch_bench.run.tables import Table, save
+from hcsearch_bench.run.work import OURS, QUICK_PATIENCE
+from hcsearch_bench.subjects.deployments import LOOP, WHOLE, subjects
+
+Say = Callable[[str], None]
+
+PEERS = ("scipy", "mujoco", "pin", "exudyn")
+PATIENCE = 5.0
+"""Seconds that a run may be expected to take, from the one before it."""
+ERROR = 2e-5
+"""Of a hinge angle, at which run times are compared, rad."""
+SIZES, QUICK_SIZES = (10, 20, 50, 100, 200, 500, 1000), (10, 30, 100)
+CHECKED, QUICK_CHECKED = (("hex", 10), ("hex", 12), ("square", 12)), (("hex", 8),)
+
+
+@dataclass(frozen=True)
+class BestRow:
+    """The fastest run of a formulation, engine and method that reaches a level.
+
+    times_ours : its time over that of our fastest constrained one.
+    """
+
+    subject: str
+    level: str
+    formulation: str
+    engine: str
+    method: str
+    tolerance: float | None
+    step: float | None
+    error: float
+    seconds: float
+    times_ours: float | None
+
+
+@dataclass(frozen=True)
+class GoalRow:
+    """A goal, what was measured, and what is to be known about it."""
+
+    goal: str
+    at_least: float | None
+    at_most: float | None
+    measured: float | None
+    met: str
+    note: str
+
+
+@dataclass(frozen=True)
+class Report:
+    """All that one run of the bench measured."""
+
+    machine: Machine
+    work: list[WorkRow]
+    references: list[ReferenceRow]
+    deployments: list[DeploymentRow]
+    scale: list[ScaleRow]
+    quick: list[QuickRow]
+
+    @property
+    def best(self) -> list[BestRow]:
+        """The fastest runs at each level."""
+        return best_of(self.work)
+
+    @property
+    def goals(self) -> list[GoalRow]:
+        """The goals, by what was measured."""
+        return goals_of(self.work, self.deployments, self.scale, self.quick)
+
+    @property
+    def tables(self) -> list[Table]:
+        """What is shown and saved, in order."""
+        levels = ", ".join(f"{name} up to {limit:g}" for name, limit in LEVELS)
+        return [
+            Table(
+                "work",
+                "Work and precision",
+                f"`error` (rad): greatest of a hinge angle from the reference at {OUTPUTS + 1} times until the end, "
+                "which is before anything hits a stop; `penalty` is another model, with an error of its own, and "
+                f"`quasistatic` has a reference of its own. `verdict`: {levels}, else wrong. `energy` (J): error of "
+                "the balance. `gap` (m): of the loops. `seconds`: integration alone, on the wall, median of `runs`. "
+                f"`{WHOLE}`: nothing is left out of the scene, as other engines get it.",
+                self.work,
+            ),
+            Table(
+                "references",
+                "The references",
+                "`apart`, `whole_apart` (rad): how far SciPy's DOP853 on accelerations from dense NumPy matrices, "
+                "until `scipy_end` (s), and our own solution of the whole array are from the reference.",
+                self.references,
+            ),
+            Table(
+                "best",
+                "The fastest run that is precise enough",
+                "`times_ours`: its seconds over those of our fastest constrained run at the same level.",
+                self.best,
+            ),
+            Table(
+                "deployments",
+                "Whole deployments",
+                "With stops and damping, to flat. `arrivals`: the first hinges that come to a stop, with milliseconds; "
+                "bounces are left out. The thesis's stops are springs that throw hinges back, those of `constrained` "
+                f"are hard, with `restitution` (default 0). `apart`: share of the time by which the first {COMPARED} "
+                f"arrivals come earlier or later than in `constrained` with restitution {BOUNCE:g}. `cut` (N/m): "
+                "springs at the cut hinge; the thesis has 1e8.",
+                self.deployments,
+            ),
+            Table(
+                "scale",
+                "Cost of an evaluation",
+                "Microseconds of a step over its evaluations, with projection and books. `slope`: exponent of n.",
+                self.scale,
+            ),
+            Table(
+                "quick",
+                "The quick check",
+                "Of all untwisted foldings, locked ones included: linkage, start, simulation to flat or for 1 s, "
+                "clearance. `tenth_ms`: one tenth takes longer.",
+                self.quick,
+            ),
+            Table("goals", "Goals", f"Ratios of run times at an error of {ERROR:g} rad.", self.goals),
+        ]
+
+
+def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> Report:
+    """Run the whole bench: minutes; `quick`: two subjects, few settings, a tenth of a deployment."""
+    machine = this_machine(PEERS)
+    repeats, patience = (1, QUICK_PATIENCE) if quick else (repeats, PATIENCE)
+    work: list[WorkRow] = []
+    references: list[ReferenceRow] = []
+    deployments: list[DeploymentRow] = []
+    for subject in subjects()[: 2 if quick else None]:
+        say(f"{subject.name}: {subject.what}")
+        rows, found = subject_rows(subject, quick, repeats, patience)
+        work += rows
+        references += found
+        say(f"{subject.name}: whole deployments")
+        stiffer = subject.name == LOOP and not quick
+        deployments += deployment_rows(subject, 0.05 if quick else 1.0, stiffer=stiffer)
+    say("cost of an evaluation")
+    scale = scale_rows(QUICK_SIZES if quick else SIZES, 3 * repeats)
+    checked = []
+    for grid, n in QUICK_CHECKED if quick else CHECKED:
+        say(f"the quick check: {grid} n = {n}")
+        checked.append(quick_row(f"{grid} n = {n}", list(untwisted(grid, n))))
+    return Report(machine, work, references, deployments, scale, checked)
+
+
+def best_of(rows: Sequence[WorkRow]) -> list[BestRow]:
+    """A row a level, formulation, engine and method that reaches it; motions without inertia are compared to none."""
+    found = []
+    for subject in dict.fromkeys(row.subject for row in rows):
+        for level, limit in LEVELS[1::-1]:
+            fastest: dict[tuple[str, str, str], WorkRow] = {}
+            for row in rows:
+                if row.subject == subject and row.formulation != "quasistatic" and _within(row, limit):
+                    key = (row.formulation, row.engine, row.method)
+                    if key not in fastest or _seconds(row) < _seconds(fastest[key]):
+                        fastest[key] = row
+            ours = min((_seconds(r) for r in fastest.values() if _is_ours(r)), default=None)
+            for (formulation, engine, method), row in fastest.items():
+                assert row.error is not None
+                ratio = None if ours is None else _seconds(row) / ours
+                found.append(
+                    BestRow(
+                        *(subject, level, formulation, engine, method, row.tolerance, row.step, row.error),
+                        *(_seconds(row), ratio),
+                    )
+                )
+    return found
+
+
+def _within(row: WorkRow, limit: float) -> bool:
+    return row.error is not None and row.error <= limit and row.seconds is not None
+
+
+def _is_ours(row: WorkRow) -> bool:
+    return (row.engine, row.formulation) == (OURS, "constrained")
+
+
+def _seconds(row: WorkRow) -> float:
+    assert row.seconds is not None
+    return row.seconds
+
+
+def goals_of(
+    work: Sequence[WorkRow],
+    deployments: Sequence[DeploymentRow],
+    scale: Sequence[ScaleRow],
+    quick: Sequence[QuickRow],
+) -> list[GoalRow]:
+    """The goals of speed, each by what this run measured."""
+    slopes = {row.kind: row.slope for row in scale}
+    median = next((row for row in quick if row.designs == "hex n = 12"), None)
+    return [
+        *(_faster(work, *goal) for goal in FASTER),
+        *_whole_deployment(deployments),
+        *(
+            _between(f"cost of an evaluation, {kind}: power of n", 0.9, 1.1, slope, "")
+            for kind, slope in slopes.items()
+        ),
+        _between(
+            "quick check of one design of 12 panels, median ms",
+            *(None, 50.0, None if median is None else median.median_ms),
+            "" if median is None else f"simulation {median.simulation_ms:.0f}, clearance {median.clearance_ms:.0f} ms",
+        ),
+    ]
+
+
+FASTER = (
+    ("penalty", OURS, "bogacki-shampine", 100.0),
+    (WHOLE, "MuJoCo", "RK4", 10.0),
+    (WHOLE, "Pinocchio", "SciPy DOP853", 10.0),
+)
+"""Formulation, engine and method, and how many times faster than it we are to be."""
+
+
+def _faster(work: Sequence[WorkRow], formulation: str, engine: str, method: str, at_least: float) -> GoalRow:
+    """The goal against one method, on the loop, of the scene as it is compiled; the whole array in the note."""
+    loop = [row for row in work if row.subject == LOOP]
+    theirs = [row for row in loop if (row.formulation, row.engine, row.method) == (formulation, engine, method)]
+    ours = {own: _fastest(loop, own) for own in ("constrained", WHOLE)}
+    seconds, notes = seconds_at(theirs, ERROR), []
+    reached = [row for row in theirs if row.error is not None]
+    if seconds is None and reached:
+        nearest = min(reached, key=lambda row: row.error or 0.0)
+        seconds = _seconds(min((row for row in reached if row.error == nearest.error), key=_seconds))
+        notes.append(f"it never comes to {ERROR:g}: {nearest.error:.2g} rad in {seconds:.3g} s")
+    ratios = {own: None if not seconds or not time else seconds / time for own, time in ours.items()}
+    if ratios[WHOLE]:
+        notes.append(f"nothing left out: {ratios[WHOLE]:.3g}")
+    name = f"{formulation if engine == OURS else engine}, {method}"
+    return _between(
+        f"{LOOP} at {ERROR:g} rad: times faster than {name}", at_least, None, ratios["constrained"], "; ".join(notes)
+    )
+
+
+def _fastest(rows: Sequence[WorkRow], formulation: str) -> float | None:
+    """Our least seconds at the error, over all methods."""
+    ours = [row for row in rows if (row.engine, row.formulation) == (OURS, formulation)]
+    times = [seconds_at([row for row in ours if row.method == m], ERROR) for m in {row.method for row in ours}]
+    return min((time for time in times if time is not None), default=None)
+
+
+def _whole_deployment(rows: Sequence[DeploymentRow]) -> list[GoalRow]:
+    """The goals of the loop's whole deployment: run times, and whether events come at equal times.
+
+    They do where the thesis's springs are so stiff that what they give way matters no more.
+    """
+    loop = [row for row in rows if row.subject == LOOP]
+    ours = next((row for row in loop if row.restitution == BOUNCE), None)
+    if ours is None:
+        return []
+    found = []
+    for row in (row for row in loop if row.formulation == "penalty"):
+        name = f"{LOOP}, whole deployment, springs of {row.cut:.0e} N/m"
+        ends = f"ours {ours.outcome} at {ours.end:.4g} s, theirs {row.outcome} at {row.end:.4g} s"
+        apart = abs(ours.end - row.end) / ours.end if ours.outcome == row.outcome == "flat" else None
+        found += [
+            _between(f"{name}: times faster than the thesis's method", 50.0, None, row.seconds / ours.seconds, ends),
+            _between(f"{name}: first {COMPARED} arrivals apart, as a share", None, 1e-3, row.apart, ""),
+            _between(f"{name}: flat times apart, as a share", None, 0.01, apart, ends),
+        ]
+    return found
+
+
+def _between(goal: str, least: float | None, most: float | None, measured: float | None, note: str) -> GoalRow:
+    met = measured is not None and (least is None or measured >= least) and (most is None or measured <= most)
+    word = "not measured" if measured is None else "yes" if met else "no"
+    return GoalRow(goal, least, most, measured, word, note)
+
+
+def save_report(report: Report, folder: Path) -> None:
+    """Write tables, picture and the machine into a folder."""
+    save(report.tables, report.machine, folder, "dynamics", "# Bench: dynamics")
+    points = [
+        (row.subject, row.engine, _curve(row), _seconds(row), row.error)
+        for row in report.work
+        if row.error is not None and row.formulation != "quasistatic"
+    ]
+    plot_work(points, "greatest error of a hinge angle (rad)", folder / "work.png")
+
+
+def _curve(row: WorkRow) -> str:
+    """What a curve is called: formulations are ours."""
+    return f"{row.engine}, {row.method}" + (f", {row.formulation}" if row.engine == OURS else "")

@@ -1,0 +1,310 @@
+"""Rows of the bench `dynamics`: one subject, formulation, engine, method and tolerance or step, before any impact."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch_bench.peers import dense_system
+from hcsearch_bench.peers.multibody import Peer, peers
+from hcsearch_bench.peers.states import Trajectory, closure, energies, places
+from hcsearch_bench.run.timing import median_time
+from hcsearch_bench.run.work import OURS, UnableError, rising
+from hcsearch_bench.subjects.deployments import WHOLE, Case, Subject
+
+if TYPE_CHECKING:
+    from hcsearch.dynamics.simulation import Motion
+
+Reals = NDArray[np.float64]
+
+OUTPUTS = 100
+"""Equal spaces between the times at which the error is taken: the coarsest step of engines with fixed steps."""
+MAX_STEPS = {"constrained": 100_000, "penalty": 400_000, "quasistatic": 100_000, WHOLE: 100_000}
+REFERENCE = "dormand-prince-8"
+REFERENCE_TOLERANCE = 1e-13
+SEEN = 2_000
+"""Most states of which the gap is taken."""
+LEVELS = (("precise", 1e-8), ("high", 2e-5), ("low", 1e-2))
+"""Verdicts by the greatest error of a hinge angle, rad; `high` is that of the goals."""
+
+
+@dataclass(frozen=True)
+class WorkRow:
+    """One subject, formulation, engine, method and tolerance, or step (s).
+
+    verdict : of LEVELS, `wrong`, or `none` where there is no motion (`note` says why).
+    error : greatest of a hinge angle at all output times, rad. energy : greatest error of the energy balance, J; of
+        other engines only where nothing is damped. gap : greatest of loops, m. seconds : on the wall, median of `runs`.
+    """
+
+    subject: str
+    formulation: str
+    engine: str
+    method: str
+    tolerance: float | None
+    step: float | None
+    verdict: str = "none"
+    error: float | None = None
+    energy: float | None = None
+    gap: float | None = None
+    evaluations: int | None = None
+    seconds: float | None = None
+    runs: int = 0
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class ReferenceRow:
+    """A reference solution, and how far others are from it.
+
+    end : of the comparison, s. scipy_end, scipy_tolerance : of SciPy's run on dense matrices; apart : between both,
+    rad. whole_apart : from the reference of the scene with nothing left out, rad. drift : of energy, J.
+    """
+
+    subject: str
+    formulation: str
+    end: float
+    steps: int
+    drift: float
+    whole_apart: float | None
+    scipy_tolerance: float | None
+    scipy_end: float | None
+    apart: float | None
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Fold angles (k, n_hinges) at times (k,), s."""
+
+    times: Reals
+    angles: Reals
+    motion: Motion
+
+
+def our_settings(quick: bool, formulation: str) -> dict[str, tuple[float, ...]]:
+    """Methods and tolerances, the coarsest first; few where steps follow stiff springs, not the tolerance."""
+    if formulation == "penalty":
+        if quick:
+            return {"bogacki-shampine": (1e-5,)}
+        return {
+            "bogacki-shampine": (1e-5, 1e-7),  # the first is the thesis's
+            "dormand-prince": (1e-5, 1e-7),
+            "dormand-prince-8": (1e-5, 1e-9),
+            "implicit": (1e-5, 1e-7),
+        }
+    if quick:
+        return {"bogacki-shampine": (1e-5,), "dormand-prince": (1e-4, 1e-6), "dormand-prince-8": (1e-9,)}
+    return {
+        "bogacki-shampine": (1e-3, 1e-4, 1e-5, 1e-6, 1e-7),
+        "dormand-prince": (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10),
+        "dormand-prince-8": (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11),
+        "implicit": (1e-3, 1e-4, 1e-5, 1e-6, 1e-7),
+    }
+
+
+def scipy_peers(quick: bool) -> list[Peer]:
+    """SciPy's solvers on accelerations from dense matrices."""
+    tolerances = (1e-6,) if quick else (1e-4, 1e-6, 1e-8, 1e-10)
+    return [
+        Peer("SciPy", method, tolerances, partial(dense_system.run, method=method), by_tolerance=True)
+        for method in (("DOP853",) if quick else ("RK45", "DOP853", "LSODA"))
+    ]
+
+
+def reference_of(case: Case) -> Reference:
+    """The reference solution of a case: short steps, so that what is read out between them is as good."""
+    times = np.linspace(0.0, case.end, OUTPUTS + 1)
+    motion = _simulated(case, REFERENCE, REFERENCE_TOLERANCE, case.end / OUTPUTS)
+    if motion.ending != "time":
+        raise UnableError(f"no reference: {motion.ending} at {motion.times[-1]:.3g} s")
+    return Reference(times, case.angles(motion.at(times)), motion)
+
+
+def _simulated(case: Case, method: str, tolerance: float, longest: float = np.inf, end: float | None = None) -> Motion:
+    from hcsearch.dynamics.simulation import simulate
+
+    return simulate(
+        case.system,
+        case.q,
+        end=end or case.end,
+        method=method,
+        tolerance=tolerance,
+        longest_step=longest,
+        max_steps=MAX_STEPS[case.formulation],
+    )
+
+
+def subject_rows(
+    subject: Subject, quick: bool, repeats: int, patience: float
+) -> tuple[list[WorkRow], list[ReferenceRow]]:
+    """All rows of a subject."""
+    end = subject.horizon("constrained")
+    case, whole = subject.case("constrained", end), subject.case(WHOLE, end)
+    reference = reference_of(case)
+    rows = list(our_rows(case, reference, quick, repeats, patience))
+    if left_out(case, whole):
+        rows += our_rows(whole, reference, quick, repeats, patience)
+    rows += our_rows(subject.case("penalty", end), reference, quick, 1, patience)
+    for peer in scipy_peers(quick):
+        rows += peer_rows(whole, reference, peer, 1, patience)
+    for peer in peers(quick, OUTPUTS):
+        if peer.fits(whole):
+            rows += peer_rows(whole, reference, peer, repeats, patience)
+    slow = subject.case("quasistatic", subject.horizon("quasistatic"))
+    slow_reference = reference_of(slow)
+    rows += our_rows(slow, slow_reference, quick, repeats, patience)
+    return rows, [
+        compared(case, whole, reference, 1e-8 if quick else 1e-12),
+        ReferenceRow(
+            *(subject.name, slow.formulation, slow.end, slow_reference.motion.steps, slow_reference.motion.drift),
+            *(None, None, None, None, "reference of its own"),
+        ),
+    ]
+
+
+def left_out(case: Case, whole: Case) -> bool:
+    """Whether the compiler left out joints or closure rows."""
+    return len(case.system.joints) < len(whole.system.joints) or len(case.system.mechanism.tree.rows) < len(
+        whole.system.mechanism.tree.rows
+    )
+
+
+def compared(case: Case, whole: Case, reference: Reference, tolerance: float) -> ReferenceRow:
+    """The reference beside that of the whole array, and beside SciPy's tightest run on dense matrices."""
+    apart = float(np.abs(reference_of(whole).angles - reference.angles).max())
+    drift = case.compiled.factor * reference.motion.drift
+    row = ReferenceRow(
+        *(case.subject, case.formulation, case.end, reference.motion.steps, drift, apart, tolerance, None, None)
+    )
+    # dense evaluations of many panels are slow: the first half of the time where there are many
+    part = OUTPUTS if whole.system.n_joints <= 20 else OUTPUTS // 2
+    times = reference.times[: part + 1]
+    try:
+        found = dense_system.run(whole.system, whole.q, whole.v, times, tolerance=tolerance)
+    except UnableError as error:
+        return replace(row, note=str(error))
+    apart = float(np.abs(whole.angles(found.q) - reference.angles[: part + 1]).max())
+    return replace(row, scipy_end=float(times[-1]), apart=apart)
+
+
+def our_rows(case: Case, reference: Reference, quick: bool, repeats: int, patience: float) -> Iterator[WorkRow]:
+    """A row a method and tolerance."""
+    for method, tolerances in our_settings(quick, case.formulation).items():
+        yield from rising(
+            tolerances,
+            patience,
+            partial(_our_blank, case, method),
+            partial(_our_row, case, reference, repeats, method),
+            by_tolerance=True,
+        )
+
+
+def _our_blank(case: Case, method: str, tolerance: float) -> WorkRow:
+    return blank(case, OURS, method, tolerance, None)
+
+
+def blank(case: Case, engine: str, method: str, tolerance: float | None, step: float | None) -> WorkRow:
+    """A row without numbers."""
+    return WorkRow(case.subject, case.formulation, engine, method, tolerance, step)
+
+
+def _our_row(case: Case, reference: Reference, repeats: int, method: str, tolerance: float) -> WorkRow:
+    found: list[Motion] = []
+
+    def run() -> float:
+        begin = time.perf_counter()
+        found[:] = [_simulated(case, method, tolerance)]
+        return time.perf_counter() - begin
+
+    _simulated(case, method, tolerance, end=1e-4 * case.end)  # compiled, and its tables made
+    seconds, runs = median_time(run, repeats)
+    (motion,) = found
+    row = replace(_our_blank(case, method, tolerance), evaluations=motion.evaluations, seconds=seconds, runs=runs)
+    if motion.ending != "time":
+        return replace(row, note=f"refused: {motion.ending} at {motion.times[-1]:.3g} s")
+    error = float(np.abs(case.angles(motion.at(reference.times)) - reference.angles).max())
+    return replace(
+        row,
+        verdict=verdict_of(error),
+        error=error,
+        energy=case.compiled.factor * motion.drift,
+        gap=gap_of(case, motion.q),
+    )
+
+
+def peer_rows(case: Case, reference: Reference, peer: Peer, repeats: int, patience: float) -> Iterator[WorkRow]:
+    """Rows of another engine."""
+    return rising(
+        peer.settings,
+        patience,
+        lambda setting: blank(case, peer.engine, peer.method, *peer.sizes(case, setting)),
+        lambda setting: _peer_row(case, reference, peer, setting, repeats),
+        by_tolerance=peer.by_tolerance,
+    )
+
+
+def _peer_row(case: Case, reference: Reference, peer: Peer, setting: float, repeats: int) -> WorkRow:
+    found: list[Trajectory] = []
+
+    def run() -> float:
+        found[:] = [peer.follow(case, reference.times, setting)]
+        return found[0].seconds
+
+    seconds, runs = median_time(run, repeats)
+    (motion,) = found
+    error = float(np.abs(case.angles(motion.q) - reference.angles).max())
+    lossless = not any(drive.damping for drive in case.system.drives)
+    energy = energies(case.system, motion.q, motion.v)
+    return replace(
+        blank(case, peer.engine, peer.method, *peer.sizes(case, setting)),
+        verdict=verdict_of(error),
+        error=error,
+        energy=float(np.abs(energy - energy[0]).max()) if lossless else None,
+        gap=gap_of(case, motion.q),
+        evaluations=motion.evaluations,
+        seconds=seconds,
+        runs=runs,
+    )
+
+
+def gap_of(case: Case, q: Reals) -> float:
+    """Greatest gap of the loops, m; of cut hinges, between the ends of their lines."""
+    q = q[:: -(-len(q) // SEEN)]
+    worst = closure(case.system, q)
+    found = places(case.system, q)
+    for cut in case.system.cuts:
+        for end in cut.ends:
+            gap = found.point(cut.second, end)[0] - found.point(cut.first, end)[0]
+            worst = max(worst, float(np.linalg.norm(gap, axis=1).max()))
+    return worst
+
+
+def verdict_of(error: float) -> str:
+    """Its level."""
+    return next((name for name, limit in LEVELS if error <= limit), "wrong")
+
+
+def seconds_at(rows: Sequence[WorkRow], error: float) -> float | None:
+    """Seconds at which a method comes to an error: between two of its runs by powers, else of its fastest below.
+
+    None where none of its runs is that precise.
+    """
+    points = sorted((row.error, row.seconds) for row in rows if row.error is not None and row.seconds is not None)
+    below = [point for point in points if point[0] <= error]
+    above = [point for point in points if point[0] > error]
+    if not below:
+        return None
+    fine, slow = min(below, key=lambda point: point[1])
+    faster = [point for point in above if point[1] < slow]
+    if not faster:
+        return slow
+    coarse, fast = faster[0]
+    share = np.log(error / fine) / np.log(coarse / fine)
+    return float(slow * (fast / slow) ** share)

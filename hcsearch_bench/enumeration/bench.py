@@ -1,0 +1,93 @@
+"""The bench `enumeration`: circuits a second and memory against peers, and cost as n grows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from hcsearch_bench.enumeration import arrays, counting, listing
+from hcsearch_bench.enumeration.plots import plot_arrays, plot_growth
+from hcsearch_bench.run.machine import Machine, this_machine
+from hcsearch_bench.run.tables import Table, save
+
+PEERS = ("graphillion", "networkx")
+LIMIT, QUICK_LIMIT = 60.0, 2.0
+
+_TIMES = "Times are processor seconds on one core, medians of `runs`"
+
+
+@dataclass(frozen=True)
+class Report:
+    """All that one run of the bench measured."""
+
+    machine: Machine
+    limit: float
+    one_array: list[arrays.ArrayRow]
+    listed: list[listing.ListingRow]
+    growth: list[listing.GrowthRow]
+    counted: list[counting.CountRow]
+
+    @property
+    def tables(self) -> list[Table]:
+        """What is shown and saved, in order."""
+        limit = f"a peer's process has {self.limit:g} s on the wall, and past that is not tried on larger arrays"
+        return [
+            Table(
+                "arrays",
+                "Circuits of one array",
+                f"{_TIMES}: `build_s` until the data structure stands, `answer_s` for the number or for going through "
+                f"the list; {limit}. `times_ours`: build and answer over ours, counting against counting, listing "
+                "against our edge sets. Ours lists one circuit a class; no peer reduces by symmetry. `peak_mib` is "
+                "that of the whole process; the smallest arrays show what interpreter and libraries take of it.",
+                self.one_array,
+                hidden=("wall_s",),
+            ),
+            Table(
+                "listing",
+                "All arrays of n cells",
+                f"{_TIMES}, kernels already compiled: listing, the two-stack test, the twist. "
+                "`fold_twist_us`: both of these, microseconds a free circuit.",
+                self.listed,
+                hidden=("wall_s",),
+            ),
+            Table(
+                "growth",
+                "Growth a cell",
+                "Factors a cell, fitted to the points named, beside the connective constant, to which circuits tend "
+                "from below (they number about c^n / n^2.5).",
+                self.growth,
+            ),
+            Table(
+                "counting",
+                "Counting square arrays",
+                f"{_TIMES}; {limit}. `states`: frontier states of all steps of ours, for all circuits; its time "
+                "also has the classes.",
+                self.counted,
+            ),
+        ]
+
+
+def measure(
+    *, quick: bool = False, repeats: int = 3, limit: float | None = None, say: Callable[[str], None] = print
+) -> Report:
+    """Run the whole bench: minutes, or seconds when `quick`. Raises HcsearchError when counts disagree.
+
+    limit : seconds on the wall for each process of a peer.
+    """
+    machine = this_machine(PEERS)
+    repeats = 1 if quick else repeats
+    limit = limit or (QUICK_LIMIT if quick else LIMIT)
+    one_array = arrays.measure_arrays(arrays.QUICK if quick else arrays.ARRAYS, limit=limit, repeats=repeats, say=say)
+    listed = listing.measure_listing(listing.QUICK if quick else listing.SIZES, repeats=repeats, say=say)
+    counted = counting.measure_counting(
+        counting.QUICK if quick else counting.SIZES, limit=limit, repeats=repeats, say=say
+    )
+    return Report(machine, limit, one_array, listed, listing.fit_growth(listed), counted)
+
+
+def save_report(report: Report, folder: Path) -> None:
+    """Write tables, pictures and the machine into a folder."""
+    save(report.tables, report.machine, folder, "enumeration", "# Bench: enumeration")
+    plot_growth(report.listed, report.growth, folder / "growth.png")
+    plot_arrays(report.one_array, report.limit, folder / "arrays.png")

@@ -1,0 +1,211 @@
+"""The bench `experiment`: the thesis's deployment of the 4x4 array (4.5), with what its text does not fix.
+
+Gravity has a direction that the text does not tell, and an aluminium frame holds a panel that it does not name. The
+array, its springs and the bounds of these are those of Tables 4.1 and 4.3.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from hcsearch.assemblies import ASSEMBLIES
+from hcsearch.deployment.choosing import SpringSet
+from hcsearch.deployment.compiling import Formulation
+from hcsearch.deployment.deploying import Deployment, deploy
+from hcsearch.deployment.tuning import EVALUATIONS, SAMPLES, Tuning, tune
+from hcsearch.linkage import Linkage
+from hcsearch.scenes import Scene, Vector
+from hcsearch_bench.run.machine import Machine, this_machine
+from hcsearch_bench.run.tables import Table, save
+
+G = 9.81
+GRAVITIES: dict[str, Vector] = {
+    "none": (0.0, 0.0, 0.0),
+    "+x": (G, 0.0, 0.0),
+    "-x": (-G, 0.0, 0.0),
+    "+y": (0.0, G, 0.0),
+    "-y": (0.0, -G, 0.0),
+    "+z": (0.0, 0.0, G),
+    "-z": (0.0, 0.0, -G),
+}
+"""Directions in axes of the flat state: x along the rows, across the mirror; z up from the drawing."""
+CATALOGUE = (0.07, 0.10)
+"""Springs that the thesis had, N m/rad."""
+TUNED = ("none", "+y", "-y", "+x")
+"""Gravities in which springs are tuned; with the quick bench the first alone."""
+
+
+@dataclass(frozen=True)
+class UniformRow:
+    """The deployment with springs of 0.10 N m/rad everywhere.
+
+    held : panel. outcome, end_s : of the simulation. collision_s, panels : the first collision; empty without one.
+    """
+
+    gravity: str
+    held: int
+    formulation: str
+    outcome: str
+    end_s: float
+    clearance: str
+    collision_s: float | None
+    panels: str
+
+
+@dataclass(frozen=True)
+class TunedRow:
+    """What a tuning found.
+
+    springs : `uniform`, `tuned` or `catalogue`. stiffness : of hinges 0 to 6 (the others are their mirror images),
+    N m/rad. verdict : of the precise simulation; of the quick check where there was none. collides : of the samples
+    within 5 % of stiffness, damping and mass; chance : its interval at 95 %. seconds : of the whole tuning.
+    """
+
+    gravity: str
+    held: int
+    springs: str
+    stiffness: str
+    verdict: str
+    flat_s: float | None
+    collides: str
+    chance: str
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Claim:
+    """What the thesis says, and what comes out."""
+
+    thesis: str
+    here: str
+
+
+@dataclass(frozen=True)
+class Report:
+    """All that one run of the bench found."""
+
+    machine: Machine
+    claims: list[Claim]
+    uniform: list[UniformRow]
+    tuned: list[TunedRow]
+
+    @property
+    def tables(self) -> list[Table]:
+        """What is shown and saved."""
+        return [
+            Table(
+                "experiment-claims",
+                "The thesis's experiment: what it says, what comes out",
+                "Thesis 4.5.1 and 4.5.4 to 4.5.5; numbers over all directions of gravity and panels held of the tables "
+                "below.",
+                self.claims,
+            ),
+            Table(
+                "experiment-uniform",
+                "Springs of 0.10 N m/rad at every hinge",
+                "`held`: 0 is the merged pair at the end of the loop, 5 the one in its middle, 7 a large middle panel.",
+                self.uniform,
+            ),
+            Table(
+                "experiment-tuned",
+                "Tuned springs, and those of the catalogue 0.07 and 0.10 N m/rad",
+                "Springs by `hcsearch tune` with its defaults.",
+                self.tuned,
+            ),
+        ]
+
+
+def measure(*, quick: bool = False, say: Callable[[str], None]) -> Report:
+    """Run the bench; quick: exact closure alone for equal springs, and one tuning, without samples."""
+    linkage = Linkage((assembly := ASSEMBLIES["thesis-4x4"]).build(assembly.defaults))
+    uniform = list(_uniform(linkage, quick, say))
+    tuned: list[TunedRow] = []
+    for gravity in TUNED[:1] if quick else TUNED:
+        say(f"tuning, gravity {gravity}")
+        began = time.perf_counter()
+        scene = Scene(gravity=GRAVITIES[gravity])
+        evaluations, samples = (100, 0) if quick else (EVALUATIONS, SAMPLES)
+        tuning = tune(linkage, scene, "compliant", catalogue=CATALOGUE, evaluations=evaluations, samples=samples)
+        tuned += _rows(gravity, tuning, time.perf_counter() - began)
+    return Report(this_machine(), claims(uniform, tuned), uniform, tuned)
+
+
+def _uniform(linkage: Linkage, quick: bool, say: Callable[[str], None]) -> list[UniformRow]:
+    formulations: tuple[Formulation, ...] = ("constrained",) if quick else ("constrained", "compliant")
+    found = []
+    for held in (0, 5, 7):
+        for gravity, vector in GRAVITIES.items():
+            say(f"equal springs, gravity {gravity}, panel {held} held")
+            for formulation in formulations:
+                scene = Scene(gravity=vector, held=held)
+                found.append(_uniform_row(gravity, held, deploy(linkage, scene, formulation)))
+    return found
+
+
+def _uniform_row(gravity: str, held: int, deployment: Deployment) -> UniformRow:
+    clearance = deployment.clearance
+    assert clearance is not None
+    panels = "" if clearance.panels is None else "{} and {}".format(*clearance.panels)
+    end = float(deployment.motion.times[-1])
+    return UniformRow(
+        gravity,
+        held,
+        deployment.compiled.formulation,
+        deployment.outcome,
+        end,
+        clearance.kind,
+        clearance.time,
+        panels,
+    )
+
+
+def _rows(gravity: str, tuning: Tuning, seconds: float) -> list[TunedRow]:
+    sets: dict[str, SpringSet | None] = {"uniform": tuning.start, "tuned": tuning.best, "catalogue": tuning.rounded}
+    return [_row(gravity, name, one, seconds) for name, one in sets.items() if one is not None]
+
+
+def _row(gravity: str, name: str, one: SpringSet, seconds: float) -> TunedRow:
+    check, precise, chance = one.check, one.deployment, one.robustness
+    verdict = "flat, certified clear" if one.confirmed else "collides" if check.clear is False else "not certified"
+    return TunedRow(
+        gravity,
+        0,
+        name,
+        " ".join(f"{stiffness:.3g}" for stiffness in one.stiffnesses[:7]),
+        verdict if precise is None or precise.deploys else f"{precise.outcome}, not certified clear",
+        None if precise is None else precise.flat_time,
+        "" if chance is None else f"{chance.collisions} of {chance.samples}",
+        "" if chance is None else "{:.0%} to {:.0%}".format(*chance.interval),
+        seconds,
+    )
+
+
+def claims(uniform: Sequence[UniformRow], tuned: Sequence[TunedRow]) -> list[Claim]:
+    """The thesis's statements beside what the tables tell."""
+    held = [row for row in uniform if row.held == 0]
+    hits = [row for row in held if row.clearance != "clear"]
+    times = [row.collision_s for row in hits if row.collision_s is not None]
+    met = sorted({row.panels for row in hits})
+    when = f"{min(times):.3g} to {max(times):.3g} s" if times else "-"
+    return [
+        Claim("equal springs collide", f"in {len(hits)} of {len(held)} simulations with panel 0 held"),
+        Claim("at 0.30 s, by eye from a film", when),
+        Claim("the large middle panel, with the back of the top one", "panels " + "; ".join(met)),
+        *(
+            Claim(f"{name} springs do not", _told([row for row in tuned if row.springs == name]))
+            for name in ("tuned", "catalogue")
+        ),
+    ]
+
+
+def _told(rows: Sequence[TunedRow]) -> str:
+    clear = [row.gravity for row in rows if row.verdict == "flat, certified clear"]
+    return f"certified clear for {len(clear)} of {len(rows)} gravities" + (f": {', '.join(clear)}" if clear else "")
+
+
+def save_report(report: Report, folder: Path) -> None:
+    """Write tables and the machine into a folder."""
+    save(report.tables, report.machine, folder, "experiment", "# Bench: the thesis's experiment")

@@ -1,0 +1,194 @@
+"""The bench `folding`: designs that fold, joined from half-chains, against listing all circuits and filtering them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from hcsearch.errors import HcsearchError
+from hcsearch_bench.run.figures import save_figure
+from hcsearch_bench.run.job import Outcome, run_job
+from hcsearch_bench.run.machine import Machine, this_machine
+from hcsearch_bench.run.tables import Table, save
+from hcsearch_bench.run.timing import Row
+from hcsearch_bench.subjects.polygons import count_polygons, join_polygons, list_polygons
+
+SIZES: dict[str, tuple[int, ...]] = {
+    "hex": (12, 14, 16, 18, 20, 22, 24),
+    "square": (16, 18, 20, 22, 24, 26, 28, 30, 32),
+    "triangle": (28, 30, 32, 34, 36, 38, 40, 42, 44, 46, 48),
+}
+QUICK: dict[str, tuple[int, ...]] = {"hex": (10, 12), "square": (14,), "triangle": (22,)}
+KEEPS = ("two-stack", "untwisted")
+LIMIT, QUICK_LIMIT = 180.0, 60.0
+
+
+@dataclass(frozen=True)
+class FoldingRow:
+    """All designs of n panels that fold, or all untwisted ones, three ways; None where one takes too long.
+
+    filter_s : list all circuits, fold and twist them. join_s : join half-chains, fold and twist the circuits: the
+    same data. count_s : count joined half-chains. Processor seconds on one core, medians of `runs` (of the way with
+    fewest). filter_per_join, filter_per_count : their ratios. peak_mib of each way : of its whole process.
+    """
+
+    grid: str
+    n: int
+    keep: str
+    designs: int
+    filter_s: float | None
+    join_s: float | None
+    count_s: float | None
+    filter_per_join: float | None
+    filter_per_count: float | None
+    filter_mib: float | None
+    join_mib: float | None
+    count_mib: float | None
+    runs: int
+
+
+@dataclass(frozen=True)
+class Report:
+    """All that one run of the bench measured; limit : seconds on the wall for a process."""
+
+    machine: Machine
+    limit: float
+    rows: list[FoldingRow]
+
+    @property
+    def tables(self) -> list[Table]:
+        """What is shown and saved."""
+        return [
+            Table(
+                "folding",
+                "Designs that fold: joined from half-chains, or filtered from all circuits",
+                "Processor seconds on one core, kernels already compiled, medians of `runs`. `filter_s`: all circuits "
+                "listed, folded, twisted; `join_s`: the designs joined from half-chains, then folded and twisted as "
+                "well, so that both have canonical words, symmetries, foldings and twists; `count_s`: the number "
+                "alone. Each way has processes of its own, of which `_mib` is the most memory, interpreter and "
+                f"libraries included. A process has {self.limit:g} s on the wall; past that a way is not tried on "
+                "larger n.",
+                self.rows,
+            )
+        ]
+
+
+class _Ways:
+    """Runs jobs, each kind on one grid until it is late."""
+
+    def __init__(self, grid: str, limit: float, repeats: int) -> None:
+        self.grid, self.limit, self.repeats = grid, limit, repeats
+        self._late: set[tuple[str, ...]] = set()
+
+    def run(self, job: Callable[..., Row], n: int, **keep: str) -> Outcome | None:
+        """What a job gives; None when it takes too long, or did before. HcsearchError when it fails."""
+        way = (job.__name__, *keep.values())
+        if way in self._late:
+            return None
+        outcome = run_job(job, self.limit, grid=self.grid, n=n, repeats=self.repeats, **keep)
+        if outcome.late:
+            self._late.add(way)
+            return None
+        if outcome.note:
+            raise HcsearchError(f"{job.__name__} {self.grid} n={n}: {outcome.note}; report this")
+        return outcome
+
+
+def measure(
+    *, quick: bool = False, repeats: int = 3, limit: float | None = None, say: Callable[[str], None] = print
+) -> Report:
+    """Run the whole bench: a quarter of an hour, or seconds when `quick`; HcsearchError when numbers differ.
+
+    limit : seconds on the wall for each process.
+    """
+    machine = this_machine()
+    limit = limit or (QUICK_LIMIT if quick else LIMIT)
+    rows = measure_folding(QUICK if quick else SIZES, limit=limit, repeats=1 if quick else repeats, say=say)
+    return Report(machine, limit, rows)
+
+
+def measure_folding(
+    sizes: Mapping[str, Sequence[int]], *, limit: float, repeats: int, say: Callable[[str], None]
+) -> list[FoldingRow]:
+    """One row a grid, n and keep, as far as one of the ways is in time."""
+    rows = []
+    for grid, ns in sizes.items():
+        ways = _Ways(grid, limit, repeats)
+        for n in ns:
+            say(f"{grid} n={n}: list and filter, join, count")
+            listed = ways.run(list_polygons, n)
+            for keep in KEEPS:
+                joined, counted = (ways.run(job, n, keep=keep) for job in (join_polygons, count_polygons))
+                row = _row(grid, n, keep, listed, joined, counted)
+                rows += [row] if row is not None else []
+    return rows
+
+
+def _row(
+    grid: str, n: int, keep: str, listed: Outcome | None, joined: Outcome | None, counted: Outcome | None
+) -> FoldingRow | None:
+    found = [outcome.row["designs"] for outcome in (joined, counted) if outcome is not None]
+    filter_s = None
+    if listed is not None:
+        found.append(listed.row[keep.replace("-", "_")])
+        filter_s = sum(listed.row[stage] for stage in ("list_s", "fold_s", "twist_s"))
+    if not found:
+        return None
+    if len(set(found)) > 1:
+        raise HcsearchError(f"{grid} n={n} {keep}: joined, counted or listed, designs are {found}; report this")
+    join_s, count_s = (None if outcome is None else float(outcome.row["seconds"]) for outcome in (joined, counted))
+    ways = [outcome for outcome in (listed, joined, counted) if outcome is not None]
+    return FoldingRow(
+        grid=grid,
+        n=n,
+        keep=keep,
+        designs=found[0],
+        filter_s=filter_s,
+        join_s=join_s,
+        count_s=count_s,
+        filter_per_join=_ratio(filter_s, join_s),
+        filter_per_count=_ratio(filter_s, count_s),
+        filter_mib=_memory(listed),
+        join_mib=_memory(joined),
+        count_mib=_memory(counted),
+        runs=min(outcome.row["runs"] for outcome in ways),
+    )
+
+
+def _memory(outcome: Outcome | None) -> float | None:
+    return None if outcome is None else outcome.peak_mib
+
+
+def _ratio(seconds: float | None, less: float | None) -> float | None:
+    return seconds / less if seconds and less else None
+
+
+def save_report(report: Report, folder: Path) -> None:
+    """Write table, picture and the machine into a folder."""
+    save(report.tables, report.machine, folder, "folding", "# Bench: folding")
+    plot_folding(report.rows, folder / "folding.png")
+
+
+def plot_folding(rows: Sequence[FoldingRow], path: Path) -> None:
+    """Seconds of the three ways to designs that fold against n, a picture a grid."""
+    from matplotlib.figure import Figure
+
+    grids = list(dict.fromkeys(row.grid for row in rows))
+    figure = Figure(figsize=(12, 4.5), layout="constrained")
+    pictures = figure.subplots(1, len(grids), squeeze=False, sharey=True)[0]
+    for axes, grid in zip(pictures, grids, strict=True):
+        for keep, marker in (("two-stack", "o-"), ("untwisted", "s--")):
+            ours = [row for row in rows if (row.grid, row.keep) == (grid, keep)]
+            ways = [("joined", "tab:blue", "join_s"), ("counted", "tab:green", "count_s")]
+            if keep == "two-stack":  # the same run as for untwisted ones
+                ways.insert(0, ("all circuits listed and filtered", "tab:red", "filter_s"))
+            for way, colour, column in ways:
+                points = [(row.n, getattr(row, column)) for row in ours if getattr(row, column)]
+                label = way if column == "filter_s" else f"{keep} designs {way}"
+                axes.plot([n for n, _ in points], [s for _, s in points], marker, color=colour, ms=4, label=label)
+        axes.set(xlabel="panels n", yscale="log", title=grid)
+        axes.grid(alpha=0.3)
+    pictures[0].set_ylabel("processor seconds, one core")
+    figure.legend(*pictures[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize="small")
+    save_figure(figure, path)

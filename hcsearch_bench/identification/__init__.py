@@ -1,0 +1,1 @@
+"""The bench `identification`: springs and damping from measurements with noise."""

@@ -1,0 +1,182 @@
+"""The bench `iftomm`: problems A01 to A05 of the IFToMM benchmark, error against time, beside other engines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from hcsearch_bench.iftomm.problems import problems
+from hcsearch_bench.iftomm.work import (
+    LEVELS,
+    OUTPUTS,
+    WorkRow,
+    our_rows,
+    our_settings,
+    peer_rows,
+)
+from hcsearch_bench.peers.multibody import peers
+from hcsearch_bench.run.figures import plot_work
+from hcsearch_bench.run.machine import Machine, this_machine
+from hcsearch_bench.run.tables import Table, save
+from hcsearch_bench.run.work import OURS, PATIENCE, QUICK_PATIENCE
+
+Say = Callable[[str], None]
+
+PEERS = ("scipy", "mujoco", "pin", "exudyn")
+BRICARD = {"error": 1e-6, "seconds": 10e-3, "closure": 1e-12, "energy": 1e-9}
+"""What A04 must keep over 10 s: m, s, m, J."""
+
+
+@dataclass(frozen=True)
+class BestRow:
+    """The fastest run of an engine on a problem that reaches a level; times_ours: its time over our fastest."""
+
+    problem: str
+    level: str
+    engine: str
+    method: str
+    tolerance: float | None
+    step: float | None
+    error: float
+    energy: float | None
+    seconds: float
+    times_ours: float | None
+
+
+@dataclass(frozen=True)
+class GoalRow:
+    """A goal for A04 over 10 s, and what the fastest run that keeps the other goals of precision has.
+
+    over : time that was simulated, s.
+    """
+
+    problem: str
+    over: float
+    goal: str
+    at_most: float
+    measured: float | None
+    method: str
+    met: str
+
+
+@dataclass(frozen=True)
+class Report:
+    """All that one run of the bench measured."""
+
+    machine: Machine
+    work: list[WorkRow]
+    best: list[BestRow]
+    goals: list[GoalRow]
+
+    @property
+    def tables(self) -> list[Table]:
+        """What is shown and saved, in order."""
+        return [
+            Table(
+                "work",
+                "Work and precision",
+                f"`error` (m): greatest distance of the measured point from a reference solution at {OUTPUTS + 1} "
+                "times from start to end; `at_steps`: ours at the ends of its steps, without interpolation between. "
+                "`verdict`: " + ", ".join(f"{name} up to {limit:g}" for name, limit in LEVELS) + " of the problem's "
+                "length (1 m; A03: the crank of 7 mm), else wrong. `energy` (J): error of the balance. `closure`: "
+                "gap (m). `evaluations`: of accelerations; of implicit methods, Newton steps. `seconds`: integration "
+                "alone, on the wall, median of `runs`; the loops of ours, MuJoCo and Exudyn are compiled, Pinocchio's "
+                "is SciPy's.",
+                self.work,
+            ),
+            Table(
+                "best",
+                "The fastest run that is precise enough",
+                "Of each engine. `times_ours`: its seconds over ours at the same level.",
+                self.best,
+            ),
+            Table(
+                "goals",
+                "Goals for A04",
+                "Over 10 s. Measured: the fastest of our runs that keeps all goals of precision, over the whole time.",
+                self.goals,
+            ),
+        ]
+
+
+def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> Report:
+    """Run the whole bench: minutes; `quick`: a tenth of each time, and few settings."""
+    machine = this_machine(PEERS)
+    repeats, patience = (1, QUICK_PATIENCE) if quick else (repeats, PATIENCE)
+    rows: list[WorkRow] = []
+    for whole in problems():
+        problem = replace(whole, end=whole.end / 10) if quick else whole
+        times = np.linspace(0.0, problem.end, OUTPUTS + 1)
+        way = problem.reference(times)
+        say(f"{problem.name}, {problem.title}")
+        rows += our_rows(problem, times, way, our_settings(quick), repeats)
+        for peer in peers(quick, OUTPUTS):
+            if peer.fits(problem):
+                say(f"{problem.name}: {peer.engine}, {peer.method}")
+                rows += peer_rows(problem, times, way, peer, repeats, patience)
+    return Report(machine, rows, best_of(rows), goals_of(rows, 1.0 if quick else 10.0))
+
+
+def best_of(rows: Sequence[WorkRow]) -> list[BestRow]:
+    """Two levels a problem, a row an engine that reaches it."""
+    found = []
+    for problem in dict.fromkeys(row.problem for row in rows):
+        for level, verdicts in (("high", ("precise", "high")), ("precise", ("precise",))):
+            fastest: dict[str, WorkRow] = {}
+            for row in rows:
+                if row.problem == problem and row.verdict in verdicts:
+                    known = fastest.get(row.engine)
+                    if known is None or _seconds(row) < _seconds(known):
+                        fastest[row.engine] = row
+            ours = _seconds(fastest[OURS]) if OURS in fastest else None
+            for engine, row in fastest.items():
+                assert row.error is not None
+                found.append(
+                    BestRow(
+                        *(problem, level, engine, row.method, row.tolerance, row.step, row.error, row.energy),
+                        *(_seconds(row), None if ours is None else _seconds(row) / ours),
+                    )
+                )
+    return found
+
+
+def _seconds(row: WorkRow) -> float:
+    assert row.seconds is not None
+    return row.seconds
+
+
+def goals_of(rows: Sequence[WorkRow], over: float) -> list[GoalRow]:
+    """The goals for both variants of A04, by our fastest run that is precise enough, or our most precise one."""
+    found = []
+    for problem in ("A04 thin", "A04 square"):
+        ours = [row for row in rows if (row.problem, row.engine) == (problem, OURS) and row.error is not None]
+        precise = [row for row in ours if all(_kept(row, goal) for goal in ("error", "closure", "energy"))]
+        row = min(precise, key=_seconds) if precise else min(ours, key=lambda row: row.error or 0.0, default=None)
+        for goal, limit in BRICARD.items():
+            found.append(
+                GoalRow(
+                    *(problem, over, goal, limit, None if row is None else getattr(row, goal)),
+                    "-" if row is None else f"{row.method}, {row.tolerance:g}",
+                    "yes" if row is not None and _kept(row, goal) else "no",
+                )
+            )
+    return found
+
+
+def _kept(row: WorkRow, goal: str) -> bool:
+    value = getattr(row, goal)
+    return value is not None and value <= BRICARD[goal]
+
+
+def save_report(report: Report, folder: Path) -> None:
+    """Write tables, picture and the machine into a folder."""
+    save(report.tables, report.machine, folder, "iftomm", "# Bench: iftomm")
+    points = [
+        (row.problem, row.engine, f"{row.engine}, {row.method}", _seconds(row), row.error)
+        for row in report.work
+        if row.error is not None
+    ]
+    plot_work(points, "greatest error (m)", folder / "work.png")

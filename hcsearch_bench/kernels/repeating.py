@@ -1,0 +1,21 @@
+"""One evaluation many times over, so that its time can be measured: a call from Python takes longer than it does."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.kernels.compiling.compiled import lean
+from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate
+from hcsearch.kernels.multibody.tree import Work
+
+Reals = NDArray[np.float64]
+
+
+@lean
+def accelerate_often(
+    mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, scale: float, times: int, work: Work, found: Reals
+) -> None:
+    """Evaluate the accelerations of one state so many times, as the stages of a step do; after `accelerate`."""
+    for _ in range(times):
+        accelerate(mechanism, hold, q, v, scale, False, work, found)

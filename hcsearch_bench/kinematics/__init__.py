@@ -1,0 +1,1 @@
+"""The bench `kinematics`: path methods, branches, descents, cost of closure, extreme scenes."""

@@ -1,0 +1,1 @@
+"""The bench `mobility`: time of a folding, locks, and what frees them."""

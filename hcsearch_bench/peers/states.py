@@ -1,0 +1,184 @@
+"""States of systems in plain NumPy, many at once: where bodies are, energy, closure; what other engines give back.
+
+Nothing here is shared with the compiled recursions, so that it can judge them too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.dynamics.laws import Law
+from hcsearch.dynamics.system import Drive, System
+from hcsearch.dynamics.trees import GROUND, Weld
+from hcsearch_bench.run.work import UnableError
+
+Reals = NDArray[np.float64]
+TURNS, GAPS = (0, 1, 2), (3, 4, 5)
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """What an engine gives back: coordinates and velocities (k, n_joints) at times (k,), s.
+
+    seconds : of the integration alone, on the wall; the model stands before. evaluations : of the accelerations.
+    """
+
+    times: Reals
+    q: Reals
+    v: Reals
+    seconds: float
+    evaluations: int
+
+
+@dataclass(frozen=True)
+class Places:
+    """Bodies of k states: rotation from the reference state (k, n, 3, 3) and where their joints are (k, n, 3).
+
+    spin, speed : angular velocities and velocities at the joints, (k, n, 3).
+    """
+
+    system: System
+    turn: Reals
+    place: Reals
+    spin: Reals
+    speed: Reals
+
+    def point(self, body: int, point: Reals) -> tuple[Reals, Reals]:
+        """Places and velocities, (k, 3) each, of a point that is given in the reference state (m)."""
+        if body == GROUND:
+            fixed = np.zeros((len(self.turn), 3))
+            return fixed + point, fixed
+        arm = self.turn[:, body] @ (point - self.system.joints[body].point)
+        return self.place[:, body] + arm, self.speed[:, body] + np.cross(self.spin[:, body], arm)
+
+    def turned(self, body: int) -> Reals:
+        """Rotations of a body, (k, 3, 3)."""
+        return np.broadcast_to(np.eye(3), (len(self.turn), 3, 3)) if body == GROUND else self.turn[:, body]
+
+
+def places(system: System, q: Reals, v: Reals | None = None) -> Places:
+    """Where the bodies of states (k, n_joints) are, and how they move."""
+    q = np.atleast_2d(q)
+    v = np.zeros_like(q) if v is None else np.atleast_2d(v)
+    k, n = q.shape
+    found = Places(system, np.empty((k, n, 3, 3)), *(np.empty((k, n, 3)) for _ in range(3)))
+    for i, joint in enumerate(system.joints):
+        above = found.turned(joint.parent)
+        place, speed = found.point(joint.parent, np.asarray(joint.point, float))
+        spin = np.zeros((k, 3)) if joint.parent == GROUND else found.spin[:, joint.parent]
+        axis = above @ joint.axis
+        if joint.slides:
+            way = axis * q[:, i, None]
+            place, speed = place + way, speed + np.cross(spin, way) + axis * v[:, i, None]
+        else:
+            above, spin = above @ rotations(joint.axis, q[:, i]), spin + axis * v[:, i, None]
+        found.turn[:, i], found.place[:, i], found.spin[:, i], found.speed[:, i] = above, place, spin, speed
+    return found
+
+
+def rotations(axis: Reals, angles: Reals) -> Reals:
+    """Rotations about one axis, (k, 3, 3)."""
+    x, y, z = axis
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    c, s = np.cos(angles)[:, None, None], np.sin(angles)[:, None, None]
+    turned: Reals = c * np.eye(3) + s * skew + (1 - c) * np.outer(axis, axis)
+    return turned
+
+
+def energies(system: System, q: Reals, v: Reals) -> Reals:
+    """Energy of motion, of linear laws, struts and gravity, J, (k,)."""
+    q, v = np.atleast_2d(q), np.atleast_2d(v)
+    found = places(system, q, v)
+    total = np.zeros(len(q))
+    for i, (body, drive) in enumerate(zip(system.bodies, system.drives, strict=True)):
+        centre, speed = found.point(i, body.centre)
+        own = np.einsum("kji,kj->ki", found.turn[:, i], found.spin[:, i])
+        total += 0.5 * body.mass * (speed**2).sum(1) + 0.5 * np.einsum("ki,ij,kj->k", own, body.inertia, own)
+        total -= body.mass * (centre @ np.array(system.gravity))
+        preload, stiffness = line_of(drive.law)
+        total += q[:, i] * (preload + 0.5 * stiffness * q[:, i])
+    for strut in system.struts:
+        way = found.point(strut.second, strut.second_point)[0] - found.point(strut.first, strut.first_point)[0]
+        total += 0.5 * strut.stiffness * (np.linalg.norm(way, axis=1) - strut.rest) ** 2
+    return total
+
+
+def closure(system: System, q: Reals) -> float:
+    """Greatest gap of welds, m; turns count times the system's size."""
+    if not system.welds:
+        return 0.0
+    found = places(system, q)
+    worst = 0.0
+    for weld in system.welds:
+        here, there = found.turned(weld.first), found.turned(weld.second)
+        gap = found.point(weld.second, weld.point)[0] - found.point(weld.first, weld.point)[0]
+        turn = 0.5 * np.cross(here, there, axis=1).sum(2)
+        ways = here @ weld.frame.T  # columns: the weld's directions
+        rows = np.hstack([system.size * np.einsum("kij,ki->kj", ways, turn), np.einsum("kij,ki->kj", ways, gap)])
+        worst = max(worst, float(np.abs(rows[:, list(weld.kinds)]).max()))
+    return worst
+
+
+def line_of(law: Law) -> tuple[float, float]:
+    """Moment at angle 0 (N m) and stiffness (N m/rad) of a linear law; UnableError for others."""
+    pieces = law.straight.cubics
+    if law.bent is not None or len(pieces) > 1 or any(pieces[0][2:]):
+        raise UnableError("laws that are not linear")
+    moment, stiffness, *_ = pieces[0]
+    return moment - stiffness * law.straight.breaks[0], stiffness
+
+
+def lines_of(system: System) -> tuple[Reals, Reals, Reals]:
+    """Moments at angle 0, stiffnesses and dampings of the joints; UnableError where more acts."""
+    if any(_stops(drive) for drive in system.drives):
+        raise UnableError("stops")
+    if system.cuts or system.overdamped:
+        raise UnableError("cut hinges and motion without inertia")
+    lines = np.array([line_of(drive.law) for drive in system.drives]).reshape(-1, 2)
+    return lines[:, 0], lines[:, 1], np.array([drive.damping for drive in system.drives])
+
+
+def _stops(drive: Drive) -> bool:
+    return bool(np.isfinite([drive.lower, drive.upper]).any())
+
+
+def depth_first(system: System) -> list[int]:
+    """Joints in an order in which those above any of them come right after it, as other engines want them."""
+    children: dict[int, list[int]] = {}
+    for i, joint in enumerate(system.joints):
+        children.setdefault(joint.parent, []).append(i)
+    found: list[int] = []
+    waiting = children.get(GROUND, [])[::-1]
+    while waiting:
+        found.append(waiting.pop())
+        waiting += children.get(found[-1], [])[::-1]
+    return found
+
+
+def common_points(system: System, weld: Weld) -> list[Reals]:
+    """Points that keep a weld closed when the bodies share them, for engines that know no more; m.
+
+    One for a spherical joint, two on the axis of a hinge, three for a full weld. A planar pin is a spherical joint
+    where all joints turn about one direction; UnableError for other kinds.
+    """
+    turns = tuple(kind for kind in weld.kinds if kind in TURNS)
+    gaps = tuple(kind for kind in weld.kinds if kind in GAPS)
+    frame = np.asarray(weld.frame, float)
+    if gaps == (3, 4) and not turns and _planar(system, frame[2]):
+        gaps = GAPS
+    if gaps != GAPS or len(turns) == 1:
+        raise UnableError("welds of other kinds than points, hinges and whole bodies")
+    arm = 0.5 * system.size
+    if not turns:
+        return [weld.point]
+    if len(turns) == 2:
+        (free,) = set(TURNS) - set(turns)
+        return [weld.point - arm * frame[free], weld.point + arm * frame[free]]
+    return [weld.point, weld.point + arm * frame[0], weld.point + arm * frame[1]]
+
+
+def _planar(system: System, normal: Reals) -> bool:
+    return all(not joint.slides and abs(joint.axis @ normal) > 1 - 1e-12 for joint in system.joints)

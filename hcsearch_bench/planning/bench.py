@@ -1,0 +1,193 @@
+"""The bench `planning`: what is settled of all foldings of some sets, against work, margin and thickness."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.outputs import write_output
+from hcsearch_bench.planning.beside_ompl import PeerRow, Subject, peer_rows
+from hcsearch_bench.planning.foldings import (
+    FoldingRow,
+    Group,
+    GroupRow,
+    MarginRow,
+    ThicknessRow,
+    WorkRow,
+    group_row,
+    margin_rows,
+    settle,
+    thickness_row,
+    work_rows,
+)
+from hcsearch_bench.run.figures import save_figure
+from hcsearch_bench.run.machine import Machine, this_machine
+from hcsearch_bench.run.tables import Table, frame, save
+
+Reals = NDArray[np.float64]
+
+GROUPS = (Group("hex", "12", 4), Group("hex", "10", 2), Group("square", "6x5", 12))
+QUICK = (Group("hex", "8"), Group("triangle", "10"), Group("square", "4x3"))
+THICKNESSES, QUICK_THICKNESSES = (0.0015, 0.003, 0.012, 0.024), (0.003,)
+"""Beside 6 mm, m."""
+SUBJECTS: tuple[Subject, ...] = (
+    ("hex:0234550132:4", "hinged"),
+    ("square:012233230011:4", "rigid"),
+    ("triangle:012343454505012321:3", "hinged"),
+    ("hex:022443440011:1", "rigid"),
+    ("square:012233332111123333300001210121:1", "rigid"),
+    ("hex:0234340511:3", "hinged"),
+)
+LIMIT, QUICK_LIMIT = 5.0, 0.5
+"""Processor seconds of one search beside a peer."""
+SEARCHES = 3
+PEERS = ("ompl",)
+
+
+@dataclass(frozen=True)
+class Report:
+    """All that one run of the bench measured; rows : of single foldings, which are saved and not shown."""
+
+    machine: Machine
+    groups: list[GroupRow]
+    work: list[WorkRow]
+    margins: list[MarginRow]
+    thicknesses: list[ThicknessRow]
+    peers: list[PeerRow]
+    rows: list[FoldingRow]
+
+    def rows_of(self, group: GroupRow) -> list[FoldingRow]:
+        """The foldings of a set, with the panels of the scene `default`."""
+        return [row for row in self.rows if row.group == group.group][: group.foldings]
+
+    @property
+    def tables(self) -> list[Table]:
+        """What is shown and saved, in order."""
+        return [
+            Table(
+                "groups",
+                "What is settled",
+                "All untwisted foldings, up to symmetry, in the scene `default`; each by the stages `mobility` and "
+                "`motion`. `movable`: a path from packed to flat is proved. `locked`: proved so with every way of "
+                "joining flat pairs. `share`: of both together. Processor time, on one core.",
+                self.groups,
+            ),
+            Table(
+                "work",
+                "Share settled against work",
+                "Where a folding is given up after `budget_s` of processor time: how many are settled, and `spent_s`, "
+                "the time on all of the set.",
+                self.work,
+            ),
+            Table(
+                "margins",
+                "Share settled against margin",
+                "Where panels may have no more play than `margin_mm` on every face: an upper bound of what a folding "
+                "needs is the least margin at which its path is proved.",
+                self.margins,
+            ),
+            Table(
+                "thicknesses",
+                "Share settled against thickness",
+                "Edges of 50 mm; of some sets a part, every so many-th folding. `tight`: movable with the least "
+                "margin, 0.01 mm on every face. Locks are those of panels 6 mm thick: of the first order they depend "
+                "on no length (`theory.md`, 27), and of the others no thickness that was tried undid one.",
+                self.thicknesses,
+            ),
+            Table(
+                "peers",
+                "Single searches beside OMPL",
+                f"With 0.1 mm of play on every face, a search has {LIMIT:g} s of processor time ({QUICK_LIMIT:g} s "
+                "with `--quick`). `met`: searches that come to a path in time, `median_s` their time; `proved`: paths "
+                "that our proof takes. OMPL has RRT-Connect on the states that are closed (ProjectedStateSpace), with "
+                "our projection and our check of stops and gaps, but not that of what lies between two states. "
+                "Closure is singular at both ends, and projections do not leave them: it begins with the states near "
+                "them that our planner throws out, and that time counts. Ours also shortens the path in its time and "
+                "pushes it off contact.",
+                self.peers,
+            ),
+        ]
+
+
+def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> Report:
+    """Run the whole bench: five minutes, or seconds when `quick`."""
+    machine = this_machine(PEERS)
+    groups = QUICK if quick else GROUPS
+    list(settle(QUICK[-1]))  # compiled
+    rows, shown = [], []
+    for group in groups:
+        rows.append(list(settle(group)))
+        shown.append(group_row(rows[-1]))
+        say(f"{group.name}: {shown[-1].share:.0%} of {shown[-1].foldings} settled in {shown[-1].total_s:.3g} s")
+    sweeps = []
+    for group, own in zip(groups, rows, strict=True):
+        sweeps.append([own[:: group.sampled]])
+        for thickness in QUICK_THICKNESSES if quick else THICKNESSES:
+            say(f"{group.name}, panels {1e3 * thickness:g} mm thick")
+            sweeps[-1].append(list(settle(group, thickness, group.sampled)))
+    peers: list[PeerRow] = []
+    for subject in SUBJECTS[1:2] if quick else SUBJECTS:
+        say(f"beside OMPL: {subject[0]}")
+        peers += peer_rows(subject, 1 if quick else SEARCHES, QUICK_LIMIT if quick else LIMIT)
+    return Report(
+        machine,
+        shown,
+        [row for own in rows for row in work_rows(own)],
+        [row for own in rows for row in margin_rows(own)],
+        [row for sweep in sweeps for row in sorted(map(thickness_row, sweep), key=lambda row: row.thickness_mm)],
+        peers,
+        [row for own in rows for row in own] + [row for sweep in sweeps for own in sweep[1:] for row in own],
+    )
+
+
+def save_report(report: Report, folder: Path) -> None:
+    """Write tables, picture, single foldings and the machine into a folder."""
+    save(report.tables, report.machine, folder, "planning", "# Bench: planning")
+    single = Table("foldings", "", "", report.rows)
+    write_output(folder / "foldings.csv", frame(single).to_csv(index=False))
+    plot_planning(report, folder / "planning.png")
+
+
+def plot_planning(report: Report, path: Path) -> None:
+    """Share settled against processor seconds of a folding and of the set, against margin and against thickness."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11, 8), layout="constrained")
+    each, whole, margin, thickness = figure.subplots(2, 2, sharey=True).ravel()
+    for group in report.groups:
+        own = report.rows_of(group)
+        budgets, shares, spent = curve(own)
+        each.step(budgets, shares, where="post", label=group.group)
+        whole.step(spent, shares, where="post")
+        margins = [row for row in report.margins if row.group == group.group]
+        margin.plot([row.margin_mm for row in margins], [row.share for row in margins], "o-")
+        sweep = [row for row in report.thicknesses if row.group == group.group]
+        thickness.plot([row.thickness_mm for row in sweep], [row.share for row in sweep], "o-")
+    each.set(xlabel="processor seconds a folding may take", ylabel="share settled", ylim=(0.0, 1.02))
+    whole.set(xlabel="processor seconds on all of the set")
+    margin.set(xlabel="play on every face at most (mm)", ylabel="share settled")
+    thickness.set(xlabel="thickness of panels (mm), edges 50 mm")
+    for axes in (each, whole, margin, thickness):
+        axes.set_xscale("log")
+        axes.grid(alpha=0.3)
+    for axes, lengths in (
+        (margin, {row.margin_mm for row in report.margins}),
+        (thickness, {row.thickness_mm for row in report.thicknesses}),
+    ):
+        ticks = sorted(lengths)
+        axes.set_xticks(ticks, labels=[f"{tick:g}" for tick in ticks])
+        axes.minorticks_off()
+    figure.legend(*each.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    save_figure(figure, path)
+
+
+def curve(rows: Sequence[FoldingRow]) -> tuple[Reals, Reals, Reals]:
+    """Seconds that each folding may take, rising; the share that is settled then, and the seconds spent on all."""
+    budgets = np.sort([row.seconds for row in rows])
+    settled = np.sort([row.seconds for row in rows if row.settled])
+    shares = np.searchsorted(settled, budgets, side="right") / len(rows)
+    return budgets, shares, np.minimum(budgets, budgets[:, None]).sum(axis=1)

@@ -1,0 +1,88 @@
+"""Single searches for a path beside OMPL's RRT-Connect: the same margin, the same time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.circuit import Circuit
+from hcsearch.collision.clearance import margin_of
+from hcsearch.flat_pairs import Way, linkage_joined
+from hcsearch.folding import folding_of
+from hcsearch.planning.planner import Planner
+from hcsearch.planning.proofs import Prover
+from hcsearch.scenes import default_panel
+from hcsearch_bench.peers import ompl_search
+from hcsearch_bench.run.timing import Stopwatch
+from hcsearch_bench.run.work import OURS, UnableError
+
+Reals = NDArray[np.float64]
+Search = Callable[[Planner, int, float], tuple[Reals | None, float]]
+Subject = tuple[str, Way]
+"""A folding, and how its flat pairs are joined."""
+
+ROUNDS = 80
+"""Rounds of one of our searches; another one begins after them, with other random numbers."""
+
+
+@dataclass(frozen=True)
+class PeerRow:
+    """Searches of one engine for a path of a folding.
+
+    met : of the searches, those that come to a path in time; proved : of these, paths that are proved with the margin.
+    median_s : processor time of those that met one.
+    """
+
+    folding: str
+    flat_pairs: str
+    engine: str
+    searches: int
+    met: int | None = None
+    proved: int | None = None
+    median_s: float | None = None
+    note: str = ""
+
+
+def ours(planner: Planner, seed: int, limit: float) -> tuple[Reals | None, float]:
+    """Search for a path with our planner until it meets one, or so many processor seconds are over."""
+    watch, again = Stopwatch(), 0
+    while watch.cpu < limit:
+        with watch:
+            plan = planner.plan(ROUNDS, 100 * seed + again)
+        if plan.states is not None:
+            return plan.states, watch.cpu
+        again += 1
+    return None, watch.cpu
+
+
+ENGINES: dict[str, Search] = {OURS: ours, "OMPL RRT-Connect": ompl_search.search}
+
+
+def peer_rows(subject: Subject, searches: int, limit: float) -> Iterator[PeerRow]:
+    """Ask every engine for paths of a folding, each so often, with so many processor seconds a search."""
+    name, way = subject
+    circuit, crease = name.rsplit(":", 1)
+    folding = folding_of(Circuit.from_notation(circuit).canonical(), int(crease))
+    linkage = linkage_joined(folding, default_panel(folding.circuit.grid.name), way)
+    planner, prover = Planner(linkage, margin_of(linkage)), Prover(linkage)
+    planner.plan(1)  # compiled
+    for engine, search in ENGINES.items():
+        try:
+            found = [search(planner, seed, limit) for seed in range(searches)]
+        except UnableError as error:
+            yield PeerRow(name, way, engine, 0, note=str(error))
+            continue
+        paths = [states for states, _ in found if states is not None]
+        times = [seconds for states, seconds in found if states is not None]
+        yield PeerRow(
+            folding=name,
+            flat_pairs=way,
+            engine=engine,
+            searches=searches,
+            met=len(paths),
+            proved=sum(prover.prove(states, [planner.margin]).margin is not None for states in paths),
+            median_s=float(np.median(times)) if times else None,
+        )

@@ -1,0 +1,231 @@
+"""What the stages `mobility` and `motion` settle of sets of foldings, and by how much work, one folding at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hcsearch.enumeration import ArraySearch, PolygonSearch, Search
+from hcsearch.folding import fold, folding_at
+from hcsearch.grid import grid_named, parse_array
+from hcsearch.mobility import locked_with, locks_of, mobility
+from hcsearch.planning.proofs import PLAYS
+from hcsearch.planning.stage import motions
+from hcsearch.records import CircuitBatch, FoldingBatch
+from hcsearch.scenes import SCENES, Scene, panel_of, with_panel
+from hcsearch.twisting import twist_batch
+from hcsearch_bench.run.timing import Stopwatch
+
+SCENE = SCENES["default"]
+BUDGETS = (0.03, 0.1, 0.2, 0.5, 1.0, 3.0, 10.0)
+"""Processor seconds that a folding may take."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """A set of untwisted foldings, up to symmetry: of all arrays of n cells, or of one array.
+
+    cells : n, or an array such as `6x5`. sampled : every so many-th folding is looked at in other thicknesses.
+    """
+
+    grid: str
+    cells: str
+    sampled: int = 1
+
+    @property
+    def name(self) -> str:
+        """Grid and cells."""
+        return f"{self.grid} {self.cells}"
+
+    def search(self) -> Search:
+        """The search for its circuits."""
+        grid = grid_named(self.grid)
+        if self.cells.isdigit():
+            return PolygonSearch(grid, int(self.cells))
+        return ArraySearch(parse_array(grid, self.cells))
+
+
+@dataclass(frozen=True)
+class FoldingRow:
+    """What becomes of one folding.
+
+    result : `movable` with a proved path, `locked` with a proof, or `undecided`. flat_pairs : how they are joined in
+    the path. margin_mm : least play on every face at which the path is proved; both None without one. seconds :
+    processor time, with the folding's share of the stage `mobility`.
+    """
+
+    group: str
+    folding: str
+    thickness_mm: float
+    result: str
+    flat_pairs: str | None
+    margin_mm: float | None
+    seconds: float
+
+    @property
+    def settled(self) -> bool:
+        """Whether there is a proof, either way."""
+        return self.result != "undecided"
+
+
+@dataclass(frozen=True)
+class GroupRow:
+    """All foldings of a set, with the panels of the scene `default`. Seconds are of processor time."""
+
+    group: str
+    foldings: int
+    movable: int
+    locked: int
+    undecided: int
+    share: float
+    total_s: float
+    median_s: float
+    most_s: float
+
+
+@dataclass(frozen=True)
+class WorkRow:
+    """What is settled where a folding is given up after some seconds; spent_s : on all foldings of the set."""
+
+    group: str
+    budget_s: float
+    settled: int
+    share: float
+    spent_s: float
+
+
+@dataclass(frozen=True)
+class MarginRow:
+    """What is settled where panels have no more play than a margin on every face."""
+
+    group: str
+    margin_mm: float
+    movable: int
+    locked: int
+    share: float
+
+
+@dataclass(frozen=True)
+class ThicknessRow:
+    """What is settled with panels of a thickness; tight : movable ones that need no more than the least margin."""
+
+    group: str
+    thickness_mm: float
+    foldings: int
+    movable: int
+    tight: int
+    locked: int
+    undecided: int
+    share: float
+    total_s: float
+
+
+def settle(group: Group, thickness: float | None = None, every: int = 1) -> Iterator[FoldingRow]:
+    """Settle every so many-th folding of a set; thickness : m, of its panels, None for the scene's `default`."""
+    length, width, own = panel_of(SCENE, group.grid)
+    scene = with_panel(SCENE, (length, width, own if thickness is None else thickness), group.grid)
+    seen = 0
+    for circuits in group.search().batches():
+        found = fold(circuits)
+        untwisted = np.flatnonzero(twist_batch(circuits, found) == 0)
+        kept = untwisted[-seen % every :: every]
+        seen += len(untwisted)
+        yield from _settle(group, circuits, FoldingBatch(found.row[kept], found.crease[kept]), scene)
+
+
+def _settle(group: Group, circuits: CircuitBatch, foldings: FoldingBatch, scene: Scene) -> Iterator[FoldingRow]:
+    """Settle foldings in a scene, each timed by itself."""
+    before = Stopwatch()
+    with before:
+        known = mobility(circuits, foldings, np.zeros(len(foldings), np.int16))
+        locks = locks_of(circuits, foldings, (known.locked, known.locked_hinged), panel_of(scene, group.grid))
+    locked = locked_with(replace(known, locked=locks[0], locked_hinged=locks[1]), scene.flat_pairs)
+    for i in range(len(foldings)):
+        one = slice(i, i + 1)
+        watch = Stopwatch()
+        with watch:
+            moves = motions(
+                circuits,
+                FoldingBatch(foldings.row[one], foldings.crease[one]),
+                (locks[0][one], locks[1][one]),
+                scene,
+            )
+        moving = bool(moves.moves[0])
+        yield FoldingRow(
+            group=group.name,
+            folding=folding_at(circuits, foldings, i).notation,
+            thickness_mm=_mm(panel_of(scene, group.grid)[2]),
+            result="locked" if locked[i] else "movable" if moving else "undecided",
+            flat_pairs=moves.flat_pairs[0],
+            margin_mm=_mm(float(moves.margin[0])) if moving else None,
+            seconds=watch.cpu + before.cpu / len(foldings),
+        )
+
+
+def group_row(rows: Sequence[FoldingRow]) -> GroupRow:
+    """Count the foldings of a set."""
+    seconds = [row.seconds for row in rows]
+    return GroupRow(
+        group=rows[0].group,
+        foldings=len(rows),
+        movable=_count(rows, "movable"),
+        locked=_count(rows, "locked"),
+        undecided=_count(rows, "undecided"),
+        share=_share(rows),
+        total_s=sum(seconds),
+        median_s=float(np.median(seconds)),
+        most_s=max(seconds),
+    )
+
+
+def work_rows(rows: Sequence[FoldingRow], budgets: Sequence[float] = BUDGETS) -> list[WorkRow]:
+    """What budgets (s) for each folding of a set would have settled, and spent.
+
+    A search does not depend on its budget: one that is cut off is the beginning of the longer one.
+    """
+    found = []
+    for budget in budgets:
+        settled = sum(row.settled and row.seconds <= budget for row in rows)
+        spent = sum(min(row.seconds, budget) for row in rows)
+        found.append(WorkRow(rows[0].group, budget, settled, settled / len(rows), spent))
+    return found
+
+
+def margin_rows(rows: Sequence[FoldingRow]) -> list[MarginRow]:
+    """What is settled of a set within each margin that paths are certified at."""
+    found = []
+    for margin in map(_mm, PLAYS):
+        movable = sum(row.margin_mm is not None and row.margin_mm <= margin for row in rows)
+        locked = _count(rows, "locked")
+        found.append(MarginRow(rows[0].group, margin, movable, locked, (movable + locked) / len(rows)))
+    return found
+
+
+def thickness_row(rows: Sequence[FoldingRow]) -> ThicknessRow:
+    """Count the foldings of a set with panels of one thickness."""
+    return ThicknessRow(
+        group=rows[0].group,
+        thickness_mm=rows[0].thickness_mm,
+        foldings=len(rows),
+        movable=_count(rows, "movable"),
+        tight=margin_rows(rows)[0].movable,
+        locked=_count(rows, "locked"),
+        undecided=_count(rows, "undecided"),
+        share=_share(rows),
+        total_s=sum(row.seconds for row in rows),
+    )
+
+
+def _count(rows: Sequence[FoldingRow], result: str) -> int:
+    return sum(row.result == result for row in rows)
+
+
+def _share(rows: Sequence[FoldingRow]) -> float:
+    return sum(row.settled for row in rows) / len(rows)
+
+
+def _mm(length: float) -> float:
+    """A length (m) in millimetres, without the rounding of the product."""
+    return float(f"{1e3 * length:.10g}")

@@ -1,0 +1,1 @@
+"""The frame of all benches: clocks, processes, the machine, tables and plots."""

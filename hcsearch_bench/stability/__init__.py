@@ -1,0 +1,1 @@
+"""The bench `stability`: scenes over many decades, each with a verdict."""

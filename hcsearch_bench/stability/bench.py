@@ -1,0 +1,329 @@
+"""The bench `stability`: scenes over many decades, each with a verdict: accurate, degraded by a bound, or refused."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hcsearch.errors import HcsearchError
+from hcsearch_bench.run.figures import save_figure
+from hcsearch_bench.run.machine import Machine, this_machine
+from hcsearch_bench.run.tables import Table, save
+from hcsearch_bench.stability.processors import CORES, ProcessorRow, measure_processors
+from hcsearch_bench.stability.sweeps import FEW, Case, cases
+from hcsearch_bench.stability.truths import STATES, largest_energy, states
+
+if TYPE_CHECKING:
+    from hcsearch.deployment.deploying import Deployment
+
+Say = Callable[[str], None]
+
+PEERS = ("scipy",)
+VERDICTS = ("accurate", "degraded", "refused", "wrong")
+COLOURS = {"accurate": "#7fc97f", "degraded": "#ffd54a", "refused": "#b8c4d0", "wrong": "#e8342a"}
+ALLOWED, ROUNDING = 100.0, 1e-11
+"""A simulation is accurate when its error is at most so many tolerances, and what rounding leaves (rad)."""
+SAFETY = 3.0
+"""A bound is so many times the closure residual and the distance to a simulation that is ten times rougher."""
+REFUSED = ("diverged", "out of steps", "jammed")
+"""Outcomes by which a simulation says that it did not come to an answer."""
+
+
+@dataclass(frozen=True)
+class StabilityRow:
+    """One simulation and the verdict on it.
+
+    error : greatest distance of a fold angle from `truth`, or the closure residual where that is greater (rad);
+        of `energy`, share of the largest energy. bound : what a rougher simulation tells of the error; None where the
+        error is within the tolerance. energy : error of the balance, share of the largest. gap : closure residual of
+        the fold angles (rad, or gap over size).
+    """
+
+    sweep: str
+    value: float
+    subject: str
+    formulation: str
+    method: str
+    tolerance: float
+    verdict: str
+    error: float | None
+    bound: float | None
+    truth: str
+    energy: float | None
+    gap: float | None
+    outcome: str
+    steps: int | None
+    seconds: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class CountRow:
+    """How many simulations of a sweep got each verdict; worst : greatest error of accurate and degraded ones."""
+
+    sweep: str
+    scenes: int
+    accurate: int
+    degraded: int
+    refused: int
+    wrong: int
+    worst: float | None
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Report:
+    """All that one run of the bench measured."""
+
+    machine: Machine
+    rows: list[StabilityRow]
+    processors: list[ProcessorRow]
+
+    @property
+    def tables(self) -> list[Table]:
+        """What is shown and saved, in order."""
+        return [
+            Table(
+                "counts",
+                "Verdicts",
+                "`wrong`: a simulation that claims success and is off by more than its bound, or whose numbers are not "
+                "finite. `worst`: greatest error of those that are accurate or degraded.",
+                count(self.rows),
+            ),
+            Table(
+                "stability",
+                "Extreme scenes",
+                f"`error` (rad): greatest distance from `truth` at up to {STATES} states, or closure residual where "
+                f"that is greater; from `energy`: share of the largest energy. Accurate: at most {ALLOWED:g} "
+                f"tolerances, and {ROUNDING:g} for rounding. Degraded: within `bound`, {SAFETY:g} times the closure "
+                "residual and the distance to the same simulation at ten times the tolerance (penalty: a tenth of the "
+                "stiffness, or ten times it). Refused: the simulation says itself that it has no answer. `energy`: "
+                "error of the balance over the largest energy. `gap`: closure residual of the fold angles.",
+                self.rows,
+            ),
+            Table(
+                "processors",
+                "Processors",
+                f"The same questions with the linear algebra that OpenBLAS has for {', '.join(CORES)} (`kernels`: what "
+                "it took), beside the answers with this processor's own. `differ`: rows with another verdict, number "
+                "of freedoms or branch; `off`: greatest difference of times and clearances, as a share.",
+                self.processors,
+            ),
+        ]
+
+
+def measure(*, quick: bool = False, say: Say = print) -> Report:
+    """Run the whole bench: minutes; quick: every third value."""
+    machine = this_machine(PEERS)
+    say("stability: kernels are compiled")
+    judge(next(cases(quick=True)))
+    rows, sweep = [], ""
+    for case in cases(quick=quick):
+        if case.sweep != sweep:
+            sweep = case.sweep
+            say(f"stability: {sweep}")
+        rows.append(judge(case))
+    return Report(machine, rows, measure_processors(quick=quick, say=say))
+
+
+def judge(case: Case) -> StabilityRow:
+    """Simulate a case and give the verdict."""
+    begin = time.perf_counter()
+    try:
+        found = simulated(case)
+    except HcsearchError as refusal:
+        return _row(case, "refused", str(refusal), time.perf_counter() - begin)
+    seconds = time.perf_counter() - begin
+    if found.outcome in REFUSED:
+        return _row(case, "refused", f"{found.outcome}: {found.reason}", seconds, found)
+    if not finite(found):
+        return _row(case, "wrong", "a number is not finite", seconds, found)
+    return _compared(case, found, seconds)
+
+
+def _compared(case: Case, found: Deployment, seconds: float) -> StabilityRow:
+    """The verdict on a simulation that claims an answer."""
+    error = known_error(case, found)
+    allowed = ALLOWED * case.tolerance + ROUNDING
+    if error is not None and error <= allowed:
+        return _row(case, "accurate", "", seconds, found, error)
+    bound = bound_of(case, found, allowed)
+    if error is None:  # nothing to compare to: fold angles cannot leave the stops
+        bound = math.pi if bound is None else bound
+        return _row(case, "degraded", f"within {bound:.1e}; no finer simulation ends", seconds, found, None, bound)
+    if bound is None or not error <= bound:
+        return _row(case, "wrong", f"off by more than it tells; {found.reason}", seconds, found, error, bound)
+    return _row(case, "degraded", f"within {bound:.1e}", seconds, found, error, bound)
+
+
+def simulated(case: Case) -> Deployment:
+    """The deployment of a case; what starts flat is no deployment and does not end there."""
+    from hcsearch.deployment.compiling import OMISSIONS, compile_scene
+    from hcsearch.deployment.deploying import Deployment, run
+    from hcsearch.dynamics.simulation import simulate
+
+    keep = frozenset(OMISSIONS if case.whole else ())
+    compiled = compile_scene(case.subject.linkage, case.scene, case.formulation, keep=keep)
+    if not case.subject.flat:
+        return run(compiled, method=case.method, tolerance=case.tolerance, certified=False, max_steps=FEW)
+    begin = time.perf_counter()
+    motion = simulate(
+        compiled.system,
+        case.subject.start_of(compiled),
+        end=compiled.seconds,
+        method=case.method,
+        tolerance=case.tolerance,
+        restitution=case.scene.restitution,
+        max_steps=FEW,
+    )
+    angles, rates = compiled.of_hinges(motion.q, motion.v)
+    outcome, reason = ("moving", "") if motion.ending == "time" else ("diverged", f"it ends with {motion.ending}")
+    return Deployment(compiled, motion, outcome, reason, angles, rates, None, time.perf_counter() - begin)  # type: ignore[arg-type]
+
+
+def finite(deployment: Deployment) -> bool:
+    """Whether all numbers of a deployment are finite."""
+    motion = deployment.motion
+    parts = (deployment.angles, deployment.rates, motion.times, motion.a, motion.kinetic, motion.stored, motion.lost)
+    return all(bool(np.isfinite(part).all()) for part in parts) and math.isfinite(motion.drift)
+
+
+def known_error(case: Case, deployment: Deployment) -> float | None:
+    """Distance from the truth, or the closure residual of exact loops; None where the truth is not known."""
+    try:
+        error = case.truth.error(deployment)
+    except HcsearchError:
+        return None
+    return error if case.formulation == "penalty" else max(error, gap_of(deployment))
+
+
+def gap_of(deployment: Deployment) -> float:
+    """Greatest closure residual of the fold angles: by the linkage, not by the simulation."""
+    linkage = deployment.compiled.linkage
+    if not linkage.loops:
+        return 0.0
+    _, angles = states(deployment)
+    every = max(1, len(angles) // 50)
+    return max(float(np.abs(linkage.closure(state)[0]).max()) for state in angles[::every])
+
+
+def bound_of(case: Case, deployment: Deployment, allowed: float) -> float | None:
+    """What the distance to another simulation tells of the error; None where none comes to an answer."""
+    rough = next(filter(None, (_answer(other) for other in (case.rougher, case.stiffer) if other is not None)), None)
+    if rough is None:
+        return None
+    end = float(rough.motion.times[-1])
+    times, angles = states(deployment, end if rough.outcome != "at rest" else math.inf)
+    q = rough.motion.at(np.minimum(times, end))
+    others, _ = rough.compiled.of_hinges(q, np.zeros_like(q))
+    return allowed + SAFETY * (float(np.abs(angles - others).max()) + gap_of(deployment))
+
+
+def _answer(case: Case) -> Deployment | None:
+    """A simulation that comes to an answer."""
+    try:
+        found = simulated(case)
+    except HcsearchError:
+        return None
+    return None if found.outcome in REFUSED or not finite(found) else found
+
+
+def _row(
+    case: Case,
+    verdict: str,
+    reason: str,
+    seconds: float,
+    found: Deployment | None = None,
+    error: float | None = None,
+    bound: float | None = None,
+) -> StabilityRow:
+    known = found is not None and finite(found)
+    return StabilityRow(
+        sweep=case.sweep,
+        value=case.value,
+        subject=str(case.subject),
+        formulation=case.formulation,
+        method=case.method,
+        tolerance=case.tolerance,
+        verdict=verdict,
+        error=error,
+        bound=bound,
+        truth=case.truth.name,
+        energy=found.motion.drift / largest_energy(found.motion) if found is not None and known else None,
+        gap=gap_of(found) if found is not None and known else None,
+        outcome=found.outcome if found is not None else "-",
+        steps=found.motion.steps if found is not None else None,
+        seconds=seconds,
+        reason=reason,
+    )
+
+
+def count(rows: Sequence[StabilityRow]) -> list[CountRow]:
+    """A row a sweep, and one for all."""
+    found = []
+    for sweep in (*dict.fromkeys(row.sweep for row in rows), "all"):
+        ours = [row for row in rows if sweep in {row.sweep, "all"}]
+        numbers = {verdict: sum(row.verdict == verdict for row in ours) for verdict in VERDICTS}
+        errors = [row.error for row in ours if row.error is not None and row.verdict in VERDICTS[:2]]
+        found.append(
+            CountRow(sweep, len(ours), **numbers, worst=max(errors, default=None), seconds=sum(r.seconds for r in ours))
+        )
+    return found
+
+
+def save_report(report: Report, folder: Path) -> None:
+    """Write tables, heat map and the machine into a folder."""
+    save(report.tables, report.machine, folder, "stability", "# Bench: stability")
+    plot_heat(report.rows, folder / "heat.png")
+
+
+def plot_heat(rows: Sequence[StabilityRow], path: Path) -> None:
+    """A line a sweep, subject and method; a cell a value: coloured by verdict, with value and decade of the error."""
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch, Rectangle
+
+    lines: dict[str, list[StabilityRow]] = {}
+    for row in rows:
+        lines.setdefault(_line(row), []).append(row)
+    widest = max(map(len, lines.values()))
+    figure = Figure(figsize=(4.5 + 0.75 * widest, 1.0 + 0.36 * len(lines)), layout="constrained")
+    axes = figure.subplots()
+    for y, line in enumerate(lines.values()):
+        for x, row in enumerate(sorted(line, key=lambda row: row.value)):
+            axes.add_patch(Rectangle((x, y), 0.96, 0.92, color=COLOURS[row.verdict], lw=0))
+            axes.text(x + 0.05, y + 0.44, f"{row.value:g}", fontsize=5.5, va="bottom", color="0.25")
+            if row.error is not None and row.verdict != "refused":
+                decade = math.log10(max(row.error, 1e-16))
+                axes.text(x + 0.9, y + 0.86, f"{decade:.1f}", fontsize=7, ha="right", va="bottom", weight="bold")
+    axes.set(
+        xlim=(0, widest),
+        ylim=(len(lines), 0),
+        xticks=[],
+        yticks=[y + 0.46 for y in range(len(lines))],
+        yticklabels=list(lines),
+        title="small: the value swept; bold: log10 of the error",
+    )
+    axes.tick_params(length=0, labelsize=7)
+    for side in axes.spines.values():
+        side.set_visible(False)
+    figure.legend(
+        handles=[Patch(color=COLOURS[verdict], label=verdict) for verdict in VERDICTS],
+        loc="outside lower center",
+        ncols=len(VERDICTS),
+    )
+    save_figure(figure, path, dpi=150)
+
+
+def _line(row: StabilityRow) -> str:
+    """The line of the heat map that a row is on: all numbers of panels, and both singular starts, are on one."""
+    subject = row.subject.removesuffix(", flat")
+    if row.sweep == "panels":
+        subject = subject.partition(" of ")[0]
+    formulation = "" if row.formulation == "constrained" else f", {row.formulation}"
+    return f"{row.sweep}: {subject}, {row.method}{formulation}"

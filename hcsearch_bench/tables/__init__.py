@@ -1,0 +1,1 @@
+"""The bench `tables`: how many designs there are."""
