@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 DB := hcsearch.sqlite
+TESTS := not slow and not extra
 EXTRAS := .[bench,cluster,parquet,postgresql]
 
 # what mypy knows of files outlives the checkout, as compiled kernels do: it knows files by what they contain
@@ -18,7 +19,7 @@ run: $(VENV)/installed
 	$(BIN)/hcsearch report 'grid=hex n=12' --db $(DB) --output reports/hex-12.html
 
 test: $(VENV)/tested
-	$(BIN)/python -m pytest -m "not slow" -n auto --maxprocesses 8 --dist worksteal
+	$(BIN)/python -m pytest -m "$(TESTS)" -n auto --maxprocesses 8 --dist worksteal
 
 check: $(VENV)/tested
 	$(BIN)/ruff check .

@@ -2,18 +2,39 @@ import os
 
 # The matrices here are small: more threads of BLAS would wait for each other, and take the cores of other tests.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+# As the command does, so that kernels compile as fast.
+os.environ.setdefault("NUMBA_OPT", "1")
 
+import sys
+
+import pytest
 from hypothesis import settings
 
 from tests.faults.summary import pytest_terminal_summary
 
 __all__ = ["pytest_terminal_summary"]
 
+EXTRAS = (
+    *("coal", "distributed", "exudyn", "graphillion", "mujoco", "ompl", "pinocchio", "psutil", "psycopg", "pyarrow"),
+)
+"""Modules that only extras install."""
+
 # the first example of a test may compile a kernel
 settings.register_profile("hcsearch", deadline=None)
 settings.load_profile("hcsearch")
 
 
-def pytest_collection_modifyitems(items):
-    """Begin with what takes longest, so that no core is left alone with it at the end."""
+@pytest.fixture(autouse=True)
+def _no_extras(request, monkeypatch):
+    """Hide extras from tests that are not marked as needing one: these pass where none is installed."""
+    if request.node.get_closest_marker("extra") is None:
+        for name in EXTRAS:
+            monkeypatch.setitem(sys.modules, name, None)
+
+
+def pytest_collection_modifyitems(config, items):
+    """Begin with what takes longest, on all workers, so that no core is left alone with it at the end."""
     items.sort(key=lambda item: item.get_closest_marker("long") is None)
+    # each worker is given a part of the list to begin with: parts have equal shares of what takes long
+    workers = getattr(config, "workerinput", {}).get("workercount", 1)
+    items[:] = [item for worker in range(workers) for item in items[worker::workers]]

@@ -30,7 +30,7 @@ def samples(monkeypatch):
         started.append(process)
         return process
 
-    sample = compiling._Sample(("words.insert_fingerprints",), lambda: None)
+    sample = compiling._Sample(("circuits.words.insert_fingerprints",), lambda: None)
     monkeypatch.setattr(compiling, "SAMPLES", {"quick": sample, "long": sample})
     monkeypatch.setattr(compiling, "_start", start)
     monkeypatch.setattr(under_way, "is_ready", lambda kernel: any(process.poll() is not None for process in started))
@@ -74,7 +74,7 @@ for name in SAMPLES:
 def test_all_kernels_that_python_calls_in_a_sample_are_named():
     done = subprocess.run([sys.executable, "-c", f"import sys{CALLED}"], capture_output=True, text=True, check=True)
     called = set(done.stderr.split())
-    assert "words.write_rows" in called
+    assert "circuits.words.write_rows" in called
     assert called == {kernel for sample in compiling.SAMPLES.values() for kernel in sample.kernels}
 
 

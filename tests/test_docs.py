@@ -85,7 +85,7 @@ def test_commands_in_sentences_have_the_words_that_there_are(document):
     for words in commands_in_sentences(document):
         command = command_line
         while isinstance(command, click.Group) and words and words[0] != "NAME":
-            command = command.commands[words.pop(0)]
+            command = command.get_command(click.Context(command), words.pop(0))
         options = {option for parameter in command.params for option in parameter.opts}
         assert {word for word in words if word.startswith("--")} <= options, words
         for word in words:
@@ -109,8 +109,10 @@ def test_short_commands_in_sentences_of_the_readme_run(tmp_path, monkeypatch):
 def commands(group=command_line, words=()):
     """Words of all commands, those below others too."""
     yield words
-    for name, command in group.commands.items() if isinstance(group, click.Group) else ():
-        yield from commands(command, (*words, name))
+    if isinstance(group, click.Group):
+        context = click.Context(group)
+        for name in group.list_commands(context):
+            yield from commands(group.get_command(context, name), (*words, name))
 
 
 @pytest.mark.parametrize("words", list(commands()), ids=" ".join)

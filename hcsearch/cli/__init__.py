@@ -92,6 +92,8 @@ def main() -> None:
     """Run the command line; wrong input is one line on stderr and exit code 2."""
     # NumPy reads it when it is loaded; matrices are small here, and more threads would wait for each other
     os.environ.setdefault("OMP_NUM_THREADS", "1")
+    # so does numba, for the part of its compiler that all kernels of a process share: it is a tenth faster so
+    os.environ.setdefault("NUMBA_OPT", "1")
     try:
         signal.signal(signal.SIGINT, _interrupt)
         code = hcsearch.main(standalone_mode=False)

@@ -114,7 +114,7 @@ def test_who_is_right_is_told():
     assert (nothing.beyond, nothing.ours, nothing.theirs) == (0, 0, 0)
 
 
-@pytest.mark.slow
+@pytest.mark.extra
 @pytest.mark.parametrize("number", range(len(FAMILIES)))
 def test_coal_finds_the_same_distance_of_a_million_pairs_or_is_proved_wrong(number):
     family = FAMILIES[number]
@@ -130,7 +130,7 @@ def test_coal_finds_the_same_distance_of_a_million_pairs_or_is_proved_wrong(numb
         assert row.difference < 1e-9
 
 
-@pytest.mark.slow
+@pytest.mark.extra
 def test_the_whole_bench(tmp_path):
     found = read(tmp_path)
     assert all(row["ours"] == row["beyond"] and row["theirs"] == 0 for row in found["pairs"])

@@ -74,7 +74,7 @@ def test_the_command_without_other_engines(tmp_path, monkeypatch):
     assert [word for goal, word in met.items() if "MuJoCo" in goal or "Pinocchio" in goal] == ["not measured"] * 2
 
 
-@pytest.mark.slow
+@pytest.mark.extra
 def test_the_whole_bench(tmp_path):
     found = read(tmp_path)
     assert {row["subject"] for row in found["work"]} == set(NAMES[:2])
@@ -147,7 +147,7 @@ def test_dense_matrices_have_no_struts():
         Dense(governor().system)
 
 
-@pytest.mark.slow
+@pytest.mark.extra
 @pytest.mark.parametrize("name", ["thesis-4x4", LOOP])
 def test_pinocchio_has_the_accelerations_of_a_tree_with_branches(name):
     import pinocchio as pin

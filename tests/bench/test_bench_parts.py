@@ -45,7 +45,7 @@ def test_backtracker_on_arrays_without_circuits(spec):
 @pytest.mark.parametrize(
     "engine",
     # an engine that is an extra is tried where the extra is installed, with the slow tests
-    [pytest.param(e, marks=[pytest.mark.slow] if e.package else []) for e in engines.ENGINES],
+    [pytest.param(e, marks=[pytest.mark.extra] if e.package else []) for e in engines.ENGINES],
     ids=lambda engine: engine.job.__name__,
 )
 def test_engines_agree_with_the_published_number(engine):

@@ -153,9 +153,8 @@ def test_a_peer_that_is_missing_is_told(monkeypatch):
         ompl_search.search(Planner(joined(*SUBJECT), 1e-4), 0, 1.0)
 
 
-@pytest.mark.slow
+@pytest.mark.extra
 def test_the_peer_finds_a_path_that_is_proved():
-    pytest.importorskip("ompl")
     planner = Planner(joined(*SUBJECT), 1e-4)
     proved = 0
     for seed in range(5):

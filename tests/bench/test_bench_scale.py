@@ -129,7 +129,7 @@ def test_a_cluster_that_does_not_start_is_one_line(monkeypatch):
         pass
 
 
-@pytest.mark.slow
+@pytest.mark.extra
 @pytest.mark.long
 def test_the_whole_bench(tmp_path):
     with running_server() as server:

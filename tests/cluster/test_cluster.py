@@ -16,7 +16,7 @@ from hcsearch.store import open_readonly, select_sql
 from tests.cluster.conftest import until
 from tests.postgresql import PASSWORD, running_server
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.extra
 
 DESIGNS = "SELECT * FROM designs ORDER BY id"
 FOLDINGS = "SELECT * FROM foldings ORDER BY design_id, crease"

@@ -189,7 +189,7 @@ def states(path):
     return pd.read_parquet(path).to_dict("list")
 
 
-@pytest.mark.parametrize("ending", [".csv", ".npz", pytest.param(".parquet", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("ending", [".csv", ".npz", pytest.param(".parquet", marks=pytest.mark.extra)])
 def test_states_come_back_from_files(ending):
     facts = told(*SMALL, "--output", f"states{ending}")
     found = states(f"states{ending}")

@@ -193,9 +193,10 @@ def test_drives_of_other_panels_are_refused(found):
         deploy(found.linkage, found.scene, "penalty", drives=found.drives)
 
 
-@pytest.mark.slow
+@pytest.mark.extra
 def test_moments_of_joints_are_those_of_pinocchio(on_earth):
-    pin = pytest.importorskip("pinocchio")
+    import pinocchio as pin
+
     from hcsearch.dynamics.inverse import joint_forces
     from hcsearch_bench.peers.pinocchio_system import _Forces
 

@@ -171,7 +171,7 @@ ENGINES = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.extra
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("make", [open_chain, welded_loop])
 def test_any_system_moves_as_in(engine, make):
@@ -184,7 +184,7 @@ def test_any_system_moves_as_in(engine, make):
     assert closure(system, theirs.q) < 1e-7
 
 
-@pytest.mark.slow
+@pytest.mark.extra
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("name", ["A01", "A02 N=2", "A03", "A04 thin", "A04 square", "A05"])
 def test_problems_move_as_in(engine, name):

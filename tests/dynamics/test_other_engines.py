@@ -12,7 +12,7 @@ from hcsearch.scenes import SCENES
 from hcsearch_bench.peers import exudyn_system, mujoco_system, pinocchio_system
 from tests.linkages import linkage_named
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.extra
 
 SCENE_CHANGES = {
     "default": {},

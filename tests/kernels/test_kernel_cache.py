@@ -22,6 +22,7 @@ import numpy as np
 import pytest
 from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import NullCache
+from numba.core.codegen import CPUCodegen
 from numba.core.dispatcher import Dispatcher
 from numba.core.errors import TypingError
 
@@ -164,12 +165,30 @@ def test_every_kernel_has_a_stamp_of_its_own():
 def test_a_stamp_is_that_of_versions_and_settings_too(load, monkeypatch):
     module = load()
     before = stamps(module)
-    monkeypatch.setattr(numba.config, "OPT", 3)
+    monkeypatch.setenv("NUMBA_OPT", "2")
+    monkeypatch.setattr(numba.config, "OPT", 2)
     assert not set(before.values()) & set(stamps(module).values())
     monkeypatch.undo()
     assert stamps(module) == before
     monkeypatch.setattr(numba, "__version__", "0.0")
     assert not set(before.values()) & set(stamps(module).values())
+
+
+def test_our_settings_hold_for_our_kernels_alone(folder, load, monkeypatch):
+    before = numba.config.OPT, numba.config.LOOP_VECTORIZE
+    seen = []
+    build = CPUCodegen._pass_builder
+
+    def building(codegen, **options):
+        seen.append((numba.config.OPT, numba.config.LOOP_VECTORIZE))
+        return build(codegen, **options)
+
+    monkeypatch.setattr(CPUCodegen, "_pass_builder", building)
+    assert load().low.scaled(1.0) == 2.0
+    assert set(seen) == {(1, 0)}
+    seen.clear()
+    assert numba.njit(lambda x: x + 1.0)(1.0) == 2.0
+    assert set(seen) == {before}
 
 
 def test_what_cannot_be_stamped_is_named(load):

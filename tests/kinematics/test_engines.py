@@ -20,7 +20,7 @@ from hcsearch.linkage import Linkage
 from hcsearch.pattern import MOUNTAIN, VALLEY, Pattern
 from hcsearch.twisting import twist
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.extra
 
 SEARCHES = {
     "hex 10": PolygonSearch(GRIDS["hex"], 10),

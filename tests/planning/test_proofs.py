@@ -64,7 +64,7 @@ def test_ten_thousand_moments_are_closed_within_the_slack_and_the_stops(name):
     assert deepest_overlap(chain, prisms, np.ascontiguousarray(pairs), found) == 0
 
 
-@pytest.mark.slow  # needs an extra
+@pytest.mark.extra
 @pytest.mark.parametrize("name", SAMPLES)
 def test_coal_finds_shrunk_panels_apart_at_ten_thousand_moments(name):
     from hcsearch_bench.peers.coal_distances import Scene

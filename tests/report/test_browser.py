@@ -15,7 +15,7 @@ from hcsearch.drawing import draw_circuit
 from hcsearch.folding import Folding
 from hcsearch.report import render
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.extra
 
 QUIET = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"),

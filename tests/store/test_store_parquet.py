@@ -13,7 +13,7 @@ from hcsearch.errors import QueryError
 from hcsearch.store import Result, open_database, open_readonly, parquet, save_rows, select, stream, stream_sql
 from hcsearch.store.columns import DESIGNS
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.extra
 
 INTEGERS = st.none() | st.integers(-(2**63), 2**63 - 1)
 REALS = st.none() | st.floats(allow_nan=False)

@@ -40,7 +40,7 @@ from tests import forking
 from tests.judging import judge
 from tests.postgresql import PASSWORD
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.extra
 
 CLOCKS = {"started", "finished", "stage_times", "seconds"}
 

@@ -10,7 +10,7 @@ from hcsearch.cli import hcsearch
 from hcsearch.store import find_design, open_database, open_readonly, save_scores, schema, select
 from tests.judging import judge
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.extra
 
 QUERIES = [
     *([], ["untwisted"], ["n_foldings>=0 score>=-0.5"], ["id>=99999999999999999999"], ["score<1e999 id!=2.5"]),

@@ -218,7 +218,7 @@ def test_memory_does_not_grow_with_the_result(many, style, lines):
     assert much < little + 16, "MiB; gathered, half a million rows take hundreds"
 
 
-@pytest.mark.slow
+@pytest.mark.extra
 def test_memory_of_a_parquet_file_is_bounded(many, tmp_path):
     little, _ = peak(many, "--format", "parquet", "--output", str(tmp_path / "a"), "--limit", "1")
     for words in ([], ["--sql", "SELECT * FROM designs"]):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
@@ -12,12 +11,6 @@ from numba.core.dispatcher import Dispatcher
 from hcsearch.kernels.compiling.kernel_cache import KernelCache
 
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
-
-for _name, _value in (("NUMBA_OPT", "1"), ("NUMBA_LOOP_VECTORIZE", "0")):
-    # numba's own choice, 3 and 1, compiles the same kernels in nearly twice the time, and they run no faster
-    os.environ.setdefault(_name, _value)
-config: Any = numba.config  # its types do not tell the kind
-config.reload_config()
 
 
 def compiled(function: Kernel) -> Kernel:

@@ -28,6 +28,7 @@ from numba.core.compiler_lock import global_compiler_lock
 
 from hcsearch.kernels.compiling import cache_locks, under_way
 from hcsearch.kernels.compiling.cache_folder import prune, say, wanted_folder, writable_folder, write
+from hcsearch.kernels.compiling.settings import own_settings
 from hcsearch.kernels.compiling.stamps import stamp
 
 _Result: Any = compiler.CompileResult  # without types
@@ -63,7 +64,7 @@ class KernelCache(NullCache):
         What is compiled on the way, for another kernel, is made without the part that Python would call, which takes as
         long again: it is compiled once more when Python does.
         """
-        with global_compiler_lock:
+        with global_compiler_lock, own_settings():
             held = len(self._claims)  # of more signatures where a kernel calls itself
             KernelCache._depth += 1
             try:

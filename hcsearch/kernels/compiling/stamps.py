@@ -20,8 +20,8 @@ import numba
 import numpy as np
 from numba.core.dispatcher import Dispatcher
 
-_SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "ENABLE_AVX", "DEBUGINFO_DEFAULT")
-"""Of numba's global configuration, what changes the code that it makes."""
+from hcsearch.kernels.compiling.settings import settings
+
 _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(...), np.generic)
 
 
@@ -47,9 +47,8 @@ def _digest(text: str) -> str:
 
 
 def _surroundings() -> str:
-    config: Any = numba.config
     versions = (numba.__version__, llvmlite.__version__, np.__version__, sys.version_info[:2], sys.implementation.name)
-    return repr((versions, getattr(sys, "abiflags", ""), [getattr(config, name, None) for name in _SETTINGS]))
+    return repr((versions, getattr(sys, "abiflags", ""), sorted(settings().items())))
 
 
 @cache
