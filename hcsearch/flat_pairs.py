@@ -6,14 +6,10 @@ mirror symmetry of the folding, panels that meet on its axis can also be made on
 
 from __future__ import annotations
 
-from typing import Literal
-
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import PanelSize, Scene, default_panel
-
-Way = Literal["rigid", "hinged", "merged"]
-"""How flat pairs are joined; `merged`: rigid, and mirror pairs of panels made one."""
+from hcsearch.vocabulary import Way
 
 
 def ways(scene: Scene) -> tuple[Way, ...]:

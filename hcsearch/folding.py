@@ -17,8 +17,6 @@ from hcsearch.kernels.circuits.folds import fold_words
 from hcsearch.pattern import RIGID, Crease, Pair, Pattern
 from hcsearch.records import CircuitBatch, FoldingBatch
 
-STAGE, VERSION = "foldings", 1
-
 Assignment = Literal["mountain", "valley", "flat"]
 Face = Literal["top", "bottom"]
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -80,8 +81,8 @@ class DesignBatch:
     min_twist: Integers | None = None
     mobility: MobilityBatch | None = None
     best_crease: Integers | None = None
-    folding_status: list[str | None] | None = None
-    status: list[str | None] | None = None
+    folding_status: Sequence[str | None] | None = None
+    status: Sequence[str | None] | None = None
 
     def __len__(self) -> int:
         return len(self.circuit)
@@ -106,6 +107,11 @@ class MobilityBatch:
     dof_merged: Integers
     locked: NDArray[np.bool_]
     locked_hinged: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
+
+    def take(self, kept: NDArray[np.bool_]) -> MobilityBatch:
+        """The entries of some foldings."""
+        columns = {name: value[kept] for name, value in vars(self).items() if name != "kutzbach" and len(value)}
+        return replace(self, **columns)
 
 
 @dataclass(frozen=True)
@@ -178,30 +184,50 @@ class DeploymentBatch:
 
 
 @dataclass(frozen=True)
-class Candidates:
-    """Designs whose motion is to be looked for, with their untwisted foldings alone.
+class StagedDesigns:
+    """Designs of a unit of the search, with the columns of the stages that have run; None where one has not.
 
-    n_fixed : (n_circuits,), circuits that each stands for. locked, locked_hinged, dof : (n_foldings,), of the stage
-    `mobility`.
+    n_fixed : (n_circuits,), circuits that each stands for: fixed ones, or those of the one array searched.
+    twists : |Lk|, (n_foldings,); mobility, motion and deployment have a row a folding, too.
     """
 
     circuits: CircuitBatch
     n_fixed: Integers
-    foldings: FoldingBatch
-    locked: NDArray[np.bool_]
-    locked_hinged: NDArray[np.bool_]
-    dof: Integers
+    foldings: FoldingBatch | None = None
+    twists: NDArray[np.int16] | None = None
+    mobility: MobilityBatch | None = None
+    motion: MotionBatch | None = None
+    deployment: DeploymentBatch | None = None
 
-    def take(self, begin: int, end: int) -> Candidates:
-        """The designs of a range, as candidates of their own."""
-        own = (self.foldings.row >= begin) & (self.foldings.row < end)
-        return Candidates(
-            self.circuits.take(np.arange(begin, end)),
-            self.n_fixed[begin:end],
-            FoldingBatch(self.foldings.row[own] - begin, self.foldings.crease[own]),
-            self.locked[own],
-            self.locked_hinged[own],
-            self.dof[own],
+    def __len__(self) -> int:
+        return len(self.circuits)
+
+    @property
+    def folded(self) -> FoldingBatch:
+        """Its foldings, which a stage before must have found."""
+        assert self.foldings is not None
+        return self.foldings
+
+    def with_folding(self, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Which designs have a folding that is among some, shape (n_circuits,); chosen : (n_foldings,)."""
+        found = np.zeros(len(self), bool)
+        found[self.folded.row[chosen]] = True
+        return found
+
+    def take(self, kept: NDArray[np.bool_], chosen: NDArray[np.bool_] | None = None) -> StagedDesigns:
+        """Some designs, with their foldings or only those that are chosen; before a motion is looked for."""
+        assert self.motion is None
+        circuits, n_fixed = self.circuits.take(kept), self.n_fixed[kept]
+        if self.foldings is None:
+            return StagedDesigns(circuits, n_fixed)
+        stay = kept[self.foldings.row] if chosen is None else kept[self.foldings.row] & chosen
+        number = np.cumsum(kept, dtype=np.int32) - 1
+        return StagedDesigns(
+            circuits,
+            n_fixed,
+            FoldingBatch(number[self.foldings.row[stay]], self.foldings.crease[stay]),
+            None if self.twists is None else self.twists[stay],
+            None if self.mobility is None else self.mobility.take(stay),
         )
 
 

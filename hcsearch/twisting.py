@@ -13,8 +13,6 @@ from hcsearch.grid import grid_named
 from hcsearch.kernels.circuits.folds import twist_words
 from hcsearch.records import CircuitBatch, FoldingBatch
 
-STAGE, VERSION = "twist", 1
-
 Vector = tuple[int, int, int]
 
 

@@ -7,12 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.circuit import Circuit
-from hcsearch.flat_pairs import Way, linkage_joined
+from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import folding_of
 from hcsearch.linkage import Linkage
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.proofs import PLAYS, Proof, Prover
 from hcsearch.scenes import default_panel
+from hcsearch.vocabulary import Way
 from tests.naive import around_the_loop
 
 Reals = NDArray[np.float64]

@@ -15,9 +15,9 @@ from hcsearch.enumeration.growth import expected_circuits
 from hcsearch.errors import ClusterError, SizeError
 from hcsearch.grid import GRIDS, parse_array
 from hcsearch.pipeline import Crew, Plan, check_room, count_designs, counting_seconds, estimate, run_dry
-from hcsearch.pipeline.designs import Job
 from hcsearch.pipeline.estimate import Estimate, duration
-from hcsearch.pipeline.stages import stages_until
+from hcsearch.pipeline.units import Job
+from hcsearch.stages.order import stages_until
 from tests import golden
 
 HEX = GRIDS["hex"]

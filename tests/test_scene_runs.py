@@ -13,7 +13,7 @@ from hcsearch.grid import GRIDS
 from hcsearch.pipeline import Plan, run_dry, run_into
 from hcsearch.scenes import SCENES, read_panel, with_panel
 from hcsearch.store import open_database, open_readonly, select, select_sql
-from hcsearch.store.columns import VERDICTS
+from hcsearch.vocabulary import STATUSES
 
 ROWS = "SELECT d.circuit, p.* FROM deployments AS p JOIN designs AS d ON d.id = p.design_id ORDER BY p.scene, d.circuit"
 
@@ -75,7 +75,7 @@ def test_each_scene_has_verdicts_of_its_own(path):
         assert {base for base, _ in bases} == {"default", "1000x1000x20"}
         for base, _ in bases:
             words = {status for _, status in select(database, "untwisted", columns="id,status", scene=base).rows}
-            assert words <= {*VERDICTS}
+            assert words <= {*STATUSES}
             assert_consistent(database, base)
     assert told(path) == told(path, "--scene", "default") == told(path, "--panel", "50x6")
     assert told(path, "--panel", "1000x20") == told(path, "--scene", "1000x1000x20")

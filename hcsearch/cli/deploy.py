@@ -11,8 +11,7 @@ from click.core import ParameterSource
 from hcsearch.cli.subjects import read_subject, subject_options
 from hcsearch.errors import HcsearchError
 from hcsearch.outputs import check_output
-
-_METHODS = ("bogacki-shampine", "dormand-prince", "dormand-prince-8", "implicit")
+from hcsearch.vocabulary import FORMULATIONS, INTEGRATORS
 
 
 @click.command(
@@ -22,11 +21,11 @@ _METHODS = ("bogacki-shampine", "dormand-prince", "dormand-prince-8", "implicit"
 @subject_options
 @click.option(
     "--formulation",
-    type=click.Choice(("constrained", "compliant", "penalty", "quasistatic")),
+    type=click.Choice(FORMULATIONS),
     help="Equations of motion.  [default: constrained]",
 )
 @click.option(
-    "--method", type=click.Choice(_METHODS), help="Integrator.  [default: dormand-prince; compliant: implicit]"
+    "--method", type=click.Choice(INTEGRATORS), help="Integrator.  [default: dormand-prince; compliant: implicit]"
 )
 @click.option(
     "--tolerance", type=float, default=1e-6, show_default=True, help="Error of a step, relative and absolute."

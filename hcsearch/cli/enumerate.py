@@ -41,10 +41,11 @@ def enumerate_(
     dry_run: bool,
 ) -> None:
     """List all designs up to symmetry, filter and store them, plan their motions and simulate their deployments."""
-    from hcsearch.pipeline import BUILT, Plan, check_keep, check_room, estimate, finished_units, run_dry, run_into
+    from hcsearch.pipeline import Plan, check_room, estimate, finished_units, run_dry, run_into
+    from hcsearch.stages.order import STAGES, check_keep
     from hcsearch.store import open_database
 
-    last = list(BUILT)[-1] if until is None else until
+    last = list(STAGES)[-1] if until is None else until
     check_keep(keep, last)
     chosen = with_size(read_scene(scene, db), panel, across, grid)
     plan = Plan(make_search(grid, n, array_spec, keep), last, keep, chosen, make_crew(jobs, scheduler))

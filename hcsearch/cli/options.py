@@ -11,6 +11,7 @@ import click
 
 from hcsearch.errors import HcsearchError
 from hcsearch.grid import GRIDS, grid_named, parse_array
+from hcsearch.vocabulary import KEEPS
 
 if TYPE_CHECKING:
     from hcsearch.enumeration import Search
@@ -60,7 +61,7 @@ def target_options(command: Command) -> Command:
     for option in (
         click.option(
             "--keep",
-            type=click.Choice(("all", "two-stack", "untwisted")),
+            type=click.Choice(KEEPS),
             default="all",
             show_default=True,
             help="Designs that are kept; for two-stack and untwisted, long searches list no others.",

@@ -134,8 +134,8 @@ def _print_mechanism(folding: Folding) -> None:
 
 def _print_lock(end: str, ways: dict[str, tuple[Linkage, Reals]]) -> None:
     """Whether an end is locked with rigid, and if so with hinged flat pairs, and how tight: hinged ones move more."""
-    from hcsearch.kinematics.locks import lock_at
-    from hcsearch.kinematics.tightness import tightness
+    from hcsearch.locks.proofs import lock_at
+    from hcsearch.locks.tightness import tightness
 
     for pairs, (linkage, angles) in ways.items():
         lock = lock_at(linkage, angles)

@@ -14,11 +14,11 @@ from hcsearch.errors import HcsearchError, SceneError
 from hcsearch.scenes import DEFAULT, panel_of, panel_text
 
 if TYPE_CHECKING:
-    from hcsearch.deployment.compiling import Formulation
     from hcsearch.deployment.driving import Drives
     from hcsearch.folding import Folding
     from hcsearch.linkage import Linkage
     from hcsearch.scenes import FlatPairs, Scene
+    from hcsearch.vocabulary import Formulation
 
 Command = Callable[..., Any]
 

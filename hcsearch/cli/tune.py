@@ -13,9 +13,9 @@ from hcsearch.errors import HcsearchError
 from hcsearch.outputs import check_output, write_output
 
 if TYPE_CHECKING:
-    from hcsearch.deployment.choosing import SpringSet
-    from hcsearch.deployment.robustness import Spread
-    from hcsearch.deployment.tuning import Tuning
+    from hcsearch.tuning.choice import SpringSet
+    from hcsearch.tuning.robustness import Spread
+    from hcsearch.tuning.tuning import Tuning
 
 
 @click.command(
@@ -58,9 +58,9 @@ def tune(subject: str, as_json: bool, **options: Any) -> None:
 
     Exit code: 0 where the springs that are chosen come flat, certified clear; 1 where none do; 2 for wrong input.
     """
-    from hcsearch.deployment.ledger import Ledger
-    from hcsearch.deployment.tuning import tune as tuned
     from hcsearch.store import open_database
+    from hcsearch.tuning.ledger import Ledger
+    from hcsearch.tuning.tuning import tune as tuned
 
     if options["output"]:
         check_output(options["output"], (".toml",))
@@ -121,16 +121,16 @@ def _catalogue(text: str | None) -> tuple[float, ...]:
 
 def _check_catalogue(catalogue: tuple[float, ...], found: Subject) -> None:
     """Refuse springs beyond the scene's range, before anything is computed."""
-    from hcsearch.deployment.catalogue import catalogue_levels
     from hcsearch.deployment.scales import settled
     from hcsearch.deployment.springs import range_of
+    from hcsearch.tuning.catalogue import catalogue_levels
 
     if catalogue:
         catalogue_levels(catalogue, range_of(settled(found.scene, found.linkage))[1])
 
 
 def _spread(texts: tuple[str, ...]) -> Spread:
-    from hcsearch.deployment.robustness import SPREADS, Spread
+    from hcsearch.tuning.robustness import SPREADS, Spread
 
     found: dict[str, float] = {}
     for text in texts:

@@ -1,3 +1,1 @@
 """Deployment of a pattern in a scene: compiled to what it needs, simulated, and told as an outcome with its reason."""
-
-STAGE, VERSION = "deployment", 10

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from hcsearch.deployment.checking import Check
-from hcsearch.deployment.compiling import Formulation
-from hcsearch.deployment.deploying import STEPS, Deployment, Outcome, Verdict, run
+from hcsearch.deployment.deploying import STEPS, Deployment, run
 from hcsearch.dynamics.simulation import loose_states
+from hcsearch.vocabulary import Formulation, Outcome, Verdict
 
 TIGHTER = (10.0, 100.0)
 """By what the other tolerances are tighter. Where springs close the loops, a hundred times takes too long."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hcsearch.collision.clearance import check_margin, pairs_of, resolution_of, slack_of
 from hcsearch.collision.penetration import prisms_of
 from hcsearch.deployment.compiling import Compiled
-from hcsearch.deployment.deploying import FLAT, STEPS, STILL, Outcome, Verdict, method_of, outcome_of, verdict_of
+from hcsearch.deployment.deploying import FLAT, STEPS, STILL, method_of, outcome_of, verdict_of
 from hcsearch.dynamics.methods import method_named
 from hcsearch.dynamics.simulation import ENDINGS, plan_for, record_for
 from hcsearch.errors import HcsearchError
@@ -23,6 +23,7 @@ from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES
 from hcsearch.kernels.deployment.checking import Findings, Rules, Subject, check_all
 from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.kernels.linkage.reaches import Pairs
+from hcsearch.vocabulary import Outcome, Verdict
 
 Reals = NDArray[np.float64]
 

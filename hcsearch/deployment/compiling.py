@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,12 +22,10 @@ from hcsearch.dynamics.trees import GROUND, Joint, Weld
 from hcsearch.errors import HcsearchError
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
+from hcsearch.vocabulary import Formulation
 
 Reals = NDArray[np.float64]
 Whole = NDArray[np.int64]
-
-Formulation = Literal["constrained", "compliant", "penalty", "quasistatic"]
-FORMULATIONS: tuple[Formulation, ...] = ("constrained", "compliant", "penalty", "quasistatic")
 
 OMISSIONS = ("half", "third dimension", "stops")
 """What the compiler leaves out of its own accord, by name."""

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.collision.clearance import Clearance, certify, reaches, resolution_of, slack_of
-from hcsearch.deployment.compiling import Compiled, Formulation, compile_scene
+from hcsearch.deployment.compiling import Compiled, compile_scene
 from hcsearch.deployment.driving import Drives
 from hcsearch.dynamics.driving import Driven, simulate_driven
 from hcsearch.dynamics.simulation import Ending, Motion, closed_between, simulate
@@ -19,11 +18,10 @@ from hcsearch.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
+from hcsearch.vocabulary import Formulation, Outcome, Verdict
 
 Reals = NDArray[np.float64]
 
-Verdict = Literal["deploys", "collides", "undecided"]
-Outcome = Literal["flat", "moving", "at rest", "jammed", "diverged", "out of steps"]
 
 FLAT = 0.01
 """The array is flat when every fold angle is within this of 0 (rad): 0.6 degrees."""

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.deployment.springs import range_of, spring_sets
-from hcsearch.flat_pairs import Way, ways
+from hcsearch.flat_pairs import ways
 from hcsearch.folding import Folding
 from hcsearch.scenes import Scene, joined_name
+from hcsearch.vocabulary import WAYS, Way
 
 Reals = NDArray[np.float64]
 
@@ -48,7 +49,6 @@ GRADED = 40.0
 PATIENT = 3.0
 """How long a second look lasts, over the scene's seconds: of 158 motions of 12 hexagons, clear and not at rest after
 1 s, 11 come flat."""
-_PAIRS: tuple[Way, ...] = ("rigid", "hinged", "merged")
 _SETS = (*GRADES, OUTER, *SPREAD)
 
 
@@ -71,7 +71,7 @@ class Look:
 def look_parts(parts: list[str]) -> tuple[Way | None, str]:
     """Way and spring set that parts of a scene's name say, in this order; takes them off the list."""
     springs = parts.pop() if parts and parts[-1] in _SETS else ""
-    pairs = next((pairs for pairs in _PAIRS if parts and parts[-1] == pairs), None)
+    pairs = next((pairs for pairs in WAYS if parts and parts[-1] == pairs), None)
     if pairs is not None:
         parts.pop()
     return pairs, springs

@@ -9,10 +9,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
 from typing import Any
 
-from hcsearch.deployment.compiling import FORMULATIONS
 from hcsearch.errors import SceneError
 from hcsearch.reading import read_toml
 from hcsearch.scenes import SCENES, Scene, panel_text, read_panel
+from hcsearch.vocabulary import FORMULATIONS
 
 Reader = Callable[[str, Any], Any]
 

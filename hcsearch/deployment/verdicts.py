@@ -23,10 +23,11 @@ from hcsearch.deployment.deploying import STEPS
 from hcsearch.deployment.looks import Look, looks_at, scene_of, springs_of
 from hcsearch.deployment.scene_files import file_text
 from hcsearch.deployment.springs import with_springs
-from hcsearch.flat_pairs import Way, can_be, linkage_joined, ways
+from hcsearch.flat_pairs import can_be, linkage_joined, ways
 from hcsearch.folding import folding_at
 from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch, Trial
 from hcsearch.scenes import Scene, panel_of
+from hcsearch.vocabulary import Way
 
 Reals = NDArray[np.float64]
 

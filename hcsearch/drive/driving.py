@@ -18,13 +18,14 @@ from hcsearch.drive.smoothing import NEAR, smooth_path
 from hcsearch.drive.timing import ACCELERATION, RATE, TimedPath, timed
 from hcsearch.drive.torques import Torques, torques_along
 from hcsearch.errors import HcsearchError
-from hcsearch.flat_pairs import Way, can_be, linkage_joined, ways
+from hcsearch.flat_pairs import can_be, linkage_joined, ways
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.planning.motions import Motion, motion_of
-from hcsearch.planning.stage import reason_of
+from hcsearch.planning.reasons import reason_of
 from hcsearch.scenes import FlatPairs, Scene, panel_of
 from hcsearch.twisting import twist
+from hcsearch.vocabulary import Way
 
 Reals = NDArray[np.float64]
 
@@ -93,7 +94,7 @@ def find_motion(folding: Folding, scene: Scene) -> Motion:
 
 def why_not(folding: Folding, scene: Scene, motion: Motion) -> str:
     """What is known of a folding of which no path is proved, in one line."""
-    from hcsearch.kinematics.locks import lock_at  # noqa: PLC0415 - only of foldings without a path
+    from hcsearch.locks.proofs import lock_at  # noqa: PLC0415 - only of foldings without a path
 
     turns = twist(folding)
     if turns:

@@ -8,13 +8,14 @@ import numpy as np
 
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.multibody.explicit import Method
+from hcsearch.vocabulary import INTEGRATORS
 
-METHODS = {
+SOLVERS = {
     "bogacki-shampine": "RK23",
     "dormand-prince": "RK45",
     "dormand-prince-8": "DOP853",
 }
-"""Orders 3(2) (the thesis's), 5(4) and 8(5,3), by the names of SciPy's solvers."""
+"""Explicit integrators by the names of SciPy's solvers."""
 IMPLICIT, ORDER = "implicit", 4
 """Extrapolated linearly implicit Euler, and its order."""
 
@@ -40,11 +41,11 @@ def method_named(name: str) -> Method:
         return Method(np.zeros((ORDER, ORDER)), np.zeros(ORDER), np.zeros((2, ORDER + 1)), ORDER, ORDER)
     if name == "dormand-prince":
         return _dormand_prince()
-    if name not in METHODS:
-        raise HcsearchError(f"there is no method {name!r}: choose one of {', '.join((*METHODS, IMPLICIT))}")
+    if name not in SOLVERS:
+        raise HcsearchError(f"there is no method {name!r}: choose one of {', '.join(INTEGRATORS)}")
     from scipy import integrate  # noqa: PLC0415
 
-    solver = getattr(integrate, METHODS[name])
+    solver = getattr(integrate, SOLVERS[name])
     stages = solver.n_stages
     a = np.zeros((stages, stages))
     a[:, : solver.A.shape[1]] = solver.A[:stages, :stages]

@@ -16,8 +16,6 @@ from hcsearch.grid import Array, Grid, grid_named
 from hcsearch.records import CircuitBatch
 
 __all__ = [
-    "STAGE",
-    "VERSION",
     "ArrayCount",
     "ArraySearch",
     "FoldedSearch",
@@ -27,8 +25,6 @@ __all__ = [
     "enumerate_circuits",
     "search_all",
 ]
-
-STAGE, VERSION = "circuits", 1
 
 _FEW = 100_000
 

@@ -1,1 +1,1 @@
-"""Mobility and motion of linkages: ranks, closed states, paths, branches and locks."""
+"""Closed states of linkages and the ranks of their closure."""

@@ -4,17 +4,14 @@ from hcsearch.pipeline.amounts import duration
 from hcsearch.pipeline.counting import Counted, count_designs, counting_seconds
 from hcsearch.pipeline.estimate import check_room, estimate
 from hcsearch.pipeline.run import Funnel, Plan, Summary, finished_units, run_dry, run_into
-from hcsearch.pipeline.stages import BUILT, check_keep, stages_until
 from hcsearch.pipeline.workers import Crew
 
 __all__ = [
-    "BUILT",
     "Counted",
     "Crew",
     "Funnel",
     "Plan",
     "Summary",
-    "check_keep",
     "check_room",
     "count_designs",
     "counting_seconds",
@@ -23,5 +20,4 @@ __all__ = [
     "finished_units",
     "run_dry",
     "run_into",
-    "stages_until",
 ]

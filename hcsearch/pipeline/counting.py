@@ -8,10 +8,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from hcsearch.enumeration import FoldedSearch, Search
-from hcsearch.pipeline.designs import Travelling, run_unit, warm
 from hcsearch.pipeline.run import SMALL
-from hcsearch.pipeline.stages import KEEP_NEEDS, stages_until
+from hcsearch.pipeline.units import Travelling, run_unit, warm
 from hcsearch.pipeline.workers import Crew
+from hcsearch.stages.order import stage_keeping, stages_until
 
 _SMALL_PAIRS = 2e9  # counted by one process in seconds
 _PROBE_PAIRS = 100_000_000  # of one part of a key
@@ -37,7 +37,7 @@ class _Task(Travelling):
         search = warm(self.search)
         if isinstance(search, FoldedSearch):
             return search.count(unit)
-        result = run_unit(search, unit, stages_until(KEEP_NEEDS[self.keep]), "all").results[-1]
+        result = run_unit(search, unit, stages_until(stage_keeping(self.keep).name), "all")[1][-1]
         return result.passed, result.n_fixed
 
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from hcsearch.errors import SizeError
 from hcsearch.pipeline.amounts import duration, number, size
-from hcsearch.pipeline.designs import Job
 from hcsearch.pipeline.judging import seconds_of
 from hcsearch.pipeline.run import Plan
+from hcsearch.pipeline.units import Job
 from hcsearch.pipeline.workers import Crew
 from hcsearch.store import room_at
 
@@ -62,7 +62,7 @@ def estimate(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> Est
     designs = kept * share
     core_seconds = seconds * share
     if plan.scenic:
-        foldings = sum(len(output.candidates.foldings) for output in outputs if output.candidates is not None)
+        foldings = sum(len(output.candidates.folded) for output in outputs if output.candidates is not None)
         core_seconds += seconds_of(foldings * share, search.n)
     return Estimate(
         circuits=listed * share,

@@ -12,17 +12,17 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch import deployment, enumeration, planning
 from hcsearch.enumeration import Search
 from hcsearch.errors import DatabaseError
 from hcsearch.kernels.circuits.words import insert_fingerprints
 from hcsearch.pipeline.amounts import duration
-from hcsearch.pipeline.designs import Job, Output
 from hcsearch.pipeline.judging import Judge, Piece, Verdict, check_scene, pieces, seconds_of, unfinished
-from hcsearch.pipeline.stages import IN_A_SCENE, KEEP_NEEDS, check_keep, stages_until
+from hcsearch.pipeline.units import Job, Output
 from hcsearch.pipeline.workers import Crew
-from hcsearch.records import Candidates, DesignBatch, StageResult, Work
+from hcsearch.records import DesignBatch, StagedDesigns, StageResult, Work
 from hcsearch.scenes import SCENES, Scene, panel_of, panel_text
+from hcsearch.stages.order import check_keep, numbers, stage_keeping, stages_until
+from hcsearch.stages.stage import Stage
 from hcsearch.store import (
     Database,
     count_arrays,
@@ -40,6 +40,7 @@ QUICK = 100.0  # core seconds: two processes take some of them to load their ker
 LONG = 30.0  # seconds: a run that takes longer says so beforehand
 _GROUPS = 25
 _MAX_WAITING = 200_000  # designs, of about 500 bytes
+_FIRST = stage_keeping("all").name
 _UNIT_SIZE = 10_000  # circuits, where a search cannot say how many it has
 
 Batch = tuple[str, DesignBatch, tuple[StageResult, ...]]
@@ -80,19 +81,19 @@ class Plan:
         _ = self.search.prefixes  # what is too large to list is refused before a database is touched
 
     @property
-    def scenic(self) -> dict[str, int]:
-        """Name and version of the stages in a scene, which take a thousand times longer than all others."""
-        return {name: number for name, number in stages_until(self.until).items() if name in IN_A_SCENE}
+    def scenic(self) -> tuple[Stage, ...]:
+        """The stages in a scene, which take a thousand times longer than all others."""
+        return tuple(stage for stage in stages_until(self.until) if stage.in_a_scene)
 
     @property
     def judge(self) -> Judge:
         """What these do with a piece."""
-        return Judge(self.scene, deployment.STAGE in self.scenic)
+        return Judge(self.scene, self.scenic)
 
     @property
-    def listing(self) -> dict[str, int]:
-        """Name and version of the stages that depend on no scene."""
-        return {name: number for name, number in stages_until(self.until).items() if name not in IN_A_SCENE}
+    def listing(self) -> tuple[Stage, ...]:
+        """The stages that depend on no scene."""
+        return tuple(stage for stage in stages_until(self.until) if not stage.in_a_scene)
 
     @property
     def small(self) -> bool:
@@ -127,10 +128,10 @@ class Funnel:
     """How many are left after each stage; None where it has not run, or where only later ones are listed."""
 
     fixed_circuits: int | None
-    circuits: int | None
     arrays: int
-    two_stack: int | None
-    untwisted: int | None
+    circuits: int | None = None
+    two_stack: int | None = None
+    untwisted: int | None = None
     movable: int | None = None
     deployable: int | None = None
 
@@ -155,30 +156,22 @@ class _Totals:
 
     def add(self, results: tuple[StageResult, ...] | list[StageResult], *, fresh: bool) -> None:
         for result in results:
-            self.n_fixed += result.n_fixed if result.stage == enumeration.STAGE else 0
+            self.n_fixed += result.n_fixed if result.stage == _FIRST else 0
             self.passed[result.stage] = self.passed.get(result.stage, 0) + result.passed
             self.seconds[result.stage] = self.seconds.get(result.stage, 0.0) + (result.seconds if fresh else 0.0)
 
-    def note(self, stage: str) -> str:
+    def note(self, stage: Stage) -> str:
         """What has come out of the stages that end with one."""
-        if stage == deployment.STAGE:
-            return f"deployment, {self.passed.get(stage, 0):,} designs deploy"
-        if stage == planning.STAGE:
-            return f"motion, {self.passed.get(stage, 0):,} designs move"
-        return f"{stage}, {self.passed.get('circuits', 0):,} circuits"
+        if stage.they:
+            return f"{stage.name}, {self.passed.get(stage.name, 0):,} designs {stage.they}"
+        return f"{stage.name}, {self.passed.get(_FIRST, 0):,} circuits"
 
     def funnel(self, plan: Plan, arrays: int) -> Funnel:
-        stages = stages_until(plan.until)
-        lists = plan.search.lists
-        return Funnel(
-            fixed_circuits=self.n_fixed if lists == "all" else None,
-            circuits=self.passed.get("circuits", 0) if lists == "all" else None,
-            arrays=arrays,
-            two_stack=self.passed.get("foldings", 0) if "foldings" in stages and lists != "untwisted" else None,
-            untwisted=self.passed.get("twist", 0) if "twist" in stages else None,
-            movable=self.passed.get("motion", 0) if "motion" in stages else None,
-            deployable=self.passed.get("deployment", 0) if "deployment" in stages else None,
-        )
+        stages, lists = stages_until(plan.until), plan.search.lists
+        # a search that lists only what passes a stage does not meet what passes those before
+        known = stages[stages.index(stage_keeping(lists)) :]
+        counts = {stage.counts: self.passed.get(stage.name, 0) for stage in known if stage.counts}
+        return Funnel(fixed_circuits=self.n_fixed if lists == "all" else None, arrays=arrays, **counts)
 
 
 def run_dry(plan: Plan, progress: Progress | None = None, announce: Announce = _silent) -> Summary:
@@ -188,11 +181,11 @@ def run_dry(plan: Plan, progress: Progress | None = None, announce: Announce = _
     """
     totals = _Totals()
     arrays = _DistinctArrays()
-    prefixes, last = plan.search.prefixes, list(plan.listing)[-1]
+    prefixes, last = plan.search.prefixes, plan.listing[-1]
     job = Job(plan.search, plan.listing, plan.keep, rows=False, candidates=bool(plan.scenic))
-    candidates: dict[str, Candidates] = {}
+    candidates: dict[str, StagedDesigns] = {}
     show = progress or _hidden
-    show(0, len(prefixes), last)
+    show(0, len(prefixes), last.name)
     for done, (prefix, output) in enumerate(plan.hands.work(job, prefixes), 1):
         totals.add(output.results, fresh=True)
         assert output.arrays is not None
@@ -210,7 +203,7 @@ def _judged(plan: Plan, todo: list[Piece], totals: _Totals, show: Progress, anno
     """Verdicts on pieces, in order, by as many threads or processes as pay; says beforehand when it takes long."""
     if not todo:
         return
-    foldings = sum(len(piece.candidates.foldings) for piece in todo)
+    foldings = sum(len(piece.candidates.folded) for piece in todo)
     seconds = seconds_of(foldings, plan.search.n)
     jobs, cluster = plan.crew.jobs, plan.crew.scheduler is not None
     small = seconds < QUICK and not cluster
@@ -220,7 +213,7 @@ def _judged(plan: Plan, todo: list[Piece], totals: _Totals, show: Progress, anno
             f"{foldings:,} foldings to judge in the scene {plan.scene.name}: about {duration(seconds / jobs)} {who}"
         )
     hands = Crew() if small else plan.crew
-    done, last = 0, list(plan.scenic)[-1]
+    done, last = 0, plan.scenic[-1]
     show(done, foldings, totals.note(last), "folding")
     for _, verdict in hands.work(plan.judge, todo, parcel=1, threads=jobs if small else 1):
         yield verdict
@@ -247,7 +240,7 @@ def finished_units(plan: Plan, location: str) -> set[str]:
     """Units of a plan that are finished in a database; none where it cannot be read, which opening it will explain."""
     try:
         with open_readonly(location) as database:
-            return set(finished_batches(database, plan.work, plan.listing))
+            return set(finished_batches(database, plan.work, numbers(plan.listing)))
     except DatabaseError:
         return set()
 
@@ -257,7 +250,7 @@ def run_into(plan: Plan, database: Database, progress: Progress | None = None, a
 
     announce : takes a sentence on what follows, where that takes long.
     """
-    stages = stages_until(plan.until)
+    stages = numbers(stages_until(plan.until))
     if plan.scenic:
         from hcsearch.deployment.scene_files import file_text  # noqa: PLC0415 - loads kernels
 
@@ -281,7 +274,7 @@ class _Run:
         self.plan, self.database, self.run_id, self.show, self.announce = plan, database, run_id, show, announce
         self.totals = _Totals()
         self.prefixes = plan.search.prefixes
-        self.candidates: dict[str, Candidates] = {}
+        self.candidates: dict[str, StagedDesigns] = {}
         self.done = self.reused = 0
 
     def run(self) -> Summary:
@@ -289,15 +282,15 @@ class _Run:
         self._list()
         if plan.scenic:
             self._judge()
-        arrays = count_arrays(self.database, plan.work, designs=totals.passed.get(KEEP_NEEDS[plan.keep], 0))
+        arrays = count_arrays(self.database, plan.work, designs=totals.passed.get(stage_keeping(plan.keep).name, 0))
         summary = Summary(totals.funnel(plan, arrays), totals.seconds, self.done, self.reused)
         finish_run(self.database, self.run_id, asdict(summary.funnel), summary.stage_times, self.done, self.reused)
         return summary
 
     def _list(self) -> None:
         """The stages that depend on no scene, unit by unit of the search."""
-        plan, totals, last = self.plan, self.totals, list(self.plan.listing)[-1]
-        finished = finished_batches(self.database, plan.work, plan.listing)
+        plan, totals, last = self.plan, self.totals, self.plan.listing[-1]
+        finished = finished_batches(self.database, plan.work, numbers(plan.listing))
         for prefix in self.prefixes:
             if prefix in finished:
                 totals.add(finished[prefix], fresh=False)
@@ -321,7 +314,7 @@ class _Run:
     def _judge(self) -> None:
         """The stages in a scene, piece by piece."""
         plan, totals = self.plan, self.totals
-        finished = finished_batches(self.database, plan.judging, plan.scenic)
+        finished = finished_batches(self.database, plan.judging, numbers(plan.scenic))
         left = unfinished(self.prefixes, list(finished))
         # units that were listed by an earlier run are listed once more: the database does not know what is in a unit
         again = Job(plan.search, plan.listing, plan.keep, rows=False, candidates=True)

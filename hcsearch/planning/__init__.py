@@ -1,3 +1,1 @@
 """Motion planning: certified paths of a folding from its packed to its flat state."""
-
-STAGE, VERSION = "motion", 3

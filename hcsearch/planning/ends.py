@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from hcsearch.kernels.planning.pieces import CENTRED
 from hcsearch.kernels.planning.series import ORDERS, write_series
-from hcsearch.kinematics.lattice import whole_end
 from hcsearch.linkage import Linkage
+from hcsearch.locks.lattice import whole_end
 
 Reals = NDArray[np.float64]
 

@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.collision.clearance import margin_of, scale_of
-from hcsearch.flat_pairs import Way, can_be, linkage_joined
+from hcsearch.flat_pairs import can_be, linkage_joined
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.planning.planner import Growth, Planner
 from hcsearch.planning.proofs import PLAYS, Proof, Prover
 from hcsearch.scenes import PanelSize
+from hcsearch.vocabulary import Way
 
 Reals = NDArray[np.float64]
 

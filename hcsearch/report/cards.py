@@ -14,7 +14,8 @@ from hcsearch.drawing import draw_circuit
 from hcsearch.errors import NotationError
 from hcsearch.folding import Folding
 from hcsearch.report.data import ReportData, Row
-from hcsearch.store.columns import VERDICTS, Quantity
+from hcsearch.store.columns import Quantity
+from hcsearch.vocabulary import STATUSES
 
 # Said by the head and the badge of a card, so not once more among its numbers.
 _HEAD = ("id", "two_stack", "untwisted", "deployable")
@@ -114,7 +115,7 @@ def _pictures(
 def _rank(folding: Row) -> tuple[float, ...]:
     """Order foldings as the database does: by status, then least play, lowest dof, lowest crease."""
     status = str(folding.get("status") or "")
-    place = VERDICTS.index(status) if status in VERDICTS else len(VERDICTS)
+    place = STATUSES.index(status) if status in STATUSES else len(STATUSES)
     dof, play = folding.get("dof"), folding.get("needed_margin")
     numbers = [math.inf if value is None else float(str(value)) for value in (play, dof)]
     return not folding.get("untwisted"), place, *numbers, int(str(folding["crease"]))

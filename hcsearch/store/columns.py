@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
+from hcsearch.vocabulary import KEEPS, OUTCOMES, STATUSES, VERDICTS, WAYS
+
 Kind = Literal["integer", "boolean", "real", "text"]
 Better = Literal["higher", "lower", ""]
 
@@ -35,12 +37,6 @@ class Quantity(NamedTuple):
 
 
 _GRIDS = ("triangle", "square", "rectangle", "hex")
-_KEEPS = ("all", "two-stack", "untwisted")
-VERDICTS = ("deploys", "movable", "undecided", "locked")
-"""Statuses of a folding in a scene, best first; a design has that of its best folding."""
-_TRIALS = ("deploys", "undecided", "collides")
-_WAYS = ("rigid", "hinged", "merged")
-_OUTCOMES = ("flat", "moving", "at rest", "jammed", "diverged", "out of steps")
 _PATHS = ("flat", "stopped", "stepwise", "none", "locked")
 
 # `half` is about what a 4x4 array has, the example of the thesis: 16 panels, 10 degrees of freedom, a mirror, and to be
@@ -52,7 +48,7 @@ _MECHANISM = (
 )
 _VERDICT = (
     Quantity("deployable", "boolean", "", "1: deploys or movable; 0: no folding, twisted or locked; null: not known"),
-    Quantity("flat_pairs", "text", "", "how flat pairs are joined in the proved path: rigid, hinged or merged", _WAYS),
+    Quantity("flat_pairs", "text", "", "how flat pairs are joined in the proved path: rigid, hinged or merged", WAYS),
     Quantity(
         *("needed_margin", "real", "mm", "least play for each face at which a path from folded to flat is proved"),
         better="lower",
@@ -99,7 +95,7 @@ DESIGNS = (
     *_VERDICT,
     Quantity(
         *("status", "text", "", "deploys, movable, undecided, locked, twisted or no_folding"),
-        words=(*VERDICTS, "twisted", "no_folding"),
+        words=(*STATUSES, "twisted", "no_folding"),
     ),
     Quantity("score", "real", "", "score that `hcsearch rank --save` stored, 0 to 1", better="higher"),
     Quantity(
@@ -124,7 +120,7 @@ FOLDINGS = (
     Quantity("dof_folded", "integer", "", "degrees of freedom at first order, folded, flat pairs hinged"),
     Quantity("dof_flat", "integer", "", "degrees of freedom at first order, flat, flat pairs hinged"),
     *_MECHANISM,
-    Quantity("status", "text", "", "deploys, movable, undecided, locked or twisted", (*VERDICTS, "twisted")),
+    Quantity("status", "text", "", "deploys, movable, undecided, locked or twisted", (*STATUSES, "twisted")),
     *_VERDICT,
 )
 
@@ -132,7 +128,7 @@ MOTIONS = (
     Quantity("design_id", "integer", "", "id of the design"),
     Quantity("crease", "integer", "", "first flat crease of the folding"),
     Quantity("scene", "text", "", "name of the scene"),
-    Quantity("flat_pairs", "text", "", "how flat pairs are joined in the proved path; null without one", _WAYS),
+    Quantity("flat_pairs", "text", "", "how flat pairs are joined in the proved path; null without one", WAYS),
     Quantity("needed_margin", "real", "mm", "least play for each face at which the path is proved", better="lower"),
     Quantity("least_gap", "real", "mm", "least gap of the panels as they are; below 0 they overlap", better="higher"),
     Quantity("slack", "real", "mm", "what panels may be elsewhere than the path places them"),
@@ -147,7 +143,7 @@ DEPLOYMENTS = (
     Quantity("base", "text", "", "scene whose verdict it serves: the same, or that with its own springs and pairs"),
     Quantity("scene_values", "text", "", "the folding and its scene as a TOML file; `hcsearch deploy` takes it"),
     Quantity("formulation", "text", "", "equations of motion that were integrated"),
-    Quantity("status", "text", "", "of this deployment: deploys, undecided or collides", _TRIALS),
+    Quantity("status", "text", "", "of this deployment: deploys, undecided or collides", VERDICTS),
     Quantity("reason", "text", "", "the sentence behind the status"),
     Quantity(
         "clearance", "real", "mm", "smallest gap to which panels come back; null unless it deploys", better="higher"
@@ -168,7 +164,7 @@ RUNS = (
     Quantity("grid", "text", "", "tiling", _GRIDS),
     Quantity("n", "integer", "", "number of panels"),
     Quantity("target", "text", "", "notation of the array; empty for all arrays of n cells"),
-    Quantity("keep", "text", "", "what was stored: all, two-stack or untwisted", _KEEPS),
+    Quantity("keep", "text", "", "what was stored: all, two-stack or untwisted", KEEPS),
     Quantity("until", "text", "", "last stage asked for"),
     Quantity("panel", "text", "mm", "size of the panels, length x width x thickness"),
     Quantity("arguments", "text", "", "arguments of the call, as JSON"),
@@ -218,7 +214,7 @@ EVALUATIONS = (
     Quantity("subject", "text", "", "design or assembly, with its sizes"),
     Quantity("setting", "text", "", "values of the scene, and how it was simulated, as JSON"),
     Quantity("springs", "text", "N m/rad", "stiffness of each hinge's spring, in their order"),
-    Quantity("outcome", "text", "", "flat, moving, at rest, jammed, diverged or out of steps", _OUTCOMES),
+    Quantity("outcome", "text", "", "flat, moving, at rest, jammed, diverged or out of steps", OUTCOMES),
     Quantity("clear", "boolean", "", "1: certified clear while it lasts; 0: panels collide; null: not told apart"),
     Quantity("end_time", "real", "s", "when it ended"),
     Quantity("collision_time", "real", "s", "time of the first collision"),

@@ -15,17 +15,17 @@ from numpy.typing import NDArray
 from hcsearch.assemblies.packages import package
 from hcsearch.collision.penetration import cuts_through
 from hcsearch.errors import PatternError
-from hcsearch.kinematics.branches import branches
 from hcsearch.kinematics.closing import CLOSED, close
-from hcsearch.kinematics.descent import find_motion
 from hcsearch.kinematics.generic import generic_rank
-from hcsearch.kinematics.layers import contact_rows
 from hcsearch.kinematics.local import local_at
-from hcsearch.kinematics.locks import lock_at
-from hcsearch.kinematics.motions import Path
-from hcsearch.kinematics.paths import follow
 from hcsearch.kinematics.rank import rank_at
 from hcsearch.linkage import Linkage
+from hcsearch.locks.layers import contact_rows
+from hcsearch.locks.proofs import lock_at
+from hcsearch.paths.branches import branches
+from hcsearch.paths.descent import find_motion
+from hcsearch.paths.following import follow
+from hcsearch.paths.motions import Path
 from hcsearch.pattern import Pattern
 
 Reals = NDArray[np.float64]

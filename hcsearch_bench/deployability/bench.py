@@ -17,11 +17,11 @@ from hcsearch.deployment.verdicts import verdicts
 from hcsearch.enumeration import ArraySearch, PolygonSearch, Search
 from hcsearch.folding import fold, folding_at
 from hcsearch.grid import grid_named, parse_array
-from hcsearch.mobility import mobility
+from hcsearch.planning.batches import motions
 from hcsearch.planning.proofs import PLAYS
-from hcsearch.planning.stage import motions
 from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch, MobilityBatch, MotionBatch
 from hcsearch.scenes import SCENES
+from hcsearch.stages.mobility import mobility
 from hcsearch.twisting import twist_batch
 from hcsearch_bench.run.machine import Machine, this_machine
 from hcsearch_bench.run.tables import Table, save

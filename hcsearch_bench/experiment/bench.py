@@ -12,12 +12,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.deployment.choosing import SpringSet
-from hcsearch.deployment.compiling import Formulation
 from hcsearch.deployment.deploying import Deployment, deploy
-from hcsearch.deployment.tuning import EVALUATIONS, SAMPLES, Tuning, tune
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene, Vector
+from hcsearch.tuning.choice import SpringSet
+from hcsearch.tuning.tuning import EVALUATIONS, SAMPLES, Tuning, tune
+from hcsearch.vocabulary import Formulation
 from hcsearch_bench.run.machine import Machine, this_machine
 from hcsearch_bench.run.tables import Table, save
 

@@ -149,7 +149,7 @@ def measure(*, quick: bool = False, repeats: int = 3, say: Callable[[str], None]
 
 def measure_branches(*, say: Say) -> list[BranchRow]:
     """One row a unit, end and kind of hinge."""
-    from hcsearch.kinematics.branches import branches
+    from hcsearch.paths.branches import branches
 
     rows = []
     for name in UNITS:
@@ -183,8 +183,8 @@ def measure_descents(designs: Sequence[tuple[str, int]], *, say: Say) -> list[De
     """Two rows a grid and n: flat pairs rigid, and hinged."""
     from hcsearch.enumeration import enumerate_circuits
     from hcsearch.folding import foldings
-    from hcsearch.kinematics.descent import descend, find_motion
     from hcsearch.linkage import Linkage
+    from hcsearch.paths.descent import descend, find_motion
     from hcsearch.twisting import twist
 
     rows = []

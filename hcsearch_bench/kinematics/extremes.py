@@ -16,8 +16,8 @@ from hcsearch.errors import HcsearchError
 from hcsearch_bench.kinematics.following import Known, Say, ring
 
 if TYPE_CHECKING:
-    from hcsearch.kinematics.motions import Path
     from hcsearch.linkage import Linkage
+    from hcsearch.paths.motions import Path
     from hcsearch.pattern import Pattern, Point
 
 Reals = NDArray[np.float64]
@@ -153,7 +153,7 @@ def _shapes(quick: bool) -> Iterator[Scene]:
 
 def _known(group: str, name: str, unit: Known) -> Scene:
     """A unit that opens from its folded state."""
-    from hcsearch.kinematics.paths import follow
+    from hcsearch.paths.following import follow
 
     return Scene(
         group, name, unit.linkage, partial(follow, unit.linkage, unit.linkage.folded, unit.opening()), unit.path_error
@@ -161,7 +161,7 @@ def _known(group: str, name: str, unit: Known) -> Scene:
 
 
 def _sizes(quick: bool) -> Iterator[Scene]:
-    from hcsearch.kinematics.paths import follow
+    from hcsearch.paths.following import follow
 
     for panels in (2, 200) if quick else (2, 20, 200, 2000):
         chain = _chain(panels)
@@ -192,7 +192,7 @@ def _straight(path: Path) -> float:
 def _there_and_back(name: str, linkage: Linkage) -> Scene:
     """A geodesic of 1 rad from a state in general position, and from its end back to it."""
     from hcsearch.kinematics.closing import close
-    from hcsearch.kinematics.paths import follow
+    from hcsearch.paths.following import follow
 
     rng = np.random.default_rng(linkage.n_hinges)
     start = close(linkage, rng.uniform(0.2, 0.6, linkage.n_hinges)).angles
@@ -212,9 +212,9 @@ def _there_and_back(name: str, linkage: Linkage) -> Scene:
 def _starts() -> Iterator[Scene]:
     from hcsearch.assemblies.assembly import Parameters
     from hcsearch.assemblies.eight_r import eight_r
-    from hcsearch.kinematics.branches import branches
-    from hcsearch.kinematics.paths import follow
     from hcsearch.linkage import Linkage
+    from hcsearch.paths.branches import branches
+    from hcsearch.paths.following import follow
 
     element = Linkage(eight_r(Parameters()))
     subjects: list[tuple[str, Linkage, Callable[[Path], float] | None]] = [("8R", element, None)]
@@ -239,8 +239,8 @@ def _starts() -> Iterator[Scene]:
 def _nearly(quick: bool) -> Iterator[Scene]:
     from hcsearch.assemblies.assembly import Parameters
     from hcsearch.assemblies.eight_r import eight_r
-    from hcsearch.kinematics.paths import follow
     from hcsearch.linkage import Linkage
+    from hcsearch.paths.following import follow
 
     unit = Known("II")
     element = eight_r(Parameters())

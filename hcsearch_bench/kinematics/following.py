@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from hcsearch.kinematics.motions import Path
     from hcsearch.linkage import Linkage
+    from hcsearch.paths.motions import Path
 
 Reals = NDArray[np.float64]
 Say = Callable[[str], None]
@@ -154,7 +154,7 @@ def _options(quick: bool) -> Iterator[dict[str, float | int | str | None]]:
 
 
 def _path_row(name: str, unit: Known, options: dict[str, float | int | str | None], repeats: int) -> PathRow:
-    from hcsearch.kinematics.paths import follow
+    from hcsearch.paths.following import follow
 
     adaptive = "tolerance" in options
     start = unit.linkage.folded if adaptive else unit.at(MARGIN)

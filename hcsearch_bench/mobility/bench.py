@@ -13,12 +13,12 @@ import numpy as np
 from hcsearch.enumeration import FoldedSearch
 from hcsearch.folding import Folding, fold, folding_at
 from hcsearch.grid import grid_named
-from hcsearch.kinematics.locks import Lock, lock_at
-from hcsearch.kinematics.tightness import Tightness, tightness
 from hcsearch.linkage import Linkage
-from hcsearch.mobility import mobility
+from hcsearch.locks.proofs import Lock, lock_at
+from hcsearch.locks.tightness import Tightness, tightness
 from hcsearch.records import CircuitBatch, FoldingBatch
 from hcsearch.scenes import PanelSize, default_panel
+from hcsearch.stages.mobility import mobility
 from hcsearch.twisting import twist_batch
 from hcsearch_bench.run.machine import Machine, this_machine
 from hcsearch_bench.run.tables import Table, save
@@ -152,7 +152,7 @@ class Report:
                 "How tight the locks are",
                 "Each end that is proved locked, with flat pairs rigid or hinged, where no more than "
                 f"{LISTED} foldings of a grid and n are; by how much its loops must give way to let it out "
-                "(`kinematics.tightness`): `opening_mm` on the best way that was found, `least_mm` on any, but for "
+                "(`locks.tightness`): `opening_mm` on the best way that was found, `least_mm` on any, but for "
                 "what was overlooked; `turn` and `closed`: sums of turns (rad) of the widest opening and of the closed "
                 "state behind it; where there is none the search ended at an opening of a panel's thickness. Measured, "
                 "not proved; panels that collide on the way are not asked about.",

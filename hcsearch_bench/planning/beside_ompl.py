@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from hcsearch.circuit import Circuit
 from hcsearch.collision.clearance import margin_of
-from hcsearch.flat_pairs import Way, linkage_joined
+from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import folding_of
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.proofs import Prover
 from hcsearch.scenes import default_panel
+from hcsearch.vocabulary import Way
 from hcsearch_bench.peers import ompl_search
 from hcsearch_bench.run.timing import Stopwatch
 from hcsearch_bench.run.work import OURS, UnableError

@@ -167,8 +167,8 @@ def branches_of_assemblies() -> Answer:
     Of families, of which a search shows some members, their dimensions.
     """
     from hcsearch.assemblies import ASSEMBLIES
-    from hcsearch.kinematics.branches import branches
     from hcsearch.linkage import Linkage
+    from hcsearch.paths.branches import branches
 
     found: Answer = []
     for name in SUBJECTS:

@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.scenes import Scene
+from hcsearch.vocabulary import INTEGRATORS
 from hcsearch_bench.stability.subjects import SIDE, THICK, Subject
 from hcsearch_bench.stability.truths import MANY, Oscillator, Strip, Truth, analytic, energy_of_impacts, finer
 
 if TYPE_CHECKING:
-    from hcsearch.deployment.compiling import Formulation
+    from hcsearch.vocabulary import Formulation
 
 Reals = NDArray[np.float64]
 
@@ -29,7 +30,6 @@ SCENE = Scene(restitution=0.0)
 LOOP, FOLDING = "thesis-4x4", "hex:023435551131:5"
 """An array of one loop, and a folding that deploys to flat."""
 BOTH = ("dormand-prince", "implicit")
-METHODS = ("bogacki-shampine", "dormand-prince", "dormand-prince-8", "implicit")
 FINEST = (("dormand-prince-8", 1e-12), ("dormand-prince", 1e-11))
 STIFF = (("dormand-prince-8", 1e-11), ("implicit", 1e-9), ("implicit", 1e-8))
 RIGID = 3e3
@@ -268,7 +268,7 @@ def _singular() -> Iterator[Case]:
 
 def _tolerances(quick: bool) -> Iterator[Case]:
     for tolerance in reversed(_decades(-13, -2, quick)):
-        for method in METHODS:
+        for method in INTEGRATORS:
             pair = replace(SCENE, damping=0.0, seconds=0.02)
             scene = replace(SCENE, seconds=0.05)
             options = {"method": method, "tolerance": tolerance}

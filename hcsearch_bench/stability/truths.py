@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from hcsearch.errors import HcsearchError
 
 if TYPE_CHECKING:
-    from hcsearch.deployment.compiling import Compiled, Formulation
+    from hcsearch.deployment.compiling import Compiled
     from hcsearch.deployment.deploying import Deployment
     from hcsearch.dynamics.simulation import Motion
     from hcsearch.scenes import Scene
+    from hcsearch.vocabulary import Formulation
     from hcsearch_bench.stability.subjects import Subject
 
 Reals = NDArray[np.float64]

@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.circuit import Circuit
-from hcsearch.deployment.compiling import OMISSIONS, Compiled, Formulation, compile_scene
+from hcsearch.deployment.compiling import OMISSIONS, Compiled, compile_scene
 from hcsearch.deployment.deploying import run
 from hcsearch.dynamics.system import System
 from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import folding_of
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import SCENES, Scene
+from hcsearch.vocabulary import Formulation
 
 Reals = NDArray[np.float64]
 

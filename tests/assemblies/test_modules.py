@@ -14,10 +14,10 @@ from hcsearch.assemblies import modules as m
 from hcsearch.assemblies.packages import package
 from hcsearch.assemblies.sheets import doubled, folded_to, joined, mirrored, sheet
 from hcsearch.errors import PatternError
-from hcsearch.kinematics.branches import branches
 from hcsearch.kinematics.closing import CLOSED
 from hcsearch.kinematics.rank import rank_at
 from hcsearch.linkage import Linkage
+from hcsearch.paths.branches import branches
 from hcsearch.pattern import MOUNTAIN, VALLEY, overlay
 
 _FILE = json.loads((Path(__file__).parents[1] / "golden" / "thesis_chapter6.json").read_text("utf-8"))

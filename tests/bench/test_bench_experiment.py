@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 from hcsearch.deployment.checking import Check
-from hcsearch.deployment.choosing import SpringSet
-from hcsearch.deployment.robustness import Robustness
+from hcsearch.tuning.choice import SpringSet
+from hcsearch.tuning.robustness import Robustness
 from hcsearch_bench.experiment.bench import TunedRow, UniformRow, _row, claims
 
 HIT = UniformRow("none", 0, "constrained", "moving", 1.0, "collides", 0.166, "0 and 7")

@@ -8,8 +8,8 @@ from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
 from hcsearch.errors import HcsearchError
-from hcsearch.kinematics.paths import follow
 from hcsearch.linkage import Linkage
+from hcsearch.paths.following import follow
 from hcsearch_bench.kinematics import extremes, following
 from hcsearch_bench.kinematics.following import CostRow, Known, fit_costs, measure_costs, ring
 

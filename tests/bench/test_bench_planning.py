@@ -13,7 +13,7 @@ from hcsearch.enumeration import PolygonSearch
 from hcsearch.flat_pairs import linkage_joined, ways
 from hcsearch.folding import folding_of
 from hcsearch.grid import grid_named
-from hcsearch.kinematics.locks import lock_at
+from hcsearch.locks.proofs import lock_at
 from hcsearch.planning.motions import motion_of
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.proofs import PLAYS, Prover

@@ -14,7 +14,7 @@ from scipy.special import ellipj, ellipk
 from hcsearch.circuit import Circuit
 from hcsearch.dynamics.bodies import Body
 from hcsearch.dynamics.laws import FREE, law_named, linear, quadratic
-from hcsearch.dynamics.methods import METHODS, method_named
+from hcsearch.dynamics.methods import SOLVERS, method_named
 from hcsearch.dynamics.panels import panel_tree
 from hcsearch.dynamics.simulation import simulate
 from hcsearch.dynamics.system import Drive, System
@@ -124,7 +124,7 @@ def test_the_coefficients_of_dormand_and_prince_are_those_of_scipy():
 
 
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", SOLVERS)
 def test_less_tolerance_keeps_energy_better(method, model):
     system, q = model(damping=0.1)
     drifts = [simulate(system, q, end=2.0, method=method, tolerance=t).drift for t in (1e-4, 1e-6, 1e-8)]

@@ -13,14 +13,14 @@ from hcsearch.assemblies.squares import element_6r
 from hcsearch.assemblies.units import unit_i, unit_ii
 from hcsearch.circuit import Circuit
 from hcsearch.folding import folding_of
-from hcsearch.kinematics import branches as branching
-from hcsearch.kinematics.branches import branches
 from hcsearch.kinematics.closing import Closed
-from hcsearch.kinematics.covering import FINE, cover
 from hcsearch.kinematics.local import Local, local_at
-from hcsearch.kinematics.locks import lock_at
-from hcsearch.kinematics.quadrics import solve_quadrics
 from hcsearch.linkage import Linkage
+from hcsearch.locks.proofs import lock_at
+from hcsearch.paths import branches as branching
+from hcsearch.paths.branches import branches
+from hcsearch.paths.covering import FINE, cover
+from hcsearch.paths.quadrics import solve_quadrics
 from hcsearch.pattern import Pattern
 
 BUILD = {"I": unit_i, "II": unit_ii, "6R": element_6r}

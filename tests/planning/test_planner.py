@@ -17,11 +17,11 @@ from hcsearch.flat_pairs import can_be, linkage_joined
 from hcsearch.folding import foldings
 from hcsearch.grid import GRIDS
 from hcsearch.kernels.collision.overlaps import deepest_overlap
-from hcsearch.kinematics.locks import lock_at
+from hcsearch.locks.proofs import lock_at
 from hcsearch.planning.motions import motion_of
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.problems import kept_apart, space_of
-from hcsearch.planning.stage import reason_of
+from hcsearch.planning.reasons import reason_of
 from hcsearch.scenes import default_panel
 from hcsearch.twisting import twist
 from tests.planned import SAMPLES, joined, open_by, planned

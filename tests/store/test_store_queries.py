@@ -10,14 +10,14 @@ from store_samples import circuits, record
 from test_store_verdicts import COLLIDES
 
 from hcsearch.circuit import Circuit
-from hcsearch.deployment.deploying import Verdict
 from hcsearch.enumeration import search_all
 from hcsearch.errors import HcsearchError, QueryError
-from hcsearch.flat_pairs import Way
 from hcsearch.grid import GRIDS, Array, grid_named, parse_array
-from hcsearch.pipeline import Plan, check_keep, run_into
+from hcsearch.pipeline import Plan, run_into
+from hcsearch.stages.order import check_keep
 from hcsearch.store import find_design, open_database, open_readonly, save_scores, schema, select, select_sql
-from hcsearch.store.columns import VERDICTS, VIEWS, column_names
+from hcsearch.store.columns import VIEWS, column_names
+from hcsearch.vocabulary import STATUSES, Verdict, Way
 from tests.judging import judge
 
 NAMED = sorted((Path(__file__).parents[2] / "db").glob("*.sql"))
@@ -487,10 +487,10 @@ def checked(table, column):
 def test_words_are_those_that_the_program_and_the_schema_know():
     words = {(view, quantity.name): quantity.words for view in VIEWS for quantity in VIEWS[view] if quantity.words}
     assert set(words["designs", "grid"]) == set(words["runs", "grid"]) == set(GRIDS)
-    assert checked("outcome", "status") == checked("verdict", "status") == {*VERDICTS}
+    assert checked("outcome", "status") == checked("verdict", "status") == {*STATUSES}
     # the checks of three older columns also allow a word that no program writes there
-    assert {*words["designs", "status"]} == checked("design", "status") - {"collides"} | {*VERDICTS}
-    assert {*words["foldings", "status"]} == checked("folding", "status") - {"collides"} | {*VERDICTS}
+    assert {*words["designs", "status"]} == checked("design", "status") - {"collides"} | {*STATUSES}
+    assert {*words["foldings", "status"]} == checked("folding", "status") - {"collides"} | {*STATUSES}
     assert {*words["deployments", "status"]} == checked("deployment", "status") - {"locked"} == {*get_args(Verdict)}
     for view in ("designs", "foldings", "motions"):
         assert {*words[view, "flat_pairs"]} == checked("motion", "flat_pairs") == {*get_args(Way)}

@@ -1,7 +1,7 @@
 """Whether hinges that can turn one way only can move: cones of velocities, and what holds them shut.
 
 Hinges are given as lines or screws in the sense in which they can turn, in the order of their loop; velocities x >= 0
-keep the loop closed to first order when sum x_i screw_i = 0. What is proved from that is in `kinematics.locks`.
+keep the loop closed to first order when sum x_i screw_i = 0. What is proved from that is in `locks.proofs`.
 """
 
 from __future__ import annotations

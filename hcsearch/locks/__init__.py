@@ -1,0 +1,1 @@
+"""Locks: proofs that one-sided hinges hold a linkage in its folded or its flat state."""

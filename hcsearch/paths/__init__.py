@@ -1,0 +1,1 @@
+"""Motions of linkages followed from state to state: predictors, branches, singular states, descents."""

@@ -1,0 +1,46 @@
+"""Where hinges come to their stops: fold angles 0 and pi."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from hcsearch.paths.predictors import Step
+from hcsearch.paths.walking import Walker
+
+Reals = NDArray[np.float64]
+
+SLACK = 1e-9
+"""A hinge is at its stop when it is nearer than this (rad)."""
+
+
+def margins(angles: Reals) -> Reals:
+    """How far each hinge is from the nearer of its stops (rad), negative beyond."""
+    found: Reals = np.minimum(angles, math.pi - angles)
+    return found
+
+
+def first_stop(walker: Walker, before: Step | None, last: Step, after: Step) -> Step | None:
+    """The state at which the first hinge reaches its stop, between a state and one that lies beyond stops.
+
+    None where states between cannot be closed.
+    """
+    beyond = margins(after.angles) < -SLACK
+    if margins(last.angles)[beyond].min() <= SLACK:
+        return last
+
+    def margin(distance: float) -> float:
+        if not distance:
+            return float(margins(last.angles)[beyond].min())
+        found = walker.advance(before, last, distance)
+        return math.nan if found is None else float(margins(found.step.angles)[beyond].min())
+
+    try:
+        at = brentq(margin, 0.0, after.length - last.length, xtol=1e-14, rtol=1e-14)
+    except ValueError:
+        return None
+    found = walker.advance(before, last, at)
+    return None if found is None else found.step

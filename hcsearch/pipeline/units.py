@@ -1,0 +1,87 @@
+"""The work on one unit of a search: the stages that depend on no scene, in whichever process."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.enumeration import Search
+from hcsearch.pipeline.rows import array_fingerprints, design_rows
+from hcsearch.records import DesignBatch, StagedDesigns, StageResult
+from hcsearch.scenes import DEFAULT, SCENES
+from hcsearch.stages.circuits import listed
+from hcsearch.stages.stage import Stage, run_stages
+
+
+class Travelling:
+    """A task that goes to other processes."""
+
+    search: Search
+
+    def __getstate__(self) -> dict[str, object]:
+        """Without what the search has worked out for itself: it may be large, and the other side makes it anew."""
+        return self.__dict__ | {"search": replace(self.search)}
+
+
+@dataclass(frozen=True)
+class Job(Travelling):
+    """The work on every unit of a run.
+
+    stages : those to run; keep : which designs to keep.
+    rows : whether the rows for the store are wanted, or only the fingerprints of the arrays. candidates : whether the
+    designs are wanted whose motion is to be looked for.
+    """
+
+    search: Search
+    stages: tuple[Stage, ...]
+    keep: str
+    rows: bool
+    candidates: bool = False
+
+    def __call__(self, prefix: str) -> Output:
+        """Work on one unit."""
+        search = warm(self.search)
+        designs, results = run_unit(search, prefix, self.stages, self.keep)
+        rows = design_rows(search, designs) if self.rows else None
+        arrays = None if self.rows else array_fingerprints(search, designs.circuits)
+        candidates = candidates_of(designs) if self.candidates else None
+        return Output(results, len(designs), rows, arrays, candidates)
+
+
+@lru_cache(maxsize=2)
+def warm(search: Search) -> Search:
+    """The first search equal to this one that came by, which has its tables ready."""
+    return search
+
+
+@dataclass(frozen=True)
+class Output:
+    """What a unit gives back: the stages' results, how many designs are kept, and either rows or fingerprints.
+
+    candidates : for motions and deployments; None where none are wanted.
+    """
+
+    results: tuple[StageResult, ...]
+    kept: int
+    rows: DesignBatch | None
+    arrays: NDArray[np.uint64] | None
+    candidates: StagedDesigns | None
+
+
+def run_unit(
+    search: Search, prefix: str, stages: tuple[Stage, ...], keep: str
+) -> tuple[StagedDesigns, tuple[StageResult, ...]]:
+    """Run stages on one unit of a search; designs that are not to be kept are dropped on the way."""
+    begun = time.perf_counter()
+    return run_stages(listed(search, prefix), stages, SCENES[DEFAULT], keep, begun)
+
+
+def candidates_of(designs: StagedDesigns) -> StagedDesigns:
+    """The designs whose motion is to be looked for: those with an untwisted folding, and these foldings alone."""
+    assert designs.twists is not None
+    plain = designs.twists == 0
+    return designs.take(designs.with_folding(plain), plain)

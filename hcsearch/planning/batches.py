@@ -1,0 +1,59 @@
+"""Stage `motion`: which foldings have a proved path from packed to flat in a scene, and with how little play."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.flat_pairs import ways
+from hcsearch.folding import Folding, folding_at
+from hcsearch.planning.motions import Motion, motion_of
+from hcsearch.planning.reasons import reason_of
+from hcsearch.records import CircuitBatch, FoldingBatch, MotionBatch
+from hcsearch.scenes import Scene, panel_of
+
+Flags = NDArray[np.bool_]
+
+
+def motions(
+    circuits: CircuitBatch,
+    foldings: FoldingBatch,
+    locked: tuple[Flags, Flags],
+    scene: Scene,
+    threads: int = 1,
+) -> MotionBatch:
+    """Motions of a batch of untwisted foldings in a scene.
+
+    locked : (n_foldings,) each, which are proved locked with rigid and with hinged flat pairs: no path is looked for in
+        those ways, and none in any where all are locked.
+    """
+    panel, allowed = panel_of(scene, circuits.grid), ways(scene)
+
+    def run(i: int) -> Motion | None:
+        own = [way for way in allowed if not locked[way == "hinged"][i]]
+        folding: Folding = folding_at(circuits, foldings, i)
+        return motion_of(folding, panel, own, scene.margin) if own else None
+
+    with ThreadPoolExecutor(threads) as pool:  # the kernels leave the interpreter's lock
+        found = list(pool.map(run, range(len(foldings))))
+    return _batch(found)
+
+
+def _batch(found: Sequence[Motion | None]) -> MotionBatch:
+    """Motions as a struct of arrays."""
+    count = len(found)
+    margin, gap, slack = np.full(count, np.nan), np.full(count, np.nan), np.full(count, np.nan)
+    for i, motion in enumerate(found):
+        if motion is not None and motion.proof is not None and motion.margin is not None:
+            margin[i], gap[i], slack[i] = motion.margin, -motion.proof.overlap, motion.proof.slack
+    return MotionBatch(
+        [None if motion is None or motion.margin is None else motion.way for motion in found],
+        margin,
+        gap,
+        slack,
+        tuple(None if motion is None else motion.states for motion in found),
+        [None if motion is None else reason_of(motion) for motion in found],
+    )

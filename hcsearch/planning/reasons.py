@@ -1,0 +1,46 @@
+"""What is known of a motion, in sentences."""
+
+from __future__ import annotations
+
+from hcsearch.planning.motions import Motion
+from hcsearch.planning.planner import Growth
+from hcsearch.planning.proofs import Proof
+
+ENDS = ("packed", "flat")
+
+
+def reason_of(motion: Motion) -> str:
+    """What is known of a motion, in a sentence."""
+    if motion.proof is not None and motion.margin is None:
+        return f"the search reached a path with {motion.way} flat pairs that is not proved: {_failed(motion.proof)}"
+    if motion.margin is not None:
+        play = f"{1e3 * motion.margin:.4g} mm of play on every face"
+        return f"a path from packed to flat is proved with {motion.way} flat pairs and {play}"
+    if not motion.growths:
+        return "no path was searched for: the folding has no mirror pairs of panels to merge"
+    return "the search reached no path: " + "; ".join(
+        f"{way} flat pairs, {_grown(growth)}" for way, growth in motion.growths
+    )
+
+
+def _failed(proof: Proof) -> str:
+    """Why a path is not proved."""
+    if proof.motion is None:
+        return "no closed states are proved beside all of it, as it passes states that are singular, or nearly so"
+    if any(proof.reach):
+        away = " and ".join(f"{far:.2g} rad from the {end}" for end, far in zip(ENDS, proof.reach, strict=True) if far)
+        return f"its proof ends {away} state"
+    if proof.clear is None:
+        return "hinges go beyond their stops by more than the play allows"
+    one, two = proof.clear.panels or (0, 0)
+    return f"panels {one} and {two} come too near with {1e3 * proof.clear.margin:.4g} mm of play on every face"
+
+
+def _grown(growth: Growth) -> str:
+    """What the trees of one search came to."""
+    if not all(growth.starts):
+        return f"no way out of the {ENDS[growth.starts[0] > 0]} state"
+    one, two = growth.sizes
+    closed = [end for end, off in zip(ENDS, growth.closed_off, strict=True) if off]
+    state = f"closed off at the {' and the '.join(closed)} state" if closed else "still growing"
+    return f"trees of {one:,} and {two:,} states {state} after {growth.rounds} rounds, cells {growth.resolution:g} rad"

@@ -1,0 +1,31 @@
+"""Stage `deployment`: which foldings springs bring flat without a collision, in a scene."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.records import StagedDesigns
+from hcsearch.scenes import Scene
+from hcsearch.stages import motion
+from hcsearch.stages.stage import Stage
+
+
+def _run(designs: StagedDesigns, scene: Scene) -> StagedDesigns:
+    from hcsearch.deployment.verdicts import verdicts  # noqa: PLC0415 - its kernels take seconds to load
+
+    assert designs.mobility is not None
+    assert designs.motion is not None
+    found = verdicts(designs.circuits, designs.folded, designs.mobility.locked, designs.motion.met, scene)
+    return replace(designs, deployment=found)
+
+
+def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:
+    """Designs of which a folding deploys."""
+    assert designs.deployment is not None
+    return designs.with_folding(designs.deployment.deploys)
+
+
+STAGE = Stage("deployment", 10, _run, _passed, below=motion.STAGE, in_a_scene=True, counts="deployable", they="deploy")

@@ -1,0 +1,37 @@
+"""Stage `motion`: certified paths of untwisted foldings from packed to flat, in a scene."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.records import StagedDesigns
+from hcsearch.scenes import Scene, panel_of
+from hcsearch.stages import mobility
+from hcsearch.stages.stage import Stage
+
+
+def _run(designs: StagedDesigns, scene: Scene) -> StagedDesigns:
+    """Locks of the scene's panels, and the motions of what these leave free."""
+    from hcsearch.planning.batches import motions  # noqa: PLC0415 - its kernels take seconds to load
+
+    circuits, foldings, known = designs.circuits, designs.folded, designs.mobility
+    assert known is not None
+    locks = known.locked, known.locked_hinged
+    locks = mobility.locks_of(circuits, foldings, locks, panel_of(scene, circuits.grid))
+    return replace(
+        designs,
+        mobility=replace(known, locked=locks[0], locked_hinged=locks[1]),
+        motion=motions(circuits, foldings, locks, scene),
+    )
+
+
+def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:
+    """Designs of which a folding moves."""
+    assert designs.motion is not None
+    return designs.with_folding(designs.motion.moves)
+
+
+STAGE = Stage("motion", 3, _run, _passed, below=mobility.STAGE, in_a_scene=True, counts="movable", they="move")

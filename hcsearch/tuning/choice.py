@@ -1,0 +1,178 @@
+"""Of spring sets that a search has seen the one that is told: confirmed, and the least likely to collide."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.deployment.checking import Check
+from hcsearch.deployment.deploying import Deployment, deploy
+from hcsearch.deployment.springs import scene_springs
+from hcsearch.scenes import Scene
+from hcsearch.tuning.catalogue import Levels, descend, nearest_levels
+from hcsearch.tuning.objective import DEFAULT, Scales, objective
+from hcsearch.tuning.robustness import Robustness, Spread, most_robust, robustness, sampled
+from hcsearch.tuning.search import MORE, Search, spread_out, strategy_from
+
+Reals = NDArray[np.float64]
+
+STAGES = ((8, 4), (3, 8))
+"""Sets that are compared by samples of the tolerances, and how many samples each gets: the few best get more."""
+STARTS = 31
+"""Sets, beside the best, that are rounded to catalogue springs to begin the search for those with."""
+TRIES = 6
+"""Sets that are simulated precisely until one is confirmed."""
+HARDENING = (8, 4)
+"""Sets of a generation of the search for robust ones, and samples that each is judged by."""
+
+
+@dataclass(frozen=True)
+class SpringSet:
+    """Springs and what they do.
+
+    stiffnesses : of each hinge, N m/rad. check : the quick check. deployment : the scene itself, precisely; None where
+        it was not simulated. robustness : None where no samples were drawn. scales : of its scene.
+    """
+
+    stiffnesses: tuple[float, ...]
+    check: Check
+    deployment: Deployment | None = None
+    robustness: Robustness | None = None
+    scales: Scales = DEFAULT
+
+    @property
+    def value(self) -> float:
+        """The objective, whatever the loops give way."""
+        return objective(self.check, 0.0, self.scales)
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether the precise simulation comes flat, certified clear."""
+        return self.deployment is not None and self.deployment.deploys
+
+
+class Finder:
+    """From sets that were seen to those that are told: confirmed, and the least likely to collide."""
+
+    def __init__(self, search: Search, scene: Scene, samples: int, spread: Spread) -> None:
+        self.search, self.scene, self.samples, self.spread = search, scene, samples, spread
+        self.evaluator = search.evaluator
+        self.best: SpringSet | None = None
+
+    def choose(self, sets: Sequence[Reals], begin: SpringSet) -> None:
+        """Set `best` to the one of these that is confirmed and the least likely to fail, once hardened.
+
+        It is none worse than what the search began with, once that is confirmed.
+        """
+        best = self._chosen([*self._hardened(sets), *sets])
+        self.best = min(best, self.sampled(begin) if begin.confirmed else best, key=_risk)
+
+    def _hardened(self, sets: Sequence[Reals]) -> list[Reals]:
+        """Sets near the most robust one of these that are better in the mean over some samples, the best first.
+
+        Among sets that come flat and clear the objective tells little of how near they are to those that do not; its
+        mean over samples of the tolerances does.
+        """
+        clear = [one for one, check in zip(sets, self.evaluator.of_springs(sets), strict=True) if check.deploys]
+        if not self.samples or not clear:
+            return []
+        chances = most_robust(self.evaluator, clear, self.spread, STAGES, self.search.seed)
+        first, chance = chances[0]
+        if not chance.failures:
+            return []
+        tied, seed = self.search.tied, self.search.seed
+        begin = np.log([clear[first][hinges[0]] for hinges in tied])
+        rng = np.random.default_rng([seed, 1_000_000])
+        strategy = strategy_from(begin, 0.04, self.search.bounds, HARDENING[0], rng)
+        found: list[tuple[float, int, Reals]] = []
+        least, idle = math.inf, 0
+        generations = max(1, self.search.budget // (2 * HARDENING[0] * HARDENING[1]))
+        for k in range(generations):
+            points = np.array(strategy.ask())
+            near = [spread_out(np.exp(point), tied) for point in points]
+            means = self._means(near)
+            strategy.tell(list(points), means)
+            found += [(mean, len(found) + n, one) for n, (mean, one) in enumerate(zip(means, near, strict=True))]
+            self.search.progress(self.search.budget, self.search.budget, f"hardening, {k + 1} of {generations}")
+            least, idle = (min(means), 0) if min(means) < least - MORE else (least, idle + 1)
+            if strategy.stop() or idle == 2:
+                break
+        middle = spread_out(np.exp(strategy.result.xfavorite), tied)
+        return [middle, *(one for _, _, one in sorted(found)[: STAGES[0][0] // 2])]
+
+    def _means(self, sets: Sequence[Reals]) -> list[float]:
+        """Mean objective of each set over the same few samples."""
+        count = HARDENING[1]
+        scenes = [
+            scene
+            for one in sets
+            for scene in sampled(self.evaluator.scene, one, self.spread, count, self.search.seed + 1)
+        ]
+        values = [self.evaluator.value(check) for check in self.evaluator.of_scenes(scenes)]
+        return [float(np.mean(values[k : k + count])) for k in range(0, len(values), count)]
+
+    def round(self, levels: Sequence[float]) -> SpringSet:
+        """Catalogue springs near the best set."""
+        assert self.best is not None
+        tied = self.search.tied
+        # sets that were found further off may round to better ones
+        near = [np.array(self.best.stiffnesses), *self.search.candidates()[:STARTS]]
+        starts = [nearest_levels([one[hinges[0]] for hinges in tied], levels) for one in near]
+
+        def sets(chosen: Sequence[Levels]) -> list[Reals]:
+            return [spread_out([levels[level] for level in one], tied) for one in chosen]
+
+        def costs(chosen: list[Levels]) -> list[float]:
+            found = [self.evaluator.value(check) for check in self.evaluator.of_springs(sets(chosen))]
+            self.search.progress(self.search.budget, self.search.budget, f"catalogue springs, {len(chosen)} sets")
+            return found
+
+        seen = descend(starts, len(levels), costs, budget=self.search.budget // 4)
+        ranked = sorted(seen, key=lambda chosen: (seen[chosen], chosen))
+        clear = [chosen for chosen in ranked if seen[chosen] < 1.0]
+        return self._chosen(sets(clear or ranked[:1]))
+
+    def _chosen(self, sets: Sequence[Reals]) -> SpringSet:
+        """Of sets, the best first, the confirmed one that is least likely to fail; else the first."""
+        total = self.search.budget
+        checks = self.evaluator.of_springs(sets)
+        scales = self.evaluator.scales
+        places = [SpringSet(tuple(one.tolist()), check, scales=scales) for one, check in zip(sets, checks, strict=True)]
+        clear = [place for place in places if place.check.deploys]
+        # packed neighbours have two margins between them: where loops give way by more, nothing is certain
+        clear = [place for place in clear if self.evaluator.slack(place.check) < 2.0 * self.evaluator.strict] or clear
+        if self.samples and len(clear) > 1:
+            self.search.progress(total, total, "comparing by samples")
+            springs = [place.stiffnesses for place in clear]
+            order = [k for k, _ in most_robust(self.evaluator, springs, self.spread, STAGES, self.search.seed)]
+            clear = [clear[k] for k in order] + [place for k, place in enumerate(clear) if k not in order]
+        tried: list[SpringSet] = []
+        for place in clear[:TRIES]:
+            self.search.progress(total, total, "confirming")
+            tried.append(self.precise(place))
+            if tried[-1].confirmed:
+                return self.sampled(tried[-1])
+        return (tried or places)[0]
+
+    def precise(self, place: SpringSet) -> SpringSet:
+        """With the deployment in the scene itself, as `hcsearch deploy` simulates it."""
+        scene = scene_springs(self.scene, place.stiffnesses)
+        return replace(place, deployment=deploy(self.evaluator.linkage, scene, self.evaluator.formulation))
+
+    def sampled(self, place: SpringSet) -> SpringSet:
+        """With what becomes of samples of the tolerances, where they are wanted."""
+        if not self.samples:
+            return place
+        total = self.search.budget
+        self.search.progress(total, total, "drawing samples")
+        (found,) = robustness(self.evaluator, [place.stiffnesses], self.spread, self.samples, self.search.seed)
+        return replace(place, robustness=found)
+
+
+def _risk(one: SpringSet) -> tuple[bool, int]:
+    """What tells the better of two sets: confirmed, then how many samples fail."""
+    return not one.confirmed, 0 if one.robustness is None else one.robustness.failures

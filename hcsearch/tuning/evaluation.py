@@ -1,0 +1,169 @@
+"""Checks of many spring sets of one array: on all cores, and none twice where a memory keeps them."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, replace
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.collision.clearance import scale_of, slack_of
+from hcsearch.deployment.checking import Check, Solids, check, solids_of
+from hcsearch.deployment.compiling import Compiled, compile_scene
+from hcsearch.deployment.scales import settled
+from hcsearch.deployment.springs import scene_springs, stiffnesses_of, with_springs
+from hcsearch.linkage import Linkage
+from hcsearch.scenes import Scene
+from hcsearch.tuning.objective import Scales, objective
+from hcsearch.vocabulary import Formulation
+
+Reals = NDArray[np.float64]
+
+VERSION = 9
+"""Raised when the same scene is simulated or checked otherwise, so that what is stored no longer counts."""
+
+TOLERANCES: Mapping[Formulation, float] = {"constrained": 1e-4, "compliant": 3e-5}
+"""Errors of a step while springs are searched for."""
+STRICT = 0.75
+"""Share of the scene's margin by which panels are shrunk on every face while springs are searched for: less than what
+is asked for in the end, so that what is found is clear in the scene itself, too."""
+SOFT = {"cut_damping": 1e4, "stop_stiffness": 100.0, "stop_damping": 0.1}
+"""Of compliant scenes while springs are searched for: stops give way by 0.2 degrees at most, loops as in the scene, and
+steps are ten times longer. What is found is confirmed in the scene itself."""
+
+
+class Key(NamedTuple):
+    """What tells an evaluation of one array from others: the setting (scene and method, as JSON), the springs."""
+
+    setting: str
+    springs: str
+
+
+class Memory(Protocol):
+    """Where evaluations of one array are kept."""
+
+    def recall(self, keys: Sequence[Key]) -> Mapping[Key, Check]:
+        """Those of the keys that are known."""
+
+    def record(self, found: Mapping[Key, Check]) -> None:
+        """Keep more, all or none."""
+
+
+class Own:
+    """A memory of one run."""
+
+    def __init__(self) -> None:
+        self._known: dict[Key, Check] = {}
+
+    def recall(self, keys: Sequence[Key]) -> Mapping[Key, Check]:
+        """Those of the keys that are known."""
+        return {key: self._known[key] for key in keys if key in self._known}
+
+    def record(self, found: Mapping[Key, Check]) -> None:
+        """Keep more."""
+        self._known |= found
+
+
+class Evaluator:
+    """Checks of one array in scenes that differ in their springs, or in more.
+
+    scene : settled, nothing in it is left to the panels. strict : margin of the checks, m.
+    done, recalled : how many have been asked for, each once, and how many of these the memory knew before.
+    """
+
+    def __init__(self, linkage: Linkage, scene: Scene, formulation: Formulation, memory: Memory | None = None) -> None:
+        self.linkage, self.formulation = linkage, formulation
+        scene = settled(scene, linkage)
+        assert scene.margin is not None
+        assert scene.seconds is not None
+        self.scene = softened(scene) if formulation == "compliant" else scene
+        self.strict = STRICT * scene.margin
+        self.scales = Scales(scale_of(linkage), scene.seconds)
+        self.reach = slack_of(linkage, 1.0) if formulation == "compliant" else 0.0
+        self.recalled = 0
+        self._memory = Own() if memory is None else memory
+        self._asked: set[Key] = set()
+        self._base: Compiled | None = None
+        self._solids: dict[frozenset[tuple[int, int]], Solids] = {}
+
+    @property
+    def done(self) -> int:
+        """How many have been asked for."""
+        return len(self._asked)
+
+    def of_springs(self, sets: Iterable[Sequence[float] | Reals], whole: bool = False) -> list[Check]:
+        """Check spring sets, each a stiffness (N m/rad) for every hinge; mirror hinges have equal ones.
+
+        whole : whether motions that collide are followed to their end, too.
+        """
+        if self._base is None:
+            # mirror hinges have equal springs in all sets, so that one with equal springs everywhere stands for all
+            self._base = self._compiled(replace(self.scene, spring="linear:0.1", springs=()))
+        scenes = [scene_springs(self.scene, stiffnesses) for stiffnesses in sets]
+        return self._checked(scenes, self._sprung, whole)
+
+    def of_scenes(self, scenes: Sequence[Scene]) -> list[Check]:
+        """Check scenes that may differ in anything, all with linear springs."""
+        return self._checked(scenes, self._compiled, whole=False)
+
+    def slack(self, check: Check) -> float:
+        """What panels may be elsewhere as springs that close loops give way, m: checks leave it out of account."""
+        return self.reach * check.opening
+
+    def value(self, check: Check) -> float:
+        """The objective."""
+        return objective(check, self.slack(check), self.scales)
+
+    def _sprung(self, scene: Scene) -> Compiled:
+        assert self._base is not None
+        stiffnesses = np.empty(self._base.system.n_joints)
+        stiffnesses[self._base.joint_of] = stiffnesses_of(self.linkage, scene)
+        return with_springs(self._base, stiffnesses)
+
+    def _compiled(self, scene: Scene) -> Compiled:
+        # whether folded stops can be reached depends on the springs, which change
+        return compile_scene(self.linkage, scene, self.formulation, keep=frozenset({"stops"}))
+
+    def _checked(self, scenes: Sequence[Scene], compiled: Any, whole: bool) -> list[Check]:
+        keys = [self._key(scene, whole) for scene in scenes]
+        known = dict(self._memory.recall(keys))
+        self.recalled += len((set(keys) - self._asked) & set(known))
+        self._asked |= set(keys)
+        missing = {key: scene for key, scene in zip(keys, scenes, strict=True) if key not in known}
+        if missing:
+            fresh = self._run([compiled(scene) for scene in missing.values()], whole)
+            found = dict(zip(missing, fresh, strict=True))
+            self._memory.record(found)
+            known |= found
+        return [known[key] for key in keys]
+
+    def _run(self, scenes: Sequence[Compiled], whole: bool) -> list[Check]:
+        """All scenes, dealt out to as many threads as there are cores; the kernels run without Python's lock."""
+        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        for scene in scenes:
+            if scene.apart not in self._solids:
+                own = solids_of(scene, self.strict)
+                # springs give way at impacts, for moments: with that for a slack at all times nothing would be certain
+                self._solids[scene.apart] = own._replace(reach=0.0) if self.formulation == "compliant" else own
+        solids = [self._solids[scene.apart] for scene in scenes]
+        threads = max(1, min(cores, len(scenes)))
+        tolerance = TOLERANCES[self.formulation]
+        return check(scenes, solids=solids, tolerance=tolerance, whole=whole, threads=threads)
+
+    def _key(self, scene: Scene, whole: bool) -> Key:
+        values = asdict(scene)
+        springs = stiffnesses_of(self.linkage, scene)
+        for name in ("name", "spring", "springs", "spring_range"):
+            del values[name]
+        values |= {"formulation": self.formulation, "tolerance": TOLERANCES[self.formulation]}
+        values |= {"margin": self.strict, "whole": whole, "version": VERSION}
+        return Key(json.dumps(values, sort_keys=True), " ".join(repr(float(value)) for value in springs))
+
+
+def softened(scene: Scene) -> Scene:
+    """A scene with the stops and dampers that `compliant` is searched with."""
+    return replace(scene, **SOFT)  # type: ignore[arg-type]

@@ -1,0 +1,144 @@
+"""Stiffnesses of springs for a deployment that comes flat without a collision (thesis 4.4): search, choose, confirm."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.deployment.scales import settled
+from hcsearch.deployment.springs import range_of, stiffnesses_of, tied_hinges
+from hcsearch.errors import HcsearchError
+from hcsearch.linkage import Linkage
+from hcsearch.scenes import Scene
+from hcsearch.tuning.catalogue import catalogue_levels
+from hcsearch.tuning.choice import Finder, SpringSet
+from hcsearch.tuning.evaluation import TOLERANCES, Evaluator, Memory
+from hcsearch.tuning.objective import Scales
+from hcsearch.tuning.robustness import Spread
+from hcsearch.tuning.search import GENERATION, Place, Progress, Search, spread_out
+from hcsearch.vocabulary import Formulation
+
+Reals = NDArray[np.float64]
+
+EVALUATIONS, SAMPLES = 500, 64
+"""Spring sets that a search tries, and samples of the tolerances that are drawn for what it found."""
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """What a tuning found.
+
+    scene : that it was tuned in, settled. start : the springs it began with. best : the confirmed set least likely to
+        collide, or else the one of the least objective. rounded : the same of catalogue springs; None where none were
+        asked for.
+    evaluations : spring sets and samples that it took, each once; recalled : how many of them a memory knew before.
+    interrupted : by Ctrl-C.
+    """
+
+    scene: Scene
+    formulation: Formulation
+    tied: tuple[tuple[int, ...], ...]
+    start: SpringSet
+    best: SpringSet
+    rounded: SpringSet | None
+    evaluations: int
+    recalled: int
+    interrupted: bool
+
+
+def tune(
+    linkage: Linkage,
+    scene: Scene,
+    formulation: Formulation | None = None,
+    *,
+    catalogue: Sequence[float] = (),
+    evaluations: int = EVALUATIONS,
+    samples: int = SAMPLES,
+    spread: Spread | None = None,
+    seed: int = 0,
+    memory: Memory | None = None,
+    progress: Progress | None = None,
+) -> Tuning:
+    """Choose the stiffness of each hinge in the scene's spring range, with dampers in proportion.
+
+    formulation : unless given `constrained`, or `compliant` where only so any set comes flat at first. catalogue :
+    stiffnesses of what can be bought (N m/rad). evaluations : spring sets tried, in all but the rounding; half as many
+    samples may be drawn to harden what was found. samples : drawn of the tolerances in `spread`. memory : takes and
+    gives evaluations, so that the same tuning again goes on where it stopped.
+    The same arguments find the same springs. The springs of the scene are the start; softer ones count as the softest.
+    Errors: HcsearchError for stiffer or negative ones, for a floating scene, and for other formulations.
+    """
+    if formulation is not None and formulation not in TOLERANCES:
+        raise HcsearchError(f"springs are not tuned in {formulation}: take {' or '.join(TOLERANCES)}")
+    if scene.held == "free":
+        raise HcsearchError("springs are tuned with a panel held, not floating: hold one, such as panel 0")
+    tied = tied_hinges(linkage, scene)
+    given = stiffnesses_of(linkage, scene)
+    scene = settled(scene, linkage)
+    softest, stiffest = range_of(scene)
+    if not (given >= 0.0).all() or not (given <= stiffest * (1.0 + 1e-9)).all():
+        raise HcsearchError(
+            f"springs of {given.min():g} to {given.max():g} N m/rad are no start of a search from {softest:g} to "
+            f"{stiffest:g}: give some within, or none, or another --spring-range"
+        )
+    start = spread_out([np.clip(given[list(hinges)].mean(), softest, stiffest) for hinges in tied], tied)
+    first = _first_generation(start, tied, seed, (softest, stiffest))
+    evaluator = _evaluator(linkage, scene, formulation, first, memory)
+    search = Search(evaluator, tied, evaluations, seed, progress or _silent)
+    finder = Finder(search, scene, samples, spread or Spread())
+    interrupted = False
+    rounded = None
+    begin = SpringSet(tuple(start.tolist()), evaluator.of_springs([start])[0], scales=evaluator.scales)
+    try:
+        # checks shrink panels by less and are coarse: what is too near to tell for them may be certain
+        begin = finder.precise(begin)
+        search.run(start, first)
+        finder.choose(search.candidates(), begin)
+        if catalogue:
+            rounded = finder.round(catalogue_levels(catalogue, stiffest))
+    except KeyboardInterrupt:
+        interrupted = True
+    best = finder.best or (begin if search.best is None else _seen(search.best, evaluator.scales))
+    return Tuning(
+        scene, evaluator.formulation, tied, begin, best, rounded, evaluator.done, evaluator.recalled, interrupted
+    )
+
+
+def _silent(done: int, total: int, note: str) -> None:
+    """Tell nobody."""
+
+
+def _seen(place: Place, scales: Scales) -> SpringSet:
+    return SpringSet(tuple(place.stiffnesses.tolist()), place.check, scales=scales)
+
+
+def _first_generation(start: Reals, tied: Sequence[tuple[int, ...]], seed: int, bounds: tuple[float, float]) -> Reals:
+    """Logarithms of stiffnesses, (GENERATION, len(tied)): the start, and a Latin hypercube within the bounds."""
+    from scipy.stats import qmc  # noqa: PLC0415 - takes longer to load than many checks
+
+    low, high = np.log(bounds)
+    points = qmc.LatinHypercube(len(tied), rng=seed).random(GENERATION)
+    found: Reals = low + (high - low) * points
+    found[0] = np.log([start[hinges[0]] for hinges in tied])
+    return found
+
+
+def _evaluator(
+    linkage: Linkage, scene: Scene, formulation: Formulation | None, first: Reals, memory: Memory | None
+) -> Evaluator:
+    """The evaluator of the formulation that is asked for, or of exact closure unless only compliant arrays come flat.
+
+    Exact closure can keep hinges shut that a real array lets go (docs/dynamics.md, known limits).
+    """
+    if formulation is not None:
+        return Evaluator(linkage, scene, formulation, memory)
+    exact = Evaluator(linkage, scene, "constrained", memory)
+    tied = tied_hinges(linkage, scene)
+    sets = [spread_out(np.exp(point), tied) for point in first]
+    if any(check.outcome == "flat" for check in exact.of_springs(sets, whole=True)):
+        return exact
+    other = Evaluator(linkage, scene, "compliant", memory)
+    return other if any(check.outcome == "flat" for check in other.of_springs(sets, whole=True)) else exact

@@ -1,0 +1,33 @@
+"""Words that commands, files, databases and Python share: each list stands here once, in the order that counts."""
+
+from __future__ import annotations
+
+from typing import Literal, get_args
+
+Keep = Literal["all", "two-stack", "untwisted"]
+KEEPS: tuple[Keep, ...] = get_args(Keep)
+"""Designs that a run keeps."""
+
+Status = Literal["deploys", "movable", "undecided", "locked"]
+STATUSES: tuple[Status, ...] = get_args(Status)
+"""Statuses of an untwisted folding in a scene, best first; a design has that of its best folding."""
+
+Verdict = Literal["deploys", "undecided", "collides"]
+VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
+"""Verdicts on one deployment."""
+
+Outcome = Literal["flat", "moving", "at rest", "jammed", "diverged", "out of steps"]
+OUTCOMES: tuple[Outcome, ...] = get_args(Outcome)
+"""How a simulated deployment ends: `moving` when its time is over, `jammed` where stops and loops let nothing move."""
+
+Way = Literal["rigid", "hinged", "merged"]
+WAYS: tuple[Way, ...] = get_args(Way)
+"""How flat pairs are joined; `merged`: rigid, and mirror pairs of panels made one."""
+
+Formulation = Literal["constrained", "compliant", "penalty", "quasistatic"]
+FORMULATIONS: tuple[Formulation, ...] = get_args(Formulation)
+"""Equations of a deployment: loops closed exactly, by springs, by the thesis's springs, or without inertia."""
+
+Integrator = Literal["bogacki-shampine", "dormand-prince", "dormand-prince-8", "implicit"]
+INTEGRATORS: tuple[Integrator, ...] = get_args(Integrator)
+"""Explicit Runge-Kutta methods of orders 3(2) (the thesis's), 5(4) and 8(5,3); extrapolated linearly implicit Euler."""

@@ -1,0 +1,84 @@
+"""How tight locks are: figures at hand, units, and openings that hold along the way."""
+
+import numpy as np
+import pytest
+
+from hcsearch.circuit import Circuit
+from hcsearch.folding import folding_of
+from hcsearch.linkage import Linkage
+from hcsearch.locks.tightness import _Loops, _there, _within, tightness
+
+SIZE = (0.05, 0.05, 0.006)
+
+
+def built(notation, crease, size=SIZE, **options):
+    return Linkage(folding_of(Circuit.from_notation(notation), crease).pattern(size, **options))
+
+
+def test_a_lock_that_a_hundredth_of_a_millimetre_undoes():
+    """Measured before at 0.013 mm, as closure residual times the size of the pattern, with rigid flat pairs."""
+    linkage = built("hex:023224534000", 3)
+    found = tightness(linkage, linkage.folded)
+    assert found.opening == pytest.approx(1.00e-5, rel=0.02)
+    assert found.least == pytest.approx(found.opening, rel=0.02)
+    assert 0.2 < found.turn < 0.3 < found.closed < 0.5
+    assert "0.01 mm" in found.told
+    loops = _Loops(linkage, linkage.folded)
+    loops.weights = linkage.pattern.size * np.eye(6)
+    assert max(map(loops.opening, _there(loops, 0.006))) == pytest.approx(1.3e-5, rel=0.02)
+
+
+def test_the_way_out_ends_closed_and_keeps_the_stops():
+    linkage = built("hex:0234550132", 3)
+    loops = _Loops(linkage, linkage.folded)
+    way = np.array(_there(loops, 0.006))
+    assert way.min() >= 0.0
+    assert way.max() <= np.pi
+    assert (np.diff(way.sum(axis=1)) > 0).all()
+    assert np.abs(linkage.closure(linkage.folded - way[-1])[0]).max() < 1e-7
+    found = tightness(linkage, linkage.folded)
+    assert found.least <= found.opening
+    assert found.least > 1e-3
+    assert found.opening < 3e-3
+
+
+def test_openings_are_lengths():
+    """All of a thousand times the size; and the distance by which a turn about a far line moves corners."""
+    small, large = (built("hex:023224534000", 3, tuple(k * x for x in SIZE)) for k in (1.0, 1e3))
+    one, two = tightness(small, small.folded), tightness(large, large.folded)
+    assert two.opening == pytest.approx(1e3 * one.opening, rel=1e-3)
+    assert two.closed == pytest.approx(one.closed)
+    corners = np.concatenate([solid.reshape(-1, 3) for solid in small.solids(small.flat)])
+    (weights,) = _Loops(small, small.flat).weights
+    rotation, gap = np.array([1e-4, -2e-4, 3e-4]), np.array([1e-3, 0.0, -1e-3])
+    moved = np.cross(rotation, corners) + gap * small.pattern.size
+    mean = np.sqrt((moved**2).sum(axis=1).mean())
+    assert np.linalg.norm(weights @ np.r_[rotation, gap]) == pytest.approx(mean)
+
+
+def test_it_does_not_matter_which_panel_stays():
+    linkage = built("hex:023224534000", 3)
+    found = [tightness(it, it.folded) for it in (linkage, Linkage(linkage.pattern, base=4))]
+    assert found[0].opening == pytest.approx(found[1].opening, rel=0.02)
+
+
+def test_a_lock_that_holds_is_given_up_at_the_thickness():
+    linkage = built("hex:0223435501", 2)
+    found = tightness(linkage, linkage.flat)
+    assert (found.opening, found.closed) == (0.006, None)
+    assert "more than 6 mm" in found.told
+
+
+def test_what_is_not_locked_opens_by_nothing_and_open_chains_have_no_loops():
+    linkage = built("hex:0234550132", 4)
+    assert tightness(linkage, linkage.flat).opening < 1e-9
+    strip = built("square:0123", 0)
+    assert tightness(strip, strip.folded) is None
+
+
+@pytest.mark.parametrize("total", [0.01, 3.0, 3.5, 6.2])
+def test_turns_are_scaled_within_the_other_stop(total):
+    turns = _within(np.array([3.0, 0.1, 0.0, 0.2]), total)
+    assert turns.sum() == pytest.approx(total)
+    assert turns.max() <= np.pi
+    assert turns.min() >= 0.0

@@ -1,0 +1,58 @@
+"""The stages and their order: what runs, what passes, and under which numbers finished work is stored."""
+
+import numpy as np
+import pytest
+
+from hcsearch.enumeration import PolygonSearch
+from hcsearch.errors import StageError
+from hcsearch.grid import GRIDS
+from hcsearch.pipeline.units import run_unit
+from hcsearch.scenes import DEFAULT, SCENES
+from hcsearch.stages.circuits import listed
+from hcsearch.stages.order import STAGES, check_keep, numbers, stage_keeping, stages_until
+from hcsearch.stages.stage import Stage, run_stages
+from hcsearch.vocabulary import KEEPS
+
+SCENE = SCENES[DEFAULT]
+
+
+def test_a_number_holds_the_versions_of_the_stages_below():
+    low = Stage("low", 4, lambda designs, _: designs, lambda designs, _: np.ones(len(designs), bool))
+    middle = Stage("middle", 3, low.run, low.passed, below=low)
+    assert (low.number, middle.number, Stage("high", 2, low.run, low.passed, below=middle).number) == (4, 304, 20304)
+    known = numbers(stages_until("deployment"))
+    assert list(known) == ["circuits", "foldings", "twist", "mobility", "motion", "deployment"]
+    assert known["motion"] == 100 * STAGES["motion"].version + known["mobility"]
+    assert known["deployment"] == 10_000 * STAGES["deployment"].version + known["motion"]
+
+
+def test_each_word_of_keep_names_a_stage_that_depends_on_no_scene():
+    for keep in KEEPS:
+        stage = stage_keeping(keep)
+        assert not stage.in_a_scene
+        check_keep(keep, stage.name)
+    with pytest.raises(StageError, match="use --until twist"):
+        check_keep("untwisted", "foldings")
+    with pytest.raises(StageError, match="stage 'flight' is unknown"):
+        stages_until("flight")
+
+
+@pytest.mark.parametrize("keep", KEEPS)
+def test_what_is_dropped_on_the_way_changes_nothing_for_the_rest(keep):
+    search = PolygonSearch(GRIDS["hex"], 10)
+    (prefix,) = search.prefixes
+    stages = stages_until("mobility")
+    every, whole = run_stages(listed(search, prefix), stages, SCENE)
+    kept, results = run_unit(search, prefix, stages, keep)
+    assert [(one.stage, one.passed, one.n_fixed) for one in results] == [
+        (one.stage, one.passed, one.n_fixed) for one in whole
+    ]
+    passes = stage_keeping(keep).passed(every, SCENE)
+    again = every.take(passes)
+    for column in ("words", "symmetry"):
+        assert (getattr(kept.circuits, column) == getattr(again.circuits, column)).all()
+    assert (kept.foldings.row == again.foldings.row).all()
+    assert (kept.foldings.crease == again.foldings.crease).all()
+    assert (kept.twists == again.twists).all()
+    for column in ("dof", "locked", "locked_hinged", "merged_panels"):
+        assert (getattr(kept.mobility, column) == getattr(again.mobility, column)).all()

@@ -1,0 +1,368 @@
+"""The stages in a scene: verdicts on batches of foldings, and the law of twisted ones."""
+
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hcsearch.circuit import Circuit
+from hcsearch.deployment.agreement import agreed_checks, confirmed
+from hcsearch.deployment.checking import check
+from hcsearch.deployment.compiling import compile_scene
+from hcsearch.deployment.deploying import deploy
+from hcsearch.deployment.looks import GRADED, GRADES, OUTER, PATIENT, SPREAD, springs_of
+from hcsearch.deployment.scales import SOFTEST, STIFFEST
+from hcsearch.deployment.scene_files import read_text, scene_in
+from hcsearch.deployment.springs import with_springs
+from hcsearch.deployment.verdicts import verdicts
+from hcsearch.enumeration import PolygonSearch
+from hcsearch.flat_pairs import folding_linkage
+from hcsearch.folding import folding_at, folding_of
+from hcsearch.grid import GRIDS
+from hcsearch.pipeline.judging import PIECE_SECONDS, Judge, Piece, pieces, seconds_of, unfinished
+from hcsearch.pipeline.rows import design_rows
+from hcsearch.pipeline.units import candidates_of, run_unit
+from hcsearch.planning.batches import motions
+from hcsearch.records import (
+    NONE,
+    CircuitBatch,
+    DeploymentBatch,
+    FoldingBatch,
+    MobilityBatch,
+    MotionBatch,
+    StagedDesigns,
+)
+from hcsearch.scenes import SCENES
+from hcsearch.stages.order import STAGES, stages_until
+from hcsearch.vocabulary import STATUSES
+
+DEFAULT = SCENES["default"]
+STOPS = frozenset({"stops"})
+IN_A_SCENE = tuple(stage for stage in STAGES.values() if stage.in_a_scene)
+
+
+def unit_of(grid, n, until="mobility"):
+    search = PolygonSearch(GRIDS[grid], n)
+    (prefix,) = search.prefixes
+    return search, run_unit(search, prefix, stages_until(until), "all")[0]
+
+
+@pytest.fixture(scope="module")
+def tens():
+    """The untwisted foldings of ten hexagons, their motions, and their deployments."""
+    own = candidates_of(unit_of("hex", 10)[1])
+    locks = own.mobility.locked, own.mobility.locked_hinged
+    motion = motions(own.circuits, own.foldings, locks, DEFAULT, threads=2)
+    return own, motion, verdicts(own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT, threads=2)
+
+
+@pytest.mark.parametrize(
+    ("grid", "n", "twisted"), [pytest.param("hex", 12, 251, marks=pytest.mark.long), ("square", 14, 66)]
+)
+def test_no_twisted_folding_deploys(grid, n, twisted):
+    _, unit = unit_of(grid, n, "twist")
+    found = np.flatnonzero(unit.twists != 0).tolist()
+    assert len(found) == twisted
+    scenes = [compile_scene(folding_linkage(folding_at(unit.circuits, unit.foldings, i)), DEFAULT) for i in found]
+    rows = check(scenes, tolerance=1e-5, threads=2)
+    assert not [
+        folding_at(unit.circuits, unit.foldings, i).notation for i, row in zip(found, rows, strict=True) if row.deploys
+    ]
+    # the check did follow them: most move, and what comes flat collides on the way
+    assert sum(row.evaluations > 100 for row in rows) > 0.3 * twisted
+    assert all(row.clear is False for row in rows if row.outcome == "flat")
+
+
+def test_verdicts_of_ten_hexagons(tens):
+    own, motion, found = tens
+    deploys = found.deploys
+    assert len(deploys) == len(own.foldings) == 40
+    assert not deploys[own.mobility.locked_hinged].any()
+    assert 6 <= deploys.sum() <= 25
+    assert (np.isfinite(found.time) == deploys).all()
+    assert (np.isfinite(found.clearance) == deploys).all()
+    assert (found.time[deploys] > 0.05).all()
+    assert (found.time[deploys] <= PATIENT).all()
+    assert motion.met[deploys].all()  # what springs bring flat has a path, which need not be proved
+    assert motion.moves[deploys].mean() > 0.5
+
+
+def test_without_a_path_a_folding_gets_the_first_look_alone(tens):
+    own, motion, found = tens
+    for trial in found.trials:
+        assert motion.met[trial.folding] or trial.scene == "default"
+    none = np.zeros(len(own.foldings), bool)
+    brief = verdicts(own.circuits, own.foldings, own.mobility.locked, none, DEFAULT, threads=2)
+    first = tuple(trial for trial in found.trials if trial.scene == "default")
+    assert brief.trials == first
+    assert np.flatnonzero(brief.deploys).tolist() == [trial.folding for trial in first if trial.status == "deploys"]
+    assert brief.deploys.sum() < found.deploys.sum()
+
+
+def test_each_trial_tells_what_it_was(tens):
+    own, _, found = tens
+    first = {trial.folding: trial for trial in found.trials if trial.scene == "default"}
+    assert sorted(first) == np.flatnonzero(~own.mobility.locked).tolist()
+    for trial in found.trials:
+        assert trial.status in {"deploys", "collides", "undecided"}
+        assert (trial.first_contact is not None) == (trial.status == "collides")
+        if trial.status == "deploys":
+            assert found.deploys[trial.folding]
+            assert found.clearance[trial.folding] == trial.clearance
+            assert found.time[trial.folding] == trial.deploy_time
+        else:
+            assert trial.scene == "default" or trial.reason.startswith("branch-singular: ")
+            assert trial.deploy_time is None
+        values = tomllib.loads(trial.values)
+        assert values["panel_mm"] == "50x50x6"
+        assert values["design"] == folding_at(own.circuits, own.foldings, trial.folding).notation
+        assert values.get("name", "default") == trial.scene
+        assert (values["flat_pairs"] == "hinged") == trial.scene.startswith("hinged")
+
+
+def test_what_deploys_in_a_trial_does_so_when_it_is_simulated_alone(tens):
+    own, _, found = tens
+    chosen = [trial for trial in found.trials if trial.status == "deploys"]
+    graded_ones = [trial for trial in chosen if "first" in trial.scene]
+    assert graded_ones
+    for trial in (chosen[0], graded_ones[0], graded_ones[-1]):
+        scene = scene_in(read_text(trial.values, "the trial"))
+        linkage = folding_linkage(
+            folding_at(own.circuits, own.foldings, trial.folding),
+            hinged=scene.flat_pairs == "hinged",
+            merged=scene.merge,
+        )
+        alone = deploy(linkage, scene, keep=STOPS)
+        assert (alone.outcome, alone.clearance.kind, alone.verdict) == ("flat", "clear", "deploys")
+        assert confirmed(alone).flat_time == trial.deploy_time
+
+
+def test_a_motion_along_singular_states_is_no_deployment(tens):
+    """One that comes flat at 1e-6 and diverges at 1e-8 is undecided; other springs deploy the folding."""
+    own, _, found = tens
+    names = [folding_at(own.circuits, own.foldings, i).notation for i in range(len(own.foldings))]
+    one, two = (trial for trial in found.trials if names[trial.folding] == "hex:0223335500:0")
+    assert [one.status, two.status] == ["undecided", "deploys"]
+    assert one.reason.startswith("branch-singular: flat ")
+    assert (one.clearance, one.deploy_time) == (None, None)
+    assert found.time[two.folding] == two.deploy_time == float(f"{two.deploy_time:.3e}")
+
+
+def test_what_deploys_at_one_tolerance_only_is_undecided(tens, monkeypatch):
+    own, _, found = tens
+    one = next(trial.folding for trial in found.trials if trial.status == "deploys" and trial.scene != "default")
+    alone = FoldingBatch(own.foldings.row[one : one + 1], own.foldings.crease[one : one + 1])
+
+    def jams(checks, tolerances):
+        return agreed_checks([*checks[:-1], replace(checks[-1], outcome="jammed")], tolerances)
+
+    monkeypatch.setattr("hcsearch.deployment.verdicts.agreed_checks", jams)
+    again = verdicts(own.circuits, alone, own.mobility.locked[one : one + 1], np.ones(1, bool), DEFAULT)
+    assert again.deploys.tolist() == [False]
+    assert np.isnan(again.time).all()
+    first, last = again.trials
+    assert (first.scene, last.status) == ("default", "undecided")
+    assert last.reason.startswith("branch-singular: flat at tolerance 1e-6, flat at 1e-7, jammed at 1e-8; ")
+
+
+def test_threads_and_how_many_are_held_in_memory_change_nothing(tens, monkeypatch):
+    own, motion, found = tens
+    monkeypatch.setattr("hcsearch.deployment.verdicts.TOGETHER", 7)
+    again = verdicts(own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT)
+    assert again.deploys.tolist() == found.deploys.tolist()
+    assert again.trials == found.trials
+
+
+def test_looks_end_after_so_much_work_on_any_number_of_threads(tens, monkeypatch):
+    own, motion, found = tens
+    monkeypatch.setattr("hcsearch.deployment.verdicts.WORK", 20_000)
+    given = own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT
+    one, two = (verdicts(*given, threads=threads) for threads in (1, 2))
+    assert one.trials == two.trials
+    assert not (one.deploys & ~found.deploys).any()
+    assert 0 < one.deploys.sum() < found.deploys.sum()
+
+
+def test_a_design_has_the_best_verdict_of_its_foldings():
+    search, unit = unit_of("hex", 8)
+    rows = design_rows(search, unit)
+    for row, word in enumerate(rows.status):
+        own = [rows.folding_status[i] for i in np.flatnonzero(rows.folding_row == row)]
+        known = [other for other in own if other is not None]
+        assert word == (min(known, key=STATUSES.index) if known else None)
+    own = candidates_of(unit)
+    (piece,) = pieces("unit", own)
+    found = Judge(DEFAULT, IN_A_SCENE)(piece)
+    told = found.verdicts
+    assert told.folding_crease.tolist() == own.foldings.crease.tolist()
+    assert told.circuit == [Circuit(GRIDS["hex"], tuple(word)).notation for word in own.circuits.words.tolist()]
+    assert_best_first(own, told)
+    for i, word in enumerate(told.folding_status):
+        known = [told.deployment.deploys[i], told.motion.moves[i], not own.mobility.locked_hinged[i]]
+        assert word == next(name for name, holds in zip(STATUSES, [*known, True], strict=True) if holds)
+    planned, simulated = found.results
+    assert (planned.stage, planned.version) == ("motion", STAGES["motion"].number)
+    assert (simulated.stage, simulated.version) == ("deployment", STAGES["deployment"].number)
+    assert planned.passed == sum(word in ("deploys", "movable") for word in told.status)
+    assert simulated.passed == told.status.count("deploys")
+    for result, words in ((planned, ("deploys", "movable")), (simulated, ("deploys",))):
+        assert result.n_fixed == sum(
+            count for count, word in zip(own.n_fixed.tolist(), told.status, strict=True) if word in words
+        )
+
+
+def test_until_motion_nothing_is_simulated():
+    own = candidates_of(unit_of("hex", 8)[1])
+    (piece,) = pieces("unit", own)
+    whole, brief = Judge(DEFAULT, IN_A_SCENE)(piece), Judge(DEFAULT, IN_A_SCENE[:1])(piece)
+    assert brief.verdicts.deployment is None
+    assert [result.stage for result in brief.results] == ["motion"]
+    assert brief.results[0].passed == whole.results[0].passed
+    as_planned = ["movable" if word == "deploys" else word for word in whole.verdicts.folding_status]
+    assert brief.verdicts.folding_status == as_planned
+
+
+def assert_best_first(own, told):
+    """The best folding of each design is that of the best status, then least play, lowest dof, lowest crease."""
+    margin = np.nan_to_num(told.motion.margin, nan=np.inf)
+    dof = np.where(own.mobility.dof == NONE, np.inf, own.mobility.dof)
+    for row, best in enumerate(zip(told.status, told.best_crease, strict=True)):
+        members = np.flatnonzero(own.foldings.row == row).tolist()
+        rank = [(STATUSES.index(told.folding_status[i]), margin[i], dof[i], own.foldings.crease[i]) for i in members]
+        place, *_, crease = min(rank)
+        assert best == (STATUSES[place], crease)
+
+
+# Of foldings of five designs: design, crease, dof, proved locked with rigid and with hinged pairs, needed margin (mm),
+# whether springs bring it flat.
+FOLDINGS = (
+    (0, 5, 4, False, False, 0.02, False),
+    (0, 3, 9, False, False, 0.01, False),  # less play
+    (0, 0, 1, False, False, 0.05, True),  # deploys
+    (1, 4, 3, False, False, 0.02, False),
+    (1, 2, 7, False, False, 0.01, False),  # less play, in spite of its dof
+    (1, 0, 1, True, False, None, False),
+    (2, 6, 5, False, False, 0.01, False),
+    (2, 5, 4, False, False, 0.01, False),  # lowest dof and crease
+    (2, 3, NONE, False, False, 0.01, False),
+    (2, 7, 4, False, False, 0.01, False),
+    (3, 1, 2, True, True, None, False),
+    (3, 2, 6, True, False, None, False),  # locked with rigid pairs alone
+    (4, 4, 6, True, True, None, False),
+    (4, 6, 3, True, True, None, False),  # lowest dof
+)
+
+
+@pytest.mark.parametrize(
+    ("scene", "deploys", "expected"),
+    [
+        ({}, True, ["deploys 0", "movable 2", "movable 5", "undecided 2", "locked 6"]),
+        ({}, False, ["movable 3", "movable 2", "movable 5", "undecided 2", "locked 6"]),
+        ({"flat_pairs": "hinged"}, True, ["deploys 0", "movable 2", "movable 5", "undecided 2", "locked 6"]),
+        ({"flat_pairs": "rigid"}, True, ["deploys 0", "movable 2", "movable 5", "locked 1", "locked 6"]),
+        ({"merge": True}, True, ["deploys 0", "movable 2", "movable 5", "locked 1", "locked 6"]),
+    ],
+)
+def test_best_foldings_by_status_play_dof_and_crease(monkeypatch, scene, deploys, expected):
+    rows, creases, dof, locked, hinged, margin, flat = (np.array(column) for column in zip(*FOLDINGS, strict=True))
+    margin = 1e-3 * margin.astype(float)
+    time = np.where(flat, 0.5, np.nan)
+    paths = tuple(None if np.isnan(play) else np.zeros((2, 8)) for play in margin)
+    ways = [None if path is None else "rigid" for path in paths]
+    motion = MotionBatch(ways, margin, margin, margin, paths, ["so it was"] * len(FOLDINGS))
+    monkeypatch.setattr("hcsearch.planning.batches.motions", lambda *_: motion)
+    monkeypatch.setattr("hcsearch.deployment.verdicts.verdicts", lambda *_: DeploymentBatch(time, time, ()))
+    words = np.array([Circuit.from_notation("hex:02234400").word] * 5, np.int8)
+    circuits = CircuitBatch("hex", words, np.ones(5, np.int16))
+    none = np.zeros(len(dof), int)
+    mobility = MobilityBatch(0, dof, none, none, none, none, none, locked, hinged)
+    own = StagedDesigns(circuits, np.arange(1, 6), FoldingBatch(rows, creases), None, mobility)
+    found = Judge(replace(DEFAULT, **scene), IN_A_SCENE[: 1 + deploys])(Piece("p#0/1", own))
+    told = found.verdicts
+    assert [f"{word} {crease}" for word, crease in zip(told.status, told.best_crease, strict=True)] == expected
+    assert_best_first(own, told)
+    counts = [(result.stage, result.passed, result.n_fixed) for result in found.results]
+    assert counts == [("motion", 3, 6), ("deployment", 1, 1)][: 1 + deploys]
+
+
+def test_pieces_are_small_whole_and_the_same_each_time():
+    _, unit = unit_of("hex", 10)
+    own = candidates_of(unit)
+    found = list(pieces("unit", own))
+    assert [piece.key for piece in found] == [f"unit#{k}/{len(found)}" for k in range(len(found))]
+    assert len(found) > 1
+    assert sum(len(piece.candidates.foldings) for piece in found) == len(own.foldings)
+    words = np.concatenate([piece.candidates.circuits.words for piece in found])
+    assert (words == own.circuits.words).all()
+    for piece in found:
+        small = piece.candidates
+        assert seconds_of(len(small.foldings), 10) <= PIECE_SECONDS or len(small.circuits) == 1
+        assert set(small.foldings.row.tolist()) == set(range(len(small.circuits)))
+    assert unfinished(["unit", "other"], [piece.key for piece in found]) == ["other"]
+    assert unfinished(["unit"], [piece.key for piece in found[1:]]) == ["unit"]
+    (empty,) = pieces("none", own.take(np.zeros(len(own), bool)))
+    assert (empty.key, len(empty.candidates.circuits)) == ("none#0/1", 0)
+    results = Judge(DEFAULT, IN_A_SCENE)(empty).results
+    assert [(result.stage, result.passed, result.n_fixed) for result in results] == [
+        ("motion", 0, 0),
+        ("deployment", 0, 0),
+    ]
+
+
+@pytest.mark.parametrize("grade", [*GRADES, OUTER])
+def test_graded_springs_run_between_both_bounds(grade):
+    folding = folding_of(Circuit.from_notation("hex:0234435011").canonical(), 1)
+    compiled = compile_scene(folding_linkage(folding), DEFAULT, keep=STOPS)
+    found = springs_of(folding, compiled, grade)
+    assert found.shape == (compiled.system.n_joints,)
+    assert found.min() >= STIFFEST / GRADED * (1 - 1e-12)
+    assert found.max() <= STIFFEST * (1 + 1e-12)
+    assert found.max() > 2.0 * found.min()
+
+
+def test_spread_springs_differ_and_stay_within_the_bounds():
+    folding = folding_of(Circuit.from_notation("hex:0234435011").canonical(), 1)
+    compiled = compile_scene(folding_linkage(folding, hinged=True), DEFAULT, keep=STOPS)
+    found = np.array([springs_of(folding, compiled, name) for name in SPREAD])
+    assert found.shape == (len(SPREAD), compiled.system.n_joints)
+    assert found.min() >= SOFTEST
+    assert found.max() <= STIFFEST
+    # eight points of a Sobol sequence lie one in each eighth of every coordinate
+    eighths = np.floor(8 * np.log(found / SOFTEST) / np.log(STIFFEST / SOFTEST))
+    assert (np.sort(eighths, axis=0) == np.arange(8)[:, None]).all()
+
+
+def test_stops_that_seem_to_pull_in_a_singular_state_do_not_halt_the_motion():
+    folding = folding_of(Circuit.from_notation("hex:023234340000").canonical(), 3)
+    compiled = compile_scene(folding_linkage(folding, hinged=True), DEFAULT, keep=STOPS)
+    scenes = [with_springs(compiled, springs_of(folding, compiled, name)) for name in SPREAD]
+    for found in check(scenes, tolerance=1e-5):
+        assert found.outcome != "out of steps"
+        assert found.evaluations < 20_000
+
+
+def test_springs_set_later_are_those_of_a_scene_compiled_with_them():
+    folding = folding_of(Circuit.from_notation("hex:0234435011").canonical(), 1)
+    linkage = folding_linkage(folding)
+    compiled = compile_scene(linkage, DEFAULT, keep=STOPS)
+    changed = with_springs(compiled, np.geomspace(0.01, 0.2, compiled.system.n_joints))
+    anew = compile_scene(linkage, changed.scene, keep=STOPS)
+    for one, two in zip(changed.system.drives, anew.system.drives, strict=True):
+        assert one.law == two.law
+        assert one.damping == pytest.approx(two.damping, rel=1e-12)
+    (one,), (two,) = check([changed]), check([anew])
+    assert (one.outcome, one.clear) == (two.outcome, two.clear)
+    assert one.end_time == pytest.approx(two.end_time, rel=1e-9)
+
+
+def test_a_verdict_has_a_reason():
+    linkage = folding_linkage(folding_of(Circuit.from_notation("hex:02234400").canonical(), 1))
+    (found,) = check([compile_scene(linkage, DEFAULT)])
+    assert found.verdict == "collides"
+    assert found.reason == f"panels 3 and 5 collide at {found.collision[0]:.4g} s"
+    still = replace(found, clear=True, collision=None, outcome="at rest", end_time=0.25)
+    assert (still.verdict, still.reason) == ("undecided", "at rest at 0.25 s, clear until then")
+    assert replace(still, outcome="flat").verdict == "deploys"
+    wild = replace(found, outcome="diverged", end_time=0.25)
+    assert (wild.verdict, wild.reason) == ("undecided", "diverged at 0.25 s, so nothing that it shows is certain")

@@ -1,0 +1,229 @@
+"""`hcsearch tune` as a person meets it."""
+
+import json
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from unittest.mock import Mock
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from hcsearch.cli import hcsearch
+from hcsearch.cli.tune import advice
+from hcsearch.deployment.checking import Check
+from hcsearch.errors import HcsearchError
+from hcsearch.scenes import SCENES
+from hcsearch.store import open_readonly, select
+from hcsearch.tuning.choice import SpringSet
+from hcsearch.tuning.robustness import Robustness
+from hcsearch.tuning.tuning import Tuning
+
+DESIGN = "hex:0233340501:3"
+QUICK = ("--evaluations", "30", "--samples", "4")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("HCSEARCH_DB", raising=False)
+    return tmp_path
+
+
+def run(*words, code=0):
+    result = CliRunner().invoke(hcsearch, words, catch_exceptions=False)
+    assert result.exit_code == code
+    return result.stdout
+
+
+def test_a_tuning_is_told_stored_and_replayed(folder):
+    words = ("tune", DESIGN, *QUICK, "--catalogue", "0.07,0.10", "--output", "found.toml", "--json")
+    found = json.loads(run(*words))
+    assert found["formulation"] == "constrained"
+    assert not found["interrupted"]
+    for name in ("best", "rounded"):
+        one = found[name]
+        assert one["confirmed"]
+        assert one["certified"] == "clear"
+        assert one["samples"] == 4
+        low, high = one["collision_interval_95"]
+        assert low <= one["collision_probability"] <= high
+    again = json.loads(run(*words))
+    assert again["known_before"] == again["evaluations"] == found["evaluations"]
+    assert again["best"] == found["best"]
+    replayed = json.loads(run("deploy", "found.toml", "--json"))
+    assert replayed["outcome"] == "flat"
+    assert replayed["clearance"] == "clear"
+    # printed with the digits that several tolerances agree on
+    assert replayed["flat_time_s"] == pytest.approx(found["rounded"]["flat_time_s"], rel=1e-3)
+    with open_readonly(str(folder / "hcsearch.sqlite")) as database:
+        rows = select(database, "outcome=flat clear", columns="subject,springs,clearance", view="evaluations").rows
+    assert rows
+    assert all(json.loads(row[0])["design"] == DESIGN for row in rows)
+
+
+def test_text_tells_each_set_and_each_hinge():
+    text = run("tune", DESIGN, *QUICK)
+    lines = text.splitlines()
+    assert lines[0].startswith("use                     tuned springs")
+    assert lines[1].split() == ["formulation", "constrained"]
+    assert lines[2].split() == ["springs,", "N", "m/rad", "0.001", "to", "0.2"]
+    assert lines[3].split() == ["seconds", "1"]
+    assert any(line.startswith("tuned") and "certified clear" in line and "of 4 samples" in line for line in lines)
+    table = lines[lines.index("") + 1 :]
+    assert table[0].split() == ["hinge", "panels", "start", "tuned", "N", "m/rad"]
+    assert len(table) == 1 + 8
+    again = run("tune", DESIGN, *QUICK).splitlines()
+    (counted,) = [line for line in again if line.startswith("evaluations")]
+    assert counted.endswith("of them known before")
+    assert again[:4] + again[5:] == lines[:4] + lines[5:]
+
+
+def test_files_give_the_scene_and_the_formulation():
+    Path("scene.toml").write_text(
+        f'design = "{DESIGN}"\nformulation = "compliant"\n[scene]\nseconds = 0.05\nspring = "linear:0.05"\n'
+    )
+    found = json.loads(run("tune", "scene.toml", "--evaluations", "4", "--samples", "0", "--json", code=1))
+    assert found["formulation"] == "compliant"
+    assert set(found["start"]["stiffness_N_m_rad"]) == {0.05}
+    assert not found["best"]["confirmed"]
+    assert found["use"].startswith("none: no set that was tried comes flat, certified clear")
+    assert found["seconds"] == 0.05
+    assert found["spring_range_N_m_rad"] == [0.0005, 0.1]
+
+
+def told(confirmed, failures, samples=64):
+    """What `tune` says first of a set with some failures among its samples."""
+    chance = None if samples is None else Robustness(samples, failures, failures)
+    check = Check("flat", 0.2, True, None, None, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1, 1, 1)
+    one = replace(SpringSet((0.1,), check), robustness=chance, deployment=Mock(deploys=confirmed))
+    return advice(Tuning(SCENES["default"], "constrained", (), one, one, None, 1, 0, False))
+
+
+def test_a_verdict_in_doubt_does_not_shine():
+    assert told(True, 0) == "tuned springs: flat, certified clear, in all 64 samples too"
+    assert told(True, 0, None) == "tuned springs: flat, certified clear"
+    assert told(True, 9).startswith("tuned springs, with care: 9 of 64 samples within the tolerances fail")
+    assert told(True, 55).startswith("none as built: 55 of 64 samples within the tolerances fail")
+    assert told(False, 0).startswith("none: no set that was tried")
+
+
+def test_the_range_of_springs_can_be_given():
+    words = ("tune", DESIGN, "--evaluations", "4", "--samples", "0", "--json", "--spring-range", "0.05,0.15")
+    result = CliRunner().invoke(hcsearch, words, catch_exceptions=False)
+    found = json.loads(result.stdout)
+    assert result.exit_code == (0 if found["best"]["confirmed"] else 1)
+    assert found["spring_range_N_m_rad"] == [0.05, 0.15]
+    assert all(0.05 <= value <= 0.15 for value in found["best"]["stiffness_N_m_rad"])
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (f"{DESIGN} --catalogue springs", "is no catalogue"),
+        (f"{DESIGN} --catalogue 0.5", "up to 0.2 N m/rad"),
+        (f"{DESIGN} --spread length=0.1", "is no tolerance"),
+        (f"{DESIGN} --spread mass=-0.1", "is no tolerance"),
+        (f"{DESIGN} --output found.csv", "write .toml"),
+        (f"{DESIGN} --output nowhere/found.toml", "there is no folder"),
+        (f"{DESIGN} --output folder.toml", "folder.toml is a folder: name a file"),
+        (f"{DESIGN} --spread mass=0.1 --spread mass=0.2", "--spread mass is given twice"),
+        (f"{DESIGN} --seconds 1e-300", "seconds cannot be 1e-300: give 1e-09 or more"),
+        (f"{DESIGN} --panel 1e-300x1x1", "from 0.001 to 1e+07 mm"),
+        (f"{DESIGN} --panel 50x50x0.1", "or thicker panels"),
+        (f"{DESIGN} --held free", "with a panel held"),
+        (f"{DESIGN} --spring-range 0.2,0.1", "the softest and the stiffest"),
+        (f"{DESIGN} --spring-range 0.001,0.05", "are no start of a search from 0.001 to 0.05"),
+        ("nothing", "there is no assembly"),
+    ],
+)
+def test_wrong_words_say_what_to_do(folder, words, message):
+    (folder / "folder.toml").mkdir()
+    result = CliRunner().invoke(hcsearch, ["tune", *shlex.split(words)])
+    assert isinstance(result.exception, HcsearchError), result.exception
+    assert message in str(result.exception)
+    assert result.stdout == ""
+    assert list(folder.glob("*.toml")) == [folder / "folder.toml"]
+
+
+@pytest.mark.parametrize("law", ["linear:0.1+0.02", "tape:0.2@0.05,0.03@0.01"])
+def test_springs_that_are_not_linear_are_refused(law):
+    Path("scene.toml").write_text(f'design = "{DESIGN}"\n[scene]\nspring = "{law}"\n')
+    result = CliRunner().invoke(hcsearch, ["tune", "scene.toml"])
+    assert "linear, without a preload" in str(result.exception)
+
+
+def test_ctrl_c_ends_it_as_other_commands_and_tells_what_was_found(folder):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "hcsearch", "tune", DESIGN, "--samples", "100000", "--db", "t.sqlite"],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # a test run in the background ignores the interrupt, and its children would too
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509 - no threads here
+    )
+    deadline = time.monotonic() + 120
+    while evaluations(folder / "t.sqlite") < 64:
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    told, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert said.splitlines()[-1].startswith("hcsearch: interrupted; work that is kept in a database")
+    assert "Traceback" not in said
+    lines = told.splitlines()
+    assert any(line.startswith("tuned") for line in lines)
+    assert len(lines[lines.index("") + 1 :]) == 1 + 8
+
+
+def evaluations(path):
+    """How many are stored."""
+    if not path.exists():
+        return 0
+    try:
+        with open_readonly(str(path)) as database:
+            return len(select(database, "", columns="subject", view="evaluations").rows)
+    except HcsearchError:  # still being made
+        return 0
+
+
+def test_ctrl_c_before_the_first_sets_are_known_tells_the_start(monkeypatch):
+    from hcsearch.tuning.search import Search
+
+    def pressed(self, start, first):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Search, "run", pressed)
+    result = CliRunner().invoke(hcsearch, ["tune", DESIGN, *QUICK, "--json"], standalone_mode=False)
+    assert isinstance(result.exception, click.Abort)
+    found = json.loads(result.stdout)
+    assert found["interrupted"]
+    assert found["best"] == found["start"]
+
+
+def test_ctrl_c_leaves_what_was_found(monkeypatch):
+    from hcsearch.tuning.ledger import Ledger
+
+    record, calls = Ledger.record, []
+
+    def pressed(self, found):
+        record(self, found)
+        calls.append(found)
+        if len(calls) == 4:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Ledger, "record", pressed)
+    result = CliRunner().invoke(hcsearch, ["tune", DESIGN, *QUICK, "--output", "found.toml"], standalone_mode=False)
+    assert isinstance(result.exception, click.Abort)
+    assert "tuned" in result.stdout
+    monkeypatch.setattr(Ledger, "record", record)
+    assert json.loads(run("deploy", "found.toml", "--json"))["outcome"] == "flat"
+    found = json.loads(run("tune", DESIGN, *QUICK, "--json"))
+    assert found["known_before"] >= sum(map(len, calls))

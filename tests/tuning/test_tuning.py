@@ -1,0 +1,262 @@
+"""The search for springs: what it finds is confirmed, the same arguments find the same, and it can be stopped."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hcsearch.collision.clearance import slack_of
+from hcsearch.deployment.checking import Check
+from hcsearch.deployment.deploying import deploy
+from hcsearch.deployment.scales import SOFTEST, STIFFEST
+from hcsearch.deployment.springs import scene_springs, tied_hinges
+from hcsearch.errors import HcsearchError
+from hcsearch.scenes import SCENES
+from hcsearch.tuning import tuning
+from hcsearch.tuning.evaluation import Evaluator, Own
+from hcsearch.tuning.objective import objective
+from hcsearch.tuning.robustness import Spread
+from hcsearch.tuning.search import APART, Search, spread_out, told
+from hcsearch.tuning.tuning import tune
+from tests.linkages import linkage_named
+
+DEFAULT = SCENES["default"]
+NAME = "hex:0233340501:3"
+GOOD = Check("flat", 0.4, True, None, 1e-3, 0.0, 0.001, 0.001, 0.01, 1e-6, 1e-7, 100, 1000, 500)
+QUICK = {"evaluations": 60, "samples": 6}
+
+
+@pytest.fixture(scope="module")
+def found():
+    return tune(linkage_named(NAME), DEFAULT, catalogue=(0.07, 0.10), **QUICK)
+
+
+def test_what_is_found_comes_flat_certified_clear(found):
+    linkage = linkage_named(NAME)
+    for one in (found.best, found.rounded):
+        assert one.confirmed
+        assert one.check.deploys
+        again = deploy(linkage, scene_springs(DEFAULT, one.stiffnesses), found.formulation, tolerance=1e-6)
+        assert (again.outcome, again.clearance.kind) == ("flat", "clear")
+        assert one.deployment.flat_time == again.flat_time
+        assert one.robustness.samples == 6
+    assert found.formulation == "constrained"
+    assert not found.interrupted
+
+
+def test_springs_keep_to_bounds_symmetry_and_catalogue(found):
+    for hinges in found.tied:
+        assert len({found.best.stiffnesses[hinge] for hinge in hinges}) == 1
+    assert min(found.best.stiffnesses) >= SOFTEST
+    assert max(found.best.stiffnesses) <= STIFFEST
+    assert set(np.round(found.rounded.stiffnesses, 9)) <= {0.0, 0.07, 0.1, 0.14, 0.17, 0.2}
+
+
+def test_the_same_arguments_find_the_same(found):
+    again = tune(linkage_named(NAME), DEFAULT, catalogue=(0.07, 0.10), **QUICK)
+    assert again.best.stiffnesses == found.best.stiffnesses
+    assert again.rounded.stiffnesses == found.rounded.stiffnesses
+    assert again.best.robustness == found.best.robustness
+    assert again.evaluations == found.evaluations
+
+
+def test_a_tuning_that_was_stopped_goes_on(found, monkeypatch):
+    memory = Stopping(after=4)
+    linkage = linkage_named(NAME)
+    stopped = tune(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
+    assert stopped.interrupted
+    assert stopped.best.robustness is None
+    known = len(memory.known)
+    memory.after = 10**9
+    whole = tune(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
+    assert whole.best.stiffnesses == found.best.stiffnesses
+    assert whole.recalled >= known > 0
+    monkeypatch.setattr("hcsearch.tuning.evaluation.check", None)
+    again = tune(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
+    assert again.best.stiffnesses == found.best.stiffnesses
+    assert again.recalled == again.evaluations
+
+
+class Stopping(Own):
+    """A memory during whose n-th note Ctrl-C is pressed."""
+
+    def __init__(self, after):
+        super().__init__()
+        self.after, self.known = after, {}
+
+    def record(self, found):
+        super().record(found)
+        self.known |= found
+        self.after -= 1
+        if self.after == 0:
+            raise KeyboardInterrupt
+
+
+@pytest.mark.slow
+@pytest.mark.long
+@pytest.mark.parametrize("scene", ["thesis", "default"])
+def test_the_array_of_the_thesis_comes_flat_certified_clear(scene):
+    linkage = linkage_named("thesis-4x4")
+    found = tune(linkage, SCENES[scene], samples=4)
+    assert found.start.check.clear is False
+    assert found.formulation == "compliant"
+    assert found.best.confirmed
+    again = deploy(linkage, scene_springs(SCENES[scene], found.best.stiffnesses), found.formulation)
+    assert (again.outcome, again.clearance.kind) == ("flat", "clear")
+
+
+def test_what_springs_that_close_loops_give_way_counts_in_the_objective_alone():
+    linkage = linkage_named("thesis-4x4")
+    tied = tied_hinges(linkage, DEFAULT)
+    springs = spread_out([0.1397, 0.0125, 0.1972, 0.1146, 0.0248, 0.0437, 0.1423], tied)
+    evaluator = Evaluator(linkage, DEFAULT, "compliant")
+    (quick,) = evaluator.of_springs([springs])
+    assert quick.deploys
+    assert evaluator.slack(quick) == pytest.approx(slack_of(linkage, quick.opening))
+    assert evaluator.value(quick) == objective(quick, evaluator.slack(quick)) > objective(quick)
+    exact = Evaluator(linkage, DEFAULT, "constrained")
+    assert exact.slack(quick) == 0.0
+
+
+class Bowl:
+    """An evaluator of a made-up array: clear where all springs are near some stiffness, the nearer the wider."""
+
+    formulation = "constrained"
+    scene = replace(DEFAULT, spring_range=(SOFTEST, STIFFEST))
+
+    def __init__(self, least):
+        self.least, self.asked = np.log(least), []
+
+    def value(self, check):
+        return objective(check)
+
+    def of_springs(self, sets):
+        self.asked += [tuple(one) for one in sets]
+        return [self._check(np.abs(np.log(one) - self.least).max()) for one in sets]
+
+    def _check(self, distance):
+        if distance < 0.5:
+            return replace(GOOD, gap=2e-3 * (1.0 - distance))
+        return replace(GOOD, clear=False, gap=None, speed=distance, remaining=0.5)
+
+
+TIED = ((0, 3), (1,), (2,))
+
+
+def searched(budget, seed=0, least=(0.02, 0.004, 0.15, 0.02)):
+    bowl, notes = Bowl(least), []
+    search = Search(bowl, TIED, budget, seed, lambda *note: notes.append(note))
+    start = np.full(4, 0.1)
+    search.run(start, tuning._first_generation(start, TIED, seed, (SOFTEST, STIFFEST)))
+    return bowl, search, notes
+
+
+def test_the_search_finds_the_way_into_a_bowl():
+    bowl, search, notes = searched(600)
+    assert bowl.asked[0] == (0.1,) * 4
+    assert search.best.check.gap > 1.5e-3
+    assert search.best.stiffnesses[0] == search.best.stiffnesses[3]
+    assert [done for done, _, _ in notes] == sorted(done for done, _, _ in notes)
+    assert notes[-1][2].startswith("flat, clear by")
+
+
+def test_the_search_keeps_to_its_budget_and_to_its_seed():
+    bowl, search, notes = searched(100)
+    assert len(bowl.asked) == search.spent == 100
+    assert notes[-1][:2] == (100, 100)
+    assert searched(100)[0].asked == bowl.asked
+    assert searched(100, seed=1)[0].asked != bowl.asked
+
+
+def test_candidates_are_the_best_and_differ():
+    _, search, _ = searched(600)
+    sets = search.candidates()
+    assert np.array_equal(sets[0], search.best.stiffnesses)
+    for i, one in enumerate(sets):
+        for other in sets[:i]:
+            assert np.abs(np.log(one / other)).max() > APART
+
+
+def test_the_search_leaves_the_shared_generator_alone():
+    before = np.random.get_state()[1].copy()
+    searched(60)
+    assert np.array_equal(np.random.get_state()[1], before)
+
+
+def test_tied_groups_are_spread_out_to_four_digits():
+    assert spread_out([0.123456, 0.1, 0.2], TIED).tolist() == [0.1235, 0.1, 0.2, 0.1235]
+
+
+def test_exact_closure_gives_way_where_it_keeps_arrays_shut():
+    linkage = linkage_named("thesis-4x4")
+    first = tuning._first_generation(np.full(12, 0.1), tied_hinges(linkage, DEFAULT), 0, (SOFTEST, STIFFEST))
+    chosen = tuning._evaluator(linkage, DEFAULT, None, first[:3], None)
+    assert chosen.formulation == "compliant"
+    assert tuning._evaluator(linkage, DEFAULT, "constrained", first, None).formulation == "constrained"
+
+
+def test_checks_are_told_in_a_few_words():
+    assert told(GOOD) == "flat, clear by 1 mm"
+    assert told(replace(GOOD, gap=None)) == "flat, clear"
+    assert told(replace(GOOD, clear=False)) == "flat, collides"
+    assert told(replace(GOOD, clear=None, outcome="moving")) == "moving, undecided"
+
+
+def test_a_set_without_samples_is_told_without_a_probability():
+    found = tune(linkage_named(NAME), DEFAULT, evaluations=20, samples=0, spread=Spread(0.1))
+    assert found.best.confirmed
+    assert found.best.robustness is None
+    assert found.rounded is None
+
+
+def test_deploys_wants_flat_and_clear():
+    linkage = linkage_named(NAME)
+    assert deploy(linkage, DEFAULT).deploys
+    assert not deploy(linkage, DEFAULT, certified=False).deploys
+    assert not deploy(linkage, replace(DEFAULT, seconds=0.01)).deploys
+
+
+def test_nothing_worse_than_the_start_is_told():
+    # its quick check, of a coarse simulation, cannot tell; precisely it comes flat and clear
+    found = tune(linkage_named("hex:0223335500:3"), DEFAULT, "constrained", evaluations=16, samples=0)
+    assert found.start.confirmed
+    assert found.best.confirmed
+
+
+@pytest.mark.parametrize("evaluations", [1, 5, 16, 40])
+def test_evaluations_are_counted_once_and_kept_to(evaluations):
+    class Counting(Own):
+        stored = 0
+
+        def record(self, found):
+            self.stored += len(found)
+            super().record(found)
+
+    memory = Counting()
+    found = tune(
+        linkage_named("square:0123:0"), DEFAULT, "constrained", evaluations=evaluations, samples=0, memory=memory
+    )
+    assert found.evaluations == memory.stored <= evaluations
+    assert found.recalled == 0
+    again = tune(
+        linkage_named("square:0123:0"), DEFAULT, "constrained", evaluations=evaluations, samples=0, memory=memory
+    )
+    assert again.recalled == again.evaluations == found.evaluations
+
+
+@pytest.mark.parametrize(
+    ("scene", "formulation", "message"),
+    [
+        (DEFAULT, "penalty", "not tuned in penalty: take constrained or compliant"),
+        (replace(DEFAULT, held="free"), None, "a panel held"),
+        (
+            replace(DEFAULT, spring="linear:1", spring_range=(0.001, 0.2)),
+            None,
+            "no start of a search from 0.001 to 0.2",
+        ),
+        (replace(DEFAULT, spring="linear:-1"), None, "no start of a search"),
+    ],
+)
+def test_what_cannot_be_tuned_is_refused(scene, formulation, message):
+    with pytest.raises(HcsearchError, match=message):
+        tune(linkage_named(NAME), scene, formulation)

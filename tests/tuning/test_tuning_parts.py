@@ -1,0 +1,295 @@
+"""The parts of a tuning: objective, catalogue springs, samples of the tolerances, evaluations that are kept."""
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import beta
+
+from hcsearch.deployment.checking import Check, check, solids_of
+from hcsearch.deployment.compiling import compile_scene
+from hcsearch.deployment.scales import settled
+from hcsearch.deployment.scene_files import file_text, read_file, scene_in, scene_named
+from hcsearch.deployment.springs import scene_springs, stiffnesses_of, tied_hinges, with_springs
+from hcsearch.errors import HcsearchError
+from hcsearch.scenes import SCENES, Scene
+from hcsearch.store import open_database, select
+from hcsearch.tuning.catalogue import catalogue_levels, descend, nearest_levels, neighbours
+from hcsearch.tuning.evaluation import SOFT, STRICT, TOLERANCES, Evaluator
+from hcsearch.tuning.ledger import Ledger
+from hcsearch.tuning.objective import AMPLE, SPEED, objective
+from hcsearch.tuning.robustness import Robustness, Spread, counted, most_robust, sampled
+from tests.linkages import linkage_named
+
+DEFAULT = SCENES["default"]
+GOOD = Check("flat", 0.4, True, None, 1e-3, 0.0, 0.001, 0.001, 0.01, 1e-6, 1e-7, 100, 1000, 500)
+HIT = replace(GOOD, clear=False, collision=(0.2, (0, 3)), gap=None, speed=0.5, remaining=0.3)
+SMALL = "hex:023350:1"
+
+checks = st.builds(
+    Check,
+    outcome=st.sampled_from(("flat", "moving", "at rest", "jammed", "diverged", "out of steps")),
+    end_time=st.just(0.4),
+    clear=st.sampled_from((True, False, None)),
+    collision=st.none(),
+    gap=st.none() | st.floats(0.0, 0.1),
+    speed=st.floats(0.0, 10.0),
+    remaining=st.floats(0.0, 1.0),
+    end_remaining=st.floats(0.0, 1.0),
+    widest=st.just(1.0),
+    drift=st.just(0.0),
+    opening=st.just(0.0),
+    steps=st.just(1),
+    evaluations=st.just(1),
+    looks=st.just(1),
+)
+
+
+@given(checks)
+def test_only_what_comes_flat_and_clear_is_at_most_nothing(one):
+    assert (objective(one) <= 0.0) == one.deploys
+    assert objective(one) >= -1.0
+
+
+@given(checks, st.floats(0.01, 1.0))
+def test_faster_earlier_and_less_open_is_worse(one, more):
+    if not one.deploys:
+        assert objective(replace(one, remaining=one.remaining + more)) > objective(one)
+        assert objective(replace(one, outcome="flat", clear=True)) < 1.0 <= objective(one)
+    if one.clear is not True:
+        assert objective(replace(one, speed=one.speed + more)) > objective(one)
+        # what comes after a collision counts for nothing
+        assert objective(replace(one, end_remaining=one.end_remaining + more)) == objective(one)
+
+
+@given(checks, st.floats(0.0, 1.0), st.floats(0.0, 1.0))
+def test_what_loops_give_way_lessens_the_gap_and_no_more(one, slack, more):
+    assert objective(one, slack + more) >= objective(one, slack)
+    assert (objective(one, slack) < 1.0) == one.deploys
+
+
+def test_the_objective_is_the_thesis_one_where_that_speaks():
+    assert objective(replace(GOOD, gap=0.5 * AMPLE)) == pytest.approx(-0.5)
+    assert objective(replace(GOOD, gap=None)) == objective(replace(GOOD, gap=7 * AMPLE)) == -1.0
+    assert objective(HIT) == pytest.approx(1.0 + 0.5 / SPEED + 0.3)
+    assert objective(replace(GOOD, gap=0.5 * AMPLE), 0.2 * AMPLE) == pytest.approx(-0.3)
+    assert objective(replace(HIT, speed=math.nan)) == objective(replace(HIT, remaining=math.inf)) == 10.0
+
+
+def test_catalogue_levels_are_none_one_or_two_springs():
+    assert catalogue_levels((0.07, 0.10), 0.2) == pytest.approx((0.0, 0.07, 0.10, 0.14, 0.17, 0.20))
+    assert catalogue_levels((0.15,), 0.2) == (0.0, 0.15)
+    for bad in ((), (0.0,), (0.3,), (-0.1,)):
+        with pytest.raises(HcsearchError, match="catalogue"):
+            catalogue_levels(bad, 0.2)
+    assert nearest_levels([0.001, 0.06, 0.19], (0.0, 0.07, 0.2)) == (0, 1, 2)
+
+
+@given(st.lists(st.integers(0, 4), min_size=1, max_size=4).map(tuple))
+def test_neighbours_are_one_level_off(chosen):
+    found = neighbours(chosen, 5)
+    naive = [
+        other
+        for other in itertools.product(range(5), repeat=len(chosen))
+        if sum(abs(a - b) for a, b in zip(chosen, other, strict=True)) == 1
+    ]
+    assert sorted(found) == sorted(naive)
+
+
+def test_a_descent_finds_the_least_of_a_bowl_and_keeps_to_its_budget():
+    asked = []
+
+    def costs(sets):
+        asked.extend(sets)
+        return [sum((a - b) ** 2 for a, b in zip(one, (3, 1, 4), strict=True)) for one in sets]
+
+    seen = descend([(0, 0, 0), (0, 0, 0)], 6, costs, budget=60)
+    assert min(seen, key=seen.__getitem__) == (3, 1, 4)
+    assert len(asked) == len(set(asked)) == len(seen) < 60 + 6
+
+
+def test_a_descent_ends_when_all_is_known():
+    assert len(descend([(0, 0)], 3, lambda sets: [0.0] * len(sets), budget=1000)) == 9
+
+
+@given(st.integers(1, 200).flatmap(lambda n: st.tuples(st.just(n), st.integers(0, n))))
+def test_the_interval_is_clopper_and_pearsons(counts):
+    samples, hits = counts
+    low, high = Robustness(samples, hits, hits).interval
+    assert low == pytest.approx(beta.ppf(0.025, hits, samples - hits + 1) if hits else 0.0)
+    assert high == pytest.approx(beta.ppf(0.975, hits + 1, samples - hits) if hits < samples else 1.0)
+
+
+def test_samples_are_spread_as_told_and_the_same_for_a_seed():
+    spread = Spread(stiffness=0.05, damping=0.1, mass=0.02, start=0.002)
+    scenes = sampled(DEFAULT, [0.1, 0.0], spread, 2000, seed=3)
+    linkage = linkage_named(SMALL)
+    springs = np.array([[float(law.removeprefix("linear:")) for _, law in scene.springs] for scene in scenes])
+    assert np.log(springs[:, 0]).std() == pytest.approx(0.05, rel=0.1)
+    assert not springs[:, 1].any()
+    assert np.log([scene.damping_time for scene in scenes]).std() == pytest.approx(0.1, rel=0.1)
+    assert np.log([scene.density for scene in scenes]).std() == pytest.approx(0.02, rel=0.1)
+    starts = DEFAULT.start - np.array([scene.start for scene in scenes])
+    assert starts.min() >= 0.0
+    assert math.sqrt((starts**2).mean()) == pytest.approx(0.002, rel=0.1)
+    assert sampled(DEFAULT, [0.1, 0.0], spread, 20, seed=3) == scenes[:20]
+    still = sampled(DEFAULT, [0.1] * linkage.n_hinges, Spread(0.0, 0.0, 0.0, 0.0), 2, seed=0)
+    assert still == [scene_springs(DEFAULT, [0.1] * linkage.n_hinges)] * 2
+
+
+def test_samples_are_counted_by_what_became_of_them():
+    found = counted([GOOD, HIT, replace(GOOD, clear=None), replace(GOOD, outcome="moving")])
+    assert (found.samples, found.collisions, found.failures) == (4, 2, 3)
+    assert found.probability == 0.5
+    assert found.interval[0] < 0.5 < found.interval[1]
+    assert found.failure_interval[1] > found.interval[1]
+
+
+class Sure:
+    """An evaluator of which the first spring says after how many samples a set fails."""
+
+    scene = DEFAULT
+
+    def __init__(self):
+        self.asked = 0
+
+    def of_scenes(self, scenes):
+        self.asked += len(scenes)
+        chance = [float(scene.springs[0][1].removeprefix("linear:")) for scene in scenes]
+        return [HIT if k % 10 < 10 * p else GOOD for k, p in enumerate(chance)]
+
+
+def test_few_samples_tell_which_sets_get_more():
+    evaluator, sets = Sure(), [[0.9], [0.5], [0.1], [0.7]]
+    still = Spread(0.0, 0.0, 0.0, 0.0)
+    found = most_robust(evaluator, sets, still, ((4, 10), (2, 20)), seed=0)
+    assert [(k, chance.failures) for k, chance in found] == [(2, 2), (1, 10)]
+    assert evaluator.asked == 4 * 10 + 2 * 20
+
+
+@pytest.mark.parametrize("name", ["thesis-4x4", "square:01222300:3", SMALL])
+def test_tied_hinges_are_mirror_images_and_all_there(name):
+    linkage = linkage_named(name)
+    tied = tied_hinges(linkage, DEFAULT)
+    assert sorted(itertools.chain(*tied)) == list(range(linkage.n_hinges))
+    compiled = compile_scene(linkage, DEFAULT)
+    for hinges in tied:
+        assert len({compiled.joint_of[hinge] for hinge in hinges}) == 1 or compiled.factor == 1.0
+
+
+def test_thesis_hinges_are_tied_as_in_its_figure():
+    tied = tied_hinges(linkage_named("thesis-4x4"), DEFAULT)
+    assert tied == ((0, 11), (1, 10), (2, 9), (3, 8), (4, 7), (5,), (6,))
+
+
+def test_stiffnesses_are_read_from_laws():
+    linkage = linkage_named(SMALL)
+    scene = replace(DEFAULT, springs=((1, "linear:0.2"), (2, "2*linear:0.05")))
+    assert stiffnesses_of(linkage, scene)[:4] == pytest.approx([0.1, 0.2, 0.1, 0.1])
+    values = [0.01 * k for k in range(linkage.n_hinges)]
+    assert stiffnesses_of(linkage, scene_springs(DEFAULT, values)) == pytest.approx(values)
+    for bad in ("linear:0.1+0.02", "quadratic:0.1,0.1", "tape:0.2@0.05,0.03@0.01"):
+        with pytest.raises(HcsearchError, match="linear, without a preload"):
+            stiffnesses_of(linkage, replace(DEFAULT, spring=bad))
+    with pytest.raises(HcsearchError, match="there is no hinge 99"):
+        stiffnesses_of(linkage, replace(DEFAULT, springs=((99, "linear:0.1"),)))
+
+
+def test_an_evaluation_is_the_check_of_its_scene():
+    linkage = linkage_named("square:01222300:3")
+    evaluator = Evaluator(linkage, DEFAULT, "constrained")
+    rng = np.random.default_rng(0)
+    tied = tied_hinges(linkage, DEFAULT)
+    sets = []
+    for _ in range(3):
+        one = np.empty(linkage.n_hinges)
+        for hinges in tied:
+            one[list(hinges)] = rng.uniform(0.01, 0.2)
+        sets.append(one)
+    scene = settled(DEFAULT, linkage)  # the scene gives the time, whatever springs are tried
+    scenes = [compile_scene(linkage, scene_springs(scene, one), keep=frozenset({"stops"})) for one in sets]
+    rules = {"tolerance": TOLERANCES["constrained"], "whole": False}
+    naive = [check([one], solids=[solids_of(one, STRICT * scene.margin)], **rules)[0] for one in scenes]
+    assert evaluator.of_springs(sets) == naive
+    assert (evaluator.done, evaluator.recalled) == (3, 0)
+    assert evaluator.of_springs(sets) == naive
+    assert (evaluator.done, evaluator.recalled) == (3, 0)  # each once
+    assert evaluator.of_scenes([scene_springs(scene, sets[0])]) == naive[:1]
+
+
+def test_compliant_scenes_are_searched_with_soft_stops():
+    scene = Evaluator(linkage_named(SMALL), DEFAULT, "compliant").scene
+    plain = settled(DEFAULT, linkage_named(SMALL))
+    assert scene == replace(plain, **SOFT)
+    assert Evaluator(linkage_named(SMALL), DEFAULT, "constrained").scene == plain
+
+
+def test_what_is_stored_is_not_computed_again(tmp_path, monkeypatch):
+    linkage, scene = linkage_named(SMALL), replace(DEFAULT, seconds=0.05)
+    sets = [[0.1] * linkage.n_hinges, [0.05] * linkage.n_hinges]
+    with open_database(str(tmp_path / "a.sqlite"), create=True) as database:
+        found = Evaluator(linkage, scene, "constrained", Ledger(database, "small")).of_springs(sets)
+        assert len(select(database, view="evaluations").rows) == 2
+        monkeypatch.setattr("hcsearch.tuning.evaluation.check", None)
+        again = Evaluator(linkage, scene, "constrained", Ledger(database, "small"))
+        assert again.of_springs(sets[::-1]) == found[::-1]
+        assert again.recalled == 2
+        for changed in (replace(scene, seconds=0.04), replace(scene, gravity=(0.0, 0.0, 1.0))):
+            with pytest.raises(TypeError, match="not callable"):
+                Evaluator(linkage, changed, "constrained", Ledger(database, "small")).of_springs(sets)
+        with pytest.raises(TypeError, match="not callable"):
+            Evaluator(linkage, scene, "constrained", Ledger(database, "other")).of_springs(sets)
+
+
+@given(checks)
+def test_checks_come_back_as_they_were_stored(one):
+    from hcsearch.tuning.evaluation import Key
+    from hcsearch.tuning.ledger import check_of
+
+    with_time = replace(one, collision=(0.1, (2, 5)) if one.clear is False else None)
+    row = Ledger.row("subject", Key("setting", "0.1"), with_time)
+    assert check_of(row) == with_time
+
+
+def test_numbers_that_overflowed_are_stored_as_nothing():
+    from hcsearch.tuning.evaluation import Key
+    from hcsearch.tuning.ledger import check_of
+
+    one = replace(HIT, outcome="diverged", drift=math.inf, speed=math.nan)
+    row = Ledger.row("subject", Key("setting", "0.1"), one)
+    assert row["drift"] is row["speed"] is None
+    assert math.isnan(check_of(row).drift)
+
+
+@pytest.mark.parametrize("name", sorted(SCENES))
+def test_files_read_back_to_the_same_scene(tmp_path, name):
+    scene = scene_springs(replace(scene_named(name), restitution=0.25), [0.1, 0.0, 0.0123])
+    scene = replace(scene, panel=(0.05, 0.05, 0.006), flat_pairs="hinged", merge=True)
+    facts = {"design": "hex:0234550132:4"}
+    path = tmp_path / "found.toml"
+    path.write_text(file_text(facts, "compliant", scene))
+    found = read_file(str(path))
+    assert scene_in(found) == scene
+    assert found.pop("scene")["restitution"] == 0.25
+    kept = {"panel_mm": "50x50x6", "flat_pairs": "hinged", "merge": True, "formulation": "compliant"}
+    assert found == facts | kept | ({} if name == "default" else {"name": name})
+    path.write_text(file_text({"assembly": "unit-i", "parameters": {"alpha": 65.0}}, "constrained", Scene()))
+    assert read_file(str(path)) == {"assembly": "unit-i", "formulation": "constrained", "parameters": {"alpha": 65.0}}
+
+
+def test_a_file_with_an_unknown_formulation_is_refused(tmp_path):
+    path = tmp_path / "bad.toml"
+    path.write_text('design = "hex:0234550132:4"\nformulation = "exact"\n')
+    with pytest.raises(HcsearchError, match="write one of constrained, compliant"):
+        read_file(str(path))
+
+
+def test_with_springs_of_one_joint_for_two_hinges_is_that_of_both():
+    linkage = linkage_named("thesis-4x4")
+    compiled = compile_scene(linkage, DEFAULT, keep=frozenset({"stops"}))
+    found = with_springs(compiled, np.full(compiled.system.n_joints, 0.05))
+    assert stiffnesses_of(linkage, found.scene) == pytest.approx(np.full(12, 0.05))
