@@ -8,11 +8,19 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from hcsearch.errors import OutputError
+from hcsearch.errors import HcsearchError, OutputError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 DEFAULT_FOLDER = "reports"
 """The only folder that is made for an output when it is missing, in the current folder."""
+
+TABLES = (".csv", ".npz", ".parquet")
+"""Endings of files that tables of a motion are written to."""
+PICTURES = (".svg", ".png", ".pdf")
 
 _SQLITE = b"SQLite format 3\0"
 _OURS = b"hcSF"  # the application id in the header of our databases, `store.schema`
@@ -80,6 +88,22 @@ def write_output(path: str | Path, text: str, endings: tuple[str, ...] = ()) -> 
     """Write a text as UTF-8 to a file, as `replacing` does; what is no text becomes a question mark."""
     with replacing(path, endings) as part:
         part.write_bytes(text.encode(errors="replace"))
+
+
+def write_table(path: str | Path, table: pd.DataFrame, endings: tuple[str, ...] = TABLES) -> None:
+    """Write a table to a file by its ending; Parquet needs the extra `parquet`."""
+    with replacing(path, endings) as part:
+        if part.suffix == ".csv":
+            table.to_csv(part, index=False)
+        elif part.suffix == ".npz":
+            import numpy as np  # noqa: PLC0415 - commands start without it
+
+            np.savez_compressed(part, allow_pickle=False, **{str(name): table[name].to_numpy() for name in table})
+        else:
+            try:
+                table.to_parquet(part, index=False)
+            except ImportError as error:
+                raise HcsearchError("Parquet needs an extra: pip install 'hcsearch[parquet]', or write .csv") from error
 
 
 @contextmanager

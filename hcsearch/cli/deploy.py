@@ -10,7 +10,7 @@ from click.core import ParameterSource
 
 from hcsearch.cli.subjects import read_subject, subject_options
 from hcsearch.errors import HcsearchError
-from hcsearch.outputs import check_output
+from hcsearch.outputs import PICTURES, TABLES, check_output, write_table
 from hcsearch.vocabulary import FORMULATIONS, INTEGRATORS
 
 
@@ -49,14 +49,15 @@ def deploy(subject: str, as_json: bool, **options: Any) -> None:
 
     Exit code: 0 where it deploys, flat and certified clear; 1 where it does not, or that is open; 2 for wrong input.
     """
-    from hcsearch.deployment import telling
+    from hcsearch.deployment import facts, pictures
     from hcsearch.deployment.agreement import confirmed
     from hcsearch.deployment.deploying import deploy as simulated
+    from hcsearch.deployment.savings import savings
 
     if options["output"]:
-        check_output(options["output"], telling.FORMATS)
+        check_output(options["output"], TABLES)
     if options["picture"]:
-        check_output(options["picture"], telling.PICTURES)
+        check_output(options["picture"], PICTURES)
     found = read_subject(subject, options | _own_springs(options))
     method, formulation = options["method"], options["formulation"] or found.formulation or "constrained"
     if found.drives is not None and options["explain"]:
@@ -70,13 +71,13 @@ def deploy(subject: str, as_json: bool, **options: Any) -> None:
     )
     # under position control the flat time is the drives' own
     agreement = None if found.drives is not None else confirmed(deployment, method=method, tolerance=tolerance)
-    told = telling.facts(deployment, agreement)
+    told = facts.facts(deployment, agreement)
     if options["explain"]:
-        told["saved"] = telling.savings(deployment, method=method, tolerance=options["tolerance"])
+        told["saved"] = savings(deployment, method=method, tolerance=options["tolerance"])
     if options["output"]:
-        telling.save_table(deployment, options["output"])
+        write_table(options["output"], facts.table(deployment))
     if options["picture"]:
-        telling.picture(deployment, options["picture"], f"{subject}: {told['verdict']}, {told['reason']}")
+        pictures.picture(deployment, options["picture"], f"{subject}: {told['verdict']}, {told['reason']}")
     if as_json:
         click.echo(json.dumps(told, indent=2, allow_nan=False))
     else:

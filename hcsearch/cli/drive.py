@@ -10,7 +10,7 @@ import click
 from hcsearch.cli.options import Number
 from hcsearch.cli.subjects import folding_options, read_folding
 from hcsearch.errors import HcsearchError
-from hcsearch.outputs import check_output
+from hcsearch.outputs import PICTURES, check_output
 
 
 @click.command(
@@ -73,11 +73,10 @@ def drive(subject: str, as_json: bool, **options: Any) -> None:
     Exit code: 0 if the driven motion comes flat, certified clear; 1 if it does not, or if no path is proved; 2 for
     wrong input.
     """
-    from hcsearch.deployment.telling import PICTURES
-    from hcsearch.drive import driving, telling
+    from hcsearch.drive import driving, facts, files, pictures
 
     for path in options["outputs"]:
-        check_output(path, (*telling.TABLES, *telling.SCENES))
+        check_output(path, (*files.TABLES, *files.SCENES))
     if options["picture"]:
         check_output(options["picture"], PICTURES)
     wishes = _wishes(options)
@@ -93,12 +92,12 @@ def drive(subject: str, as_json: bool, **options: Any) -> None:
         click.get_current_context().exit(1)
     found = driving.drive(folding, scene, motion, wishes)
     for path in options["outputs"]:
-        telling.save(found, path)
+        files.save(found, path)
     if options["picture"]:
-        telling.picture(found, options["picture"])
-    told = telling.facts(found)
+        pictures.picture(found, options["picture"])
+    told = facts.facts(found)
     if options["latches"]:
-        told |= telling.latch_facts(*driving.released(found))
+        told |= facts.latch_facts(*driving.released(found))
     if as_json:
         click.echo(json.dumps(told, indent=2, allow_nan=False))
     else:

@@ -1,8 +1,8 @@
 """Whether a motion is clear of collisions at all of its times, certified, and its smallest gap.
 
 Clear means: panels shrunk by a margin on every face do not overlap at any time; pairs that the stops of their hinge
-keep apart (`kept_apart`) may be left out. Between the states of a motion fold angles are polynomials, and panels are
-placed by a tree of hinges; what that leaves open of the loops is asked for as slack (docs/collision.md).
+keep apart (`solids.kept_apart`) may be left out. Between the states of a motion fold angles are polynomials, and panels
+are placed by a tree of hinges; what that leaves open of the loops is asked for as slack (docs/collision.md).
 """
 
 from __future__ import annotations
@@ -16,41 +16,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.penetration import deepest_margin, prisms_of
-from hcsearch.errors import HcsearchError
+from hcsearch.collision.margins import MARGIN, RESOLUTION
+from hcsearch.collision.solids import Solids, solids_of
 from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES, Answer, Search, judge
 from hcsearch.kernels.collision.dips import smallest_dip
 from hcsearch.kernels.collision.intervals import Course
-from hcsearch.kernels.linkage.prisms import Prisms
-from hcsearch.kernels.linkage.reaches import Pairs, pairs_between
 from hcsearch.linkage import Linkage
-from hcsearch.pattern import SAME, Hinge
 
 Reals = NDArray[np.float64]
-
-EDGE = 0.05
-"""Longest edge of the panels that `MARGIN` and `RESOLUTION` are of, m; for others they are in proportion."""
-MARGIN = 1e-4
-"""Panels are shrunk by this on every face (m), unless another margin is given."""
-RESOLUTION = 5e-5
-"""A smallest gap is known to this (m)."""
-
-
-def scale_of(linkage: Linkage) -> float:
-    """The longest edge of a linkage's facets over `EDGE`, to ten digits: rounding of corners is no other size."""
-    facets = linkage.pattern.facets
-    longest = max(math.dist(start, end) for facet in facets for start, end in pairwise((*facet, facet[0])))
-    return float(f"{longest / EDGE:.10g}")
-
-
-def margin_of(linkage: Linkage) -> float:
-    """The margin in proportion to the panels, m."""
-    return MARGIN * scale_of(linkage)
-
-
-def resolution_of(linkage: Linkage) -> float:
-    """The resolution of a smallest gap in proportion to the panels, m."""
-    return RESOLUTION * scale_of(linkage)
 
 
 @dataclass(frozen=True)
@@ -91,20 +64,17 @@ def certify(
     apart : pairs of panels, the lower number first, that are left out. measured : whether the smallest gap of a clear
     motion is wanted.
     """
-    certificate = _Certificate(linkage, margin, resolution, apart)
-    if not len(certificate.pairs.prisms) or len(course.times) < 2:
+    solids = solids_of(linkage, margin, apart)
+    if not len(solids.pairs.prisms) or len(course.times) < 2:
         return Clearance("clear", margin, None, None, None, 0)
-    return certificate.of(course, slack, measured)
+    return _Certificate(linkage, solids, resolution).of(course, slack, measured)
 
 
 class _Certificate:
     """The search of one motion for collisions."""
 
-    def __init__(self, linkage: Linkage, margin: float, resolution: float, apart: Collection[tuple[int, int]]) -> None:
-        self.linkage, self.margin, self.resolution = linkage, margin, resolution
-        self.deepest = check_margin(linkage, margin)
-        self.prisms, self.shrunk = prisms_of(linkage), prisms_of(linkage, margin)
-        self.pairs = pairs_of(linkage, self.prisms, apart)
+    def __init__(self, linkage: Linkage, solids: Solids, resolution: float) -> None:
+        self.linkage, self.solids, self.resolution = linkage, solids, resolution
 
     def of(self, course: Course, slack: float | Reals, measured: bool) -> Clearance:
         """As `certify`."""
@@ -124,123 +94,20 @@ class _Certificate:
             return replace(undecided, looks=looks)
         gap = math.inf
         if measured:  # where pairs come back to shows in the whole motion only
-            chain, threshold = self.linkage.chain, 2.0 * float(self.margin)
-            gap, more = smallest_dip(chain, self.prisms, self.pairs, course, threshold, self.resolution)
+            chain, own_solids = self.linkage.chain, self.solids
+            threshold = 2.0 * own_solids.margin
+            gap, more = smallest_dip(chain, own_solids.prisms, own_solids.pairs, course, threshold, self.resolution)
             gap, looks = max(gap - float(own.max()), 0.0), looks + more
-        return Clearance("clear", self.margin, None, None, gap if math.isfinite(gap) else None, looks)
+        return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, looks)
 
     def _judged(self, course: Course, slack: float, measured: bool) -> Clearance:
         answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.zeros(1), np.zeros(1, np.int64))
-        wanted = Search(slack, float(self.margin), self.deepest, self.resolution)
-        verdict = judge(self.linkage.chain, self.prisms, self.shrunk, self.pairs, course, wanted, measured, answer)
+        own = self.solids
+        wanted = Search(slack, own.margin, own.deepest, self.resolution)
+        verdict = judge(self.linkage.chain, own.prisms, own.shrunk, own.pairs, course, wanted, measured, answer)
         looks, gap = int(answer.looks[0]), float(answer.gaps[0])
         if verdict == CLEAR:
-            return Clearance("clear", self.margin, None, None, gap if math.isfinite(gap) else None, looks)
-        one, two = sorted(self.linkage.pattern.panel_of[facet] for facet in self.pairs.prisms[answer.pairs[0]])
+            return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, looks)
+        one, two = sorted(self.linkage.pattern.panel_of[facet] for facet in own.pairs.prisms[answer.pairs[0]])
         kind: Literal["collides", "undecided"] = "collides" if verdict == COLLIDES else "undecided"
-        return Clearance(kind, self.margin, float(answer.times[0]), (one, two), None, looks)
-
-
-def pairs_of(linkage: Linkage, prisms: Prisms, apart: Collection[tuple[int, int]] = ()) -> Pairs:
-    """The pairs of facets of different panels but those left out, and the hinges between their panels.
-
-    prisms : of all facets, not shrunk.
-    """
-    panels = np.array(linkage.pattern.panel_of)
-    first, second = np.triu_indices(len(panels), 1)
-    low, high = np.minimum(panels[first], panels[second]), np.maximum(panels[first], panels[second])
-    n = linkage.n_panels
-    wanted = (low != high) & ~np.isin(low * n + high, [one * n + two for one, two in apart])
-    return pairs_between(linkage.chain, prisms, np.column_stack([first[wanted], second[wanted]]))
-
-
-def kept_apart(linkage: Linkage) -> frozenset[tuple[int, int]]:
-    """Pairs of panels, the lower first, that cannot overlap while a hinge between them is within its stops.
-
-    Each lies on one side of the hinge's line in the flat pattern, so that both lie in quarters about that line, which
-    only touch at fold angles from 0 to pi (docs/collision.md). Panels that reach across the line are not among them.
-    """
-    pattern, found = linkage.pattern, set()
-    same = SAME * pattern.size
-
-    def beside(panel: int, hinge: Hinge) -> Reals:
-        """How far to the left of a hinge's line the corners of a panel are."""
-        start = np.array(hinge.start)
-        along = (np.array(hinge.end) - start) / math.dist(hinge.start, hinge.end)
-        corners = np.array([corner for facet in pattern.panels[panel] for corner in pattern.facets[facet]]) - start
-        left: Reals = along[0] * corners[:, 1] - along[1] * corners[:, 0]
-        return left
-
-    for hinge in pattern.hinges:
-        if beside(hinge.first, hinge).min() >= -same and beside(hinge.second, hinge).max() <= same:
-            found.add((min(hinge.first, hinge.second), max(hinge.first, hinge.second)))
-    return frozenset(found)
-
-
-def slack_of(linkage: Linkage, gap: float) -> float:
-    """What panels may be elsewhere (m) where loops are open by a gap (rad, or over the pattern's size).
-
-    A panel that is reached the other way around a loop is turned by up to sqrt(3) gaps about a point of the loop, from
-    which no panel is further than the longest way, and moved by as much times the size. The rest of the factor is for
-    what lies between the places at which gaps are looked for.
-    """
-    if not linkage.loops:
-        return 0.0
-    return 2.0 * len(linkage.loops) * (longest_way(linkage) + linkage.pattern.size) * gap
-
-
-def longest_way(linkage: Linkage) -> float:
-    """What no two corners are further apart, however the hinges are folded (m).
-
-    The greatest length of the shortest ways from corner to corner that are straight in each panel and go over from one
-    to the next at an end of their hinge: panels are rigid, so such a way keeps its length.
-    """
-    pattern = linkage.pattern
-    ends, panels = [], []
-    for own, point in zip(pattern.hinges, linkage.points, strict=True):
-        ends += [(*own.start, point[2]), (*own.end, point[2])]
-        panels += 2 * [(own.first, own.second)]
-    points, sides = np.array(ends), np.array(panels)
-    shared = (sides[:, None, :, None] == sides[None, :, None, :]).any(axis=(2, 3))
-    ways = np.where(shared, np.linalg.norm(points[:, None] - points, axis=2), np.inf)
-    for k in range(len(points)):  # Floyd and Warshall's shortest paths
-        ways = np.minimum(ways, ways[:, k, None] + ways[k])
-    corners, owners = [], []
-    for panel, facets in enumerate(pattern.panels):
-        for x, y in (corner for facet in facets for corner in pattern.facets[facet]):
-            corners += [(x, y, 0.0), (x, y, pattern.thickness)]
-            owners += 2 * [panel]
-    own_ends = (sides[None] == np.array(owners)[:, None, None]).any(axis=2)
-    first = np.where(own_ends, np.linalg.norm(np.array(corners)[:, None] - points, axis=2), np.inf)
-    return float(_by_way_of(_by_way_of(first, ways), first.T).max())
-
-
-def reaches(linkage: Linkage) -> Reals:
-    """How far corners of the two panels of each hinge are from its line at most (m), (n_hinges,)."""
-    pattern, found = linkage.pattern, np.zeros(linkage.n_hinges)
-    for k, hinge in enumerate(pattern.hinges):
-        for panel in (hinge.first, hinge.second):
-            corners = np.array([corner for facet in pattern.panels[panel] for corner in pattern.facets[facet]])
-            ways = corners - linkage.points[k, :2]
-            across = linkage.directions[k, 0] * ways[:, 1] - linkage.directions[k, 1] * ways[:, 0]
-            found[k] = max(found[k], math.hypot(float(np.abs(across).max()), pattern.thickness))
-    return found
-
-
-def _by_way_of(before: Reals, after: Reals) -> Reals:
-    """Shortest ways in two parts, shape (i, j), from those to places, (i, k), and those from the places, (k, j)."""
-    shortest = np.full((len(before), after.shape[1]), np.inf)
-    for k in range(len(after)):
-        np.minimum(shortest, before[:, k, None] + after[k], out=shortest)
-    return shortest
-
-
-def check_margin(linkage: Linkage, margin: float) -> float:
-    """Refuse a margin that leaves nothing of a panel, or none between panels that touch; the least that is too much."""
-    most = deepest_margin(linkage)
-    if not 0.0 < margin < most:
-        raise HcsearchError(
-            f"a margin of {1e3 * margin:g} mm is none or leaves nothing of a panel: "
-            f"give more than 0 and less than {1e3 * most:.4g} mm as margin_mm of a scene file, or thicker panels"
-        )
-    return most
+        return Clearance(kind, self.solids.margin, float(answer.times[0]), (one, two), None, looks)

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from hcsearch.deployment.checking import Check
-from hcsearch.deployment.deploying import STEPS, Deployment, run
+from hcsearch.deployment.deploying import Deployment, run
+from hcsearch.deployment.outcomes import STEPS
 from hcsearch.dynamics.simulation import loose_states
 from hcsearch.vocabulary import Formulation, Outcome, Verdict
 

@@ -8,7 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from hcsearch.deployment.deploying import FLAT, Deployment
+from hcsearch.deployment.deploying import Deployment
+from hcsearch.deployment.outcomes import FLAT
 
 TOGETHER = 1e-4
 """Hinges that arrive within this of one another (s) arrive together: mirror images do, but for rounding."""

@@ -12,17 +12,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import check_margin, pairs_of, resolution_of, slack_of
-from hcsearch.collision.penetration import prisms_of
+from hcsearch.collision.margins import resolution_of
+from hcsearch.collision.reaches import slack_of
+from hcsearch.collision.solids import Solids, solids_of
 from hcsearch.deployment.compiling import Compiled
-from hcsearch.deployment.deploying import FLAT, STEPS, STILL, method_of, outcome_of, verdict_of
+from hcsearch.deployment.outcomes import FLAT, STEPS, STILL, method_of, outcome_of, verdict_of
+from hcsearch.deployment.reasons import reason_of_check
 from hcsearch.dynamics.methods import method_named
 from hcsearch.dynamics.simulation import ENDINGS, plan_for, record_for
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES
 from hcsearch.kernels.deployment.checking import Findings, Rules, Subject, check_all
-from hcsearch.kernels.linkage.prisms import Prisms
-from hcsearch.kernels.linkage.reaches import Pairs
 from hcsearch.vocabulary import Outcome, Verdict
 
 Reals = NDArray[np.float64]
@@ -73,47 +73,31 @@ class Check:
     @property
     def reason(self) -> str:
         """What became of it, in a sentence."""
-        if self.outcome == "diverged":
-            return f"diverged at {self.end_time:.4g} s, so nothing that it shows is certain"
-        if self.collision is not None:
-            time, (one, two) = self.collision
-            return f"panels {one} and {two} collide at {time:.4g} s"
-        clear = "clear until then" if self.clear else "whether panels collide is too close to tell"
-        if self.outcome == "flat":
-            return f"flat after about {self.end_time:.1g} s, {clear}"  # more digits may hang on the tolerance
-        return f"{self.outcome} at {self.end_time:.4g} s, {clear}"
+        return reason_of_check(self.outcome, self.end_time, self.clear, self.collision)
 
 
-class Solids(NamedTuple):
-    """The panels of a linkage as the kernel takes them: prisms, those with the margin taken off, and pairs.
+class Screen(NamedTuple):
+    """The panels of a scene as a check takes them.
 
-    margin : by which panels are shrunk on every face, m.
-    deepest : the margin that would leave nothing of a panel, m. reach : what panels may be elsewhere (m) over what the
-    loops are open, see `slack_of`; the check takes the largest opening of a motion for all of its times.
+    reach : what panels may be elsewhere (m) over what the loops are open, see `slack_of`; the check takes the largest
+        opening of a motion for all of its times.
     """
 
-    prisms: Prisms
-    shrunk: Prisms
-    pairs: Pairs
-    margin: float
-    deepest: float
+    solids: Solids
     reach: float
 
 
-def solids_of(compiled: Compiled, margin: float | None = None) -> Solids:
+def screen_of(compiled: Compiled, margin: float | None = None) -> Screen:
     """The panels of a scene, less its margin unless another is given (m); the same with any springs."""
     linkage = compiled.linkage
-    margin = compiled.margin if margin is None else margin
-    deepest = check_margin(linkage, margin)
-    prisms, shrunk = prisms_of(linkage), prisms_of(linkage, margin)
-    pairs = pairs_of(linkage, prisms, compiled.apart)
-    return Solids(prisms, shrunk, pairs, margin, deepest, slack_of(linkage, 1.0))
+    solids = solids_of(linkage, compiled.margin if margin is None else margin, compiled.apart)
+    return Screen(solids, slack_of(linkage, 1.0))
 
 
 def check(
     scenes: Sequence[Compiled],
     *,
-    solids: Sequence[Solids] | None = None,
+    screens: Sequence[Screen] | None = None,
     tolerance: float = 1e-6,
     whole: bool = True,
     max_steps: int | None = None,
@@ -121,17 +105,17 @@ def check(
 ) -> list[Check]:
     """Check compiled scenes; those whose tables have the same shapes go into calls of the kernel together.
 
-    solids : of each scene, where they are known, else with its own margin. whole : whether motions that collide are
+    screens : of each scene, where they are known, else with its own margin. whole : whether motions that collide are
         followed to the end, too, which nobody needs who wants clear ones only. max_steps : of each, unless as many as
         `deploy` takes.
     Scenes must be `constrained` or `compliant`, with a panel held.
     """
     groups: dict[Any, list[int]] = defaultdict(list)
-    if solids is None:
-        solids = [solids_of(compiled) for compiled in scenes]
-    subjects = [_subject(compiled, own) for compiled, own in zip(scenes, solids, strict=True)]
-    for i, (compiled, own, subject) in enumerate(zip(scenes, solids, subjects, strict=True)):
-        scene, exactness = compiled.scene, (own.margin, resolution_of(compiled.linkage))
+    if screens is None:
+        screens = [screen_of(compiled) for compiled in scenes]
+    subjects = [_subject(compiled, own) for compiled, own in zip(scenes, screens, strict=True)]
+    for i, (compiled, own, subject) in enumerate(zip(scenes, screens, subjects, strict=True)):
+        scene, exactness = compiled.scene, (own.solids.margin, resolution_of(compiled.linkage))
         if compiled.formulation not in {"constrained", "compliant"} or scene.held == "free":
             raise HcsearchError("the quick check is of scenes with a panel held, constrained or compliant")
         key = (compiled.formulation, compiled.seconds, scene.restitution, scene.cut_stiffness, scene.cut_damping)
@@ -151,8 +135,8 @@ def check(
     return [found[i] for i in range(len(scenes))]
 
 
-def _subject(compiled: Compiled, solids: Solids) -> Subject:
-    mechanism, linkage = compiled.system.mechanism, compiled.linkage
+def _subject(compiled: Compiled, screen: Screen) -> Subject:
+    mechanism, linkage, solids = compiled.system.mechanism, compiled.linkage, screen.solids
     return Subject(
         tree=mechanism.tree,
         hinges=mechanism.hinges,
@@ -163,7 +147,7 @@ def _subject(compiled: Compiled, solids: Solids) -> Subject:
         shrunk=solids.shrunk,
         pairs=solids.pairs,
         deepest=solids.deepest,
-        reach=solids.reach,
+        reach=screen.reach,
     )
 
 

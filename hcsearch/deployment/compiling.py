@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import kept_apart
+from hcsearch.collision.solids import kept_apart
 from hcsearch.deployment.scales import settled
 from hcsearch.deployment.starts import start_state
 from hcsearch.dynamics.bodies import Body, joined

@@ -9,11 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import Clearance, certify, reaches, resolution_of, slack_of
+from hcsearch.collision.clearance import Clearance, certify
+from hcsearch.collision.margins import resolution_of
+from hcsearch.collision.reaches import reaches, slack_of
 from hcsearch.deployment.compiling import Compiled, compile_scene
 from hcsearch.deployment.driving import Drives
+from hcsearch.deployment.outcomes import FLAT, STEPS, STILL, method_of, outcome_of, verdict_of
+from hcsearch.deployment.reasons import reason_of_motion
 from hcsearch.dynamics.driving import Driven, simulate_driven
-from hcsearch.dynamics.simulation import Ending, Motion, closed_between, simulate
+from hcsearch.dynamics.simulation import Motion, closed_between, simulate
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.linkage import Linkage
@@ -23,46 +27,10 @@ from hcsearch.vocabulary import Formulation, Outcome, Verdict
 Reals = NDArray[np.float64]
 
 
-FLAT = 0.01
-"""The array is flat when every fold angle is within this of 0 (rad): 0.6 degrees."""
-STILL = 1e-4
-"""It is at rest when speeds and accelerations would move no hinge by more in the time left, or in 1 s (rad)."""
 DRIVEN = 1e-3
 """Error of a step under control, relative and absolute."""
 STEEP = 1.4
 """A floating base that turns about its second axis by more than this (rad) nears the singularity of its angles."""
-
-STEPS: dict[Formulation, int] = {"constrained": 20_000, "compliant": 100_000, "penalty": 400_000, "quasistatic": 20_000}
-"""Steps until a simulation is given up; the thesis's springs need 140 for a millisecond."""
-_OUTCOMES: dict[Ending, Outcome] = {
-    "flat": "flat",
-    "time": "moving",
-    "rest": "at rest",
-    "jammed": "jammed",
-    "steps": "out of steps",
-}
-
-
-def outcome_of(ending: Ending) -> Outcome:
-    """What an ending of a simulation means for a deployment."""
-    return _OUTCOMES.get(ending, "diverged")
-
-
-def verdict_of(outcome: Outcome, clear: bool | None) -> Verdict:
-    """The verdict on a deployment; clear : None where it is undecided whether panels collide, or nobody asked.
-
-    What a simulation says that diverges counts for nothing, collisions included.
-    """
-    if outcome == "diverged" or clear is None:
-        return "undecided"
-    if not clear:
-        return "collides"
-    return "deploys" if outcome == "flat" else "undecided"
-
-
-def method_of(formulation: Formulation) -> str:
-    """The integrator of a formulation, unless one is named."""
-    return "implicit" if formulation == "compliant" else "dormand-prince"
 
 
 @dataclass(frozen=True)
@@ -153,7 +121,7 @@ def run(
     )
     seconds = time.perf_counter() - began
     outcome = outcome_of(motion.ending)
-    reason = _reason(compiled, motion)
+    reason = reason_of_motion(compiled, motion)
     if scene.held == "free" and len(motion.q) and _steep(compiled, motion):
         outcome, reason = "diverged", "the floating base turns too far for its three angles: give it more inertia"
     angles, rates = compiled.of_hinges(motion.q, motion.v)
@@ -203,14 +171,17 @@ def run_driven(
     motion = driven.motion
     angles, rates = compiled.of_hinges(motion.q, motion.v)
     clearance = _within_stops(compiled, motion.times, angles, _clearance(compiled, motion)) if certified else None
-    outcome, reason = outcome_of(motion.ending), _reason(compiled, motion, "drive it more slowly, or more firmly")
+    outcome, reason = (
+        outcome_of(motion.ending),
+        reason_of_motion(compiled, motion, "drive it more slowly, or more firmly"),
+    )
     return Deployment(compiled, motion, outcome, reason, angles, rates, clearance, seconds, driven)
 
 
 def judged(compiled: Compiled, motion: Motion, seconds: float = 0.0) -> Deployment:
     """A motion of a compiled scene as a deployment, certified; seconds : computing time."""
     angles, rates = compiled.of_hinges(motion.q, motion.v)
-    outcome, reason = outcome_of(motion.ending), _reason(compiled, motion)
+    outcome, reason = outcome_of(motion.ending), reason_of_motion(compiled, motion)
     return Deployment(compiled, motion, outcome, reason, angles, rates, _clearance(compiled, motion), seconds)
 
 
@@ -230,32 +201,6 @@ def _steep(compiled: Compiled, motion: Motion) -> bool:
     base = np.flatnonzero(~compiled.hinged)
     turns = [k for k in base if not compiled.system.joints[k].slides]
     return len(turns) == 3 and bool(np.abs(motion.q[:, turns[1]]).max() > STEEP)
-
-
-def _reason(compiled: Compiled, motion: Motion, sooner: str = "give it more seconds") -> str:
-    """How a motion ended, and the remedy; sooner : the one against the end of the scene's time."""
-    end = f"{motion.times[-1]:.4g} s"
-    held = compiled.at_stops(motion.q[-1])
-    shut = ", ".join(map(str, held.closed)) or "none"
-    opened = ", ".join(map(str, held.open)) or "none"
-    where = f"hinges {shut} closed, {opened} open"
-    easier, tighter = "raise the tolerance, or take the implicit method", "lower the tolerance"
-    closer = "take the compliant formulation, or start further from a singular state"
-    if compiled.formulation == "penalty":
-        easier, closer = "raise the tolerance, or lower cut_stiffness and stop_stiffness", "raise cut_stiffness"
-    balance = closer if compiled.formulation == "constrained" else tighter
-    widest = float(np.abs(motion.q[-1][compiled.hinged]).max(initial=0.0))
-    return {
-        "flat": f"flat after {end}",
-        "time": f"after {end} the widest fold angle is {widest:.3g} rad: {sooner}",
-        "rest": f"at rest from {end} on: {where}",
-        "jammed": f"at {end} stops and loops let nothing move on: {where}",
-        "steps": f"{motion.steps} steps reach to {end}: {easier}",
-        "stuck": f"no step is short enough at {end}: {easier}",
-        "open": f"the loops open at {end}: {closer}",
-        "diverged": f"numbers overflow at {end}: {tighter}, or take the implicit method",
-        "energy": f"the energy balance is off by {motion.drift:.2g} J at {end}: {balance}",
-    }[motion.ending]
 
 
 def _clearance(compiled: Compiled, motion: Motion) -> Clearance:

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hcsearch.collision.clearance import EDGE, margin_of, scale_of
+from hcsearch.collision.margins import EDGE, margin_of, scale_of
 from hcsearch.dynamics.laws import law_named
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import facet_area

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.deployment.agreement import PATIENT, Agreement, agreed_checks, neighbours
-from hcsearch.deployment.checking import CALL, Check, Solids, check, solids_of
+from hcsearch.deployment.checking import CALL, Check, Screen, check, screen_of
 from hcsearch.deployment.compiling import Compiled, compile_scene
-from hcsearch.deployment.deploying import STEPS
 from hcsearch.deployment.looks import Look, looks_at, scene_of, springs_of
+from hcsearch.deployment.outcomes import STEPS
 from hcsearch.deployment.scene_files import file_text
 from hcsearch.deployment.springs import with_springs
 from hcsearch.flat_pairs import can_be, linkage_joined, ways
@@ -85,7 +85,7 @@ class _Verdicts:
         self.count, self.threads = len(foldings), threads
         # the proof is of rigid pairs, and says nothing of a scene in which they are hinged
         self.locked = {i for i in self.foldings if locked[i] and ways(scene) != ("hinged",)}
-        self.compiled: dict[tuple[int, Way], tuple[Compiled, Solids]] = {}
+        self.compiled: dict[tuple[int, Way], tuple[Compiled, Screen]] = {}
         self.deploys: dict[int, Trial] = {}
         self.first: dict[int, Trial] = {}
         self.unsure: dict[int, Trial] = {}
@@ -127,12 +127,12 @@ class _Verdicts:
                 self._keep(i, look, scenes[i, look][0], one, agreements.get((i, look)))
                 self.spent[i] += 0 if look.first else one.evaluations * self.foldings[i].circuit.n
 
-    def _check(self, scenes: dict[Tried, tuple[Compiled, Solids]], options: dict[str, Any]) -> dict[Tried, Check]:
-        compiled, solids = [scene for scene, _ in scenes.values()], [own for _, own in scenes.values()]
-        return dict(zip(scenes, check(compiled, solids=solids, threads=self.threads, **options), strict=True))
+    def _check(self, scenes: dict[Tried, tuple[Compiled, Screen]], options: dict[str, Any]) -> dict[Tried, Check]:
+        compiled, screens = [scene for scene, _ in scenes.values()], [own for _, own in scenes.values()]
+        return dict(zip(scenes, check(compiled, screens=screens, threads=self.threads, **options), strict=True))
 
     def _agreed(
-        self, scenes: dict[Tried, tuple[Compiled, Solids]], found: dict[Tried, Check]
+        self, scenes: dict[Tried, tuple[Compiled, Screen]], found: dict[Tried, Check]
     ) -> dict[Tried, Agreement]:
         """Whether what deploys does so at other tolerances, too."""
         deploying = {tried: scenes[tried] for tried, one in found.items() if one.deploys}
@@ -160,12 +160,12 @@ class _Verdicts:
         # merged motions are motions with rigid pairs, too
         return i not in self.locked and (look.first or can_be(self.foldings[i], look.pairs))
 
-    def _compiled(self, i: int, look: Look) -> tuple[Compiled, Solids]:
+    def _compiled(self, i: int, look: Look) -> tuple[Compiled, Screen]:
         key = (i, look.pairs)
         if key not in self.compiled:
             linkage = linkage_joined(self.foldings[i], self.panel, look.pairs)
             compiled = compile_scene(linkage, self.scene, keep=frozenset({"stops"}))
-            self.compiled[key] = compiled, solids_of(compiled)
+            self.compiled[key] = compiled, screen_of(compiled)
         compiled, solids = self.compiled[key]
         compiled = replace(compiled, scene=scene_of(compiled.scene, look))
         if look.springs:

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.deployment.compiling import Compiled
-from hcsearch.deployment.deploying import FLAT, Deployment, judged
+from hcsearch.deployment.deploying import Deployment, judged
+from hcsearch.deployment.outcomes import FLAT
 from hcsearch.dynamics.simulation import Motion, joined, simulate
 from hcsearch.dynamics.system import System
 from hcsearch.linkage import Linkage

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from hcsearch.collision.clearance import check_margin, margin_of
+from hcsearch.collision.margins import check_margin, margin_of
 from hcsearch.grid import grid_named
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Pattern

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import margin_of, scale_of
+from hcsearch.collision.margins import margin_of, scale_of
 from hcsearch.flat_pairs import can_be, linkage_joined
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage

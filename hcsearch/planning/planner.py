@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import check_margin
+from hcsearch.collision.margins import check_margin
 from hcsearch.kernels.planning.search import FULL, MET, Meeting, fan_out, search
 from hcsearch.kernels.planning.smoothing import relax, shorten, thin
 from hcsearch.kernels.planning.space import Space, Stack, Work, new_stack, new_work

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import EDGE, kept_apart, pairs_of, scale_of
+from hcsearch.collision.margins import EDGE, scale_of
 from hcsearch.collision.penetration import prisms_of
+from hcsearch.collision.solids import kept_apart, pairs_of
 from hcsearch.kernels.planning.closing import Loops
 from hcsearch.kernels.planning.space import Space
 from hcsearch.linkage import Linkage

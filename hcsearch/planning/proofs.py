@@ -16,8 +16,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import Clearance, certify, kept_apart, longest_way, reaches, scale_of
+from hcsearch.collision.clearance import Clearance, certify
+from hcsearch.collision.margins import scale_of
 from hcsearch.collision.penetration import deepest_cut
+from hcsearch.collision.reaches import longest_way, reaches
+from hcsearch.collision.solids import kept_apart
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.planning.closing import CLOSED, close, keep_closed, new_closing, open_by
 from hcsearch.kernels.planning.tubes import POLISHED, Track, enclose

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.deployment import VERSION
 from hcsearch.records import StagedDesigns
 from hcsearch.scenes import Scene
 from hcsearch.stages import motion
@@ -28,4 +29,6 @@ def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:
     return designs.with_folding(designs.deployment.deploys)
 
 
-STAGE = Stage("deployment", 10, _run, _passed, below=motion.STAGE, in_a_scene=True, counts="deployable", they="deploy")
+STAGE = Stage(
+    "deployment", VERSION, _run, _passed, below=motion.STAGE, in_a_scene=True, counts="deployable", they="deploy"
+)

@@ -11,8 +11,10 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.collision.clearance import scale_of, slack_of
-from hcsearch.deployment.checking import Check, Solids, check, solids_of
+from hcsearch.collision.margins import scale_of
+from hcsearch.collision.reaches import slack_of
+from hcsearch.deployment import VERSION
+from hcsearch.deployment.checking import Check, Screen, check, screen_of
 from hcsearch.deployment.compiling import Compiled, compile_scene
 from hcsearch.deployment.scales import settled
 from hcsearch.deployment.springs import scene_springs, stiffnesses_of, with_springs
@@ -22,9 +24,6 @@ from hcsearch.tuning.objective import Scales, objective
 from hcsearch.vocabulary import Formulation
 
 Reals = NDArray[np.float64]
-
-VERSION = 9
-"""Raised when the same scene is simulated or checked otherwise, so that what is stored no longer counts."""
 
 TOLERANCES: Mapping[Formulation, float] = {"constrained": 1e-4, "compliant": 3e-5}
 """Errors of a step while springs are searched for."""
@@ -88,7 +87,7 @@ class Evaluator:
         self._memory = Own() if memory is None else memory
         self._asked: set[Key] = set()
         self._base: Compiled | None = None
-        self._solids: dict[frozenset[tuple[int, int]], Solids] = {}
+        self._screens: dict[frozenset[tuple[int, int]], Screen] = {}
 
     @property
     def done(self) -> int:
@@ -145,14 +144,14 @@ class Evaluator:
         """All scenes, dealt out to as many threads as there are cores; the kernels run without Python's lock."""
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         for scene in scenes:
-            if scene.apart not in self._solids:
-                own = solids_of(scene, self.strict)
+            if scene.apart not in self._screens:
+                own = screen_of(scene, self.strict)
                 # springs give way at impacts, for moments: with that for a slack at all times nothing would be certain
-                self._solids[scene.apart] = own._replace(reach=0.0) if self.formulation == "compliant" else own
-        solids = [self._solids[scene.apart] for scene in scenes]
+                self._screens[scene.apart] = own._replace(reach=0.0) if self.formulation == "compliant" else own
+        screens = [self._screens[scene.apart] for scene in scenes]
         threads = max(1, min(cores, len(scenes)))
         tolerance = TOLERANCES[self.formulation]
-        return check(scenes, solids=solids, tolerance=tolerance, whole=whole, threads=threads)
+        return check(scenes, screens=screens, tolerance=tolerance, whole=whole, threads=threads)
 
     def _key(self, scene: Scene, whole: bool) -> Key:
         values = asdict(scene)

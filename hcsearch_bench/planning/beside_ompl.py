@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.circuit import Circuit
-from hcsearch.collision.clearance import margin_of
+from hcsearch.collision.margins import margin_of
 from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import folding_of
 from hcsearch.planning.planner import Planner

@@ -226,7 +226,7 @@ def analytic(name: str, way: Callable[[Reals], Reals]) -> Truth:
 def fine(subject: Subject, scene: Scene, formulation: Formulation, method: str, tolerance: float) -> Fine:
     """A simulation of the whole array in many steps; HcsearchError where it does not come to its end."""
     from hcsearch.deployment.compiling import OMISSIONS, compile_scene
-    from hcsearch.deployment.deploying import FLAT
+    from hcsearch.deployment.outcomes import FLAT
     from hcsearch.dynamics.simulation import simulate
 
     compiled = compile_scene(subject.linkage, scene, formulation, keep=frozenset(OMISSIONS))

@@ -24,8 +24,11 @@ from naive_clearance import (
 from scipy.optimize import brentq, minimize_scalar
 
 from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.collision.clearance import MARGIN, RESOLUTION, certify, kept_apart, longest_way, pairs_of, slack_of
+from hcsearch.collision.clearance import certify
+from hcsearch.collision.margins import MARGIN, RESOLUTION
 from hcsearch.collision.penetration import deepest_margin, first_cut, prisms_of
+from hcsearch.collision.reaches import longest_way, slack_of
+from hcsearch.collision.solids import kept_apart, pairs_of
 from hcsearch.deployment.deploying import deploy
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course

@@ -11,8 +11,9 @@ from scipy.optimize import linprog
 from hcsearch.circuit import Circuit
 from hcsearch.deployment.arrivals import arrivals
 from hcsearch.deployment.compiling import compile_scene
-from hcsearch.deployment.deploying import FLAT, STEEP, STILL, deploy, run
+from hcsearch.deployment.deploying import STEEP, deploy, run
 from hcsearch.deployment.looks import springs_of
+from hcsearch.deployment.outcomes import FLAT, STILL
 from hcsearch.deployment.springs import with_springs
 from hcsearch.errors import HcsearchError
 from hcsearch.flat_pairs import folding_linkage

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hcsearch.collision.clearance import slack_of
+from hcsearch.collision.reaches import slack_of
 from hcsearch.deployment.checking import Check
 from hcsearch.deployment.deploying import deploy
 from hcsearch.deployment.scales import SOFTEST, STIFFEST

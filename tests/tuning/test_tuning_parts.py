@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import beta
 
-from hcsearch.deployment.checking import Check, check, solids_of
+from hcsearch.deployment.checking import Check, check, screen_of
 from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.scales import settled
 from hcsearch.deployment.scene_files import file_text, read_file, scene_in, scene_named
@@ -213,7 +213,7 @@ def test_an_evaluation_is_the_check_of_its_scene():
     scene = settled(DEFAULT, linkage)  # the scene gives the time, whatever springs are tried
     scenes = [compile_scene(linkage, scene_springs(scene, one), keep=frozenset({"stops"})) for one in sets]
     rules = {"tolerance": TOLERANCES["constrained"], "whole": False}
-    naive = [check([one], solids=[solids_of(one, STRICT * scene.margin)], **rules)[0] for one in scenes]
+    naive = [check([one], screens=[screen_of(one, STRICT * scene.margin)], **rules)[0] for one in scenes]
     assert evaluator.of_springs(sets) == naive
     assert (evaluator.done, evaluator.recalled) == (3, 0)
     assert evaluator.of_springs(sets) == naive

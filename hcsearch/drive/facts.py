@@ -1,40 +1,24 @@
-"""A drive as plain data, as a table of its course, as a file that `hcsearch deploy` takes, and as a picture."""
+"""A drive as plain data, and as a table of its course."""
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcsearch.deployment.driving import drives_text
-from hcsearch.deployment.scene_files import file_text
-from hcsearch.deployment.telling import PICTURES
+from hcsearch.deployment.facts import finite
 from hcsearch.drive.driving import Drive
 from hcsearch.drive.latches import Latch
-from hcsearch.errors import HcsearchError
-from hcsearch.outputs import replacing, write_output
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from hcsearch.deployment.deploying import Deployment
 
-TABLES = (".csv", ".parquet")
-"""Endings of files that the course is written to."""
-SCENES = (".toml",)
-
 
 def facts(drive: Drive) -> dict[str, Any]:
     """What became of it; keys name their units, and what overflowed is None."""
-    return {name: _finite(value) for name, value in _facts(drive).items()}
-
-
-def _finite(value: Any) -> Any:
-    """A value with None in the place of numbers that are not finite, in lists, too."""
-    if isinstance(value, list):
-        return [_finite(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return {name: finite(value) for name, value in _facts(drive).items()}
 
 
 def _facts(drive: Drive) -> dict[str, Any]:
@@ -103,47 +87,3 @@ def table(drive: Drive) -> pd.DataFrame:
     columns |= {f"rate_{k}_rad_s": own.rates[:, k] for k in range(own.angles.shape[1])}
     columns |= {f"torque_{k}_N_m": own.torques[:, i] for i, k in enumerate(own.driven)}
     return pd.DataFrame(columns)
-
-
-def save(drive: Drive, path: str) -> None:
-    """Write the course (.csv, .parquet) or a scene with the drive (.toml)."""
-    if path.endswith(SCENES):
-        facts_ = {"design": drive.folding.notation}
-        text = file_text(facts_, "constrained", drive.scene)
-        write_output(path, f"{text}\n{drives_text(drive.drives)}")
-        return
-    course = table(drive)
-    with replacing(path, TABLES) as part:
-        if part.suffix == ".csv":
-            course.to_csv(part, index=False)
-            return
-        try:
-            course.to_parquet(part, index=False)
-        except ImportError as error:
-            raise HcsearchError("Parquet needs an extra: pip install 'hcsearch[parquet]', or write .csv") from error
-
-
-def picture(drive: Drive, path: str) -> None:
-    """Draw fold angles and torques over time, as planned and as simulated under control."""
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
-    own, motion, driven = drive.torques, drive.deployment.motion, drive.deployment.driven
-    figure = Figure(figsize=(8, 7), layout="constrained")
-    above, below = figure.subplots(2, 1, sharex=True)
-    for column in np.delete(own.angles, own.driven, axis=1).T:
-        above.plot(own.times, column, linewidth=0.6, color="grey", alpha=0.6)
-    for k in own.driven:
-        above.plot(own.times, own.angles[:, k], linewidth=1.6, label=f"{k}")
-    above.set(ylabel="fold angle, rad")
-    above.set_title(f"{drive.folding.notation}: {drive.deployment.reason}", parse_math=False)
-    for number, column in enumerate(own.torques.T):
-        (line,) = below.plot(own.times, column, label=f"{own.driven[number]}")
-        if driven is not None:
-            below.plot(motion.times, driven.torques[:, number], color=line.get_color(), linewidth=0.4, alpha=0.6)
-    below.set(xlabel="time, s", ylabel="torque, N m")
-    for axes in (above, below):
-        axes.grid(alpha=0.3)
-        if len(own.driven) <= 24 and own.driven:
-            axes.legend(title="driven hinge", fontsize="x-small", ncols=2, loc="upper right")
-    with replacing(path, PICTURES) as part:
-        figure.savefig(part, dpi=120)

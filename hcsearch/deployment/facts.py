@@ -1,0 +1,122 @@
+"""A deployment as plain data, and as a table of its states."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hcsearch.deployment.agreement import Agreement
+from hcsearch.deployment.arrivals import arrivals
+from hcsearch.deployment.deploying import Deployment
+from hcsearch.deployment.reasons import reason_with_clearance
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def facts(deployment: Deployment, agreement: Agreement | None = None) -> dict[str, Any]:
+    """What became of it; keys name their units, and what overflowed is None.
+
+    agreement : with the same deployment at tighter tolerances, where it comes flat: its verdict and time count.
+    """
+    return {name: finite(value) for name, value in _facts(deployment, agreement).items()}
+
+
+def finite(value: Any) -> Any:
+    """A value with None in the place of numbers that are not finite, in lists, too."""
+    if isinstance(value, list):
+        return [finite(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any]:
+    compiled, motion = deployment.compiled, deployment.motion
+    clearance = deployment.clearance
+    books = energies(deployment)
+    verdict = deployment.verdict if agreement is None else agreement.verdict
+    flat_time = deployment.flat_time if agreement is None else agreement.flat_time
+    reason = deployment.reason if agreement is None else agreement.reason
+    collides = verdict == "collides"
+    return {
+        "verdict": verdict,
+        "reason": reason_with_clearance(reason, deployment.outcome, clearance),
+        "clearance": None if clearance is None else clearance.kind,
+        "collision_s": clearance.time if clearance is not None and collides else None,
+        "collision_panels": list(clearance.panels or ()) if clearance is not None and collides else None,
+        "min_clearance_mm": None if clearance is None or clearance.gap is None else 1e3 * clearance.gap,
+        "margin_mm": 1e3 * compiled.margin,
+        "scene": compiled.scene.name,
+        "formulation": compiled.formulation,
+        "panels": compiled.linkage.n_panels,
+        "hinges": compiled.linkage.n_hinges,
+        "loops": len(compiled.linkage.loops),
+        "joints_simulated": compiled.system.n_joints,
+        "seconds": compiled.seconds,
+        "outcome": deployment.outcome,
+        "flat_time_s": flat_time,
+        "end_time_s": float(motion.times[-1]) if flat_time is None else flat_time,
+        "other_tolerances": None if agreement is None else [one.tolerance for one in agreement.others],
+        "other_outcomes": None if agreement is None else [one.outcome for one in agreement.others],
+        "widest_angle_rad": float(np.abs(deployment.angles[-1]).max(initial=0.0)),
+        "energy_start_J": float(sum(books[name][0] for name in ("kinetic_J", "stored_J", "height_J"))),
+        "energy_damped_J": float(books["damped_J"][-1]),
+        "energy_lost_at_stops_J": float(books["lost_J"][-1]),
+        **_driven(deployment),
+        "energy_drift_J": compiled.factor * (motion if deployment.driven is None else deployment.driven).drift,
+        "closure_gap": motion.gap,
+        "events": [
+            {
+                "time_s": event.time,
+                "hinges": compiled.hinges_of(event.joint),
+                "kind": event.kind,
+                "speed_rad_s": event.speed,
+            }
+            for event in motion.events
+        ],
+        "arrivals": [
+            {"time_s": a.time, "stop": a.stop, "hinges": list(a.hinges), "speed_rad_s": a.speed}
+            for a in arrivals(deployment)
+        ],
+        "steps": motion.steps,
+        "rejected_steps": motion.rejected,
+        "evaluations": motion.evaluations,
+        "left_out": [{"name": o.name, "what": o.what, "why": o.why} for o in compiled.omissions],
+    }
+
+
+def _driven(deployment: Deployment) -> dict[str, Any]:
+    """What drives did, if there are any."""
+    driven = deployment.driven
+    if driven is None:
+        return {}
+    return {
+        "drive_work_J": float(driven.work[-1]),
+        "drive_torque_N_m": float(np.abs(driven.torques).max(initial=0.0)),
+        "drive_missed_rad": float(np.abs(driven.missed).max(initial=0.0)),
+    }
+
+
+def table(deployment: Deployment) -> pd.DataFrame:
+    """States of a deployment: time, energies, fold angles and rates of all hinges."""
+    import pandas as pd  # noqa: PLC0415
+
+    columns = {"time_s": deployment.motion.times, **energies(deployment)}
+    hinges = deployment.angles.shape[1]
+    columns |= {f"angle_{k}_rad": deployment.angles[:, k] for k in range(hinges)}
+    columns |= {f"rate_{k}_rad_s": deployment.rates[:, k] for k in range(hinges)}
+    return pd.DataFrame(columns)
+
+
+def energies(deployment: Deployment) -> dict[str, np.ndarray]:
+    """Energies at the states of a motion, J, with those of a half that was left out."""
+    motion, factor = deployment.motion, deployment.compiled.factor
+    return {
+        "kinetic_J": factor * motion.kinetic,
+        "stored_J": factor * motion.stored,
+        "height_J": factor * motion.height,
+        "in_stops_J": factor * motion.in_stops,
+        "damped_J": factor * motion.damped,
+        "lost_J": factor * motion.lost,
+    }

@@ -1,0 +1,65 @@
+"""Why a deployment ended as it did, in sentences, with the remedy where there is one."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hcsearch.collision.clearance import Clearance
+from hcsearch.deployment.compiling import Compiled
+from hcsearch.dynamics.simulation import Motion
+from hcsearch.vocabulary import Outcome
+
+
+def reason_of_motion(compiled: Compiled, motion: Motion, sooner: str = "give it more seconds") -> str:
+    """How a motion ended, and the remedy; sooner : the one against the end of the scene's time."""
+    end = f"{motion.times[-1]:.4g} s"
+    held = compiled.at_stops(motion.q[-1])
+    shut = ", ".join(map(str, held.closed)) or "none"
+    opened = ", ".join(map(str, held.open)) or "none"
+    where = f"hinges {shut} closed, {opened} open"
+    easier, tighter = "raise the tolerance, or take the implicit method", "lower the tolerance"
+    closer = "take the compliant formulation, or start further from a singular state"
+    if compiled.formulation == "penalty":
+        easier, closer = "raise the tolerance, or lower cut_stiffness and stop_stiffness", "raise cut_stiffness"
+    balance = closer if compiled.formulation == "constrained" else tighter
+    widest = float(np.abs(motion.q[-1][compiled.hinged]).max(initial=0.0))
+    return {
+        "flat": f"flat after {end}",
+        "time": f"after {end} the widest fold angle is {widest:.3g} rad: {sooner}",
+        "rest": f"at rest from {end} on: {where}",
+        "jammed": f"at {end} stops and loops let nothing move on: {where}",
+        "steps": f"{motion.steps} steps reach to {end}: {easier}",
+        "stuck": f"no step is short enough at {end}: {easier}",
+        "open": f"the loops open at {end}: {closer}",
+        "diverged": f"numbers overflow at {end}: {tighter}, or take the implicit method",
+        "energy": f"the energy balance is off by {motion.drift:.2g} J at {end}: {balance}",
+    }[motion.ending]
+
+
+def reason_with_clearance(reason: str, outcome: Outcome, clearance: Clearance | None) -> str:
+    """A reason, after a collision where there is a certain one, or where panels come too near to tell."""
+    if outcome == "diverged" or clearance is None or clearance.kind == "clear" or clearance.panels is None:
+        return reason
+    if clearance.kind == "collides":
+        return f"{_collision(clearance.panels, clearance.time)}; {reason}"
+    one, two = clearance.panels
+    return f"panels {one} and {two} come too near to be told from a collision at {clearance.time:.4g} s; {reason}"
+
+
+def reason_of_check(
+    outcome: Outcome, end: float, clear: bool | None, collision: tuple[float, tuple[int, int]] | None
+) -> str:
+    """What became of a deployment whose motion was not kept; end : s. clear : None where it is undecided."""
+    if outcome == "diverged":
+        return f"diverged at {end:.4g} s, so nothing that it shows is certain"
+    if collision is not None:
+        return _collision(collision[1], collision[0])
+    apart = "clear until then" if clear else "whether panels collide is too close to tell"
+    if outcome == "flat":
+        return f"flat after about {end:.1g} s, {apart}"  # more digits may hang on the tolerance
+    return f"{outcome} at {end:.4g} s, {apart}"
+
+
+def _collision(panels: tuple[int, int], time: float | None) -> str:
+    one, two = panels
+    return f"panels {one} and {two} collide at {time:.4g} s"

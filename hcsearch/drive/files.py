@@ -1,0 +1,22 @@
+"""Files of a drive: its course as a table, or a scene with the drive, which `hcsearch deploy` takes."""
+
+from __future__ import annotations
+
+from hcsearch.deployment.driving import drives_text
+from hcsearch.deployment.scene_files import file_text
+from hcsearch.drive.driving import Drive
+from hcsearch.drive.facts import table
+from hcsearch.outputs import write_output, write_table
+
+TABLES = (".csv", ".parquet")
+"""Endings of files that the course is written to."""
+SCENES = (".toml",)
+
+
+def save(drive: Drive, path: str) -> None:
+    """Write the course (.csv, .parquet) or a scene with the drive (.toml)."""
+    if path.endswith(SCENES):
+        text = file_text({"design": drive.folding.notation}, "constrained", drive.scene)
+        write_output(path, f"{text}\n{drives_text(drive.drives)}")
+    else:
+        write_table(path, table(drive), TABLES)
