@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
-import re
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -15,10 +12,9 @@ from hcsearch.errors import HcsearchError
 from hcsearch.outputs import check_output, write_output
 
 if TYPE_CHECKING:
-    from hcsearch.assemblies import Assembly, Parameters
+    from hcsearch.assemblies import Assembly
 
 _UNITS = {"_mm": "mm", "_mm2": "mm2", "_mm3": "mm3", "_deg": "degrees"}
-_LENGTHS = ("base", "thickness", "side", "width")
 
 
 @click.command(
@@ -50,6 +46,8 @@ def assembly(
             raise HcsearchError("the list has no parameters: give them with the name of an assembly")
         _print_list(as_json)
         return
+    from hcsearch.subjects.parameters import parameters_of
+
     found = _named(name)
     parameters = parameters_of(found, given | {"alpha": alpha, "size": size})
     if picture is not None:
@@ -70,34 +68,6 @@ def _named(name: str) -> Assembly:
     if name not in ASSEMBLIES:
         raise HcsearchError(f"there is no assembly {name!r}: see hcsearch assembly list")
     return ASSEMBLIES[name]
-
-
-def parameters_of(found: Assembly, given: Mapping[str, Any]) -> Parameters:
-    """The assembly's own parameters, with those changed that are given: degrees, millimetres, columns x rows."""
-    from dataclasses import replace
-
-    changes: dict[str, Any] = {}
-    for name, value in given.items():
-        if value is None:
-            continue
-        if name not in (*_LENGTHS, "alpha", "size"):
-            raise HcsearchError(f"assemblies have no {name!r}: they have alpha, size, {', '.join(_LENGTHS)}")
-        if name == "size":
-            changes[name] = _size(str(value))
-        else:
-            changes[name] = math.radians(float(value)) if name == "alpha" else 1e-3 * float(value)
-    for name in changes:
-        if name not in found.uses:
-            option = "SIZE" if name == "size" else f"--{name}"
-            raise HcsearchError(f"{found.name} does not depend on {option}: leave it out")
-    return replace(found.defaults, **changes)
-
-
-def _size(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"([0-9]{1,4})x([0-9]{1,4})", text)
-    if match is None:
-        raise HcsearchError(f"{text!r} is no size: write columns x rows, such as 3x2")
-    return int(match[1]), int(match[2])
 
 
 def _print_list(as_json: bool) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from hcsearch.cli.subjects import read_subject, subject_options
+from hcsearch.cli.subjects import request_of, subject_options
 from hcsearch.errors import HcsearchError
 from hcsearch.outputs import PICTURES, TABLES, check_output, write_table
 from hcsearch.vocabulary import FORMULATIONS, INTEGRATORS
@@ -53,12 +53,13 @@ def deploy(subject: str, as_json: bool, **options: Any) -> None:
     from hcsearch.deployment.agreement import confirmed
     from hcsearch.deployment.deploying import deploy as simulated
     from hcsearch.deployment.savings import savings
+    from hcsearch.subjects.reading import read_subject
 
     if options["output"]:
         check_output(options["output"], TABLES)
     if options["picture"]:
         check_output(options["picture"], PICTURES)
-    found = read_subject(subject, options | _own_springs(options))
+    found = read_subject(request_of(subject, options | _own_springs(options)))
     method, formulation = options["method"], options["formulation"] or found.formulation or "constrained"
     if found.drives is not None and options["explain"]:
         raise HcsearchError("of a scene with drives nothing is left out that counts: leave out --explain")

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from hcsearch.cli.options import Number
-from hcsearch.cli.subjects import folding_options, read_folding
+from hcsearch.cli.subjects import folding_options, request_of
 from hcsearch.errors import HcsearchError
 from hcsearch.outputs import PICTURES, check_output
 
@@ -74,13 +74,14 @@ def drive(subject: str, as_json: bool, **options: Any) -> None:
     wrong input.
     """
     from hcsearch.drive import driving, facts, files, pictures
+    from hcsearch.subjects.reading import read_folding
 
     for path in options["outputs"]:
         check_output(path, (*files.TABLES, *files.SCENES))
     if options["picture"]:
         check_output(options["picture"], PICTURES)
     wishes = _wishes(options)
-    folding, scene = read_folding(subject, options)
+    folding, scene = read_folding(request_of(subject, options))
     if scene.held == "free":
         raise HcsearchError("drives are for an array that is held: hold a panel, such as --held bottom")
     motion = driving.find_motion(folding, scene)

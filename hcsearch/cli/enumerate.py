@@ -9,7 +9,8 @@ import click
 from hcsearch.cli.compile import compiling_ahead
 from hcsearch.cli.options import crew_options, database_option, make_crew, make_search, target_options
 from hcsearch.cli.progress import Meter
-from hcsearch.cli.scenes import read_scene, scene_options, with_size
+from hcsearch.cli.scenes import scene_options
+from hcsearch.subjects.scenes import read_scene, with_size
 
 if TYPE_CHECKING:
     from hcsearch.pipeline import Plan, Summary

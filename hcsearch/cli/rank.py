@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import click
 
 from hcsearch.cli.options import database_option
-from hcsearch.cli.scenes import scene_asked_for, scene_options
+from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import QueryError
 from hcsearch.store.columns import CRITERIA
 from hcsearch.store.formats import FORMATS
+from hcsearch.subjects.scenes import scene_asked_for
 
 if TYPE_CHECKING:
     from hcsearch.ranking import Ranked

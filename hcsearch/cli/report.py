@@ -7,9 +7,10 @@ from pathlib import Path
 import click
 
 from hcsearch.cli.options import database_option
-from hcsearch.cli.scenes import scene_asked_for, scene_options
+from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import printable
 from hcsearch.outputs import check_output
+from hcsearch.subjects.scenes import scene_asked_for
 
 
 @click.command(epilog="Example: hcsearch report 'grid=hex n=12' --output hex-12.html")

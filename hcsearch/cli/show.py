@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcsearch.cli.options import database_option, default_database
-from hcsearch.errors import NotationError
 
 if TYPE_CHECKING:
     from hcsearch.circuit import Circuit
@@ -29,6 +28,7 @@ def show(design: str, db: str) -> None:
     canonical order that the first lines show.
     """
     from hcsearch.folding import folding_of, foldings
+    from hcsearch.subjects.designs import design_named, split_design
 
     name, crease = split_design(design)
     circuit, row = design_named(name, db)
@@ -45,29 +45,6 @@ def show(design: str, db: str) -> None:
 def _where(db: str) -> str:
     """The option that names the database, where it is not the usual one."""
     return "" if db == default_database() else f" --db {shlex.quote(db)}"
-
-
-def design_named(name: str, db: str) -> tuple[Circuit, dict[str, Any]]:
-    """The circuit of a design, named by notation or by its id in a database, and its row there; empty without."""
-    from hcsearch.circuit import Circuit
-    from hcsearch.store import find_design, open_readonly
-
-    if ":" in name:
-        return Circuit.from_notation(name).canonical(), {}
-    with open_readonly(db) as database:
-        row = find_design(database, name)
-    return Circuit.from_notation(row["circuit"]), row
-
-
-def split_design(design: str) -> tuple[str, int | None]:
-    """Name and crease of DESIGN[:CREASE]; a circuit notation has a colon of its own."""
-    parts = design.split(":")
-    notation = not parts[0].isdigit()
-    if len(parts) > 2 + notation or not all(part.isascii() and part.isdigit() for part in parts[notation:]):
-        raise NotationError(f"malformed design {design!r}: write an id or a circuit notation, then :CREASE if wanted")
-    # more digits than these are no crease whatever they are, and Python reads no more than 4300
-    crease = int(parts[1 + notation].lstrip("0")[:9] or "0") if len(parts) > 1 + notation else None
-    return ":".join(parts[: 1 + notation]), crease
 
 
 def _print_circuit(circuit: Circuit, row: dict[str, Any]) -> None:

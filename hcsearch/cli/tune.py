@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcsearch.cli.progress import Meter
-from hcsearch.cli.subjects import Subject, read_subject, subject_options
+from hcsearch.cli.subjects import request_of, subject_options
 from hcsearch.errors import HcsearchError
 from hcsearch.outputs import check_output, write_output
 
 if TYPE_CHECKING:
+    from hcsearch.subjects.reading import Subject
     from hcsearch.tuning.choice import SpringSet
     from hcsearch.tuning.robustness import Spread
     from hcsearch.tuning.tuning import Tuning
@@ -59,13 +60,14 @@ def tune(subject: str, as_json: bool, **options: Any) -> None:
     Exit code: 0 where the springs that are chosen come flat, certified clear; 1 where none do; 2 for wrong input.
     """
     from hcsearch.store import open_database
+    from hcsearch.subjects.reading import read_subject
     from hcsearch.tuning.ledger import Ledger
     from hcsearch.tuning.tuning import tune as tuned
 
     if options["output"]:
         check_output(options["output"], (".toml",))
     catalogue, spread = _catalogue(options["catalogue"]), _spread(options["spreads"])
-    found = read_subject(subject, options)
+    found = read_subject(request_of(subject, options))
     if found.drives is not None:
         raise HcsearchError(f"{subject} has drives, and springs are tuned without: leave out its table [drive]")
     _check_catalogue(catalogue, found)

@@ -5,9 +5,9 @@ import random
 import pytest
 
 from hcsearch.circuit import Circuit
-from hcsearch.cli.show import split_design
 from hcsearch.grid import GRIDS, Array, grid_named, parse_array
 from hcsearch.store.conditions import find_quantity, parse_query, sort_terms, split_names
+from hcsearch.subjects.designs import split_design
 from tests.fuzz.mutations import judge, mutated
 
 SEEDS = [

@@ -1,0 +1,40 @@
+"""The parameters of an assembly, from degrees, millimetres and columns x rows."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from hcsearch.assemblies.assembly import Assembly, Parameters
+from hcsearch.errors import HcsearchError
+
+LENGTHS = ("base", "thickness", "side", "width")
+
+
+def parameters_of(found: Assembly, given: Mapping[str, Any]) -> Parameters:
+    """The assembly's own parameters, with those changed that are given: degrees, millimetres, columns x rows."""
+    changes: dict[str, Any] = {}
+    for name, value in given.items():
+        if value is None:
+            continue
+        if name not in (*LENGTHS, "alpha", "size"):
+            raise HcsearchError(f"assemblies have no {name!r}: they have alpha, size, {', '.join(LENGTHS)}")
+        if name == "size":
+            changes[name] = _size(str(value))
+        else:
+            changes[name] = math.radians(float(value)) if name == "alpha" else 1e-3 * float(value)
+    for name in changes:
+        if name not in found.uses:
+            option = "SIZE" if name == "size" else f"--{name}"
+            raise HcsearchError(f"{found.name} does not depend on {option}: leave it out")
+    return replace(found.defaults, **changes)
+
+
+def _size(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"([0-9]{1,4})x([0-9]{1,4})", text)
+    if match is None:
+        raise HcsearchError(f"{text!r} is no size: write columns x rows, such as 3x2")
+    return int(match[1]), int(match[2])

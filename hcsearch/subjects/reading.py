@@ -1,0 +1,168 @@
+"""What is deployed, tuned or driven: a folding, an assembly or a file, and the scene it is in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from hcsearch.assemblies import ASSEMBLIES
+from hcsearch.deployment.compiling import compile_scene
+from hcsearch.deployment.driving import Drives, drives_in
+from hcsearch.deployment.looks import Look, first_look, look_parts, scene_of, springs_of
+from hcsearch.deployment.scales import settled
+from hcsearch.deployment.scene_files import read_file, scene_in, scene_with
+from hcsearch.deployment.springs import with_springs
+from hcsearch.errors import HcsearchError, SceneError
+from hcsearch.flat_pairs import folding_linkage
+from hcsearch.folding import Folding
+from hcsearch.linkage import Linkage
+from hcsearch.scenes import DEFAULT, FlatPairs, Scene, panel_of, panel_text
+from hcsearch.subjects.designs import folding_named
+from hcsearch.subjects.parameters import parameters_of
+from hcsearch.subjects.scenes import read_scene, with_size
+from hcsearch.vocabulary import Formulation
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a user asks for: a name, and what stands beside it.
+
+    name : DESIGN:CREASE, an assembly, or a file .toml. db : the database in which ids and scenes are looked up.
+    panel, across : sizes as texts in millimetres. values : more of the scene, by the names of a scene file.
+    """
+
+    name: str
+    db: str
+    scene: str | None = None
+    panel: str | None = None
+    across: str | None = None
+    flat_pairs: FlatPairs | None = None
+    merge: bool = False
+    values: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What is deployed, and its scene, in which panels and flat pairs are those of the linkage.
+
+    facts : what it is, in a file. formulation : what a file names, or None. drives : of hinges, if a file has any.
+    """
+
+    linkage: Linkage
+    scene: Scene
+    formulation: Formulation | None
+    facts: dict[str, Any]
+    drives: Drives | None = None
+
+    @property
+    def key(self) -> dict[str, Any]:
+        """What tells it from others among stored evaluations: what it is, with its sizes."""
+        if self.scene.panel is None:
+            return self.facts
+        return self.facts | {
+            "panel_mm": panel_text(self.scene.panel),
+            "flat_pairs": self.scene.flat_pairs,
+            "merge": self.scene.merge,
+        }
+
+
+def read_subject(request: Request) -> Subject:
+    """What a name or a file stands for, in its scene."""
+    found: dict[str, Any] = {}
+    name = request.name
+    if name.endswith(".toml"):
+        found = read_file(name)
+        if not {"design", "assembly"} & set(found):
+            raise SceneError(f"{name} must name a design or an assembly: write design = 'hex:0234550132:4'")
+        name = found["design"] if "design" in found else found["assembly"]
+    scene, parts = _scene(found, request)
+    parameters = dict(found.get("parameters", {}))
+    if name in ASSEMBLIES:
+        sized = request.panel or request.across or scene.panel
+        if sized or request.merge or request.flat_pairs or "panel_mm" in found or parts:
+            raise HcsearchError(
+                f"{name} is an assembly with sizes of its own: leave out --panel, --across, --flat-pairs, --merge"
+            )
+        return replace(_assembly(name, parameters, scene, found.get("formulation")), drives=_drives(found))
+    if parameters:
+        raise HcsearchError(f"{name} is a design, which has no parameters: leave out [parameters], or name an assembly")
+    subject = _design(folding_named(name, request.db), scene, parts, request, found.get("formulation"))
+    return replace(subject, drives=_drives(found))
+
+
+def read_folding(request: Request) -> tuple[Folding, Scene]:
+    """The folding that a name or a file stands for, and its scene, in which panels are settled and flat pairs open."""
+    found: dict[str, Any] = {}
+    name = request.name
+    if name.endswith(".toml"):
+        found = read_file(name)
+        if "design" not in found:
+            raise SceneError(f"{name} must name a design: write design = 'hex:0234550132:4'")
+        if "drive" in found:
+            raise SceneError(f"{name} has a drive: give it to hcsearch deploy, or leave out its table [drive]")
+        if found.get("formulation", "constrained") != "constrained":
+            raise SceneError(f"{name} has formulation = {found['formulation']!r}: drives need 'constrained'")
+        name = found["design"]
+    if name in ASSEMBLIES:
+        raise HcsearchError(f"{name} is an assembly, which has no packed state in stacks: name DESIGN:CREASE")
+    folding = folding_named(name, request.db)
+    scene, parts = _scene(found, request)
+    if parts:
+        raise SceneError(f"a drive needs no {parts[-1]!r}: name a scene, and --flat-pairs or --merge")
+    grid = folding.circuit.grid.name
+    scene = with_size(scene, request.panel, request.across, grid)
+    return folding, replace(scene, panel=panel_of(scene, grid))
+
+
+def _drives(found: dict[str, Any]) -> Drives | None:
+    return drives_in(found["drive"]) if "drive" in found else None
+
+
+def _assembly(name: str, parameters: dict[str, Any], scene: Scene, formulation: Formulation | None) -> Subject:
+    assembly = ASSEMBLIES[name]
+    linkage = Linkage(assembly.build(parameters_of(assembly, parameters)))
+    return Subject(linkage, scene, formulation, {"assembly": name, "parameters": parameters})
+
+
+def _design(
+    folding: Folding, scene: Scene, parts: list[str], request: Request, formulation: Formulation | None
+) -> Subject:
+    """A folding in a scene, as a look of the stage `deployment` takes it where parts of the scene's name say so."""
+    pairs, springs = look_parts(parts)
+    if parts:
+        raise SceneError(f"there is nothing called {parts[0]!r} in a scene: see `hcsearch show` for what was tried")
+    scene = with_size(scene, request.panel, request.across, folding.circuit.grid.name)
+    panel = panel_of(scene, folding.circuit.grid.name)
+    look = first_look(scene)
+    if springs or (pairs is not None and pairs != look.pairs):
+        look = Look(pairs or look.pairs, springs)
+    linkage = folding_linkage(folding, panel, hinged=look.pairs == "hinged", merged=look.pairs == "merged")
+    way: FlatPairs = "hinged" if look.pairs == "hinged" else "rigid"
+    if not look.first:
+        scene = scene_of(settled(scene, linkage), look)
+    if springs:
+        compiled = compile_scene(linkage, scene, keep=frozenset({"stops"}))
+        scene = with_springs(compiled, springs_of(folding, compiled, springs)).scene
+    scene = replace(scene, panel=panel, flat_pairs=way, merge=look.pairs == "merged")
+    return Subject(linkage, scene, formulation, {"design": folding.notation})
+
+
+def _scene(found: dict[str, Any], request: Request) -> tuple[Scene, list[str]]:
+    """The scene of a file or by its name, with what the options change, and parts of the name that say how to look."""
+    base, parts = None, []
+    if (text := request.scene) is not None and text.strip():
+        named = [part.strip() for part in text.split(",")]
+        before = list(named)
+        look_parts(named)
+        parts = before[len(named) :]
+        base = read_scene(", ".join(named) or DEFAULT, request.db)
+    elif text is not None:
+        base = read_scene(text, request.db)
+    scene = scene_in(found, base=base)
+    values = dict(request.values)
+    if request.flat_pairs is not None:
+        values["flat_pairs"] = request.flat_pairs
+    if request.merge:
+        values["merge"] = True
+    return scene_with(scene, values), parts

@@ -1,0 +1,131 @@
+"""Scenes by name: one of the program, of a file or of a database, with panels of a size."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hcsearch.errors import DatabaseError, SceneError
+from hcsearch.grid import GRIDS
+from hcsearch.scenes import (
+    DEFAULT,
+    SCENES,
+    Scene,
+    check_name,
+    default_panel,
+    is_panel,
+    joined_name,
+    panel_text,
+    read_across,
+    read_panel,
+    with_panel,
+)
+
+if TYPE_CHECKING:
+    from hcsearch.scenes import PanelSize
+    from hcsearch.store import Database
+
+
+def read_scene(text: str | None, db: str) -> Scene:
+    """The scene that a name or a file stands for: one of the program, or one that a database holds."""
+    if text is None:
+        return SCENES[DEFAULT]
+    if not text.strip():
+        raise SceneError("a scene has a name: write --scene default, or name a file .toml")
+    if text.endswith(".toml"):
+        return _of_file(text)
+    stored = _stored(text, db)
+    if stored is not None:
+        return stored
+    parted = _parted(text)
+    if parted is not None and _parted(parted[0]) is None:
+        name, size = parted
+        base = read_scene(name, db) if name else SCENES[DEFAULT]
+        return replace(base, panel=size, name=joined_name(base.name, panel_text(size)))
+    if text in SCENES:
+        return SCENES[text]
+    raise SceneError(f"there is no scene {text!r}: choose one of {', '.join(SCENES)}, or name a file .toml")
+
+
+def with_size(scene: Scene, panel: str | None, across: str | None, grid: str) -> Scene:
+    """The scene with the panels that options ask for."""
+    size = read_size(panel, across, grid)
+    return scene if size is None else with_panel(scene, size, grid)
+
+
+def read_size(panel: str | None, across: str | None, grid: str) -> PanelSize | None:
+    """The size of panels (m) of a grid that options give; None where they give none."""
+    if panel is not None and across is not None:
+        raise SceneError("give either --panel or --across: both say how large panels are")
+    if across is not None:
+        return read_across(across, grid)
+    return None if panel is None else read_panel(panel)
+
+
+def scene_asked_for(database: Database, text: str | None, panel: str | None, across: str | None) -> str:
+    """The name of a stored scene that options stand for, whichever grid it is of."""
+    from hcsearch.store import scene_names
+
+    base = DEFAULT if text is None else _of_file(text).name if text.endswith(".toml") else text
+    if base not in scene_names(database):
+        parted = _parted(base)
+        if parted is not None:
+            name, size = parted
+            base = joined_name(name, panel_text(size))
+    if panel is None and across is None:
+        return base
+    sizes = {}
+    for grid in GRIDS:
+        try:
+            sizes[grid] = read_size(panel, across, grid)
+        except SceneError:
+            if panel is not None or grid == list(GRIDS)[-1]:
+                raise
+    names = [joined_name(base, panel_text(size)) for size in sizes.values() if size is not None]
+    known = [name for name in dict.fromkeys(names) if name in scene_names(database)]
+    if len(known) > 1:
+        raise SceneError(f"--across may mean {' or '.join(map(repr, known))} here: name one with --scene")
+    if not known and any(size == default_panel(grid) for grid, size in sizes.items()):
+        return base
+    return known[0] if known else names[0]
+
+
+def _parted(text: str) -> tuple[str, PanelSize] | None:
+    """The scene and the size of its panels (m) that a name joins, perhaps without a scene; None without a size."""
+    name, comma, size = (part.strip() for part in text.rpartition(","))
+    return (name, read_panel(size)) if is_panel(size) and bool(name) == bool(comma) else None
+
+
+def _of_file(path: str) -> Scene:
+    from hcsearch.deployment.looks import look_parts
+    from hcsearch.deployment.scene_files import read_file, scene_in
+
+    found = read_file(path)
+    for key in ("design", "assembly"):
+        if key in found:
+            raise SceneError(
+                f"{path} names what is deployed, {key}: give it to hcsearch deploy, or leave that line out"
+            )
+    scene = scene_in(found)
+    scene = replace(scene, name=check_name(found.get("name", Path(path).stem)))
+    if look_parts([scene.name]) != (None, ""):
+        raise SceneError(f"{path} has the name {scene.name!r}, which means a way to try a scene: write name = 'solar'")
+    if scene.name in SCENES and scene != SCENES[scene.name]:
+        raise SceneError(f"{path} is another scene than {scene.name!r}: give it a name of its own, name = 'solar'")
+    return scene
+
+
+def _stored(name: str, db: str) -> Scene | None:
+    """A scene that a database holds; None where there is none, or no database."""
+    if name in SCENES:
+        return None
+    from hcsearch.deployment.scene_files import read_text, scene_in
+    from hcsearch.store import find_scene, open_readonly
+
+    try:
+        with open_readonly(db) as database:
+            text = find_scene(database, name)
+    except DatabaseError:
+        return None
+    return None if text is None else scene_in(read_text(text, f"the scene {name!r} of {db}"))
