@@ -58,6 +58,25 @@ class Folding:
     circuit: Circuit
     crease: int
 
+    def __post_init__(self) -> None:
+        if not _folds_at(self.circuit, self.crease):
+            creases = ", ".join(str(folding.crease) for folding in foldings(self.circuit)) or "none"
+            raise NotationError(
+                f"{self.circuit.notation} has no two-stack folding at crease {self.crease}: its creases are {creases}"
+            )
+
+    @staticmethod
+    def from_notation(text: str) -> Folding:
+        """Read the notation that `notation` writes, such as `hex:0234550132:4`.
+
+        The circuit may be in any position, order or direction; the crease, or its opposite, is numbered in its
+        canonical order. Errors: NotationError for what is no folding, SizeError as for circuits.
+        """
+        design, crease = split_crease(text)
+        if crease is None:
+            raise NotationError(f"{text!r} names no crease: write a circuit notation and a crease, as hex:0234550132:4")
+        return folding_of(Circuit.from_notation(design).canonical(), crease)
+
     @property
     def opposite(self) -> int:
         """The other flat crease, half the circuit further on."""
@@ -176,10 +195,28 @@ def folding_at(circuits: CircuitBatch, foldings: FoldingBatch, i: int) -> Foldin
 
 
 def folding_of(circuit: Circuit, crease: int) -> Folding:
-    """The folding with a given flat crease; NotationError when the circuit does not fold there."""
-    found = foldings(circuit)
-    for folding in found:
-        if crease in (folding.crease, folding.opposite):
-            return folding
-    creases = ", ".join(str(folding.crease) for folding in found) or "none"
-    raise NotationError(f"{circuit.notation} has no two-stack folding at crease {crease}: its creases are {creases}")
+    """The folding with a given flat crease, or its opposite; NotationError when the circuit does not fold there."""
+    half = circuit.n // 2
+    return Folding(circuit, crease - half if half <= crease < circuit.n and circuit.n % 2 == 0 else crease)
+
+
+def split_crease(text: str) -> tuple[str, int | None]:
+    """Name and crease of DESIGN[:CREASE], a design by its notation or id; NotationError for what is neither."""
+    parts = text.split(":")
+    notation = not parts[0].isdigit()
+    if len(parts) > 2 + notation or not all(part.isascii() and part.isdigit() for part in parts[notation:]):
+        raise NotationError(f"malformed design {text!r}: write an id or a circuit notation, then :CREASE if wanted")
+    # more digits than these are no crease whatever they are, and Python reads no more than 4300
+    crease = int(parts[1 + notation].lstrip("0")[:9] or "0") if len(parts) > 1 + notation else None
+    return ":".join(parts[: 1 + notation]), crease
+
+
+def _folds_at(circuit: Circuit, crease: int) -> bool:
+    """Whether a crease, and its opposite, is flat in a folding: sums of turns with alternating signs (theory.md, 4)."""
+    n, m = circuit.n, circuit.grid.directions
+    half = n // 2
+    if n % 2 or not 0 <= crease < half:
+        return False
+    word = circuit.word
+    signed = [(-1) ** k * (word[k] - word[k - 1]) for k in range(n)]
+    return bool(sum(signed) % m == 0 and (sum(signed[crease + 1 : crease + half + 1]) - m // 2 * half) % m == 0)

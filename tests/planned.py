@@ -6,9 +6,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.circuit import Circuit
 from hcsearch.flat_pairs import linkage_joined
-from hcsearch.folding import folding_of
+from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.proofs import PLAYS, Proof, Prover
@@ -44,8 +43,7 @@ class Planned:
 
 def joined(name: str, way: Way) -> Linkage:
     """The linkage of a folding."""
-    circuit, crease = name.rsplit(":", 1)
-    folding = folding_of(Circuit.from_notation(circuit).canonical(), int(crease))
+    folding = Folding.from_notation(name)
     return linkage_joined(folding, default_panel(folding.circuit.grid.name), way)
 
 

@@ -141,3 +141,32 @@ def test_folding_by_either_crease_and_a_crease_that_does_not_fold():
     assert str(folding) == f"{circuit}:{folding.crease}"
     with pytest.raises(NotationError, match="its creases are"):
         folding_of(Circuit.from_notation("hex:024"), 0)
+
+
+@pytest.mark.parametrize("search", [PolygonSearch(GRIDS["hex"], 8), PolygonSearch(GRIDS["square"], 12)], ids=str)
+def test_foldings_exist_at_their_creases_alone(search):
+    for batch in search.batches():
+        for word in batch.words.tolist():
+            circuit = Circuit(search.grid, tuple(word))
+            creases = {folding.crease for folding in foldings(circuit)}
+            for crease in range(-1, circuit.n + 1):
+                if crease in creases:
+                    assert Folding.from_notation(Folding(circuit, crease).notation) == Folding(circuit, crease)
+                else:
+                    with pytest.raises(NotationError, match="has no two-stack folding at crease"):
+                        Folding(circuit, crease)
+
+
+@pytest.mark.parametrize(
+    "text", ["hex:0234550132", "hex:0234550132:x", "17:4:1", "hex", "", "hex:024:0", "hex:02345501324:1"]
+)
+def test_what_is_no_notation_of_a_folding_is_refused(text):
+    with pytest.raises(NotationError):
+        Folding.from_notation(text)
+
+
+def test_a_notation_may_have_any_position_order_and_opposite():
+    folding = Folding.from_notation("hex:0234550132:3")
+    assert Folding.from_notation("hex:0234550132:8") == folding
+    turned = "".join(str((int(step) + 1) % 6) for step in "0234550132")
+    assert Folding.from_notation(f"hex:{turned}:3") == folding

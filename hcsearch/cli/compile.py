@@ -17,8 +17,8 @@ import click
 from hcsearch.cli.progress import Meter
 from hcsearch.errors import HcsearchError
 
-_FOLDING = ("hex:023350", 1)
-_MOVABLE = ("hex:0234550132", 4)
+_FOLDING = "hex:023350:1"
+_MOVABLE = "hex:0234550132:4"
 _LOOK = 0.5  # s, between two looks
 
 
@@ -40,31 +40,26 @@ def _one_array() -> None:
 
 
 def _check() -> None:
-    from hcsearch.circuit import Circuit
     from hcsearch.deployment.checking import check
     from hcsearch.deployment.compiling import compile_scene
     from hcsearch.flat_pairs import folding_linkage
-    from hcsearch.folding import folding_of
+    from hcsearch.folding import Folding
     from hcsearch.scenes import SCENES
 
-    circuit, crease = _FOLDING
-    linkage = folding_linkage(folding_of(Circuit.from_notation(circuit).canonical(), crease))
+    linkage = folding_linkage(Folding.from_notation(_FOLDING))
     check([compile_scene(linkage, SCENES["default"])], whole=False)
 
 
 def _plan() -> None:
-    from hcsearch.circuit import Circuit
-    from hcsearch.folding import folding_of
+    from hcsearch.folding import Folding
     from hcsearch.planning.motions import motion_of
     from hcsearch.scenes import default_panel
 
-    circuit, crease = _MOVABLE
-    motion_of(folding_of(Circuit.from_notation(circuit).canonical(), crease), default_panel("hex"), ("rigid",))
+    motion_of(Folding.from_notation(_MOVABLE), default_panel("hex"), ("rigid",))
 
 
 def _deploy() -> None:
-    circuit, crease = _FOLDING
-    _run("deploy", f"{circuit}:{crease}")
+    _run("deploy", _FOLDING)
 
 
 def _run(*words: str) -> None:

@@ -27,10 +27,10 @@ def show(design: str, db: str) -> None:
     A circuit notation needs no database; it may be in any position, order or direction. Creases are numbered in the
     canonical order that the first lines show.
     """
-    from hcsearch.folding import folding_of, foldings
-    from hcsearch.subjects.designs import design_named, split_design
+    from hcsearch.folding import folding_of, foldings, split_crease
+    from hcsearch.subjects.designs import design_named
 
-    name, crease = split_design(design)
+    name, crease = split_crease(design)
     circuit, row = design_named(name, db)
     chosen = foldings(circuit) if crease is None else [folding_of(circuit, crease)]
     _print_circuit(circuit, row)

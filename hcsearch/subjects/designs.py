@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from hcsearch.circuit import Circuit
-from hcsearch.errors import HcsearchError, NotationError
-from hcsearch.folding import Folding, folding_of, foldings
+from hcsearch.errors import HcsearchError
+from hcsearch.folding import Folding, folding_of, foldings, split_crease
 from hcsearch.store import find_design, open_readonly
 
 
@@ -19,22 +19,11 @@ def design_named(name: str, db: str) -> tuple[Circuit, dict[str, Any]]:
     return Circuit.from_notation(row["circuit"]), row
 
 
-def split_design(design: str) -> tuple[str, int | None]:
-    """Name and crease of DESIGN[:CREASE]; a circuit notation has a colon of its own."""
-    parts = design.split(":")
-    notation = not parts[0].isdigit()
-    if len(parts) > 2 + notation or not all(part.isascii() and part.isdigit() for part in parts[notation:]):
-        raise NotationError(f"malformed design {design!r}: write an id or a circuit notation, then :CREASE if wanted")
-    # more digits than these are no crease whatever they are, and Python reads no more than 4300
-    crease = int(parts[1 + notation].lstrip("0")[:9] or "0") if len(parts) > 1 + notation else None
-    return ":".join(parts[: 1 + notation]), crease
-
-
 def folding_named(name: str, db: str) -> Folding:
     """The folding that a name stands for: DESIGN:CREASE, or a design that has one."""
     if not any(mark.isdigit() for mark in name) or not (name[0].isdigit() or ":" in name):
         raise HcsearchError(f"there is no assembly {name!r}: see hcsearch assembly list, or name DESIGN:CREASE")
-    text, crease = split_design(name)
+    text, crease = split_crease(name)
     circuit, _ = design_named(text, db)
     if crease is not None:
         return folding_of(circuit, crease)

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.circuit import Circuit
 from hcsearch.collision.margins import margin_of
 from hcsearch.flat_pairs import linkage_joined
-from hcsearch.folding import folding_of
+from hcsearch.folding import Folding
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.proofs import Prover
 from hcsearch.scenes import default_panel
@@ -65,8 +64,7 @@ ENGINES: dict[str, Search] = {OURS: ours, "OMPL RRT-Connect": ompl_search.search
 def peer_rows(subject: Subject, searches: int, limit: float) -> Iterator[PeerRow]:
     """Ask every engine for paths of a folding, each so often, with so many processor seconds a search."""
     name, way = subject
-    circuit, crease = name.rsplit(":", 1)
-    folding = folding_of(Circuit.from_notation(circuit).canonical(), int(crease))
+    folding = Folding.from_notation(name)
     linkage = linkage_joined(folding, default_panel(folding.circuit.grid.name), way)
     planner, prover = Planner(linkage, margin_of(linkage)), Prover(linkage)
     planner.plan(1)  # compiled

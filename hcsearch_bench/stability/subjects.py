@@ -54,7 +54,7 @@ def _linkage(name: str, panels: int, ratio: float) -> Linkage:
     from hcsearch.assemblies import ASSEMBLIES
     from hcsearch.circuit import Circuit
     from hcsearch.flat_pairs import folding_linkage
-    from hcsearch.folding import folding_of, foldings
+    from hcsearch.folding import Folding, foldings
     from hcsearch.grid import grid_named
     from hcsearch.linkage import Linkage
 
@@ -70,8 +70,7 @@ def _linkage(name: str, panels: int, ratio: float) -> Linkage:
         width = WIDTHS.get(name, SIDE)
         sized = defaults if ratio == THICK else replace(defaults, thickness=ratio * width)
         return Linkage(ASSEMBLIES[name].build(sized))
-    circuit, crease = name.rsplit(":", 1)
-    return folding_linkage(folding_of(Circuit.from_notation(circuit).canonical(), int(crease)), size)
+    return folding_linkage(Folding.from_notation(name), size)
 
 
 def _strip(panels: int, thickness: float) -> Linkage:

@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.circuit import Circuit
 from hcsearch.deployment.compiling import OMISSIONS, Compiled, compile_scene
 from hcsearch.deployment.deploying import run
 from hcsearch.dynamics.system import System
 from hcsearch.flat_pairs import folding_linkage
-from hcsearch.folding import folding_of
+from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import SCENES, Scene
 from hcsearch.vocabulary import Formulation
@@ -130,5 +129,4 @@ def assembly(name: str) -> Linkage:
 
 def design(text: str, *, merged: bool = False) -> Linkage:
     """The linkage of a folding by its notation, such as `hex:023224350400:4`."""
-    notation, crease = text.rsplit(":", 1)
-    return folding_linkage(folding_of(Circuit.from_notation(notation).canonical(), int(crease)), merged=merged)
+    return folding_linkage(Folding.from_notation(text), merged=merged)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from hcsearch.circuit import Circuit
-from hcsearch.folding import folding_of
+from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import default_panel
 from hcsearch_bench.mobility.bench import _ends, _play, measure_mobility
@@ -35,7 +34,7 @@ def test_rows_are_those_of_the_stage(tables):
 
 
 def test_play_bounds_what_a_gap_at_the_stops_lets_a_hinge_turn():
-    folding = folding_of(Circuit.from_notation("hex:0234550132"), 3)
+    folding = Folding.from_notation("hex:0234550132:3")
     panel = default_panel("hex")
     play = _play(folding, panel, ("folded", _ends(folding, panel)["folded"]))
     linkage = Linkage(folding.pattern(panel))

@@ -8,10 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hcsearch.circuit import Circuit
 from hcsearch.enumeration import PolygonSearch
 from hcsearch.flat_pairs import linkage_joined, ways
-from hcsearch.folding import folding_of
+from hcsearch.folding import Folding
 from hcsearch.grid import grid_named
 from hcsearch.locks.proofs import lock_at
 from hcsearch.planning.motions import motion_of
@@ -61,8 +60,7 @@ def test_foldings_are_those_of_direct_calls():
     assert [row.result for row in rows] == ["movable", "locked", "undecided"]
     panel = default_panel("hex")
     for row in rows:
-        circuit, crease = row.folding.rsplit(":", 1)
-        folding = folding_of(Circuit.from_notation(circuit).canonical(), int(crease))
+        folding = Folding.from_notation(row.folding)
         linkage = linkage_joined(folding, panel, "hinged")
         locked = any(lock_at(linkage, end).locked for end in (linkage.folded, linkage.flat))
         assert locked == (row.result == "locked")

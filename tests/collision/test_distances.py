@@ -9,12 +9,11 @@ from hypothesis import strategies as st
 from naive_distances import feature_distance, overlap_along_all
 
 from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.circuit import Circuit
 from hcsearch.collision.penetration import penetration
 from hcsearch.deployment.deploying import deploy
 from hcsearch.errors import HcsearchError
 from hcsearch.flat_pairs import folding_linkage
-from hcsearch.folding import folding_of
+from hcsearch.folding import Folding
 from hcsearch.kernels.collision.distances import closest, closest_of_pairs, exhaustive, proximity
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import RIGID, Crease, Pattern
@@ -199,8 +198,7 @@ def test_pairs_are_searched_one_by_one_and_remembered():
 def subject(name):
     if name in ASSEMBLIES:
         return Linkage(ASSEMBLIES[name].build(ASSEMBLIES[name].defaults))
-    circuit, crease = name.rsplit(":", 1)
-    return folding_linkage(folding_of(Circuit.from_notation(circuit).canonical(), int(crease)))
+    return folding_linkage(Folding.from_notation(name))
 
 
 def naive_gaps(linkage, angles, pairs, allowed):

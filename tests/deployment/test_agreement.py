@@ -10,7 +10,7 @@ from hcsearch.circuit import Circuit
 from hcsearch.deployment.agreement import LOOSE, Seen, agreed, confirmed, neighbours
 from hcsearch.deployment.deploying import deploy
 from hcsearch.flat_pairs import folding_linkage
-from hcsearch.folding import folding_of
+from hcsearch.folding import Folding, folding_of
 from hcsearch.scenes import SCENES
 
 TIMES = st.floats(1e-6, 1e6)
@@ -97,5 +97,5 @@ def test_motions_along_branches_of_singular_states_are_found(name, crease, verdi
 
 
 def test_what_does_not_come_flat_is_not_simulated_again():
-    linkage = folding_linkage(folding_of(Circuit.from_notation("hex:023350").canonical(), 1))
+    linkage = folding_linkage(Folding.from_notation("hex:023350:1"))
     assert confirmed(deploy(linkage, replace(SCENES["default"], seconds=0.02))) is None

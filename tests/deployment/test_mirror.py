@@ -8,10 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.circuit import Circuit
 from hcsearch.dynamics.mirror import mirror_of
 from hcsearch.flat_pairs import folding_linkage
-from hcsearch.folding import folding_of, foldings
+from hcsearch.folding import Folding, foldings
 from hcsearch.linkage import Linkage
 from tests.strategies import circuits
 
@@ -126,5 +125,4 @@ def test_a_mirror_stays_where_the_sheet_is_turned_or_moved():
 
 
 def named(name):
-    circuit, crease = name.rsplit(":", 1)
-    return folding_of(Circuit.from_notation(circuit).canonical(), int(crease))
+    return Folding.from_notation(name)

@@ -8,7 +8,6 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from hcsearch.circuit import Circuit
 from hcsearch.deployment.deploying import compile_driven, deploy
 from hcsearch.deployment.driving import drives_in, drives_text
 from hcsearch.drive import driving
@@ -20,7 +19,7 @@ from hcsearch.drive.torques import torques_along
 from hcsearch.dynamics.laws import linear
 from hcsearch.dynamics.simulation import simulate
 from hcsearch.errors import HcsearchError, SceneError
-from hcsearch.folding import folding_of
+from hcsearch.folding import Folding
 from hcsearch.scenes import SCENES
 
 QUICK = driving.Wishes(rate=4.0, acceleration=40.0, period=0.005)
@@ -40,8 +39,7 @@ SIX_BY_FIVE = "square:012233332111123333300001210121:1"
 
 
 def folding_named(name):
-    circuit, crease = name.rsplit(":", 1)
-    return folding_of(Circuit.from_notation(circuit).canonical(), int(crease))
+    return Folding.from_notation(name)
 
 
 @pytest.fixture(scope="module")

@@ -4,12 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from hcsearch.circuit import Circuit
 from hcsearch.deployment.deploying import compile_driven
 from hcsearch.deployment.scales import settled
 from hcsearch.drive.latches import Latch, latches_on, release
 from hcsearch.flat_pairs import linkage_joined
-from hcsearch.folding import folding_of
+from hcsearch.folding import Folding
 from hcsearch.scenes import SCENES, default_panel
 from tests.linkages import linkage_named
 
@@ -27,7 +26,7 @@ def test_a_hinge_that_leaves_late_waits_for_the_one_furthest_ahead():
 
 
 def test_latched_hinges_stay_until_they_are_let_go():
-    folding = folding_of(Circuit.from_notation("square:012233330111").canonical(), 4)
+    folding = Folding.from_notation("square:012233330111:4")
     linkage = linkage_joined(folding, default_panel("square"), "hinged")
     compiled = compile_driven(linkage, settled(replace(SCENES["default"], flat_pairs="hinged"), linkage), None)
     latches = (Latch(7, 6, 2.53), Latch(9, 6, 2.15))

@@ -11,7 +11,6 @@ from naive_dynamics import Twin, random_body, random_system
 from scipy.integrate import RK45, solve_ivp
 from scipy.special import ellipj, ellipk
 
-from hcsearch.circuit import Circuit
 from hcsearch.dynamics.bodies import Body
 from hcsearch.dynamics.laws import FREE, law_named, linear, quadratic
 from hcsearch.dynamics.methods import SOLVERS, method_named
@@ -19,7 +18,7 @@ from hcsearch.dynamics.panels import panel_tree
 from hcsearch.dynamics.simulation import simulate
 from hcsearch.dynamics.system import Drive, System
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
-from hcsearch.folding import folding_of
+from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 
 Y = np.array([0.0, 1.0, 0.0])
@@ -378,8 +377,7 @@ def test_states_between_steps_have_an_error_of_sixth_order():
 
 @pytest.mark.parametrize("notation", ["square:012233300121:5", "square:012122333001:1", "hex:0233340501:3"])
 def test_equal_springs_deploy_a_mirror_symmetric_folding_symmetrically(notation):
-    circuit, crease = notation.rsplit(":", 1)
-    folding = folding_of(Circuit.from_notation(circuit), int(crease))
+    folding = Folding.from_notation(notation)
     linkage = Linkage(folding.pattern((0.05, 0.05, 0.006), merged=True))
     one, two = folding.mirror_pairs[0]
     cells = np.array([np.mean(facet, axis=0) for facet in linkage.pattern.facets])

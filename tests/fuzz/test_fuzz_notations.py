@@ -5,9 +5,9 @@ import random
 import pytest
 
 from hcsearch.circuit import Circuit
+from hcsearch.folding import split_crease
 from hcsearch.grid import GRIDS, Array, grid_named, parse_array
 from hcsearch.store.conditions import find_quantity, parse_query, sort_terms, split_names
-from hcsearch.subjects.designs import split_design
 from tests.fuzz.mutations import judge, mutated
 
 SEEDS = [
@@ -27,7 +27,7 @@ def judge_all(text):
     taken.append(judge(text, Array.from_notation, lambda array: Array.from_notation(array.notation)))
     taken.append(judge(text, Circuit.from_notation, lambda circuit: Circuit.from_notation(circuit.notation)))
     taken.append(judge(text, lambda t: Circuit.from_notation(t).canonical(), lambda circuit: circuit.canonical()))
-    taken.append(judge(text, split_design))
+    taken.append(judge(text, split_crease))
     taken.append(judge(text, parse_query))
     taken.append(judge(text, lambda t: sort_terms("designs", t)))
     taken.append(judge(text, lambda t: [find_quantity("designs", name) for name in split_names(t)]))

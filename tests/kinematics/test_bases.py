@@ -11,8 +11,7 @@ import scipy.linalg
 from hcsearch.assemblies.assembly import Parameters
 from hcsearch.assemblies.squares import element_6r
 from hcsearch.assemblies.units import unit_i, unit_ii
-from hcsearch.circuit import Circuit
-from hcsearch.folding import folding_of
+from hcsearch.folding import Folding
 from hcsearch.kinematics.closing import Closed
 from hcsearch.kinematics.local import Local, local_at
 from hcsearch.linkage import Linkage
@@ -140,7 +139,7 @@ def test_distances_that_closure_blurs_say_nothing(distances, power, monkeypatch)
 
 
 def test_proofs_of_locks_are_as_good_in_every_basis(monkeypatch):
-    it = Linkage(folding_of(Circuit.from_notation("hex:0233534001").canonical(), 3).pattern((0.05, 0.05, 0.006)))
+    it = Linkage(Folding.from_notation("hex:0233534001:3").pattern((0.05, 0.05, 0.006)))
     lock = lock_at(it, it.folded)
     assert lock.order == 2
     real = scipy.linalg.null_space

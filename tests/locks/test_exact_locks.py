@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.circuit import Circuit
-from hcsearch.folding import folding_of
+from hcsearch.folding import Folding
 from hcsearch.kernels.linkage.cones import cone_rays
 from hcsearch.linkage import Linkage
 from hcsearch.locks import certificates
@@ -68,7 +67,7 @@ def test_whole_screws_are_the_true_ones_wherever_the_pattern_is_drawn(folding, h
 
 def test_rectangles_and_many_loops_have_whole_screws_too_and_other_tilings_none():
     rng = np.random.default_rng(1)
-    rectangle = folding_of(Circuit.from_notation("rectangle:0122233300012210"), 2)
+    rectangle = Folding.from_notation("rectangle:0122233300012210:2")
     for linkage, angles in both_ends(rectangle, (0.05, 0.0412, 0.0061)):
         agree(linkage, angles, rng)
     for name in ("fig-5.10a", "thesis-4x4", "array-6r"):
@@ -184,7 +183,7 @@ def test_a_wrench_has_no_power_at_all_on_hinges_that_turn():
 
 def test_a_proof_that_leaves_out_a_ray_is_refused():
     """The three other rays of this end turn the same hinges, and floating point finds a proof for them alone."""
-    linkage, angles = both_ends(folding_of(Circuit.from_notation("hex:0223435501"), 2))[0]
+    linkage, angles = both_ends(Folding.from_notation("hex:0223435501:2"))[0]
     columns, senses = screws(linkage, angles)
     end, jacobian = whole_end(linkage, angles), linkage.closure(angles)[1]
     rays = np.array(certificates.extreme_rays(end.columns.T.tolist()), float)
@@ -241,7 +240,7 @@ def test_what_whole_numbers_refuse_is_not_locked(monkeypatch):
 
 def test_locks_with_rigid_and_with_hinged_flat_pairs_are_two_statements():
     """The README's folding deploys with hinged flat pairs; 2 of the 14 locked ones of ten hexagons stay locked."""
-    folding = folding_of(Circuit.from_notation("hex:0234550132"), 3)
+    folding = Folding.from_notation("hex:0234550132:3")
     assert any(lock_at(*end).locked for end in both_ends(folding))
     assert not any(lock_at(*end).locked for end in both_ends(folding, hinged=True))
     words = np.array([folding.circuit.word for folding in TEN], np.int8)

@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from hcsearch import enumerate_circuits, twist
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.circuit import Circuit
-from hcsearch.folding import Folding, folding_of, foldings
+from hcsearch.folding import Folding, foldings
 from hcsearch.linkage import Linkage
 from hcsearch.locks.proofs import MARGIN, lock_at
 
@@ -113,7 +113,7 @@ def test_what_moves_is_not_called_locked_and_closes_when_forced():
 
 def test_a_lock_by_a_hair_is_a_lock():
     """Isolated, though it is closed again at 0.106 rad in all and never open by more than a micrometre between."""
-    linkage, ((angles, lock), _) = ends(folding_of(Circuit.from_notation("hex:02331323540500"), 2))
+    linkage, ((angles, lock), _) = ends(Folding.from_notation("hex:02331323540500:2"))
     assert lock.order == 2
     assert least_gap(linkage, angles, 0.02) > 1e-4 * 0.02**2
     assert least_gap(linkage, angles, 0.12) < 1e-8
@@ -136,7 +136,7 @@ def test_hinged_flat_pairs_free_all_but_two():
 
 
 def test_an_open_chain_is_free():
-    strip = folding_of(Circuit.from_notation("square:0123"), 0)
+    strip = Folding.from_notation("square:0123:0")
     linkage = Linkage(strip.pattern(SIZE))
     lock = lock_at(linkage, linkage.folded)
     assert not lock.locked

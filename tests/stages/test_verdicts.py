@@ -18,7 +18,7 @@ from hcsearch.deployment.springs import with_springs
 from hcsearch.deployment.verdicts import verdicts
 from hcsearch.enumeration import PolygonSearch
 from hcsearch.flat_pairs import folding_linkage
-from hcsearch.folding import folding_at, folding_of
+from hcsearch.folding import Folding, folding_at
 from hcsearch.grid import GRIDS
 from hcsearch.pipeline.judging import PIECE_SECONDS, Judge, Piece, pieces, seconds_of, unfinished
 from hcsearch.pipeline.rows import design_rows
@@ -312,7 +312,7 @@ def test_pieces_are_small_whole_and_the_same_each_time():
 
 @pytest.mark.parametrize("grade", [*GRADES, OUTER])
 def test_graded_springs_run_between_both_bounds(grade):
-    folding = folding_of(Circuit.from_notation("hex:0234435011").canonical(), 1)
+    folding = Folding.from_notation("hex:0234435011:1")
     compiled = compile_scene(folding_linkage(folding), DEFAULT, keep=STOPS)
     found = springs_of(folding, compiled, grade)
     assert found.shape == (compiled.system.n_joints,)
@@ -322,7 +322,7 @@ def test_graded_springs_run_between_both_bounds(grade):
 
 
 def test_spread_springs_differ_and_stay_within_the_bounds():
-    folding = folding_of(Circuit.from_notation("hex:0234435011").canonical(), 1)
+    folding = Folding.from_notation("hex:0234435011:1")
     compiled = compile_scene(folding_linkage(folding, hinged=True), DEFAULT, keep=STOPS)
     found = np.array([springs_of(folding, compiled, name) for name in SPREAD])
     assert found.shape == (len(SPREAD), compiled.system.n_joints)
@@ -334,7 +334,7 @@ def test_spread_springs_differ_and_stay_within_the_bounds():
 
 
 def test_stops_that_seem_to_pull_in_a_singular_state_do_not_halt_the_motion():
-    folding = folding_of(Circuit.from_notation("hex:023234340000").canonical(), 3)
+    folding = Folding.from_notation("hex:023234340000:3")
     compiled = compile_scene(folding_linkage(folding, hinged=True), DEFAULT, keep=STOPS)
     scenes = [with_springs(compiled, springs_of(folding, compiled, name)) for name in SPREAD]
     for found in check(scenes, tolerance=1e-5):
@@ -343,7 +343,7 @@ def test_stops_that_seem_to_pull_in_a_singular_state_do_not_halt_the_motion():
 
 
 def test_springs_set_later_are_those_of_a_scene_compiled_with_them():
-    folding = folding_of(Circuit.from_notation("hex:0234435011").canonical(), 1)
+    folding = Folding.from_notation("hex:0234435011:1")
     linkage = folding_linkage(folding)
     compiled = compile_scene(linkage, DEFAULT, keep=STOPS)
     changed = with_springs(compiled, np.geomspace(0.01, 0.2, compiled.system.n_joints))
@@ -357,7 +357,7 @@ def test_springs_set_later_are_those_of_a_scene_compiled_with_them():
 
 
 def test_a_verdict_has_a_reason():
-    linkage = folding_linkage(folding_of(Circuit.from_notation("hex:02234400").canonical(), 1))
+    linkage = folding_linkage(Folding.from_notation("hex:02234400:1"))
     (found,) = check([compile_scene(linkage, DEFAULT)])
     assert found.verdict == "collides"
     assert found.reason == f"panels 3 and 5 collide at {found.collision[0]:.4g} s"
