@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,9 @@ from hcsearch_bench.collision.deployments import DEPLOYMENTS, FAR, QUICK_DEPLOYM
 from hcsearch_bench.collision.pairs import FAMILIES, Family, Sample
 from hcsearch_bench.collision.proofs import settle
 from hcsearch_bench.peers import coal_distances as coal
-from hcsearch_bench.run.machine import Machine, this_machine
-from hcsearch_bench.run.tables import Table, save
+from hcsearch_bench.run.machine import this_machine
+from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.tables import Table
 from hcsearch_bench.run.timing import Stopwatch, median_time
 
 Reals = NDArray[np.float64]
@@ -70,10 +71,12 @@ class GoalRow:
 
 
 @dataclass(frozen=True)
-class Report:
+class CollisionReport(Report):
     """All that one run of the bench measured."""
 
-    machine: Machine
+    page: ClassVar[str] = "collision"
+    heading: ClassVar[str] = "# Bench: collision"
+
     pairs: list[PairRow]
     deployments: list[DeploymentRow]
 
@@ -121,7 +124,7 @@ class Report:
         ]
 
 
-def measure(*, quick: bool = False, repeats: int = 3, say: Callable[[str], None] = print) -> Report:
+def measure(*, quick: bool = False, repeats: int = 3, say: Callable[[str], None] = print) -> CollisionReport:
     """Run the whole bench: minutes; `quick`: a fiftieth of the pairs, two deployments."""
     machine = this_machine(("coal", "pin"))
     repeats = 1 if quick else repeats
@@ -133,7 +136,7 @@ def measure(*, quick: bool = False, repeats: int = 3, say: Callable[[str], None]
     for name in QUICK_DEPLOYMENTS if quick else DEPLOYMENTS:
         say(f"deployment of {name}")
         deployments.append(deployment_row(name, repeats))
-    return Report(machine, rows, deployments)
+    return CollisionReport(machine, rows, deployments)
 
 
 @dataclass
@@ -204,8 +207,3 @@ def _beside_coal(sample: Sample, solids: Reals, counts: Whole, found: _Answers, 
         "coal_warm_us": 1e6 * median_time(lambda: scene.seconds(warm=True), repeats)[0] / n,
         "coal_loop_us": 1e6 * seconds / len(theirs),
     }
-
-
-def save_report(report: Report, folder: Path) -> None:
-    """Write tables and the machine into a folder."""
-    save(report.tables, report.machine, folder, "collision", "# Bench: collision")

@@ -7,7 +7,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass
-from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
@@ -23,8 +23,9 @@ from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch, Mobili
 from hcsearch.scenes import SCENES
 from hcsearch.stages.mobility import mobility
 from hcsearch.twisting import twist_batch
-from hcsearch_bench.run.machine import Machine, this_machine
-from hcsearch_bench.run.tables import Table, save
+from hcsearch_bench.run.machine import this_machine
+from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.tables import Table
 
 SIZES = {"hex": range(6, 17, 2), "square": range(4, 21, 2), "triangle": range(10, 27, 4)}
 QUICK = {"hex": range(6, 9, 2), "square": range(4, 9, 2), "triangle": range(10, 11)}
@@ -78,10 +79,13 @@ class DeployabilityRow:
 
 
 @dataclass(frozen=True)
-class Report:
+class DeployabilityReport(Report):
     """What one run of the bench measured."""
 
-    machine: Machine
+    page: ClassVar[str] = "tables"
+    heading: ClassVar[str] = _HEADING
+    data: ClassVar[str] = "deployability"
+
     rows: list[DeployabilityRow]
 
     @property
@@ -107,18 +111,13 @@ class Report:
         ]
 
 
-def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> Report:
+def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> DeployabilityReport:
     """Check everything, and say each row when it is finished: half an hour, or seconds when `quick`."""
     rows = []
     for named in _searches(quick):
         rows.append(_row(*named))
         say(_line(rows[-1]))
-    return Report(this_machine(), rows)
-
-
-def save_report(report: Report, folder: Path) -> None:
-    """Write a part of `tables.md` into a folder, and the CSV file and the machine below it."""
-    save(report.tables, report.machine, folder, "tables", _HEADING, data="deployability")
+    return DeployabilityReport(this_machine(), rows)
 
 
 def _searches(quick: bool) -> Iterator[tuple[str, str, Search]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 from hcsearch.unit_search.elements import untwisted
 from hcsearch_bench.dynamics.deployments import (
@@ -18,8 +19,9 @@ from hcsearch_bench.dynamics.deployments import (
 from hcsearch_bench.dynamics.scale import ScaleRow, scale_rows
 from hcsearch_bench.dynamics.work import LEVELS, OUTPUTS, ReferenceRow, WorkRow, seconds_at, subject_rows
 from hcsearch_bench.run.figures import plot_work
-from hcsearch_bench.run.machine import Machine, this_machine
-from hcsearch_bench.run.tables import Table, save
+from hcsearch_bench.run.machine import this_machine
+from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.tables import Table
 from hcsearch_bench.run.work import OURS, QUICK_PATIENCE
 from hcsearch_bench.subjects.deployments import LOOP, WHOLE, subjects
 
@@ -66,10 +68,12 @@ class GoalRow:
 
 
 @dataclass(frozen=True)
-class Report:
+class DynamicsReport(Report):
     """All that one run of the bench measured."""
 
-    machine: Machine
+    page: ClassVar[str] = "dynamics"
+    heading: ClassVar[str] = "# Bench: dynamics"
+
     work: list[WorkRow]
     references: list[ReferenceRow]
     deployments: list[DeploymentRow]
@@ -140,8 +144,17 @@ class Report:
             Table("goals", "Goals", f"Ratios of run times at an error of {ERROR:g} rad.", self.goals),
         ]
 
+    def draw(self, folder: Path) -> None:
+        """Write the pictures."""
+        points = [
+            (row.subject, row.engine, _curve(row), _seconds(row), row.error)
+            for row in self.work
+            if row.error is not None and row.formulation != "quasistatic"
+        ]
+        plot_work(points, "greatest error of a hinge angle (rad)", folder / "work.png")
 
-def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> Report:
+
+def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> DynamicsReport:
     """Run the whole bench: minutes; `quick`: two subjects, few settings, a tenth of a deployment."""
     machine = this_machine(PEERS)
     repeats, patience = (1, QUICK_PATIENCE) if quick else (repeats, PATIENCE)
@@ -162,7 +175,7 @@ def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> Repor
     for grid, n in QUICK_CHECKED if quick else CHECKED:
         say(f"the quick check: {grid} n = {n}")
         checked.append(quick_row(f"{grid} n = {n}", list(untwisted(grid, n))))
-    return Report(machine, work, references, deployments, scale, checked)
+    return DynamicsReport(machine, work, references, deployments, scale, checked)
 
 
 def best_of(rows: Sequence[WorkRow]) -> list[BestRow]:
@@ -287,17 +300,6 @@ def _between(goal: str, least: float | None, most: float | None, measured: float
     met = measured is not None and (least is None or measured >= least) and (most is None or measured <= most)
     word = "not measured" if measured is None else "yes" if met else "no"
     return GoalRow(goal, least, most, measured, word, note)
-
-
-def save_report(report: Report, folder: Path) -> None:
-    """Write tables, picture and the machine into a folder."""
-    save(report.tables, report.machine, folder, "dynamics", "# Bench: dynamics")
-    points = [
-        (row.subject, row.engine, _curve(row), _seconds(row), row.error)
-        for row in report.work
-        if row.error is not None and row.formulation != "quasistatic"
-    ]
-    plot_work(points, "greatest error of a hinge angle (rad)", folder / "work.png")
 
 
 def _curve(row: WorkRow) -> str:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 from hcsearch_bench.enumeration import arrays, counting, listing
 from hcsearch_bench.enumeration.plots import plot_arrays, plot_growth
-from hcsearch_bench.run.machine import Machine, this_machine
-from hcsearch_bench.run.tables import Table, save
+from hcsearch_bench.run.machine import this_machine
+from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.tables import Table
 
 PEERS = ("graphillion", "networkx")
 LIMIT, QUICK_LIMIT = 60.0, 2.0
@@ -18,10 +20,12 @@ _TIMES = "Times are processor seconds on one core, medians of `runs`"
 
 
 @dataclass(frozen=True)
-class Report:
+class EnumerationReport(Report):
     """All that one run of the bench measured."""
 
-    machine: Machine
+    page: ClassVar[str] = "enumeration"
+    heading: ClassVar[str] = "# Bench: enumeration"
+
     limit: float
     one_array: list[arrays.ArrayRow]
     listed: list[listing.ListingRow]
@@ -67,10 +71,15 @@ class Report:
             ),
         ]
 
+    def draw(self, folder: Path) -> None:
+        """Write the pictures."""
+        plot_growth(self.listed, self.growth, folder / "growth.png")
+        plot_arrays(self.one_array, self.limit, folder / "arrays.png")
+
 
 def measure(
     *, quick: bool = False, repeats: int = 3, limit: float | None = None, say: Callable[[str], None] = print
-) -> Report:
+) -> EnumerationReport:
     """Run the whole bench: minutes, or seconds when `quick`. Raises HcsearchError when counts disagree.
 
     limit : seconds on the wall for each process of a peer.
@@ -83,11 +92,4 @@ def measure(
     counted = counting.measure_counting(
         counting.QUICK if quick else counting.SIZES, limit=limit, repeats=repeats, say=say
     )
-    return Report(machine, limit, one_array, listed, listing.fit_growth(listed), counted)
-
-
-def save_report(report: Report, folder: Path) -> None:
-    """Write tables, pictures and the machine into a folder."""
-    save(report.tables, report.machine, folder, "enumeration", "# Bench: enumeration")
-    plot_growth(report.listed, report.growth, folder / "growth.png")
-    plot_arrays(report.one_array, report.limit, folder / "arrays.png")
+    return EnumerationReport(machine, limit, one_array, listed, listing.fit_growth(listed), counted)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from typing import ClassVar
 
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.deployment.deploying import Deployment, deploy
@@ -18,8 +18,9 @@ from hcsearch.scenes import Scene, Vector
 from hcsearch.tuning.choice import SpringSet
 from hcsearch.tuning.tuning import EVALUATIONS, SAMPLES, Tuning, tune
 from hcsearch.vocabulary import Formulation
-from hcsearch_bench.run.machine import Machine, this_machine
-from hcsearch_bench.run.tables import Table, save
+from hcsearch_bench.run.machine import this_machine
+from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.tables import Table
 
 G = 9.81
 GRAVITIES: dict[str, Vector] = {
@@ -84,10 +85,12 @@ class Claim:
 
 
 @dataclass(frozen=True)
-class Report:
+class ExperimentReport(Report):
     """All that one run of the bench found."""
 
-    machine: Machine
+    page: ClassVar[str] = "experiment"
+    heading: ClassVar[str] = "# Bench: the thesis's experiment"
+
     claims: list[Claim]
     uniform: list[UniformRow]
     tuned: list[TunedRow]
@@ -118,7 +121,7 @@ class Report:
         ]
 
 
-def measure(*, quick: bool = False, say: Callable[[str], None]) -> Report:
+def measure(*, quick: bool = False, say: Callable[[str], None]) -> ExperimentReport:
     """Run the bench; quick: exact closure alone for equal springs, and one tuning, without samples."""
     linkage = Linkage((assembly := ASSEMBLIES["thesis-4x4"]).build(assembly.defaults))
     uniform = list(_uniform(linkage, quick, say))
@@ -130,7 +133,7 @@ def measure(*, quick: bool = False, say: Callable[[str], None]) -> Report:
         evaluations, samples = (100, 0) if quick else (EVALUATIONS, SAMPLES)
         tuning = tune(linkage, scene, "compliant", catalogue=CATALOGUE, evaluations=evaluations, samples=samples)
         tuned += _rows(gravity, tuning, time.perf_counter() - began)
-    return Report(this_machine(), claims(uniform, tuned), uniform, tuned)
+    return ExperimentReport(this_machine(), claims(uniform, tuned), uniform, tuned)
 
 
 def _uniform(linkage: Linkage, quick: bool, say: Callable[[str], None]) -> list[UniformRow]:
@@ -204,8 +207,3 @@ def claims(uniform: Sequence[UniformRow], tuned: Sequence[TunedRow]) -> list[Cla
 def _told(rows: Sequence[TunedRow]) -> str:
     clear = [row.gravity for row in rows if row.verdict == "flat, certified clear"]
     return f"certified clear for {len(clear)} of {len(rows)} gravities" + (f": {', '.join(clear)}" if clear else "")
-
-
-def save_report(report: Report, folder: Path) -> None:
-    """Write tables and the machine into a folder."""
-    save(report.tables, report.machine, folder, "experiment", "# Bench: the thesis's experiment")

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 from hcsearch.errors import HcsearchError
 from hcsearch_bench.run.figures import save_figure
 from hcsearch_bench.run.job import Outcome, run_job
-from hcsearch_bench.run.machine import Machine, this_machine
-from hcsearch_bench.run.tables import Table, save
+from hcsearch_bench.run.machine import this_machine
+from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.tables import Table
 from hcsearch_bench.run.timing import Row
 from hcsearch_bench.subjects.polygons import count_polygons, join_polygons, list_polygons
 
@@ -49,10 +51,12 @@ class FoldingRow:
 
 
 @dataclass(frozen=True)
-class Report:
+class FoldingReport(Report):
     """All that one run of the bench measured; limit : seconds on the wall for a process."""
 
-    machine: Machine
+    page: ClassVar[str] = "folding"
+    heading: ClassVar[str] = "# Bench: folding"
+
     limit: float
     rows: list[FoldingRow]
 
@@ -72,6 +76,10 @@ class Report:
                 self.rows,
             )
         ]
+
+    def draw(self, folder: Path) -> None:
+        """Write the pictures."""
+        plot_folding(self.rows, folder / "folding.png")
 
 
 class _Ways:
@@ -97,7 +105,7 @@ class _Ways:
 
 def measure(
     *, quick: bool = False, repeats: int = 3, limit: float | None = None, say: Callable[[str], None] = print
-) -> Report:
+) -> FoldingReport:
     """Run the whole bench: a quarter of an hour, or seconds when `quick`; HcsearchError when numbers differ.
 
     limit : seconds on the wall for each process.
@@ -105,7 +113,7 @@ def measure(
     machine = this_machine()
     limit = limit or (QUICK_LIMIT if quick else LIMIT)
     rows = measure_folding(QUICK if quick else SIZES, limit=limit, repeats=1 if quick else repeats, say=say)
-    return Report(machine, limit, rows)
+    return FoldingReport(machine, limit, rows)
 
 
 def measure_folding(
@@ -162,12 +170,6 @@ def _memory(outcome: Outcome | None) -> float | None:
 
 def _ratio(seconds: float | None, less: float | None) -> float | None:
     return seconds / less if seconds and less else None
-
-
-def save_report(report: Report, folder: Path) -> None:
-    """Write table, picture and the machine into a folder."""
-    save(report.tables, report.machine, folder, "folding", "# Bench: folding")
-    plot_folding(report.rows, folder / "folding.png")
 
 
 def plot_folding(rows: Sequence[FoldingRow], path: Path) -> None:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
+from typing import ClassVar
 
 import numpy as np
 
@@ -20,8 +21,9 @@ from hcsearch.identification.springs import identify_spring
 from hcsearch.identification.vibration import identify_modes
 from hcsearch_bench.identification.rig import MOST_ANGLE, Rig, pairs
 from hcsearch_bench.run.figures import save_figure
-from hcsearch_bench.run.machine import Machine, this_machine
-from hcsearch_bench.run.tables import Table, save
+from hcsearch_bench.run.machine import this_machine
+from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.tables import Table
 
 NOISES = (0.0, 1e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.2, 0.3)
 LAWS = {
@@ -70,10 +72,12 @@ class SpringRow:
 
 
 @dataclass(frozen=True)
-class Report:
+class IdentificationReport(Report):
     """All that one run of the bench measured."""
 
-    machine: Machine
+    page: ClassVar[str] = "identification"
+    heading: ClassVar[str] = "# Bench: identification"
+
     damping: list[DampingRow]
     springs: list[SpringRow]
 
@@ -102,8 +106,12 @@ class Report:
             ),
         ]
 
+    def draw(self, folder: Path) -> None:
+        """Write the pictures."""
+        plot_identification(self.damping, self.springs, folder / "identification.png")
 
-def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> Report:
+
+def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> IdentificationReport:
     """Run the whole bench: some minutes, or seconds when `quick`."""
     machine = this_machine(("scipy",))
     records = QUICK if quick else RECORDS
@@ -114,7 +122,7 @@ def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> Repor
         for k, noise in enumerate(NOISES)
         if noise < 0.1
     ]
-    return Report(machine, damping, springs)
+    return IdentificationReport(machine, damping, springs)
 
 
 def measure_damping(noise: float, seeds: Sequence[int], *, say: Callable[[str], None]) -> DampingRow:
@@ -168,12 +176,6 @@ def _near(frequency: float, true: float) -> bool:
 
 def _rms(values: Sequence[float] | np.ndarray) -> float:
     return float(np.sqrt(np.mean(np.square(values)))) if len(values) else math.nan
-
-
-def save_report(report: Report, folder: Path) -> None:
-    """Write tables, a plot and the machine into a folder."""
-    save(report.tables, report.machine, folder, "identification", "# Bench: identification")
-    plot_identification(report.damping, report.springs, folder / "identification.png")
 
 
 def plot_identification(damping: Sequence[DampingRow], springs: Sequence[SpringRow], path: Path) -> None:

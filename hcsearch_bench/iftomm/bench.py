@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
@@ -19,8 +20,9 @@ from hcsearch_bench.iftomm.work import (
 )
 from hcsearch_bench.peers.multibody import peers
 from hcsearch_bench.run.figures import plot_work
-from hcsearch_bench.run.machine import Machine, this_machine
-from hcsearch_bench.run.tables import Table, save
+from hcsearch_bench.run.machine import this_machine
+from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.tables import Table
 from hcsearch_bench.run.work import OURS, PATIENCE, QUICK_PATIENCE
 
 Say = Callable[[str], None]
@@ -63,10 +65,12 @@ class GoalRow:
 
 
 @dataclass(frozen=True)
-class Report:
+class IftommReport(Report):
     """All that one run of the bench measured."""
 
-    machine: Machine
+    page: ClassVar[str] = "iftomm"
+    heading: ClassVar[str] = "# Bench: iftomm"
+
     work: list[WorkRow]
     best: list[BestRow]
     goals: list[GoalRow]
@@ -101,8 +105,17 @@ class Report:
             ),
         ]
 
+    def draw(self, folder: Path) -> None:
+        """Write the pictures."""
+        points = [
+            (row.problem, row.engine, f"{row.engine}, {row.method}", _seconds(row), row.error)
+            for row in self.work
+            if row.error is not None
+        ]
+        plot_work(points, "greatest error (m)", folder / "work.png")
 
-def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> Report:
+
+def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> IftommReport:
     """Run the whole bench: minutes; `quick`: a tenth of each time, and few settings."""
     machine = this_machine(PEERS)
     repeats, patience = (1, QUICK_PATIENCE) if quick else (repeats, PATIENCE)
@@ -117,7 +130,7 @@ def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> Repor
             if peer.fits(problem):
                 say(f"{problem.name}: {peer.engine}, {peer.method}")
                 rows += peer_rows(problem, times, way, peer, repeats, patience)
-    return Report(machine, rows, best_of(rows), goals_of(rows, 1.0 if quick else 10.0))
+    return IftommReport(machine, rows, best_of(rows), goals_of(rows, 1.0 if quick else 10.0))
 
 
 def best_of(rows: Sequence[WorkRow]) -> list[BestRow]:
@@ -169,14 +182,3 @@ def goals_of(rows: Sequence[WorkRow], over: float) -> list[GoalRow]:
 def _kept(row: WorkRow, goal: str) -> bool:
     value = getattr(row, goal)
     return value is not None and value <= BRICARD[goal]
-
-
-def save_report(report: Report, folder: Path) -> None:
-    """Write tables, picture and the machine into a folder."""
-    save(report.tables, report.machine, folder, "iftomm", "# Bench: iftomm")
-    points = [
-        (row.problem, row.engine, f"{row.engine}, {row.method}", _seconds(row), row.error)
-        for row in report.work
-        if row.error is not None
-    ]
-    plot_work(points, "greatest error (m)", folder / "work.png")

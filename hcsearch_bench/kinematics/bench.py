@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
@@ -25,8 +26,9 @@ from hcsearch_bench.kinematics.following import (
     measure_paths,
 )
 from hcsearch_bench.run.figures import save_figure
-from hcsearch_bench.run.machine import Machine, this_machine
-from hcsearch_bench.run.tables import Table, save
+from hcsearch_bench.run.machine import this_machine
+from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.tables import Table
 
 PEERS = ("scipy",)
 DESIGNS = (("triangle", 10), ("triangle", 14), ("square", 12), ("hex", 10), ("hex", 12))
@@ -78,10 +80,12 @@ class DescentRow:
 
 
 @dataclass(frozen=True)
-class Report:
+class KinematicsReport(Report):
     """All that one run of the bench measured."""
 
-    machine: Machine
+    page: ClassVar[str] = "kinematics"
+    heading: ClassVar[str] = "# Bench: kinematics"
+
     paths: list[PathRow]
     branches: list[BranchRow]
     descents: list[DescentRow]
@@ -135,8 +139,12 @@ class Report:
             ),
         ]
 
+    def draw(self, folder: Path) -> None:
+        """Write the pictures."""
+        plot_paths(self.paths, folder / "paths.png")
 
-def measure(*, quick: bool = False, repeats: int = 3, say: Callable[[str], None] = print) -> Report:
+
+def measure(*, quick: bool = False, repeats: int = 3, say: Callable[[str], None] = print) -> KinematicsReport:
     """Run the whole bench: minutes, or seconds when `quick`; HcsearchError when a scene claims more than is true."""
     machine = this_machine(PEERS)
     paths = measure_paths(UNITS[1:] if quick else UNITS, quick=quick, repeats=1 if quick else repeats, say=say)
@@ -144,7 +152,7 @@ def measure(*, quick: bool = False, repeats: int = 3, say: Callable[[str], None]
     descents = measure_descents(QUICK_DESIGNS if quick else DESIGNS, say=say)
     costs = measure_costs(QUICK_PANELS if quick else PANELS, say=say)
     extremes = measure_extremes(quick=quick, say=say)
-    return Report(machine, paths, branches, descents, costs, fit_costs(costs), extremes)
+    return KinematicsReport(machine, paths, branches, descents, costs, fit_costs(costs), extremes)
 
 
 def measure_branches(*, say: Say) -> list[BranchRow]:
@@ -213,12 +221,6 @@ def measure_descents(designs: Sequence[tuple[str, int]], *, say: Say) -> list[De
 
 
 _PAIRS = {False: "rigid", True: "hinged"}
-
-
-def save_report(report: Report, folder: Path) -> None:
-    """Write tables, picture and the machine into a folder."""
-    save(report.tables, report.machine, folder, "kinematics", "# Bench: kinematics")
-    plot_paths(report.paths, folder / "paths.png")
 
 
 def plot_paths(rows: Sequence[PathRow], path: Path) -> None:

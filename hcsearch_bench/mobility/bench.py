@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from statistics import median
+from typing import ClassVar
 
 import numpy as np
 
@@ -20,8 +20,9 @@ from hcsearch.records import CircuitBatch, FoldingBatch
 from hcsearch.scenes import PanelSize, default_panel
 from hcsearch.stages.mobility import mobility
 from hcsearch.twisting import twist_batch
-from hcsearch_bench.run.machine import Machine, this_machine
-from hcsearch_bench.run.tables import Table, save
+from hcsearch_bench.run.machine import this_machine
+from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.tables import Table
 
 SIZES: dict[str, tuple[int, ...]] = {
     "hex": (6, 8, 10, 12, 14, 16),
@@ -112,10 +113,12 @@ class TightRow:
 
 
 @dataclass(frozen=True)
-class Report:
+class MobilityReport(Report):
     """All that one run of the bench measured."""
 
-    machine: Machine
+    page: ClassVar[str] = "mobility"
+    heading: ClassVar[str] = "# Bench: mobility"
+
     speed: list[SpeedRow]
     locks: list[LockRow]
     tight: list[TightRow]
@@ -161,10 +164,12 @@ class Report:
         ]
 
 
-def measure(*, quick: bool = False, repeats: int = 3, say: Callable[[str], None] = print) -> Report:
+def measure(*, quick: bool = False, repeats: int = 3, say: Callable[[str], None] = print) -> MobilityReport:
     """Run the whole bench: some minutes, or seconds when `quick`."""
     machine = this_machine()
-    return Report(machine, *measure_mobility(QUICK if quick else SIZES, repeats=1 if quick else repeats, say=say))
+    return MobilityReport(
+        machine, *measure_mobility(QUICK if quick else SIZES, repeats=1 if quick else repeats, say=say)
+    )
 
 
 def measure_mobility(
@@ -311,8 +316,3 @@ def _play(folding: Folding, panel: PanelSize, end: tuple[str, Lock]) -> float | 
     _, jacobian = linkage.closure(getattr(linkage, name))
     powers = np.abs(lock.wrench @ jacobian)
     return float((powers.sum() - powers.min()) / powers.min())
-
-
-def save_report(report: Report, folder: Path) -> None:
-    """Write tables and the machine into a folder."""
-    save(report.tables, report.machine, folder, "mobility", "# Bench: mobility")

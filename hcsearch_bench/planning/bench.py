@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +26,9 @@ from hcsearch_bench.planning.foldings import (
     work_rows,
 )
 from hcsearch_bench.run.figures import save_figure
-from hcsearch_bench.run.machine import Machine, this_machine
-from hcsearch_bench.run.tables import Table, frame, save
+from hcsearch_bench.run.machine import this_machine
+from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.tables import Table, frame
 
 Reals = NDArray[np.float64]
 
@@ -49,10 +51,12 @@ PEERS = ("ompl",)
 
 
 @dataclass(frozen=True)
-class Report:
+class PlanningReport(Report):
     """All that one run of the bench measured; rows : of single foldings, which are saved and not shown."""
 
-    machine: Machine
+    page: ClassVar[str] = "planning"
+    heading: ClassVar[str] = "# Bench: planning"
+
     groups: list[GroupRow]
     work: list[WorkRow]
     margins: list[MarginRow]
@@ -112,8 +116,14 @@ class Report:
             ),
         ]
 
+    def draw(self, folder: Path) -> None:
+        """Write the pictures."""
+        single = Table("foldings", "", "", self.rows)
+        write_output(folder / "foldings.csv", frame(single).to_csv(index=False))
+        plot_planning(self, folder / "planning.png")
 
-def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> Report:
+
+def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> PlanningReport:
     """Run the whole bench: five minutes, or seconds when `quick`."""
     machine = this_machine(PEERS)
     groups = QUICK if quick else GROUPS
@@ -133,7 +143,7 @@ def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> Repor
     for subject in SUBJECTS[1:2] if quick else SUBJECTS:
         say(f"beside OMPL: {subject[0]}")
         peers += peer_rows(subject, 1 if quick else SEARCHES, QUICK_LIMIT if quick else LIMIT)
-    return Report(
+    return PlanningReport(
         machine,
         shown,
         [row for own in rows for row in work_rows(own)],
@@ -144,15 +154,7 @@ def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> Repor
     )
 
 
-def save_report(report: Report, folder: Path) -> None:
-    """Write tables, picture, single foldings and the machine into a folder."""
-    save(report.tables, report.machine, folder, "planning", "# Bench: planning")
-    single = Table("foldings", "", "", report.rows)
-    write_output(folder / "foldings.csv", frame(single).to_csv(index=False))
-    plot_planning(report, folder / "planning.png")
-
-
-def plot_planning(report: Report, path: Path) -> None:
+def plot_planning(report: PlanningReport, path: Path) -> None:
     """Share settled against processor seconds of a folding and of the set, against margin and against thickness."""
     from matplotlib.figure import Figure
 

@@ -10,13 +10,14 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from pathlib import Path
+from typing import ClassVar
 
 from hcsearch.errors import HcsearchError
 from hcsearch_bench.run.job import OWN_LIMIT
-from hcsearch_bench.run.machine import MISSING, Machine, this_machine
+from hcsearch_bench.run.machine import MISSING, this_machine
 from hcsearch_bench.run.process import Finished, run_measured
-from hcsearch_bench.run.tables import Table, save
+from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.tables import Table
 from hcsearch_bench.scale import cluster
 from hcsearch_bench.scale.databases import Maker, Variables, new_postgresql, new_sqlite, nowhere
 
@@ -89,10 +90,12 @@ QUICK_DRY, QUICK_STORED = (Job("hex", 12, "all"),), Job("hex", 12, "untwisted")
 
 
 @dataclass(frozen=True)
-class Report:
+class ScaleReport(Report):
     """All that one run of the bench measured."""
 
-    machine: Machine
+    page: ClassVar[str] = "scale"
+    heading: ClassVar[str] = "# Bench: scale"
+
     rows: list[ScaleRow]
 
     @property
@@ -117,7 +120,7 @@ class Report:
 
 def measure(
     *, quick: bool = False, repeats: int = 3, postgresql: str | None = None, say: Callable[[str], None] = print
-) -> Report:
+) -> ScaleReport:
     """Run the whole bench: half an hour, or half a minute when `quick`; HcsearchError when a command fails.
 
     postgresql : URL of a server on which databases may be made and dropped.
@@ -136,7 +139,9 @@ def measure(
             address = stack.enter_context(cluster.running_cluster(WORKERS))
         for job in QUICK_DRY if quick else DRY:
             rows += measure_job(job, ways_to_list(address), repeats=repeats, say=say)
-    return Report(machine, rows + measure_job(QUICK_STORED if quick else STORED, storing, repeats=repeats, say=say))
+    return ScaleReport(
+        machine, rows + measure_job(QUICK_STORED if quick else STORED, storing, repeats=repeats, say=say)
+    )
 
 
 def ways_to_list(address: str | None) -> list[Way]:
@@ -221,8 +226,3 @@ def _designs(job: Job, runs: Sequence[Finished]) -> int:
     if len(found) != 1:
         raise HcsearchError(f"enumerate {job.grid} n={job.n} {job.keep} found {sorted(found)} designs; report this")
     return found.pop()
-
-
-def save_report(report: Report, folder: Path) -> None:
-    """Write the table and the machine into a folder."""
-    save(report.tables, report.machine, folder, "scale", "# Bench: scale")

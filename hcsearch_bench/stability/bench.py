@@ -7,14 +7,15 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from hcsearch.errors import HcsearchError
 from hcsearch_bench.run.figures import save_figure
-from hcsearch_bench.run.machine import Machine, this_machine
-from hcsearch_bench.run.tables import Table, save
+from hcsearch_bench.run.machine import this_machine
+from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.tables import Table
 from hcsearch_bench.stability.processors import CORES, ProcessorRow, measure_processors
 from hcsearch_bench.stability.sweeps import FEW, Case, cases
 from hcsearch_bench.stability.truths import STATES, largest_energy, states
@@ -78,10 +79,12 @@ class CountRow:
 
 
 @dataclass(frozen=True)
-class Report:
+class StabilityReport(Report):
     """All that one run of the bench measured."""
 
-    machine: Machine
+    page: ClassVar[str] = "stability"
+    heading: ClassVar[str] = "# Bench: stability"
+
     rows: list[StabilityRow]
     processors: list[ProcessorRow]
 
@@ -117,8 +120,12 @@ class Report:
             ),
         ]
 
+    def draw(self, folder: Path) -> None:
+        """Write the pictures."""
+        plot_heat(self.rows, folder / "heat.png")
 
-def measure(*, quick: bool = False, say: Say = print) -> Report:
+
+def measure(*, quick: bool = False, say: Say = print) -> StabilityReport:
     """Run the whole bench: minutes; quick: every third value."""
     machine = this_machine(PEERS)
     say("stability: kernels are compiled")
@@ -129,7 +136,7 @@ def measure(*, quick: bool = False, say: Say = print) -> Report:
             sweep = case.sweep
             say(f"stability: {sweep}")
         rows.append(judge(case))
-    return Report(machine, rows, measure_processors(quick=quick, say=say))
+    return StabilityReport(machine, rows, measure_processors(quick=quick, say=say))
 
 
 def judge(case: Case) -> StabilityRow:
@@ -275,12 +282,6 @@ def count(rows: Sequence[StabilityRow]) -> list[CountRow]:
             CountRow(sweep, len(ours), **numbers, worst=max(errors, default=None), seconds=sum(r.seconds for r in ours))
         )
     return found
-
-
-def save_report(report: Report, folder: Path) -> None:
-    """Write tables, heat map and the machine into a folder."""
-    save(report.tables, report.machine, folder, "stability", "# Bench: stability")
-    plot_heat(report.rows, folder / "heat.png")
 
 
 def plot_heat(rows: Sequence[StabilityRow], path: Path) -> None:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
+from typing import ClassVar
 
-from hcsearch_bench.run.machine import Machine, this_machine
-from hcsearch_bench.run.tables import Table, save
+from hcsearch_bench.run.machine import this_machine
+from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.tables import Table
 from hcsearch_bench.tables import funnels, one_array
 
 LIMIT, QUICK_LIMIT = 600.0, 10.0
@@ -21,10 +22,13 @@ The numbers are exact, and the same on every machine; CSV files of them are in t
 
 
 @dataclass(frozen=True)
-class Report:
+class TablesReport(Report):
     """All that one run of the bench counted; limit : seconds for a search, beyond which there is no number."""
 
-    machine: Machine
+    page: ClassVar[str] = "tables"
+    heading: ClassVar[str] = _HEADING
+    data: ClassVar[str] = "tables"
+
     limit: float
     all_arrays: list[funnels.FunnelRow]
     rectangles: list[one_array.RectangleRow]
@@ -76,29 +80,23 @@ class Report:
 
 
 def measure(
-    pipeline: funnels.Pipeline,
     *,
     quick: bool = False,
     limit: float | None = None,
     say: Callable[[str], None] = print,
-) -> Report:
+) -> TablesReport:
     """Count everything, in this process: half an hour, or seconds when `quick`.
 
     Raises HcsearchError when the numbers break a law. limit : seconds for a search.
     """
     machine = this_machine()
     limit = limit or (QUICK_LIMIT if quick else LIMIT)
-    return Report(
+    return TablesReport(
         machine,
         limit,
-        funnels.measure_funnels(funnels.QUICK if quick else funnels.SIZES, pipeline, limit=limit, say=say),
+        funnels.measure_funnels(funnels.QUICK if quick else funnels.SIZES, limit=limit, say=say),
         one_array.measure_rectangles(
             QUICK_CELLS if quick else CELLS, () if quick else one_array.LARGE_RECTANGLES, limit=limit, say=say
         ),
         one_array.measure_hexagon_rows(QUICK_HEXAGONS if quick else HEXAGONS, say=say),
     )
-
-
-def save_report(report: Report, folder: Path) -> None:
-    """Write a part of `tables.md` into a folder, and CSV files and the machine below it."""
-    save(report.tables, report.machine, folder, "tables", _HEADING, data="tables")

@@ -6,15 +6,13 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from hcsearch.enumeration import PolygonSearch, Search, search_all
 from hcsearch.errors import HcsearchError
 from hcsearch.folding import divisible
 from hcsearch.grid import Grid, grid_named
-
-if TYPE_CHECKING:
-    from hcsearch.pipeline import Funnel
+from hcsearch.pipeline import Crew, Funnel, Plan, count_designs, run_dry
 
 T = TypeVar("T")
 Progress = Callable[[int, int, str], None]
@@ -46,17 +44,6 @@ class FunnelRow:
     untwisted_arrays: int | None
 
 
-@dataclass(frozen=True)
-class Pipeline:
-    """What rows are made with; the pipeline stands beside this package, so the command hands it in.
-
-    funnel : run a search through all stages for the designs to keep; count : only count these.
-    """
-
-    funnel: Callable[[Search, str, Progress], Funnel]
-    count: Callable[[Search, str, Progress], int]
-
-
 class LateError(Exception):
     """A cell of a table takes longer than its limit."""
 
@@ -86,33 +73,27 @@ class Patience:
 
 
 def measure_funnels(
-    sizes: Mapping[str, tuple[int, int, int]], pipeline: Pipeline, *, limit: float, say: Callable[[str], None]
+    sizes: Mapping[str, tuple[int, int, int]], *, limit: float, say: Callable[[str], None]
 ) -> list[FunnelRow]:
     """One row a grid and n, in this process; HcsearchError when a law is broken.
 
     limit : seconds for each of a row's searches; one that takes longer is not tried on larger n.
     """
-    return [
-        row
-        for name, (first, full, last) in sizes.items()
-        for row in _grid(name, first, full, last, pipeline, limit, say)
-    ]
+    return [row for name, (first, full, last) in sizes.items() for row in _grid(name, first, full, last, limit, say)]
 
 
-def _grid(
-    name: str, first: int, full: int, last: int, pipeline: Pipeline, limit: float, say: Callable[[str], None]
-) -> Iterator[FunnelRow]:
+def _grid(name: str, first: int, full: int, last: int, limit: float, say: Callable[[str], None]) -> Iterator[FunnelRow]:
     patience = Patience(limit)
     for n in range(first, last + 1, 1 if name == "hex" else 2):
         grid = grid_named(name)
         say(f"{name} n={n}: {'funnel' if n <= full else 'two-stack and untwisted designs'}")
-        row = _funnel(grid, n, pipeline, patience) if n <= full else None
-        yield row or _counted(grid, n, pipeline, patience)
+        row = _funnel(grid, n, patience) if n <= full else None
+        yield row or _counted(grid, n, patience)
 
 
-def _funnel(grid: Grid, n: int, pipeline: Pipeline, patience: Patience) -> FunnelRow | None:
+def _funnel(grid: Grid, n: int, patience: Patience) -> FunnelRow | None:
     """All columns; None when that takes too long."""
-    found = patience.run("all", partial(pipeline.funnel, PolygonSearch(grid, n), "all"))
+    found = patience.run("all", partial(_run, PolygonSearch(grid, n), "all"))
     if found is None:
         return None
     row = FunnelRow(
@@ -122,7 +103,7 @@ def _funnel(grid: Grid, n: int, pipeline: Pipeline, patience: Patience) -> Funne
     divide = None if n % 2 else patience.run("divisible", partial(_divisible, PolygonSearch(grid, n)))
     if divide is not None:
         row = replace(row, divisible=divide, share=divide / found.circuits if found.circuits else None)
-    kept = patience.run("untwisted arrays", partial(pipeline.funnel, search_all(grid, n, "untwisted"), "untwisted"))
+    kept = patience.run("untwisted arrays", partial(_run, search_all(grid, n, "untwisted"), "untwisted"))
     if kept is not None:
         row = replace(row, untwisted_arrays=kept.arrays)
         _check(row, {f"untwisted designs are {kept.untwisted} when searched alone": kept.untwisted == row.untwisted})
@@ -139,10 +120,10 @@ def _divisible(search: PolygonSearch, progress: Progress) -> int:
     return found
 
 
-def _counted(grid: Grid, n: int, pipeline: Pipeline, patience: Patience) -> FunnelRow:
+def _counted(grid: Grid, n: int, patience: Patience) -> FunnelRow:
     """Only the numbers of designs that fold."""
     two_stack, untwisted = (
-        patience.run(f"count {keep}", partial(pipeline.count, search_all(grid, n, keep), keep))
+        patience.run(f"count {keep}", partial(_count, search_all(grid, n, keep), keep))
         for keep in ("two-stack", "untwisted")
     )
     row = FunnelRow(grid.name, n, None, None, None, None, None, two_stack, untwisted, None)
@@ -174,3 +155,14 @@ def _check(row: FunnelRow, laws: Mapping[str, bool]) -> None:
     for law, holds in laws.items():
         if not holds:
             raise HcsearchError(f"{row} breaks a law: {law}; report this")
+
+
+def _run(search: Search, keep: str, progress: Progress) -> Funnel:
+    """The funnel of a search through the stages until `twist`."""
+    plan = Plan(search, "twist", keep)
+    return run_dry(plan, lambda done, total, note, unit="batch": progress(done, total, note)).funnel
+
+
+def _count(search: Search, keep: str, progress: Progress) -> int:
+    """The number of designs to keep, without listing them."""
+    return count_designs(search, keep, Crew(), progress).classes

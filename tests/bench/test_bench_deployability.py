@@ -5,7 +5,7 @@ import pytest
 from hcsearch.enumeration import PolygonSearch
 from hcsearch.folding import folding_at
 from hcsearch.grid import GRIDS
-from hcsearch_bench.deployability.bench import _every, _untwisted, measure, save_report
+from hcsearch_bench.deployability.bench import _every, _untwisted, measure
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ def test_it_is_saved_among_the_tables(report, tmp_path):
     page = tmp_path / "tables.md"
     page.write_text("# Tables\n\nOthers.\n\n# Deployability\n\nOf before.\n", encoding="utf-8")
     for _ in range(2):
-        save_report(report[0], tmp_path)
+        report[0].save(tmp_path)
         text = page.read_text(encoding="utf-8")
         assert text.startswith("# Tables\n\nOthers.\n\n# Deployability\n\nWhich foldings come flat")
         assert text.count("| triangle | n = 10") == 1

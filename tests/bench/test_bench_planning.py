@@ -18,7 +18,7 @@ from hcsearch.planning.planner import Planner
 from hcsearch.planning.proofs import PLAYS, Prover
 from hcsearch.scenes import default_panel
 from hcsearch_bench.peers import ompl_search
-from hcsearch_bench.planning.bench import QUICK, QUICK_THICKNESSES, Report, curve, measure, plot_planning, save_report
+from hcsearch_bench.planning.bench import QUICK, QUICK_THICKNESSES, PlanningReport, curve, measure, plot_planning
 from hcsearch_bench.planning.beside_ompl import peer_rows
 from hcsearch_bench.planning.foldings import (
     SCENE,
@@ -124,7 +124,7 @@ def test_shares_rise_with_work_and_margin(report):
 
 
 def test_it_is_saved_with_its_foldings(report, tmp_path):
-    save_report(report, tmp_path)
+    report.save(tmp_path)
     text = (tmp_path / "planning.md").read_text(encoding="utf-8")
     assert text.startswith("# Bench: planning\n")
     with (tmp_path / "foldings.csv").open(encoding="utf-8", newline="") as file:
@@ -137,7 +137,7 @@ def test_it_is_saved_with_its_foldings(report, tmp_path):
 def test_a_set_of_which_nothing_is_settled_is_drawn(report, tmp_path):
     rows = [row("undecided", 1.0)]
     tables = ([group_row(rows)], work_rows(rows), margin_rows(rows), [thickness_row(rows)], [])
-    plot_planning(Report(report.machine, *tables, rows), tmp_path / "nothing.png")
+    plot_planning(PlanningReport(report.machine, *tables, rows), tmp_path / "nothing.png")
     assert (tmp_path / "nothing.png").exists()
 
 
