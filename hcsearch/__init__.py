@@ -9,6 +9,8 @@ Names are looked up on first use, so that the command line starts without loadin
 
 from __future__ import annotations
 
+from hcsearch.lazy import importing
+
 TYPE_CHECKING = False  # as type checkers know it; `typing` takes longer to load than Ctrl-C may go unanswered
 if TYPE_CHECKING:
     from hcsearch.circuit import Circuit
@@ -32,7 +34,6 @@ _HOMES = {
     "store": ("open_database", "open_readonly", "select", "select_sql"),
     "twisting": ("gauss_linking", "twist"),
 }
-_MODULE_OF = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
     "GRIDS",
@@ -58,10 +59,4 @@ __all__ = [
     "twist",
 ]
 
-
-def __getattr__(name: str) -> object:
-    if name not in _MODULE_OF:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from importlib import import_module  # noqa: PLC0415
-
-    return getattr(import_module(f"hcsearch.{_MODULE_OF[name]}"), name)
+__getattr__ = importing(__name__, _HOMES)

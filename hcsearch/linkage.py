@@ -8,19 +8,17 @@ at z = thickness, bottom faces at z = 0.
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcsearch.hinge_trees import HingeTree, hinge_tree
 from hcsearch.kernels.linkage.loops import Chain, bend_loops, close_loops, place_panels
 from hcsearch.pattern import Pattern
+from hcsearch.typing import Reals, Whole
 
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
 Walk = tuple[tuple[int, int], ...]
 
 
@@ -81,28 +79,8 @@ class Linkage:
         return np.array([math.pi if hinge.closes else 0.0 for hinge in self.pattern.hinges])
 
     @cached_property
-    def _tree(self) -> tuple[Whole, Whole, Whole, Whole]:
-        """A breadth-first tree from the base: order, and for each panel its parent, hinge and sign."""
-        n = self.n_panels
-        joined: list[list[tuple[int, int, int]]] = [[] for _ in range(n)]
-        for k, hinge in enumerate(self.pattern.hinges):
-            joined[hinge.first].append((hinge.second, k, 1))
-            joined[hinge.second].append((hinge.first, k, -1))
-        parents, hinges, signs = np.full(n, -2), np.full(n, -1), np.zeros(n, np.int64)
-        order: list[int] = []
-        for root in (self.base, *range(n)):  # a pattern in several parts has a tree for each
-            if parents[root] != -2:
-                continue
-            parents[root] = -1
-            waiting = deque([root])
-            while waiting:
-                panel = waiting.popleft()
-                order.append(panel)
-                for to, hinge_number, sign in joined[panel]:
-                    if parents[to] == -2:
-                        parents[to], hinges[to], signs[to] = panel, hinge_number, sign
-                        waiting.append(to)
-        return np.array(order), parents, hinges, signs
+    def _tree(self) -> HingeTree:
+        return hinge_tree(self.pattern, self.base)
 
     @cached_property
     def loops(self) -> tuple[Walk, ...]:
@@ -110,16 +88,7 @@ class Linkage:
 
         Those of the pattern where it names enough of them, else one for each hinge that the tree leaves out.
         """
-        _, parents, hinges, signs = self._tree
-        in_tree = {int(h) for h in hinges if h >= 0}
-
-        def way(panel: int) -> list[tuple[int, int]]:
-            steps = []
-            while parents[panel] >= 0:
-                steps.append((int(hinges[panel]), int(signs[panel])))
-                panel = int(parents[panel])
-            return steps[::-1]
-
+        in_tree = {int(h) for h in self._tree.hinges if h >= 0}
         own = tuple(self.walk([self.pattern.hinge_of(pair) for pair in loop]) for loop in self.pattern.loops)
         if len(own) == self.n_hinges - len(in_tree) and self._independent(own):
             return own
@@ -127,7 +96,7 @@ class Linkage:
         for k, hinge in enumerate(self.pattern.hinges):
             if k in in_tree:
                 continue
-            out, back = way(hinge.first), way(hinge.second)
+            out, back = self._tree.way(hinge.first), self._tree.way(hinge.second)
             common = next((i for i, (a, b) in enumerate(zip(out, back, strict=False)) if a != b), None)
             shared = min(len(out), len(back)) if common is None else common
             found.append((*out[shared:], (k, 1), *((h, -s) for h, s in reversed(back[shared:]))))
@@ -193,7 +162,8 @@ class Linkage:
     @property
     def chain(self) -> Chain:
         """What the kernels place panels by: lines of hinges, and a tree of panels from the base."""
-        return Chain(self.directions, self.points, *self._tree)
+        tree = self._tree
+        return Chain(self.directions, self.points, tree.order, tree.parents, tree.hinges, tree.signs)
 
     def poses(self, angles: Reals) -> Reals:
         """Rotation and translation of each panel from the flat state, shape (n_panels, 3, 4), by a tree of hinges."""

@@ -16,6 +16,7 @@ from typing import Literal
 import numpy as np
 
 from hcsearch.errors import PatternError
+from hcsearch.isometries import Isometry
 
 Point = tuple[float, float]
 Facet = tuple[Point, ...]
@@ -197,20 +198,19 @@ class Pattern:
         """The pattern with some creases set: rigid ones merge panels (thesis 3.2.1 and 4.1.1)."""
         return replace(self, creases={**self.creases, **creases})
 
+    def placed(self, isometry: Isometry) -> Pattern:
+        """The pattern where an isometry (m) takes it; a reflection turns the sheet over, which exchanges its faces."""
+        over = isometry.reflects
+        facets = tuple(tuple(map(isometry.image, facet if not over else reversed(facet))) for facet in self.facets)
+        creases = {pair: crease.inverted if over else crease for pair, crease in self.creases.items()}
+        return replace(self, facets=facets, creases=creases)
+
     def moved(self, turn: float = 0.0, shift: Point = (0.0, 0.0), *, over: bool = False) -> Pattern:
-        """The pattern turned about the origin by an angle (rad) and shifted (metres).
+        """The pattern turned about the origin by an angle (rad) and shifted (m).
 
         over : turn the sheet over first, about the x axis: top and bottom are exchanged with the reflection.
         """
-        c, s = math.cos(turn), math.sin(turn)
-
-        def image(point: Point) -> Point:
-            x, y = point[0], -point[1] if over else point[1]
-            return (c * x - s * y + shift[0], s * x + c * y + shift[1])
-
-        facets = tuple(tuple(map(image, facet if not over else reversed(facet))) for facet in self.facets)
-        creases = {pair: crease.inverted if over else crease for pair, crease in self.creases.items()}
-        return replace(self, facets=facets, creases=creases)
+        return self.placed(Isometry.by(turn, shift, reflects=over))
 
     def inverted(self) -> Pattern:
         """The same drawing with mountains and valleys exchanged."""

@@ -14,10 +14,8 @@ from tests.faults.summary import pytest_terminal_summary
 
 __all__ = ["pytest_terminal_summary"]
 
-EXTRAS = (
-    *("coal", "distributed", "exudyn", "graphillion", "mujoco", "ompl", "pinocchio", "psutil", "psycopg", "pyarrow"),
-)
-"""Modules that only extras install."""
+EXTRAS = ("coal", "distributed", "exudyn", "graphillion", "mujoco", "ompl", "pinocchio", "psutil", "psycopg")
+"""Modules that only extras install; but pyarrow, which pandas takes for its own texts where it is installed."""
 
 # the first example of a test may compile a kernel
 settings.register_profile("hcsearch", deadline=None)

@@ -20,6 +20,7 @@ from hcsearch.cli import hcsearch as command_line
 from hcsearch.collision.penetration import penetration
 from hcsearch.errors import HcsearchError
 from hcsearch.folding import foldings
+from hcsearch.isometries import Isometry
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import VALLEY, Pattern, overlay
 from hcsearch.store import open_readonly, select
@@ -35,9 +36,7 @@ SQUARES = Parameters(width=0.050)
 TEN = Circuit.from_notation("triangle:0123434501")
 angles = st.floats(0.0, math.tau)
 motions = st.builds(
-    lambda reflects, exchange, angle, x, y: Motion(
-        reflects, exchange, complex(math.cos(angle), math.sin(angle)), x + 1j * y
-    ),
+    lambda reflects, exchange, angle, x, y: Motion(Isometry.by(angle, (x, y), reflects=reflects), exchange),
     st.booleans(),
     st.sampled_from((1, -1)),
     angles,
@@ -66,8 +65,8 @@ def ten():
 
 @given(motions, motions, st.complex_numbers(max_magnitude=3))
 def test_motions_compose_and_turn_back(one, two, point):
-    assert (one @ two)(point) == pytest.approx(one(two(point)))
-    assert (one.inverse @ one)(point) == pytest.approx(point)
+    assert (one @ two).plane(point) == pytest.approx(one.plane(two.plane(point)))
+    assert (one.inverse @ one).plane(point) == pytest.approx(point)
     assert (one @ two).exchange == one.exchange * two.exchange
     assert (one @ one.inverse).key == STILL.key
 
@@ -78,7 +77,7 @@ def test_a_motion_moves_a_pattern_as_it_moves_points(motion):
     element = eight_r(DEGREES)
     sheet = Sheet(element, lattice=False)
     moved = Sheet(motion.of(element, sheet.unit), lattice=False)
-    assert moved.centres == pytest.approx(np.array([motion(z) for z in sheet.centres]))
+    assert moved.centres == pytest.approx(np.array([motion.plane(z) for z in sheet.centres]))
     assert {code for *_, code in moved.creases} == {motion.exchange * code for *_, code in sheet.creases}
     assert (moved.codes[0, 9], moved.codes[0, 2]) == (motion.exchange * sheet.codes[0, 9], sheet.codes[0, 2])
     assert same_class(moved.pattern) == same_class(element)
@@ -90,9 +89,8 @@ def test_placements_are_those_of_joining():
     unit = rings.sheet.unit
     joined = set()
     for placement, _, _ in neighbours(element, element):
-        turn = complex(math.cos(placement.turn), math.sin(placement.turn))
-        shift = complex(*placement.shift) / unit
-        joined.add(rings.key(Motion(placement.over, -1 if placement.over else 1, turn, shift)))
+        scaled = placement._replace(shift=placement.shift / unit)
+        joined.add(rings.key(Motion(scaled, -1 if placement.reflects else 1)))
     # turned by pi and inverted the 8R element is itself, so that every inverted copy is a real one too
     assert len(rings.own) == 2
     assert {rings.key(motion) for motion in rings.placements} == joined
@@ -103,9 +101,9 @@ def test_overlap_of_a_copy_with_itself():
     sheet = Sheet(eight_r(DEGREES), lattice=False)
     found = sheet.overlap(STILL)
     assert (found.facets, found.hinges, found.crossed, found.agrees) == (10, 8, 0, True)
-    assert not sheet.overlap(Motion(False, -1, 1 + 0j, 0j)).agrees
-    assert not sheet.overlap(Motion(False, 1, 1 + 0j, 0.1 + 0j)).agrees
-    assert sheet.overlap(Motion(False, 1, 1 + 0j, 100 + 0j)).facets == 0
+    assert not sheet.overlap(Motion(Isometry.by(), -1)).agrees
+    assert not sheet.overlap(Motion(Isometry.by(shift=(0.1, 0.0)), 1)).agrees
+    assert sheet.overlap(Motion(Isometry.by(shift=(100.0, 0.0)), 1)).facets == 0
 
 
 def test_kutzbach_of_marks_is_a_lower_bound():

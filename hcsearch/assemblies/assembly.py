@@ -6,13 +6,9 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hcsearch.errors import PatternError, SizeError
 from hcsearch.pattern import Pattern
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 SHORTEST, LONGEST = 1e-15, 1e6
 """Lengths (m) whose squares and products still are numbers."""

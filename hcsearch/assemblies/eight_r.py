@@ -19,8 +19,7 @@ from hcsearch.assemblies.assembly import Assembly, Parameters
 from hcsearch.errors import PatternError
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import RIGID, Crease, Face, Facet, Pair, Pattern, Point
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 SLIT = (2, 7)
 """Facets of P3 and P7, on both sides of the slit."""

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.errors import PatternError
+from hcsearch.isometries import Isometry
 from hcsearch.pattern import Facet, Pair, Pattern, Point, overlay
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 SAME = 1e-7
 """Points nearer than this share of a panel's size are the same, overlaps narrower than it are none."""
@@ -21,27 +20,10 @@ Match = tuple[Pair, Pair]
 """A crease of the pattern that lies still, and the crease of the moving pattern that is laid onto it."""
 
 
-@dataclass(frozen=True)
-class Placement:
-    """An isometry of the plane, as in `Pattern.moved`: perhaps turn the sheet over, then turn (rad), then shift (m)."""
-
-    turn: float
-    shift: Point
-    over: bool = False
-
-    def of(self, pattern: Pattern) -> Pattern:
-        """The pattern moved there."""
-        return pattern.moved(self.turn, self.shift, over=self.over)
-
-    def image(self, point: Point) -> Point:
-        """Where a point comes to lie."""
-        x, y = point[0], -point[1] if self.over else point[1]
-        c, s = math.cos(self.turn), math.sin(self.turn)
-        return (c * x - s * y + self.shift[0], s * x + c * y + self.shift[1])
-
-
-def placements(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> list[Placement]:
+def placements(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> list[Isometry]:
     """All ways to lay a pattern so that its creases coincide with those of another one, on the same faces.
+
+    A reflection turns the sheet over.
 
     One crease leaves four isometries at most: either end on either end, the sheet turned over or not.
     """
@@ -49,13 +31,13 @@ def placements(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> lis
     found = []
     for over in (False, True):
         for ends in (moving.edges[of], moving.edges[of][::-1]):
-            placement = _carrying(ends, still.edges[on], over)
+            placement = Isometry.carrying(_ends(ends), _ends(still.edges[on]), reflects=over)
             if all(_coincide(still, moving, placement, match) for match in matches):
                 found.append(placement)
     return found
 
 
-def joinings(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> list[tuple[Placement, Pattern]]:
+def joinings(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> list[tuple[Isometry, Pattern]]:
     """The placements that make sense, with the union of the patterns: they add panels and agree about every crease."""
     found = ((placement, _union(still, moving, placement)) for placement in placements(still, moving, matches))
     return [(placement, union) for placement, union in found if union is not None]
@@ -69,9 +51,9 @@ def join(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> Pattern:
     return found[0][1]
 
 
-def neighbours(still: Pattern, moving: Pattern) -> Iterator[tuple[Placement, list[Match], Pattern]]:
+def neighbours(still: Pattern, moving: Pattern) -> Iterator[tuple[Isometry, list[Match], Pattern]]:
     """All ways to lay a pattern onto another one so that hinges merge: what merges, and the union."""
-    ways: list[tuple[Placement, list[Match]]] = []
+    ways: list[tuple[Isometry, list[Match]]] = []
     for match in _hinge_pairs(still, moving):
         for placement in placements(still, moving, [match]):
             known = next((merged for other, merged in ways if _same(placement, other, still.edges[match[0]])), None)
@@ -104,7 +86,7 @@ def congruent(one: Pattern, two: Pattern) -> bool:
             if np.linalg.norm(corners[:, None] - images, axis=2).min(axis=0).max() > tolerance:
                 continue
             try:
-                union = overlay([one, placement.of(two)])
+                union = overlay([one, two.placed(placement)])
             except PatternError:
                 continue
             if (len(union.facets), len(union.creases)) == sizes[0]:
@@ -112,42 +94,35 @@ def congruent(one: Pattern, two: Pattern) -> bool:
     return False
 
 
-def _union(still: Pattern, moving: Pattern, placement: Placement) -> Pattern | None:
+def _union(still: Pattern, moving: Pattern, placement: Isometry) -> Pattern | None:
     """The union with a pattern that is laid somewhere; None where they disagree, or it adds nothing."""
     moved = [tuple(map(placement.image, facet)) for facet in moving.facets]
     if _clash(still.facets, moved, SAME * still.size):
         return None
     try:
-        union = overlay([still, placement.of(moving)])
+        union = overlay([still, moving.placed(placement)])
     except PatternError:
         return None
     return union if len(union.facets) > len(still.facets) else None
 
 
-def _carrying(source: tuple[Point, Point], target: tuple[Point, Point], over: bool) -> Placement:
-    """The isometry that carries one segment onto another of the same length, start on start."""
-    (c, d), (a, b) = source, target
-    if over:
-        c, d = (c[0], -c[1]), (d[0], -d[1])
-    turn = math.remainder(math.atan2(b[1] - a[1], b[0] - a[0]) - math.atan2(d[1] - c[1], d[0] - c[0]), math.tau)
-    cos, sin = math.cos(turn), math.sin(turn)
-    # the middles are laid on each other: no end is favoured by rounding
-    x, y = 0.5 * (c[0] + d[0]), 0.5 * (c[1] + d[1])
-    shift = (0.5 * (a[0] + b[0]) - cos * x + sin * y, 0.5 * (a[1] + b[1]) - sin * x - cos * y)
-    return Placement(turn, shift, over)
+def _ends(segment: tuple[Point, Point]) -> tuple[complex, complex]:
+    return complex(*segment[0]), complex(*segment[1])
 
 
-def _same(one: Placement, two: Placement, segment: tuple[Point, Point]) -> bool:
+def _same(one: Isometry, two: Isometry, segment: tuple[Point, Point]) -> bool:
     """Whether two isometries are one up to rounding: alike on both faces, and on a segment."""
     tolerance = 1e-4 * math.dist(*segment)
-    return one.over == two.over and all(math.dist(one.image(end), two.image(end)) < tolerance for end in segment)
+    return one.reflects == two.reflects and all(
+        math.dist(one.image(end), two.image(end)) < tolerance for end in segment
+    )
 
 
-def _coincide(still: Pattern, moving: Pattern, placement: Placement, match: Match) -> bool:
+def _coincide(still: Pattern, moving: Pattern, placement: Isometry, match: Match) -> bool:
     """Whether two creases lie on each other and are the same."""
     on, of = match
     crease = moving.creases[of]
-    if still.creases[on] != (crease.inverted if placement.over else crease):
+    if still.creases[on] != (crease.inverted if placement.reflects else crease):
         return False
     a, b = still.edges[on]
     c, d = map(placement.image, moving.edges[of])

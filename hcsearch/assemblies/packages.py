@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from hcsearch.errors import PatternError
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Pattern
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 GRID = 1e-12
 """Edges are cut on a grid as fine as this share of a panel's size; rounding of the folded state is a hundredth."""

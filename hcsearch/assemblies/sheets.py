@@ -11,12 +11,11 @@ from collections.abc import Collection, Sequence
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.errors import PatternError
 from hcsearch.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Facet, Pair, Pattern, overlay
+from hcsearch.typing import Reals
 
-Reals = NDArray[np.float64]
 Axis = Literal["x", "y"]
 Lines = tuple[Collection[int], Collection[int]]
 

@@ -15,10 +15,11 @@ import numpy as np
 
 from hcsearch.assemblies.assembly import Assembly, Parameters
 from hcsearch.assemblies.eight_r import half_way, hindrance, joint_parts, skew_symmetric
-from hcsearch.assemblies.joining import Match, Placement, join, neighbours
+from hcsearch.assemblies.joining import Match, join, neighbours
 from hcsearch.assemblies.packages import Package, package
 from hcsearch.assemblies.units import matches, unit_i, unit_ii
 from hcsearch.errors import PatternError
+from hcsearch.isometries import Isometry
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Pattern
 
@@ -42,7 +43,7 @@ class Way:
     union : the tessellation; its loops are the elements of both, each once.
     """
 
-    placement: Placement
+    placement: Isometry
     merged: tuple[Match, ...]
     union: Pattern
     package: Package

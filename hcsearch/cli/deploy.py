@@ -72,18 +72,18 @@ def deploy(subject: str, as_json: bool, **options: Any) -> None:
     )
     # under position control the flat time is the drives' own
     agreement = None if found.drives is not None else confirmed(deployment, method=method, tolerance=tolerance)
-    told = facts.facts(deployment, agreement)
+    outcome = facts.facts(deployment, agreement)
     if options["explain"]:
-        told["saved"] = savings(deployment, method=method, tolerance=options["tolerance"])
+        outcome["saved"] = savings(deployment, method=method, tolerance=options["tolerance"])
     if options["output"]:
         write_table(options["output"], facts.table(deployment))
     if options["picture"]:
-        pictures.picture(deployment, options["picture"], f"{subject}: {told['verdict']}, {told['reason']}")
+        pictures.picture(deployment, options["picture"], f"{subject}: {outcome['verdict']}, {outcome['reason']}")
     if as_json:
-        click.echo(json.dumps(told, indent=2, allow_nan=False))
+        click.echo(json.dumps(outcome, indent=2, allow_nan=False))
     else:
-        _print(told)
-    if told["verdict"] != "deploys":
+        _print(outcome)
+    if outcome["verdict"] != "deploys":
         click.get_current_context().exit(1)
 
 
@@ -101,11 +101,11 @@ def _own_springs(options: dict[str, Any]) -> dict[str, Any]:
     return values
 
 
-def _print(told: dict[str, Any]) -> None:
+def _print(outcome: dict[str, Any]) -> None:
     """The outcome, one fact a line."""
-    left, events, arrived = told.pop("left_out"), told.pop("events"), told.pop("arrivals")
-    saved = told.pop("saved", None)
-    for name, value in told.items():
+    left, events, arrived = outcome.pop("left_out"), outcome.pop("events"), outcome.pop("arrivals")
+    saved = outcome.pop("saved", None)
+    for name, value in outcome.items():
         shown = "-" if value is None else (f"{value:.6g}" if isinstance(value, float) else value)
         click.echo(f"{name.replace('_', ' '):24}{shown}")
     click.echo(f"{'stops hit':24}{sum(event['kind'] == 'hit' for event in events)}")

@@ -96,13 +96,13 @@ def drive(subject: str, as_json: bool, **options: Any) -> None:
         files.save(found, path)
     if options["picture"]:
         pictures.picture(found, options["picture"])
-    told = facts.facts(found)
+    outcome = facts.facts(found)
     if options["latches"]:
-        told |= facts.latch_facts(*driving.released(found))
+        outcome |= facts.latch_facts(*driving.released(found))
     if as_json:
-        click.echo(json.dumps(told, indent=2, allow_nan=False))
+        click.echo(json.dumps(outcome, indent=2, allow_nan=False))
     else:
-        _print(told)
+        _print(outcome)
     if not found.deployment.deploys:
         click.get_current_context().exit(1)
 
@@ -134,10 +134,10 @@ def _near(text: str) -> tuple[float, float]:
     return start, end
 
 
-def _print(told: dict[str, Any]) -> None:
+def _print(outcome: dict[str, Any]) -> None:
     """One fact a line, and the driven hinges as a table."""
     lists = ("torque_N_m", "torque_rms_N_m", "planned_torque_N_m", "gain_N_m_rad", "gain_N_m_s_rad")
-    for name, value in told.items():
+    for name, value in outcome.items():
         if name in lists:
             continue
         shown = "-" if value is None else (f"{value:.6g}" if isinstance(value, float) else value)
@@ -150,6 +150,6 @@ def _print(told: dict[str, Any]) -> None:
         click.echo(f"{name.replace('_', ' '):30}{shown}")
     heads = ("greatest", "planned", "rms", "gain", "damping")
     click.echo("\nhinge" + "".join(f"{head:>11}" for head in heads) + "   N m, N m/rad, N m s/rad")
-    columns = (told[name] for name in ("torque_N_m", "planned_torque_N_m", *lists[1:2], *lists[3:]))
-    for hinge, row in zip(told["driven"], zip(*columns, strict=True), strict=True):
+    columns = (outcome[name] for name in ("torque_N_m", "planned_torque_N_m", *lists[1:2], *lists[3:]))
+    for hinge, row in zip(outcome["driven"], zip(*columns, strict=True), strict=True):
         click.echo(f"{hinge:<5}" + "".join(f"{'-' if value is None else format(value, '.4g'):>11}" for value in row))

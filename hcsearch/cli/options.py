@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hcsearch.cores import usable_cores
 from hcsearch.errors import HcsearchError
 from hcsearch.grid import GRIDS, grid_named, parse_array
 from hcsearch.vocabulary import KEEPS
@@ -97,17 +98,13 @@ def make_crew(jobs: int | None, scheduler: str | None) -> Crew:
 
     if jobs is not None and scheduler is not None:
         raise HcsearchError("give either --jobs K (this machine) or --scheduler ADDRESS (a cluster)")
-    most = JOBS_PER_CORE * _cores()
+    cores = usable_cores()
+    most = JOBS_PER_CORE * cores
     if jobs is not None and jobs > most:
         raise HcsearchError(
-            f"--jobs {jobs} is more than the {_cores()} cores here are good for: give {most} at most, or leave it out"
+            f"--jobs {jobs} is more than the {cores} cores here are good for: give {most} at most, or leave it out"
         )
-    return Crew(jobs or _cores(), scheduler)
-
-
-def _cores() -> int:
-    """Cores that this process may use, which can be fewer than the machine has."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return Crew(jobs or cores, scheduler)
 
 
 def make_search(grid: str, n: int | None, array_spec: str | None, keep: str) -> Search:

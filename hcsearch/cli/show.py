@@ -12,7 +12,8 @@ from hcsearch.cli.options import database_option, default_database
 if TYPE_CHECKING:
     from hcsearch.circuit import Circuit
     from hcsearch.folding import Folding
-    from hcsearch.linkage import Linkage, Reals
+    from hcsearch.linkage import Linkage
+    from hcsearch.typing import Reals
 
 
 @click.command(epilog="Example: hcsearch show 17:4, or without a database: hcsearch show hex:0234550132")
@@ -124,4 +125,4 @@ def _print_lock(end: str, ways: dict[str, tuple[Linkage, Reals]]) -> None:
         click.echo(f"  {end}, flat pairs {pairs}: locked ({proof} proof), {lock.reason}")
         tight = tightness(linkage, angles)
         if tight is not None:
-            click.echo(f"    {tight.told}")
+            click.echo(f"    {tight.sentence}")

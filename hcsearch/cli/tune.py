@@ -194,12 +194,12 @@ def _print(tuning: Tuning, found: Subject) -> None:
     click.echo(f"{'seconds':24}{tuning.scene.seconds:g}")
     click.echo(f"{'evaluations':24}{tuning.evaluations}, {tuning.recalled} of them known before")
     sets = [("start", tuning.start), ("tuned", tuning.best), ("catalogue", tuning.rounded)]
-    told = [(name, one) for name, one in sets if one is not None]
-    for name, one in told:
+    shown = [(name, one) for name, one in sets if one is not None]
+    for name, one in shown:
         click.echo(f"{name:24}{_sentence(one)}")
-    click.echo(f"\n{'hinge':8}{'panels':10}" + "".join(f"{name:>12}" for name, _ in told) + "  N m/rad")
+    click.echo(f"\n{'hinge':8}{'panels':10}" + "".join(f"{name:>12}" for name, _ in shown) + "  N m/rad")
     for hinge, own in enumerate(panels):
-        values = "".join(f"{one.stiffnesses[hinge]:12.4g}" for _, one in told)
+        values = "".join(f"{one.stiffnesses[hinge]:12.4g}" for _, one in shown)
         click.echo(f"{hinge:<8}{f'{own.first}, {own.second}':10}{values}")
 
 

@@ -106,6 +106,6 @@ def _print(result: Searched) -> None:
     )
     for unit in result.units:
         row = unit.row()
-        told = ", ".join(f"{name} {row[name]:g}" for name in _SHOWN)
+        numbers = ", ".join(f"{name} {row[name]:g}" for name in _SHOWN)
         contact = "panels cut through each other" if row["contact"] else "no contact"
-        click.echo(f"    {row['known'] or 'unit'}: {told}, {contact}")
+        click.echo(f"    {row['known'] or 'unit'}: {numbers}, {contact}")

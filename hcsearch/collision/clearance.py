@@ -14,7 +14,6 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.collision.margins import MARGIN, RESOLUTION
 from hcsearch.collision.solids import Solids, solids_of
@@ -22,8 +21,7 @@ from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES, Answer, Search
 from hcsearch.kernels.collision.dips import smallest_dip
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.linkage import Linkage
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
-from hcsearch.collision.penetration import deepest_margin
+from hcsearch.collision.prisms import deepest_margin
 from hcsearch.errors import HcsearchError
 from hcsearch.linkage import Linkage
 

@@ -6,28 +6,18 @@ cross product of two edges. Otherwise the least overlap along these directions i
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcsearch.collision.prisms import facet_pairs, prisms_of
 from hcsearch.kernels.collision.overlaps import deepest_overlap, first_overlap
-from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.linkage import Linkage
-from hcsearch.pattern import Facet
-
-Reals = NDArray[np.float64]
-Corner = tuple[float, float, float]
+from hcsearch.typing import Reals
 
 TOUCH = 1e-6
 """Prisms that cut into each other by no more than this share of the pattern's size only touch."""
-SAME = 1e-9
-"""Sine of the angle between directions that count as one."""
-FACETS = 4096
-"""Facets whose sides and insets are kept: arrays of one size share their cells."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +34,7 @@ def first_cut(linkage: Linkage, states: Reals, allowed: float, apart: Collection
 
     apart : pairs of panels, the lower number first, that are not looked at, as their stops keep them apart.
     """
-    pairs = _pairs(linkage, apart)
+    pairs = facet_pairs(linkage, apart)
     depths = np.zeros(len(pairs))
     states = np.ascontiguousarray(states, float)
     state = first_overlap(linkage.chain, prisms_of(linkage), pairs, states, float(allowed), depths)
@@ -58,19 +48,7 @@ def first_cut(linkage: Linkage, states: Reals, allowed: float, apart: Collection
 def deepest_cut(linkage: Linkage, states: Reals, apart: Collection[tuple[int, int]] = ()) -> float:
     """How deep panels cut into each other at the worst of some states, shape (n_states, n_hinges), in metres."""
     states = np.ascontiguousarray(states, float)
-    return float(deepest_overlap(linkage.chain, prisms_of(linkage), _pairs(linkage, apart), states))
-
-
-def _pairs(linkage: Linkage, apart: Collection[tuple[int, int]]) -> NDArray[np.int64]:
-    """Pairs of facets of different panels, but of those that are kept apart, shape (n_pairs, 2)."""
-    panels = np.array(linkage.pattern.panel_of)
-    first, second = np.triu_indices(len(panels), 1)
-    low, high = np.minimum(panels[first], panels[second]), np.maximum(panels[first], panels[second])
-    wanted = low != high
-    if apart:
-        n = linkage.n_panels
-        wanted &= ~np.isin(low * n + high, [one * n + two for one, two in apart])
-    return np.column_stack([first[wanted], second[wanted]])
+    return float(deepest_overlap(linkage.chain, prisms_of(linkage), facet_pairs(linkage, apart), states))
 
 
 def penetration(linkage: Linkage, angles: Reals) -> float:
@@ -82,76 +60,3 @@ def penetration(linkage: Linkage, angles: Reals) -> float:
 def cuts_through(linkage: Linkage, states: Reals) -> bool:
     """Whether panels cut through each other at any of some states, shape (n_states, n_hinges)."""
     return first_cut(linkage, states, TOUCH * linkage.pattern.size) is not None
-
-
-def prisms_of(linkage: Linkage, margin: float = 0.0) -> Prisms:
-    """The prisms of all facets in the flat state, shrunk by a margin (m) on every face."""
-    pattern = linkage.pattern
-    upright = (0.0, 0.0, 1.0)
-    solids: list[list[Corner]] = []
-    edges: list[list[Corner]] = []
-    normals: list[list[Corner]] = []
-    for facet in pattern.facets:
-        sides = _classes(facet)
-        faces = (margin, pattern.thickness - margin)
-        solids.append([(x, y, z) for z in faces for x, y in _inset(facet, margin)])
-        edges.append([*((x, y, 0.0) for x, y in sides), upright])
-        normals.append([*((-y, x, 0.0) for x, y in sides), upright])
-    counts = np.array([(len(solid), len(axes)) for solid, axes in zip(solids, edges, strict=True)], np.int64)
-    vertices = _table(solids)
-    real = (np.arange(vertices.shape[1]) < counts[:, :1])[..., None]
-    middles = vertices.sum(axis=1) / counts[:, :1]
-    return Prisms(
-        panels=np.array(pattern.panel_of, np.int64),
-        counts=counts,
-        vertices=vertices,
-        middles=middles,
-        reaches=np.linalg.norm((vertices - middles[:, None]) * real, axis=2).max(axis=1),
-        normals=_table(normals),
-        edges=_table(edges),
-    )
-
-
-def deepest_margin(linkage: Linkage) -> float:
-    """The margin (m) by which prisms would be shrunk to nothing, or a side of one would be gone."""
-    least = 0.5 * linkage.pattern.thickness
-    for facet in linkage.pattern.facets:
-        inside = _inset(facet, 1.0)
-        for k in range(len(facet)):
-            length = math.dist(facet[k], facet[k - 1])
-            across = ((facet[k][c] - facet[k - 1][c]) * (inside[k][c] - inside[k - 1][c]) for c in (0, 1))
-            lost = length - sum(across) / length
-            if lost > 0.0:
-                least = min(least, length / lost)
-    return least
-
-
-@lru_cache(FACETS)
-def _inset(facet: Facet, margin: float) -> tuple[tuple[float, float], ...]:
-    """Corners of a convex polygon, counterclockwise, with every side moved inwards."""
-    found = []
-    for before, (x, y), after in zip((facet[-1], *facet[:-1]), facet, (*facet[1:], facet[0]), strict=True):
-        first, second = math.dist(before, (x, y)), math.dist((x, y), after)
-        a, b = (before[1] - y) / first, (x - before[0]) / first  # normals of both sides
-        c, d = (y - after[1]) / second, (after[0] - x) / second
-        share = margin / (1.0 + a * c + b * d)
-        found.append((x + share * (a + c), y + share * (b + d)))
-    return tuple(found)
-
-
-@lru_cache(FACETS)
-def _classes(facet: Facet) -> tuple[tuple[float, float], ...]:
-    """Unit vectors of the sides of a facet, one of those that are parallel."""
-    found: list[tuple[float, float]] = []
-    for (x, y), (to_x, to_y) in zip(facet, (*facet[1:], facet[0]), strict=True):
-        long = math.hypot(to_x - x, to_y - y)
-        u, v = (to_x - x) / long, (to_y - y) / long
-        if all(abs(u * b - v * a) > SAME for a, b in found):
-            found.append((u, v))
-    return tuple(found)
-
-
-def _table(rows: list[list[Corner]]) -> Reals:
-    """Rows of different lengths as one table, (n, m, 3), filled with zeros."""
-    longest = max(map(len, rows))
-    return np.array([[*row, *[(0.0, 0.0, 0.0)] * (longest - len(row))] for row in rows])

@@ -7,16 +7,14 @@ from collections.abc import Collection
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.collision.margins import check_margin
-from hcsearch.collision.penetration import prisms_of
+from hcsearch.collision.prisms import facet_pairs, prisms_of
 from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.kernels.linkage.reaches import Pairs, pairs_between
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import SAME, Hinge
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 
 class Solids(NamedTuple):
@@ -44,12 +42,7 @@ def pairs_of(linkage: Linkage, prisms: Prisms, apart: Collection[tuple[int, int]
 
     prisms : of all facets, not shrunk.
     """
-    panels = np.array(linkage.pattern.panel_of)
-    first, second = np.triu_indices(len(panels), 1)
-    low, high = np.minimum(panels[first], panels[second]), np.maximum(panels[first], panels[second])
-    n = linkage.n_panels
-    wanted = (low != high) & ~np.isin(low * n + high, [one * n + two for one, two in apart])
-    return pairs_between(linkage.chain, prisms, np.column_stack([first[wanted], second[wanted]]))
+    return pairs_between(linkage.chain, prisms, facet_pairs(linkage, apart))
 
 
 def kept_apart(linkage: Linkage) -> frozenset[tuple[int, int]]:

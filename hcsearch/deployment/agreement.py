@@ -1,7 +1,7 @@
 """What a deployment that comes flat and the same one at tighter tolerances agree on: the verdict, digits of its time.
 
-Where branches of motions cross, and where rounding decides which closure equations count, a simulation tells one
-continuation of several, and hardly tells how sure that one is.
+Where branches of motions cross, and where rounding decides which closure equations count, a simulation follows one
+continuation of several, and hardly shows how sure that one is.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ TIGHTEST = 1e-13
 PATIENT = 4
 """Steps that these simulations may take, over those of the first."""
 DIGITS = 4
-"""No flat time is told in more."""
+"""No flat time is reported with more."""
 LOOSE = 0.1
 """Share of the states with open loops from which on a motion runs along a branch of singular states. Of the motions of
 10 and 12 hexagons that come flat at 1e-6 or 1e-7 those of four foldings have 0.16 to 0.79, all others at most 0.03."""
@@ -70,10 +70,10 @@ def agreed(seen: Sequence[Seen]) -> Agreement:
         outcomes = _each(seen, [one.outcome for one in seen])
         reason = f"branch-singular: {outcomes}; the motion passes a state where its continuation depends on that"
         return Agreement(verdict, None, reason, others)
-    time, told = _common([one.time for one in seen])
-    if told.startswith("about"):
-        told += f" ({_each(seen, [f'{one.time:.2g} s' for one in seen])})"
-    reason = f"flat after {told}"
+    time, digits = _common([one.time for one in seen])
+    if digits.startswith("about"):
+        digits += f" ({_each(seen, [f'{one.time:.2g} s' for one in seen])})"
+    reason = f"flat after {digits}"
     loose = max(one.loose for one in seen)
     if verdict == "deploys" and loose >= LOOSE:
         what = f"at {loose:.0%} of its states loops stay open, so that rounding decides which closure equations count"

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.collision.margins import resolution_of
 from hcsearch.collision.reaches import slack_of
@@ -24,8 +23,6 @@ from hcsearch.errors import HcsearchError
 from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES
 from hcsearch.kernels.deployment.checking import Findings, Rules, Subject, check_all
 from hcsearch.vocabulary import Outcome, Verdict
-
-Reals = NDArray[np.float64]
 
 CALL = 16
 """Scenes in one call of the kernel: few enough that threads end together and that their tables need little memory."""

@@ -22,10 +22,8 @@ from hcsearch.dynamics.trees import GROUND, Joint, Weld
 from hcsearch.errors import HcsearchError
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
+from hcsearch.typing import Reals, Whole
 from hcsearch.vocabulary import Formulation
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
 
 OMISSIONS = ("half", "third dimension", "stops")
 """What the compiler leaves out of its own accord, by name."""
@@ -191,7 +189,7 @@ class _Compiler:
         self.left_out.append(Omission(name, what, why))
 
     def _mirror(self) -> Mirror | None:
-        """The mirror of the whole scene, if half of it tells the other half."""
+        """The mirror of the whole scene, if half of it determines the other half."""
         # springs that close the loops of a half are other ones than those of the whole, and in other places
         springy = self.formulation == "penalty" or (self.formulation == "compliant" and bool(self.linkage.loops))
         if "half" in self.keep or springy:

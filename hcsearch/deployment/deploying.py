@@ -7,7 +7,6 @@ import time
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.collision.clearance import Clearance, certify
 from hcsearch.collision.margins import resolution_of
@@ -22,10 +21,8 @@ from hcsearch.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
+from hcsearch.typing import Reals
 from hcsearch.vocabulary import Formulation, Outcome, Verdict
-
-Reals = NDArray[np.float64]
-
 
 DRIVEN = 1e-3
 """Error of a step under control, relative and absolute."""

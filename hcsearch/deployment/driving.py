@@ -8,14 +8,12 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.dynamics.driving import Commands
 from hcsearch.errors import SceneError
 from hcsearch.linkage import Linkage
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 OPEN = 1e-6
 """Closure residual at the start that is taken for closed."""

@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.deployment.springs import range_of, spring_sets
 from hcsearch.flat_pairs import ways
 from hcsearch.folding import Folding
 from hcsearch.scenes import Scene, joined_name
+from hcsearch.typing import Reals
 from hcsearch.vocabulary import WAYS, Way
-
-Reals = NDArray[np.float64]
 
 GRADES: dict[str, tuple[float, float, float]] = {
     "bottom first": (1.0, 0.0, 0.0),

@@ -7,7 +7,6 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.deployment.compiling import Compiled, held_panel
 from hcsearch.dynamics.laws import law_named, linear
@@ -15,8 +14,7 @@ from hcsearch.dynamics.mirror import mirror_of
 from hcsearch.errors import HcsearchError
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 
 def range_of(scene: Scene) -> tuple[float, float]:

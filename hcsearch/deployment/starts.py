@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hcsearch.errors import HcsearchError
 from hcsearch.kinematics.within import close_within
 from hcsearch.linkage import Linkage
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 
 def start_state(linkage: Linkage, share: float) -> Reals:

@@ -29,8 +29,6 @@ from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch, Trial
 from hcsearch.scenes import Scene, panel_of
 from hcsearch.vocabulary import Way
 
-Reals = NDArray[np.float64]
-
 SCREENED, BRIEF, LARGE = 1e-5, 4000, 12
 """Tolerance of the second look, steps that it may take, and the number of panels above which it takes more steps, in
 proportion to the square of that number.

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from hcsearch.errors import HcsearchError
 from hcsearch.linkage import Linkage
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 LOOKED_AT, AGAIN = 60, 8
 """States along a path at which sets are judged while they are searched, and how often that is done again with the
@@ -99,10 +98,10 @@ def choose(linkage: Linkage, angles: Reals, firm: float = FIRM) -> Choice:
         if least.min() >= min(firm, 0.5 * least[looked].min()):
             break
         looked = np.union1d(looked, np.argsort(least)[:5])  # the states that were overlooked
-    return told(linkage, angles, driven, tried)
+    return choice_of(linkage, angles, driven, tried)
 
 
-def told(linkage: Linkage, angles: Reals, driven: tuple[int, ...], tried: int = 1) -> Choice:
+def choice_of(linkage: Linkage, angles: Reals, driven: tuple[int, ...], tried: int = 1) -> Choice:
     """What can be said of driven hinges along a path."""
     frames, values = frames_at(linkage, angles)
     freedoms, steady = linkage.n_hinges - values.shape[1], monotone_hinges(angles)

@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.deployment.deploying import Deployment, compile_driven, run_driven
 from hcsearch.deployment.driving import LONGEST, MOST, SHORTEST, Drives
 from hcsearch.deployment.scales import settled
-from hcsearch.drive.choosing import FIRM, Choice, choose, told
+from hcsearch.drive.choosing import FIRM, Choice, choice_of, choose
 from hcsearch.drive.gains import PERIOD, controlled
 from hcsearch.drive.latches import Latch, latches_on, release
 from hcsearch.drive.smoothing import NEAR, smooth_path
@@ -25,9 +24,8 @@ from hcsearch.planning.motions import Motion, motion_of
 from hcsearch.planning.reasons import reason_of
 from hcsearch.scenes import FlatPairs, Scene, panel_of
 from hcsearch.twisting import twist
+from hcsearch.typing import Reals
 from hcsearch.vocabulary import Way
-
-Reals = NDArray[np.float64]
 
 SETTLING = 0.5
 """Time that is simulated after the end of the course (s)."""
@@ -122,7 +120,7 @@ def drive(folding: Folding, scene: Scene, motion: Motion, wishes: Wishes | None 
     path = smooth_path(linkage, motion.proof.motion, wishes.near)
     angles = path.at(np.linspace(0.0, path.length, PLACES))[0]
     choice = (
-        told(linkage, angles, tuple(sorted(set(wishes.hinges))))
+        choice_of(linkage, angles, tuple(sorted(set(wishes.hinges))))
         if wishes.hinges
         else choose(linkage, angles, wishes.firm)
     )

@@ -12,15 +12,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.deployment.driving import Drives
 from hcsearch.drive.choosing import frames_at
 from hcsearch.drive.torques import Torques
 from hcsearch.linkage import Linkage
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 YIELDS = 0.05
 """What control yields under the greatest torque of the motion, at most (rad)."""

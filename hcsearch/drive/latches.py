@@ -10,7 +10,6 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.deployment.deploying import Deployment, judged
@@ -18,8 +17,7 @@ from hcsearch.deployment.outcomes import FLAT
 from hcsearch.dynamics.simulation import Motion, joined, simulate
 from hcsearch.dynamics.system import System
 from hcsearch.linkage import Linkage
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 LEFT = 0.05
 """A hinge has left the packed state when it has turned by this (rad)."""

@@ -10,15 +10,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcsearch.dynamics.interpolation import between
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.planning.closing import close, new_closing
 from hcsearch.linkage import Linkage
 from hcsearch.planning.problems import loops_of
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 NEAR = (0.01, 0.005)
 """How near to the packed and to the flat state the driven motion begins and ends (rad): both are singular, and nothing
@@ -106,7 +105,7 @@ def _off_stops(states: Reals) -> Reals:
 def _between_ends(linkage: Linkage, course: Course, near: tuple[float, float]) -> tuple[float, Reals]:
     """The length of a path between its ends (in its own times), and states evenly along it."""
     fine = np.linspace(course.times[0], course.times[-1], 20 * FEWEST)
-    angles = hermite(course, fine)
+    angles = between(course.times, course.angles, course.rates, None, fine)
     left = np.abs(angles - linkage.folded).max(axis=1) >= near[0]
     away = np.abs(angles).max(axis=1) >= near[1]
     first, last = int(left.argmax()), len(fine) - 1 - int(away[::-1].argmax())
@@ -116,18 +115,9 @@ def _between_ends(linkage: Linkage, course: Course, near: tuple[float, float]) -
         )
     length = float(fine[last] - fine[first])
     count = int(np.clip(length / SPACING, FEWEST, MOST))
-    return length, hermite(course, np.linspace(fine[first], fine[last], count + 1))
-
-
-def hermite(course: Course, times: Reals) -> Reals:
-    """Fold angles of a course at given times: cubics through its states and rates."""
-    k = np.clip(np.searchsorted(course.times, times, side="right") - 1, 0, len(course.times) - 2)
-    h = (course.times[k + 1] - course.times[k])[:, None]
-    x = (times - course.times[k])[:, None] / h
-    q0, rise = course.angles[k], course.angles[k + 1] - course.angles[k]
-    v0, v1 = h * course.rates[k], h * course.rates[k + 1]
-    found: Reals = q0 + x * (v0 + x * (3 * rise - 2 * v0 - v1 + x * (v0 + v1 - 2 * rise)))
-    return found
+    return length, between(
+        course.times, course.angles, course.rates, None, np.linspace(fine[first], fine[last], count + 1)
+    )
 
 
 def _smoothed(states: Reals, width: float) -> Reals:

@@ -13,12 +13,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.drive.smoothing import SmoothPath
 from hcsearch.errors import HcsearchError
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 RATE, ACCELERATION = 1.0, 5.0
 """Greatest rate (rad/s) and acceleration (rad/s^2) of a hinge, unless given."""

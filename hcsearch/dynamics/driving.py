@@ -21,9 +21,7 @@ from hcsearch.kernels.multibody import simulation as kernel
 from hcsearch.kernels.multibody.hinges import Hinges
 from hcsearch.kernels.multibody.motion import Mechanism, hold_for
 from hcsearch.kernels.multibody.tree import work_for
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
+from hcsearch.typing import Reals, Whole
 
 ROOM = 3000
 """Steps of a period that there is room for."""

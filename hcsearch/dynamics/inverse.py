@@ -10,13 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.dynamics.system import System
 from hcsearch.dynamics.trees import GROUND
 from hcsearch.errors import HcsearchError
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 
 @dataclass(frozen=True)

@@ -25,13 +25,11 @@ from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.errors import HcsearchError, NotationError
 from hcsearch.reading import read_text
+from hcsearch.typing import Reals, Whole
 
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
 Cubic = tuple[float, float, float, float]
 
 LARGEST, APART = 1e300, 1e-9

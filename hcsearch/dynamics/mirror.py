@@ -1,4 +1,4 @@
-"""Mirror symmetry of a pattern about a line through its held panel: half of a symmetric motion tells the other half.
+"""Mirror symmetry of a pattern about a line through its held panel: half of a symmetric motion gives the other.
 
 A reflection of the drawing that maps facets, creases and faces onto themselves keeps tops on top, so it is a reflection
 of space in an upright plane. A motion that begins symmetric, with equal springs at mirror hinges, stays so.
@@ -11,11 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcsearch.isometries import Isometry
 from hcsearch.linkage import Linkage
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 
 @dataclass(frozen=True)
@@ -62,9 +61,11 @@ def _checked(linkage: Linkage, held: int, normal: Reals, middle: Reals) -> Mirro
     pattern = linkage.pattern
     step = 1e-4 * math.sqrt(pattern.area / len(pattern.facets))
 
+    mirror = Isometry.mirror(complex(*middle), complex(*normal))
+
     def reflected(points: Reals) -> Reals:
-        found: Reals = points - 2.0 * np.outer((points - middle) @ normal, normal)
-        return found
+        images = mirror(points[:, 0] + 1j * points[:, 1])
+        return np.column_stack([images.real, images.imag])
 
     facets = _matched(_centres(linkage), reflected(_centres(linkage)), step)
     if facets is None or any(

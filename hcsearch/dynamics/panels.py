@@ -11,15 +11,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.dynamics.bodies import Body, joined, prism
 from hcsearch.dynamics.mirror import Mirror
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
 from hcsearch.linkage import Linkage
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
+from hcsearch.typing import Reals, Whole
 
 
 @dataclass(frozen=True)

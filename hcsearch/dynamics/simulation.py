@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.dynamics.interpolation import between
 from hcsearch.dynamics.methods import method_named
 from hcsearch.dynamics.system import System
 from hcsearch.kernels.multibody import recording
@@ -20,8 +21,7 @@ from hcsearch.kernels.multibody.motion import hold_for
 from hcsearch.kernels.multibody.steps import Plan
 from hcsearch.kernels.multibody.sweeps import move, place
 from hcsearch.kernels.multibody.tree import work_for
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 Ending = Literal["time", "flat", "rest", "steps", "stuck", "open", "diverged", "energy", "jammed"]
 """`time` is over; `flat`; at `rest` elsewhere; out of `steps`; `stuck`, no step is short enough; loops `open`;
@@ -40,7 +40,7 @@ ENDINGS: dict[int, Ending] = {
 }
 """Endings by the numbers that the kernel gives them."""
 TOGETHER = 100
-"""Steps in which it is told together how far loops open."""
+"""Steps whose openings of loops are computed together."""
 _KINDS = {
     recording.HIT: "hit",
     recording.LET_GO: "released",
@@ -104,21 +104,7 @@ class Motion:
 
         The error of a step of length h is O(h^6), with cubics O(h^4).
         """
-        times = np.asarray(times, float)
-        k = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
-        h = (self.times[k + 1] - self.times[k])[:, None]
-        x = np.divide(times[:, None] - self.times[k][:, None], h, out=np.zeros_like(h), where=h > 0.0)
-        q0, q1 = self.q[k], self.q[k + 1]
-        v0, v1, a0, a1 = h * self.v[k], h * self.v[k + 1], h * h * self.a[k], h * h * self.a[k + 1]
-        rise = q1 - q0
-        if self.cubic:
-            cubic: Reals = q0 + x * (v0 + x * (3 * rise - 2 * v0 - v1 + x * (v0 + v1 - 2 * rise)))
-            return cubic
-        c3 = 10 * rise - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1
-        c4 = -15 * rise + 8 * v0 + 7 * v1 + 1.5 * a0 - a1
-        c5 = 6 * rise - 3 * (v0 + v1) - 0.5 * (a0 - a1)
-        found: Reals = q0 + x * (v0 + x * (0.5 * a0 + x * (c3 + x * (c4 + x * c5))))
-        return found
+        return between(self.times, self.q, self.v, None if self.cubic else self.a, times)
 
 
 def simulate(

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.dynamics.bodies import Body
 from hcsearch.dynamics.laws import FREE, Law, tables_of
@@ -17,8 +16,7 @@ from hcsearch.kernels.multibody.cuts import Cuts
 from hcsearch.kernels.multibody.hinges import Hinges, Struts
 from hcsearch.kernels.multibody.motion import Mechanism
 from hcsearch.kernels.multibody.tree import INERTIA, MASS
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 
 @dataclass(frozen=True)

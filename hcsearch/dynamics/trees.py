@@ -6,13 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.dynamics.bodies import Body
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.multibody.tree import Tree
+from hcsearch.typing import Reals
 
-Reals = NDArray[np.float64]
 GROUND = -1
 
 

@@ -13,8 +13,7 @@ from scipy.stats import t as t_distribution
 
 from hcsearch.dynamics.laws import Law, linear, quadratic, tabulated
 from hcsearch.errors import HcsearchError
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 LEAST_ANGLES = 5
 MOST_FREE = 8

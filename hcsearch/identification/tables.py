@@ -7,12 +7,10 @@ import io
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.errors import HcsearchError
 from hcsearch.reading import read_text
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 ANGLES = {"angle_rad": 1.0, "angle_deg": math.pi / 180.0}
 MOMENTS = {"moment_N_m": 1.0, "moment_N_mm": 1e-3}

@@ -11,8 +11,8 @@ from scipy.linalg import lstsq, qr
 from scipy.signal import firwin, oaconvolve
 
 from hcsearch.errors import HcsearchError
+from hcsearch.typing import Reals
 
-Reals = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 LEAST_SAMPLES = 64

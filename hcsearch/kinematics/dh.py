@@ -18,11 +18,9 @@ from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.linkage import Linkage, Walk
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 SAME = 1e-9
 """Hinges are parallel below this sine, and meet below this distance in metres."""

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kinematics.closing import CLOSED, close
 from hcsearch.kinematics.rank import Rank, rank_at
 from hcsearch.linkage import Linkage
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 STEPS = 6
 TRIES = 3

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kinematics.rank import Rank, decide_rank
 from hcsearch.linkage import Linkage
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 MUCH = 0.618
 """Hinges that add more than this share of the most (squared) may come next in a basis; by symmetry many add alike."""

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.linkage import Linkage
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 GAP = 1e3
 """A rank is decided when no singular value lies within this factor above the noise."""

@@ -5,15 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.linkage.cones import nonnegative
 from hcsearch.kinematics.closing import CLOSED, correction
 from hcsearch.kinematics.local import Local, local_at
 from hcsearch.linkage import Linkage
-
-Reals = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from hcsearch.typing import Flags, Reals
 
 UNMOVED = 1e-9
 """A hinge stands still in a tangent space whose unit vectors turn it by no more than this."""

@@ -15,7 +15,8 @@ from math import gcd, lcm
 
 import numpy as np
 
-from hcsearch.locks.lattice import Exact, Reals, WholeEnd, reduced
+from hcsearch.locks.lattice import Exact, WholeEnd, reduced
+from hcsearch.typing import Reals
 
 Ray = tuple[int, ...]
 

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.linkage import Linkage, Walk
+from hcsearch.typing import Reals
 
-Reals = NDArray[np.float64]
 Exact = NDArray[np.object_]
 """Arrays of Python's integers, which do not overflow."""
 

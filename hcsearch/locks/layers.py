@@ -10,14 +10,12 @@ Side walls that touch are left out: panels have some clearance there.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcsearch.hinge_trees import hinge_tree
 from hcsearch.linkage import Linkage
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 NEAR = 1e-3
 """Layers nearer than this share of the thickness touch; folded states have them at whole multiples of it."""
@@ -74,20 +72,16 @@ def parting(linkage: Linkage, touching: list[Contact]) -> Reals:
     Shape (n_corners, n_hinges), as shares of the pattern's size; rows of different corners of one contact follow each
     other. Panels that no hinges join have zeros.
     """
-    import networkx as nx  # noqa: PLC0415
-
-    hinges, panel = linkage.pattern.hinges, linkage.pattern.panel_of
-    rise = _rise(linkage)
-    graph = nx.Graph([(hinge.first, hinge.second, {"hinge": k}) for k, hinge in enumerate(hinges)])
+    panel, rise = linkage.pattern.panel_of, _rise(linkage)
     # the shortest way between two panels that share a hinge is that hinge, and their row has no other entry
-    bases = {panel[contact.below] for contact in touching} & set(graph)
-    ways = {base: nx.single_source_shortest_path(graph, base) for base in bases}
+    trees = {base: hinge_tree(linkage.pattern, base) for base in {panel[contact.below] for contact in touching}}
     found = [np.zeros((0, linkage.n_hinges))]
     for contact in touching:
         apart = np.zeros((linkage.n_hinges, 3))
-        for one, two in pairwise(ways.get(panel[contact.below], {}).get(panel[contact.above], ())):
-            k = graph[one][two]["hinge"]
-            apart[k] = rise[k] if hinges[k].first == one else -rise[k]
+        base, other = panel[contact.below], panel[contact.above]
+        if trees[base].roots[other] == base:
+            for k, sign in trees[base].way(other):
+                apart[k] = sign * rise[k]
         corners = contact.corners / linkage.pattern.size
         found.append(np.c_[corners, np.ones(len(corners))] @ apart.T)
     return np.concatenate(found)

@@ -21,18 +21,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import combinations_with_replacement
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.linkage.cones import MOST_RAYS, cone_rays, nonnegative
+from hcsearch.kinematics.products import products
 from hcsearch.linkage import Linkage
 from hcsearch.locks import certificates
 from hcsearch.locks.lattice import whole_end
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 MARGIN = 1e-7
 """A wrench is a candidate when its inequalities hold by this much, with screws and wrench of unit length; rounding is
@@ -166,7 +164,7 @@ def _lock(columns: Reals, contacts: Reals, bend: Callable[[Reals], Reals]) -> tu
     if not 0 < count <= MOST_PRODUCTS:
         return Lock(None, False, None, 0.0, found[0], ()), found
     found = found[1:]
-    proof = second_order(columns, found, _products(found, bend))
+    proof = excluding_wrench(columns, found, products(found, bend))
     stuck = tuple(int(k) for k in np.flatnonzero(found.max(axis=0) <= 1e-9))
     motion = found.mean(axis=0)
     if proof is None:
@@ -186,19 +184,11 @@ def _first_order(columns: Reals) -> tuple[Reals, Reals, float]:
     return x, wrench, float((columns @ wrench).min())
 
 
-def _products(rays: Reals, bend: Callable[[Reals], Reals]) -> Reals:
-    """Bilinear form of `bend` for all pairs of rays, shape (n_rays, n_rays, n_rows)."""
-    own = np.array([bend(ray) for ray in rays])
-    found = np.empty((len(rays), len(rays), own.shape[1]))
-    for i, j in combinations_with_replacement(range(len(rays)), 2):
-        found[i, j] = found[j, i] = own[i] if i == j else 0.5 * (bend(rays[i] + rays[j]) - own[i] - own[j])
-    return found
-
-
-def second_order(columns: Reals, rays: Reals, products: Reals) -> tuple[Reals, float] | None:
+def excluding_wrench(columns: Reals, rays: Reals, bends: Reals) -> tuple[Reals, float] | None:
     """A wrench y, of greatest entry 1, that excludes motions at second order, and its margin; None if none is found.
 
-    columns : shape (n, n_rows), screws in the sense in which hinges turn. rays : of the cone K. products : of `bend`.
+    columns : shape (n, n_rows), screws in the sense in which hinges turn. rays : of the cone K. bends : `products` of
+        the rays.
     On hinges that can turn at first order y has no power; it is asked to hold the others shut, that y . bend of every
     ray is positive, and y . bend of every two rays not negative, which suffices for all their sums.
     """
@@ -211,9 +201,9 @@ def second_order(columns: Reals, rays: Reals, products: Reals) -> tuple[Reals, f
     basis = null_space(columns[turning], rcond=ZERO)  # shape (n_rows, freedom of y)
     if not basis.shape[1]:
         return None
-    own = products.diagonal(axis1=0, axis2=1).T
+    own = bends.diagonal(axis1=0, axis2=1).T
     first, second = np.triu_indices(len(rays), 1)
-    positive, crossing = np.r_[held, own], products[first, second]
+    positive, crossing = np.r_[held, own], bends[first, second]
     for found in (_between, _best):  # the first is ten times as quick, and needs all products to be positive or 0
         wrench = found(positive @ basis, crossing @ basis, basis)
         if wrench is None:

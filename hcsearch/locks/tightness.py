@@ -16,12 +16,10 @@ from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.linkage.cones import nonnegative
 from hcsearch.linkage import Linkage
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 FIRST, GROWTH, LONGEST = 0.01, 1.12, 0.05
 """The first sum of turns (rad), by what share the next one is greater, and at most by how much (rad)."""
@@ -51,7 +49,7 @@ class Tightness:
     closed: float | None
 
     @property
-    def told(self) -> str:
+    def sentence(self) -> str:
         """The measurement in a sentence."""
         if self.closed is None:
             return f"leaving it would open the loops by more than {1e3 * self.opening:.2g} mm (measured)"

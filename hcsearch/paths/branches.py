@@ -14,15 +14,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kinematics.closing import CLOSED, close
 from hcsearch.kinematics.local import Local, local_at
 from hcsearch.linkage import Linkage
-from hcsearch.paths.quadrics import ROUGHLY, SOLVED, second_order, solve_quadrics
+from hcsearch.paths.quadrics import ROUGHLY, SOLVED, second_order_forms, solve_quadrics
 from hcsearch.paths.stops import SLACK, margins
+from hcsearch.typing import Reals
 
-Reals = NDArray[np.float64]
 Status = Literal["finite", "infinitesimal", "undecided"]
 
 NUDGES = (0.04, 0.02, 0.01, 0.005)
@@ -99,10 +98,10 @@ def branches(
     if zero is not None:
         local = local_at(linkage, angles, kept=int(np.count_nonzero(local.rank.singular_values > zero)))
     elif local.rank.rank is None:
-        told = f"the rank is not decided: a gap of {local.rank.gap:.1e} in the singular values"
-        return Branches(-1, 0, stops, (), told)
+        sentence = f"the rank is not decided: a gap of {local.rank.gap:.1e} in the singular values"
+        return Branches(-1, 0, stops, (), sentence)
     basis = local.null_space()
-    forms = second_order(local, basis)
+    forms = second_order_forms(local, basis)
     cone = None
     if stops:
         inward = (angles <= SLACK).astype(float) - (angles >= math.pi - SLACK)
@@ -119,8 +118,8 @@ def branches(
         status: Status = "finite" if power >= FINITE else "infinitesimal" if power <= NOT else "undecided"
         found.append(Branch(direction, solution.dimension, solution.residual, status, power, within))
     found.sort(key=lambda branch: (branch.dimension, *np.round(branch.direction, 6).tolist()))
-    told = _sentence(basis.shape[1], len(forms), found, stops)
-    return Branches(basis.shape[1], len(forms), stops, tuple(found), told, reach)
+    sentence = _sentence(basis.shape[1], len(forms), found, stops)
+    return Branches(basis.shape[1], len(forms), stops, tuple(found), sentence, reach)
 
 
 def _opening(direction: Reals) -> Reals:
@@ -154,11 +153,11 @@ def _sentence(nullity: int, stresses: int, found: list[Branch], stops: bool) -> 
         return "rigid: nothing moves to first order"
     alone = sum(branch.dimension == 0 for branch in found)
     families = sorted({branch.dimension for branch in found} - {0})
-    told = [f"{alone} isolated"] if alone else []
-    told += [f"a family of dimension {dimension}" for dimension in families]
+    counts = [f"{alone} isolated"] if alone else []
+    counts += [f"a family of dimension {dimension}" for dimension in families]
     finite = sum(branch.status == "finite" for branch in found)
     where = " within the stops" if stops else ""
     return (
         f"{nullity} first-order motions, {stresses} second-order equations; directions that solve them{where}: "
-        f"{', '.join(told) or 'none'}; {finite} of {len(found)} nudged are finite"
+        f"{', '.join(counts) or 'none'}; {finite} of {len(found)} nudged are finite"
     )

@@ -15,16 +15,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kinematics.local import Local, local_at
 from hcsearch.kinematics.within import close_within, least_energy, linked
 from hcsearch.linkage import Linkage
 from hcsearch.paths.motions import Ending, Path, joined, path_of, reverse
 from hcsearch.paths.stops import SLACK
+from hcsearch.typing import Flags, Reals
 
-Reals = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 Goal = Literal["flat", "folded"]
 
 TRUST, LONGEST, SMALLEST = 0.2, 0.4, 1e-6
@@ -172,8 +170,8 @@ class _Descent:
         local, self.evaluations = close_within(self.linkage, start, held=self.held)
         if local is None:
             state = local_at(self.linkage, np.clip(start, 0.0, math.pi))
-            told = f"no closed state within the stops near the start, which is open by {state.residual:.1e}"
-            return self._path([state], Ending("lost closure", told))
+            sentence = f"no closed state within the stops near the start, which is open by {state.residual:.1e}"
+            return self._path([state], Ending("lost closure", sentence))
         self.states, self.energies = [local], [self._energy(local.angles)]
         ending = None
         while ending is None:
@@ -263,8 +261,8 @@ class _Descent:
         flat = np.flatnonzero(last.angles <= SLACK)
         closed = np.flatnonzero(last.angles >= math.pi - SLACK)
         left = energy / (0.5 * float(self.springs @ self.linkage.folded**2))
-        told = (
+        sentence = (
             f"a local minimum with {left:.1%} of the energy of the other end; hinges at pi: "
             f"{', '.join(map(str, closed)) or 'none'}; at 0: {', '.join(map(str, flat)) or 'none'}"
         )
-        return Ending("stuck", told, tuple(map(int, np.union1d(flat, closed))))
+        return Ending("stuck", sentence, tuple(map(int, np.union1d(flat, closed))))

@@ -1,4 +1,4 @@
-"""Singular states on the way: found between the states of a path, located, and told apart to second order."""
+"""Singular states on the way: found between the states of a path, located, and distinguished to second order."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from scipy.optimize import brentq, minimize_scalar
 from hcsearch.kinematics.local import Local, local_at, same_orientation
 from hcsearch.paths.motions import Event
 from hcsearch.paths.predictors import Step
-from hcsearch.paths.quadrics import ROUGHLY, second_order, solve_quadrics
+from hcsearch.paths.quadrics import ROUGHLY, second_order_forms, solve_quadrics
 from hcsearch.paths.walking import Walker
 
 CROSSED, TOUCHED = 0.2, 1e-2
 """At a located singular state, singular values below this share of the least at the states around it are zeros: where
 orientations differ one is, and rounding alone can hide it; where they agree it has to be shown."""
 DIP = 1e-3
-"""A least singular value that turns back is told where it comes below this share of the greatest."""
+"""A least singular value that turns back is reported where it comes below this share of the greatest."""
 FINEST = 0.002
 """Steps are looked into down to this length (rad)."""
 AHEAD = 1.2
@@ -94,7 +94,7 @@ def _event(local: Local, length: float, usual: int, zero: float) -> Event:
     kind: Literal["bifurcation", "shaky", "dip"] = "dip"
     if kept < usual:
         singular = local_at(local.linkage, local.angles, kept=kept)
-        ways, _ = solve_quadrics(second_order(singular, singular.null_space()), solved=ROUGHLY)
+        ways, _ = solve_quadrics(second_order_forms(singular, singular.null_space()), solved=ROUGHLY)
         kind = "bifurcation" if len(ways) > 1 else "shaky"
     least = float(values[kept - 1]) if kept else math.inf
     return Event(kind, local.angles, length, least, len(local.angles) - kept)

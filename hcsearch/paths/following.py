@@ -22,8 +22,8 @@ from hcsearch.paths.motions import Ending, Event, Path, path_of
 from hcsearch.paths.predictors import PREDICTORS, Step, missed
 from hcsearch.paths.stops import SLACK, first_stop, margins
 from hcsearch.paths.walking import Advance, Walker
+from hcsearch.typing import Reals
 
-Reals = NDArray[np.float64]
 Goal = Literal["flat", "folded", "end", "none"]
 End = Literal["flat", "folded"]
 
@@ -166,8 +166,8 @@ class _Following:
             return Ending("lost closure", f"the start is not closed: its residual is {local.residual:.1e}")
         beyond = np.flatnonzero(margins(local.angles) < -SLACK) if self.limits.stops else ()
         if len(beyond):
-            told = ", ".join(map(str, beyond))
-            return Ending("stopped", f"the start is beyond the stops of hinges {told}", tuple(map(int, beyond)))
+            numbers = ", ".join(map(str, beyond))
+            return Ending("stopped", f"the start is beyond the stops of hinges {numbers}", tuple(map(int, beyond)))
         if local.rank.rank is None:
             return Ending("undecided", f"the rank at the start is not decided: a gap of {local.rank.gap:.1e} only")
         if not moves:
@@ -251,8 +251,8 @@ class _Following:
         self.step = 0.4 * distance
         if self.step >= SMALLEST and not lost:
             return None
-        told = "no closed state follows: the direction is no motion, or the step is too long"
-        return Ending("lost closure", f"{told} (steps down to {distance:.1e})")
+        sentence = "no closed state follows: the direction is no motion, or the step is too long"
+        return Ending("lost closure", f"{sentence} (steps down to {distance:.1e})")
 
     def _land(self, landing: _Landing) -> Ending:
         local = self.walker.local(landing.state)

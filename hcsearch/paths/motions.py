@@ -7,12 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kinematics.local import Local
+from hcsearch.typing import Reals, Whole
 
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
 Outcome = Literal[
     "flat", "folded", "length", "stopped", "branch", "stuck", "undecided", "lost closure", "out of budget"
 ]

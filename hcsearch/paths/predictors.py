@@ -11,11 +11,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kinematics.local import Local, local_at
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 DISTINCT = 1e-12
 """States nearer than this (rad) are the same: no slope is taken between them."""

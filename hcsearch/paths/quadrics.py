@@ -6,12 +6,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kinematics.local import Local
+from hcsearch.kinematics.products import products
 from hcsearch.paths.covering import cover
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 NOTHING = 1e-10
 """Forms of screws of unit size that are smaller than this are rounding."""
@@ -24,13 +23,13 @@ SAME = 1e-3
 STEPS, NIL = 200, 1e-15
 """Steps of a search, and what of an equation or a step is nothing."""
 TRIED, NEARER = 0.05, 0.015
-"""A family is told from a double point by solutions this far (rad) from it; and its dimension by some this far."""
+"""A family differs from a double point by solutions this far (rad) from it; its dimension is that of some this far."""
 SPREAD = 0.2
 """Directions count as spread in a dimension where their singular value there has this share of the greatest."""
 FLAT = 1e-5
 """Directions in which the equations have a slope below this are tried for families."""
 APART = 0.25
-"""Members of a family that are told are no nearer than this."""
+"""Members of a family that are listed are no nearer than this."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +41,7 @@ class Solution:
     residual: float
 
 
-def second_order(local: Local, basis: Reals) -> Reals:
+def second_order_forms(local: Local, basis: Reals) -> Reals:
     """Quadratic forms of the second-order equations, shape (n_stresses, m, m): z' Q z = 0 for velocities basis z."""
     rows, m = local.jacobian.shape[0], basis.shape[1]
     stresses = np.linalg.svd(local.left)[0][:, local.kept :] if local.kept else np.eye(rows)
@@ -50,14 +49,9 @@ def second_order(local: Local, basis: Reals) -> Reals:
     def bend(velocity: Reals) -> Reals:
         return local.linkage.bend(local.jacobian, np.ascontiguousarray(velocity))
 
-    single = [bend(basis[:, i]) for i in range(m)]
-    forms = np.zeros((rows, m, m))
-    for i in range(m):
-        forms[:, i, i] = single[i]
-        for j in range(i):
-            both = 0.5 * (bend(basis[:, i] + basis[:, j]) - single[i] - single[j])
-            forms[:, i, j] = forms[:, j, i] = both
-    found: Reals = np.einsum("rk,rij->kij", stresses, forms)
+    if not m:
+        return np.zeros((stresses.shape[1], 0, 0))
+    found: Reals = np.einsum("rk,ijr->kij", stresses, products(basis.T, bend))
     return found
 
 

@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from hcsearch.paths.predictors import Step
 from hcsearch.paths.walking import Walker
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 SLACK = 1e-9
 """A hinge is at its stop when it is nearer than this (rad)."""

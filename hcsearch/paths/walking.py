@@ -7,14 +7,12 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kinematics.closing import CLOSED, correction
 from hcsearch.kinematics.local import Local, local_at
 from hcsearch.linkage import Linkage
 from hcsearch.paths.predictors import Predictor, Step, arc_length
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 MAX_CORRECTIONS = 12
 STRAIGHT = 0.7

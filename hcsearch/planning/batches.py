@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.flat_pairs import ways
 from hcsearch.folding import Folding, folding_at
@@ -14,8 +13,7 @@ from hcsearch.planning.motions import Motion, motion_of
 from hcsearch.planning.reasons import reason_of
 from hcsearch.records import CircuitBatch, FoldingBatch, MotionBatch
 from hcsearch.scenes import Scene, panel_of
-
-Flags = NDArray[np.bool_]
+from hcsearch.typing import Flags
 
 
 def motions(

@@ -13,14 +13,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.planning.pieces import CENTRED
 from hcsearch.kernels.planning.series import ORDERS, write_series
 from hcsearch.linkage import Linkage
 from hcsearch.locks.lattice import whole_end
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 CONTRACTION = 0.5
 """Greatest factor of a contraction that is asked for."""

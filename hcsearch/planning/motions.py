@@ -9,9 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hcsearch.collision.margins import margin_of, scale_of
 from hcsearch.flat_pairs import can_be, linkage_joined
 from hcsearch.folding import Folding
@@ -19,9 +16,8 @@ from hcsearch.linkage import Linkage
 from hcsearch.planning.planner import Growth, Planner
 from hcsearch.planning.proofs import PLAYS, Proof, Prover
 from hcsearch.scenes import PanelSize
+from hcsearch.typing import Reals
 from hcsearch.vocabulary import Way
-
-Reals = NDArray[np.float64]
 
 TIGHT, LOOSE, AGAIN = 40, 60, 3
 """Rounds of the search with the least margin, of those with the greatest that follow it, and how many those are."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.collision.margins import check_margin
 from hcsearch.kernels.planning.search import FULL, MET, Meeting, fan_out, search
@@ -18,8 +17,7 @@ from hcsearch.kernels.planning.space import Space, Stack, Work, new_stack, new_w
 from hcsearch.kernels.planning.trees import CELL, Tree, new_tree
 from hcsearch.linkage import Linkage
 from hcsearch.planning.problems import space_of
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 CAPACITY = 12000
 """States that a tree holds."""

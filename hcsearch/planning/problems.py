@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.collision.margins import EDGE, scale_of
-from hcsearch.collision.penetration import prisms_of
+from hcsearch.collision.prisms import prisms_of
 from hcsearch.collision.solids import kept_apart, pairs_of
 from hcsearch.kernels.planning.closing import Loops
 from hcsearch.kernels.planning.space import Space
 from hcsearch.linkage import Linkage
 
-Reals = NDArray[np.float64]
-
 LEVER = 0.45 / EDGE
 """What points move by where one hinge turns by 1 rad, over the longest edge: it says which pairs are looked at."""
 NEAR = 0.03 / EDGE
 """Pairs further apart than this, over the longest edge, are not measured."""
-LEAST, KEPT, TOLD = 0.01, 0.05, 0.005
+LEAST, KEPT, PARTED = 0.01, 0.05, 0.005
 """Gaps of shrunk panels over the margin: that each state has, that a step leaves, that a direction has at both ends."""
 
 
@@ -46,5 +43,5 @@ def space_of(linkage: Linkage, margin: float) -> Space:
         near=NEAR * edge,
         least=LEAST * margin,
         kept=KEPT * margin,
-        told=TOLD * margin,
+        parted=PARTED * margin,
     )

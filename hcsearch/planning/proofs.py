@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.collision.clearance import Clearance, certify
 from hcsearch.collision.margins import scale_of
@@ -28,8 +27,7 @@ from hcsearch.linkage import Linkage
 from hcsearch.planning.ends import Departure, End
 from hcsearch.planning.problems import loops_of
 from hcsearch.planning.switches import switch_between
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 PLAYS = (1e-5, 2e-5, 5e-5, 1e-4)
 """Margins at which a path is certified, least first, m, for panels with edges of 50 mm."""

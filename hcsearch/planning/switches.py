@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from hcsearch.kernels.planning.closing import STOPPED, Closing, Loops, open_by
 from hcsearch.kernels.planning.tubes import POLISHED
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 ROUNDS = 30
 """Newton steps to a switch state."""

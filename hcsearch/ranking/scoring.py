@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from hcsearch.errors import QueryError
 from hcsearch.store.columns import CRITERIA, Quantity
 from hcsearch.store.conditions import nearest
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 
 def complete_weights(given: Mapping[str, float]) -> dict[str, float]:

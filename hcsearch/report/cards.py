@@ -122,7 +122,7 @@ def _rank(folding: Row) -> tuple[float, ...]:
 
 
 def _badge(design: Row) -> tuple[str, str]:
-    """Tell the status, or what the foldings say while a verdict is missing."""
+    """The status, or what the foldings say while a verdict is missing."""
     if design.get("status") is not None:
         text = str(design["status"])
     elif design.get("untwisted") is not None:

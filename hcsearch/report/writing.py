@@ -13,7 +13,7 @@ from hcsearch.scenes import DEFAULT
 from hcsearch.store import Database
 
 LIMIT = 2000
-"""Designs on a page unless told otherwise: more make it slow to search."""
+"""Designs on a page by default: more make it slow to search."""
 
 
 def write_report(

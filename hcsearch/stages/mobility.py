@@ -24,12 +24,9 @@ from hcsearch.pattern import facet_area
 from hcsearch.records import NONE, CircuitBatch, FoldingBatch, MobilityBatch, StagedDesigns
 from hcsearch.scenes import FlatPairs, PanelSize, Scene, default_panel
 from hcsearch.stages.stage import Stage
+from hcsearch.typing import Flags, Reals, Whole
 
 _TOGETHER = 4000  # foldings: their hinge lines and Jacobians take some 3 kB each
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

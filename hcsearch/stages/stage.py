@@ -6,14 +6,10 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hcsearch.records import StagedDesigns, StageResult
 from hcsearch.scenes import Scene
+from hcsearch.typing import Flags
 from hcsearch.vocabulary import Keep
-
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,9 @@ The names below are looked up on first use, so that reading `hcsearch.store.colu
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from hcsearch.lazy import importing
 
 if TYPE_CHECKING:
     from hcsearch.store.columns import VIEWS, Quantity, column_names, view_names
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from hcsearch.store.views import source_in
     from hcsearch.store.writing import count_arrays, finish_run, finished_batches, record_batches, start_run
 
-_MODULES = {
+_HOMES = {
     "columns": ("VIEWS", "Quantity", "column_names", "view_names"),
     "database": ("Database", "open_database", "open_readonly"),
     "formats": ("FORMATS", "format_rows"),
@@ -34,7 +35,6 @@ _MODULES = {
     "views": ("source_in",),
     "writing": ("count_arrays", "finish_run", "finished_batches", "record_batches", "start_run"),
 }
-_HOMES = {name: module for module, names in _MODULES.items() for name in names}
 
 __all__ = [
     "FORMATS",
@@ -69,8 +69,4 @@ __all__ = [
     "view_names",
 ]
 
-
-def __getattr__(name: str) -> object:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+__getattr__ = importing(__name__, _HOMES)

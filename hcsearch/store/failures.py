@@ -56,8 +56,9 @@ def primary_code(error: BaseException | None) -> int:
 
 def is_refusal(error: BaseException) -> bool:
     """Whether a statement was not run because it would change something on a read-only connection."""
-    told = ("not authorized", "authorization denied", "read-only")  # some refusals come without their code
-    return primary_code(error) in (sqlite3.SQLITE_AUTH, sqlite3.SQLITE_READONLY) or any(t in str(error) for t in told)
+    refusals = ("not authorized", "authorization denied", "read-only")  # some refusals come without their code
+    code = primary_code(error)
+    return code in (sqlite3.SQLITE_AUTH, sqlite3.SQLITE_READONLY) or any(words in str(error) for words in refusals)
 
 
 def is_of_database(error: BaseException | None) -> bool:

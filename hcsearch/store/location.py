@@ -94,7 +94,7 @@ def is_filled(location: Location) -> bool:
 
 
 def file_identity(path: Path) -> FileIdentity | None:
-    """Return what tells a file from all others, whatever its name; None when there is none."""
+    """Return what distinguishes a file from all others, whatever its name; None when there is none."""
     try:
         status = path.stat()
     except OSError:

@@ -22,7 +22,7 @@ from hcsearch.store.verdicts import scene_names
 
 __all__ = ["find_design", "parse_query", "select", "select_sql", "stream", "stream_sql"]
 
-# What tells the rows of a view apart: the last resort of every order, so that results are the same each time.
+# The columns that distinguish rows of a view: the last resort of every order, so that results are the same each time.
 _IDENTITY = {
     "designs": ("id",),
     "foldings": ("design_id", "crease"),

@@ -57,7 +57,7 @@ class Subject:
 
     @property
     def key(self) -> dict[str, Any]:
-        """What tells it from others among stored evaluations: what it is, with its sizes."""
+        """The key of its stored evaluations: what it is, with its sizes."""
         if self.scene.panel is None:
             return self.facts
         return self.facts | {

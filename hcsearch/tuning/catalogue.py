@@ -6,11 +6,10 @@ from collections.abc import Callable, Sequence
 from itertools import combinations_with_replacement
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.errors import HcsearchError
+from hcsearch.typing import Reals
 
-Reals = NDArray[np.float64]
 Levels = tuple[int, ...]
 
 

@@ -1,4 +1,4 @@
-"""Of spring sets that a search has seen the one that is told: confirmed, and the least likely to collide."""
+"""The choice among spring sets that a search has seen: confirmed, and the least likely to collide."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.deployment.checking import Check
 from hcsearch.deployment.deploying import Deployment, deploy
@@ -17,8 +16,7 @@ from hcsearch.tuning.catalogue import Levels, descend, nearest_levels
 from hcsearch.tuning.objective import DEFAULT, Scales, objective
 from hcsearch.tuning.robustness import Robustness, Spread, most_robust, robustness, sampled
 from hcsearch.tuning.search import MORE, Search, spread_out, strategy_from
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 STAGES = ((8, 4), (3, 8))
 """Sets that are compared by samples of the tolerances, and how many samples each gets: the few best get more."""
@@ -56,7 +54,7 @@ class SpringSet:
 
 
 class Finder:
-    """From sets that were seen to those that are told: confirmed, and the least likely to collide."""
+    """From the sets that were seen to those that are reported: confirmed, and the least likely to collide."""
 
     def __init__(self, search: Search, scene: Scene, samples: int, spread: Spread) -> None:
         self.search, self.scene, self.samples, self.spread = search, scene, samples, spread
@@ -74,7 +72,7 @@ class Finder:
     def _hardened(self, sets: Sequence[Reals]) -> list[Reals]:
         """Sets near the most robust one of these that are better in the mean over some samples, the best first.
 
-        Among sets that come flat and clear the objective tells little of how near they are to those that do not; its
+        Among sets that come flat and clear the objective says little of how near they are to those that do not; its
         mean over samples of the tolerances does.
         """
         clear = [one for one, check in zip(sets, self.evaluator.of_springs(sets), strict=True) if check.deploys]
@@ -174,5 +172,5 @@ class Finder:
 
 
 def _risk(one: SpringSet) -> tuple[bool, int]:
-    """What tells the better of two sets: confirmed, then how many samples fail."""
+    """The order of two sets: confirmed, then how many samples fail."""
     return not one.confirmed, 0 if one.robustness is None else one.robustness.failures

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.collision.margins import scale_of
 from hcsearch.collision.reaches import slack_of
+from hcsearch.cores import usable_cores
 from hcsearch.deployment import VERSION
 from hcsearch.deployment.checking import Check, Screen, check, screen_of
 from hcsearch.deployment.compiling import Compiled, compile_scene
@@ -21,9 +20,8 @@ from hcsearch.deployment.springs import scene_springs, stiffnesses_of, with_spri
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
 from hcsearch.tuning.objective import Scales, objective
+from hcsearch.typing import Reals
 from hcsearch.vocabulary import Formulation
-
-Reals = NDArray[np.float64]
 
 TOLERANCES: Mapping[Formulation, float] = {"constrained": 1e-4, "compliant": 3e-5}
 """Errors of a step while springs are searched for."""
@@ -36,7 +34,7 @@ steps are ten times longer. What is found is confirmed in the scene itself."""
 
 
 class Key(NamedTuple):
-    """What tells an evaluation of one array from others: the setting (scene and method, as JSON), the springs."""
+    """The key of an evaluation of one array: the setting (scene and method, as JSON), the springs."""
 
     setting: str
     springs: str
@@ -142,14 +140,13 @@ class Evaluator:
 
     def _run(self, scenes: Sequence[Compiled], whole: bool) -> list[Check]:
         """All scenes, dealt out to as many threads as there are cores; the kernels run without Python's lock."""
-        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         for scene in scenes:
             if scene.apart not in self._screens:
                 own = screen_of(scene, self.strict)
                 # springs give way at impacts, for moments: with that for a slack at all times nothing would be certain
                 self._screens[scene.apart] = own._replace(reach=0.0) if self.formulation == "compliant" else own
         screens = [self._screens[scene.apart] for scene in scenes]
-        threads = max(1, min(cores, len(scenes)))
+        threads = max(1, min(usable_cores(), len(scenes)))
         tolerance = TOLERANCES[self.formulation]
         return check(scenes, screens=screens, tolerance=tolerance, whole=whole, threads=threads)
 

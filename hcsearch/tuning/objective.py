@@ -44,5 +44,5 @@ def objective(check: Check, slack: float = 0.0, scales: Scales = DEFAULT) -> flo
         return min((slack - gap) / ample, 0.999)
     value = 1.0 + check.remaining + (0.0 if check.clear else check.speed / speed)
     value += check.outcome in {"diverged", "out of steps"}
-    # a simulation that overflowed tells nothing
+    # a simulation that overflowed shows nothing
     return value if math.isfinite(value) else 10.0

@@ -7,14 +7,12 @@ from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.deployment.checking import Check
 from hcsearch.deployment.springs import scene_springs
 from hcsearch.scenes import Scene
 from hcsearch.tuning.evaluation import Evaluator
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 CONFIDENCE = 0.95
 
@@ -119,7 +117,7 @@ def most_robust(
     for kept, samples in stages:
         left = left[:kept]
         found = dict(zip(left, robustness(evaluator, [sets[k] for k in left], spread, samples, seed), strict=True))
-        left = sorted(left, key=lambda k, told=found: (told[k].failures, k))  # type: ignore[misc]
+        left = sorted(left, key=lambda k, of=found: (of[k].failures, k))  # type: ignore[misc]
     return [(k, found[k]) for k in left]
 
 

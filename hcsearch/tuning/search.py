@@ -16,13 +16,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.deployment.checking import Check
 from hcsearch.deployment.springs import range_of
 from hcsearch.tuning.evaluation import Evaluator
+from hcsearch.typing import Reals
 
-Reals = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 
 GENERATION, GENERATIONS = 16, 40
@@ -108,7 +107,7 @@ class Search:
             self.best = least
         if self._own is None or least.value < self._own.value:
             self._own = least
-        self.progress(self.spent, self.budget, told(self.best.check))
+        self.progress(self.spent, self.budget, summary(self.best.check))
         if len(inside) < len(points):
             raise SpentError
         return np.array([place.value for place in places])
@@ -181,7 +180,7 @@ def strategy_from(
     return cma.CMAEvolutionStrategy(start, share * (high - low), options)
 
 
-def told(check: Check) -> str:
+def summary(check: Check) -> str:
     """A check in a few words."""
     if check.deploys:
         return "flat, clear" if check.gap is None else f"flat, clear by {1e3 * check.gap:.2g} mm"

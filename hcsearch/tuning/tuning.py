@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.deployment.scales import settled
 from hcsearch.deployment.springs import range_of, stiffnesses_of, tied_hinges
@@ -19,9 +18,8 @@ from hcsearch.tuning.evaluation import TOLERANCES, Evaluator, Memory
 from hcsearch.tuning.objective import Scales
 from hcsearch.tuning.robustness import Spread
 from hcsearch.tuning.search import GENERATION, Place, Progress, Search, spread_out
+from hcsearch.typing import Reals
 from hcsearch.vocabulary import Formulation
-
-Reals = NDArray[np.float64]
 
 EVALUATIONS, SAMPLES = 500, 64
 """Spring sets that a search tries, and samples of the tolerances that are drawn for what it found."""
@@ -108,7 +106,7 @@ def tune(
 
 
 def _silent(done: int, total: int, note: str) -> None:
-    """Tell nobody."""
+    """Show nothing."""
 
 
 def _seen(place: Place, scales: Scales) -> SpringSet:

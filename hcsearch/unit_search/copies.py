@@ -11,16 +11,18 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from hcsearch.isometries import Isometry
 from hcsearch.pattern import Crease, Pattern
+from hcsearch.typing import Whole
 
 Complex = NDArray[np.complex128]
-Whole = NDArray[np.int64]
 
 NEAR = 1e-6
 """Points nearer than this share of a facet's size are the same."""
@@ -32,57 +34,40 @@ _TURN = 1e-3
 
 
 class Motion(NamedTuple):
-    """An isometry of the plane, z to turn * z + shift, with conj(z) in the place of z where it reflects.
+    """Where a copy lies: an isometry of the plane; exchange : -1 where top and bottom faces are exchanged, else 1."""
 
-    exchange : -1 where top and bottom faces are exchanged, else 1.
-    """
-
-    reflects: bool
+    plane: Isometry
     exchange: int
-    turn: complex
-    shift: complex
 
     def __matmul__(self, first: Motion) -> Motion:
         """The motion that comes of `first`, then this one."""
-        return Motion(
-            self.reflects != first.reflects, self.exchange * first.exchange, self._spin(first.turn), self(first.shift)
-        )
-
-    def __call__(self, point: complex) -> complex:
-        """Image of a point."""
-        return self._spin(point) + self.shift
-
-    def _spin(self, vector: complex) -> complex:
-        return self.turn * (vector.conjugate() if self.reflects else vector)
+        return Motion(self.plane @ first.plane, self.exchange * first.exchange)
 
     @property
     def inverse(self) -> Motion:
         """The motion that takes this one back."""
-        turn = self.turn if self.reflects else self.turn.conjugate()
-        back = self.shift.conjugate() if self.reflects else self.shift
-        return Motion(self.reflects, self.exchange, turn, -turn * back)
+        return Motion(self.plane.inverse, self.exchange)
 
     @property
     def inverts(self) -> bool:
         """Whether the copy is the element's mirror image in space: no rigid motion takes the element there."""
-        return self.reflects == (self.exchange > 0)
+        return self.plane.reflects == (self.exchange > 0)
 
     @property
     def key(self) -> int:
-        """A number that tells motions apart, whatever the rounding of where they come from."""
+        """A number that distinguishes motions, whatever the rounding of where they come from."""
         around = round(math.tau / _TURN)
-        angle = math.floor(math.atan2(self.turn.imag, self.turn.real) / _TURN + _SHIFT) % around
-        x, y = (math.floor(v / _STEP + _SHIFT) + (1 << 21) for v in (self.shift.real, self.shift.imag))
-        return ((((x << 22) | y) << 13) | angle) << 2 | self.reflects << 1 | (self.exchange < 0)
+        angle = math.floor(self.plane.angle / _TURN + _SHIFT) % around
+        x, y = (math.floor(v / _STEP + _SHIFT) + (1 << 21) for v in (self.plane.shift.real, self.plane.shift.imag))
+        return ((((x << 22) | y) << 13) | angle) << 2 | self.plane.reflects << 1 | (self.exchange < 0)
 
     def of(self, pattern: Pattern, unit: float) -> Pattern:
         """The pattern moved so; `unit` is the length (m) that shifts are counted in."""
         turned = pattern.inverted() if self.inverts else pattern
-        angle = math.atan2(self.turn.imag, self.turn.real)
-        return turned.moved(angle, (unit * self.shift.real, unit * self.shift.imag), over=self.reflects)
+        return turned.placed(self.plane._replace(shift=unit * self.plane.shift))
 
 
-STILL = Motion(False, 1, 1.0 + 0.0j, 0.0j)
+STILL = Motion(Isometry(False, 1.0 + 0.0j, 0.0j), 1)
 
 
 @dataclass(frozen=True)
@@ -141,7 +126,7 @@ class Sheet:
 
     def overlap(self, motion: Motion) -> Overlap:
         """How a copy lies on the element itself."""
-        centres = _image(motion, self.centres)
+        centres = motion.plane(self.centres)
         same = np.abs(self.centres[:, None] - centres) < NEAR
         still, moved = np.nonzero(same)
         own, other = self.codes[np.ix_(still, still)], self.codes[np.ix_(moved, moved)]
@@ -159,7 +144,7 @@ class Sheet:
         i, j = np.nonzero(near & ~same)
         if not len(i):
             return False
-        moved = shapely.polygons([_ring(_image(motion, points)) for points in self.corners])
+        moved = shapely.polygons([_ring(motion.plane(points)) for points in self.corners])
         return bool((shapely.area(shapely.intersection(self._shapes[i], moved[j])) > NEAR).any())
 
     @cached_property
@@ -180,7 +165,9 @@ class Sheet:
             for c, d, other in hinges:
                 if abs(code) != abs(other) or abs(abs(b - a) - abs(d - c)) > NEAR:
                     continue
-                for motion in _carrying((a, b), (c, d), 1 if code == other else -1):
+                exchange = 1 if code == other else -1
+                for reflects, ends in product((False, True), ((a, b), (b, a))):
+                    motion = Motion(Isometry.carrying((c, d), ends, reflects=reflects), exchange)
                     if motion.key not in known:
                         known.add(motion.key)
                         yield motion
@@ -191,22 +178,6 @@ def code_of(crease: Crease) -> int:
     if crease.face is None:
         return 0
     return (1 if crease.closes else 2) * (1 if crease.face == "top" else -1)
-
-
-def _carrying(target: tuple[complex, complex], source: tuple[complex, complex], exchange: int) -> Iterator[Motion]:
-    """The four isometries that lay one segment onto another."""
-    (a, b), (c, d) = target, source
-    for reflects in (False, True):
-        p, q = (c.conjugate(), d.conjugate()) if reflects else (c, d)
-        turn = (b - a) / (q - p)
-        turn /= abs(turn)
-        for sense in (turn, -turn):
-            yield Motion(reflects, exchange, sense, (a + b) / 2 - sense * (p + q) / 2)
-
-
-def _image(motion: Motion, points: Complex) -> Complex:
-    found: Complex = motion.turn * (points.conj() if motion.reflects else points) + motion.shift
-    return found
 
 
 def _ring(points: Complex) -> NDArray[np.float64]:

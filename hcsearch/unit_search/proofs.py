@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.assemblies.packages import package
 from hcsearch.collision.penetration import cuts_through
@@ -27,8 +26,7 @@ from hcsearch.paths.descent import find_motion
 from hcsearch.paths.following import follow
 from hcsearch.paths.motions import Path
 from hcsearch.pattern import Pattern
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 NEAR = 1e-3
 """Middles of folded facets nearer than this share of the thickness are in one place; layers are a thickness apart."""
@@ -158,7 +156,7 @@ def _motion(linkage: Linkage) -> _Motion:
     paths = [follow(linkage, linkage.folded, way, goal="flat") for way in _ways(linkage)]
     for path in paths:
         if path.outcome == "flat":
-            return _told(len(paths), "flat", path)
+            return _followed(len(paths), "flat", path)
     found = _searched(linkage, len(paths))
     # the search for branches may have missed one, so springs are tried even where all come to a stop
     stopped = bool(paths) and all(path.outcome == "stopped" for path in paths)
@@ -186,8 +184,8 @@ def _searched(linkage: Linkage, ways: int) -> _Motion:
     forth = follow(linkage, middle, linkage.flat - middle, goal="flat")
     back = follow(linkage, middle, linkage.folded - middle, goal="folded")
     if (forth.outcome, back.outcome) != ("flat", "folded"):
-        return _told(ways, "stepwise", springs)
-    return _told(ways, "flat", back, forth)
+        return _followed(ways, "stepwise", springs)
+    return _followed(ways, "flat", back, forth)
 
 
 def _denser(linkage: Linkage, states: Reals) -> Reals:
@@ -199,7 +197,7 @@ def _denser(linkage: Linkage, states: Reals) -> Reals:
     return np.array(found)
 
 
-def _told(ways: int, outcome: str, *paths: Path) -> _Motion:
+def _followed(ways: int, outcome: str, *paths: Path) -> _Motion:
     """The motion along one path, or back along the first of two and on along the other."""
     nullities = sorted({nullity for path in paths for nullity in _between(path)})
     residual = max(float(path.residuals.max()) for path in paths)

@@ -64,7 +64,7 @@ class Rings:
 
     def plain(self, motion: Motion) -> Motion:
         """The same copy, inverted only where it must be, and turned over only where it must be."""
-        return min((motion @ own for own in self.own), key=lambda same: (same.inverts, same.reflects, same.key))
+        return min((motion @ own for own in self.own), key=lambda same: (same.inverts, same.plane.reflects, same.key))
 
     def overlap(self, motion: Motion) -> Overlap:
         """How a copy lies on the element."""
@@ -110,9 +110,9 @@ class Rings:
         found: dict[tuple[int, int, int], Mark] = {}
         for motion in copies:
             for place, code in self._own_marks:
-                image = motion(place)
-                told = code if code == _FACET else motion.exchange * code
-                found[_rounded(image, told)] = (image, told)
+                image = motion.plane(place)
+                seen = code if code == _FACET else motion.exchange * code
+                found[_rounded(image, seen)] = (image, seen)
         return list(found.values())
 
     @cached_property
@@ -151,8 +151,7 @@ def congruence_key(marks: Sequence[Mark]) -> Key:
             spun = seen * (abs(turn) / turn)
             xy = [np.floor(part / _STEP + _SHIFT).astype(np.int64) for part in (spun.real, spun.imag)]
             for exchange in (1, -1):
-                told = np.where(facets, codes, exchange * codes)
-                table = np.column_stack([*xy, told])
+                table = np.column_stack([*xy, np.where(facets, codes, exchange * codes)])
                 table = table[np.lexsort(table.T)]
                 text = table.tobytes()
                 if best is None or text < best:

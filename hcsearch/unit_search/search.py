@@ -76,16 +76,16 @@ class UnitFound:
     def placements(self) -> str:
         """Where the copies lie, as JSON: turned over, inverted, turn (degrees) and shift (mm), in this order."""
         unit = Sheet(self.element.pattern, lattice=True).unit
-        told = [
+        rows = [
             {
-                "over": motion.reflects,
+                "over": motion.plane.reflects,
                 "inverted": motion.inverts,
-                "turn": _tidy(math.degrees(math.atan2(motion.turn.imag, motion.turn.real)) % 360.0, 6) % 360.0,
-                "shift": [_tidy(1e3 * unit * v, 6) for v in (motion.shift.real, motion.shift.imag)],
+                "turn": _tidy(math.degrees(motion.plane.angle) % 360.0, 6) % 360.0,
+                "shift": [_tidy(1e3 * unit * v, 6) for v in (motion.plane.shift.real, motion.plane.shift.imag)],
             }
             for motion in self.copies
         ]
-        return json.dumps(told, separators=(",", ":"))
+        return json.dumps(rows, separators=(",", ":"))
 
 
 @dataclass(frozen=True)
@@ -233,10 +233,10 @@ class _Search:
         found: dict[Key, tuple[tuple[Motion, ...], list[Mark]]] = {}
         seen = set()
         for ring in _arrangements(rings, copies):
-            told = frozenset(map(rings.key, ring))
-            if told in seen:
+            keys = frozenset(map(rings.key, ring))
+            if keys in seen:
                 continue
-            seen.add(told)
+            seen.add(keys)
             if len(found) >= self.limits.unions or self._late():
                 return found, False
             marks = rings.marks(ring)

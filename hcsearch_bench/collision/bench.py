@@ -7,9 +7,9 @@ from dataclasses import asdict, dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.collision.distances import closest_of_pairs
+from hcsearch.typing import Reals, Whole
 from hcsearch_bench.collision.deployments import DEPLOYMENTS, FAR, QUICK_DEPLOYMENTS, DeploymentRow, deployment_row
 from hcsearch_bench.collision.pairs import FAMILIES, Family, Sample
 from hcsearch_bench.collision.proofs import settle
@@ -18,9 +18,6 @@ from hcsearch_bench.run.machine import this_machine
 from hcsearch_bench.run.report import Report
 from hcsearch_bench.run.tables import Table
 from hcsearch_bench.run.timing import Stopwatch, median_time
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
 
 PAIRS, QUICK_PAIRS = 100_000, 2_000
 """Of each kind."""

@@ -6,19 +6,16 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.deploying import run
 from hcsearch.linkage import Linkage
+from hcsearch.typing import Reals, Whole
 from hcsearch_bench.collision.distances import Proximity, proximal_distances
 from hcsearch_bench.collision.proofs import search, settle
 from hcsearch_bench.peers import coal_distances as coal
 from hcsearch_bench.run.timing import Stopwatch, median_time
 from hcsearch_bench.subjects.deployments import SCENE, assembly, design
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
 
 DEPLOYMENTS = (
     "thesis-4x4",

@@ -7,15 +7,13 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hcsearch.collision.penetration import TOUCH, prisms_of
+from hcsearch.collision.penetration import TOUCH
+from hcsearch.collision.prisms import prisms_of
 from hcsearch.errors import HcsearchError
 from hcsearch.linkage import Linkage
+from hcsearch.typing import Reals, Whole
 from hcsearch_bench.kernels.gaps import Pairs, gaps_at
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

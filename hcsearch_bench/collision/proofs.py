@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.collision.distances import BITS, MASK, closest_of_pairs
+from hcsearch.typing import Reals
 
-Reals = NDArray[np.float64]
 Exact = list[Fraction]
 
 PROVED = 1e-12

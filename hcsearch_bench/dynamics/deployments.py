@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from hcsearch.scenes import Scene
 
 ORDER, COMPARED = 6, 3
-"""Arrivals that are told, and those that must come at equal times."""
+"""Arrivals that are shown, and those that must come at equal times."""
 BOUNCE = 0.5
 """Restitution that is compared with the thesis's stops, springs of 1e6 N m/rad with dampers of 1 N m s/rad: from those
 a hinge with the inertia of a panel comes back with about 0.4 of its speed, with that of several panels 0.8."""
@@ -156,8 +156,8 @@ def quick_row(name: str, designs: Sequence[Folding]) -> QuickRow:
         clearance.append(1e3 * (end - built - found.seconds))
         kind = "" if found.clearance is None or found.clearance.kind == "clear" else f", {found.clearance.kind}"
         outcomes[found.outcome + kind] += 1
-    told = "; ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common())
+    summary = "; ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common())
     return QuickRow(
         *(name, len(designs), float(np.median(whole)), float(np.quantile(whole, 0.9)), max(whole)),
-        *(float(np.median(simulation)), float(np.median(clearance)), told),
+        *(float(np.median(simulation)), float(np.median(clearance)), summary),
     )

@@ -9,8 +9,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcsearch.typing import Reals
 from hcsearch_bench.peers import dense_system
 from hcsearch_bench.peers.multibody import Peer, peers
 from hcsearch_bench.peers.states import Trajectory, closure, energies, places
@@ -21,7 +21,6 @@ from hcsearch_bench.subjects.deployments import WHOLE, Case, Subject
 if TYPE_CHECKING:
     from hcsearch.dynamics.simulation import Motion
 
-Reals = NDArray[np.float64]
 
 OUTPUTS = 100
 """Equal spaces between the times at which the error is taken: the coarsest step of engines with fixed steps."""

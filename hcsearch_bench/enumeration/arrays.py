@@ -115,8 +115,8 @@ def _check_counts(rows: list[ArrayRow]) -> None:
     for name in ("circuits", "classes"):
         counts = {f"{row.engine}, {row.task}": getattr(row, name) for row in rows if getattr(row, name) is not None}
         if len(set(counts.values())) > 1:
-            told = "; ".join(f"{who} {count}" for who, count in counts.items())
-            raise HcsearchError(f"{rows[0].grid} {rows[0].array}: engines disagree on {name}: {told}; report this")
+            numbers = "; ".join(f"{who} {count}" for who, count in counts.items())
+            raise HcsearchError(f"{rows[0].grid} {rows[0].array}: engines disagree on {name}: {numbers}; report this")
 
 
 def _with_ratios(rows: list[ArrayRow]) -> Iterator[ArrayRow]:

@@ -198,12 +198,12 @@ def claims(uniform: Sequence[UniformRow], tuned: Sequence[TunedRow]) -> list[Cla
         Claim("at 0.30 s, by eye from a film", when),
         Claim("the large middle panel, with the back of the top one", "panels " + "; ".join(met)),
         *(
-            Claim(f"{name} springs do not", _told([row for row in tuned if row.springs == name]))
+            Claim(f"{name} springs do not", _summary([row for row in tuned if row.springs == name]))
             for name in ("tuned", "catalogue")
         ),
     ]
 
 
-def _told(rows: Sequence[TunedRow]) -> str:
+def _summary(rows: Sequence[TunedRow]) -> str:
     clear = [row.gravity for row in rows if row.verdict == "flat, certified clear"]
     return f"certified clear for {len(clear)} of {len(rows)} gravities" + (f": {', '.join(clear)}" if clear else "")

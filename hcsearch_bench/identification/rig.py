@@ -6,11 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.dynamics.laws import Law
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 MOST_ANGLE = 13.0 * math.pi / 15.0
 """Where the thesis's rig for springs ends, rad."""

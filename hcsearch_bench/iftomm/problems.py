@@ -11,15 +11,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.dynamics.bodies import Body, joined
 from hcsearch.dynamics.laws import linear
 from hcsearch.dynamics.system import Drive, Strut, System
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
+from hcsearch.typing import Reals
 from hcsearch_bench.iftomm import references
-
-Reals = NDArray[np.float64]
 
 GRAVITY = 9.81
 X, Y, Z = np.eye(3)

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
+
 Way = Callable[[Reals], Reals]
 
 GRAVITY = 9.81

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcsearch.typing import Reals
 from hcsearch_bench.iftomm.problems import Problem
 from hcsearch_bench.peers.multibody import Peer
 from hcsearch_bench.peers.states import Trajectory, closure, energies, places
@@ -19,7 +19,6 @@ from hcsearch_bench.run.work import OURS, rising
 if TYPE_CHECKING:
     from hcsearch.dynamics.simulation import Motion
 
-Reals = NDArray[np.float64]
 
 OUTPUTS = 400
 """Equal spaces between the times at which the error is taken; those of the published rules for A02."""

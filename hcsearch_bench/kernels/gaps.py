@@ -6,17 +6,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.collision.distances import closest, gap_along
 from hcsearch.kernels.collision.overlaps import overlap
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import Chain, place_panels
 from hcsearch.kernels.linkage.prisms import Prisms, apart, copy_of, place_prisms, turn_axes
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
-Flags = NDArray[np.bool_]
+from hcsearch.typing import Flags, Reals, Whole
 
 
 class Pairs(NamedTuple):

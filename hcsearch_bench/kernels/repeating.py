@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate
 from hcsearch.kernels.multibody.tree import Work
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 
 @lean

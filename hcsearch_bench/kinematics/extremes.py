@@ -10,9 +10,9 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.errors import HcsearchError
+from hcsearch.typing import Reals
 from hcsearch_bench.kinematics.following import Known, Say, ring
 
 if TYPE_CHECKING:
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from hcsearch.paths.motions import Path
     from hcsearch.pattern import Pattern, Point
 
-Reals = NDArray[np.float64]
 
 BASE = 0.030
 """Base of the triangles of the units (m)."""

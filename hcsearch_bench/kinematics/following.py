@@ -10,13 +10,13 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from hcsearch.typing import Reals
 
 if TYPE_CHECKING:
     from hcsearch.linkage import Linkage
     from hcsearch.paths.motions import Path
 
-Reals = NDArray[np.float64]
 Say = Callable[[str], None]
 
 UNITS = ("I", "II")

@@ -7,10 +7,8 @@ import warnings
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
+from hcsearch.typing import Reals, Whole
 
 TOLERANCE, ROUNDS = 1e-10, 1000
 """Of its search, m: its distances are too great by up to that. They take as long with any, but some get worse below:

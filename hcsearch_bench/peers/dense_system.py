@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from hcsearch.dynamics.system import System
 from hcsearch.dynamics.trees import GROUND
+from hcsearch.typing import Reals
 from hcsearch_bench.peers.states import TURNS, Places, Trajectory, lines_of, places
 from hcsearch_bench.run.work import UnableError
-
-Reals = NDArray[np.float64]
 
 CUT = 1e-6
 """Rows count whose singular value is above this share of the largest: those that closure makes redundant are off by

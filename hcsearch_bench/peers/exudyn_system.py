@@ -7,16 +7,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.dynamics.trees import GROUND
+from hcsearch.typing import Reals
 from hcsearch_bench.peers.states import GAPS, Trajectory, lines_of
 from hcsearch_bench.run.work import UnableError
 
 if TYPE_CHECKING:
     from hcsearch.dynamics.system import System
-
-Reals = NDArray[np.float64]
 
 
 SMALL = 60

@@ -7,16 +7,15 @@ from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as Xml
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.dynamics.trees import GROUND
+from hcsearch.typing import Reals
 from hcsearch_bench.peers.states import Trajectory, common_points, depth_first, lines_of
 from hcsearch_bench.run.work import UnableError
 
 if TYPE_CHECKING:
     from hcsearch.dynamics.system import System
 
-Reals = NDArray[np.float64]
 
 LEAST = 1e-12
 """MuJoCo wants every body to have inertia about every axis: where there is none, this share of mass by size squared."""

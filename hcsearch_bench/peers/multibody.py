@@ -7,14 +7,10 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hcsearch.dynamics.system import System
+from hcsearch.typing import Reals
 from hcsearch_bench.peers import exudyn_system, mujoco_system, pinocchio_system
 from hcsearch_bench.peers.states import Trajectory
-
-Reals = NDArray[np.float64]
 
 
 class Task(Protocol):

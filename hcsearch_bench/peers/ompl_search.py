@@ -7,17 +7,15 @@ import time
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.planning.closing import close, new_closing, open_by
 from hcsearch.kernels.planning.search import PIECE, fan_out
 from hcsearch.kernels.planning.space import pick, place
 from hcsearch.kernels.planning.trees import Tree, new_tree
 from hcsearch.planning.planner import CAPACITY, STARTS, TRIES, Planner
+from hcsearch.typing import Reals
 from hcsearch_bench.run.machine import MISSING
 from hcsearch_bench.run.work import UnableError
-
-Reals = NDArray[np.float64]
 
 TOLERANCE, STEPS = 1e-6, 50
 """Closure residual of its states, and steps of a projection; proofs close states to rounding."""

@@ -6,16 +6,15 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.dynamics.trees import GROUND
+from hcsearch.typing import Reals
 from hcsearch_bench.peers.states import Trajectory, common_points, depth_first, lines_of
 from hcsearch_bench.run.work import UnableError
 
 if TYPE_CHECKING:
     from hcsearch.dynamics.system import System
 
-Reals = NDArray[np.float64]
 
 PROXIMAL, ITERATIONS = 1e-6, 10
 """Proximal term as a share of the inverse of the mean mass, and steps that take its error away.

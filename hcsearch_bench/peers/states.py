@@ -8,14 +8,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.dynamics.laws import Law
 from hcsearch.dynamics.system import Drive, System
 from hcsearch.dynamics.trees import GROUND, Weld
+from hcsearch.typing import Reals
 from hcsearch_bench.run.work import UnableError
 
-Reals = NDArray[np.float64]
 TURNS, GAPS = (0, 1, 2), (3, 4, 5)
 
 

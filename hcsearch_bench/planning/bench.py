@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.outputs import write_output
+from hcsearch.typing import Reals
 from hcsearch_bench.planning.beside_ompl import PeerRow, Subject, peer_rows
 from hcsearch_bench.planning.foldings import (
     FoldingRow,
@@ -29,8 +29,6 @@ from hcsearch_bench.run.figures import save_figure
 from hcsearch_bench.run.machine import this_machine
 from hcsearch_bench.run.report import Report
 from hcsearch_bench.run.tables import Table, frame
-
-Reals = NDArray[np.float64]
 
 GROUPS = (Group("hex", "12", 4), Group("hex", "10", 2), Group("square", "6x5", 12))
 QUICK = (Group("hex", "8"), Group("triangle", "10"), Group("square", "4x3"))

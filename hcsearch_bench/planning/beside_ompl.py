@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.collision.margins import margin_of
 from hcsearch.flat_pairs import linkage_joined
@@ -14,12 +13,12 @@ from hcsearch.folding import Folding
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.proofs import Prover
 from hcsearch.scenes import default_panel
+from hcsearch.typing import Reals
 from hcsearch.vocabulary import Way
 from hcsearch_bench.peers import ompl_search
 from hcsearch_bench.run.timing import Stopwatch
 from hcsearch_bench.run.work import OURS, UnableError
 
-Reals = NDArray[np.float64]
 Search = Callable[[Planner, int, float], tuple[Reals | None, float]]
 Subject = tuple[str, Way]
 """A folding, and how its flat pairs are joined."""

@@ -6,13 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, Protocol, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hcsearch.errors import HcsearchError
 from hcsearch_bench.run.machine import MISSING
-
-Reals = NDArray[np.float64]
 
 OURS = "hcsearch"
 PATIENCE, QUICK_PATIENCE = 8.0, 2.0

@@ -220,8 +220,8 @@ def _designs(job: Job, runs: Sequence[Finished]) -> int:
     for run in runs:
         match = re.search(rf"^ +{label} +([\d,]+)$", run.output, re.MULTILINE)
         if match is None:
-            told = run.error.strip().splitlines() or ["it took too long"]
-            raise HcsearchError(f"enumerate {job.grid} n={job.n} {job.keep} failed: {told[-1]}")
+            lines = run.error.strip().splitlines() or ["it took too long"]
+            raise HcsearchError(f"enumerate {job.grid} n={job.n} {job.keep} failed: {lines[-1]}")
         found.add(int(match[1].replace(",", "")))
     if len(found) != 1:
         raise HcsearchError(f"enumerate {job.grid} n={job.n} {job.keep} found {sorted(found)} designs; report this")

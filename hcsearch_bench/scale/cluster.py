@@ -26,11 +26,20 @@ def running_cluster(workers: int) -> Iterator[str]:
     """The address of a scheduler that has some workers, each a process of one thread; all are ended at the end."""
     with tempfile.TemporaryDirectory() as name, ExitStack() as stack:
         folder = Path(name)
-        told = folder / "scheduler.json"
-        options = ["--host", "127.0.0.1", "--port", "0", "--idle-timeout", _FORGOTTEN, "--scheduler-file", str(told)]
+        address = folder / "scheduler.json"
+        options = [
+            "--host",
+            "127.0.0.1",
+            "--port",
+            "0",
+            "--idle-timeout",
+            _FORGOTTEN,
+            "--scheduler-file",
+            str(address),
+        ]
         scheduler = stack.enter_context(_started("scheduler", options, folder / "scheduler.log"))
-        _wait(scheduler, folder / "scheduler.log", lambda: told.exists() and told.stat().st_size > 0)
-        address = json.loads(told.read_text(encoding="utf-8"))["address"]
+        _wait(scheduler, folder / "scheduler.log", lambda: address.exists() and address.stat().st_size > 0)
+        address = json.loads(address.read_text(encoding="utf-8"))["address"]
         options = [address, "--nthreads", "1", "--no-nanny", "--death-timeout", "60", "--local-directory", name]
         logs = [folder / f"worker-{k}.log" for k in range(workers)]
         started = [stack.enter_context(_started("worker", options, log)) for log in logs]

@@ -7,13 +7,13 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from hcsearch.typing import Reals
 
 if TYPE_CHECKING:
     from hcsearch.deployment.compiling import Compiled
     from hcsearch.linkage import Linkage
 
-Reals = NDArray[np.float64]
 
 SIDE = 0.050
 """Of the panels of strips and rings (m)."""

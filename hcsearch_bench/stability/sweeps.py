@@ -12,9 +12,9 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.scenes import Scene
+from hcsearch.typing import Reals
 from hcsearch.vocabulary import INTEGRATORS
 from hcsearch_bench.stability.subjects import SIDE, THICK, Subject
 from hcsearch_bench.stability.truths import MANY, Oscillator, Strip, Truth, analytic, energy_of_impacts, finer
@@ -22,7 +22,6 @@ from hcsearch_bench.stability.truths import MANY, Oscillator, Strip, Truth, anal
 if TYPE_CHECKING:
     from hcsearch.vocabulary import Formulation
 
-Reals = NDArray[np.float64]
 
 STIFFNESS = 0.1
 """Of hinges (N m/rad)."""

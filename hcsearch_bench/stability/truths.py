@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.errors import HcsearchError
+from hcsearch.typing import Reals
 
 if TYPE_CHECKING:
     from hcsearch.deployment.compiling import Compiled
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from hcsearch.vocabulary import Formulation
     from hcsearch_bench.stability.subjects import Subject
 
-Reals = NDArray[np.float64]
 
 STATES = 200
 """Most states of a simulation that are compared."""
@@ -273,13 +273,13 @@ def finer(
     """The first of several finer simulations, by method and tolerance, that comes to its end."""
 
     def error(deployment: Deployment) -> float:
-        told = []
+        refusals = []
         for method, tolerance in ways:
             try:
                 return fine(subject, scene, formulation, method, tolerance).distance(deployment)
             except HcsearchError as unable:
-                told.append(str(unable))
-        raise HcsearchError(f"no truth: {'; '.join(told)}")
+                refusals.append(str(unable))
+        raise HcsearchError(f"no truth: {'; '.join(refusals)}")
 
     return Truth(name or " or ".join(f"{method} at {tolerance:g}" for method, tolerance in ways), error)
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.deployment.compiling import OMISSIONS, Compiled, compile_scene
@@ -18,9 +17,8 @@ from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import SCENES, Scene
+from hcsearch.typing import Reals
 from hcsearch.vocabulary import Formulation
-
-Reals = NDArray[np.float64]
 
 SCENE = replace(SCENES["default"], name="bench", spring="linear:0.1", damping=0.0043)
 """Uniform springs and dampers, no gravity: those of the measured 14-panel loop that the goals come from."""

@@ -168,5 +168,5 @@ def test_neighbours_as_a_naive_twin_finds_them():
     found = list(neighbours(still, still))
     assert {key(union) for _, _, union in found} == expected
     for placement, merged_creases, union in found:
-        assert key(overlay([still, placement.of(still)])) == key(union)
+        assert key(overlay([still, still.placed(placement)])) == key(union)
         assert len(merged_creases) == 2 * hinged(still) - hinged(union)

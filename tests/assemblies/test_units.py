@@ -136,7 +136,7 @@ def test_b_is_turned_over_and_c_is_not():
     element = eight_r(Parameters())
     for joints, over in (("b1=a7 b2=a8", True), ("d7=a1 d8=a2", True), ("f6=a8 f7=a7 f8=a6", False)):
         (placement,) = placements(element, element, matches(element, "a", element, joints[0], joints))
-        assert placement.over is over
+        assert placement.reflects is over
 
 
 @pytest.mark.parametrize("unit", [unit_i, unit_ii])

@@ -26,7 +26,8 @@ from scipy.optimize import brentq, minimize_scalar
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.collision.clearance import certify
 from hcsearch.collision.margins import MARGIN, RESOLUTION
-from hcsearch.collision.penetration import deepest_margin, first_cut, prisms_of
+from hcsearch.collision.penetration import first_cut
+from hcsearch.collision.prisms import deepest_margin, prisms_of
 from hcsearch.collision.reaches import longest_way, slack_of
 from hcsearch.collision.solids import kept_apart, pairs_of
 from hcsearch.deployment.deploying import deploy

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from naive_clearance import chain, fan, polynomial, random_course
 
-from hcsearch.collision.penetration import prisms_of
+from hcsearch.collision.prisms import prisms_of
 from hcsearch.collision.solids import pairs_of
 from hcsearch.kernels.linkage.courses import TERMS, bound_rates, follow, path_bend, path_speed, rates_at, write_course
 

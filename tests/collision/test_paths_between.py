@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from naive_clearance import chain, fan, hinged, pairs_looked_at
 
-from hcsearch.collision.penetration import prisms_of
+from hcsearch.collision.prisms import prisms_of
 from hcsearch.collision.solids import pairs_of
 from hcsearch.linkage import Linkage
 from tests.linkages import linkage_named

@@ -73,7 +73,7 @@ def test_the_basis_of_a_null_space_is_that_of_the_space(name, state):
 @pytest.mark.parametrize(("name", "state", "stops"), ENDS)
 def test_branches_are_the_same_in_every_basis(name, state, stops, monkeypatch):
     it = linkage(name)
-    real, second_order = Local.null_space, branching.second_order
+    real, second_order = Local.null_space, branching.second_order_forms
     for seed in range(2):
 
         def basis(local, seed=seed):
@@ -85,7 +85,7 @@ def test_branches_are_the_same_in_every_basis(name, state, stops, monkeypatch):
             return np.einsum("kl,lij->kij", orthogonal(len(found), seed), found)
 
         monkeypatch.setattr(Local, "null_space", basis)
-        monkeypatch.setattr(branching, "second_order", forms)
+        monkeypatch.setattr(branching, "second_order_forms", forms)
         assert alike(known(name, state, stops), branches(it, getattr(it, state), stops=stops))
 
 

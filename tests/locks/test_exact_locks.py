@@ -192,7 +192,7 @@ def test_a_proof_that_leaves_out_a_ray_is_refused():
     for left_out in range(len(rays)):
         some = np.delete(rays, left_out, axis=0)
         products = locks._products(some, lambda x: linkage.bend(jacobian, senses * x))
-        proof = locks.second_order(np.ascontiguousarray(columns.T), some, products)
+        proof = locks.excluding_wrench(np.ascontiguousarray(columns.T), some, products)
         if proof is not None:
             proved.append(left_out)
             assert not certificates.second_order(end, none(linkage), proof[0])

@@ -17,7 +17,7 @@ from hcsearch.linkage import Linkage
 from hcsearch.locks.proofs import lock_at
 from hcsearch.paths.branches import branches
 from hcsearch.paths.following import follow
-from hcsearch.paths.quadrics import second_order, solve_quadrics
+from hcsearch.paths.quadrics import second_order_forms, solve_quadrics
 from tests.strategies import circuits
 
 BUILD = {"8R": eight_r, "I": unit_i, "II": unit_ii, "6R": element_6r}
@@ -185,7 +185,7 @@ def test_forms_are_the_work_of_the_bend_on_self_stresses():
     it = linkage("I")
     local = local_at(it, it.flat)
     basis = local.null_space()
-    forms = second_order(local, basis)
+    forms = second_order_forms(local, basis)
     stresses = np.linalg.svd(local.jacobian)[0][:, local.kept :]
     rng = np.random.default_rng(0)
     for _ in range(5):

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hcsearch.circuit import Circuit
-from hcsearch.collision.penetration import prisms_of
+from hcsearch.collision.prisms import prisms_of
 from hcsearch.errors import HcsearchError
 from hcsearch.flat_pairs import can_be, linkage_joined
 from hcsearch.folding import foldings

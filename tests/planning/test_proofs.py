@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.collision.penetration import prisms_of
+from hcsearch.collision.prisms import prisms_of
 from hcsearch.collision.solids import kept_apart, pairs_of
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.collision.overlaps import deepest_overlap

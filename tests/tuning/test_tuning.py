@@ -16,7 +16,7 @@ from hcsearch.tuning import tuning
 from hcsearch.tuning.evaluation import Evaluator, Own
 from hcsearch.tuning.objective import objective
 from hcsearch.tuning.robustness import Spread
-from hcsearch.tuning.search import APART, Search, spread_out, told
+from hcsearch.tuning.search import APART, Search, spread_out, summary
 from hcsearch.tuning.tuning import tune
 from tests.linkages import linkage_named
 
@@ -196,10 +196,10 @@ def test_exact_closure_gives_way_where_it_keeps_arrays_shut():
 
 
 def test_checks_are_told_in_a_few_words():
-    assert told(GOOD) == "flat, clear by 1 mm"
-    assert told(replace(GOOD, gap=None)) == "flat, clear"
-    assert told(replace(GOOD, clear=False)) == "flat, collides"
-    assert told(replace(GOOD, clear=None, outcome="moving")) == "moving, undecided"
+    assert summary(GOOD) == "flat, clear by 1 mm"
+    assert summary(replace(GOOD, gap=None)) == "flat, clear"
+    assert summary(replace(GOOD, clear=False)) == "flat, collides"
+    assert summary(replace(GOOD, clear=None, outcome="moving")) == "moving, undecided"
 
 
 def test_a_set_without_samples_is_told_without_a_probability():

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hcsearch.kernels.compiling.compiled import lean
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 
 @lean

@@ -8,12 +8,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hcsearch.kernels.compiling.compiled import lean
+from hcsearch.typing import Reals
 
-Reals = NDArray[np.float64]
 Vector = tuple[float, float, float]
 Symmetric = tuple[float, float, float, float, float, float]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.collision.intervals import Course, book_for, nearest, relate
 from hcsearch.kernels.compiling.compiled import compiled
@@ -11,8 +10,7 @@ from hcsearch.kernels.linkage.courses import TERMS, follow, write_course
 from hcsearch.kernels.linkage.loops import Chain, place_panels
 from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.kernels.linkage.reaches import Pairs
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 WAIT, WAITS = 1e-4, 100
 """The approach speed is the mean over this time (s) before prisms meet; how many times that is gone back for it."""
@@ -36,8 +34,8 @@ def angles_at(course: Course, time: float, angles: Reals) -> None:
 def approach(chain: Chain, prisms: Prisms, pairs: Pairs, p: int, course: Course, time: float) -> float:
     """Mean speed (m/s) at which the gap of a pair closed in the last `WAIT` seconds in which it was open.
 
-    A collision is told when prisms overlap for sure, which can be a while after they have met. 0 where they were not
-    apart in all of the time that is gone back.
+    A collision is reported when prisms overlap for sure, which can be a while after they have met. 0 where they were
+    not apart in all of the time that is gone back.
     """
     book = book_for(chain, prisms, pairs, course)
     last = 0.0

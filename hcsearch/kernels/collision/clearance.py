@@ -9,7 +9,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.collision.dips import smallest_dip
 from hcsearch.kernels.collision.intervals import HALVINGS, Book, Course, begin, book_for, bound, halve, nearest, relate
@@ -18,9 +17,7 @@ from hcsearch.kernels.linkage.courses import follow
 from hcsearch.kernels.linkage.loops import Chain, place_panels
 from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.kernels.linkage.reaches import Pairs
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
+from hcsearch.typing import Reals, Whole
 
 CLEAR, COLLIDES, UNDECIDED = 0, 1, 2
 """Verdicts: apart at all times; overlapping at a time; too near to tell."""

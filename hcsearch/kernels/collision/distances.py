@@ -11,15 +11,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hcsearch.kernels.algebra.vectors import Vector, cross, dot, minus, times
 from hcsearch.kernels.collision.simplices import across_edge, across_flat, nearest, normal, side_with_last, unit
 from hcsearch.kernels.compiling.compiled import inlined, lean
+from hcsearch.typing import Reals, Whole
 
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
 Corners = tuple[int, int, int, int]
 """Which differences of vertices span a simplex: the numbers in the first and in the second, packed; -1 for none."""
 BITS = 20

@@ -11,7 +11,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.algebra.vectors import Vector, at, dot, minus, put, times
 from hcsearch.kernels.collision.distances import closest
@@ -20,9 +19,7 @@ from hcsearch.kernels.linkage.courses import TERMS, bound_rates, follow, path_be
 from hcsearch.kernels.linkage.loops import Chain, place_panels
 from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.kernels.linkage.reaches import Pairs
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
+from hcsearch.typing import Reals, Whole
 
 HALVINGS = 40
 """An interval between two states is halved no more often than this."""

@@ -5,15 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.algebra.vectors import Vector, at, dot
 from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
 from hcsearch.kernels.linkage.loops import Chain, place_panels
 from hcsearch.kernels.linkage.prisms import Prisms, apart, copy_of, place_prisms, turn_axes
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
+from hcsearch.typing import Reals, Whole
 
 PARALLEL = 1e-6
 """Edges whose directions differ by less (rad) have no direction across both."""

@@ -10,7 +10,6 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.collision.approaches import angles_at, approach
 from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES, Answer, Search, judge
@@ -28,16 +27,14 @@ from hcsearch.kernels.multibody.recording import Record
 from hcsearch.kernels.multibody.simulation import FLAT, GOES_ON, TIME_OUT, begin, go_on, pace_for
 from hcsearch.kernels.multibody.steps import Plan
 from hcsearch.kernels.multibody.tree import Tree, work_for
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
+from hcsearch.typing import Reals, Whole
 
 FIRST_PART, LONGER = 32, 0.25
 """Steps of the first part of a motion that is judged in parts, and of each after it as a share of those before."""
 
 
 class Subject(NamedTuple):
-    """What is told of one folding; in a stack every table has a leading axis, and every number is a table.
+    """One folding; in a stack every table has a leading axis, and every number is a table.
 
     start : (n_joints,), coordinates, at rest. joint_of : (n_hinges,). prisms, shrunk : of the panels, and with the
         margin taken off. pairs : among which collisions are looked for. deepest, reach : m, the margin by which a panel

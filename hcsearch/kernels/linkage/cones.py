@@ -11,10 +11,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.kernels.algebra.screws import add_bracket
 from hcsearch.kernels.compiling.compiled import compiled, lean
-
-Whole = NDArray[np.int64]
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals, Whole
 
 MOST_RAYS = 2048
 """Nothing is claimed about a cone with more extreme rays."""
@@ -269,11 +268,7 @@ def _bend(screws: Reals, x: Reals, bend: Reals) -> None:
         if x[k] == 0.0:
             continue
         s = screws[k] * x[k]
-        for i in range(3):
-            j, l3 = (i + 1) % 3, (i + 2) % 3
-            bend[i] += before[j] * s[l3] - before[l3] * s[j]
-            bend[3 + i] += before[j] * s[3 + l3] - before[l3] * s[3 + j]
-            bend[3 + i] += before[3 + j] * s[l3] - before[3 + l3] * s[j]
+        add_bracket(before, s, bend)
         before += s
 
 

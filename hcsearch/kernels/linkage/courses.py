@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hcsearch.kernels.compiling.compiled import lean
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
+from hcsearch.typing import Reals, Whole
 
 TERMS = 6
 """Coefficients of a course: a quintic of the share of the step; a cubic where accelerations are not known."""

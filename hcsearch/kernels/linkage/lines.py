@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.typing import Reals, Whole
 
 Words = NDArray[np.int8]
-Whole = NDArray[np.int64]
-Reals = NDArray[np.float64]
 
 
 @lean

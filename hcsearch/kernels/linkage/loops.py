@@ -12,13 +12,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.algebra.rows import row_product
+from hcsearch.kernels.algebra.screws import add_bracket
 from hcsearch.kernels.compiling.compiled import compiled, lean
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
+from hcsearch.typing import Reals, Whole
 
 
 @lean
@@ -136,11 +134,7 @@ def bend_loops(starts: Whole, hinges: Whole, jacobian: Reals, velocity: Reals, b
         for k in range(starts[loop], starts[loop + 1]):
             h = hinges[k]
             s = jacobian[row : row + 6, h] * velocity[h]
-            for i in range(3):
-                j, k3 = (i + 1) % 3, (i + 2) % 3
-                bend[row + i] += before[j] * s[k3] - before[k3] * s[j]
-                bend[row + 3 + i] += before[j] * s[3 + k3] - before[k3] * s[3 + j]
-                bend[row + 3 + i] += before[3 + j] * s[k3] - before[3 + k3] * s[j]
+            add_bracket(before, s, bend[row : row + 6])
             before += s
 
 

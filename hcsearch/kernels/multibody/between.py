@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.courses import TERMS, follow, rates_at, write_course
@@ -11,8 +10,8 @@ from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, large
 from hcsearch.kernels.multibody.sweeps import place
 from hcsearch.kernels.multibody.tree import Tree, Work
 from hcsearch.kernels.multibody.welds import weld_errors
+from hcsearch.typing import Reals
 
-Reals = NDArray[np.float64]
 States = tuple[Reals, Reals, Reals, Reals]
 """Times (k,), coordinates, velocities and accelerations (k, n)."""
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.algebra.rows import divide_row, row_product, subtract_row
 from hcsearch.kernels.algebra.vectors import at, cross, dot, plus, put, times
@@ -37,9 +36,7 @@ from hcsearch.kernels.multibody.tree import (
     Work,
 )
 from hcsearch.kernels.multibody.welds import INDEPENDENT
-
-Reals = NDArray[np.float64]
-Signs = NDArray[np.int8]
+from hcsearch.typing import Reals, Signs
 
 SOFT = 1e-4
 """A joint whose stop could move it by less than this share of what it would without loops is held by the loops: stops

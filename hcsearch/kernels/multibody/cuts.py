@@ -10,16 +10,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.algebra.vectors import Vector, add, at, cross, dot, minus, plus, times, turned
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.hinges import Hinges, joint_torques, moment
 from hcsearch.kernels.multibody.tree import PLACE, PULL_COUPLE, PULL_FORCE, SPEED, SPIN, TURN, Work
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
-Signs = NDArray[np.int8]
+from hcsearch.typing import Reals, Signs, Whole
 
 
 class Cuts(NamedTuple):

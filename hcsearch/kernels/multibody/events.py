@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.motion import Hold, Mechanism
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 NEAR, BEYOND = 1e-9, 1e-6
 """A joint is at a stop from this far inside (rad), and has passed it when it is this far beyond."""

@@ -5,16 +5,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hcsearch.kernels.compiling.compiled import inlined, lean
 from hcsearch.kernels.multibody.cuts import cut_energy
 from hcsearch.kernels.multibody.hinges import lost_power
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, closure_energy, evaluate
 from hcsearch.kernels.multibody.tree import Work
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 
 class Method(NamedTuple):

@@ -10,7 +10,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.algebra.vectors import (
     Vector,
@@ -45,10 +44,7 @@ from hcsearch.kernels.multibody.tree import (
     Tree,
     Work,
 )
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
-Signs = NDArray[np.int8]
+from hcsearch.typing import Reals, Signs, Whole
 
 
 class Hinges(NamedTuple):

@@ -9,17 +9,13 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.compliance import spring_loss
 from hcsearch.kernels.multibody.cuts import cut_energy
 from hcsearch.kernels.multibody.hinges import joint_torques, lost_power, steepness
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, solve, solve_ahead, view
 from hcsearch.kernels.multibody.tree import Work
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 
 @lean

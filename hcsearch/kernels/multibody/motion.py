@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.algebra.vectors import at, cross, put, turned
 from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
@@ -15,9 +14,7 @@ from hcsearch.kernels.multibody.hinges import Hinges, Struts, joint_torques, pul
 from hcsearch.kernels.multibody.sweeps import gather, load, move, place, release
 from hcsearch.kernels.multibody.tree import CENTRE, PULL_COUPLE, PULL_FORCE, TURN, Tree, Work
 from hcsearch.kernels.multibody.welds import choose, close_rows, factorise, weld_errors, weld_rates
-
-Reals = NDArray[np.float64]
-Signs = NDArray[np.int8]
+from hcsearch.typing import Reals, Signs
 
 
 class Mechanism(NamedTuple):

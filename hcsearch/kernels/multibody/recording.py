@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.cuts import cut_angles
@@ -13,9 +12,7 @@ from hcsearch.kernels.multibody.events import NEAR
 from hcsearch.kernels.multibody.motion import Hold, Mechanism
 from hcsearch.kernels.multibody.sweeps import move, place
 from hcsearch.kernels.multibody.tree import Work
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
+from hcsearch.typing import Reals, Whole
 
 HIT, LET_GO, SNAP_UP, SNAP_DOWN = 1, 2, 3, 4
 """What happens at an event: a joint comes to its stop, or leaves it; a law snaps."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.algebra.vectors import at, dot, plus, turned
 from hcsearch.kernels.compiling.compiled import compiled, lean
@@ -27,9 +26,7 @@ from hcsearch.kernels.multibody.steps import LEAST, Plan, first_step, land, loos
 from hcsearch.kernels.multibody.stops import collide, regrip
 from hcsearch.kernels.multibody.sweeps import move, place
 from hcsearch.kernels.multibody.tree import CENTRE, PLACE, TURN, Work
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
+from hcsearch.typing import Reals, Whole
 
 GOES_ON = -1
 TIME_OUT, FLAT, REST, TOO_MANY, NO_STEP, OPEN, WRONG, UNBALANCED, JAMMED = 0, 1, 2, 3, 4, 5, 6, 7, 8

@@ -5,18 +5,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.events import greatest_pull, threshold
 from hcsearch.kernels.multibody.explicit import Method, step, write_stage
 from hcsearch.kernels.multibody.implicit import implicit_step
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, project
 from hcsearch.kernels.multibody.tree import Work
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
+from hcsearch.typing import Reals, Whole
 
 REACHED = 1e-11
 """A joint is at a stop within this (rad)."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.contact import push_apart
@@ -13,9 +12,7 @@ from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, proje
 from hcsearch.kernels.multibody.sweeps import gather, load, move, place, release
 from hcsearch.kernels.multibody.tree import Work
 from hcsearch.kernels.multibody.welds import choose, close_rows, factorise
-
-Reals = NDArray[np.float64]
-Signs = NDArray[np.int8]
+from hcsearch.typing import Reals, Signs
 
 
 @lean
@@ -58,12 +55,12 @@ def regrip(
         wanted[i] = touching[i] * a[i]
         largest = max(largest, abs(a[i]))
     pushed, change = np.empty(n), np.empty(n)
-    told = push_apart(mechanism.tree, touching, wanted, scale, work, pushed, change)
+    solved = push_apart(mechanism.tree, touching, wanted, scale, work, pushed, change)
     changed, creeping = False, False
     for i in range(n):
         # a joint at rest that neither pushes nor leaves stays held, so that rounding does not decide
         rests = abs(a[i] + change[i]) <= 1e-9 * largest
-        if touching[i] and (not told or pushed[i] > 0.0 or rests):
+        if touching[i] and (not solved or pushed[i] > 0.0 or rests):
             hold.held[i] = touching[i]
             creeping = creeping or v[i] != 0.0
             q[i] = mechanism.hinges.lower[i] if touching[i] < 0 else mechanism.hinges.upper[i]
@@ -109,13 +106,13 @@ def collide(
     if fastest > slow:
         pushed, change = np.empty(n), np.empty(n)
         gather(mechanism.tree, hold.held, work)
-        told = push_apart(mechanism.tree, touching, wanted, scale, work, pushed, change)
+        solved = push_apart(mechanism.tree, touching, wanted, scale, work, pushed, change)
         for i in range(n):
             v[i] += change[i]
             if touching[i] and abs(v[i]) <= 1e-9 * fastest:
                 v[i] = 0.0
         # half the change and the mean velocity are orthogonal at most: no impact adds energy
-        if told and _norm(mechanism, change, work) <= 4.0 * _norm(mechanism, before, work) * (1.0 + 1e-6):
+        if solved and _norm(mechanism, change, work) <= 4.0 * _norm(mechanism, before, work) * (1.0 + 1e-6):
             return
         v[:] = before
     for i in range(n):

@@ -8,9 +8,6 @@ unit force does along each joint gives the Delassus matrix as a sum over joints 
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hcsearch.kernels.algebra.vectors import (
     Vector,
     add,
@@ -82,9 +79,7 @@ from hcsearch.kernels.multibody.tree import (
     Tree,
     Work,
 )
-
-Reals = NDArray[np.float64]
-Signs = NDArray[np.int8]
+from hcsearch.typing import Reals, Signs
 
 
 @lean

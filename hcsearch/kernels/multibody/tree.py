@@ -11,12 +11,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.compiling.compiled import compiled
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
+from hcsearch.typing import Reals, Whole
 
 AXIS, OFFSET, CENTRE, INERTIA, MASS = 0, 3, 6, 9, 15
 """Columns of `Tree.bodies`: unit vector of the joint, from the parent's joint (of the ground: from the origin) to this

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.algebra.vectors import at, cross, dot, minus, plus, turned
 from hcsearch.kernels.compiling.compiled import lean
@@ -32,8 +31,7 @@ from hcsearch.kernels.multibody.tree import (
     Tree,
     Work,
 )
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 INDEPENDENT = 1e-11
 """A row is chosen when its pivot is above this share of the largest Delassus entry with all joints free."""

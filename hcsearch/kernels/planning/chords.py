@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hcsearch.kernels.algebra.vectors import Vector, at, dot, times
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.planning.closing import CLOSED, close
 from hcsearch.kernels.planning.space import Space, Stack, State, Work, copy, farthest, pick, place, square
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 OFF = 0.5
 """The closed state half-way along a chord may be off by this share of half its length."""
@@ -48,7 +44,7 @@ def _tells(space: Space, one: State, two: State, p: int) -> bool:
             dot((b[1, 0], b[1, 1], b[1, 2]), (x, y, z)),
             dot((b[2, 0], b[2, 1], b[2, 2]), (x, y, z)),
         )
-        if _gap(space, two, f, g, turned) >= space.told:
+        if _gap(space, two, f, g, turned) >= space.parted:
             return True
         f, g, way = g, f, times(-1.0, way)
     return False

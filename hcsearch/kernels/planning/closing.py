@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 from hcsearch.kernels.algebra.rows import divide_row, row_product, subtract_row
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import Chain, close_loops
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
+from hcsearch.typing import Reals, Whole
 
 CLOSED = 1e-10
 """Closure residual (rad, or gap over size) of a closed state."""

@@ -8,14 +8,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hcsearch.kernels.algebra.vectors import Vector, add, at, cross, dot, minus, plus, put, times
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.planning.space import Space, State, Work
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 SHARE = 0.7
 """Of the gap that a corner has to spare a step takes up to this."""

@@ -14,15 +14,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.algebra.rows import row_product, subtract_row
 from hcsearch.kernels.algebra.vectors import Vector, cross
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import fold_on
 from hcsearch.kernels.planning.closing import Loops, write_closure
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 CONTRACTION = 0.5
 """Greatest factor of a contraction that is asked for: the ball is then twice the Newton step."""

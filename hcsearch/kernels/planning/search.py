@@ -6,16 +6,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.planning.chords import link
 from hcsearch.kernels.planning.closing import CLOSED, close
 from hcsearch.kernels.planning.space import Space, Stack, Work, farthest, pick, place
 from hcsearch.kernels.planning.trees import Tree, add, grow, keep_new, nearest
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
+from hcsearch.typing import Reals, Whole
 
 LONGEST = 0.12
 """Longest step (rad)."""

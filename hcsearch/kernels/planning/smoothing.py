@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.planning.chords import link, told_apart
 from hcsearch.kernels.planning.contacts import SHARE, near_contacts, write_row
 from hcsearch.kernels.planning.sliding import slide
 from hcsearch.kernels.planning.space import Space, Stack, State, Work, copy, farthest, pick, place, square
-
-Reals = NDArray[np.float64]
+from hcsearch.typing import Reals
 
 PIECE = 0.1
 """Longest straight piece (rad)."""

@@ -6,7 +6,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.algebra.vectors import at, put, times
 from hcsearch.kernels.collision.distances import closest
@@ -14,9 +13,7 @@ from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import place_panels
 from hcsearch.kernels.linkage.prisms import Prisms, apart, place_prisms
 from hcsearch.kernels.planning.closing import Closing, Loops, new_closing
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
+from hcsearch.typing import Reals, Whole
 
 ROWS = 24
 """Contact conditions that a step takes into account, for each hinge."""
@@ -30,7 +27,7 @@ class Space(NamedTuple):
         crossed, else 0.
     prisms : the panels, shrunk by the margin. pairs : (p, 2), those that must keep apart.
     lever : m, what points move at most where one hinge turns by 1 rad. near : m, pairs further apart are not measured.
-    least : m, gap of shrunk panels that every state has. kept : m, gap that a step leaves. told : m, gap that one
+    least : m, gap of shrunk panels that every state has. kept : m, gap that a step leaves. parted : m, gap that one
         direction has at both ends of a chord.
     """
 
@@ -43,7 +40,7 @@ class Space(NamedTuple):
     near: float
     least: float
     kept: float
-    told: float
+    parted: float
 
 
 class State(NamedTuple):

@@ -6,14 +6,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.planning.sliding import slide
 from hcsearch.kernels.planning.space import Space, Stack, Work, copy, farthest, greatest, pick, place
-
-Reals = NDArray[np.float64]
-Whole = NDArray[np.int64]
+from hcsearch.typing import Reals, Whole
 
 CELL = 0.15
 """Width (rad) of the cells by which states count as alike."""

@@ -275,8 +275,8 @@ def test_pairs_are_told_apart_where_one_fixed_direction_does(drawn, to):
         both.append(max(gaps))
     moved = space.lever * np.abs(angles - other).max()
     far = one.gaps + two.gaps > moved
-    expected = (np.array(both) >= space.told) | far
-    if np.abs(np.array(both)[~far] - space.told).min(initial=1) > 1e-12:
+    expected = (np.array(both) >= space.parted) | far
+    if np.abs(np.array(both)[~far] - space.parted).min(initial=1) > 1e-12:
         assert told_apart(space, one, two) == expected.all()
 
 
