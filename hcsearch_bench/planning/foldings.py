@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hcsearch.enumeration import ArraySearch, PolygonSearch, Search
-from hcsearch.folding import fold, folding_at
+from hcsearch.folding import folding_at
 from hcsearch.grid import grid_named, parse_array
 from hcsearch.planning.batches import motions
 from hcsearch.planning.proofs import PLAYS
 from hcsearch.records import CircuitBatch, FoldingBatch
 from hcsearch.scenes import SCENES, Scene, panel_of, with_panel
 from hcsearch.stages.mobility import locked_with, locks_of, mobility
-from hcsearch.twisting import twist_batch
 from hcsearch_bench.run.timing import Stopwatch
+from hcsearch_bench.subjects.foldings import untwisted
 
 SCENE = SCENES["default"]
 BUDGETS = (0.03, 0.1, 0.2, 0.5, 1.0, 3.0, 10.0)
@@ -126,13 +126,8 @@ def settle(group: Group, thickness: float | None = None, every: int = 1) -> Iter
     """Settle every so many-th folding of a set; thickness : m, of its panels, None for the scene's `default`."""
     length, width, own = panel_of(SCENE, group.grid)
     scene = with_panel(SCENE, (length, width, own if thickness is None else thickness), group.grid)
-    seen = 0
-    for circuits in group.search().batches():
-        found = fold(circuits)
-        untwisted = np.flatnonzero(twist_batch(circuits, found) == 0)
-        kept = untwisted[-seen % every :: every]
-        seen += len(untwisted)
-        yield from _settle(group, circuits, FoldingBatch(found.row[kept], found.crease[kept]), scene)
+    for circuits, foldings in untwisted(group.search(), every):
+        yield from _settle(group, circuits, foldings, scene)
 
 
 def _settle(group: Group, circuits: CircuitBatch, foldings: FoldingBatch, scene: Scene) -> Iterator[FoldingRow]:

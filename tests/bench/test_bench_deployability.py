@@ -5,7 +5,8 @@ import pytest
 from hcsearch.enumeration import PolygonSearch
 from hcsearch.folding import folding_at
 from hcsearch.grid import GRIDS
-from hcsearch_bench.deployability.bench import _every, _untwisted, measure
+from hcsearch_bench.deployability.bench import measure
+from hcsearch_bench.subjects.foldings import packed, untwisted
 
 
 @pytest.fixture(scope="module")
@@ -35,12 +36,12 @@ def test_a_sample_is_even():
     search = PolygonSearch(GRIDS["hex"], 10)
     every = [
         (folding.circuit.notation, folding.crease)
-        for circuits, foldings in _untwisted(search)
+        for circuits, foldings in untwisted(search)
         for folding in (folding_at(circuits, foldings, i) for i in range(len(foldings)))
     ]
     assert len(every) == 40
     for step in (1, 3, 7):
-        ((circuits, foldings),) = _every(_untwisted(search), step)
+        ((circuits, foldings),) = packed(untwisted(search, step))
         picked = [folding_at(circuits, foldings, i) for i in range(len(foldings))]
         assert [(folding.circuit.notation, folding.crease) for folding in picked] == every[::step]
         assert len(circuits) == len({folding.circuit for folding in picked})

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.folding import Folding
 from hcsearch.kernels.linkage.cones import cone_rays
+from hcsearch.kinematics.products import products
 from hcsearch.linkage import Linkage
 from hcsearch.locks import certificates
 from hcsearch.locks import proofs as locks
@@ -191,8 +192,8 @@ def test_a_proof_that_leaves_out_a_ray_is_refused():
     proved = []
     for left_out in range(len(rays)):
         some = np.delete(rays, left_out, axis=0)
-        products = locks._products(some, lambda x: linkage.bend(jacobian, senses * x))
-        proof = locks.excluding_wrench(np.ascontiguousarray(columns.T), some, products)
+        values = products(some, lambda x: linkage.bend(jacobian, senses * x))
+        proof = locks.excluding_wrench(np.ascontiguousarray(columns.T), some, values)
         if proof is not None:
             proved.append(left_out)
             assert not certificates.second_order(end, none(linkage), proof[0])

@@ -22,7 +22,7 @@ def test_a_lock_that_a_hundredth_of_a_millimetre_undoes():
     assert found.opening == pytest.approx(1.00e-5, rel=0.02)
     assert found.least == pytest.approx(found.opening, rel=0.02)
     assert 0.2 < found.turn < 0.3 < found.closed < 0.5
-    assert "0.01 mm" in found.told
+    assert "0.01 mm" in found.sentence
     loops = _Loops(linkage, linkage.folded)
     loops.weights = linkage.pattern.size * np.eye(6)
     assert max(map(loops.opening, _there(loops, 0.006))) == pytest.approx(1.3e-5, rel=0.02)
@@ -66,7 +66,7 @@ def test_a_lock_that_holds_is_given_up_at_the_thickness():
     linkage = built("hex:0223435501", 2)
     found = tightness(linkage, linkage.flat)
     assert (found.opening, found.closed) == (0.006, None)
-    assert "more than 6 mm" in found.told
+    assert "more than 6 mm" in found.sentence
 
 
 def test_what_is_not_locked_opens_by_nothing_and_open_chains_have_no_loops():

@@ -1,0 +1,41 @@
+"""The untwisted foldings of a search: all of them, or so many of them evenly over the list."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from hcsearch.enumeration import Search
+from hcsearch.folding import fold
+from hcsearch.records import CircuitBatch, FoldingBatch
+from hcsearch.twisting import twist_batch
+
+Batches = Iterable[tuple[CircuitBatch, FoldingBatch]]
+
+
+def untwisted(search: Search, every: int = 1) -> Iterator[tuple[CircuitBatch, FoldingBatch]]:
+    """The first of each so many untwisted foldings, in the batches of circuits of a search."""
+    seen = 0
+    for circuits in search.batches():
+        foldings = fold(circuits)
+        plain = np.flatnonzero(twist_batch(circuits, foldings) == 0)
+        kept = plain[-seen % every :: every]
+        seen += len(plain)
+        yield circuits, FoldingBatch(foldings.row[kept], foldings.crease[kept])
+
+
+def packed(batches: Batches) -> Iterator[tuple[CircuitBatch, FoldingBatch]]:
+    """All foldings of some batches in one, with their circuits alone; none where there are no foldings."""
+    words, symmetry, creases = [], [], []
+    grid = ""
+    for circuits, foldings in batches:
+        grid = circuits.grid
+        words.append(circuits.words[foldings.row])
+        symmetry.append(circuits.symmetry[foldings.row])
+        creases.append(foldings.crease)
+    if grid and any(map(len, words)):
+        picked = CircuitBatch(grid, np.concatenate(words), np.concatenate(symmetry))
+        # foldings of one circuit come one after the other
+        news = np.r_[True, (picked.words[1:] != picked.words[:-1]).any(axis=1)]
+        yield picked.take(news), FoldingBatch(np.cumsum(news) - 1, np.concatenate(creases))

@@ -1,0 +1,27 @@
+"""The page that says where things are names all there is, on the floors that `make check` holds."""
+
+import re
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+CONTRACTS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"]
+
+
+def layers(container):
+    (found,) = [one["layers"] for one in CONTRACTS if one.get("containers") == [container]]
+    return [layer.split(" | ") for layer in found]
+
+
+def test_floors_stand_in_the_order_of_the_contract():
+    rows = re.findall(r"^\| (`.*?) \|", PAGE, flags=re.MULTILINE)
+    named = [re.findall(r"`(\w+)`", row) for row in rows]
+    floor = {name: number for number, layer in enumerate(layers("hcsearch")) for name in layer}
+    assert {name for row in named for name in row} == set(floor)
+    assert [floor[name] for row in named for name in row] == sorted(floor[name] for row in named for name in row)
+
+
+def test_rooms_of_kernels_and_of_benches_are_named():
+    rooms = [*layers("hcsearch.kernels"), *layers("hcsearch_bench")[2:]]
+    assert all(f"`{name}`" in PAGE for layer in rooms for name in layer)
