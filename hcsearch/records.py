@@ -251,7 +251,7 @@ class VerdictBatch:
 
 
 @dataclass(frozen=True)
-class Work:
+class WorkKey:
     """What identifies finished work, beside the search prefix, the stage and its version.
 
     target : the canonical array notation for a run on one array, '' for a run over all arrays of n cells.

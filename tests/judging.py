@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from hcsearch.records import DeploymentBatch, MotionBatch, StageResult, Trial, VerdictBatch, Work
+from hcsearch.records import DeploymentBatch, MotionBatch, StageResult, Trial, VerdictBatch, WorkKey
 from hcsearch.store import Database, record_scene, record_verdicts, start_run
 
-WORK = Work("hex", 12, "", "all")
+WORK = WorkKey("hex", 12, "", "all")
 Judged = tuple[str, int, str, float | None, float | None]
 """Circuit, crease, status, smallest gap (mm) and time (s) of a folding."""
 
@@ -50,7 +50,7 @@ def judge(
     scene: str = "default",
     trials: Sequence[Trial] = (),
     *,
-    work: Work = WORK,
+    work: WorkKey = WORK,
     key: str = "p#0/1",
 ) -> None:
     """Record verdicts in a scene as a run of its own."""

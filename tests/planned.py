@@ -10,7 +10,7 @@ from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.planning.planner import Planner
-from hcsearch.planning.proofs import PLAYS, Proof, Prover
+from hcsearch.planning.proofs import PLAYS, PathProof, Prover
 from hcsearch.scenes import default_panel
 from hcsearch.vocabulary import Way
 from tests.naive import around_the_loop
@@ -33,7 +33,7 @@ class Planned:
 
     linkage: Linkage
     states: Reals
-    proof: Proof
+    proof: PathProof
 
     @property
     def wander(self) -> float:

@@ -15,8 +15,8 @@ from hcsearch.enumeration.growth import expected_circuits
 from hcsearch.errors import ClusterError, SizeError
 from hcsearch.grid import GRIDS, parse_array
 from hcsearch.pipeline import Crew, Plan, check_room, count_designs, counting_seconds, estimate, run_dry
-from hcsearch.pipeline.estimate import Estimate, duration
-from hcsearch.pipeline.units import Job
+from hcsearch.pipeline.estimate import RunEstimate, duration
+from hcsearch.pipeline.units import UnitJob
 from hcsearch.stages.order import stages_until
 from tests import golden
 
@@ -140,7 +140,7 @@ def test_processes_find_what_one_process_finds(monkeypatch):
 def test_a_job_travels_without_its_tables():
     search = PolygonSearch(HEX, 16)
     assert len(search.prefixes) > 1
-    job = Job(search, stages_until("twist"), "all", rows=True)
+    job = UnitJob(search, stages_until("twist"), "all", rows=True)
     assert "prefixes" not in job.__getstate__()["search"].__dict__
 
 
@@ -198,11 +198,11 @@ def test_an_estimate_is_near_what_is_found(monkeypatch):
 
 
 def test_a_database_that_finds_no_room_is_refused(tmp_path):
-    huge = Estimate(1e15, 1e15, 1.0, 1e17, 1.0)
+    huge = RunEstimate(1e15, 1e15, 1.0, 1e17, 1.0)
     with pytest.raises(SizeError, match="keep fewer with --keep"):
         check_room(huge, str(tmp_path / "d.sqlite"))
     check_room(huge, "postgresql://server/name")
-    check_room(Estimate(1.0, 1.0, 1.0, 100.0, 1.0), str(tmp_path / "no" / "such" / "d.sqlite"))
+    check_room(RunEstimate(1.0, 1.0, 1.0, 100.0, 1.0), str(tmp_path / "no" / "such" / "d.sqlite"))
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ from hcsearch.isometries import Isometry
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import VALLEY, Pattern, overlay
 from hcsearch.store import open_readonly, select
-from hcsearch.unit_search.copies import STILL, Motion, Sheet
+from hcsearch.unit_search.copies import STILL, Placement, Sheet
 from hcsearch.unit_search.elements import RigidPair, elements, elements_of, rigid_pairs, untwisted
 from hcsearch.unit_search.isosceles import KITE, PARALLELOGRAM, isosceles_elements, isosceles_shapes, with_triangles
 from hcsearch.unit_search.proofs import freedom, prove
@@ -36,7 +36,7 @@ SQUARES = Parameters(width=0.050)
 TEN = Circuit.from_notation("triangle:0123434501")
 angles = st.floats(0.0, math.tau)
 motions = st.builds(
-    lambda reflects, exchange, angle, x, y: Motion(Isometry.by(angle, (x, y), reflects=reflects), exchange),
+    lambda reflects, exchange, angle, x, y: Placement(Isometry.by(angle, (x, y), reflects=reflects), exchange),
     st.booleans(),
     st.sampled_from((1, -1)),
     angles,
@@ -90,7 +90,7 @@ def test_placements_are_those_of_joining():
     joined = set()
     for placement, _, _ in neighbours(element, element):
         scaled = placement._replace(shift=placement.shift / unit)
-        joined.add(rings.key(Motion(scaled, -1 if placement.reflects else 1)))
+        joined.add(rings.key(Placement(scaled, -1 if placement.reflects else 1)))
     # turned by pi and inverted the 8R element is itself, so that every inverted copy is a real one too
     assert len(rings.own) == 2
     assert {rings.key(motion) for motion in rings.placements} == joined
@@ -101,9 +101,9 @@ def test_overlap_of_a_copy_with_itself():
     sheet = Sheet(eight_r(DEGREES), lattice=False)
     found = sheet.overlap(STILL)
     assert (found.facets, found.hinges, found.crossed, found.agrees) == (10, 8, 0, True)
-    assert not sheet.overlap(Motion(Isometry.by(), -1)).agrees
-    assert not sheet.overlap(Motion(Isometry.by(shift=(0.1, 0.0)), 1)).agrees
-    assert sheet.overlap(Motion(Isometry.by(shift=(100.0, 0.0)), 1)).facets == 0
+    assert not sheet.overlap(Placement(Isometry.by(), -1)).agrees
+    assert not sheet.overlap(Placement(Isometry.by(shift=(0.1, 0.0)), 1)).agrees
+    assert sheet.overlap(Placement(Isometry.by(shift=(100.0, 0.0)), 1)).facets == 0
 
 
 def test_kutzbach_of_marks_is_a_lower_bound():

@@ -27,7 +27,7 @@ _UNITS: dict[str, tuple[Callable[[Parameters], Pattern], str]] = {"I": (unit_i, 
 
 
 @dataclass(frozen=True)
-class Step:
+class TilingStep:
     """A unit laid onto the first one: its kind, whether inverted, and joints that merge, its own first (`a1=c1`)."""
 
     kind: str
@@ -36,7 +36,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Way:
+class Laying:
     """One way to lay a pattern onto another one so that the union folds and moves as elements do.
 
     merged : the creases that coincide.
@@ -55,7 +55,7 @@ class Way:
         return {size: sizes.count(size) for size in sorted(set(sizes))}
 
 
-def tessellate(parameters: Parameters, first: str, *steps: Step) -> Pattern:
+def tessellate(parameters: Parameters, first: str, *steps: TilingStep) -> Pattern:
     """Lay units onto a first one. Loops are the elements, each once, those of the first unit first."""
     build, names = _UNITS[first]
     pattern = build(parameters)
@@ -67,7 +67,7 @@ def tessellate(parameters: Parameters, first: str, *steps: Step) -> Pattern:
     return pattern
 
 
-def ways(still: Pattern, moving: Pattern, alpha: float) -> Iterator[Way]:
+def ways(still: Pattern, moving: Pattern, alpha: float) -> Iterator[Laying]:
     """All ways to lay one pattern of 8R elements onto another so that hinges merge and both still move.
 
     Left out are unions in which panels or creases contradict each other, elements cannot move alike along (5.24), or
@@ -85,7 +85,7 @@ def ways(still: Pattern, moving: Pattern, alpha: float) -> Iterator[Way]:
         except PatternError:
             continue
         if folded.overlap_volume == 0.0:
-            yield Way(placement, tuple(merged), union, folded)
+            yield Laying(placement, tuple(merged), union, folded)
 
 
 def _once(pattern: Pattern) -> Pattern:
@@ -99,7 +99,7 @@ def _assembly(
     figure: str,
     title: str,
     first: str,
-    steps: tuple[Step, ...],
+    steps: tuple[TilingStep, ...],
     published: Mapping[str, object],
     *notes: str,
 ) -> Assembly:
@@ -130,7 +130,7 @@ ASSEMBLIES = (
         "5.10(a)",
         "Two units I, four joints merged",
         "I",
-        (Step("I", "a3=b5 a4=b6 d1=c7 d2=c8"),),
+        (TilingStep("I", "a3=b5 a4=b6 d1=c7 d2=c8"),),
         {"merged_joints": 4},
         "a choice: fig-5.10a-other fits the thesis's words as well",
     ),
@@ -139,7 +139,7 @@ ASSEMBLIES = (
         "5.10(a)",
         "Two units I, four joints merged, the other way",
         "I",
-        (Step("I", "a5=d3 a6=d4 b7=c1 b8=c2"),),
+        (TilingStep("I", "a5=d3 a6=d4 b7=c1 b8=c2"),),
         {"merged_joints": 4},
         "a choice: fig-5.10a fits the thesis's words as well",
     ),
@@ -148,7 +148,7 @@ ASSEMBLIES = (
         "5.10(b)",
         "Two units I, eight joints merged",
         "I",
-        (Step("I", "a1=c1 a2=c2 a3=c3 a4=c4 a5=b3 a6=b4 a7=c7 a8=c8"),),
+        (TilingStep("I", "a1=c1 a2=c2 a3=c3 a4=c4 a5=b3 a6=b4 a7=c7 a8=c8"),),
         {"merged_joints": 8, "panels_by_facets": {"1": 24, "2": 10}, "deployment_ratio": "11:1"},
         "the only way of this area",
     ),
@@ -157,7 +157,7 @@ ASSEMBLIES = (
         "5.11(a)",
         "Two units II, three joints merged",
         "II",
-        (Step("II", "a4=g6 a3=g7 a2=g8", inverted=True),),
+        (TilingStep("II", "a4=g6 a3=g7 a2=g8", inverted=True),),
         {"merged_joints": 3},
         "a choice: fig-5.11a-other fits the thesis's words as well; this one folds smaller",
     ),
@@ -166,7 +166,7 @@ ASSEMBLIES = (
         "5.11(a)",
         "Two units II, three joints merged, the other way",
         "II",
-        (Step("II", "f4=h6 f3=h7 f2=h8", inverted=True),),
+        (TilingStep("II", "f4=h6 f3=h7 f2=h8", inverted=True),),
         {"merged_joints": 3},
         "a choice: fig-5.11a fits the thesis's words as well",
     ),
@@ -175,7 +175,7 @@ ASSEMBLIES = (
         "5.11(b)",
         "Two units II, fifteen joints merged",
         "II",
-        (Step("II", "a1=f5 a2=a8 a3=a7 a4=a6 a5=f1 a6=f2 a7=f3 a8=f4", inverted=True),),
+        (TilingStep("II", "a1=f5 a2=a8 a3=a7 a4=a6 a5=f1 a6=f2 a7=f3 a8=f4", inverted=True),),
         {"merged_joints": 14, "panels_by_facets": {"1": 18, "2": 10}, "deployment_ratio": "38:5"},
         "the only way of this area and footprint merges 15 joints; none merges 14",
     ),
@@ -185,8 +185,8 @@ ASSEMBLIES = (
         "A unit II between two units I",
         "II",
         (
-            Step("I", "a7=f1 a8=f2 b3=f3 b4=f4 b5=f5 b6=a8 b7=a7 b8=a6"),
-            Step("I", "a1=h7 a2=h8 c3=h5 c4=h6 d1=a1 d2=g4 d3=g3 d4=g2"),
+            TilingStep("I", "a7=f1 a8=f2 b3=f3 b4=f4 b5=f5 b6=a8 b7=a7 b8=a6"),
+            TilingStep("I", "a1=h7 a2=h8 c3=h5 c4=h6 d1=a1 d2=g4 d3=g3 d4=g2"),
         ),
         {},
         "a choice: each unit I merges eight joints, the most that fold; the thesis gives no numbers",

@@ -17,7 +17,7 @@ import numpy as np
 
 from hcsearch.collision.margins import MARGIN, RESOLUTION
 from hcsearch.collision.solids import Solids, solids_of
-from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES, Answer, Search, judge
+from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES, Answer, Exactness, judge
 from hcsearch.kernels.collision.dips import smallest_dip
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.linkage import Linkage
@@ -101,7 +101,7 @@ class _Certificate:
     def _judged(self, course: Course, slack: float, measured: bool) -> Clearance:
         answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.zeros(1), np.zeros(1, np.int64))
         own = self.solids
-        wanted = Search(slack, own.margin, own.deepest, self.resolution)
+        wanted = Exactness(slack, own.margin, own.deepest, self.resolution)
         verdict = judge(self.linkage.chain, own.prisms, own.shrunk, own.pairs, course, wanted, measured, answer)
         looks, gap = int(answer.looks[0]), float(answer.gaps[0])
         if verdict == CLEAR:

@@ -21,7 +21,7 @@ from hcsearch.dynamics.methods import method_named
 from hcsearch.dynamics.simulation import ENDINGS, plan_for, record_for
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES
-from hcsearch.kernels.deployment.checking import Findings, Rules, Subject, check_all
+from hcsearch.kernels.deployment.checking import Findings, Rules, SceneTables, check_all
 from hcsearch.vocabulary import Outcome, Verdict
 
 CALL = 16
@@ -132,9 +132,9 @@ def check(
     return [found[i] for i in range(len(scenes))]
 
 
-def _subject(compiled: Compiled, screen: Screen) -> Subject:
+def _subject(compiled: Compiled, screen: Screen) -> SceneTables:
     mechanism, linkage, solids = compiled.system.mechanism, compiled.linkage, screen.solids
-    return Subject(
+    return SceneTables(
         tree=mechanism.tree,
         hinges=mechanism.hinges,
         start=compiled.start,
@@ -150,7 +150,7 @@ def _subject(compiled: Compiled, screen: Screen) -> Subject:
 
 def _run(
     scenes: list[Compiled],
-    subjects: list[Subject],
+    subjects: list[SceneTables],
     tolerance: float,
     exactness: tuple[float, float],
     whole: bool,
@@ -194,7 +194,7 @@ def _run(
     return [_check(scenes[i], subjects[i], found, i) for i in range(count)]
 
 
-def _check(compiled: Compiled, subject: Subject, found: Findings, i: int) -> Check:
+def _check(compiled: Compiled, subject: SceneTables, found: Findings, i: int) -> Check:
     verdict, gap = int(found.verdicts[i]), float(found.gaps[i])
     collision = None
     if verdict == COLLIDES:

@@ -17,7 +17,7 @@ from hcsearch.dynamics.laws import Law, law_named, scaled
 from hcsearch.dynamics.mirror import Mirror, mirror_of
 from hcsearch.dynamics.panels import PanelTree, panel_bodies, panel_tree
 from hcsearch.dynamics.simulation import cut_states
-from hcsearch.dynamics.system import Cut, Drive, System
+from hcsearch.dynamics.system import CutHinge, JointDrive, System
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
 from hcsearch.errors import HcsearchError
 from hcsearch.linkage import Linkage
@@ -143,7 +143,7 @@ class _Compiler:
             raise HcsearchError("cut_stiffness cannot be 0 where springs close the loops: give a positive number")
         tree = panel_tree(self.linkage, self.scene.density, self.held, cut_hinges=penalty, mirror=mirror)
         joints, bodies, welds, shift = self._based(tree, mirror)
-        drives = (*(Drive() for _ in range(shift)), *self._drives(tree))
+        drives = (*(JointDrive() for _ in range(shift)), *self._drives(tree))
         if self.formulation == "quasistatic" and not all(drive.damping > 0.0 for drive in drives):
             raise HcsearchError(
                 "quasistatic motion has only dampers to set its speed: give every hinge one (damping above 0, springs "
@@ -243,21 +243,21 @@ class _Compiler:
         )
         return tuple(joints), bodies, welds, shift
 
-    def _drives(self, tree: PanelTree) -> list[Drive]:
+    def _drives(self, tree: PanelTree) -> list[JointDrive]:
         """Law, damping and stops of each joint of a hinge."""
-        drives = [Drive()] * len(tree.joints)
+        drives = [JointDrive()] * len(tree.joints)
         for hinge, joint in enumerate(tree.joint_of):
             if joint >= 0:
                 drives[joint] = self._drive(hinge, float(tree.shares[joint]))
         return drives
 
-    def _drive(self, hinge: int, share: float = 1.0) -> Drive:
+    def _drive(self, hinge: int, share: float = 1.0) -> JointDrive:
         law = self.laws[hinge]
         damping = self.scene.damping
         if damping is None:
             damping = self.scene.damping_time * law.mean_stiffness
         upper = math.inf if hinge in self.unreached else math.pi
-        return Drive(law if share == 1.0 else scaled(law, share), share * damping, 0.0, upper)
+        return JointDrive(law if share == 1.0 else scaled(law, share), share * damping, 0.0, upper)
 
     def _unreached(self) -> set[int]:
         """Hinges that cannot come back to their folded stop: the energy at the start is not enough for one spring."""
@@ -279,7 +279,7 @@ class _Compiler:
             )
         return found
 
-    def _cuts(self, tree: PanelTree, shift: int) -> tuple[Cut, ...]:
+    def _cuts(self, tree: PanelTree, shift: int) -> tuple[CutHinge, ...]:
         found = []
         for hinge, first, second in tree.cuts:
             own = self.linkage.pattern.hinges[hinge]
@@ -287,7 +287,7 @@ class _Compiler:
             ends = (np.array([*own.start, height]), np.array([*own.end, height]))
             base = shift - 1 if self.free else GROUND
             bodies = [body + shift if body != GROUND else base for body in (first, second)]
-            found.append(Cut(bodies[0], bodies[1], ends, self.linkage.directions[hinge], self._drive(hinge)))
+            found.append(CutHinge(bodies[0], bodies[1], ends, self.linkage.directions[hinge], self._drive(hinge)))
         return tuple(found)
 
     def _welds(self, welds: tuple[Weld, ...]) -> tuple[Weld, ...]:

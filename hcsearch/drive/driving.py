@@ -20,7 +20,7 @@ from hcsearch.errors import HcsearchError
 from hcsearch.flat_pairs import can_be, linkage_joined, ways
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
-from hcsearch.planning.motions import Motion, motion_of
+from hcsearch.planning.motions import PlannedMotion, motion_of
 from hcsearch.planning.reasons import reason_of
 from hcsearch.scenes import FlatPairs, Scene, panel_of
 from hcsearch.twisting import twist
@@ -82,7 +82,7 @@ class Drive:
         return float(np.abs(self.deployment.angles - self.timed.at(self.deployment.motion.times)[0]).max())
 
 
-def find_motion(folding: Folding, scene: Scene) -> Motion:
+def find_motion(folding: Folding, scene: Scene) -> PlannedMotion:
     """The motion of a folding with the panels, ways and margin of a scene; HcsearchError where it has no such way."""
     own = [way for way in ways(scene) if can_be(folding, way)]
     if not own:
@@ -90,7 +90,7 @@ def find_motion(folding: Folding, scene: Scene) -> Motion:
     return motion_of(folding, panel_of(scene, folding.circuit.grid.name), own, scene.margin)
 
 
-def why_not(folding: Folding, scene: Scene, motion: Motion) -> str:
+def why_not(folding: Folding, scene: Scene, motion: PlannedMotion) -> str:
     """What is known of a folding of which no path is proved, in one line."""
     from hcsearch.locks.proofs import lock_at  # noqa: PLC0415 - only of foldings without a path
 
@@ -106,7 +106,7 @@ def why_not(folding: Folding, scene: Scene, motion: Motion) -> str:
     return f"undecided: {reason_of(motion)}; try other panels, a larger margin or other flat pairs"
 
 
-def drive(folding: Folding, scene: Scene, motion: Motion, wishes: Wishes | None = None) -> Drive:
+def drive(folding: Folding, scene: Scene, motion: PlannedMotion, wishes: Wishes | None = None) -> Drive:
     """The drive of a folding along a proved motion in a scene; HcsearchError for wishes that cannot be met."""
     wishes = wishes or Wishes()
     if motion.way is None or motion.proof is None or motion.proof.motion is None or motion.margin is None:

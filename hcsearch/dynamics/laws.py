@@ -45,7 +45,7 @@ def _integral(cubic: Cubic, x: float) -> float:
 
 
 @dataclass(frozen=True)
-class Branch:
+class LawBranch:
     """Moment (N m) as cubics: `cubics[k]` holds the coefficients of 1, x, x^2, x^3 with x from `breaks[k]` (rad).
 
     The first piece serves below its break too, the last above. HcsearchError where moments or energies overflow.
@@ -93,8 +93,8 @@ class Law:
     text : what `law_named` reads; empty where a law was put together by hand.
     """
 
-    straight: Branch
-    bent: Branch | None = None
+    straight: LawBranch
+    bent: LawBranch | None = None
     snap_up: float = math.inf
     snap_down: float = -math.inf
     text: str = field(default="", compare=False)
@@ -119,7 +119,7 @@ class Law:
         return max(0.0, (branch.moment(math.pi) - self.straight.moment(0.0)) / math.pi)
 
 
-FREE = Law(Branch((0.0,), ((0.0, 0.0, 0.0, 0.0),)), text="free")
+FREE = Law(LawBranch((0.0,), ((0.0, 0.0, 0.0, 0.0),)), text="free")
 """No moment."""
 
 
@@ -162,7 +162,7 @@ def tabulated(angles: Iterable[float], moments: Iterable[float], preload: float 
             pieces = PchipInterpolator(x, y).c[::-1].T
         except ValueError:  # slopes overflow
             raise HcsearchError(_OVERFLOW) from None
-    branch = Branch(tuple(x[:-1]), tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in pieces))
+    branch = LawBranch(tuple(x[:-1]), tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in pieces))
     text = ",".join(f"{_short(moment)}@{_short(angle)}" for angle, moment in zip(x, y, strict=True))
     return _preloaded(Law(branch, text=f"table:{text}"), preload)
 
@@ -203,9 +203,9 @@ def scaled(law: Law, factor: float) -> Law:
     if not 0.0 < factor < math.inf:
         raise HcsearchError(f"no law is {factor} times another: give a positive factor, or take the law `free`")
 
-    def times(branch: Branch) -> Branch:
+    def times(branch: LawBranch) -> LawBranch:
         cubics = tuple((factor * a, factor * b, factor * c, factor * d) for a, b, c, d in branch.cubics)
-        return Branch(branch.breaks, cubics)
+        return LawBranch(branch.breaks, cubics)
 
     text = f"{_short(factor)}*{law.text}" if law.text else ""
     return replace(law, straight=times(law.straight), bent=law.bent and times(law.bent), text=text)
@@ -301,10 +301,10 @@ _EXAMPLES = (
 )
 
 
-def _one(*coefficients: float) -> Branch:
+def _one(*coefficients: float) -> LawBranch:
     """A branch of one piece from angle 0."""
     a, b, c, d = (*map(float, coefficients), 0.0, 0.0, 0.0, 0.0)[:4]
-    return Branch((0.0,), ((a, b, c, d),))
+    return LawBranch((0.0,), ((a, b, c, d),))
 
 
 def _preloaded(law: Law, preload: float) -> Law:
@@ -313,8 +313,8 @@ def _preloaded(law: Law, preload: float) -> Law:
     if not preload:
         return law
 
-    def raised(branch: Branch) -> Branch:
-        return Branch(branch.breaks, tuple((a + preload, b, c, d) for a, b, c, d in branch.cubics))
+    def raised(branch: LawBranch) -> LawBranch:
+        return LawBranch(branch.breaks, tuple((a + preload, b, c, d) for a, b, c, d in branch.cubics))
 
     text = f"{law.text}{'+' if preload > 0.0 else '-'}{_short(abs(preload))}"
     return replace(law, straight=raised(law.straight), bent=law.bent and raised(law.bent), text=text)
@@ -338,7 +338,7 @@ def tables_of(laws: Sequence[Law]) -> tuple[Whole, Reals, Reals, Reals]:
     breaks: list[float] = []
     cubics: list[Cubic] = []
     energies: list[float] = []
-    known: dict[Branch, tuple[int, int]] = {}
+    known: dict[LawBranch, tuple[int, int]] = {}
     for i, law in enumerate(laws):
         for k, branch in enumerate((law.straight, law.bent or law.straight)):
             if branch not in known:

@@ -18,7 +18,7 @@ from hcsearch.kernels.multibody import simulation as kernel
 from hcsearch.kernels.multibody.between import OPEN, States, loose_share, opening, refined
 from hcsearch.kernels.multibody.cuts import cut_angles
 from hcsearch.kernels.multibody.motion import hold_for
-from hcsearch.kernels.multibody.steps import Plan
+from hcsearch.kernels.multibody.steps import StepPlan
 from hcsearch.kernels.multibody.sweeps import move, place
 from hcsearch.kernels.multibody.tree import work_for
 from hcsearch.typing import Reals
@@ -172,9 +172,9 @@ def plan_for(
     closed: float = 1e-14,
     first_step: float = 0.0,
     longest_step: float = math.inf,
-) -> Plan:
+) -> StepPlan:
     """What the kernel is asked for; as `simulate`."""
-    return Plan(
+    return StepPlan(
         end=float(end),
         tolerance=float(tolerance),
         floor=float(tolerance if floor is None else floor),

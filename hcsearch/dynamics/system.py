@@ -36,7 +36,7 @@ class Strut:
 
 
 @dataclass(frozen=True)
-class Drive:
+class JointDrive:
     """What acts in one joint: a moment-angle law (N m by rad; a sliding joint: N by m), damping, and stops.
 
     damping : N m s/rad. lower, upper : rad, infinite where there is no stop.
@@ -49,7 +49,7 @@ class Drive:
 
 
 @dataclass(frozen=True)
-class Cut:
+class CutHinge:
     """A hinge that is cut open and held together by stiff springs at both ends of its line (thesis 4.2.2).
 
     first, second : bodies, the first may be the ground. ends : both ends of the line, m; axis : about which the second
@@ -60,7 +60,7 @@ class Cut:
     second: int
     ends: tuple[Reals, Reals]
     axis: Reals
-    drive: Drive
+    drive: JointDrive
 
 
 @dataclass(frozen=True)
@@ -77,14 +77,14 @@ class System:
 
     joints: tuple[Joint, ...]
     bodies: tuple[Body, ...]
-    drives: tuple[Drive, ...]
+    drives: tuple[JointDrive, ...]
     welds: tuple[Weld, ...] = ()
     struts: tuple[Strut, ...] = ()
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     size: float = 1.0
     stop_stiffness: float = 0.0
     stop_damping: float = 0.0
-    cuts: tuple[Cut, ...] = ()
+    cuts: tuple[CutHinge, ...] = ()
     cut_stiffness: float = 0.0
     cut_damping: float = 0.0
     closure_stiffness: float = 0.0
@@ -110,13 +110,13 @@ class System:
         closure = (self.closure_stiffness * area, self.closure_damping * area)
         return Mechanism(tree, hinges, self._struts(), self._cuts(), loads, *closure, self.overdamped)
 
-    def driven(self, drives: tuple[Drive, ...]) -> System:
+    def driven(self, drives: tuple[JointDrive, ...]) -> System:
         """The same bodies with other laws, dampers and stops in the joints; the tables of the tree are kept."""
         found = replace(self, drives=drives)
         found.__dict__["mechanism"] = self.mechanism._replace(hinges=self._hinges(drives))
         return found
 
-    def _hinges(self, drives: Sequence[Drive]) -> Hinges:
+    def _hinges(self, drives: Sequence[JointDrive]) -> Hinges:
         pieces, breaks, cubics, energies = tables_of([drive.law for drive in drives])
         return Hinges(
             pieces=pieces,

@@ -16,7 +16,7 @@ import numpy as np
 
 from hcsearch.enumeration.arrays import array_sweep, frontier_layers, sweep_ranks
 from hcsearch.enumeration.sweep import Sweep, plan_sweep
-from hcsearch.grid import Array, Isometry, Point
+from hcsearch.grid import Array, LatticeIsometry, Point
 from hcsearch.kernels.circuits import frontier
 
 Progress = Callable[[int, int, str], None]
@@ -78,7 +78,7 @@ def count_cycles(sweep: Sweep | None, *, odd: bool = False, progress: Progress |
     return total
 
 
-def _images(array: Array, symmetry: tuple[Isometry, Point]) -> list[int]:
+def _images(array: Array, symmetry: tuple[LatticeIsometry, Point]) -> list[int]:
     """The symmetry as a permutation of the cells."""
     isometry, (dx, dy) = symmetry
     index = {point: i for i, point in enumerate(array.points)}
@@ -114,7 +114,7 @@ def _count_mirrored(array: Array, image: list[int], progress: Progress | None) -
     return count_cycles(plan_sweep(apex + 1, edges, ranks, forced=forced), progress=progress)
 
 
-def _count_rotated(array: Array, rotation: Isometry, image: list[int], progress: Progress | None) -> int:
+def _count_rotated(array: Array, rotation: LatticeIsometry, image: list[int], progress: Progress | None) -> int:
     """Circuits that a rotation by 2 pi / m fixes: cycles of the quotient graph that wind around the centre once.
 
     A circuit winds 0 or 1 times, so the parity of its crossings of a cut from the centre outwards decides.
@@ -166,7 +166,7 @@ def _orbits(image: list[int]) -> list[list[int]]:
     return found
 
 
-def _in_sector(vector: Point, rotation: Isometry) -> bool:
+def _in_sector(vector: Point, rotation: LatticeIsometry) -> bool:
     """Whether a vector from the centre lies between the first lattice axis and its image; the axis belongs to it."""
     x, y = vector
     rx, ry = rotation((1, 0))

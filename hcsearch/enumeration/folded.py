@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hcsearch.enumeration.classes import canonical_batch
 from hcsearch.enumeration.growth import connective_constant
-from hcsearch.enumeration.plane import Plane
+from hcsearch.enumeration.plane import LatticePlane
 from hcsearch.enumeration.polygons import PolygonSearch
 from hcsearch.errors import SizeError
 from hcsearch.grid import Grid
@@ -150,8 +150,8 @@ class FoldedSearch:
         return (len(self.grid.turns) - 1).bit_length()
 
     @cached_property
-    def _places(self) -> Plane:
-        return Plane.around_home(self.grid.tiling, self.n - 1)
+    def _places(self) -> LatticePlane:
+        return LatticePlane.around_home(self.grid.tiling, self.n - 1)
 
     @cached_property
     def plane(self) -> chains.Plane:

@@ -12,7 +12,7 @@ from hcsearch.kernels.circuits.chains import FAR
 
 
 @dataclass(frozen=True)
-class Plane:
+class LatticePlane:
     """Lattice points within reach of home.
 
     moves : what a step in each direction adds to the number of a place.
@@ -28,7 +28,7 @@ class Plane:
     width: int
 
     @staticmethod
-    def around_home(grid: Grid, reach: int) -> Plane:
+    def around_home(grid: Grid, reach: int) -> LatticePlane:
         """The places within `reach` steps, with a margin of one step that is beyond reach."""
         radius = (reach + 1) * max(abs(v) for step in grid.steps for v in step)
         width = 2 * radius + 1
@@ -46,7 +46,7 @@ class Plane:
                         distance[at] = step
                         outer.append(to)
             ring = outer
-        return Plane(grid, np.array([x + y * width for x, y in grid.steps]), distance, home, width)
+        return LatticePlane(grid, np.array([x + y * width for x, y in grid.steps]), distance, home, width)
 
     def point(self, place: int) -> Point:
         """Where a place lies, seen from home."""

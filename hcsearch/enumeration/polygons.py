@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hcsearch.enumeration.classes import split_by_axis
 from hcsearch.enumeration.growth import connective_constant, expected_circuits
-from hcsearch.enumeration.plane import Plane
+from hcsearch.enumeration.plane import LatticePlane
 from hcsearch.errors import SizeError
 from hcsearch.grid import Grid
 from hcsearch.kernels.circuits.polygons import walk_polygons
@@ -105,14 +105,14 @@ class PolygonSearch:
         return self.n % 2 == 1 and self.grid.name != "hex"
 
     @cached_property
-    def _plane(self) -> Plane:
-        return Plane.around_home(self.grid, self.n // 2 + 1)
+    def _plane(self) -> LatticePlane:
+        return LatticePlane.around_home(self.grid, self.n // 2 + 1)
 
 
 class _Walk:
     """The resumable state of one depth-first walk below a prefix of turn letters."""
 
-    def __init__(self, plane: Plane, n: int, prefix: tuple[int, ...]) -> None:
+    def __init__(self, plane: LatticePlane, n: int, prefix: tuple[int, ...]) -> None:
         self.plane, self.n, self.prefix = plane, n, prefix
         self.turns = np.array(plane.grid.turns)
         self.letters = np.zeros(n + 1, np.int8)

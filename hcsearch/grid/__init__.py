@@ -2,6 +2,6 @@
 
 from hcsearch.grid.arrays import Array, check_size
 from hcsearch.grid.specs import parse_array
-from hcsearch.grid.tilings import GRIDS, Cell, Grid, Isometry, Point, grid_named
+from hcsearch.grid.tilings import GRIDS, Cell, Grid, LatticeIsometry, Point, grid_named
 
-__all__ = ["GRIDS", "Array", "Cell", "Grid", "Isometry", "Point", "check_size", "grid_named", "parse_array"]
+__all__ = ["GRIDS", "Array", "Cell", "Grid", "LatticeIsometry", "Point", "check_size", "grid_named", "parse_array"]

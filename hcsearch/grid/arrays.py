@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from hcsearch.drawing import draw_array
 from hcsearch.errors import ArrayError, NotationError, SizeError
-from hcsearch.grid.tilings import Cell, Grid, Isometry, Point, grid_named
+from hcsearch.grid.tilings import Cell, Grid, LatticeIsometry, Point, grid_named
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -106,7 +106,7 @@ class Array:
         """Order of the array's symmetry group."""
         return sum(image.rows == self.rows for image in self._images)
 
-    def symmetries(self) -> list[tuple[Isometry, Point]]:
+    def symmetries(self) -> list[tuple[LatticeIsometry, Point]]:
         """The isometries that map the array onto itself, each with the translation that goes after it."""
         least = min(self.points)
         found = []

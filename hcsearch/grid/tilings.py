@@ -20,7 +20,7 @@ Point = tuple[int, int]
 
 
 @dataclass(frozen=True)
-class Isometry:
+class LatticeIsometry:
     """A symmetry of a tiling that fixes the origin: direction i goes to sign * i + offset.
 
     matrix : (a, b, c, d), the point (X, Y) goes to (a X + b Y, c X + d Y).
@@ -64,17 +64,17 @@ class Grid:
         return self if len(self.first_directions) == 1 else GRIDS["square"]
 
     @cached_property
-    def point_group(self) -> tuple[Isometry, ...]:
+    def point_group(self) -> tuple[LatticeIsometry, ...]:
         """The tiling's rotations and reflections (8 square, 4 rectangle, 12 hex and triangle), the identity first."""
         offsets = range(0, self.directions, len(self.first_directions))
         return tuple(self._isometry(sign, offset) for sign in (1, -1) for offset in offsets)
 
-    def _isometry(self, sign: int, offset: int) -> Isometry:
+    def _isometry(self, sign: int, offset: int) -> LatticeIsometry:
         (ax, ay), (bx, by) = self.steps[:2]
         (px, py), (qx, qy) = self.steps[offset % self.directions], self.steps[(sign + offset) % self.directions]
         det = ax * by - bx * ay
         matrix = (px * by - qx * ay, qx * ax - px * bx, py * by - qy * ay, qy * ax - py * bx)
-        return Isometry(sign, offset, tuple(v // det for v in matrix))  # type: ignore[arg-type]
+        return LatticeIsometry(sign, offset, tuple(v // det for v in matrix))  # type: ignore[arg-type]
 
     def point(self, cell: Cell) -> Point:
         """Lattice point of a cell."""

@@ -37,7 +37,7 @@ _POWERS = {"stiffness": 1, "growth": 2, "preload": 0}
 
 
 @dataclass(frozen=True)
-class Estimate:
+class SpringEstimate:
     """A fitted number with its standard error and the ends of its 95 % confidence interval."""
 
     value: float
@@ -60,7 +60,7 @@ class SpringFit:
     kind: str
     law: Law
     size: int
-    estimates: dict[str, Estimate]
+    estimates: dict[str, SpringEstimate]
     residual: float
     misfit: float
     sureness: float
@@ -184,7 +184,7 @@ def _described(kind: str, names: tuple[str, ...], law: Law, found: _Solution, sp
     rows = len(found.moments)
     half = t_distribution.ppf(0.5 + CONFIDENCE / 2.0, found.freedom)
     estimates = {
-        name: Estimate(float(value), float(error), float(value - half * error), float(value + half * error))
+        name: SpringEstimate(float(value), float(error), float(value - half * error), float(value + half * error))
         for name, value, error in zip(names, found.values[-len(names) :], found.errors[-len(names) :], strict=False)
     }
     excess, unknowns = max(0.0, found.squares - spline.squares), found.freedom - spline.freedom

@@ -45,7 +45,7 @@ SOFT = 0.01
 
 
 @dataclass(frozen=True)
-class Search:
+class DescentSearch:
     """What became of the attempts: a path from the stacks to flat, or the one that came nearest to flat.
 
     springs : stiffness of each hinge on that path (Nm/rad, or any unit).
@@ -64,7 +64,7 @@ class Search:
         return self.path.outcome == "flat"
 
 
-def find_motion(linkage: Linkage, *, random: int = 4, max_steps: int = 200) -> Search:
+def find_motion(linkage: Linkage, *, random: int = 4, max_steps: int = 200) -> DescentSearch:
     """Descend with one spring set after another until one leads from folded to flat; then from flat to folded.
 
     The sets: all springs alike; stiff where the folded package is outermost, so that it opens from outside in; the
@@ -78,13 +78,13 @@ def find_motion(linkage: Linkage, *, random: int = 4, max_steps: int = 200) -> S
         tried.append((name, path.outcome if whole is not None or path.outcome != goal else "from beside the end"))
         if whole is not None:
             found = whole if goal == "flat" else reverse(whole, "flat")
-            return Search(found, springs, goal == "folded", tuple(tried))
+            return DescentSearch(found, springs, goal == "folded", tuple(tried))
         if goal == "flat" and (best is None or path.end.sum() < best[0].end.sum()):
             best = (path, springs)
         if path.outcome == "lost closure":
             break
     assert best is not None
-    return Search(*best, False, tuple(tried))
+    return DescentSearch(*best, False, tuple(tried))
 
 
 def _from_the_end(linkage: Linkage, path: Path, goal: Goal) -> Path | None:

@@ -10,7 +10,7 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq, minimize_scalar
 
 from hcsearch.kinematics.local import Local, local_at, same_orientation
-from hcsearch.paths.motions import Event
+from hcsearch.paths.motions import SingularEvent
 from hcsearch.paths.predictors import Step
 from hcsearch.paths.quadrics import ROUGHLY, second_order_forms, solve_quadrics
 from hcsearch.paths.walking import Walker
@@ -26,7 +26,7 @@ AHEAD = 1.2
 """A singular value that would come to zero within this many times the step, as it changes now, is looked into."""
 
 
-def singular_states(walker: Walker, before: Step | None, last: Step, after: Step) -> list[Event]:
+def singular_states(walker: Walker, before: Step | None, last: Step, after: Step) -> list[SingularEvent]:
     """The singular states between two states of a path.
 
     Where orientations differ there is one, or three. Where they agree there may be none or two, so a step on which
@@ -52,7 +52,7 @@ def singular_states(walker: Walker, before: Step | None, last: Step, after: Step
     return [] if found is None else [found]
 
 
-def _crossing(walker: Walker, last: Step, after: Step) -> Event:
+def _crossing(walker: Walker, last: Step, after: Step) -> SingularEvent:
     """The singular state between two near states of different orientation, by interpolation.
 
     Beside it the states themselves are blurred, by rounding over the least singular value; these two are not.
@@ -66,7 +66,7 @@ def _crossing(walker: Walker, last: Step, after: Step) -> Event:
     return _event(walker.local(angles), last.length + at, after.local.kept, CROSSED * max(one, two))
 
 
-def _turning(walker: Walker, last: Step, after: Step) -> Event | None:
+def _turning(walker: Walker, last: Step, after: Step) -> SingularEvent | None:
     """The state between two at which the least singular value turns back, if it comes near to zero there."""
     lower = min(last.local.least, after.local.least)
 
@@ -84,7 +84,7 @@ def _turning(walker: Walker, last: Step, after: Step) -> Event | None:
     return _event(found.step.local, found.step.length, after.local.kept, zero)
 
 
-def _event(local: Local, length: float, usual: int, zero: float) -> Event:
+def _event(local: Local, length: float, usual: int, zero: float) -> SingularEvent:
     """A singular state, with the motions that its second-order equations allow.
 
     usual : number of singular values that count around it; zero : what counts as zero at the state.
@@ -97,4 +97,4 @@ def _event(local: Local, length: float, usual: int, zero: float) -> Event:
         ways, _ = solve_quadrics(second_order_forms(singular, singular.null_space()), solved=ROUGHLY)
         kind = "bifurcation" if len(ways) > 1 else "shaky"
     least = float(values[kept - 1]) if kept else math.inf
-    return Event(kind, local.angles, length, least, len(local.angles) - kept)
+    return SingularEvent(kind, local.angles, length, least, len(local.angles) - kept)

@@ -18,7 +18,7 @@ from hcsearch.errors import HcsearchError
 from hcsearch.kinematics.closing import CLOSED
 from hcsearch.linkage import Linkage
 from hcsearch.paths.events import singular_states
-from hcsearch.paths.motions import Ending, Event, Path, path_of
+from hcsearch.paths.motions import Ending, Path, SingularEvent, path_of
 from hcsearch.paths.predictors import PREDICTORS, Step, missed
 from hcsearch.paths.stops import SLACK, first_stop, margins
 from hcsearch.paths.walking import Advance, Walker
@@ -127,7 +127,7 @@ class _Following:
         self.size = math.sqrt(walker.linkage.n_hinges)
         self.longest = 0.1 * math.pi * self.size
         self.states: list[Step] = []
-        self.events: list[Event] = []
+        self.events: list[SingularEvent] = []
         self.landing: _Landing | None = None
         self.rejected = 0
 

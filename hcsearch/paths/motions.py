@@ -17,7 +17,7 @@ Outcome = Literal[
 
 
 @dataclass(frozen=True)
-class Event:
+class SingularEvent:
     """A singular state on the way of a motion.
 
     kind : `bifurcation` where singular values vanish and the second-order equations leave several ways to go on,
@@ -60,7 +60,7 @@ class Path:
     rejected: int
     evaluations: int
     stopped: tuple[int, ...] = ()
-    events: tuple[Event, ...] = ()
+    events: tuple[SingularEvent, ...] = ()
     velocity: Reals | None = None
     energies: Reals | None = None
 
@@ -97,7 +97,7 @@ def path_of(
     *,
     rejected: int,
     evaluations: int,
-    events: Sequence[Event] = (),
+    events: Sequence[SingularEvent] = (),
     velocity: Reals | None = None,
     energies: Sequence[float] | None = None,
 ) -> Path:

@@ -10,7 +10,7 @@ from hcsearch.errors import SizeError
 from hcsearch.pipeline.amounts import duration, number, size
 from hcsearch.pipeline.judging import seconds_of
 from hcsearch.pipeline.run import Plan
-from hcsearch.pipeline.units import Job
+from hcsearch.pipeline.units import UnitJob
 from hcsearch.pipeline.workers import Crew
 from hcsearch.store import room_at
 
@@ -19,7 +19,7 @@ _ROW_SECONDS = 1e-5  # measured: 100,000 designs a second go into a database
 
 
 @dataclass(frozen=True)
-class Estimate:
+class RunEstimate:
     """About how many circuits are listed and designs kept, core seconds to find them, bytes and seconds to store."""
 
     circuits: float
@@ -38,7 +38,7 @@ class Estimate:
         return f"about {number(self.circuits)} circuits to list, {number(self.designs)} to keep: {time}{room}"
 
 
-def estimate(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> Estimate | None:
+def estimate(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> RunEstimate | None:
     """What is left of a plan will take; None where that is a matter of seconds.
 
     finished : units that are done already. A few of the others, spread over the search, are worked on as a probe; the
@@ -50,7 +50,7 @@ def estimate(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> Est
         return None
     expected = None if search.expected is None else search.expected * len(units) / len(search.prefixes)
     # motions are not probed: a few units of them would take as long as many of the others
-    job = Job(search, plan.listing, plan.keep, rows=stored, candidates=bool(plan.scenic))
+    job = UnitJob(search, plan.listing, plan.keep, rows=stored, candidates=bool(plan.scenic))
     job(units[-1])
     sample = units[:: -(-len(units) // _PROBE)]
     begun = time.perf_counter()
@@ -64,7 +64,7 @@ def estimate(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> Est
     if plan.scenic:
         foldings = sum(len(output.candidates.folded) for output in outputs if output.candidates is not None)
         core_seconds += seconds_of(foldings * share, search.n)
-    return Estimate(
+    return RunEstimate(
         circuits=listed * share,
         designs=designs,
         core_seconds=core_seconds,
@@ -73,7 +73,7 @@ def estimate(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> Est
     )
 
 
-def check_room(found: Estimate, location: str) -> None:
+def check_room(found: RunEstimate, location: str) -> None:
     """SizeError when a database file would not find room on its disk; what it holds already counts as room."""
     room = room_at(location)
     if room is not None and found.stored_bytes > room:

@@ -17,9 +17,9 @@ from hcsearch.errors import DatabaseError
 from hcsearch.kernels.circuits.words import insert_fingerprints
 from hcsearch.pipeline.amounts import duration
 from hcsearch.pipeline.judging import Judge, Piece, Verdict, check_scene, pieces, seconds_of, unfinished
-from hcsearch.pipeline.units import Job, Output
+from hcsearch.pipeline.units import Output, UnitJob
 from hcsearch.pipeline.workers import Crew
-from hcsearch.records import DesignBatch, StagedDesigns, StageResult, Work
+from hcsearch.records import DesignBatch, StagedDesigns, StageResult, WorkKey
 from hcsearch.scenes import SCENES, Scene, panel_of, panel_text
 from hcsearch.stages.order import check_keep, numbers, stage_keeping, stages_until
 from hcsearch.stages.stage import Stage
@@ -113,12 +113,12 @@ class Plan:
         return panel_text(panel_of(self.scene, self.search.grid.name))
 
     @property
-    def work(self) -> Work:
+    def work(self) -> WorkKey:
         """The key of this plan's finished batches."""
-        return Work(self.search.grid.name, self.search.n, self.search.target, self.keep)
+        return WorkKey(self.search.grid.name, self.search.n, self.search.target, self.keep)
 
     @property
-    def judging(self) -> Work:
+    def judging(self) -> WorkKey:
         """The key of its finished verdicts."""
         return replace(self.work, scene=self.scene.name)
 
@@ -182,7 +182,7 @@ def run_dry(plan: Plan, progress: Progress | None = None, announce: Announce = _
     totals = _Totals()
     arrays = _DistinctArrays()
     prefixes, last = plan.search.prefixes, plan.listing[-1]
-    job = Job(plan.search, plan.listing, plan.keep, rows=False, candidates=bool(plan.scenic))
+    job = UnitJob(plan.search, plan.listing, plan.keep, rows=False, candidates=bool(plan.scenic))
     candidates: dict[str, StagedDesigns] = {}
     show = progress or _hidden
     show(0, len(prefixes), last.name)
@@ -296,7 +296,7 @@ class _Run:
                 totals.add(finished[prefix], fresh=False)
                 self.reused += 1
         todo = [prefix for prefix in self.prefixes if prefix not in finished]
-        job = Job(plan.search, plan.listing, plan.keep, rows=True, candidates=bool(plan.scenic))
+        job = UnitJob(plan.search, plan.listing, plan.keep, rows=True, candidates=bool(plan.scenic))
         self.show(self.reused, len(self.prefixes), totals.note(last))
         for batches in _grouped(self._listed(job, todo)):
             record_batches(self.database, self.run_id, plan.work, batches)
@@ -305,7 +305,7 @@ class _Run:
             self.done += len(batches)
             self.show(self.done + self.reused, len(self.prefixes), totals.note(last))
 
-    def _listed(self, job: Job, todo: list[str]) -> Iterator[tuple[str, Output]]:
+    def _listed(self, job: UnitJob, todo: list[str]) -> Iterator[tuple[str, Output]]:
         for prefix, output in self.plan.hands.work(job, todo):
             if output.candidates is not None:
                 self.candidates[prefix] = output.candidates
@@ -317,7 +317,7 @@ class _Run:
         finished = finished_batches(self.database, plan.judging, numbers(plan.scenic))
         left = unfinished(self.prefixes, list(finished))
         # units that were listed by an earlier run are listed once more: the database does not know what is in a unit
-        again = Job(plan.search, plan.listing, plan.keep, rows=False, candidates=True)
+        again = UnitJob(plan.search, plan.listing, plan.keep, rows=False, candidates=True)
         unknown = [prefix for prefix in left if prefix not in self.candidates]
         for done, (prefix, output) in enumerate(plan.hands.work(again, unknown), 1):
             assert output.candidates is not None

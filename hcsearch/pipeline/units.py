@@ -28,7 +28,7 @@ class Travelling:
 
 
 @dataclass(frozen=True)
-class Job(Travelling):
+class UnitJob(Travelling):
     """The work on every unit of a run.
 
     stages : those to run; keep : which designs to keep.

@@ -9,7 +9,7 @@ import numpy as np
 
 from hcsearch.flat_pairs import ways
 from hcsearch.folding import Folding, folding_at
-from hcsearch.planning.motions import Motion, motion_of
+from hcsearch.planning.motions import PlannedMotion, motion_of
 from hcsearch.planning.reasons import reason_of
 from hcsearch.records import CircuitBatch, FoldingBatch, MotionBatch
 from hcsearch.scenes import Scene, panel_of
@@ -30,7 +30,7 @@ def motions(
     """
     panel, allowed = panel_of(scene, circuits.grid), ways(scene)
 
-    def run(i: int) -> Motion | None:
+    def run(i: int) -> PlannedMotion | None:
         own = [way for way in allowed if not locked[way == "hinged"][i]]
         folding: Folding = folding_at(circuits, foldings, i)
         return motion_of(folding, panel, own, scene.margin) if own else None
@@ -40,7 +40,7 @@ def motions(
     return _batch(found)
 
 
-def _batch(found: Sequence[Motion | None]) -> MotionBatch:
+def _batch(found: Sequence[PlannedMotion | None]) -> MotionBatch:
     """Motions as a struct of arrays."""
     count = len(found)
     margin, gap, slack = np.full(count, np.nan), np.full(count, np.nan), np.full(count, np.nan)

@@ -14,7 +14,7 @@ from hcsearch.flat_pairs import can_be, linkage_joined
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.planning.planner import Growth, Planner
-from hcsearch.planning.proofs import PLAYS, Proof, Prover
+from hcsearch.planning.proofs import PLAYS, PathProof, Prover
 from hcsearch.scenes import PanelSize
 from hcsearch.typing import Reals
 from hcsearch.vocabulary import Way
@@ -26,7 +26,7 @@ PROOFS = 3
 
 
 @dataclass(frozen=True)
-class Motion:
+class PlannedMotion:
     """What is known of the motion of a folding.
 
     way : how flat pairs are joined; of the path, if there is one. states : of the path, (k, n_hinges), or None.
@@ -35,7 +35,7 @@ class Motion:
 
     way: Way | None
     states: Reals | None
-    proof: Proof | None
+    proof: PathProof | None
     growths: tuple[tuple[Way, Growth], ...]
 
     @property
@@ -44,13 +44,13 @@ class Motion:
         return None if self.proof is None else self.proof.margin
 
 
-def motion_of(folding: Folding, panel: PanelSize, ways: Sequence[Way], margin: float | None = None) -> Motion:
+def motion_of(folding: Folding, panel: PanelSize, ways: Sequence[Way], margin: float | None = None) -> PlannedMotion:
     """Look for a proved path of a folding.
 
     ways : how flat pairs may be joined, in this order. margin : m, the greatest; None for that of `margin_of`.
     """
     linkages = {way: linkage_joined(folding, panel, way) for way in ways if can_be(folding, way)}
-    return _Search(linkages, margin).run() if linkages else Motion(None, None, None, ())
+    return _Search(linkages, margin).run() if linkages else PlannedMotion(None, None, None, ())
 
 
 class _Search:
@@ -62,13 +62,13 @@ class _Search:
         self.provers: dict[Way, Prover] = {}
         self.left: dict[Way, int] = {}
         self.growths: dict[Way, Growth] = {}
-        self.best = Motion(None, None, None, ())
+        self.best = PlannedMotion(None, None, None, ())
         first = next(iter(linkages.values()))
         own = [play * scale_of(first) for play in PLAYS]
         top = margin_of(first) if margin is None else margin
         self.margins = [*(play for play in own if play < top), top]
 
-    def run(self) -> Motion:
+    def run(self) -> PlannedMotion:
         """The motion that needs the least play."""
         least, top = self.margins[0], self.margins[-1]
         every, widest = tuple(self.linkages), _widest(self.linkages)
@@ -103,7 +103,7 @@ class _Search:
     def _prove(self, way: Way, states: Reals) -> bool:
         """Prove a path, and keep it; whether it is proved."""
         prover = self.provers.setdefault(way, Prover(self.linkages[way]))
-        self.best = Motion(way, states, prover.prove(states, self.margins), ())
+        self.best = PlannedMotion(way, states, prover.prove(states, self.margins), ())
         return self.best.margin is not None
 
 

@@ -13,8 +13,8 @@ import numpy as np
 from hcsearch.collision.margins import check_margin
 from hcsearch.kernels.planning.search import FULL, MET, Meeting, fan_out, search
 from hcsearch.kernels.planning.smoothing import relax, shorten, thin
-from hcsearch.kernels.planning.space import Space, Stack, Work, new_stack, new_work
-from hcsearch.kernels.planning.trees import CELL, Tree, new_tree
+from hcsearch.kernels.planning.space import Space, SpaceWork, Stack, new_stack, new_work
+from hcsearch.kernels.planning.trees import CELL, StateTree, new_tree
 from hcsearch.linkage import Linkage
 from hcsearch.planning.problems import space_of
 from hcsearch.typing import Reals
@@ -61,7 +61,7 @@ class Growth:
 
 
 @dataclass(frozen=True)
-class Plan:
+class PathPlan:
     """What one search came to: states of a path, (k, n_hinges), from packed to flat, or None; and the trees."""
 
     states: Reals | None
@@ -76,13 +76,13 @@ class Planner:
         self.linkage, self.margin = linkage, margin
         self.space: Space = space_of(linkage, margin)
         self.stack: Stack = new_stack(self.space, DEPTH)
-        self.work: Work = new_work(self.space)
+        self.work: SpaceWork = new_work(self.space)
 
-    def plan(self, rounds: int, seed: int = 0) -> Plan:
+    def plan(self, rounds: int, seed: int = 0) -> PathPlan:
         """Search for a path for some rounds; the same for the same seed."""
         m = self.linkage.n_hinges
         if not m:
-            return Plan(None, Growth((0, 0), (1, 1), 0, (0.0, 0.0), CELL, False))
+            return PathPlan(None, Growth((0, 0), (1, 1), 0, (0.0, 0.0), CELL, False))
         # the search of a gap begins where the last one ended: anew, so that no plan hangs on the one before
         self.stack.corners[:], self.stack.ways[:] = -1, 0.0
         flat = np.zeros(m)
@@ -92,7 +92,7 @@ class Planner:
             int(fan_out(self.space, trees[1], STARTS, TRIES, 2 * seed + 1, self.stack, self.work)),
         )
         if not all(starts):
-            return Plan(None, self._growth(starts, trees, 0, (0, 0), False))
+            return PathPlan(None, self._growth(starts, trees, 0, (0, 0), False))
         meeting = Meeting(np.zeros(2, np.int64), np.zeros((4000, m)), np.zeros(1, np.int64))
         half, done, state = (0, 0), 0, -1
         while done < rounds:
@@ -104,16 +104,21 @@ class Planner:
             if done <= rounds // 2:
                 half = int(trees[0].size[0]), int(trees[1].size[0])
         growth = self._growth(starts, trees, done, half, state == FULL)
-        return Plan(self._path(trees, meeting, seed) if state == MET else None, growth)
+        return PathPlan(self._path(trees, meeting, seed) if state == MET else None, growth)
 
     def _growth(
-        self, starts: tuple[int, int], trees: tuple[Tree, Tree], rounds: int, half: tuple[int, int], full: bool
+        self,
+        starts: tuple[int, int],
+        trees: tuple[StateTree, StateTree],
+        rounds: int,
+        half: tuple[int, int],
+        full: bool,
     ) -> Growth:
         sizes = int(trees[0].size[0]), int(trees[1].size[0])
         late = (1.0 - half[0] / sizes[0], 1.0 - half[1] / sizes[1])
         return Growth(starts, sizes, rounds, late, CELL, full)
 
-    def _path(self, trees: tuple[Tree, Tree], meeting: Meeting, seed: int) -> Reals:
+    def _path(self, trees: tuple[StateTree, StateTree], meeting: Meeting, seed: int) -> Reals:
         """The path through both trees, shortened and relaxed."""
         bridge = meeting.bridge[: int(meeting.filled[0])]
         states = np.concatenate(
@@ -129,7 +134,7 @@ class Planner:
         return path[:count].copy()
 
 
-def _branch(tree: Tree, node: int) -> Reals:
+def _branch(tree: StateTree, node: int) -> Reals:
     """The states from a node to the root."""
     found = []
     while node >= 0:

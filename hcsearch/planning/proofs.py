@@ -48,7 +48,7 @@ MOVED = 1e-3
 
 
 @dataclass(frozen=True)
-class Proof:
+class PathProof:
     """What is proved of a path.
 
     motion : the states that the proof is about, with rates; None where closed states are not proved beside all of it.
@@ -103,7 +103,7 @@ class Prover:
     def _ends(self) -> tuple[End, End]:
         return End(self.linkage, self.linkage.folded), End(self.linkage, self.linkage.flat)
 
-    def prove(self, states: Reals, margins: Sequence[float]) -> Proof:
+    def prove(self, states: Reals, margins: Sequence[float]) -> PathProof:
         """Prove a path from the folded to the flat state, shape (k, n_hinges), at the least of some margins (m).
 
         States are closed to rounding first; the proof is about `Proof.motion`, which goes through them.
@@ -126,11 +126,11 @@ class Prover:
             if clear.kind == "clear":
                 break
         overlap = deepest_cut(self.linkage, motion.angles, self.apart)
-        return Proof(motion, True, reach, self._exact, slack, give, clear, overlap)
+        return PathProof(motion, True, reach, self._exact, slack, give, clear, overlap)
 
-    def _unproved(self, reach: tuple[float, float]) -> Proof:
+    def _unproved(self, reach: tuple[float, float]) -> PathProof:
         """What is said of a path beside which closed states are not proved."""
-        return Proof(None, False, reach, self._exact, 0.0, 0.0, None, 0.0)
+        return PathProof(None, False, reach, self._exact, 0.0, 0.0, None, 0.0)
 
     @property
     def _exact(self) -> bool:

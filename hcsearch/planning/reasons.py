@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from hcsearch.planning.motions import Motion
+from hcsearch.planning.motions import PlannedMotion
 from hcsearch.planning.planner import Growth
-from hcsearch.planning.proofs import Proof
+from hcsearch.planning.proofs import PathProof
 
 ENDS = ("packed", "flat")
 
 
-def reason_of(motion: Motion) -> str:
+def reason_of(motion: PlannedMotion) -> str:
     """What is known of a motion, in a sentence."""
     if motion.proof is not None and motion.margin is None:
         return f"the search reached a path with {motion.way} flat pairs that is not proved: {_failed(motion.proof)}"
@@ -23,7 +23,7 @@ def reason_of(motion: Motion) -> str:
     )
 
 
-def _failed(proof: Proof) -> str:
+def _failed(proof: PathProof) -> str:
     """Why a path is not proved."""
     if proof.motion is None:
         return "no closed states are proved beside all of it, as it passes states that are singular, or nearly so"

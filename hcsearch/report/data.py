@@ -11,7 +11,7 @@ Row = Mapping[str, object]
 
 
 @dataclass(frozen=True)
-class Stage:
+class FunnelStage:
     """One number of the funnel.
 
     count : None where the stage has not run.
@@ -39,7 +39,7 @@ class ReportData:
 
     title: str
     meta: Sequence[tuple[str, str]] = ()
-    funnel: Sequence[Stage] = ()
+    funnel: Sequence[FunnelStage] = ()
     census: Sequence[tuple[int | None, int | None, int]] = ()
     designs: Sequence[Row] = ()
     foldings: Mapping[int, Sequence[Row]] = field(default_factory=dict)

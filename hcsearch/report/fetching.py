@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 
-from hcsearch.report.data import ReportData, Row, Stage
+from hcsearch.report.data import FunnelStage, ReportData, Row
 from hcsearch.scenes import DEFAULT
 from hcsearch.store import Database, Result, parse_query, select, select_sql, source_in
 from hcsearch.store.columns import VIEWS
@@ -80,7 +80,7 @@ def _number(value: object) -> int:
     return int(str(value or 0))
 
 
-def _funnel(counts: Row, total: int) -> list[Stage]:
+def _funnel(counts: Row, total: int) -> list[FunnelStage]:
     """List the numbers of the funnel; None for a stage that ran on none of the designs."""
 
     def count(name: str) -> int | None:
@@ -91,13 +91,13 @@ def _funnel(counts: Row, total: int) -> list[Stage]:
     if untwisted is None or (untwisted and not counts["judged"]):
         movable = deploys = None
     return [
-        Stage("fixed circuits", _number(counts["fixed"])),
-        Stage("array" if counts["arrays"] == 1 else "arrays", _number(counts["arrays"])),
-        Stage("non-isomorphic circuits", total, total),
-        Stage("two-stack", count("two_stack"), total),
-        Stage("untwisted", untwisted, total),
-        Stage("movable", movable, total),
-        Stage("deployable by springs", deploys, total),
+        FunnelStage("fixed circuits", _number(counts["fixed"])),
+        FunnelStage("array" if counts["arrays"] == 1 else "arrays", _number(counts["arrays"])),
+        FunnelStage("non-isomorphic circuits", total, total),
+        FunnelStage("two-stack", count("two_stack"), total),
+        FunnelStage("untwisted", untwisted, total),
+        FunnelStage("movable", movable, total),
+        FunnelStage("deployable by springs", deploys, total),
     ]
 
 

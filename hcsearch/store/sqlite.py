@@ -22,7 +22,7 @@ _STEPS = 100_000  # of SQLite's virtual machine
 
 
 @dataclass(frozen=True)
-class Look:
+class FirstLook:
     """What a file holds at first sight: `version` of our schema, None where the file is not ours; no tables at all."""
 
     version: str | None
@@ -40,7 +40,7 @@ def connect(path: Path, mode: str, timeout: float) -> sqlite3.Connection:
     return connection
 
 
-def look(path: Path, timeout: float) -> Look:
+def look(path: Path, timeout: float) -> FirstLook:
     """Look at a file without changing anything on disk, if it is not in use."""
     # An immutable connection leaves no -wal and -shm files behind, but sees only what is in the main file.
     if not _has_content(path, "-journal"):
@@ -48,7 +48,7 @@ def look(path: Path, timeout: float) -> Look:
             return _look(path, "ro&immutable=1", timeout)
         if not _has_our_number(path):
             # Ours has its number before it has a log. A look into the log of another program would leave a -shm.
-            return Look(None, empty=False)
+            return FirstLook(None, empty=False)
     try:
         return _look(path, "ro", timeout)
     except sqlite3.OperationalError as error:
@@ -70,7 +70,7 @@ def _has_our_number(path: Path) -> bool:
         return file.read(72)[68:] == APPLICATION_ID.to_bytes(4, "big")
 
 
-def _look(path: Path, mode: str, timeout: float) -> Look:
+def _look(path: Path, mode: str, timeout: float) -> FirstLook:
     connection = connect(path, mode, timeout)
     try:
         ours = connection.execute("PRAGMA application_id").fetchone()[0] == APPLICATION_ID
@@ -79,7 +79,7 @@ def _look(path: Path, mode: str, timeout: float) -> Look:
         if ours and VERSION_TABLE in tables:
             found = connection.execute(f"SELECT max(version_num) FROM {VERSION_TABLE}").fetchone()[0]
             version = None if found is None else str(found)
-        return Look(version, not tables)
+        return FirstLook(version, not tables)
     finally:
         connection.close()
 

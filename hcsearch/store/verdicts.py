@@ -10,7 +10,7 @@ from typing import Any
 from sqlalchemy import Connection, delete, select
 
 from hcsearch.errors import DatabaseError, SceneError
-from hcsearch.records import DeploymentBatch, MotionBatch, StageResult, VerdictBatch, Work
+from hcsearch.records import DeploymentBatch, MotionBatch, StageResult, VerdictBatch, WorkKey
 from hcsearch.store.database import Database
 from hcsearch.store.designs import CHUNK, ids_of
 from hcsearch.store.schema import deployment, motion, outcome, scene, verdict
@@ -47,7 +47,7 @@ def scene_names(database: Database) -> list[str]:
 
 
 def record_verdicts(
-    database: Database, run_id: int, work: Work, key: str, verdicts: VerdictBatch, results: Sequence[StageResult]
+    database: Database, run_id: int, work: WorkKey, key: str, verdicts: VerdictBatch, results: Sequence[StageResult]
 ) -> None:
     """Store verdicts in the scene of this work in one transaction, and that the stages are done for a piece of it."""
     with database.writing() as connection:

@@ -10,7 +10,7 @@ from typing import Any
 from sqlalchemy import ColumnElement, Connection, and_, distinct, func, select, update
 
 from hcsearch.errors import DatabaseError
-from hcsearch.records import DesignBatch, StageResult, Work
+from hcsearch.records import DesignBatch, StageResult, WorkKey
 from hcsearch.store.columns import Kind
 from hcsearch.store.database import Database
 from hcsearch.store.designs import insert_designs
@@ -24,7 +24,7 @@ _KINDS: dict[str, Kind] = {"passed": "integer", "n_fixed": "integer", "seconds":
 def start_run(
     database: Database,
     *,
-    work: Work,
+    work: WorkKey,
     until: str,
     panel: str | None,
     arguments: Mapping[str, object],
@@ -74,7 +74,7 @@ def finish_run(
         connection.execute(update(run).where(run.c.id == run_id).values(values))
 
 
-def finished_batches(database: Database, work: Work, versions: Mapping[str, int]) -> dict[str, list[StageResult]]:
+def finished_batches(database: Database, work: WorkKey, versions: Mapping[str, int]) -> dict[str, list[StageResult]]:
     """Return, by search prefix, the results of the batches that have every asked stage at exactly these versions.
 
     versions : stage -> its current version; the results of a batch come in this order.
@@ -95,7 +95,7 @@ def finished_batches(database: Database, work: Work, versions: Mapping[str, int]
 
 
 def record_batches(
-    database: Database, run_id: int, work: Work, batches: Iterable[tuple[str, DesignBatch, Sequence[StageResult]]]
+    database: Database, run_id: int, work: WorkKey, batches: Iterable[tuple[str, DesignBatch, Sequence[StageResult]]]
 ) -> None:
     """Store batches in one transaction: designs and foldings, and that these stages are done for the search prefix.
 
@@ -108,7 +108,7 @@ def record_batches(
             insert_results(connection, run_id, work, prefix, results)
 
 
-def count_arrays(database: Database, work: Work, *, designs: int = 0) -> int:
+def count_arrays(database: Database, work: WorkKey, *, designs: int = 0) -> int:
     """Count the distinct arrays of the stored designs that this work keeps, also those that other work stored.
 
     designs : how many designs the finished batches of this work gave. DatabaseError when fewer are found: SQLite does
@@ -130,12 +130,12 @@ def count_arrays(database: Database, work: Work, *, designs: int = 0) -> int:
     return int(arrays)
 
 
-def _of(work: Work) -> ColumnElement[bool]:
+def _of(work: WorkKey) -> ColumnElement[bool]:
     return and_(*(batch.c[name] == getattr(work, name) for name in ("grid", "n", "target", "keep", "scene")))
 
 
 def insert_results(
-    connection: Connection, run_id: int, work: Work, prefix: str, results: Sequence[StageResult]
+    connection: Connection, run_id: int, work: WorkKey, prefix: str, results: Sequence[StageResult]
 ) -> None:
     """Store that stages are done for a piece of work, in a transaction of the caller."""
     if not results:

@@ -15,7 +15,7 @@ from hcsearch.scenes import Scene
 from hcsearch.tuning.catalogue import Levels, descend, nearest_levels
 from hcsearch.tuning.objective import DEFAULT, Scales, objective
 from hcsearch.tuning.robustness import Robustness, Spread, most_robust, robustness, sampled
-from hcsearch.tuning.search import MORE, Search, spread_out, strategy_from
+from hcsearch.tuning.search import MORE, SpringSearch, spread_out, strategy_from
 from hcsearch.typing import Reals
 
 STAGES = ((8, 4), (3, 8))
@@ -56,7 +56,7 @@ class SpringSet:
 class Finder:
     """From the sets that were seen to those that are reported: confirmed, and the least likely to collide."""
 
-    def __init__(self, search: Search, scene: Scene, samples: int, spread: Spread) -> None:
+    def __init__(self, search: SpringSearch, scene: Scene, samples: int, spread: Spread) -> None:
         self.search, self.scene, self.samples, self.spread = search, scene, samples, spread
         self.evaluator = search.evaluator
         self.best: SpringSet | None = None

@@ -56,7 +56,7 @@ class Place:
     value: float
 
 
-class Search:
+class SpringSearch:
     """The search for springs: starts of CMA-ES until one finds what comes flat and clear, or evaluations are spent."""
 
     def __init__(

@@ -17,7 +17,7 @@ from hcsearch.tuning.choice import Finder, SpringSet
 from hcsearch.tuning.evaluation import TOLERANCES, Evaluator, Memory
 from hcsearch.tuning.objective import Scales
 from hcsearch.tuning.robustness import Spread
-from hcsearch.tuning.search import GENERATION, Place, Progress, Search, spread_out
+from hcsearch.tuning.search import GENERATION, Place, Progress, SpringSearch, spread_out
 from hcsearch.typing import Reals
 from hcsearch.vocabulary import Formulation
 
@@ -85,7 +85,7 @@ def tune(
     start = spread_out([np.clip(given[list(hinges)].mean(), softest, stiffest) for hinges in tied], tied)
     first = _first_generation(start, tied, seed, (softest, stiffest))
     evaluator = _evaluator(linkage, scene, formulation, first, memory)
-    search = Search(evaluator, tied, evaluations, seed, progress or _silent)
+    search = SpringSearch(evaluator, tied, evaluations, seed, progress or _silent)
     finder = Finder(search, scene, samples, spread or Spread())
     interrupted = False
     rounded = None

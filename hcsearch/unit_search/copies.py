@@ -33,20 +33,20 @@ _STEP, _SHIFT = 1e-4, 0.3771
 _TURN = 1e-3
 
 
-class Motion(NamedTuple):
+class Placement(NamedTuple):
     """Where a copy lies: an isometry of the plane; exchange : -1 where top and bottom faces are exchanged, else 1."""
 
     plane: Isometry
     exchange: int
 
-    def __matmul__(self, first: Motion) -> Motion:
+    def __matmul__(self, first: Placement) -> Placement:
         """The motion that comes of `first`, then this one."""
-        return Motion(self.plane @ first.plane, self.exchange * first.exchange)
+        return Placement(self.plane @ first.plane, self.exchange * first.exchange)
 
     @property
-    def inverse(self) -> Motion:
+    def inverse(self) -> Placement:
         """The motion that takes this one back."""
-        return Motion(self.plane.inverse, self.exchange)
+        return Placement(self.plane.inverse, self.exchange)
 
     @property
     def inverts(self) -> bool:
@@ -67,7 +67,7 @@ class Motion(NamedTuple):
         return turned.placed(self.plane._replace(shift=unit * self.plane.shift))
 
 
-STILL = Motion(Isometry(False, 1.0 + 0.0j, 0.0j), 1)
+STILL = Placement(Isometry(False, 1.0 + 0.0j, 0.0j), 1)
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ class Sheet:
         ends = ((self.pattern.edges[pair], code_of(crease)) for pair, crease in self.pattern.creases.items())
         return [(complex(*a) / self.unit, complex(*b) / self.unit, code) for (a, b), code in ends]
 
-    def overlap(self, motion: Motion) -> Overlap:
+    def overlap(self, motion: Placement) -> Overlap:
         """How a copy lies on the element itself."""
         centres = motion.plane(self.centres)
         same = np.abs(self.centres[:, None] - centres) < NEAR
@@ -137,7 +137,7 @@ class Sheet:
         agrees = bool((own == other)[both].all()) and (self.lattice or not self._clash(motion, centres, same))
         return Overlap(len(still), hinges, crossed, agrees)
 
-    def _clash(self, motion: Motion, centres: Complex, same: NDArray[np.bool_]) -> bool:
+    def _clash(self, motion: Placement, centres: Complex, same: NDArray[np.bool_]) -> bool:
         """Whether facets overlap in part."""
         reach = self._reach
         near = np.abs(self.centres[:, None] - centres) < reach[:, None] + reach
@@ -157,7 +157,7 @@ class Sheet:
     def _shapes(self) -> NDArray[np.object_]:
         return np.asarray(shapely.polygons([_ring(points) for points in self.corners]))
 
-    def placements(self) -> Iterator[Motion]:
+    def placements(self) -> Iterator[Placement]:
         """All motions that lay a hinge of a copy onto a hinge of the element, each once; the element's own too."""
         known = set()
         hinges = [crease for crease in self.creases if crease[2]]
@@ -167,7 +167,7 @@ class Sheet:
                     continue
                 exchange = 1 if code == other else -1
                 for reflects, ends in product((False, True), ((a, b), (b, a))):
-                    motion = Motion(Isometry.carrying((c, d), ends, reflects=reflects), exchange)
+                    motion = Placement(Isometry.carrying((c, d), ends, reflects=reflects), exchange)
                     if motion.key not in known:
                         known.add(motion.key)
                         yield motion

@@ -35,7 +35,7 @@ BETWEEN = (1 / 3, 2 / 3)
 
 
 @dataclass(frozen=True)
-class Proof:
+class UnitProof:
     """The kinematics of one pattern.
 
     dof, dof_folded, dof_flat : nullity at a generic state of the motion and at its ends; None undecided.
@@ -123,7 +123,7 @@ def locked(linkage: Linkage) -> bool:
     return lock_at(linkage, linkage.flat).locked or lock_at(linkage, linkage.folded, contact_rows(linkage)).locked
 
 
-def prove(pattern: Pattern) -> Proof:
+def prove(pattern: Pattern) -> UnitProof:
     """Rank, package and motion of a pattern; PatternError where it has no folded state.
 
     The motion is looked for where it would be one of a single-DoF unit, and the package has no two panels in one place.
@@ -135,7 +135,7 @@ def prove(pattern: Pattern) -> Proof:
     folded = package(pattern)
     overlap = 0.0 if folded.overlap_volume < 1e-9 * pattern.thickness * pattern.area else folded.overlap_volume
     ends = [rank_at(linkage, state).nullity for state in (linkage.folded, linkage.flat)]
-    proof = Proof(generic.nullity, ends[0], ends[1], generic.gap, folded.ratio, overlap)
+    proof = UnitProof(generic.nullity, ends[0], ends[1], generic.gap, folded.ratio, overlap)
     if generic.nullity != 1 or overlap:
         return proof
     motion = _motion(linkage)

@@ -16,7 +16,7 @@ from itertools import combinations
 
 import numpy as np
 
-from hcsearch.unit_search.copies import STILL, Motion, Overlap, Sheet
+from hcsearch.unit_search.copies import STILL, Overlap, Placement, Sheet
 
 Key = tuple[tuple[int, ...], ...]
 Mark = tuple[complex, int]
@@ -38,58 +38,58 @@ class Rings:
     _known: dict[int, Overlap] = field(default_factory=dict)
 
     @cached_property
-    def own(self) -> list[Motion]:
+    def own(self) -> list[Placement]:
         """Motions that carry the element onto itself."""
         n = len(self.sheet.centres)
         found = (motion for motion in self.sheet.placements() if self._whole(motion, n))
         return [STILL, *(motion for motion in found if motion.key != STILL.key)]
 
-    def _whole(self, motion: Motion, n: int) -> bool:
+    def _whole(self, motion: Placement, n: int) -> bool:
         overlap = self.sheet.overlap(motion)
         return overlap.agrees and overlap.facets == n and not overlap.crossed
 
     @cached_property
-    def placements(self) -> list[Motion]:
+    def placements(self) -> list[Placement]:
         """Where a second copy can lie so that hinges merge, those that the element's symmetry makes equal once."""
-        found: dict[int, Motion] = {}
+        found: dict[int, Placement] = {}
         for motion in self.sheet.placements():
             key = self.key(motion)
             if key not in found and self._joins(motion):
                 found[key] = motion
         return list(found.values())
 
-    def key(self, motion: Motion) -> int:
+    def key(self, motion: Placement) -> int:
         """The number of a copy: the same for motions that differ by a symmetry of the element."""
         return min((motion @ own).key for own in self.own)
 
-    def plain(self, motion: Motion) -> Motion:
+    def plain(self, motion: Placement) -> Placement:
         """The same copy, inverted only where it must be, and turned over only where it must be."""
         return min((motion @ own for own in self.own), key=lambda same: (same.inverts, same.plane.reflects, same.key))
 
-    def overlap(self, motion: Motion) -> Overlap:
+    def overlap(self, motion: Placement) -> Overlap:
         """How a copy lies on the element."""
         key = motion.key
         if key not in self._known:
             self._known[key] = self.sheet.overlap(motion)
         return self._known[key]
 
-    def fits(self, motion: Motion) -> bool:
+    def fits(self, motion: Placement) -> bool:
         """Whether a copy can lie there at all, overlapping or not."""
         overlap = self.overlap(motion)
         return overlap.agrees and not (self.strict and overlap.crossed)
 
-    def _joins(self, motion: Motion) -> bool:
+    def _joins(self, motion: Placement) -> bool:
         overlap = self.overlap(motion)
         return self.fits(motion) and overlap.hinges > 0 and overlap.facets < len(self.sheet.centres)
 
-    def pairs(self) -> Iterator[tuple[Motion, ...]]:
+    def pairs(self) -> Iterator[tuple[Placement, ...]]:
         """Two copies, the first where the element is."""
         for motion in self.placements:
             yield STILL, motion
 
-    def rings(self) -> Iterator[tuple[Motion, ...]]:
+    def rings(self) -> Iterator[tuple[Placement, ...]]:
         """Four copies A, B, C, D, the first where the element is; B and D are not told apart."""
-        across: dict[int, tuple[Motion, list[int]]] = {}
+        across: dict[int, tuple[Placement, list[int]]] = {}
         for b, first in enumerate(self.placements):
             for second in self.placements:
                 motion = first @ second
@@ -105,7 +105,7 @@ class Rings:
                 if beside[b, d]:
                     yield STILL, self.placements[b], motion, self.placements[d]
 
-    def marks(self, copies: Iterable[Motion]) -> list[Mark]:
+    def marks(self, copies: Iterable[Placement]) -> list[Mark]:
         """Facets and creases of a union, each once."""
         found: dict[tuple[int, int, int], Mark] = {}
         for motion in copies:

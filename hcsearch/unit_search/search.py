@@ -19,9 +19,9 @@ from hcsearch.assemblies.units import unit_i, unit_ii, unit_iii
 from hcsearch.errors import PatternError
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Pattern, overlay
-from hcsearch.unit_search.copies import Motion, Sheet
+from hcsearch.unit_search.copies import Placement, Sheet
 from hcsearch.unit_search.elements import Element
-from hcsearch.unit_search.proofs import Proof, closes, crowded, freedom, prove
+from hcsearch.unit_search.proofs import UnitProof, closes, crowded, freedom, prove
 from hcsearch.unit_search.rings import Key, Mark, Rings, congruence_key, least_kutzbach, marks_of
 
 Progress = Callable[[int, int, str], None]
@@ -36,9 +36,9 @@ class UnitFound:
     """
 
     element: Element
-    copies: tuple[Motion, ...]
+    copies: tuple[Placement, ...]
     pattern: Pattern
-    proof: Proof
+    proof: UnitProof
     known: str
 
     def row(self) -> dict[str, object]:
@@ -228,9 +228,9 @@ class _Search:
 
     def _unions(
         self, rings: Rings, copies: tuple[int, ...]
-    ) -> tuple[dict[Key, tuple[tuple[Motion, ...], list[Mark]]], bool]:
+    ) -> tuple[dict[Key, tuple[tuple[Placement, ...], list[Mark]]], bool]:
         """One arrangement of each class of congruent unions, and whether the list is complete."""
-        found: dict[Key, tuple[tuple[Motion, ...], list[Mark]]] = {}
+        found: dict[Key, tuple[tuple[Placement, ...], list[Mark]]] = {}
         seen = set()
         for ring in _arrangements(rings, copies):
             keys = frozenset(map(rings.key, ring))
@@ -243,7 +243,7 @@ class _Search:
             found.setdefault(congruence_key(marks), (ring, marks))
         return found, True
 
-    def _folding(self, sheet: Sheet, ring: tuple[Motion, ...]) -> Pattern | None:
+    def _folding(self, sheet: Sheet, ring: tuple[Placement, ...]) -> Pattern | None:
         """The union, where it is a pattern, its loops close when folded, and no two panels lie in one place then."""
         try:
             pattern = overlay([motion.of(self.element.pattern, sheet.unit) for motion in ring])
@@ -254,7 +254,7 @@ class _Search:
         return pattern if fits else None
 
 
-def _arrangements(rings: Rings, copies: tuple[int, ...]) -> Iterator[tuple[Motion, ...]]:
+def _arrangements(rings: Rings, copies: tuple[int, ...]) -> Iterator[tuple[Placement, ...]]:
     if 2 in copies:
         yield from rings.pairs()
     if 4 in copies:

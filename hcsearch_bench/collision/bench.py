@@ -193,7 +193,7 @@ def _beside_coal(sample: Sample, solids: Reals, counts: Whole, found: _Answers, 
     hulls = [(solids[0, k, : counts[0, k]], solids[1, k, : counts[1, k]]) for k in beyond]
     right = settle(hulls, ours[beyond], theirs[beyond], sample.width)
     n = min(AT_ONCE, len(theirs))
-    scene = coal.Scene(
+    scene = coal.CoalScene(
         [sample.shapes[k] for k in sample.which[:n].ravel()], np.arange(2 * n).reshape(n, 2), moving=False
     )
     scene.place(sample.turns[:n].reshape(-1, 3, 3), sample.shifts[:n].reshape(-1, 3))

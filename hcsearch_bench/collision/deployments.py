@@ -128,7 +128,7 @@ def _beside_coal(
     solids = [solid.reshape(-1, 3) for solid in linkage.solids(linkage.flat)]
     panels = np.array(linkage.pattern.panel_of)
     poses = [linkage.poses(angles)[panels] for angles in states]
-    scene = coal.Scene(solids, facets[:, :2], moving=True)
+    scene = coal.CoalScene(solids, facets[:, :2], moving=True)
     placed = [scene.coordinates(pose[:, :, :3], pose[:, :, 3]) for pose in poses]
     seconds, _ = median_time(lambda: scene.follow(placed), repeats)
     worst = 0.0

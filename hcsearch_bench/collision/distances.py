@@ -13,7 +13,7 @@ from hcsearch.collision.prisms import prisms_of
 from hcsearch.errors import HcsearchError
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals, Whole
-from hcsearch_bench.kernels.gaps import Pairs, gaps_at
+from hcsearch_bench.kernels.gaps import PanelPairs, gaps_at
 
 
 @dataclass(frozen=True)
@@ -95,11 +95,11 @@ def pairs_of(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> Whole
     return np.array(found, np.int64).reshape(-1, 2)
 
 
-def _facets_of(linkage: Linkage, panels: Whole) -> Pairs:
+def _facets_of(linkage: Linkage, panels: Whole) -> PanelPairs:
     """The pairs of facets of pairs of panels."""
     facets: list[list[int]] = [[] for _ in range(linkage.n_panels)]
     for facet, panel in enumerate(linkage.pattern.panel_of):
         facets[panel].append(facet)
     found = [[(one, two) for one in facets[i] for two in facets[j]] for i, j in panels]
     starts = np.cumsum([0, *map(len, found)])
-    return Pairs(np.array([pair for pairs in found for pair in pairs], np.int64).reshape(-1, 2), starts)
+    return PanelPairs(np.array([pair for pairs in found for pair in pairs], np.int64).reshape(-1, 2), starts)

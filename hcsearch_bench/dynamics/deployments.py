@@ -16,7 +16,7 @@ from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.deploying import Deployment, deploy, run
 from hcsearch.flat_pairs import folding_linkage
 from hcsearch_bench.dynamics.work import gap_of
-from hcsearch_bench.subjects.deployments import SCENE, Case, Subject
+from hcsearch_bench.subjects.deployments import SCENE, Case, DeploymentSubject
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -81,7 +81,7 @@ class QuickRow:
     outcomes: str
 
 
-def deployment_rows(subject: Subject, seconds: float, *, stiffer: bool) -> Iterator[DeploymentRow]:
+def deployment_rows(subject: DeploymentSubject, seconds: float, *, stiffer: bool) -> Iterator[DeploymentRow]:
     """With exact loops and hard stops that bounce or do not, and by the thesis's springs and method.
 
     seconds : the longest, s. stiffer : also by stiffer springs, which takes minutes.
@@ -100,7 +100,7 @@ def deployment_rows(subject: Subject, seconds: float, *, stiffer: bool) -> Itera
 METHODS: dict[str, tuple[str, float]] = {"constrained": ("dormand-prince", 1e-6), "penalty": ("bogacki-shampine", 1e-5)}
 
 
-def _deployed(subject: Subject, formulation: str, scene: Scene, seconds: float) -> Deployment:
+def _deployed(subject: DeploymentSubject, formulation: str, scene: Scene, seconds: float) -> Deployment:
     """A deployment, once compiled."""
     method, tolerance = METHODS[formulation]
     compiled = subject.compiled(formulation, replace(scene, seconds=seconds))
@@ -110,7 +110,7 @@ def _deployed(subject: Subject, formulation: str, scene: Scene, seconds: float) 
     return run(compiled, method=method, tolerance=tolerance, certified=False, max_steps=steps)
 
 
-def _row(subject: Subject, found: Deployment, ours: Deployment | None) -> DeploymentRow:
+def _row(subject: DeploymentSubject, found: Deployment, ours: Deployment | None) -> DeploymentRow:
     compiled, scene = found.compiled, found.compiled.scene
     springs = compiled.formulation == "penalty"
     arrived = arrivals(found)

@@ -10,7 +10,7 @@ import numpy as np
 
 from hcsearch.dynamics.bodies import Body, prism
 from hcsearch.dynamics.laws import linear
-from hcsearch.dynamics.system import Drive, System
+from hcsearch.dynamics.system import JointDrive, System
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
 
 EVALUATED = 100_000
@@ -55,7 +55,7 @@ def strip(n: int, *, closed: bool) -> System:
         bodies.append(Body(flat.mass, place + rotation @ flat.centre, rotation @ flat.inertia @ rotation.T))
         place = place + SIDE * rotation[:, 0]
     welds = (Weld(GROUND, n - 1, place),) if closed else ()
-    return System(tuple(joints), tuple(bodies), (Drive(linear(0.1), 0.0043),) * n, welds, size=SIDE)
+    return System(tuple(joints), tuple(bodies), (JointDrive(linear(0.1), 0.0043),) * n, welds, size=SIDE)
 
 
 def scale_rows(sizes: Sequence[int], repeats: int) -> list[ScaleRow]:

@@ -16,7 +16,7 @@ from hcsearch_bench.peers.multibody import Peer, peers
 from hcsearch_bench.peers.states import Trajectory, closure, energies, places
 from hcsearch_bench.run.timing import median_time
 from hcsearch_bench.run.work import OURS, UnableError, rising
-from hcsearch_bench.subjects.deployments import WHOLE, Case, Subject
+from hcsearch_bench.subjects.deployments import WHOLE, Case, DeploymentSubject
 
 if TYPE_CHECKING:
     from hcsearch.dynamics.simulation import Motion
@@ -141,7 +141,7 @@ def _simulated(case: Case, method: str, tolerance: float, longest: float = np.in
 
 
 def subject_rows(
-    subject: Subject, quick: bool, repeats: int, patience: float
+    subject: DeploymentSubject, quick: bool, repeats: int, patience: float
 ) -> tuple[list[WorkRow], list[ReferenceRow]]:
     """All rows of a subject."""
     end = subject.horizon("constrained")

@@ -14,7 +14,7 @@ import numpy as np
 
 from hcsearch.dynamics.bodies import Body, joined
 from hcsearch.dynamics.laws import linear
-from hcsearch.dynamics.system import Drive, Strut, System
+from hcsearch.dynamics.system import JointDrive, Strut, System
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
 from hcsearch.typing import Reals
 from hcsearch_bench.iftomm import references
@@ -71,7 +71,7 @@ def pendulum() -> Problem:
     """A01: 1 kg on a massless bar of 1 m, from rest beside its pivot."""
     mass = np.array([-1.0, 0.0, 0.0])
     system = System(
-        (Joint(GROUND, Z, np.zeros(3)),), (point_mass(1.0, mass),), (Drive(),), gravity=(0.0, -GRAVITY, 0.0)
+        (Joint(GROUND, Z, np.zeros(3)),), (point_mass(1.0, mass),), (JointDrive(),), gravity=(0.0, -GRAVITY, 0.0)
     )
     return Problem("A01", "pendulum", system, np.zeros(1), 10.0, 0, mass, references.pendulum)
 
@@ -94,7 +94,7 @@ def four_bars(loops: int) -> Problem:
             joints.append(Joint(upright, Z, top))
             bodies.append(rod(top, next_top, 1.0))
             speeds.append(1.0)
-    drives = tuple(Drive() for _ in joints)
+    drives = tuple(JointDrive() for _ in joints)
     system = System(tuple(joints), tuple(bodies), drives, tuple(welds), gravity=(0.0, -GRAVITY, 0.0))
     title = f"{loops} four-bars"
     return Problem(
@@ -139,7 +139,7 @@ def squeezer() -> Problem:
         body(6, at(data["zf"] - data["fa"], 0.0, omega, other_arm)),
     )
     welds = tuple(Weld(1, other, pin, PLANAR_PIN) for other in (2, 4, 6))
-    drives = (Drive(linear(0.0, -data["mom"])), *(Drive() for _ in range(6)))
+    drives = (JointDrive(linear(0.0, -data["mom"])), *(JointDrive() for _ in range(6)))
     spring = Strut(GROUND, 2, c, at(data["sd"], -data["sc"], gamma, b), data["c0"], 0.0, data["l0"])
     system = System(joints, bodies, drives, welds, (spring,), size=data["rr"])
     return Problem(
@@ -156,7 +156,7 @@ def bricard(section: float) -> Problem:
     joints = tuple(Joint(k - 1, np.eye(3)[axis], corners[k]) for k, axis in enumerate(references.BRICARD_AXES[:5]))
     bodies = tuple(rod(corners[k], corners[k + 1], 1.0, section) for k in range(5))
     weld = Weld(GROUND, 4, corners[5], (0, 1, 3, 4, 5), np.array([Y, Z, X]))
-    system = System(joints, bodies, tuple(Drive() for _ in joints), (weld,), gravity=(0.0, -GRAVITY, 0.0))
+    system = System(joints, bodies, tuple(JointDrive() for _ in joints), (weld,), gravity=(0.0, -GRAVITY, 0.0))
     return Problem(
         "A04 square" if section else "A04 thin",
         "Bricard's mechanism",
@@ -195,7 +195,7 @@ def governor() -> Problem:
     system = System(
         tuple(joints),
         tuple(bodies),
-        tuple(Drive() for _ in joints),
+        tuple(JointDrive() for _ in joints),
         struts=tuple(struts),
         gravity=(0.0, 0.0, -GRAVITY),
     )

@@ -15,7 +15,7 @@ from hcsearch.kernels.linkage.prisms import Prisms, apart, copy_of, place_prisms
 from hcsearch.typing import Flags, Reals, Whole
 
 
-class Pairs(NamedTuple):
+class PanelPairs(NamedTuple):
     """Pairs of panels, and those of their prisms.
 
     prisms : (q, 2). starts : (p + 1,), pair k of panels has those from `starts[k]` up to `starts[k + 1]`.
@@ -42,7 +42,7 @@ class _Memory(NamedTuple):
 
 @compiled
 def gaps_at(
-    chain: Chain, prisms: Prisms, pairs: Pairs, states: Reals, reach: float, allowed: float, gaps: Reals
+    chain: Chain, prisms: Prisms, pairs: PanelPairs, states: Reals, reach: float, allowed: float, gaps: Reals
 ) -> None:
     """Write the gaps of pairs of panels at states: the least distance of their prisms, or minus how deep these cut.
 
@@ -71,7 +71,7 @@ def _write(
     prisms: Prisms,
     placed: Prisms,
     poses: Reals,
-    pairs: Pairs,
+    pairs: PanelPairs,
     reach: float,
     allowed: float,
     memory: _Memory,
@@ -113,7 +113,7 @@ def _write(
 
 @lean
 def _deepest(
-    prisms: Prisms, placed: Prisms, poses: Reals, pairs: Pairs, pair: int, allowed: float, memory: _Memory
+    prisms: Prisms, placed: Prisms, poses: Reals, pairs: PanelPairs, pair: int, allowed: float, memory: _Memory
 ) -> float:
     """How deep the prisms of two panels cut into each other; any that is allowed where it is."""
     depth = 0.0

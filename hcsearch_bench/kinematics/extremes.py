@@ -58,7 +58,7 @@ class ExtremeRow:
 
 
 @dataclass(frozen=True)
-class Scene:
+class ExtremeScene:
     """A path to follow, and its error where the truth is known.
 
     allowed : error that it may have by its tolerance, on top of what closure leaves (rad).
@@ -81,7 +81,7 @@ def measure_extremes(*, quick: bool, say: Say) -> list[ExtremeRow]:
     return rows
 
 
-def judge(scene: Scene) -> ExtremeRow:
+def judge(scene: ExtremeScene) -> ExtremeRow:
     """Follow a scene's path and give the verdict; HcsearchError when it claims more than is true."""
     from hcsearch.kinematics.rank import rank_at
 
@@ -131,7 +131,7 @@ def _check(row: ExtremeRow, path: Path) -> None:
         )
 
 
-def scenes(*, quick: bool) -> Iterator[Scene]:
+def scenes(*, quick: bool) -> Iterator[ExtremeScene]:
     """All scenes, or some of every group."""
     yield from _shapes(quick)
     yield from _sizes(quick)
@@ -140,7 +140,7 @@ def scenes(*, quick: bool) -> Iterator[Scene]:
     yield from _scales()
 
 
-def _shapes(quick: bool) -> Iterator[Scene]:
+def _shapes(quick: bool) -> Iterator[ExtremeScene]:
     for thickness in (1e-9, 1e-3, 1.0) if quick else (1e-9, 1e-6, 1e-3, 0.1, 1.0):
         unit = Known("II", thickness=thickness * BASE)
         yield _known("thickness", f"unit II, {thickness:g} of the base", unit)
@@ -150,21 +150,23 @@ def _shapes(quick: bool) -> Iterator[Scene]:
             yield _known("base angle", f"unit {name}, {degrees:g} degrees", unit)
 
 
-def _known(group: str, name: str, unit: Known) -> Scene:
+def _known(group: str, name: str, unit: Known) -> ExtremeScene:
     """A unit that opens from its folded state."""
     from hcsearch.paths.following import follow
 
-    return Scene(
+    return ExtremeScene(
         group, name, unit.linkage, partial(follow, unit.linkage, unit.linkage.folded, unit.opening()), unit.path_error
     )
 
 
-def _sizes(quick: bool) -> Iterator[Scene]:
+def _sizes(quick: bool) -> Iterator[ExtremeScene]:
     from hcsearch.paths.following import follow
 
     for panels in (2, 200) if quick else (2, 20, 200, 2000):
         chain = _chain(panels)
-        yield Scene("open chains", f"{panels} squares in a row", chain, partial(follow, chain, chain.folded), _straight)
+        yield ExtremeScene(
+            "open chains", f"{panels} squares in a row", chain, partial(follow, chain, chain.folded), _straight
+        )
     for panels in (6, 200) if quick else (6, 20, 200, 2000):
         yield _there_and_back(f"ring of {panels} squares, there and back", ring(panels // 2))
 
@@ -188,7 +190,7 @@ def _straight(path: Path) -> float:
     return float(np.abs(path.angles - (path.angles[0] + share[:, None] * (path.end - path.angles[0]))).max())
 
 
-def _there_and_back(name: str, linkage: Linkage) -> Scene:
+def _there_and_back(name: str, linkage: Linkage) -> ExtremeScene:
     """A geodesic of 1 rad from a state in general position, and from its end back to it."""
     from hcsearch.kinematics.closing import close
     from hcsearch.paths.following import follow
@@ -205,10 +207,10 @@ def _there_and_back(name: str, linkage: Linkage) -> Scene:
         return follow(linkage, there.end, -there.velocity, **options)  # type: ignore[arg-type]
 
     # among many motions closure does not correct the direction: each step adds to the error
-    return Scene("loops", name, linkage, run, lambda p: float(np.abs(p.end - start).max()), allowed=50 * SHORT)
+    return ExtremeScene("loops", name, linkage, run, lambda p: float(np.abs(p.end - start).max()), allowed=50 * SHORT)
 
 
-def _starts() -> Iterator[Scene]:
+def _starts() -> Iterator[ExtremeScene]:
     from hcsearch.assemblies.assembly import Parameters
     from hcsearch.assemblies.eight_r import eight_r
     from hcsearch.linkage import Linkage
@@ -231,11 +233,11 @@ def _starts() -> Iterator[Scene]:
             def straight(linkage: Linkage = linkage, start: Reals = start, state: str = state) -> Path:
                 return follow(linkage, start, goal="flat" if state == "folded" else "folded")
 
-            yield Scene("singular start", f"{name} {state}, direction found", linkage, found, error)
-            yield Scene("singular start", f"{name} {state}, no direction given", linkage, straight, error)
+            yield ExtremeScene("singular start", f"{name} {state}, direction found", linkage, found, error)
+            yield ExtremeScene("singular start", f"{name} {state}, no direction given", linkage, straight, error)
 
 
-def _nearly(quick: bool) -> Iterator[Scene]:
+def _nearly(quick: bool) -> Iterator[ExtremeScene]:
     from hcsearch.assemblies.assembly import Parameters
     from hcsearch.assemblies.eight_r import eight_r
     from hcsearch.linkage import Linkage
@@ -247,7 +249,7 @@ def _nearly(quick: bool) -> Iterator[Scene]:
         for name, pattern in (("8R", element), ("unit II", unit.pattern)):
             linkage = Linkage(shaken(pattern, share * BASE))
             way = unit.folding() if name == "unit II" else _folding(linkage)
-            yield Scene(
+            yield ExtremeScene(
                 "nearly parallel hinges",
                 f"{name}, corners moved by {share:g} of the base",
                 linkage,
@@ -279,7 +281,7 @@ def shaken(pattern: Pattern, distance: float) -> Pattern:
     return replace(pattern, facets=tuple(tuple(map(image, facet)) for facet in pattern.facets))
 
 
-def _scales() -> Iterator[Scene]:
+def _scales() -> Iterator[ExtremeScene]:
     for scale in (1e-6, 1e6):
         unit = Known("II", base=scale * BASE, thickness=scale * 0.01)
         yield _known("units of length", f"unit II, times {scale:g}", unit)

@@ -70,7 +70,7 @@ def one_by_one(shapes: list[Reals], which: Whole, turns: Reals, shifts: Reals) -
     return np.maximum(found, 0.0), seconds
 
 
-class Scene:
+class CoalScene:
     """Solids that are placed freely, and pairs of them of which all distances are asked at once."""
 
     def __init__(self, solids: list[Reals], pairs: Whole, *, moving: bool) -> None:

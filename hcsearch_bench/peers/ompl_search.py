@@ -11,7 +11,7 @@ import numpy as np
 from hcsearch.kernels.planning.closing import close, new_closing, open_by
 from hcsearch.kernels.planning.search import PIECE, fan_out
 from hcsearch.kernels.planning.space import pick, place
-from hcsearch.kernels.planning.trees import Tree, new_tree
+from hcsearch.kernels.planning.trees import StateTree, new_tree
 from hcsearch.planning.planner import CAPACITY, STARTS, TRIES, Planner
 from hcsearch.typing import Reals
 from hcsearch_bench.run.machine import MISSING
@@ -132,7 +132,7 @@ def _angles(state: Any, size: int) -> Reals:
     return np.array([state[h] for h in range(size)])
 
 
-def _fanned(planner: Planner, seed: int) -> tuple[Tree, Tree]:
+def _fanned(planner: Planner, seed: int) -> tuple[StateTree, StateTree]:
     """Trees of states near the packed and near the flat state, as our own planner begins with."""
     roots = planner.space.folded, np.zeros(planner.linkage.n_hinges)
     trees = new_tree(CAPACITY, roots[0]), new_tree(CAPACITY, roots[1])
@@ -141,14 +141,14 @@ def _fanned(planner: Planner, seed: int) -> tuple[Tree, Tree]:
     return trees
 
 
-def _outer(tree: Tree) -> list[Reals]:
+def _outer(tree: StateTree) -> list[Reals]:
     """The states of a tree that no other hangs on."""
     size = int(tree.size[0])
     inner = set(tree.parents[:size].tolist())
     return [tree.angles[node] for node in range(size) if node not in inner]
 
 
-def _branch(tree: Tree, state: Reals) -> Reals:
+def _branch(tree: StateTree, state: Reals) -> Reals:
     """The states of a tree from the one before a state to the root."""
     node = int(np.abs(tree.angles[: int(tree.size[0])] - state).max(axis=1).argmin())
     found = []

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcsearch.dynamics.laws import Law
-from hcsearch.dynamics.system import Drive, System
+from hcsearch.dynamics.system import JointDrive, System
 from hcsearch.dynamics.trees import GROUND, Weld
 from hcsearch.typing import Reals
 from hcsearch_bench.run.work import UnableError
@@ -140,7 +140,7 @@ def lines_of(system: System) -> tuple[Reals, Reals, Reals]:
     return lines[:, 0], lines[:, 1], np.array([drive.damping for drive in system.drives])
 
 
-def _stops(drive: Drive) -> bool:
+def _stops(drive: JointDrive) -> bool:
     return bool(np.isfinite([drive.lower, drive.upper]).any())
 
 

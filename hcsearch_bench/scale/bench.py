@@ -29,7 +29,7 @@ _COUNTS = {"all": "non-isomorphic circuits", "two-stack": "two-stack", "untwiste
 
 
 @dataclass(frozen=True)
-class Job:
+class ScaleJob:
     """All designs of n panels that are kept."""
 
     grid: str
@@ -43,7 +43,7 @@ class Job:
 
 
 @dataclass(frozen=True)
-class Way:
+class RunWay:
     """How a job is worked on.
 
     into : where results go, by a new environment for each run; at_once : equal commands started together.
@@ -85,8 +85,8 @@ class ScaleRow:
 
 
 # dry runs, and one whose designs are stored; smaller ones stay in one process whatever --jobs says
-DRY, STORED = (Job("hex", 22, "untwisted"), Job("hex", 20, "all")), Job("hex", 20, "untwisted")
-QUICK_DRY, QUICK_STORED = (Job("hex", 12, "all"),), Job("hex", 12, "untwisted")
+DRY, STORED = (ScaleJob("hex", 22, "untwisted"), ScaleJob("hex", 20, "all")), ScaleJob("hex", 20, "untwisted")
+QUICK_DRY, QUICK_STORED = (ScaleJob("hex", 12, "all"),), ScaleJob("hex", 12, "untwisted")
 
 
 @dataclass(frozen=True)
@@ -144,32 +144,32 @@ def measure(
     )
 
 
-def ways_to_list(address: str | None) -> list[Way]:
+def ways_to_list(address: str | None) -> list[RunWay]:
     """Dry runs: with one and two processes, on the cluster of an address, and two commands at once."""
     on_cluster = ("--dry-run", "--scheduler", address or "")
     return [
-        Way("--jobs 1", ("--dry-run", "--jobs", "1")),
-        Way("--jobs 2", ("--dry-run", "--jobs", "2")),
-        Way(f"cluster of {WORKERS}", on_cluster, note="" if address else f"{cluster.PACKAGE} {MISSING}"),
-        Way("two commands", ("--dry-run", "--jobs", "1"), at_once=2),
+        RunWay("--jobs 1", ("--dry-run", "--jobs", "1")),
+        RunWay("--jobs 2", ("--dry-run", "--jobs", "2")),
+        RunWay(f"cluster of {WORKERS}", on_cluster, note="" if address else f"{cluster.PACKAGE} {MISSING}"),
+        RunWay("two commands", ("--dry-run", "--jobs", "1"), at_once=2),
     ]
 
 
-def ways_to_store(postgresql: str | None) -> list[Way]:
+def ways_to_store(postgresql: str | None) -> list[RunWay]:
     """Runs with one and two processes into SQLite, and into databases of a server if there is one."""
-    server = Way("--jobs 1", ("--jobs", "1"), "PostgreSQL", note=_NO_SERVER)
+    server = RunWay("--jobs 1", ("--jobs", "1"), "PostgreSQL", note=_NO_SERVER)
     makers: list[tuple[str, Maker]] = [("SQLite", new_sqlite)]
     if postgresql is not None:
         makers.append(("PostgreSQL", new_postgresql(postgresql)))
-    ways = [Way(f"--jobs {k}", ("--jobs", str(k)), into, make) for into, make in makers for k in (1, 2)]
+    ways = [RunWay(f"--jobs {k}", ("--jobs", str(k)), into, make) for into, make in makers for k in (1, 2)]
     return ways if postgresql is not None else [*ways, server]
 
 
-def measure_job(job: Job, ways: Sequence[Way], *, repeats: int, say: Callable[[str], None]) -> list[ScaleRow]:
+def measure_job(job: ScaleJob, ways: Sequence[RunWay], *, repeats: int, say: Callable[[str], None]) -> list[ScaleRow]:
     """One row a way, run by turns; all must find the same number of designs."""
-    done: dict[Way, list[Finished]] = {way: [] for way in ways}
+    done: dict[RunWay, list[Finished]] = {way: [] for way in ways}
     measured = [way for way in ways if not way.note]
-    small = Job(job.grid, 10, job.keep)
+    small = ScaleJob(job.grid, 10, job.keep)
     for way in measured:  # on a new machine this compiles the kernels, and workers load them
         if way is measured[0] or "--scheduler" in way.options:
             _run(small, way)
@@ -183,7 +183,7 @@ def measure_job(job: Job, ways: Sequence[Way], *, repeats: int, say: Callable[[s
     return [_row(job, way, done[way], designs, start, alone) for way in ways]
 
 
-def _run(job: Job, way: Way) -> list[Finished]:
+def _run(job: ScaleJob, way: RunWay) -> list[Finished]:
     """Run a job in one way: as many commands at once as it says."""
 
     def once(_: int) -> Finished:
@@ -194,7 +194,9 @@ def _run(job: Job, way: Way) -> list[Finished]:
         return list(pool.map(once, range(way.at_once)))
 
 
-def _row(job: Job, way: Way, runs: list[Finished], designs: int, start: float, alone: dict[str, float]) -> ScaleRow:
+def _row(
+    job: ScaleJob, way: RunWay, runs: list[Finished], designs: int, start: float, alone: dict[str, float]
+) -> ScaleRow:
     row = ScaleRow(job.grid, job.n, job.keep, way.into, way.how, note=way.note)
     if way.note:
         return row
@@ -213,7 +215,7 @@ def _row(job: Job, way: Way, runs: list[Finished], designs: int, start: float, a
     )
 
 
-def _designs(job: Job, runs: Sequence[Finished]) -> int:
+def _designs(job: ScaleJob, runs: Sequence[Finished]) -> int:
     """The number that all runs print; HcsearchError when one failed or found another."""
     label = _COUNTS[job.keep]
     found = set()

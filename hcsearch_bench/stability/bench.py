@@ -17,7 +17,7 @@ from hcsearch_bench.run.machine import this_machine
 from hcsearch_bench.run.report import Report
 from hcsearch_bench.run.tables import Table
 from hcsearch_bench.stability.processors import CORES, ProcessorRow, measure_processors
-from hcsearch_bench.stability.sweeps import FEW, Case, cases
+from hcsearch_bench.stability.sweeps import FEW, SweepCase, cases
 from hcsearch_bench.stability.truths import STATES, largest_energy, states
 
 if TYPE_CHECKING:
@@ -139,7 +139,7 @@ def measure(*, quick: bool = False, say: Say = print) -> StabilityReport:
     return StabilityReport(machine, rows, measure_processors(quick=quick, say=say))
 
 
-def judge(case: Case) -> StabilityRow:
+def judge(case: SweepCase) -> StabilityRow:
     """Simulate a case and give the verdict."""
     begin = time.perf_counter()
     try:
@@ -154,7 +154,7 @@ def judge(case: Case) -> StabilityRow:
     return _compared(case, found, seconds)
 
 
-def _compared(case: Case, found: Deployment, seconds: float) -> StabilityRow:
+def _compared(case: SweepCase, found: Deployment, seconds: float) -> StabilityRow:
     """The verdict on a simulation that claims an answer."""
     error = known_error(case, found)
     allowed = ALLOWED * case.tolerance + ROUNDING
@@ -169,7 +169,7 @@ def _compared(case: Case, found: Deployment, seconds: float) -> StabilityRow:
     return _row(case, "degraded", f"within {bound:.1e}", seconds, found, error, bound)
 
 
-def simulated(case: Case) -> Deployment:
+def simulated(case: SweepCase) -> Deployment:
     """The deployment of a case; what starts flat is no deployment and does not end there."""
     from hcsearch.deployment.compiling import OMISSIONS, compile_scene
     from hcsearch.deployment.deploying import Deployment, run
@@ -201,7 +201,7 @@ def finite(deployment: Deployment) -> bool:
     return all(bool(np.isfinite(part).all()) for part in parts) and math.isfinite(motion.drift)
 
 
-def known_error(case: Case, deployment: Deployment) -> float | None:
+def known_error(case: SweepCase, deployment: Deployment) -> float | None:
     """Distance from the truth, or the closure residual of exact loops; None where the truth is not known."""
     try:
         error = case.truth.error(deployment)
@@ -220,7 +220,7 @@ def gap_of(deployment: Deployment) -> float:
     return max(float(np.abs(linkage.closure(state)[0]).max()) for state in angles[::every])
 
 
-def bound_of(case: Case, deployment: Deployment, allowed: float) -> float | None:
+def bound_of(case: SweepCase, deployment: Deployment, allowed: float) -> float | None:
     """What the distance to another simulation tells of the error; None where none comes to an answer."""
     rough = next(filter(None, (_answer(other) for other in (case.rougher, case.stiffer) if other is not None)), None)
     if rough is None:
@@ -232,7 +232,7 @@ def bound_of(case: Case, deployment: Deployment, allowed: float) -> float | None
     return allowed + SAFETY * (float(np.abs(angles - others).max()) + gap_of(deployment))
 
 
-def _answer(case: Case) -> Deployment | None:
+def _answer(case: SweepCase) -> Deployment | None:
     """A simulation that comes to an answer."""
     try:
         found = simulated(case)
@@ -242,7 +242,7 @@ def _answer(case: Case) -> Deployment | None:
 
 
 def _row(
-    case: Case,
+    case: SweepCase,
     verdict: str,
     reason: str,
     seconds: float,

@@ -24,7 +24,7 @@ WIDTHS = {"thesis-4x4": 0.040}
 
 
 @dataclass(frozen=True)
-class Subject:
+class StabilitySubject:
     """What is deployed: `strip` or `ring` of panels, an assembly, or a design and its crease.
 
     ratio : thickness over width. flat : whether it starts exactly flat, which no deployment does.

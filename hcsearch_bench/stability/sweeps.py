@@ -16,7 +16,7 @@ import numpy as np
 from hcsearch.scenes import Scene
 from hcsearch.typing import Reals
 from hcsearch.vocabulary import INTEGRATORS
-from hcsearch_bench.stability.subjects import SIDE, THICK, Subject
+from hcsearch_bench.stability.subjects import SIDE, THICK, StabilitySubject
 from hcsearch_bench.stability.truths import MANY, Oscillator, Strip, Truth, analytic, energy_of_impacts, finer
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ FEW = 20_000
 
 
 @dataclass(frozen=True)
-class Case:
+class SweepCase:
     """One simulation: where it stands in its sweep, how it is made, and what it is compared to.
 
     rough : the scene of the simulation that bounds the error; the same scene, at ten times the tolerance, unless given.
@@ -47,7 +47,7 @@ class Case:
 
     sweep: str
     value: float
-    subject: Subject
+    subject: StabilitySubject
     scene: Scene
     truth: Truth
     formulation: Formulation = "constrained"
@@ -57,21 +57,21 @@ class Case:
     whole: bool = False
 
     @property
-    def rougher(self) -> Case:
+    def rougher(self) -> SweepCase:
         """The simulation that tells a bound of the error."""
         if self.rough is not None:
             return replace(self, scene=self.rough)
         return replace(self, tolerance=min(10.0 * self.tolerance, 0.1))
 
     @property
-    def stiffer(self) -> Case | None:
+    def stiffer(self) -> SweepCase | None:
         """What tells it of springs that close loops, where a tenth of their stiffness is too little."""
         if self.rough is None:
             return None
         return replace(self, scene=replace(self.scene, cut_stiffness=10.0 * self.scene.cut_stiffness))
 
 
-def cases(*, quick: bool) -> Iterator[Case]:
+def cases(*, quick: bool) -> Iterator[SweepCase]:
     """All sweeps; quick: every third value, and few subjects."""
     yield from _stiffness_ratios(quick)
     yield from _closure_stiffnesses(quick)
@@ -139,7 +139,7 @@ def strip_truth(scene: Scene, panels: int, stiffness: Reals | None = None, rest:
     return analytic(name, lambda times: motion(float(times[-1]))(times))
 
 
-def _stiffness_ratios(quick: bool) -> Iterator[Case]:
+def _stiffness_ratios(quick: bool) -> Iterator[SweepCase]:
     """Over other hinges: the middle one of a strip, which starts unloaded; the first of the loop, which is wound."""
     for ratio in _decades(0, 12, quick):
         begin = 0.5 * math.pi
@@ -148,25 +148,25 @@ def _stiffness_ratios(quick: bool) -> Iterator[Case]:
         truth = strip_truth(scene, 4, STIFFNESS * np.array([1.0, ratio, 1.0]), np.array([1.0, begin, 1.0]))
         loop = replace(SCENE, springs=((0, spring(STIFFNESS * ratio)),), seconds=0.1)
         for method in BOTH:
-            yield Case("stiffness ratio", ratio, Subject("strip", 4), scene, truth, method=method)
-            subject = Subject(LOOP)
-            yield Case("stiffness ratio", ratio, subject, loop, finer(subject, loop, *STIFF), method=method)
+            yield SweepCase("stiffness ratio", ratio, StabilitySubject("strip", 4), scene, truth, method=method)
+            subject = StabilitySubject(LOOP)
+            yield SweepCase("stiffness ratio", ratio, subject, loop, finer(subject, loop, *STIFF), method=method)
 
 
-def _closure_stiffnesses(quick: bool) -> Iterator[Case]:
+def _closure_stiffnesses(quick: bool) -> Iterator[SweepCase]:
     """Springs that hold cut hinges, against closed loops: the error goes with one over the stiffness."""
     for stiffness in _decades(2, 12, quick):
-        for subject in (Subject(LOOP), Subject(FOLDING)):
+        for subject in (StabilitySubject(LOOP), StabilitySubject(FOLDING)):
             exact = replace(SCENE, seconds=0.02)
             scene = replace(exact, cut_stiffness=stiffness)
-            yield Case(
+            yield SweepCase(
                 *("closure stiffness", stiffness, subject, scene, finer(subject, exact, *FINEST, name="closed loops")),
                 formulation="penalty",
                 rough=replace(exact, cut_stiffness=0.1 * stiffness),
             )
 
 
-def _dampings(quick: bool) -> Iterator[Case]:
+def _dampings(quick: bool) -> Iterator[SweepCase]:
     """Over what is critical for two panels; far beyond, the loop is compared to motion without inertia."""
     critical = 2.0 * math.sqrt(STIFFNESS * hinge_inertia(SCENE))
     for share in (0.0, *_decades(-3, 6, quick)):
@@ -174,51 +174,51 @@ def _dampings(quick: bool) -> Iterator[Case]:
         late = damping / STIFFNESS
         pair = replace(SCENE, damping=damping, seconds=max(0.02, 3.0 * late))
         scene = replace(SCENE, damping=damping, seconds=max(0.1, 2.0 * late))
-        subject = Subject(LOOP)
+        subject = StabilitySubject(LOOP)
         truth = (
             finer(subject, scene, *STIFF)
             if share < 1e3
             else finer(subject, scene, *FINEST, formulation="quasistatic", name="without inertia")
         )
         for method in BOTH:
-            yield Case("damping / critical", share, Subject("strip"), pair, _opening(pair), method=method)
-            yield Case("damping / critical", share, subject, scene, truth, method=method)
+            yield SweepCase("damping / critical", share, StabilitySubject("strip"), pair, _opening(pair), method=method)
+            yield SweepCase("damping / critical", share, subject, scene, truth, method=method)
 
 
-def _thicknesses(quick: bool) -> Iterator[Case]:
+def _thicknesses(quick: bool) -> Iterator[SweepCase]:
     """With the mass of a panel as it is."""
     for ratio in _decades(-6, 0, quick):
         scene = replace(SCENE, density=SCENE.density * THICK / ratio, seconds=0.1)
-        pair = Subject("strip", ratio=ratio)
-        yield Case("thickness / width", ratio, pair, scene, _opening(scene, ratio))
+        pair = StabilitySubject("strip", ratio=ratio)
+        yield SweepCase("thickness / width", ratio, pair, scene, _opening(scene, ratio))
         for name in (LOOP, FOLDING):
-            subject = Subject(name, ratio=ratio)
-            yield Case("thickness / width", ratio, subject, scene, finer(subject, scene, *FINEST))
+            subject = StabilitySubject(name, ratio=ratio)
+            yield SweepCase("thickness / width", ratio, subject, scene, finer(subject, scene, *FINEST))
 
 
-def _masses(quick: bool) -> Iterator[Case]:
+def _masses(quick: bool) -> Iterator[SweepCase]:
     """Of a floating cube of 0.1 m over that of a panel."""
     for ratio in _decades(0, 6, quick):
         mass = ratio * panel_mass(SCENE)
         inertia = mass * 0.1**2 / 6.0
         scene = replace(SCENE, held="free", base_mass=mass, base_inertia=(inertia, inertia, inertia), seconds=0.1)
-        yield Case("base mass / panel mass", ratio, Subject("strip", 3), scene, strip_truth(scene, 3))
-        subject = Subject(LOOP)
-        yield Case("base mass / panel mass", ratio, subject, scene, finer(subject, scene, *FINEST))
+        yield SweepCase("base mass / panel mass", ratio, StabilitySubject("strip", 3), scene, strip_truth(scene, 3))
+        subject = StabilitySubject(LOOP)
+        yield SweepCase("base mass / panel mass", ratio, subject, scene, finer(subject, scene, *FINEST))
 
 
-def _numbers(quick: bool) -> Iterator[Case]:
+def _numbers(quick: bool) -> Iterator[SweepCase]:
     """A ring moves as a strip of half its panels does: both rows move alike."""
     for panels in (2, 10, 100) if quick else (2, 3, 4, 6, 10, 30, 100, 300, 1000):
         scene = replace(SCENE, seconds=0.02 if panels < MANY else 0.005)
-        yield Case("panels", panels, Subject("strip", panels), scene, strip_truth(scene, panels))
+        yield SweepCase("panels", panels, StabilitySubject("strip", panels), scene, strip_truth(scene, panels))
     for panels in (10, 100) if quick else (6, 10, 30, 100, 300, 1000):
         scene = replace(SCENE, seconds=0.02 if panels < MANY else 0.005)
-        subject = Subject("ring", panels)
-        yield Case("panels", panels, subject, scene, ring_truth(scene, subject), whole=True)
+        subject = StabilitySubject("ring", panels)
+        yield SweepCase("panels", panels, subject, scene, ring_truth(scene, subject), whole=True)
 
 
-def ring_truth(scene: Scene, subject: Subject) -> Truth:
+def ring_truth(scene: Scene, subject: StabilitySubject) -> Truth:
     """A strip of half the panels of a ring, whose first panel is held too."""
     half = subject.panels // 2
     strip = Strip(
@@ -236,48 +236,50 @@ def ring_truth(scene: Scene, subject: Subject) -> Truth:
     return analytic("own equations of a strip, SciPy", way)
 
 
-def _starts(quick: bool) -> Iterator[Case]:
+def _starts(quick: bool) -> Iterator[SweepCase]:
     for share in _some((0.9, 0.99, 0.999, 0.9999, 0.99999, 0.999999), quick):
         scene = replace(SCENE, start=share, seconds=0.1)
-        yield Case("start / folded", share, Subject("strip"), scene, _opening(scene))
+        yield SweepCase("start / folded", share, StabilitySubject("strip"), scene, _opening(scene))
         for name in (LOOP, FOLDING):
-            subject = Subject(name)
-            yield Case("start / folded", share, subject, scene, finer(subject, scene, *FINEST))
+            subject = StabilitySubject(name)
+            yield SweepCase("start / folded", share, subject, scene, finer(subject, scene, *FINEST))
 
 
-def _singular() -> Iterator[Case]:
+def _singular() -> Iterator[SweepCase]:
     """Exactly folded; exactly flat with springs that fold, as no deployment but a simulation may start."""
     sweep = "singular start"
     scene = replace(SCENE, start=1.0, seconds=0.1)
-    yield Case(sweep, 1.0, Subject("strip"), scene, _opening(scene))
+    yield SweepCase(sweep, 1.0, StabilitySubject("strip"), scene, _opening(scene))
     for name in (LOOP, FOLDING, "element-8r", "unit-i"):
-        subject = Subject(name)
-        yield Case(sweep, 1.0, subject, scene, finer(subject, scene, *FINEST))
+        subject = StabilitySubject(name)
+        yield SweepCase(sweep, 1.0, subject, scene, finer(subject, scene, *FINEST))
     folding = replace(SCENE, spring=spring(STIFFNESS, 1.0), seconds=0.1)
     oscillator = two_panels(folding, rest=1.0, start=0.0)
-    yield Case(sweep, 0.0, Subject("strip", flat=True), folding, analytic("closed form", oscillator.angles))
+    yield SweepCase(
+        sweep, 0.0, StabilitySubject("strip", flat=True), folding, analytic("closed form", oscillator.angles)
+    )
     for name in (LOOP, FOLDING, "element-8r", "unit-i"):
-        subject = Subject(name, flat=True)
-        yield Case(sweep, 0.0, subject, folding, finer(subject, folding, *FINEST))
+        subject = StabilitySubject(name, flat=True)
+        yield SweepCase(sweep, 0.0, subject, folding, finer(subject, folding, *FINEST))
     refused = replace(folding, start=0.0)
     for name in (LOOP, FOLDING):
-        subject = Subject(name)
-        yield Case(sweep, 0.0, subject, refused, finer(subject, refused, *FINEST))
+        subject = StabilitySubject(name)
+        yield SweepCase(sweep, 0.0, subject, refused, finer(subject, refused, *FINEST))
 
 
-def _tolerances(quick: bool) -> Iterator[Case]:
+def _tolerances(quick: bool) -> Iterator[SweepCase]:
     for tolerance in reversed(_decades(-13, -2, quick)):
         for method in INTEGRATORS:
             pair = replace(SCENE, damping=0.0, seconds=0.02)
             scene = replace(SCENE, seconds=0.05)
             options = {"method": method, "tolerance": tolerance}
-            yield Case("tolerance", tolerance, Subject("strip"), pair, _opening(pair), **options)  # type: ignore[arg-type]
+            yield SweepCase("tolerance", tolerance, StabilitySubject("strip"), pair, _opening(pair), **options)  # type: ignore[arg-type]
             for name in (LOOP,) if quick else (LOOP, FOLDING):
-                subject = Subject(name)
-                yield Case("tolerance", tolerance, subject, scene, finer(subject, scene, *FINEST), **options)  # type: ignore[arg-type]
+                subject = StabilitySubject(name)
+                yield SweepCase("tolerance", tolerance, subject, scene, finer(subject, scene, *FINEST), **options)  # type: ignore[arg-type]
 
 
-def _restitutions(quick: bool) -> Iterator[Case]:
+def _restitutions(quick: bool) -> Iterator[SweepCase]:
     """Two panels that springs drive against their folded stop; loops by their books."""
     for restitution in _some((0.0, 0.1, 0.5, 0.9, 0.99, 0.999, 1.0), quick):
         springs = {"spring": spring(STIFFNESS, 5.0), "start": 0.9, "damping": 0.0}
@@ -287,7 +289,9 @@ def _restitutions(quick: bool) -> Iterator[Case]:
         def bouncing(times: Reals, oscillator: Oscillator = oscillator, restitution: float = restitution) -> Reals:
             return oscillator.bounces(math.pi, restitution, times)
 
-        yield Case("restitution", restitution, Subject("strip"), pair, analytic("closed form", bouncing))
+        yield SweepCase("restitution", restitution, StabilitySubject("strip"), pair, analytic("closed form", bouncing))
         for name in (LOOP, FOLDING):
             scene = replace(SCENE, restitution=restitution, seconds=0.5)
-            yield Case("restitution", restitution, Subject(name), scene, Truth("energy", energy_of_impacts))
+            yield SweepCase(
+                "restitution", restitution, StabilitySubject(name), scene, Truth("energy", energy_of_impacts)
+            )

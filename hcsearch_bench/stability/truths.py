@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hcsearch.dynamics.simulation import Motion
     from hcsearch.scenes import Scene
     from hcsearch.vocabulary import Formulation
-    from hcsearch_bench.stability.subjects import Subject
+    from hcsearch_bench.stability.subjects import StabilitySubject
 
 
 STATES = 200
@@ -223,7 +223,7 @@ def analytic(name: str, way: Callable[[Reals], Reals]) -> Truth:
 
 
 @cache
-def fine(subject: Subject, scene: Scene, formulation: Formulation, method: str, tolerance: float) -> Fine:
+def fine(subject: StabilitySubject, scene: Scene, formulation: Formulation, method: str, tolerance: float) -> Fine:
     """A simulation of the whole array in many steps; HcsearchError where it does not come to its end."""
     from hcsearch.deployment.compiling import OMISSIONS, compile_scene
     from hcsearch.deployment.outcomes import FLAT
@@ -264,7 +264,7 @@ class Fine:
 
 
 def finer(
-    subject: Subject,
+    subject: StabilitySubject,
     scene: Scene,
     *ways: tuple[str, float],
     formulation: Formulation = "constrained",

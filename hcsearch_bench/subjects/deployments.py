@@ -31,7 +31,7 @@ WHOLE = "constrained, whole"
 
 
 @dataclass(frozen=True)
-class Subject:
+class DeploymentSubject:
     """Something to deploy.
 
     until : s, no later than which the comparison ends; by the first event unless it is sooner.
@@ -100,7 +100,7 @@ class Case:
 LOOP = "loop of 14"
 
 
-def subjects() -> list[Subject]:
+def subjects() -> list[DeploymentSubject]:
     """All of them.
 
     Which loop of 14 panels the goals were first measured on is not recorded. Ours has what is told of it: 16 cells,
@@ -111,11 +111,13 @@ def subjects() -> list[Subject]:
     """
     array = "square:012222222223333300000000012222222210000000012222222210000000:13"
     return [
-        Subject("thesis-4x4", "4x4 squares, 12 panels", lambda: assembly("thesis-4x4")),
-        Subject(LOOP, "16 squares, two pairs merged", lambda: design("square:0121222323030001:5", merged=True)),
-        Subject("12 hexagons", "flat pairs rigid: 10 panels", lambda: design("hex:023224350400:4")),
-        Subject("10x6 squares", "60 cells, flat pairs rigid: 58 panels", lambda: design(array)),
-        Subject("unit-i", "21 panels, 4 loops", lambda: assembly("unit-i"), until=0.07),
+        DeploymentSubject("thesis-4x4", "4x4 squares, 12 panels", lambda: assembly("thesis-4x4")),
+        DeploymentSubject(
+            LOOP, "16 squares, two pairs merged", lambda: design("square:0121222323030001:5", merged=True)
+        ),
+        DeploymentSubject("12 hexagons", "flat pairs rigid: 10 panels", lambda: design("hex:023224350400:4")),
+        DeploymentSubject("10x6 squares", "60 cells, flat pairs rigid: 58 panels", lambda: design(array)),
+        DeploymentSubject("unit-i", "21 panels, 4 loops", lambda: assembly("unit-i"), until=0.07),
     ]
 
 

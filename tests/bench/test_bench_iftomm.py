@@ -7,8 +7,8 @@ import pytest
 from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
-from hcsearch.dynamics.laws import Branch, Law, linear
-from hcsearch.dynamics.system import Drive, System
+from hcsearch.dynamics.laws import Law, LawBranch, linear
+from hcsearch.dynamics.system import JointDrive, System
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
 from hcsearch_bench.iftomm import bench as iftomm
 from hcsearch_bench.iftomm import work as iftomm_work
@@ -131,7 +131,7 @@ def test_stiff_methods_are_for_stiff_problems():
 def chain(*welds, axes=(Z, Z), **options):
     joints = (Joint(GROUND, axes[0], 0 * X), Joint(0, axes[1], X))
     bodies = tuple(pendulum().system.bodies * 2)
-    return System(joints, bodies, (Drive(), Drive()), welds, **options)
+    return System(joints, bodies, (JointDrive(), JointDrive()), welds, **options)
 
 
 def test_points_that_close_a_weld():
@@ -149,10 +149,10 @@ def test_points_that_close_a_weld():
 
 def test_laws_that_other_engines_have():
     assert line_of(linear(3.0, 0.5)) == (0.5, 3.0)
-    assert line_of(Law(Branch((1.0,), ((2.0, 3.0, 0.0, 0.0),)))) == (-1.0, 3.0)
+    assert line_of(Law(LawBranch((1.0,), ((2.0, 3.0, 0.0, 0.0),)))) == (-1.0, 3.0)
     with pytest.raises(UnableError, match="not linear"):
-        line_of(Law(Branch((0.0,), ((0.0, 0.0, 1.0, 0.0),))))
-    system = replace(chain(), drives=(Drive(), Drive(lower=0.0)))
+        line_of(Law(LawBranch((0.0,), ((0.0, 0.0, 1.0, 0.0),))))
+    system = replace(chain(), drives=(JointDrive(), JointDrive(lower=0.0)))
     with pytest.raises(UnableError, match="stops"):
         lines_of(system)
     with pytest.raises(UnableError, match="without inertia"):

@@ -73,7 +73,7 @@ def test_corners_are_shaken_as_one():
 
 def scene(error, **options):
     unit = Known("II")
-    return extremes.Scene(
+    return extremes.ExtremeScene(
         "some",
         "scene",
         unit.linkage,

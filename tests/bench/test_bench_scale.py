@@ -17,7 +17,7 @@ from hcsearch_bench.scale.databases import new_postgresql, new_sqlite
 from tests import golden
 from tests.postgresql import running_server
 
-SMALL = scale.Job("hex", 10, "untwisted")
+SMALL = scale.ScaleJob("hex", 10, "untwisted")
 
 
 def silent(_):
@@ -33,7 +33,7 @@ def found(designs):
 
 
 def test_a_job_into_a_file_finds_the_designs():
-    ways = [scale.Way("--jobs 1", ("--jobs", "1"), "SQLite", new_sqlite), *scale.ways_to_store(None)[-1:]]
+    ways = [scale.RunWay("--jobs 1", ("--jobs", "1"), "SQLite", new_sqlite), *scale.ways_to_store(None)[-1:]]
     measured, left = scale.measure_job(SMALL, ways, repeats=1, say=silent)
     assert measured.designs == golden.FOLDABLE["hex", 10][3]
     assert (measured.speed_up, measured.runs, measured.note) == (1.0, 1, "")
@@ -48,7 +48,7 @@ def test_speed_up_is_that_of_the_work_done(monkeypatch):
         return [finished(found(3000), wall=wall)] * way.at_once
 
     monkeypatch.setattr(scale, "_run", run)
-    rows = scale.measure_job(scale.Job("hex", 20, "untwisted"), scale.ways_to_list(None), repeats=3, say=silent)
+    rows = scale.measure_job(scale.ScaleJob("hex", 20, "untwisted"), scale.ways_to_list(None), repeats=3, say=silent)
     assert [row.speed_up for row in rows] == [1.0, 2.0, None, 1.6]
     assert [row.net_speed_up for row in rows] == [1.0, 9 / 4, None, pytest.approx(2 * 9 / 11.5)]
     assert [row.designs_per_s for row in rows] == [300, 600, None, 480]
@@ -67,7 +67,7 @@ def test_speed_up_is_that_of_the_work_done(monkeypatch):
 def test_failed_commands_and_different_numbers_are_errors(monkeypatch, runs, told):
     monkeypatch.setattr(scale, "_run", lambda *_: runs)
     with pytest.raises(HcsearchError, match=told):
-        scale.measure_job(SMALL, [scale.Way("--jobs 1", ())], repeats=1, say=silent)
+        scale.measure_job(SMALL, [scale.RunWay("--jobs 1", ())], repeats=1, say=silent)
 
 
 def test_a_file_is_new_each_time_and_gone_afterwards():

@@ -15,11 +15,11 @@ from hcsearch_bench.stability import bench as stability
 from hcsearch_bench.stability import processors as stability_processors
 from hcsearch_bench.stability.bench import COLOURS, VERDICTS, StabilityRow, count, judge, plot_heat, simulated
 from hcsearch_bench.stability.processors import compared, kernels, kernels_for, measure_processors
-from hcsearch_bench.stability.subjects import SIDE, THICK, Subject
+from hcsearch_bench.stability.subjects import SIDE, THICK, StabilitySubject
 from hcsearch_bench.stability.sweeps import (
     SCENE,
     STIFFNESS,
-    Case,
+    SweepCase,
     cases,
     hinge_inertia,
     panel_mass,
@@ -73,7 +73,7 @@ def test_a_strip_of_two_panels_is_an_oscillator():
         *(2, SIDE, THICK * SIDE, scene.density, np.array([STIFFNESS]), np.zeros(1), np.array([truth.damping]))
     )
     assert np.abs(strip.angles(np.array([truth.start]), TIMES)[:, 0] - truth.angles(TIMES)).max() < 1e-10
-    body = panel_bodies(Subject("strip").linkage, scene.density)[1]
+    body = panel_bodies(StabilitySubject("strip").linkage, scene.density)[1]
     assert body.mass == pytest.approx(panel_mass(scene))
     hinge = np.array([SIDE, 0.0, THICK * SIDE])
     assert body.about(hinge)[1, 1] == pytest.approx(hinge_inertia(scene))
@@ -102,15 +102,15 @@ def test_a_strip_keeps_its_energy_and_a_heavy_base_holds_it():
 def test_the_engine_moves_a_strip_as_its_own_equations_do(held):
     mass = panel_mass(SCENE)
     scene = replace(SCENE, seconds=0.02, held=held, base_mass=mass, base_inertia=(0.0, 1e-5, 0.0))
-    row = judge(Case("panels", 3, Subject("strip", 3), scene, strip_truth(scene, 3), tolerance=1e-9))
+    row = judge(SweepCase("panels", 3, StabilitySubject("strip", 3), scene, strip_truth(scene, 3), tolerance=1e-9))
     assert (row.verdict, row.truth) == ("accurate", "own equations, SciPy")
     assert row.error < 1e-8
 
 
 def test_a_ring_moves_as_a_strip():
     scene = replace(SCENE, seconds=0.02)
-    subject = Subject("ring", 6)
-    row = judge(Case("panels", 6, subject, scene, ring_truth(scene, subject), whole=True))
+    subject = StabilitySubject("ring", 6)
+    row = judge(SweepCase("panels", 6, subject, scene, ring_truth(scene, subject), whole=True))
     assert (row.verdict, row.subject) == ("accurate", "ring of 6")
     assert 0.0 < row.gap < 1e-12
 
@@ -118,7 +118,7 @@ def test_a_ring_moves_as_a_strip():
 def case(error=0.0, **changes):
     scene = replace(SCENE, seconds=0.01)
     given = {"scene": scene, "truth": Truth("told", lambda _: error)} | changes
-    return Case("some", 1.0, Subject("strip"), **given)
+    return SweepCase("some", 1.0, StabilitySubject("strip"), **given)
 
 
 def test_verdicts():
@@ -156,7 +156,7 @@ def test_numbers_that_are_not_finite_are_wrong(monkeypatch):
 
 
 def test_without_a_truth_the_bound_is_what_rougher_simulations_tell(monkeypatch):
-    unknown = finer(Subject("strip"), replace(SCENE, seconds=0.01), ("dormand-prince", 1e-300))
+    unknown = finer(StabilitySubject("strip"), replace(SCENE, seconds=0.01), ("dormand-prince", 1e-300))
     row = judge(case(truth=unknown))
     assert (row.verdict, row.error) == ("degraded", None)
     assert row.bound < 2e-4

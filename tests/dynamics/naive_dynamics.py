@@ -8,7 +8,7 @@ import numpy as np
 
 from hcsearch.dynamics.bodies import Body
 from hcsearch.dynamics.laws import linear, quadratic
-from hcsearch.dynamics.system import Drive, Strut, System
+from hcsearch.dynamics.system import JointDrive, Strut, System
 from hcsearch.dynamics.trees import Joint, Weld
 from tests.naive import rotation
 
@@ -259,7 +259,7 @@ def random_system(seed, *, welds=2, struts=2, bodies=(2, 9), slides=0.3):
     system = System(
         tuple(joints),
         tuple(random_body(rng) for _ in range(n)),
-        tuple(Drive(law, float(rng.uniform(0.0, 1.0)), *stops[int(rng.integers(3))]) for law in laws),
+        tuple(JointDrive(law, float(rng.uniform(0.0, 1.0)), *stops[int(rng.integers(3))]) for law in laws),
         tuple(bonds),
         tuple(springs),
         gravity=tuple(rng.normal(size=3)),

@@ -9,7 +9,7 @@ import pytest
 
 from hcsearch.dynamics.laws import linear
 from hcsearch.dynamics.simulation import simulate
-from hcsearch.dynamics.system import Drive, Strut, System
+from hcsearch.dynamics.system import JointDrive, Strut, System
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
 from hcsearch_bench.iftomm import references as iftomm_references
 from hcsearch_bench.iftomm.problems import problems, rod
@@ -142,10 +142,10 @@ def open_chain():
         rod(points[1], points[1] + Z, 0.4, 0.2),
     )
     drives = (
-        Drive(linear(2.0, 0.3), 0.1),
-        Drive(linear(1.0), 0.05),
-        Drive(linear(30.0, 1.0), 0.4),
-        Drive(),
+        JointDrive(linear(2.0, 0.3), 0.1),
+        JointDrive(linear(1.0), 0.05),
+        JointDrive(linear(30.0, 1.0), 0.4),
+        JointDrive(),
     )
     struts = (
         Strut(GROUND, 2, 3 * X, points[3], 20.0, 1.0, 0.5),
@@ -160,7 +160,12 @@ def welded_loop():
     joints = (Joint(GROUND, Z, a), Joint(0, Z, b), Joint(GROUND, -Z, d), Joint(2, Z, c))
     half = rod(b, c, 1.0, 0.1).share(0.5)
     bodies = (rod(a, b, 1.0, 0.1), half, rod(d, c, 1.0, 0.1), half)
-    drives = (Drive(linear(8.0, 0.3), 0.1), Drive(linear(1.0), 0.05), Drive(linear(3.0, 1.0), 0.4), Drive())
+    drives = (
+        JointDrive(linear(8.0, 0.3), 0.1),
+        JointDrive(linear(1.0), 0.05),
+        JointDrive(linear(3.0, 1.0), 0.4),
+        JointDrive(),
+    )
     return System(joints, bodies, drives, (Weld(1, 3, (b + c) / 2),), gravity=(0.0, -9.81, 0.0))
 
 

@@ -11,8 +11,8 @@ from scipy.integrate import quad
 from hcsearch.dynamics.bodies import Body
 from hcsearch.dynamics.laws import (
     FREE,
-    Branch,
     Law,
+    LawBranch,
     law_named,
     linear,
     quadratic,
@@ -21,7 +21,7 @@ from hcsearch.dynamics.laws import (
     tabulated,
     tape_spring,
 )
-from hcsearch.dynamics.system import Drive, System
+from hcsearch.dynamics.system import JointDrive, System
 from hcsearch.dynamics.trees import Joint
 from hcsearch.errors import HcsearchError, NotationError
 from hcsearch.kernels.multibody.hinges import moment, steepness
@@ -63,7 +63,7 @@ def kernel(*laws):
     """The tables of laws, one a joint."""
     joints = tuple(Joint(-1, Z, np.zeros(3)) for _ in laws)
     bodies = tuple(Body(1.0, np.zeros(3), np.eye(3)) for _ in laws)
-    return System(joints, bodies, tuple(Drive(law) for law in laws)).mechanism.hinges
+    return System(joints, bodies, tuple(JointDrive(law) for law in laws)).mechanism.hinges
 
 
 def value(law, angle, branch=0):
@@ -177,7 +177,7 @@ def test_laws_of_one_text_are_one_whoever_made_them():
     assert linear(0.1, -0.02).text == "linear:0.1-0.02"
     assert law_named("2*linear:0.1") == linear(0.2)
     assert tabulated(np.array([0.0, 3.0]), np.array([0, 1])).text == "table:0@0,1@3"
-    assert Law(Branch((0.0,), ((0.0, 1.0, 0.0, 0.0),))).text == ""
+    assert Law(LawBranch((0.0,), ((0.0, 1.0, 0.0, 0.0),))).text == ""
 
 
 @pytest.mark.parametrize("heading", ["", "angle,moment\n", "\ufeffangle (rad),moment (N m)\n\n"])

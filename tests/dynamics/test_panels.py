@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hcsearch import enumerate_circuits
 from hcsearch.dynamics.bodies import joined
 from hcsearch.dynamics.panels import panel_bodies, panel_tree
-from hcsearch.dynamics.system import Drive, System
+from hcsearch.dynamics.system import JointDrive, System
 from hcsearch.dynamics.trees import GROUND
 from hcsearch.folding import foldings
 from hcsearch.kernels.multibody import sweeps, welds
@@ -39,7 +39,7 @@ def linkages(draw):
 def placed(linkage, angles):
     """The tree, and its work tables in a state of the linkage."""
     tree = panel_tree(linkage, DENSITY, held=linkage.base)
-    drives = tuple(Drive() for _ in tree.joints)
+    drives = tuple(JointDrive() for _ in tree.joints)
     system = System(tree.joints, tree.bodies, drives, tree.welds, size=linkage.pattern.size)
     q = np.zeros(len(tree.joints))
     q[tree.joint_of] = angles

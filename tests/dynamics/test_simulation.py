@@ -16,7 +16,7 @@ from hcsearch.dynamics.laws import FREE, law_named, linear, quadratic
 from hcsearch.dynamics.methods import SOLVERS, method_named
 from hcsearch.dynamics.panels import panel_tree
 from hcsearch.dynamics.simulation import simulate
-from hcsearch.dynamics.system import Drive, System
+from hcsearch.dynamics.system import JointDrive, System
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
@@ -44,7 +44,7 @@ def chain(n=3, damping=0.0):
     ends = [np.array([0.0, 0.0, -float(k)]) for k in range(n + 1)]
     joints = tuple(Joint(k - 1, np.eye(3)[1 - k % 2], ends[k]) for k in range(n))
     bodies = tuple(rod(ends[k], ends[k + 1]) for k in range(n))
-    drive = Drive(quadratic(0.3, 0.1, 0.2), damping)
+    drive = JointDrive(quadratic(0.3, 0.1, 0.2), damping)
     return System(joints, bodies, (drive,) * n, gravity=GRAVITY), np.linspace(0.5, 1.0, n)
 
 
@@ -52,7 +52,7 @@ def four_bar(damping=0.0):
     """A crank, a coupler and a rocker in a plane: the loop's gap across it says nothing new."""
     a, b, c, d = np.array([0.0, 0, 0]), np.array([0.3, 0, 1]), np.array([1.7, 0, 1.5]), np.array([1.5, 0, 0])
     joints = (Joint(-1, Y, a), Joint(0, Y, b), Joint(-1, Y, d))
-    drives = (Drive(linear(0.5, 2.0), damping), Drive(FREE, damping), Drive(FREE, damping))
+    drives = (JointDrive(linear(0.5, 2.0), damping), JointDrive(FREE, damping), JointDrive(FREE, damping))
     weld = Weld(1, 2, c, (3, 4, 5))
     return System(joints, (rod(a, b), rod(b, c), rod(d, c)), drives, (weld,), gravity=GRAVITY), np.zeros(3)
 
@@ -72,7 +72,7 @@ def fixed_steps(system, q, end, n, method):
 def test_a_pendulum_swings_as_elliptic_functions_do(start, method):
     tolerance = {"bogacki-shampine": 1e-8, "implicit": 1e-8}.get(method, 1e-11)
     body = rod([0, 0, 0], [0, 0, -2], mass=3.0)
-    system = System((Joint(-1, Y, np.zeros(3)),), (body,), (Drive(),), gravity=GRAVITY)
+    system = System((Joint(-1, Y, np.zeros(3)),), (body,), (JointDrive(),), gravity=GRAVITY)
     motion = simulate(system, np.array([start]), end=3.0, method=method, tolerance=tolerance)
     frequency = math.sqrt(3.0 * 9.81 * 1.0 / body.about(np.zeros(3))[1, 1])
     assert motion.q[:, 0] == pytest.approx(swing(start, frequency, motion.times), abs=1e4 * tolerance)
@@ -86,7 +86,7 @@ def swing(start, frequency, times):
 
 
 def test_a_pendulum_comes_back_after_its_period():
-    system = System((Joint(-1, Y, np.zeros(3)),), (rod([0, 0, 0], [0, 0, -2]),), (Drive(),), gravity=GRAVITY)
+    system = System((Joint(-1, Y, np.zeros(3)),), (rod([0, 0, 0], [0, 0, -2]),), (JointDrive(),), gravity=GRAVITY)
     frequency = math.sqrt(9.81 / system.bodies[0].about(np.zeros(3))[1, 1])
     motion = simulate(system, np.array([2.0]), end=4 * ellipk(math.sin(1.0) ** 2) / frequency, tolerance=1e-11)
     assert motion.q[-1, 0] == pytest.approx(2.0, abs=1e-8)
@@ -180,7 +180,9 @@ def test_two_bodies_that_float_keep_their_momentum():
     joints = [Joint(k - 1, np.eye(3)[k % 3], np.zeros(3), slides=k < 3) for k in range(6)]
     joints += [Joint(5, Y, np.array([0.3, 0.1, 0.2]))]
     system = System(
-        tuple(joints), (nothing,) * 5 + (random_body(rng), random_body(rng)), (Drive(),) * 6 + (Drive(linear(2.0)),)
+        tuple(joints),
+        (nothing,) * 5 + (random_body(rng), random_body(rng)),
+        (JointDrive(),) * 6 + (JointDrive(linear(2.0)),),
     )
     twin = Twin(system)
 
@@ -206,7 +208,7 @@ def test_two_bodies_that_float_keep_their_momentum():
 def test_a_joint_that_falls_on_its_stop_bounces_by_the_closed_form(restitution):
     inertia, pull, height = 2.0, 3.0, 1.5
     fall = pull / inertia
-    system = wheel(inertia, Drive(linear(0.0, pull), lower=0.0))
+    system = wheel(inertia, JointDrive(linear(0.0, pull), lower=0.0))
     motion = simulate(system, np.array([height]), end=12.0, restitution=restitution, slow=1e-2, tolerance=1e-9)
     times, speeds = [math.sqrt(2 * height / fall)], [math.sqrt(2 * height * fall)]
     while restitution * speeds[-1] > 1e-2:  # slower ones do not come off
@@ -224,7 +226,7 @@ def test_a_joint_that_falls_on_its_stop_bounces_by_the_closed_form(restitution):
 
 def test_a_joint_that_bounces_for_long_is_not_jammed():
     fall, height, restitution = 1.5, 1.5, 0.98
-    system = wheel(2.0, Drive(linear(0.0, 2.0 * fall), lower=0.0))
+    system = wheel(2.0, JointDrive(linear(0.0, 2.0 * fall), lower=0.0))
     motion = simulate(system, np.array([height]), end=200.0, restitution=restitution, slow=1e-2)
     assert motion.ending == "time"
     bounces = math.log(1e-2 / math.sqrt(2 * height * fall)) / math.log(restitution)
@@ -237,7 +239,7 @@ def test_a_joint_that_bounces_for_long_is_not_jammed():
 def test_a_spring_brings_a_joint_to_its_stop_after_part_of_a_period(method, tolerance):
     inertia, stiffness, height, stop = 2.0, 5.0, 1.5, -0.4
     rate = math.sqrt(stiffness / inertia)
-    system = wheel(inertia, Drive(linear(stiffness), lower=stop))
+    system = wheel(inertia, JointDrive(linear(stiffness), lower=stop))
     motion = simulate(system, np.array([height]), end=2.0, method=method, tolerance=tolerance)
     hit = motion.events[0]
     assert hit.time == pytest.approx(math.acos(stop / height) / rate, abs=100 * tolerance)
@@ -249,7 +251,7 @@ def test_a_spring_brings_a_joint_to_its_stop_after_part_of_a_period(method, tole
 def test_a_joint_that_creeps_is_not_at_rest():
     stiffness, damping = 0.1, 1e3
     time = damping / stiffness
-    system = wheel(1e-5, Drive(linear(stiffness), damping))
+    system = wheel(1e-5, JointDrive(linear(stiffness), damping))
     motion = simulate(system, np.array([3.0]), end=5 * time, method="implicit", rest=1e-4)
     assert motion.ending == "time"
     assert np.abs(motion.v[-1, 0]) < 1e-4
@@ -265,7 +267,7 @@ def test_a_body_leaves_a_rising_platform_where_its_spring_is_at_its_natural_leng
     platform, body, stiffness, low = 2.0, 0.5, 300.0, -0.4
     joints = (Joint(-1, up, zero, slides=True), Joint(0, up, zero, slides=True))
     bodies = (Body(platform, zero, np.eye(3)), Body(body, zero, np.eye(3)))
-    system = System(joints, bodies, (Drive(linear(stiffness)), Drive(lower=0.0)), gravity=GRAVITY)
+    system = System(joints, bodies, (JointDrive(linear(stiffness)), JointDrive(lower=0.0)), gravity=GRAVITY)
     rate, balance = math.sqrt(stiffness / (platform + body)), 9.81 * (platform + body) / stiffness
     leaves = math.acos(balance / (balance + low)) / rate  # there both fall freely
     speed = -(low + balance) * rate * math.sin(rate * leaves)
@@ -281,7 +283,7 @@ def test_a_body_leaves_a_rising_platform_where_its_spring_is_at_its_natural_leng
 @pytest.mark.parametrize("restitution", [0.0, 0.5])
 def test_states_before_an_impact_know_nothing_of_it(restitution):
     fall, height = 1.5, 1.5
-    system = wheel(2.0, Drive(linear(0.0, 2.0 * fall), lower=0.0))
+    system = wheel(2.0, JointDrive(linear(0.0, 2.0 * fall), lower=0.0))
     motion = simulate(system, np.array([height]), end=2.0, restitution=restitution, longest_step=0.3)
     (hit, *_) = (event.time for event in motion.events)
     times = np.linspace(0.0, hit, 101)
@@ -294,7 +296,7 @@ def test_states_before_an_impact_know_nothing_of_it(restitution):
 
 def test_a_joint_swings_on_a_compliant_stop_for_half_a_period():
     inertia, stiffness, speed = 2.0, 800.0, 3.0
-    system = replace(wheel(inertia, Drive(lower=0.0)), stop_stiffness=stiffness)
+    system = replace(wheel(inertia, JointDrive(lower=0.0)), stop_stiffness=stiffness)
     frequency = math.sqrt(stiffness / inertia)
     motion = simulate(system, np.array([0.3]), np.array([-speed]), end=1.0, tolerance=1e-9, longest_step=1e-3)
     since = motion.times - 0.1
@@ -306,7 +308,7 @@ def test_a_joint_swings_on_a_compliant_stop_for_half_a_period():
 
 
 def test_a_damped_compliant_stop_takes_what_the_joint_loses():
-    system = replace(wheel(2.0, Drive(lower=0.0)), stop_stiffness=800.0, stop_damping=4.0)
+    system = replace(wheel(2.0, JointDrive(lower=0.0)), stop_stiffness=800.0, stop_damping=4.0)
     motion = simulate(system, np.array([0.3]), np.array([-3.0]), end=1.0, tolerance=1e-9)
     # until the joint comes back to its stop: q is proportional to exp(-t) sin(w t)
     frequency = math.sqrt(800.0 / 2.0 - 1.0)
@@ -316,7 +318,7 @@ def test_a_damped_compliant_stop_takes_what_the_joint_loses():
 
 
 def test_a_bounce_at_an_upper_stop_is_that_at_a_lower_one_in_a_mirror():
-    drives = Drive(linear(0.2, 1.0), lower=-0.5), Drive(linear(0.2, -1.0), upper=0.5)
+    drives = JointDrive(linear(0.2, 1.0), lower=-0.5), JointDrive(linear(0.2, -1.0), upper=0.5)
     one, two = (
         simulate(wheel(1.0, drive), np.array([start]), end=5.0, restitution=0.7)
         for drive, start in zip(drives, (1.0, -1.0), strict=True)
@@ -327,7 +329,7 @@ def test_a_bounce_at_an_upper_stop_is_that_at_a_lower_one_in_a_mirror():
 
 def test_a_tape_spring_swings_until_it_locks_and_each_snap_takes_its_energy():
     law = law_named("tape:0.2@0.05,0.03@0.01")
-    motion = simulate(wheel(0.01, Drive(law)), np.array([math.pi]), end=200.0, tolerance=1e-9, max_steps=100_000)
+    motion = simulate(wheel(0.01, JointDrive(law)), np.array([math.pi]), end=200.0, tolerance=1e-9, max_steps=100_000)
     up, down = 0.5 * 0.2 * 0.05 - 0.03 * 0.05, 0.03 * 0.01 - 0.5 * 0.2 / 0.05 * 0.01**2
     energy, taken = 0.03 * math.pi - down, [down]
     while energy > 0.5 * 0.2 * 0.05:  # enough to snap again
@@ -345,7 +347,7 @@ def test_a_tape_spring_swings_until_it_locks_and_each_snap_takes_its_energy():
 
 
 def test_a_tape_spring_on_its_stop_holds_it_flat():
-    drive = Drive(law_named("tape:0.2@0.05,0.03@0.01+0.001"), damping=1e-4, lower=0.0, upper=math.pi)
+    drive = JointDrive(law_named("tape:0.2@0.05,0.03@0.01+0.001"), damping=1e-4, lower=0.0, upper=math.pi)
     motion = simulate(wheel(0.01, drive), np.array([math.pi]), end=5.0, rest=1e-6)
     assert [event.kind for event in motion.events] == ["snap", "hit"]
     assert (motion.q[-1], motion.v[-1]) == (0.0, 0.0)
@@ -364,7 +366,7 @@ def test_the_same_input_gives_the_same_bits(method):
 
 
 def test_states_between_steps_have_an_error_of_sixth_order():
-    system = System((Joint(-1, Y, np.zeros(3)),), (rod([0, 0, 0], [0, 0, -2]),), (Drive(),), gravity=GRAVITY)
+    system = System((Joint(-1, Y, np.zeros(3)),), (rod([0, 0, 0], [0, 0, -2]),), (JointDrive(),), gravity=GRAVITY)
     frequency = math.sqrt(9.81 / system.bodies[0].about(np.zeros(3))[1, 1])
     times = np.linspace(0.0, 1.0, 301)
     errors = []
@@ -390,7 +392,7 @@ def test_equal_springs_deploy_a_mirror_symmetric_folding_symmetrically(notation)
     twins = [int(np.linalg.norm(points - image, axis=1).argmin()) for image in images]
     assert points[twins] == pytest.approx(images, abs=1e-12)
     tree = panel_tree(linkage, 1000.0, held=linkage.pattern.panel_of[one])
-    drives = (Drive(linear(0.1), 1e-4, 0.0, math.pi),) * len(tree.joints)
+    drives = (JointDrive(linear(0.1), 1e-4, 0.0, math.pi),) * len(tree.joints)
     system = System(tree.joints, tree.bodies, drives, tree.welds, size=linkage.pattern.size)
     q = np.zeros(len(tree.joints))
     q[tree.joint_of] = linkage.folded
@@ -401,7 +403,7 @@ def test_equal_springs_deploy_a_mirror_symmetric_folding_symmetrically(notation)
 
 
 def test_a_compliant_stop_is_hit_and_left_at_the_times_of_half_a_period():
-    system = replace(wheel(2.0, Drive(lower=0.0)), stop_stiffness=800.0)
+    system = replace(wheel(2.0, JointDrive(lower=0.0)), stop_stiffness=800.0)
     motion = simulate(system, np.array([0.3]), np.array([-3.0]), end=1.0, tolerance=1e-9, longest_step=1e-3)
     hit, left = motion.events
     assert (hit.kind, left.kind, hit.joint, left.joint) == ("hit", "released", 0, 0)
@@ -410,7 +412,7 @@ def test_a_compliant_stop_is_hit_and_left_at_the_times_of_half_a_period():
 
 
 def test_joints_that_come_to_their_stops_together_are_all_told():
-    drive = Drive(linear(0.0, 1.0), lower=0.0)
+    drive = JointDrive(linear(0.0, 1.0), lower=0.0)
     joints = tuple(Joint(GROUND, Y, np.array([float(k), 0.0, 0.0])) for k in range(3))
     bodies = tuple(Body(1.0, joint.point, np.eye(3)) for joint in joints)
     system = System(joints, bodies, (drive,) * 3)
@@ -419,7 +421,7 @@ def test_joints_that_come_to_their_stops_together_are_all_told():
 
 
 def test_a_flat_state_is_reached_within_a_step():
-    motion = simulate(wheel(2.0, Drive()), np.array([1.0]), np.array([-1.0]), end=9.0, flat=0.1, longest_step=0.4)
+    motion = simulate(wheel(2.0, JointDrive()), np.array([1.0]), np.array([-1.0]), end=9.0, flat=0.1, longest_step=0.4)
     assert motion.ending == "flat"
     assert motion.times[-1] == pytest.approx(0.9, abs=1e-9)
     assert motion.q[-1, 0] == pytest.approx(0.1, abs=1e-9)

@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
 from hcsearch.errors import DatabaseError
-from hcsearch.records import Work
+from hcsearch.records import WorkKey
 from hcsearch.store import open_database, open_readonly, select, start_run
 from tests.faults.fault_tools import LONG, MANY, Running, assert_one_line, assert_refused, wait_for
 
@@ -37,7 +37,7 @@ def path(tmp_path):
 
 
 def begin(database):
-    return start_run(database, work=Work("hex", 6, "", "all"), until="twist", panel=None, arguments={}, versions={})
+    return start_run(database, work=WorkKey("hex", 6, "", "all"), until="twist", panel=None, arguments={}, versions={})
 
 
 @pytest.mark.parametrize("fault", FAULTS)

@@ -67,14 +67,14 @@ def test_ten_thousand_moments_are_closed_within_the_slack_and_the_stops(name):
 @pytest.mark.extra
 @pytest.mark.parametrize("name", SAMPLES)
 def test_coal_finds_shrunk_panels_apart_at_ten_thousand_moments(name):
-    from hcsearch_bench.peers.coal_distances import Scene
+    from hcsearch_bench.peers.coal_distances import CoalScene
 
     sample = planned(name)
     linkage = sample.linkage
     prisms = prisms_of(linkage, sample.proof.margin)
     pairs = pairs_of(linkage, prisms_of(linkage), kept_apart(linkage)).prisms
     shapes = [prisms.vertices[f, : prisms.counts[f, 0]] for f in range(len(prisms.panels))]
-    scene = Scene(shapes, pairs, moving=True)
+    scene = CoalScene(shapes, pairs, moving=True)
     poses = [linkage.poses(state)[prisms.panels] for state in closed_beside(linkage, moments(sample, 10_000))]
     places = [scene.coordinates(panels[..., :3], panels[..., 3]) for panels in poses]
     scene.follow(places[:1])

@@ -11,7 +11,7 @@ from hcsearch.enumeration import ArraySearch, PolygonSearch, enumerate_circuits
 from hcsearch.folding import foldings
 from hcsearch.grid import GRIDS, parse_array
 from hcsearch.pipeline import Plan, run_into
-from hcsearch.report import ReportData, Stage
+from hcsearch.report import FunnelStage, ReportData
 from hcsearch.scenes import Scene
 from hcsearch.store import open_database
 from hcsearch.twisting import twist
@@ -60,7 +60,11 @@ def hex_ten() -> ReportData:
     return ReportData(
         title="Ten hexagons",
         meta=[("query", "grid=hex n=10")],
-        funnel=[Stage("fixed circuits", 1212), Stage("two-stack", 32, 120), Stage("movable", None, 120)],
+        funnel=[
+            FunnelStage("fixed circuits", 1212),
+            FunnelStage("two-stack", 32, 120),
+            FunnelStage("movable", None, 120),
+        ],
         census=[(0, None, 88), (1, 0, 32)],
         designs=designs,
         foldings={number: folding_rows(number, circuit) for number, circuit in enumerate(circuits, 1)},

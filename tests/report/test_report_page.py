@@ -4,7 +4,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from hcsearch.report import ReportData, Stage, render
+from hcsearch.report import FunnelStage, ReportData, render
 
 VOID = {"meta", "input", "path", "circle"}
 
@@ -125,7 +125,7 @@ def test_hostile_text_stays_text(hex_ten, hostile):
         hex_ten,
         title=hostile,
         meta=[(hostile, hostile)],
-        funnel=[Stage(hostile, 1), Stage(hostile, 1, 2)],
+        funnel=[FunnelStage(hostile, 1), FunnelStage(hostile, 1, 2)],
         notes=[hostile],
         designs=[first, second],
     )

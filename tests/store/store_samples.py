@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from hcsearch.records import DesignBatch, StageResult, Work
+from hcsearch.records import DesignBatch, StageResult, WorkKey
 
-WORK = Work("hex", 12, "", "all")
+WORK = WorkKey("hex", 12, "", "all")
 VERSIONS = {"circuits": 1, "foldings": 1, "twist": 1}
 RESULTS = [
     StageResult("circuits", 1, 3, 30, 0.5),

@@ -9,7 +9,7 @@ import pytest
 from store_samples import begin, record, sample
 
 from hcsearch.errors import DatabaseError, SceneError
-from hcsearch.records import NONE, MobilityBatch, StageResult, Trial, Work
+from hcsearch.records import NONE, MobilityBatch, StageResult, Trial, WorkKey
 from hcsearch.store import (
     find_design,
     find_scene,
@@ -26,7 +26,7 @@ from hcsearch.store import (
 from tests.judging import judge, verdicts_of
 
 NAMES = ("hex:a", "hex:b", "hex:c")
-WORK = Work("hex", 12, "", "all")
+WORK = WorkKey("hex", 12, "", "all")
 RESULTS = [StageResult(stage, 1, 1, 1, 0.5) for stage in ("motion", "deployment")]
 
 

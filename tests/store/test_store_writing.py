@@ -10,7 +10,7 @@ from sqlalchemy import Connection
 from sqlalchemy.exc import IntegrityError
 from store_samples import RESULTS, VERSIONS, WORK, begin, circuits, contents, record, sample
 
-from hcsearch.records import StageResult, Work
+from hcsearch.records import StageResult, WorkKey
 from hcsearch.store import (
     count_arrays,
     designs,
@@ -193,9 +193,9 @@ def test_finished_batches_are_of_this_work_alone(database):
     others = [("square", 12, "", "all", ""), ("hex", 10, "", "all", ""), ("hex", 12, "hex:a", "all", "")]
     others += [("hex", 12, "", "two-stack", ""), ("hex", 12, "", "all", "default")]
     for other in others:
-        assert finished_batches(database, Work(*other), VERSIONS) == {}
+        assert finished_batches(database, WorkKey(*other), VERSIONS) == {}
     for other in others:
-        record(database, circuits(1, 3), prefix="q", work=Work(*other))
+        record(database, circuits(1, 3), prefix="q", work=WorkKey(*other))
     assert list(finished_batches(database, WORK, VERSIONS)) == ["p"]
 
 
@@ -214,7 +214,7 @@ def test_numbers_of_numpy_are_stored_as_numbers(database):
 
 
 def test_runs(database):
-    work = Work("square", 24, "square:6x4", "two-stack")
+    work = WorkKey("square", 24, "square:6x4", "two-stack")
     options = {"until": "twist", "panel": "50x40x6", "arguments": {"n": None, "jobs": 2}, "versions": {"twist": 1}}
     first = start_run(database, work=work, **options)
     second = start_run(database, work=work, **options)
@@ -246,10 +246,10 @@ def test_unknown_funnel_counts_are_a_mistake(database):
 def test_count_arrays(database):
     record(database, circuits(1, 5))
     assert count_arrays(database, WORK) == 3
-    assert count_arrays(database, Work("hex", 12, "hex:array1", "all")) == 1
-    assert count_arrays(database, Work("hex", 12, "hex:array9", "all")) == 0
-    assert count_arrays(database, Work("hex", 10, "", "all")) == 0
-    assert count_arrays(database, Work("square", 12, "", "all")) == 0
+    assert count_arrays(database, WorkKey("hex", 12, "hex:array1", "all")) == 1
+    assert count_arrays(database, WorkKey("hex", 12, "hex:array9", "all")) == 0
+    assert count_arrays(database, WorkKey("hex", 10, "", "all")) == 0
+    assert count_arrays(database, WorkKey("square", 12, "", "all")) == 0
 
 
 @given(st.lists(st.lists(st.integers(0, 12), max_size=8), max_size=5), st.data())

@@ -195,12 +195,12 @@ def evaluations(path):
 
 
 def test_ctrl_c_before_the_first_sets_are_known_tells_the_start(monkeypatch):
-    from hcsearch.tuning.search import Search
+    from hcsearch.tuning.search import SpringSearch
 
     def pressed(self, start, first):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(Search, "run", pressed)
+    monkeypatch.setattr(SpringSearch, "run", pressed)
     result = CliRunner().invoke(hcsearch, ["tune", DESIGN, *QUICK, "--json"], standalone_mode=False)
     assert isinstance(result.exception, click.Abort)
     found = json.loads(result.stdout)

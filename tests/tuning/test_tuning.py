@@ -16,7 +16,7 @@ from hcsearch.tuning import tuning
 from hcsearch.tuning.evaluation import Evaluator, Own
 from hcsearch.tuning.objective import objective
 from hcsearch.tuning.robustness import Spread
-from hcsearch.tuning.search import APART, Search, spread_out, summary
+from hcsearch.tuning.search import APART, SpringSearch, spread_out, summary
 from hcsearch.tuning.tuning import tune
 from tests.linkages import linkage_named
 
@@ -145,7 +145,7 @@ TIED = ((0, 3), (1,), (2,))
 
 def searched(budget, seed=0, least=(0.02, 0.004, 0.15, 0.02)):
     bowl, notes = Bowl(least), []
-    search = Search(bowl, TIED, budget, seed, lambda *note: notes.append(note))
+    search = SpringSearch(bowl, TIED, budget, seed, lambda *note: notes.append(note))
     start = np.full(4, 0.1)
     search.run(start, tuning._first_generation(start, TIED, seed, (SOFTEST, STIFFEST)))
     return bowl, search, notes

@@ -25,7 +25,7 @@ ROUNDING = 1e-12
 """What panels may be elsewhere by rounding, m."""
 
 
-class Search(NamedTuple):
+class Exactness(NamedTuple):
     """What is asked of a motion.
 
     slack : what panels may be elsewhere than they are placed, m. margin : that prisms are shrunk by on every face, m.
@@ -58,7 +58,7 @@ def judge(
     shrunk: Prisms,
     pairs: Pairs,
     course: Course,
-    wanted: Search,
+    wanted: Exactness,
     measured: bool,
     answer: Answer,
 ) -> int:

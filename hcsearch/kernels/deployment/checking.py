@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hcsearch.kernels.collision.approaches import angles_at, approach
-from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES, Answer, Search, judge
+from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES, Answer, Exactness, judge
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.loops import Chain
@@ -25,7 +25,7 @@ from hcsearch.kernels.multibody.hinges import Hinges, Struts
 from hcsearch.kernels.multibody.motion import Hold, Mechanism
 from hcsearch.kernels.multibody.recording import Record
 from hcsearch.kernels.multibody.simulation import FLAT, GOES_ON, TIME_OUT, begin, go_on, pace_for
-from hcsearch.kernels.multibody.steps import Plan
+from hcsearch.kernels.multibody.steps import StepPlan
 from hcsearch.kernels.multibody.tree import Tree, work_for
 from hcsearch.typing import Reals, Whole
 
@@ -33,7 +33,7 @@ FIRST_PART, LONGER = 32, 0.25
 """Steps of the first part of a motion that is judged in parts, and of each after it as a share of those before."""
 
 
-class Subject(NamedTuple):
+class SceneTables(NamedTuple):
     """One folding; in a stack every table has a leading axis, and every number is a table.
 
     start : (n_joints,), coordinates, at rest. joint_of : (n_hinges,). prisms, shrunk : of the panels, and with the
@@ -56,12 +56,12 @@ class Subject(NamedTuple):
 class Rules(NamedTuple):
     """What all foldings of a call share: how they are simulated, and how gaps are measured.
 
-    struts, cuts : none of both, as tables of the right kind. margin, resolution : m, as of `Search`.
+    struts, cuts : none of both, as tables of the right kind. margin, resolution : m, as of `Exactness`.
     whole : whether motions that collide are followed to their end, too.
     """
 
     method: Method
-    plan: Plan
+    plan: StepPlan
     struts: Struts
     cuts: Cuts
     closure_stiffness: float
@@ -123,7 +123,7 @@ def check_all(stack: Any, rules: Rules, record: Record, found: Findings) -> None
                 motion = refined(mechanism, motion, OPEN, work)
             found.openings[i] = max(found.openings[i], opening(tree, motion, cubic, work))
             course = _course(subject, motion, cubic)
-            wanted = Search(subject.reach * found.openings[i], rules.margin, subject.deepest, rules.resolution)
+            wanted = Exactness(subject.reach * found.openings[i], rules.margin, subject.deepest, rules.resolution)
             verdict = judge(subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, wanted, flat, answer)
             found.counts[i, 3] += answer.looks[0]
             clear = states - 1 if verdict == CLEAR else clear
@@ -139,7 +139,7 @@ def _states(record: Record, begin: int, end: int) -> States:
 
 
 @compiled
-def _mechanism(subject: Subject, rules: Rules) -> Mechanism:
+def _mechanism(subject: SceneTables, rules: Rules) -> Mechanism:
     return Mechanism(
         subject.tree,
         subject.hinges,
@@ -153,7 +153,7 @@ def _mechanism(subject: Subject, rules: Rules) -> Mechanism:
 
 
 @compiled
-def _hold(subject: Subject) -> Hold:
+def _hold(subject: SceneTables) -> Hold:
     """Nothing held, and each spring on its branch."""
     n = len(subject.start)
     hold = Hold(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8))
@@ -174,7 +174,7 @@ def _tell(record: Record, verdict: int, answer: Answer, found: Findings, i: int)
 
 
 @compiled
-def _tell_end(subject: Subject, course: Course, verdict: int, answer: Answer, found: Findings, i: int) -> None:
+def _tell_end(subject: SceneTables, course: Course, verdict: int, answer: Answer, found: Findings, i: int) -> None:
     """Write how fast panels come together, and how much of the way is left."""
     angles = course.angles[len(course.times) - 1].copy()
     found.lefts[i, 1], found.lefts[i, 2] = np.abs(angles).mean() / math.pi, np.abs(angles).max() / math.pi
@@ -187,7 +187,7 @@ def _tell_end(subject: Subject, course: Course, verdict: int, answer: Answer, fo
 
 
 @compiled
-def _course(subject: Subject, motion: States, cubic: bool) -> Course:
+def _course(subject: SceneTables, motion: States, cubic: bool) -> Course:
     """The motion of the fold angles."""
     times, q, v, a = motion
     states, hinges = len(times), len(subject.joint_of)
@@ -211,10 +211,10 @@ def _drift(record: Record, states: int) -> float:
 
 
 @compiled
-def _nth(s: Any, i: int) -> Subject:
+def _nth(s: Any, i: int) -> SceneTables:
     """One subject of a stack, in which numbers are tables."""
     t, h, c, r, p = s.tree, s.hinges, s.chain, s.pairs, s.prisms
-    return Subject(
+    return SceneTables(
         Tree(
             t.bodies[i],
             t.links[i],

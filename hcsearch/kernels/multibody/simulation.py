@@ -22,7 +22,7 @@ from hcsearch.kernels.multibody.recording import (
     note_stops,
     save,
 )
-from hcsearch.kernels.multibody.steps import LEAST, Plan, first_step, land, loosen, take_step
+from hcsearch.kernels.multibody.steps import LEAST, StepPlan, first_step, land, loosen, take_step
 from hcsearch.kernels.multibody.stops import collide, regrip
 from hcsearch.kernels.multibody.sweeps import move, place
 from hcsearch.kernels.multibody.tree import CENTRE, PLACE, TURN, Work
@@ -55,7 +55,7 @@ the coordinates that follow, from `HERE` on."""
 
 @compiled
 def simulate(
-    mechanism: Mechanism, hold: Hold, method: Method, plan: Plan, q: Reals, v: Reals, work: Work, record: Record
+    mechanism: Mechanism, hold: Hold, method: Method, plan: StepPlan, q: Reals, v: Reals, work: Work, record: Record
 ) -> None:
     """Follow a motion from a closed state (q, v), which is moved to the last one; fills the record."""
     pace = pace_for(len(q))
@@ -74,7 +74,7 @@ def begin(
     mechanism: Mechanism,
     hold: Hold,
     method: Method,
-    plan: Plan,
+    plan: StepPlan,
     q: Reals,
     v: Reals,
     work: Work,
@@ -102,7 +102,7 @@ def go_on(
     mechanism: Mechanism,
     hold: Hold,
     method: Method,
-    plan: Plan,
+    plan: StepPlan,
     most: int,
     q: Reals,
     v: Reals,
@@ -165,7 +165,7 @@ def _shorten(
     mechanism: Mechanism,
     hold: Hold,
     method: Method,
-    plan: Plan,
+    plan: StepPlan,
     a: Reals,
     work: Work,
     stages: Reals,
@@ -207,7 +207,7 @@ def _shorten(
 def _meet(
     mechanism: Mechanism,
     hold: Hold,
-    plan: Plan,
+    plan: StepPlan,
     joint: int,
     kind: int,
     gap: float,
@@ -240,7 +240,7 @@ def _meet(
 def _arrive(
     mechanism: Mechanism,
     hold: Hold,
-    plan: Plan,
+    plan: StepPlan,
     flat: bool,
     short: bool,
     q: Reals,
@@ -281,7 +281,7 @@ def _tally(pace: Reals, q: Reals, books: Reals) -> None:
 
 
 @lean
-def _ending_after(mechanism: Mechanism, plan: Plan, gap: float, flat: bool, pace: Reals, books: Reals) -> int:
+def _ending_after(mechanism: Mechanism, plan: StepPlan, gap: float, flat: bool, pace: Reals, books: Reals) -> int:
     """How the simulation ends after a step, or that it goes on."""
     apart = APART if mechanism.closure_stiffness == 0.0 else np.inf
     ending = GOES_ON
@@ -297,7 +297,7 @@ def _ending_after(mechanism: Mechanism, plan: Plan, gap: float, flat: bool, pace
 
 
 @lean
-def _ending_before(plan: Plan, hold: Hold, pace: Reals, q: Reals, v: Reals, a: Reals, record: Record) -> int:
+def _ending_before(plan: StepPlan, hold: Hold, pace: Reals, q: Reals, v: Reals, a: Reals, record: Record) -> int:
     """How the simulation ends before a step, or that it goes on."""
     time = pace[TIME]
     near = plan.near >= 0.0
@@ -325,7 +325,7 @@ def _ending_before(plan: Plan, hold: Hold, pace: Reals, q: Reals, v: Reals, a: R
 def _happen(
     mechanism: Mechanism,
     hold: Hold,
-    plan: Plan,
+    plan: StepPlan,
     joint: int,
     kind: int,
     q: Reals,
@@ -350,7 +350,7 @@ def _happen(
 def _let_go(
     mechanism: Mechanism,
     hold: Hold,
-    plan: Plan,
+    plan: StepPlan,
     time: float,
     q: Reals,
     v: Reals,

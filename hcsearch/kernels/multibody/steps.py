@@ -29,7 +29,7 @@ SURE = 0.01
 """Share of the tolerance that the last bit of a step to an event may be off."""
 
 
-class Plan(NamedTuple):
+class StepPlan(NamedTuple):
     """What a simulation is asked for.
 
     end : s. tolerance, floor : relative and absolute. first : first step (s), 0 to find one; longest : longest step.
@@ -58,7 +58,7 @@ def take_step(
     mechanism: Mechanism,
     hold: Hold,
     method: Method,
-    plan: Plan,
+    plan: StepPlan,
     h: float,
     scale: float,
     work: Work,
@@ -80,7 +80,7 @@ def take_step(
 
 
 @lean
-def first_step(plan: Plan, order: int, q: Reals, v: Reals, a: Reals) -> float:
+def first_step(plan: StepPlan, order: int, q: Reals, v: Reals, a: Reals) -> float:
     """A first step from the size of the motion (Hairer, Norsett and Wanner 1993, section II.4, in part)."""
     if plan.first > 0.0:
         return plan.first
@@ -101,7 +101,7 @@ def land(
     mechanism: Mechanism,
     hold: Hold,
     method: Method,
-    plan: Plan,
+    plan: StepPlan,
     guess: float,
     longest: float,
     joint: int,
@@ -154,7 +154,7 @@ def land(
 
 
 @lean
-def _parabolic(plan: Plan, h: float, more: float, first: Reals, last: Reals, end: Reals) -> bool:
+def _parabolic(plan: StepPlan, h: float, more: float, first: Reals, last: Reals, end: Reals) -> bool:
     """Whether accelerations change so little in a time that what they add to velocities is below the tolerance.
 
     more : the time (s), beside the step h in which they change from the first to the last.
@@ -172,7 +172,7 @@ def loosen(
     mechanism: Mechanism,
     hold: Hold,
     method: Method,
-    plan: Plan,
+    plan: StepPlan,
     grip: float,
     firm: bool,
     longest: float,
@@ -234,7 +234,7 @@ def loosen(
 
 
 @lean
-def _pull(mechanism: Mechanism, hold: Hold, plan: Plan, scale: float, work: Work, state: Reals) -> float:
+def _pull(mechanism: Mechanism, hold: Hold, plan: StepPlan, scale: float, work: Work, state: Reals) -> float:
     """By how much a stop would have to pull at most at a state (q, v, energy lost), N m."""
     n = len(hold.held)
     q, v = work.trial[0], work.trial[1]

@@ -7,7 +7,7 @@ import math
 from hcsearch.kernels.algebra.vectors import Vector, at, dot, times
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.planning.closing import CLOSED, close
-from hcsearch.kernels.planning.space import Space, Stack, State, Work, copy, farthest, pick, place, square
+from hcsearch.kernels.planning.space import Space, SpaceWork, Stack, State, copy, farthest, pick, place, square
 from hcsearch.typing import Reals
 
 OFF = 0.5
@@ -63,7 +63,7 @@ def _gap(space: Space, state: State, f: int, g: int, way: Vector) -> float:
 
 @compiled
 def link(
-    space: Space, one: Reals, two: Reals, longest: float, depth: int, stack: Stack, work: Work, found: Reals
+    space: Space, one: Reals, two: Reals, longest: float, depth: int, stack: Stack, work: SpaceWork, found: Reals
 ) -> int:
     """Write closed states between two beside the straight piece, in order, without the ends; how many, -1 where not.
 
@@ -92,7 +92,7 @@ def link(
 
 
 @compiled
-def _half_way(space: Space, left: State, right: State, work: Work, found: State) -> bool:
+def _half_way(space: Space, left: State, right: State, work: SpaceWork, found: State) -> bool:
     """Write the closed state half-way between two, and whether it is near its place and panels keep apart there."""
     for h in range(len(work.trial)):
         work.trial[h] = 0.5 * (left.angles[h] + right.angles[h])

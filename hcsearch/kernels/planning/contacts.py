@@ -10,7 +10,7 @@ import math
 
 from hcsearch.kernels.algebra.vectors import Vector, add, at, cross, dot, minus, plus, put, times
 from hcsearch.kernels.compiling.compiled import lean
-from hcsearch.kernels.planning.space import Space, State, Work
+from hcsearch.kernels.planning.space import Space, SpaceWork, State
 from hcsearch.typing import Reals
 
 SHARE = 0.7
@@ -20,7 +20,7 @@ FACING = 1.0 - 1e-7
 
 
 @lean
-def near_stops(state: State, reach: float, work: Work) -> int:
+def near_stops(state: State, reach: float, work: SpaceWork) -> int:
     """Write the conditions of stops nearer than `reach` (rad); how many there are."""
     found, count = work.conditions, 0
     for h in range(len(state.angles)):
@@ -35,7 +35,7 @@ def near_stops(state: State, reach: float, work: Work) -> int:
 
 
 @lean
-def near_contacts(space: Space, state: State, reach: float, count: int, work: Work) -> int:
+def near_contacts(space: Space, state: State, reach: float, count: int, work: SpaceWork) -> int:
     """Add conditions for the corners of pairs nearer than `reach` (m) to some; how many there are then.
 
     The direction of a gap is fixed to the panel of which it is a face's normal, else to the first, and each corner of
@@ -56,7 +56,7 @@ def near_contacts(space: Space, state: State, reach: float, count: int, work: Wo
 
 
 @lean
-def _add_pair(space: Space, state: State, p: int, reach: float, count: int, work: Work) -> int:
+def _add_pair(space: Space, state: State, p: int, reach: float, count: int, work: SpaceWork) -> int:
     """Add the conditions of one pair."""
     own, other, way = space.pairs[p, 0], space.pairs[p, 1], at(state.ways, p, 0)
     if not _is_normal(space, state, own, way) and _is_normal(space, state, other, way):
@@ -79,7 +79,7 @@ def _add_pair(space: Space, state: State, p: int, reach: float, count: int, work
 
 
 @lean
-def move_panels(space: Space, step: Reals, work: Work) -> None:
+def move_panels(space: Space, step: Reals, work: SpaceWork) -> None:
     """Write the twist of each panel for a step, about the origin; after `near_contacts`."""
     chain, twists = space.loops.chain, work.twists
     for panel in chain.order:
@@ -94,7 +94,7 @@ def move_panels(space: Space, step: Reals, work: Work) -> None:
 
 
 @lean
-def opened_by(step: Reals, k: int, work: Work) -> float:
+def opened_by(step: Reals, k: int, work: SpaceWork) -> float:
     """What a step adds to the gap of a corner (m), or to what is left to a stop (rad); after `move_panels`."""
     here, there = work.conditions.panels[k, 0], work.conditions.panels[k, 1]
     if here < 0:
@@ -105,7 +105,7 @@ def opened_by(step: Reals, k: int, work: Work) -> float:
 
 
 @lean
-def write_row(space: Space, k: int, table: Reals, row: int, work: Work) -> None:
+def write_row(space: Space, k: int, table: Reals, row: int, work: SpaceWork) -> None:
     """Write a condition as a row of a table: (row) . step is what `opened_by` gives."""
     here, there = work.conditions.panels[k, 0], work.conditions.panels[k, 1]
     way, corner = at(work.conditions.ways, k, 0), at(work.conditions.corners, k, 0)

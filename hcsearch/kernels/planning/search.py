@@ -10,8 +10,8 @@ import numpy as np
 from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.planning.chords import link
 from hcsearch.kernels.planning.closing import CLOSED, close
-from hcsearch.kernels.planning.space import Space, Stack, Work, farthest, pick, place
-from hcsearch.kernels.planning.trees import Tree, add, grow, keep_new, nearest
+from hcsearch.kernels.planning.space import Space, SpaceWork, Stack, farthest, pick, place
+from hcsearch.kernels.planning.trees import StateTree, add, grow, keep_new, nearest
 from hcsearch.typing import Reals, Whole
 
 LONGEST = 0.12
@@ -40,7 +40,7 @@ class Meeting(NamedTuple):
 
 
 @compiled
-def fan_out(space: Space, tree: Tree, wanted: int, tries: int, seed: int, stack: Stack, work: Work) -> int:
+def fan_out(space: Space, tree: StateTree, wanted: int, tries: int, seed: int, stack: Stack, work: SpaceWork) -> int:
     """Add states near the root, an end of the motion, with the states that lead to them; how many were reached.
 
     Most hinges cannot turn by themselves there: angles are moved off their stops at random and closed. States come in
@@ -80,7 +80,14 @@ def fan_out(space: Space, tree: Tree, wanted: int, tries: int, seed: int, stack:
 
 @compiled
 def search(
-    space: Space, packed: Tree, flat: Tree, rounds: int, seed: int, stack: Stack, work: Work, meeting: Meeting
+    space: Space,
+    packed: StateTree,
+    flat: StateTree,
+    rounds: int,
+    seed: int,
+    stack: Stack,
+    work: SpaceWork,
+    meeting: Meeting,
 ) -> int:
     """Grow both trees until they meet: MET, GOING after so many rounds, or FULL.
 
@@ -124,7 +131,9 @@ def search(
 
 
 @compiled
-def _choose(space: Space, tree: Tree, other: Tree, goal: Reals, target: Reals, springs: Reals) -> tuple[int, int]:
+def _choose(
+    space: Space, tree: StateTree, other: StateTree, goal: Reals, target: Reals, springs: Reals
+) -> tuple[int, int]:
     """Choose what a tree grows towards, and how; from which state, and by how many steps at most."""
     m = len(target)
     kind = np.random.random()
@@ -147,7 +156,9 @@ def _choose(space: Space, tree: Tree, other: Tree, goal: Reals, target: Reals, s
 
 
 @compiled
-def _reach_end(space: Space, tree: Tree, node: int, goal: Reals, stack: Stack, work: Work, meeting: Meeting) -> bool:
+def _reach_end(
+    space: Space, tree: StateTree, node: int, goal: Reals, stack: Stack, work: SpaceWork, meeting: Meeting
+) -> bool:
     """Whether the end of the other tree is near, and a state of this one can be linked with it."""
     if farthest(tree.angles[node], goal) > 0.5:
         return False
@@ -162,7 +173,9 @@ def _reach_end(space: Space, tree: Tree, node: int, goal: Reals, stack: Stack, w
 
 
 @compiled
-def _reach_tree(space: Space, tree: Tree, other: Tree, node: int, stack: Stack, work: Work, meeting: Meeting) -> bool:
+def _reach_tree(
+    space: Space, tree: StateTree, other: StateTree, node: int, stack: Stack, work: SpaceWork, meeting: Meeting
+) -> bool:
     """Whether one of the nearest states of the other tree can be linked with a state; else that tree may have grown."""
     beyond = -1.0
     for attempt in range(3):

@@ -9,7 +9,7 @@ from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.planning.chords import told_apart
 from hcsearch.kernels.planning.closing import CLOSED, close, open_by, span, take_off
 from hcsearch.kernels.planning.contacts import move_panels, near_contacts, near_stops, opened_by, write_row
-from hcsearch.kernels.planning.space import Space, State, Work, farthest, greatest, place
+from hcsearch.kernels.planning.space import Space, SpaceWork, State, farthest, greatest, place
 
 SWEEPS = 150
 """Rounds over all conditions of a step."""
@@ -26,7 +26,7 @@ SHORTEST = 2e-5
 
 
 @lean
-def slide(space: Space, state: State, longest: float, least: float, work: Work, found: State) -> float:
+def slide(space: Space, state: State, longest: float, least: float, work: SpaceWork, found: State) -> float:
     """Step from a state as `work.want` says, no hinge by more than `longest` (rad); write the state it leads to.
 
     least : singular directions of closure count as free below this. Returns the greatest change of an angle, 0 where
@@ -61,7 +61,7 @@ def slide(space: Space, state: State, longest: float, least: float, work: Work, 
 
 
 @lean
-def _take(space: Space, state: State, work: Work, found: State) -> float:
+def _take(space: Space, state: State, work: SpaceWork, found: State) -> float:
     """Take the step, and close its end; the greatest change of an angle, 0 where it cannot be taken."""
     for h in range(len(work.trial)):
         work.trial[h] = state.angles[h] + work.step[h]
@@ -80,7 +80,7 @@ def _take(space: Space, state: State, work: Work, found: State) -> float:
 
 
 @lean
-def _allow(space: Space, state: State, size: float, rank: int, work: Work) -> None:
+def _allow(space: Space, state: State, size: float, rank: int, work: SpaceWork) -> None:
     """Replace the step by the nearest that stops and contacts allow.
 
     Few of the conditions push: those that do not hold are taken in, and the step is computed anew, until all hold.
@@ -99,7 +99,7 @@ def _allow(space: Space, state: State, size: float, rank: int, work: Work) -> No
 
 
 @lean
-def _take_in(space: Space, rank: int, kept: int, count: int, work: Work) -> int:
+def _take_in(space: Space, rank: int, kept: int, count: int, work: SpaceWork) -> int:
     """Add the conditions that do not hold to the rows that were taken in, each of unit length; how many there are now.
 
     The freedoms of the step lie across the rows of closure, so what lies along those is taken off a condition.
@@ -125,7 +125,7 @@ def _take_in(space: Space, rank: int, kept: int, count: int, work: Work) -> int:
 
 
 @lean
-def _ascend(count: int, work: Work) -> None:
+def _ascend(count: int, work: SpaceWork) -> None:
     """Move the step by forces of the conditions that were taken in until these hold."""
     m = len(work.step)
     size = 0.0

@@ -10,7 +10,7 @@ from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.planning.chords import link, told_apart
 from hcsearch.kernels.planning.contacts import SHARE, near_contacts, write_row
 from hcsearch.kernels.planning.sliding import slide
-from hcsearch.kernels.planning.space import Space, Stack, State, Work, copy, farthest, pick, place, square
+from hcsearch.kernels.planning.space import Space, SpaceWork, Stack, State, copy, farthest, pick, place, square
 from hcsearch.typing import Reals
 
 PIECE = 0.1
@@ -31,7 +31,7 @@ PUSH = 0.02
 
 @compiled
 def shorten(
-    space: Space, path: Reals, count: int, tries: int, seed: int, stack: Stack, work: Work, between: Reals
+    space: Space, path: Reals, count: int, tries: int, seed: int, stack: Stack, work: SpaceWork, between: Reals
 ) -> int:
     """Link states of a path, at random, beside straight pieces that are shorter than it; how many states it has then.
 
@@ -70,7 +70,7 @@ def _length(states: Reals) -> float:
 
 
 @compiled
-def relax(space: Space, path: Reals, count: int, sweeps: int, wished: float, stack: Stack, work: Work) -> None:
+def relax(space: Space, path: Reals, count: int, sweeps: int, wished: float, stack: Stack, work: SpaceWork) -> None:
     """Move the states of a path, in place, between their neighbours, and off contact.
 
     wished : m, gap of shrunk panels up to which contact pushes. A state moves where panels keep apart at its new place
@@ -91,7 +91,7 @@ def relax(space: Space, path: Reals, count: int, sweeps: int, wished: float, sta
 
 
 @compiled
-def _want(space: Space, before: State, here: State, after: State, wished: float, work: Work) -> None:
+def _want(space: Space, before: State, here: State, after: State, wished: float, work: SpaceWork) -> None:
     """Write what a state wants: to lie half-way between its neighbours, panels apart and hinges off their stops."""
     count = near_contacts(space, here, wished, 0, work)
     push = np.zeros(len(work.want))

@@ -87,7 +87,7 @@ class Conditions(NamedTuple):
     order: Whole
 
 
-class Work(NamedTuple):
+class SpaceWork(NamedTuple):
     """Tables that the kernels share.
 
     closing : of the loops. want, step, trial : (m,). wanted : (2, m), what loops allow of what is wanted, and that
@@ -157,7 +157,7 @@ def copy(state: State, found: State) -> None:
 
 
 @compiled
-def new_work(space: Space) -> Work:
+def new_work(space: Space) -> SpaceWork:
     """Empty tables."""
     m = len(space.folded)
     k = (2 + ROWS) * m
@@ -166,7 +166,9 @@ def new_work(space: Space) -> Work:
     whole, directions = np.zeros((k, 2), np.int64), np.zeros((k, 3))
     conditions = Conditions(whole, directions, np.zeros((k, 3)), np.zeros(k), np.zeros(k, np.int64))
     rows, bounds, forces = np.zeros((k, m)), np.zeros(k), np.zeros(k)
-    return Work(closing, np.zeros(m), np.zeros(m), np.zeros(m), wanted, axes, twists, conditions, rows, bounds, forces)
+    return SpaceWork(
+        closing, np.zeros(m), np.zeros(m), np.zeros(m), wanted, axes, twists, conditions, rows, bounds, forces
+    )
 
 
 @lean

@@ -9,7 +9,7 @@ import numpy as np
 
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.planning.sliding import slide
-from hcsearch.kernels.planning.space import Space, Stack, Work, copy, farthest, greatest, pick, place
+from hcsearch.kernels.planning.space import Space, SpaceWork, Stack, copy, farthest, greatest, pick, place
 from hcsearch.typing import Reals, Whole
 
 CELL = 0.15
@@ -24,7 +24,7 @@ PATIENCE = 2
 """Steps that may not help before a tree grows elsewhere."""
 
 
-class Tree(NamedTuple):
+class StateTree(NamedTuple):
     """States that hang on the root, which is an end of the motion.
 
     angles : (capacity, m). parents : (capacity,), -1 for the root. size : (1,), how many states there are.
@@ -39,12 +39,12 @@ class Tree(NamedTuple):
 
 
 @compiled
-def new_tree(capacity: int, root: Reals) -> Tree:
+def new_tree(capacity: int, root: Reals) -> StateTree:
     """A tree that is its root."""
     slots = 4
     while slots < 4 * capacity:
         slots *= 2
-    tree = Tree(
+    tree = StateTree(
         np.zeros((capacity, len(root))),
         np.full(capacity, -1),
         np.ones(1, np.int64),
@@ -56,7 +56,7 @@ def new_tree(capacity: int, root: Reals) -> Tree:
 
 
 @lean
-def add(tree: Tree, parent: int, angles: Reals) -> int:
+def add(tree: StateTree, parent: int, angles: Reals) -> int:
     """Add a state; its number, -1 where the tree is full."""
     n = tree.size[0]
     if n == len(tree.parents):
@@ -69,7 +69,7 @@ def add(tree: Tree, parent: int, angles: Reals) -> int:
 
 
 @lean
-def nearest(tree: Tree, angles: Reals, beyond: float) -> tuple[int, float]:
+def nearest(tree: StateTree, angles: Reals, beyond: float) -> tuple[int, float]:
     """The nearest state of a tree beyond some squared distance (rad^2), and the square of its own; -1 without."""
     best, least = -1, math.inf
     for i in range(tree.size[0]):
@@ -84,7 +84,7 @@ def nearest(tree: Tree, angles: Reals, beyond: float) -> tuple[int, float]:
 
 
 @lean
-def cell(tree: Tree, row: int) -> int:
+def cell(tree: StateTree, row: int) -> int:
     """The slot of the cell of a state in the hash table."""
     key = 1469598103934665603
     for h in range(tree.angles.shape[1]):
@@ -99,7 +99,7 @@ def cell(tree: Tree, row: int) -> int:
 
 
 @lean
-def keep_new(tree: Tree, first: int) -> bool:
+def keep_new(tree: StateTree, first: int) -> bool:
     """Of the states from `first` on, a line, keep those up to the last whose cell is not full; whether there is one."""
     end = first
     for i in range(first, tree.size[0]):
@@ -114,13 +114,13 @@ def keep_new(tree: Tree, first: int) -> bool:
 @compiled
 def grow(
     space: Space,
-    tree: Tree,
+    tree: StateTree,
     node: int,
     target: Reals,
     springs: Reals,
     limits: tuple[float, float, int],
     stack: Stack,
-    work: Work,
+    work: SpaceWork,
 ) -> int:
     """Grow a tree from a state towards a target by steps along contacts; the last state that was added, or the first.
 
