@@ -9,7 +9,7 @@ Names are looked up on first use, so that the command line starts without loadin
 
 from __future__ import annotations
 
-from hcsearch.lazy import importing
+from hcsearch.system.lazy import importing
 
 TYPE_CHECKING = False  # as type checkers know it; `typing` takes longer to load than Ctrl-C may go unanswered
 if TYPE_CHECKING:

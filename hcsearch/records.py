@@ -120,8 +120,8 @@ class Trial:
 
     folding : index in the batch. scene : its name, which `hcsearch deploy --scene` takes. values : the scene and the
     folding as a TOML file, which `hcsearch deploy` takes, too. status : deploys, collides, undecided. reason : a
-    sentence. clearance : smallest gap to which panels come back, m, at most a panel's size, as none of them may come
-    back; first_contact, deploy_time : s; None where there is none.
+    sentence. clearance : smallest gap to which panels come near again after they have parted, m; a panel's size where
+    none do. first_contact, deploy_time : s; None where there is none.
     energy_error : greatest relative error of the energy balance. closure_error : greatest gap of the closed loop, m.
     """
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from hcsearch.cli.options import Number
-from hcsearch.outputs import check_folder, check_output
+from hcsearch.system.outputs import check_folder, check_output
 
 if TYPE_CHECKING:
     from hcsearch_bench.run.report import Report

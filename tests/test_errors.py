@@ -17,7 +17,7 @@ from hcsearch.errors import (
     one_line,
     printable,
 )
-from hcsearch.reading import read_text, read_toml
+from hcsearch.system.reading import read_text, read_toml
 
 
 @given(st.text(st.characters(), max_size=3 * LONGEST_WORD) | st.lists(st.text(), max_size=300).map(" ".join))

@@ -10,11 +10,11 @@ from contextlib import closing
 import pytest
 from click.testing import CliRunner
 
-from hcsearch import outputs
 from hcsearch.cli import hcsearch
 from hcsearch.errors import OutputError
-from hcsearch.outputs import check_folder, check_output, make_folder, replacing, write_output
 from hcsearch.store import open_database
+from hcsearch.system import outputs
+from hcsearch.system.outputs import check_folder, check_output, make_folder, replacing, write_output
 from tests.faults.small_disk import limited
 
 

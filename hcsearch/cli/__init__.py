@@ -24,7 +24,7 @@ from hcsearch.cli.show import show
 from hcsearch.cli.tune import tune
 from hcsearch.cli.units import units
 from hcsearch.errors import HcsearchError, one_line
-from hcsearch.interrupts import leave
+from hcsearch.system.interrupts import leave
 
 _ADDED = "hcsearch.commands"
 _PIPE_CODE = 128 + 13  # SIGPIPE, as shells say it

@@ -9,7 +9,7 @@ import click
 
 from hcsearch.cli.options import Number
 from hcsearch.errors import HcsearchError
-from hcsearch.outputs import check_output, write_output
+from hcsearch.system.outputs import check_output, write_output
 
 if TYPE_CHECKING:
     from hcsearch.assemblies import Assembly

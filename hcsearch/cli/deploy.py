@@ -10,7 +10,7 @@ from click.core import ParameterSource
 
 from hcsearch.cli.subjects import request_of, subject_options
 from hcsearch.errors import HcsearchError
-from hcsearch.outputs import PICTURES, TABLES, check_output, write_table
+from hcsearch.system.outputs import PICTURES, TABLES, check_output, write_table
 from hcsearch.vocabulary import FORMULATIONS, INTEGRATORS
 
 

@@ -10,7 +10,7 @@ import click
 from hcsearch.cli.options import Number
 from hcsearch.cli.subjects import folding_options, request_of
 from hcsearch.errors import HcsearchError
-from hcsearch.outputs import PICTURES, check_output
+from hcsearch.system.outputs import PICTURES, check_output
 
 
 @click.command(

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hcsearch.cores import usable_cores
 from hcsearch.errors import HcsearchError
 from hcsearch.grid import GRIDS, grid_named, parse_array
+from hcsearch.system.cores import usable_cores
 from hcsearch.vocabulary import KEEPS
 
 if TYPE_CHECKING:

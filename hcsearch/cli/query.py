@@ -9,10 +9,10 @@ import click
 from hcsearch.cli.options import database_option
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import QueryError, printable
-from hcsearch.outputs import check_output
 from hcsearch.store.columns import column_names
 from hcsearch.store.formats import FORMATS
 from hcsearch.subjects.scenes import scene_asked_for
+from hcsearch.system.outputs import check_output
 
 _COLUMNS = "id,grid,n,array,circuit,symmetry,n_foldings,n_untwisted,min_twist,status"
 

@@ -9,8 +9,8 @@ import click
 from hcsearch.cli.options import database_option
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import printable
-from hcsearch.outputs import check_output
 from hcsearch.subjects.scenes import scene_asked_for
+from hcsearch.system.outputs import check_output
 
 
 @click.command(epilog="Example: hcsearch report 'grid=hex n=12' --output hex-12.html")

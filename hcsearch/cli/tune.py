@@ -10,7 +10,7 @@ import click
 from hcsearch.cli.progress import Meter
 from hcsearch.cli.subjects import request_of, subject_options
 from hcsearch.errors import HcsearchError
-from hcsearch.outputs import check_output, write_output
+from hcsearch.system.outputs import check_output, write_output
 
 if TYPE_CHECKING:
     from hcsearch.subjects.reading import Subject

@@ -6,7 +6,7 @@ import numpy as np
 
 from hcsearch.deployment.deploying import Deployment
 from hcsearch.deployment.facts import energies
-from hcsearch.outputs import PICTURES, replacing
+from hcsearch.system.outputs import PICTURES, replacing
 
 
 def picture(deployment: Deployment, path: str, title: str) -> None:

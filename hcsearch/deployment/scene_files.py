@@ -10,8 +10,8 @@ from dataclasses import fields, replace
 from typing import Any
 
 from hcsearch.errors import SceneError
-from hcsearch.reading import read_toml
 from hcsearch.scenes import SCENES, Scene, panel_text, read_panel
+from hcsearch.system.reading import read_toml
 from hcsearch.vocabulary import FORMULATIONS
 
 Reader = Callable[[str, Any], Any]

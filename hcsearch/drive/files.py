@@ -6,7 +6,7 @@ from hcsearch.deployment.driving import drives_text
 from hcsearch.deployment.scene_files import file_text
 from hcsearch.drive.driving import Drive
 from hcsearch.drive.facts import table
-from hcsearch.outputs import write_output, write_table
+from hcsearch.system.outputs import write_output, write_table
 
 TABLES = (".csv", ".parquet")
 """Endings of files that the course is written to."""

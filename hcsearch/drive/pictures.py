@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hcsearch.drive.driving import Drive
-from hcsearch.outputs import PICTURES, replacing
+from hcsearch.system.outputs import PICTURES, replacing
 
 
 def picture(drive: Drive, path: str) -> None:

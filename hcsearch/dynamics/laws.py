@@ -27,7 +27,7 @@ from itertools import pairwise
 import numpy as np
 
 from hcsearch.errors import HcsearchError, NotationError
-from hcsearch.reading import read_text
+from hcsearch.system.reading import read_text
 from hcsearch.typing import Reals, Whole
 
 Cubic = tuple[float, float, float, float]

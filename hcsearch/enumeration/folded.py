@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hcsearch.enumeration.classes import canonical_batch
 from hcsearch.enumeration.growth import connective_constant
 from hcsearch.enumeration.plane import LatticePlane
-from hcsearch.enumeration.polygons import PolygonSearch
+from hcsearch.enumeration.polygons import check_length
 from hcsearch.errors import SizeError
 from hcsearch.grid import Grid
 from hcsearch.kernels.circuits import chains, joining
@@ -49,7 +49,7 @@ class FoldedSearch:
     untwisted: bool
 
     def __post_init__(self) -> None:
-        PolygonSearch(self.grid, self.n)  # refuses what it cannot hold
+        check_length(self.n)
         longest = int(math.log(_MAX_CHAINS) / math.log(connective_constant(self.grid)))
         most = 2 * min(longest + 1, _CODE_BITS // self._letter_bits)
         if self.n % 2 == 0 and self.n > most:

@@ -36,12 +36,7 @@ class PolygonSearch:
     n: int
 
     def __post_init__(self) -> None:
-        if self.n < 3:
-            raise SizeError(f"a circuit has at least 3 panels: --n {self.n} is too small, use --n 3 or more")
-        if self.n > MAX_PANELS:
-            raise SizeError(
-                f"--n {self.n} is too large to list: use --n {MAX_PANELS} or less, or `count --array` for one array"
-            )
+        check_length(self.n)
 
     @property
     def lists(self) -> str:
@@ -178,3 +173,11 @@ class _Walk:
             symmetry,
         )
         return words[:written].copy(), symmetry[:written].copy()
+
+
+def check_length(n: int) -> None:
+    """Refuse circuits of n panels, on any array, that are none or too many to list; SizeError names the remedy."""
+    if n < 3:
+        raise SizeError(f"a circuit has at least 3 panels: --n {n} is too small, use --n 3 or more")
+    if n > MAX_PANELS:
+        raise SizeError(f"--n {n} is too large to list: use --n {MAX_PANELS} or less, or `count --array` for one array")

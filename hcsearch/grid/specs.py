@@ -7,7 +7,7 @@ import re
 from hcsearch.errors import ArrayError, NotationError
 from hcsearch.grid.arrays import Array, check_size
 from hcsearch.grid.tilings import Cell, Grid
-from hcsearch.reading import read_text
+from hcsearch.system.reading import read_text
 
 
 def parse_array(grid: Grid, spec: str) -> Array:

@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from hcsearch.errors import HcsearchError
-from hcsearch.reading import read_text
+from hcsearch.system.reading import read_text
 from hcsearch.typing import Reals
 
 ANGLES = {"angle_rad": 1.0, "angle_deg": math.pi / 180.0}

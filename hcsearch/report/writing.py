@@ -6,11 +6,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from hcsearch.errors import QueryError
-from hcsearch.outputs import write_output
 from hcsearch.report.fetching import BEST_FIRST, fetch
 from hcsearch.report.page import render
 from hcsearch.scenes import DEFAULT
 from hcsearch.store import Database
+from hcsearch.system.outputs import write_output
 
 LIMIT = 2000
 """Designs on a page by default: more make it slow to search."""

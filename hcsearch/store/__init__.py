@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hcsearch.lazy import importing
+from hcsearch.system.lazy import importing
 
 if TYPE_CHECKING:
     from hcsearch.store.columns import VIEWS, Quantity, column_names, view_names

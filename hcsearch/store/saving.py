@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hcsearch.outputs import replacing
 from hcsearch.store.formats import format_rows
 from hcsearch.store.parquet import write_parquet
 from hcsearch.store.rows import Rows
+from hcsearch.system.outputs import replacing
 
 
 def save_rows(rows: Rows, style: str, path: Path) -> None:

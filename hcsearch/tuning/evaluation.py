@@ -11,7 +11,6 @@ import numpy as np
 
 from hcsearch.collision.margins import scale_of
 from hcsearch.collision.reaches import slack_of
-from hcsearch.cores import usable_cores
 from hcsearch.deployment import VERSION
 from hcsearch.deployment.checking import Check, Screen, check, screen_of
 from hcsearch.deployment.compiling import Compiled, compile_scene
@@ -19,6 +18,7 @@ from hcsearch.deployment.scales import settled
 from hcsearch.deployment.springs import scene_springs, stiffnesses_of, with_springs
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
+from hcsearch.system.cores import usable_cores
 from hcsearch.tuning.objective import Scales, objective
 from hcsearch.typing import Reals
 from hcsearch.vocabulary import Formulation

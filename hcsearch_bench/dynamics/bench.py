@@ -22,7 +22,7 @@ from hcsearch_bench.run.figures import plot_work
 from hcsearch_bench.run.machine import this_machine
 from hcsearch_bench.run.report import Report
 from hcsearch_bench.run.tables import Table
-from hcsearch_bench.run.work import OURS, QUICK_PATIENCE
+from hcsearch_bench.run.work import OURS, QUICK_PATIENCE, seconds_of
 from hcsearch_bench.subjects.deployments import LOOP, WHOLE, subjects
 
 Say = Callable[[str], None]
@@ -147,7 +147,7 @@ class DynamicsReport(Report):
     def draw(self, folder: Path) -> None:
         """Write the pictures."""
         points = [
-            (row.subject, row.engine, _curve(row), _seconds(row), row.error)
+            (row.subject, row.engine, _curve(row), seconds_of(row), row.error)
             for row in self.work
             if row.error is not None and row.formulation != "quasistatic"
         ]
@@ -187,16 +187,16 @@ def best_of(rows: Sequence[WorkRow]) -> list[BestRow]:
             for row in rows:
                 if row.subject == subject and row.formulation != "quasistatic" and _within(row, limit):
                     key = (row.formulation, row.engine, row.method)
-                    if key not in fastest or _seconds(row) < _seconds(fastest[key]):
+                    if key not in fastest or seconds_of(row) < seconds_of(fastest[key]):
                         fastest[key] = row
-            ours = min((_seconds(r) for r in fastest.values() if _is_ours(r)), default=None)
+            ours = min((seconds_of(r) for r in fastest.values() if _is_ours(r)), default=None)
             for (formulation, engine, method), row in fastest.items():
                 assert row.error is not None
-                ratio = None if ours is None else _seconds(row) / ours
+                ratio = None if ours is None else seconds_of(row) / ours
                 found.append(
                     BestRow(
                         *(subject, level, formulation, engine, method, row.tolerance, row.step, row.error),
-                        *(_seconds(row), ratio),
+                        *(seconds_of(row), ratio),
                     )
                 )
     return found
@@ -208,11 +208,6 @@ def _within(row: WorkRow, limit: float) -> bool:
 
 def _is_ours(row: WorkRow) -> bool:
     return (row.engine, row.formulation) == (OURS, "constrained")
-
-
-def _seconds(row: WorkRow) -> float:
-    assert row.seconds is not None
-    return row.seconds
 
 
 def goals_of(
@@ -256,7 +251,7 @@ def _faster(work: Sequence[WorkRow], formulation: str, engine: str, method: str,
     reached = [row for row in theirs if row.error is not None]
     if seconds is None and reached:
         nearest = min(reached, key=lambda row: row.error or 0.0)
-        seconds = _seconds(min((row for row in reached if row.error == nearest.error), key=_seconds))
+        seconds = seconds_of(min((row for row in reached if row.error == nearest.error), key=seconds_of))
         notes.append(f"it never comes to {ERROR:g}: {nearest.error:.2g} rad in {seconds:.3g} s")
     ratios = {own: None if not seconds or not time else seconds / time for own, time in ours.items()}
     if ratios[WHOLE]:

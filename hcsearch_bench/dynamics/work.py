@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -13,9 +12,9 @@ import numpy as np
 from hcsearch.typing import Reals
 from hcsearch_bench.peers import dense_system
 from hcsearch_bench.peers.multibody import Peer, peers
-from hcsearch_bench.peers.states import Trajectory, closure, energies, places
-from hcsearch_bench.run.timing import median_time
-from hcsearch_bench.run.work import OURS, UnableError, rising
+from hcsearch_bench.peers.states import closure, energy_error, places
+from hcsearch_bench.run.timing import measured
+from hcsearch_bench.run.work import OURS, UnableError, level_of, rising
 from hcsearch_bench.subjects.deployments import WHOLE, Case, DeploymentSubject
 
 if TYPE_CHECKING:
@@ -215,23 +214,15 @@ def blank(case: Case, engine: str, method: str, tolerance: float | None, step: f
 
 
 def _our_row(case: Case, reference: Reference, repeats: int, method: str, tolerance: float) -> WorkRow:
-    found: list[Motion] = []
-
-    def run() -> float:
-        begin = time.perf_counter()
-        found[:] = [_simulated(case, method, tolerance)]
-        return time.perf_counter() - begin
-
     _simulated(case, method, tolerance, end=1e-4 * case.end)  # compiled, and its tables made
-    seconds, runs = median_time(run, repeats)
-    (motion,) = found
+    motion, seconds, runs = measured(lambda: _simulated(case, method, tolerance), repeats)
     row = replace(_our_blank(case, method, tolerance), evaluations=motion.evaluations, seconds=seconds, runs=runs)
     if motion.ending != "time":
         return replace(row, note=f"refused: {motion.ending} at {motion.times[-1]:.3g} s")
     error = float(np.abs(case.angles(motion.at(reference.times)) - reference.angles).max())
     return replace(
         row,
-        verdict=verdict_of(error),
+        verdict=level_of(error, LEVELS),
         error=error,
         energy=case.compiled.factor * motion.drift,
         gap=gap_of(case, motion.q),
@@ -250,22 +241,13 @@ def peer_rows(case: Case, reference: Reference, peer: Peer, repeats: int, patien
 
 
 def _peer_row(case: Case, reference: Reference, peer: Peer, setting: float, repeats: int) -> WorkRow:
-    found: list[Trajectory] = []
-
-    def run() -> float:
-        found[:] = [peer.follow(case, reference.times, setting)]
-        return found[0].seconds
-
-    seconds, runs = median_time(run, repeats)
-    (motion,) = found
+    motion, seconds, runs = peer.measured(case, reference.times, setting, repeats)
     error = float(np.abs(case.angles(motion.q) - reference.angles).max())
-    lossless = not any(drive.damping for drive in case.system.drives)
-    energy = energies(case.system, motion.q, motion.v)
     return replace(
         blank(case, peer.engine, peer.method, *peer.sizes(case, setting)),
-        verdict=verdict_of(error),
+        verdict=level_of(error, LEVELS),
         error=error,
-        energy=float(np.abs(energy - energy[0]).max()) if lossless else None,
+        energy=energy_error(case.system, motion),
         gap=gap_of(case, motion.q),
         evaluations=motion.evaluations,
         seconds=seconds,
@@ -283,11 +265,6 @@ def gap_of(case: Case, q: Reals) -> float:
             gap = found.point(cut.second, end)[0] - found.point(cut.first, end)[0]
             worst = max(worst, float(np.linalg.norm(gap, axis=1).max()))
     return worst
-
-
-def verdict_of(error: float) -> str:
-    """Its level."""
-    return next((name for name, limit in LEVELS if error <= limit), "wrong")
 
 
 def seconds_at(rows: Sequence[WorkRow], error: float) -> float | None:

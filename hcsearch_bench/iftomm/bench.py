@@ -23,7 +23,7 @@ from hcsearch_bench.run.figures import plot_work
 from hcsearch_bench.run.machine import this_machine
 from hcsearch_bench.run.report import Report
 from hcsearch_bench.run.tables import Table
-from hcsearch_bench.run.work import OURS, PATIENCE, QUICK_PATIENCE
+from hcsearch_bench.run.work import OURS, PATIENCE, QUICK_PATIENCE, seconds_of
 
 Say = Callable[[str], None]
 
@@ -108,7 +108,7 @@ class IftommReport(Report):
     def draw(self, folder: Path) -> None:
         """Write the pictures."""
         points = [
-            (row.problem, row.engine, f"{row.engine}, {row.method}", _seconds(row), row.error)
+            (row.problem, row.engine, f"{row.engine}, {row.method}", seconds_of(row), row.error)
             for row in self.work
             if row.error is not None
         ]
@@ -142,23 +142,18 @@ def best_of(rows: Sequence[WorkRow]) -> list[BestRow]:
             for row in rows:
                 if row.problem == problem and row.verdict in verdicts:
                     known = fastest.get(row.engine)
-                    if known is None or _seconds(row) < _seconds(known):
+                    if known is None or seconds_of(row) < seconds_of(known):
                         fastest[row.engine] = row
-            ours = _seconds(fastest[OURS]) if OURS in fastest else None
+            ours = seconds_of(fastest[OURS]) if OURS in fastest else None
             for engine, row in fastest.items():
                 assert row.error is not None
                 found.append(
                     BestRow(
                         *(problem, level, engine, row.method, row.tolerance, row.step, row.error, row.energy),
-                        *(_seconds(row), None if ours is None else _seconds(row) / ours),
+                        *(seconds_of(row), None if ours is None else seconds_of(row) / ours),
                     )
                 )
     return found
-
-
-def _seconds(row: WorkRow) -> float:
-    assert row.seconds is not None
-    return row.seconds
 
 
 def goals_of(rows: Sequence[WorkRow], over: float) -> list[GoalRow]:
@@ -167,7 +162,7 @@ def goals_of(rows: Sequence[WorkRow], over: float) -> list[GoalRow]:
     for problem in ("A04 thin", "A04 square"):
         ours = [row for row in rows if (row.problem, row.engine) == (problem, OURS) and row.error is not None]
         precise = [row for row in ours if all(_kept(row, goal) for goal in ("error", "closure", "energy"))]
-        row = min(precise, key=_seconds) if precise else min(ours, key=lambda row: row.error or 0.0, default=None)
+        row = min(precise, key=seconds_of) if precise else min(ours, key=lambda row: row.error or 0.0, default=None)
         for goal, limit in BRICARD.items():
             found.append(
                 GoalRow(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -12,9 +11,9 @@ import numpy as np
 from hcsearch.typing import Reals
 from hcsearch_bench.iftomm.problems import Problem
 from hcsearch_bench.peers.multibody import Peer
-from hcsearch_bench.peers.states import Trajectory, closure, energies, places
-from hcsearch_bench.run.timing import median_time
-from hcsearch_bench.run.work import OURS, rising
+from hcsearch_bench.peers.states import closure, energy_error, places
+from hcsearch_bench.run.timing import measured
+from hcsearch_bench.run.work import OURS, level_of, rising
 
 if TYPE_CHECKING:
     from hcsearch.dynamics.simulation import Motion
@@ -73,20 +72,12 @@ def measure_ours(
     """One run of our engine, repeated."""
     from hcsearch.dynamics.simulation import simulate
 
-    found: list[Motion] = []
-
     def follow(end: float) -> Motion:
         options = {"method": method, "tolerance": tolerance, "max_steps": MAX_STEPS}
         return simulate(problem.system, problem.q, problem.v, end=end, **options)  # type: ignore[arg-type]
 
-    def run() -> float:
-        begin = time.perf_counter()
-        found[:] = [follow(problem.end)]
-        return time.perf_counter() - begin
-
     follow(1e-3 * problem.end)  # compiled, and its tables made
-    seconds, runs = median_time(run, repeats)
-    (motion,) = found
+    motion, seconds, runs = measured(lambda: follow(problem.end), repeats)
     row = WorkRow(
         *(problem.name, OURS, method, tolerance, None), evaluations=motion.evaluations, seconds=seconds, runs=runs
     )
@@ -96,7 +87,7 @@ def measure_ours(
     at_steps = _distance(problem, motion.q, problem.reference(motion.times))
     return replace(
         row,
-        verdict=verdict_of(problem, max(error, at_steps)),
+        verdict=level_of(max(error, at_steps), LEVELS, problem.length),
         error=error,
         at_steps=at_steps,
         energy=motion.drift,
@@ -127,23 +118,14 @@ def peer_rows(
 
 
 def _peer_row(problem: Problem, times: Reals, way: Reals, peer: Peer, setting: float, repeats: int) -> WorkRow:
-    found: list[Trajectory] = []
-
-    def run() -> float:
-        found[:] = [peer.follow(problem, times, setting)]
-        return found[0].seconds
-
-    seconds, runs = median_time(run, repeats)
-    (motion,) = found
+    motion, seconds, runs = peer.measured(problem, times, setting, repeats)
     error = _distance(problem, motion.q, way)
     system = problem.system
-    lossless = not any(drive.damping for drive in system.drives) and not any(strut.damping for strut in system.struts)
-    energy = energies(system, motion.q, motion.v)
     return WorkRow(
         *(problem.name, peer.engine, peer.method, *peer.sizes(problem, setting)),
-        verdict=verdict_of(problem, error),
+        verdict=level_of(error, LEVELS, problem.length),
         error=error,
-        energy=float(np.abs(energy - energy[0]).max()) if lossless else None,
+        energy=energy_error(system, motion),
         closure=closure(system, motion.q),
         evaluations=motion.evaluations,
         seconds=seconds,
@@ -155,8 +137,3 @@ def _distance(problem: Problem, q: Reals, way: Reals) -> float:
     """Greatest distance of the measured point from where it should be, m."""
     found, _ = places(problem.system, q).point(problem.body, problem.point)
     return float(np.linalg.norm(found - way, axis=1).max())
-
-
-def verdict_of(problem: Problem, error: float) -> str:
-    """Its level."""
-    return next((name for name, limit in LEVELS if error <= limit * problem.length), "wrong")

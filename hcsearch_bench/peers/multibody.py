@@ -11,6 +11,7 @@ from hcsearch.dynamics.system import System
 from hcsearch.typing import Reals
 from hcsearch_bench.peers import exudyn_system, mujoco_system, pinocchio_system
 from hcsearch_bench.peers.states import Trajectory
+from hcsearch_bench.run.timing import median_time
 
 
 class Task(Protocol):
@@ -52,6 +53,17 @@ class Peer:
         """Run it."""
         size = {"tolerance": setting} if self.by_tolerance else {"step": setting * task.end}
         return self.run(task.system, task.q, task.v, times, **size)
+
+    def measured(self, task: Task, times: Reals, setting: float, repeats: int) -> tuple[Trajectory, float, int]:
+        """What it gives, the median of the seconds of its integration, and how many runs there were."""
+        found: list[Trajectory] = []
+
+        def run() -> float:
+            found[:] = [self.follow(task, times, setting)]
+            return found[0].seconds
+
+        seconds, runs = median_time(run, repeats)
+        return found[0], seconds, runs
 
 
 def peers(quick: bool, outputs: int) -> list[Peer]:

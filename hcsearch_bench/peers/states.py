@@ -105,6 +105,14 @@ def energies(system: System, q: Reals, v: Reals) -> Reals:
     return total
 
 
+def energy_error(system: System, motion: Trajectory) -> float | None:
+    """Greatest error of the energy balance, J; None where something is damped."""
+    if any(drive.damping for drive in system.drives) or any(strut.damping for strut in system.struts):
+        return None
+    energy = energies(system, motion.q, motion.v)
+    return float(np.abs(energy - energy[0]).max())
+
+
 def closure(system: System, q: Reals) -> float:
     """Greatest gap of welds, m; turns count times the system's size."""
     if not system.welds:

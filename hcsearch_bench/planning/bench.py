@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hcsearch.outputs import write_output
+from hcsearch.system.outputs import write_output
 from hcsearch.typing import Reals
 from hcsearch_bench.planning.beside_ompl import PeerRow, Subject, peer_rows
 from hcsearch_bench.planning.foldings import (

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hcsearch.outputs import replacing
+from hcsearch.system.outputs import replacing
 from hcsearch_bench.run.work import OURS
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hcsearch.outputs import make_folder, write_output
+from hcsearch.system.outputs import make_folder, write_output
 from hcsearch_bench.run.machine import Machine
 
 if TYPE_CHECKING:

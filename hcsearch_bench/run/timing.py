@@ -71,3 +71,16 @@ def median_time(run: Callable[[], float], repeats: int) -> tuple[float, int]:
     while len(times) < wanted and sum(times) < ENOUGH:
         times.append(run())
     return statistics.median(times), len(times)
+
+
+def measured(compute: Callable[[], T], repeats: int) -> tuple[T, float, int]:
+    """What a computation gives, the median of its seconds on the wall, and how many runs there were."""
+    results: list[T] = []
+
+    def run() -> float:
+        begin = time.perf_counter()
+        results[:] = [compute()]
+        return time.perf_counter() - begin
+
+    seconds, runs = median_time(run, repeats)
+    return results[0], seconds, runs

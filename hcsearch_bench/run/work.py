@@ -64,3 +64,14 @@ def noted(row: Row, note: str) -> Row:
     changed: Any = replace(row, note=note)  # type: ignore[type-var]
     found: Row = changed
     return found
+
+
+def level_of(error: float, levels: Sequence[tuple[str, float]], scale: float = 1.0) -> str:
+    """The first level that an error is within; `wrong` beyond them all. scale : what the limits are multiplied by."""
+    return next((name for name, limit in levels if error <= limit * scale), "wrong")
+
+
+def seconds_of(row: _Measured) -> float:
+    """The seconds of a row that has been measured."""
+    assert row.seconds is not None
+    return row.seconds

@@ -23,12 +23,12 @@ from hcsearch_bench.dynamics.deployments import (
     quick_row,
 )
 from hcsearch_bench.dynamics.scale import ScaleRow, slope_of, strip
-from hcsearch_bench.dynamics.work import WorkRow, gap_of, reference_of, seconds_at, verdict_of
+from hcsearch_bench.dynamics.work import LEVELS, WorkRow, gap_of, reference_of, seconds_at
 from hcsearch_bench.iftomm.problems import bricard, governor
 from hcsearch_bench.peers import pinocchio_system
 from hcsearch_bench.peers.dense_system import Dense
 from hcsearch_bench.peers.states import closure, depth_first
-from hcsearch_bench.run.work import OURS, UnableError
+from hcsearch_bench.run.work import OURS, UnableError, level_of
 from hcsearch_bench.subjects.deployments import LOOP, WHOLE, subjects
 from tests.dynamics.naive_dynamics import Twin, random_system
 
@@ -163,7 +163,7 @@ def test_pinocchio_has_the_accelerations_of_a_tree_with_branches(name):
 
 
 def work(engine, method, error, seconds, formulation="constrained"):
-    return WorkRow(LOOP, formulation, engine, method, 1e-6, None, verdict_of(error), error, seconds=seconds)
+    return WorkRow(LOOP, formulation, engine, method, 1e-6, None, level_of(error, LEVELS), error, seconds=seconds)
 
 
 def test_seconds_at_an_error_are_between_two_runs():
@@ -176,7 +176,7 @@ def test_seconds_at_an_error_are_between_two_runs():
 
 
 def test_verdicts():
-    assert [verdict_of(error) for error in (1e-9, 1e-5, 1e-3, 1.0)] == ["precise", "high", "low", "wrong"]
+    assert [level_of(error, LEVELS) for error in (1e-9, 1e-5, 1e-3, 1.0)] == ["precise", "high", "low", "wrong"]
 
 
 def test_the_fastest_of_each_method():

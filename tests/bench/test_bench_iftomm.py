@@ -14,10 +14,10 @@ from hcsearch_bench.iftomm import bench as iftomm
 from hcsearch_bench.iftomm import work as iftomm_work
 from hcsearch_bench.iftomm.bench import best_of, goals_of
 from hcsearch_bench.iftomm.problems import X, Y, Z, bricard, four_bars, pendulum, squeezer
-from hcsearch_bench.iftomm.work import WorkRow, peer_rows, verdict_of
+from hcsearch_bench.iftomm.work import LEVELS, WorkRow, peer_rows
 from hcsearch_bench.peers.multibody import Peer, peers
 from hcsearch_bench.peers.states import Trajectory, closure, common_points, line_of, lines_of, places
-from hcsearch_bench.run.work import OURS, UnableError
+from hcsearch_bench.run.work import OURS, UnableError, level_of
 
 TABLES = {"work", "best", "goals"}
 TIMES = np.linspace(0.0, 1.0, 11)
@@ -93,12 +93,17 @@ def test_a_motion_that_stops_early_is_refused(monkeypatch):
 
 
 def test_verdicts_are_seen_against_the_length():
-    assert [verdict_of(pendulum(), error) for error in (1e-7, 1e-5, 1e-2, 1.0)] == ["precise", "high", "low", "wrong"]
-    assert verdict_of(squeezer(), 1e-7) == "high"
+    assert [level_of(error, LEVELS, pendulum().length) for error in (1e-7, 1e-5, 1e-2, 1.0)] == [
+        "precise",
+        "high",
+        "low",
+        "wrong",
+    ]
+    assert level_of(1e-7, LEVELS, squeezer().length) == "high"
 
 
 def row(engine, error, seconds, **more):
-    verdict = verdict_of(pendulum(), error)
+    verdict = level_of(error, LEVELS, pendulum().length)
     return WorkRow("A04 thin", engine, "m", 1e-6, None, verdict, error=error, seconds=seconds, **more)
 
 

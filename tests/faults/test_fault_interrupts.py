@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import hcsearch
-from hcsearch.interrupts import INTERRUPTED as WORDS
+from hcsearch.system.interrupts import INTERRUPTED as WORDS
 from tests.faults.fault_tools import INTERRUPTED, MANY, MOST, Running, assert_one_line, look, progress, seeded, wait_for
 
 

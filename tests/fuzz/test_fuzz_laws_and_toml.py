@@ -7,7 +7,7 @@ import pytest
 
 from hcsearch.dynamics.laws import law_named
 from hcsearch.identification.tables import read_accelerations, read_moments
-from hcsearch.reading import read_toml
+from hcsearch.system.reading import read_toml
 from tests.fuzz.mutations import judge, mutated
 
 LAWS = [

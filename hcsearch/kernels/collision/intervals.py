@@ -42,10 +42,10 @@ class Book(NamedTuple):
     """Tables of a search: intervals that wait, by depth; what is known of each pair; tables of the step.
 
     low, high, lows, highs : ends of the interval as shares of the step, and poses there. lists, counts : its pairs.
-    ways, keepers : of each pair, the direction that last told it apart, fixed to its first panel (0) or second (1) and
-        pointing away from that. corners : of each pair, where the last search of its distance ended. spare : what the
-        gap of each pair is at least at the end of the last interval it was looked at in, less how far both may have
-        come nearer since; at the end of the last one of a step that is the end of the step.
+    ways, keepers : of each pair, the direction that last separated it, fixed to its first panel (0) or second (1) and
+        pointing away from that. corners : of each pair, where the last search of its distance ended. spare : of each
+        pair a lower bound of its gap, at the end of the interval in which it was looked at last; less the way by which
+        both panels may have come nearer since then. After the last interval of a step it holds at the step's end.
     bends, speeds : of the step, |x''| / 8 as seen from either panel, and |x'|.
     course, rates, accelerations : polynomials of the fold angles in the step, and bounds. seen : (2, 3, 4), poses of
         the second panel from the first at both ends. points : corners of the second prism from the first panel.
@@ -182,7 +182,7 @@ def _tell_apart(
 ) -> tuple[float, float, float]:
     """What the gap of a pair does not come below in an interval, and at its ends; the best found where that is less.
 
-    The direction that told the pair apart before is tried first, then those of the shortest way at either end.
+    The direction that separated the pair before is tried first, then those of the shortest way at either end.
     """
     way = at(book.ways, p, 0)
     low, first, second = _gap(prisms, pairs, p, book.keepers[p], way, wait, book)

@@ -100,7 +100,8 @@ class Findings(NamedTuple):
 def check_all(stack: Any, rules: Rules, record: Record, found: Findings) -> None:
     """Check the foldings of a stack one after the other; the record is written anew by each.
 
-    Every kernel has all that it calls compiled into it once more: so this one calls what takes long to compile itself.
+    numba compiles into a kernel once more what it calls. So the large kernels are called from here, without others in
+    between, each of which would be compiled as long again.
     """
     cubic = rules.closure_stiffness > 0.0  # stiff springs make accelerations that say nothing of the motion
     plan, method = rules.plan, rules.method
