@@ -10,7 +10,7 @@ def main() -> None:
     try:
         import signal  # noqa: PLC0415 - within the block, as an interrupt may come in each of these lines
 
-        from hcsearch.system.interrupts import leave  # noqa: PLC0415
+        from hcsearch.system.interrupts import leave  # noqa: PLC0415 - as above
 
         signal.signal(signal.SIGINT, leave)
     except KeyboardInterrupt:

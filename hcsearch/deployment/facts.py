@@ -100,7 +100,7 @@ def _driven(deployment: Deployment) -> dict[str, Any]:
 
 def table(deployment: Deployment) -> pd.DataFrame:
     """States of a deployment: time, energies, fold angles and rates of all hinges."""
-    import pandas as pd  # noqa: PLC0415
+    import pandas as pd  # noqa: PLC0415 - only where a table is wanted
 
     columns = {"time_s": deployment.motion.times, **energies(deployment)}
     hinges = deployment.angles.shape[1]

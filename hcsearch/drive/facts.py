@@ -79,7 +79,7 @@ def _greatest(torques: np.ndarray) -> list[float]:
 
 def table(drive: Drive) -> pd.DataFrame:
     """The planned course: time, fold angles and rates of all hinges, torques of the driven ones."""
-    import pandas as pd  # noqa: PLC0415
+    import pandas as pd  # noqa: PLC0415 - only where a table is wanted
 
     own = drive.torques
     columns = {"time_s": own.times}

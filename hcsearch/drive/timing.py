@@ -54,7 +54,7 @@ class TimedPath:
 def timed(path: SmoothPath, rate: float = RATE, acceleration: float = ACCELERATION) -> TimedPath:
     """The time law of a path within a greatest rate (rad/s) and acceleration (rad/s^2) of its hinges."""
     from scipy.interpolate import make_interp_spline  # noqa: PLC0415 - loads slowly
-    from scipy.ndimage import gaussian_filter1d, maximum_filter1d  # noqa: PLC0415
+    from scipy.ndimage import gaussian_filter1d, maximum_filter1d  # noqa: PLC0415 - loads slowly
 
     for name, bound in (("rate", rate), ("acceleration", acceleration)):
         if not SLOWEST <= bound <= FASTEST:

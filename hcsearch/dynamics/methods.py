@@ -43,7 +43,7 @@ def method_named(name: str) -> Method:
         return _dormand_prince()
     if name not in SOLVERS:
         raise HcsearchError(f"there is no method {name!r}: choose one of {', '.join(INTEGRATORS)}")
-    from scipy import integrate  # noqa: PLC0415
+    from scipy import integrate  # noqa: PLC0415 - see above
 
     solver = getattr(integrate, SOLVERS[name])
     stages = solver.n_stages

@@ -38,64 +38,79 @@ OPEN = 0.1
 """A state is lost when it is open by more than this."""
 
 
+@dataclass(frozen=True)
+class Stepping:
+    """How a path is stepped along.
+
+    method : `increment` (fixed increments of the fastest hinge, as in the thesis), `euler`, `taylor` (second order),
+        `runge-kutta` (fourth), `hermite` (fifth, from two states).
+    step : first step (rad of arc length; `increment`: rad of the fastest hinge), and every one if not adaptive.
+    tolerance : distance from prediction to corrected state that steps are chosen for (rad).
+    corrections : Newton corrections a step; None until closed. Fewer serve to compare methods, with fixed steps.
+    """
+
+    method: str = "hermite"
+    step: float | None = None
+    tolerance: float = 1e-3
+    adaptive: bool = True
+    corrections: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.method not in PREDICTORS:
+            raise HcsearchError(f"there is no method {self.method!r}: choose one of {', '.join(PREDICTORS)}")
+        if self.adapts and self.corrections is not None:
+            raise HcsearchError("steps cannot adapt to unfinished corrections: give adaptive=False, or leave them out")
+
+    @property
+    def adapts(self) -> bool:
+        """Whether steps adapt; the thesis's increments are fixed."""
+        return self.adaptive and self.method != "increment"
+
+    def first(self, n_hinges: int) -> float:
+        """The first step, which is from a singular state, as a rule, and grows from what is known beside it."""
+        if self.step is not None:
+            return self.step
+        return 0.01 if self.method == "increment" else (EDGE if self.adapts else 0.02) * math.sqrt(n_hinges)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What ends a path.
+
+    goal : the state that ends it: `flat`, `folded`, `end` for either, `none` for neither. stops : whether hinges stop
+        at 0 and pi; else they turn on. events : whether to look for singular states between the states. branch :
+        whether to pass a bifurcation straight on, or to stop there. length : arc length (rad) at which to end.
+    """
+
+    goal: Goal = "end"
+    stops: bool = True
+    events: bool = True
+    branch: Literal["pass", "stop"] = "pass"
+    max_steps: int = 2000
+    length: float = math.inf
+
+
+ADAPTED, TO_THE_END = Stepping(), Limits()
+
+
 def follow(
     linkage: Linkage,
     start: Reals,
     direction: Reals | None = None,
     *,
-    goal: Goal = "end",
-    method: str = "hermite",
-    step: float | None = None,
-    tolerance: float = 1e-3,
-    adaptive: bool = True,
-    corrections: int | None = None,
-    stops: bool = True,
-    events: bool = True,
-    branch: Literal["pass", "stop"] = "pass",
-    max_steps: int = 2000,
-    length: float = math.inf,
+    stepping: Stepping = ADAPTED,
+    limits: Limits = TO_THE_END,
 ) -> Path:
     """Follow the motion that begins at a closed state in a direction.
 
     direction : velocity of the fold angles, of which the part that keeps the loops closed counts; None for the part
         of the straight way to the goal (flat, where either end will do). A singular state needs one (`branches`).
         With several degrees of freedom the motion is the geodesic: it runs on as straight as closure allows.
-    goal : the state that ends the path: `flat`, `folded`, `end` for either, `none` for neither.
-    method : `increment` (fixed increments of the fastest hinge, as in the thesis), `euler`, `taylor` (second order),
-        `runge-kutta` (fourth), `hermite` (fifth, from two states).
-    step : first step (rad of arc length; `increment`: rad of the fastest hinge), and every one if not adaptive.
-    tolerance : distance from prediction to corrected state that steps are chosen for (rad).
-    corrections : Newton corrections a step; None until closed. Fewer serve to compare methods, with fixed steps.
-    stops : whether hinges stop at 0 and pi; else they turn on.
-    events : whether to look for singular states between the states.
-    branch : whether to pass a bifurcation straight on, or to stop there.
-    length : arc length (rad) at which to end.
     """
-    if method not in PREDICTORS:
-        raise HcsearchError(f"there is no method {method!r}: choose one of {', '.join(PREDICTORS)}")
-    adaptive = adaptive and method != "increment"  # the thesis's increments are fixed
-    if adaptive and corrections is not None:
-        raise HcsearchError("steps cannot adapt to unfinished corrections: give adaptive=False, or leave them out")
-    grows = adaptive and step is None
-    if step is None:
-        # the first step is from a singular state, as a rule, and grows from what is known beside it
-        step = 0.01 if method == "increment" else (EDGE if adaptive else 0.02) * math.sqrt(linkage.n_hinges)
-    ends: dict[End, Reals] = {"flat": linkage.flat, "folded": linkage.folded}
-    closed = {name: state for name, state in ends.items() if goal in {name, "end"} and _is_closed(linkage, state)}
-    limits = _Limits(
-        closed,
-        stops,
-        events and corrections is None,
-        branch == "stop",
-        max_steps,
-        length,
-        tolerance if adaptive else math.inf,
-    )
-    following = _Following(Walker(linkage, PREDICTORS[method], corrections), limits, step, grows)
     begin = np.array(start, float)
     if direction is None:
-        direction = (linkage.folded if goal == "folded" else linkage.flat) - begin
-    return following.run(begin, np.asarray(direction, float))
+        direction = (linkage.folded if limits.goal == "folded" else linkage.flat) - begin
+    return _Following(linkage, stepping, limits).run(begin, np.asarray(direction, float))
 
 
 class _Landing(NamedTuple):
@@ -106,25 +121,20 @@ class _Landing(NamedTuple):
     left: float
 
 
-@dataclass(frozen=True)
-class _Limits:
-    """What ends a path, and the error that steps are chosen for."""
-
-    ends: dict[End, Reals]
-    stops: bool
-    events: bool
-    at_branch: bool
-    max_steps: int
-    length: float
-    tolerance: float
-
-
 class _Following:
     """A path while it is followed."""
 
-    def __init__(self, walker: Walker, limits: _Limits, step: float, grows: bool) -> None:
-        self.walker, self.limits, self.step, self.grows = walker, limits, step, grows
-        self.size = math.sqrt(walker.linkage.n_hinges)
+    def __init__(self, linkage: Linkage, stepping: Stepping, limits: Limits) -> None:
+        self.walker = Walker(linkage, PREDICTORS[stepping.method], stepping.corrections)
+        self.limits, self.step = limits, stepping.first(linkage.n_hinges)
+        self.grows = stepping.adapts and stepping.step is None
+        self.tolerance = stepping.tolerance if stepping.adapts else math.inf
+        self.watched = limits.events and stepping.corrections is None
+        both: dict[End, Reals] = {"flat": linkage.flat, "folded": linkage.folded}
+        self.ends = {
+            name: end for name, end in both.items() if limits.goal in {name, "end"} and _is_closed(linkage, end)
+        }
+        self.size = math.sqrt(linkage.n_hinges)
         self.longest = 0.1 * math.pi * self.size
         self.states: list[Step] = []
         self.events: list[SingularEvent] = []
@@ -159,7 +169,7 @@ class _Following:
         size, whole = float(np.linalg.norm(tangent)), float(np.linalg.norm(direction))
         moves = size > 1e-9 * whole
         self.states.append(Step(local, tangent / size if moves else tangent, 0.0))
-        for name, state in self.limits.ends.items():
+        for name, state in self.ends.items():
             if not whole and not np.abs(start - state).any():
                 return Ending(name, f"{name} at the start")
         if local.residual > 10 * CLOSED:
@@ -206,19 +216,19 @@ class _Following:
             tried = self.walker.advance(self.before, self.last, distance)
         if landing is not None and (tried is None or tried.step.local.rank.rank is None):
             return self._land(landing)  # its singularity hides the states before it
-        if tried is None or tried.error > 4 * self.limits.tolerance:
-            return self._again(distance, lost=tried is None and math.isinf(self.limits.tolerance))
+        if tried is None or tried.error > 4 * self.tolerance:
+            return self._again(distance, lost=tried is None and math.isinf(self.tolerance))
         if tried.step.local.residual > OPEN:
             return Ending("lost closure", f"uncorrected, the loops have opened by {tried.step.local.residual:.1e}")
-        if math.isfinite(self.limits.tolerance):
-            better = 0.9 * (self.limits.tolerance / max(tried.error, 1e-300)) ** (1.0 / (tried.order + 1))
+        if math.isfinite(self.tolerance):
+            better = 0.9 * (self.tolerance / max(tried.error, 1e-300)) ** (1.0 / (tried.order + 1))
             self.step = min(self.longest, distance * min(3.0, max(0.3, better)))
         return self._pass(self.before, self.last, tried.step)
 
     def _approach(self, distance: float) -> tuple[float, _Landing | None]:
         """A step that leaves a fifth of the way to an end that is near, and that end, if the path leads to it."""
         landing = None
-        for name, state in self.limits.ends.items():
+        for name, state in self.ends.items():
             away = state - self.last.angles
             left = float(np.linalg.norm(away))
             if left >= 2.0 * distance or away @ self.last.tangent <= 0.9 * left:
@@ -239,7 +249,7 @@ class _Following:
             if power and longer > min(self.longest, self.limits.length):
                 break
             tried = self.walker.advance(None, self.last, longer)
-            if tried is not None and tried.error <= 4 * self.limits.tolerance:
+            if tried is not None and tried.error <= 4 * self.tolerance:
                 found = (longer, tried)
                 if not _blurred(tried.step, longer):
                     break
@@ -265,14 +275,14 @@ class _Following:
         if self.limits.stops and margins(after.angles).min() < -SLACK:
             stop = first_stop(self.walker, before, last, after)
             if stop is None:
-                return self._again(after.length - last.length, lost=math.isinf(self.limits.tolerance))
+                return self._again(after.length - last.length, lost=math.isinf(self.tolerance))
             if stop is not last:
                 self.states.append(stop)
             return _stopped(np.flatnonzero((margins(stop.angles) <= SLACK) & (margins(after.angles) < -SLACK)))
-        if self.limits.events:
+        if self.watched:
             for event in singular_states(self.walker, before, last, after):
                 self.events.append(event)
-                if self.limits.at_branch and event.kind == "bifurcation":
+                if (self.limits.branch == "stop") and event.kind == "bifurcation":
                     self.states.append(replace(last, local=self.walker.local(event.angles), length=event.length))
                     return Ending("branch", f"a bifurcation: {event.nullity} first-order motions")
         self.states.append(after)

@@ -145,7 +145,7 @@ def _cluster(address: str) -> Iterator[tuple[_Pool, int]]:
     """A pool on the workers of a Dask scheduler, and how many threads they have."""
     try:
         from distributed import Client, KilledWorker  # noqa: PLC0415 - an extra
-        from distributed.client import ClosedClientError  # noqa: PLC0415
+        from distributed.client import ClosedClientError  # noqa: PLC0415 - an extra
     except ImportError as error:
         raise ClusterError("--scheduler needs Dask: pip install 'hcsearch[cluster]'") from error
     if not greets_as_dask(*host_and_port(address)):

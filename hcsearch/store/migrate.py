@@ -74,7 +74,7 @@ def foreign(location: str) -> DatabaseError:
 
 def _run_migrations(connection: Connection) -> None:
     from alembic import command  # noqa: PLC0415 - 0.1 s that only a new or an old database costs
-    from alembic.config import Config  # noqa: PLC0415
+    from alembic.config import Config  # noqa: PLC0415 - only where there is work
 
     config = Config(attributes={"connection": connection})
     config.set_main_option("script_location", str(SCRIPTS).replace("%", "%%"))

@@ -38,7 +38,7 @@ def write_parquet(rows: Rows, path: Path) -> None:
     """
     try:
         import pyarrow  # noqa: PLC0415 - an extra
-        import pyarrow.parquet  # noqa: PLC0415
+        import pyarrow.parquet  # noqa: PLC0415 - an extra
     except ImportError as error:
         raise QueryError("the format parquet needs pyarrow: pip install 'hcsearch[parquet]'") from error
     check_names(rows, "parquet")

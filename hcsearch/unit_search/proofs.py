@@ -23,7 +23,7 @@ from hcsearch.locks.layers import contact_rows
 from hcsearch.locks.proofs import lock_at
 from hcsearch.paths.branches import branches
 from hcsearch.paths.descent import find_motion
-from hcsearch.paths.following import follow
+from hcsearch.paths.following import Limits, follow
 from hcsearch.paths.motions import Path
 from hcsearch.pattern import Pattern
 from hcsearch.typing import Reals
@@ -153,7 +153,7 @@ def _motion(linkage: Linkage) -> _Motion:
     """The motion out of the folded state; where no branch is found or followed to its end, one that springs find."""
     if locked(linkage):
         return _Motion(0, "locked")
-    paths = [follow(linkage, linkage.folded, way, goal="flat") for way in _ways(linkage)]
+    paths = [follow(linkage, linkage.folded, way, limits=Limits(goal="flat")) for way in _ways(linkage)]
     for path in paths:
         if path.outcome == "flat":
             return _followed(len(paths), "flat", path)
@@ -181,8 +181,8 @@ def _searched(linkage: Linkage, ways: int) -> _Motion:
     if springs.outcome != "flat":
         return _Motion(ways, "none", _between(springs))
     middle = springs.angles[len(springs.angles) // 2]
-    forth = follow(linkage, middle, linkage.flat - middle, goal="flat")
-    back = follow(linkage, middle, linkage.folded - middle, goal="folded")
+    forth = follow(linkage, middle, linkage.flat - middle, limits=Limits(goal="flat"))
+    back = follow(linkage, middle, linkage.folded - middle, limits=Limits(goal="folded"))
     if (forth.outcome, back.outcome) != ("flat", "folded"):
         return _followed(ways, "stepwise", springs)
     return _followed(ways, "flat", back, forth)

@@ -193,14 +193,14 @@ def _straight(path: Path) -> float:
 def _there_and_back(name: str, linkage: Linkage) -> ExtremeScene:
     """A geodesic of 1 rad from a state in general position, and from its end back to it."""
     from hcsearch.kinematics.closing import close
-    from hcsearch.paths.following import follow
+    from hcsearch.paths.following import Limits, Stepping, follow
 
     rng = np.random.default_rng(linkage.n_hinges)
     start = close(linkage, rng.uniform(0.2, 0.6, linkage.n_hinges)).angles
     direction = rng.standard_normal(linkage.n_hinges)
 
     def run() -> Path:
-        options = {"goal": "none", "stops": False, "length": 1.0, "tolerance": SHORT}
+        options = {"limits": Limits(goal="none", stops=False, length=1.0), "stepping": Stepping(tolerance=SHORT)}
         there = follow(linkage, start, direction, **options)  # type: ignore[arg-type]
         if not there.success or there.velocity is None:
             return there
@@ -215,7 +215,7 @@ def _starts() -> Iterator[ExtremeScene]:
     from hcsearch.assemblies.eight_r import eight_r
     from hcsearch.linkage import Linkage
     from hcsearch.paths.branches import branches
-    from hcsearch.paths.following import follow
+    from hcsearch.paths.following import Limits, follow
 
     element = Linkage(eight_r(Parameters()))
     subjects: list[tuple[str, Linkage, Callable[[Path], float] | None]] = [("8R", element, None)]
@@ -231,7 +231,7 @@ def _starts() -> Iterator[ExtremeScene]:
                 return follow(linkage, start, ways[0])
 
             def straight(linkage: Linkage = linkage, start: Reals = start, state: str = state) -> Path:
-                return follow(linkage, start, goal="flat" if state == "folded" else "folded")
+                return follow(linkage, start, limits=Limits(goal="flat" if state == "folded" else "folded"))
 
             yield ExtremeScene("singular start", f"{name} {state}, direction found", linkage, found, error)
             yield ExtremeScene("singular start", f"{name} {state}, no direction given", linkage, straight, error)

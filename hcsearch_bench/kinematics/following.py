@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -15,6 +15,7 @@ from hcsearch.typing import Reals
 
 if TYPE_CHECKING:
     from hcsearch.linkage import Linkage
+    from hcsearch.paths.following import Stepping
     from hcsearch.paths.motions import Path
 
 Say = Callable[[str], None]
@@ -135,44 +136,47 @@ def measure_paths(units: Sequence[str], *, quick: bool, repeats: int, say: Say) 
     rows = []
     for name in units:
         unit = Known(name)
-        for options in _options(quick):
-            say(f"unit {name}: {options['method']}, {options.get('step') or options.get('tolerance')}")
-            rows.append(_path_row(name, unit, options, repeats))
+        for stepping in _steppings(quick):
+            say(f"unit {name}: {stepping.method}, {stepping.step or stepping.tolerance}")
+            rows.append(_path_row(name, unit, stepping, repeats))
     return rows
 
 
-def _options(quick: bool) -> Iterator[dict[str, float | int | str | None]]:
+def _steppings(quick: bool) -> Iterator[Stepping]:
+    from hcsearch.paths.following import Stepping
+
     for method in METHODS:
         for step in QUICK_STEPS if quick else STEPS:
             for corrections in (0, 1, None):
-                yield {"method": method, "step": step, "corrections": corrections}
+                yield Stepping(method, step, adaptive=False, corrections=corrections)
     for step in QUICK_INCREMENTS if quick else INCREMENTS:
-        yield {"method": "increment", "step": step, "corrections": None}
+        yield Stepping("increment", step)
     for method in METHODS:
         for tolerance in QUICK_TOLERANCES if quick else TOLERANCES:
-            yield {"method": method, "tolerance": tolerance}
+            yield Stepping(method, tolerance=tolerance)
 
 
-def _path_row(name: str, unit: Known, options: dict[str, float | int | str | None], repeats: int) -> PathRow:
-    from hcsearch.paths.following import follow
+def _path_row(name: str, unit: Known, stepping: Stepping, repeats: int) -> PathRow:
+    from hcsearch.paths.following import Limits, follow
 
-    adaptive = "tolerance" in options
+    adaptive = stepping.adapts
     start = unit.linkage.folded if adaptive else unit.at(MARGIN)
-    more = {} if adaptive else {"length": unit.length(MARGIN, math.pi - MARGIN), "goal": "none", "adaptive": False}
+    limits = Limits(events=False, max_steps=20_000)
+    if not adaptive:
+        limits = replace(limits, goal="none", length=unit.length(MARGIN, math.pi - MARGIN))
 
     def run() -> Path:
-        return follow(unit.linkage, start, unit.opening(), events=False, max_steps=20_000, **options, **more)  # type: ignore[arg-type]
+        return follow(unit.linkage, start, unit.opening(), stepping=stepping, limits=limits)
 
     path, seconds, runs = _timed(run, repeats)
     arrived = path.success
     end = unit.linkage.flat if adaptive else unit.at(math.pi - MARGIN)
-    step, corrections = options.get("step"), options.get("corrections")
     return PathRow(
         unit=name,
-        method=str(options["method"]),
-        step=None if step is None else float(step),
-        tolerance=float(options["tolerance"] or 0.0) if adaptive else None,
-        corrections="closed" if corrections is None else str(corrections),
+        method=stepping.method,
+        step=stepping.step,
+        tolerance=stepping.tolerance if adaptive else None,
+        corrections="closed" if stepping.corrections is None else str(stepping.corrections),
         outcome=path.outcome,
         steps=path.steps,
         evaluations=path.evaluations,

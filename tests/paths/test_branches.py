@@ -16,7 +16,7 @@ from hcsearch.kinematics.local import local_at
 from hcsearch.linkage import Linkage
 from hcsearch.locks.proofs import lock_at
 from hcsearch.paths.branches import branches
-from hcsearch.paths.following import follow
+from hcsearch.paths.following import Limits, follow
 from hcsearch.paths.quadrics import second_order_forms, solve_quadrics
 from tests.strategies import circuits
 
@@ -112,7 +112,12 @@ def test_other_branches_of_unit_ii_are_motions_with_panels_through_each_other():
     it = linkage("II")
     for branch in found("II", "folded", False).finite:
         for sign in (1, -1):
-            path = follow(it, it.folded, sign * branch.direction, stops=False, goal="none", length=0.5, events=False)
+            path = follow(
+                it,
+                it.folded,
+                sign * branch.direction,
+                limits=Limits(stops=False, goal="none", length=0.5, events=False),
+            )
             assert path.outcome == "length"
             assert path.residuals.max() <= 1e-12
             beyond = path.end.max() > math.pi + 0.01
@@ -123,7 +128,7 @@ def test_other_branches_of_unit_ii_are_motions_with_panels_through_each_other():
 def test_an_infinitesimal_motion_leads_nowhere():
     it = linkage("I")
     (lost,) = [b for b in found("I", "folded", False).branches if b.status == "infinitesimal"]
-    path = follow(it, it.folded, lost.direction, stops=False, goal="none")
+    path = follow(it, it.folded, lost.direction, limits=Limits(stops=False, goal="none"))
     assert path.outcome == "lost closure"
     assert "no motion" in path.sentence
 
@@ -146,7 +151,7 @@ def test_the_6r_element_leaves_its_flat_state_in_two_ways():
 def test_the_6r_element_branches_between_its_two_stages():
     it = linkage("6R")
     first = np.array([1.0, 1.0, 0.0, 1.0, 1.0, 0.0])
-    path = follow(it, it.folded, -first, stops=False, goal="none", length=8.0)
+    path = follow(it, it.folded, -first, limits=Limits(stops=False, goal="none", length=8.0))
     assert path.outcome == "length"
     (event,) = [event for event in path.events if event.kind == "bifurcation"]
     assert event.angles == pytest.approx(math.pi * (1 - first), abs=1e-8)

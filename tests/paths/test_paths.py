@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -16,7 +17,7 @@ from hcsearch.folding import folding_of
 from hcsearch.kinematics.closing import CLOSED, close
 from hcsearch.kinematics.local import local_at
 from hcsearch.linkage import Linkage
-from hcsearch.paths.following import follow
+from hcsearch.paths.following import Limits, Stepping, follow
 from hcsearch.paths.predictors import PREDICTORS, Step
 from hcsearch.paths.walking import Walker
 from hcsearch.pattern import MOUNTAIN, VALLEY, Pattern
@@ -78,8 +79,8 @@ def row(n):
 @pytest.mark.parametrize("method", PREDICTORS)
 def test_every_method_opens_a_unit_along_its_exact_path(name, method):
     it = unit(name)
-    step = {"step": 0.05} if method == "increment" else {}
-    path = follow(it.linkage, it.linkage.folded, it.opening, method=method, events=False, **step)
+    stepping = Stepping(method=method, step=0.05 if method == "increment" else None)
+    path = follow(it.linkage, it.linkage.folded, it.opening, stepping=stepping, limits=Limits(events=False))
     assert path.outcome == "flat", path.sentence
     assert (path.end == 0.0).all()
     assert path.residuals.max() <= CLOSED
@@ -119,7 +120,7 @@ def test_the_8r_element_of_the_search_goes_skew_symmetrically_from_folded_to_fla
         (linkage.folded, -np.where(legs, 2.0, 1.0), "flat"),
         (linkage.flat, np.where(legs, 1.0, 2.0), "folded"),
     ):
-        path = follow(linkage, start, way, tolerance=1e-5)
+        path = follow(linkage, start, way, stepping=Stepping(tolerance=1e-05))
         assert path.outcome == goal
         first = math.pi - path.angles[:, 0]
         second = 2 * np.arctan2(np.sin(first / 2), 0.5 * np.cos(first / 2))
@@ -131,7 +132,13 @@ def test_the_8r_element_of_the_search_goes_skew_symmetrically_from_folded_to_fla
 def test_paths_know_no_unit_of_length(scale):
     it, scaled = unit("II"), Unit("II", base=0.03 * scale, thickness=0.01 * scale)
     paths = [
-        follow(u.linkage, u.at(0.5), u.opening, adaptive=False, step=0.2, length=5.0, events=False)
+        follow(
+            u.linkage,
+            u.at(0.5),
+            u.opening,
+            stepping=Stepping(adaptive=False, step=0.2),
+            limits=Limits(length=5.0, events=False),
+        )
         for u in (it, scaled)
     ]
     # rounding shows where a step comes near a singular state
@@ -165,7 +172,11 @@ def test_higher_order_is_nearer_without_correction():
     errors = {}
     for method in ("euler", "taylor", "runge-kutta"):
         path = follow(
-            it.linkage, it.at(0.8), it.opening, method=method, adaptive=False, corrections=0, step=0.02, length=2.0
+            it.linkage,
+            it.at(0.8),
+            it.opening,
+            stepping=Stepping(method=method, adaptive=False, corrections=0, step=0.02),
+            limits=Limits(length=2.0),
         )
         assert path.success
         errors[method] = it.error(path.angles)
@@ -174,9 +185,16 @@ def test_higher_order_is_nearer_without_correction():
 
 def test_a_correction_a_step_keeps_the_loops_closed():
     it = unit("II")
-    options = {"adaptive": False, "step": 0.2, "length": 3.0}
+    limits = Limits(length=3.0)
     residuals = [
-        follow(it.linkage, it.at(0.5), it.opening, corrections=k, **options).residuals.max() for k in (0, 1, 2)
+        follow(
+            it.linkage,
+            it.at(0.5),
+            it.opening,
+            stepping=Stepping(adaptive=False, step=0.2, corrections=k),
+            limits=limits,
+        ).residuals.max()
+        for k in (0, 1, 2)
     ]
     assert residuals[2] <= residuals[1] < 1e-4 * residuals[0]
 
@@ -203,7 +221,7 @@ def test_singular_states_on_the_way_are_found_and_are_no_branches(name, number, 
     it = unit(name)
     wanted = exact_singular_states(it)
     assert len(wanted) == number
-    path = follow(it.linkage, it.linkage.folded, it.opening, method=method)
+    path = follow(it.linkage, it.linkage.folded, it.opening, stepping=Stepping(method=method))
     assert [(event.kind, event.nullity) for event in path.events] == [("shaky", 2)] * number
     first = int(np.flatnonzero(~it.legs)[0])
     assert [math.pi - event.angles[first] for event in path.events] == pytest.approx(wanted, abs=1e-7)
@@ -213,14 +231,14 @@ def test_singular_states_on_the_way_are_found_and_are_no_branches(name, number, 
 
 def test_beyond_flat_without_stops_the_flat_state_is_a_bifurcation():
     it = unit("II")
-    options = {"goal": "none", "stops": False, "length": 3.0}
-    path = follow(it.linkage, it.at(math.pi - 0.4), it.opening, **options)
+    limits = Limits(goal="none", stops=False, length=3.0)
+    path = follow(it.linkage, it.at(math.pi - 0.4), it.opening, limits=limits)
     assert path.outcome == "length"
     assert path.end.max() < 0
     (event,) = [event for event in path.events if event.kind == "bifurcation"]
     assert event.nullity == 4
     assert np.abs(event.angles).max() < 1e-8
-    stopped = follow(it.linkage, it.at(math.pi - 0.4), it.opening, branch="stop", **options)
+    stopped = follow(it.linkage, it.at(math.pi - 0.4), it.opening, limits=replace(limits, branch="stop"))
     assert stopped.outcome == "branch"
     assert np.abs(stopped.end).max() < 1e-8
 
@@ -232,7 +250,7 @@ def test_a_motion_ends_where_a_hinge_comes_to_its_stop(seed):
     linkage = design_8r()
     rng = np.random.default_rng(seed)
     start = close(linkage, rng.uniform(0.8, 1.6, 8)).angles
-    path = follow(linkage, start, rng.standard_normal(8), goal="none", events=False)
+    path = follow(linkage, start, rng.standard_normal(8), limits=Limits(goal="none", events=False))
     assert path.residuals.max() <= CLOSED
     beyond = np.flatnonzero(np.minimum(start, math.pi - start) < -1e-9)
     if len(beyond):
@@ -265,22 +283,21 @@ def test_paths_that_cannot_go_on_say_why():
     assert "not closed" in follow(linkage, np.full(24, 0.3)).sentence
     state = local_at(linkage, it.at(1.0))
     assert "branches" in follow(linkage, state.angles, state.right[0]).sentence
-    assert follow(linkage, linkage.folded, it.opening, max_steps=3).outcome == "out of budget"
+    assert follow(linkage, linkage.folded, it.opening, limits=Limits(max_steps=3)).outcome == "out of budget"
     shut = follow(linkage, linkage.folded, -it.opening)
     assert (shut.outcome, shut.steps, len(shut.stopped)) == ("stopped", 0, 24)
     assert follow(linkage, linkage.flat).sentence == "flat at the start"
 
 
 def test_wrong_options_are_refused():
-    linkage = design_8r()
     with pytest.raises(HcsearchError, match="no method 'magic': choose one of increment, euler"):
-        follow(linkage, linkage.flat, method="magic")
+        Stepping(method="magic")
     with pytest.raises(HcsearchError, match="give adaptive=False"):
-        follow(linkage, linkage.flat, corrections=1)
+        Stepping(corrections=1)
 
 
 def test_a_path_may_have_a_length():
     it = unit("II")
-    path = follow(it.linkage, it.at(1.0), it.opening, length=0.7)
+    path = follow(it.linkage, it.at(1.0), it.opening, limits=Limits(length=0.7))
     assert path.outcome == "length"
     assert path.lengths[-1] == pytest.approx(0.7, abs=1e-6)
