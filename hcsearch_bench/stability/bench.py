@@ -3,79 +3,24 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
-import numpy as np
-
-from hcsearch.errors import HcsearchError
 from hcsearch_bench.run.figures import save_figure
 from hcsearch_bench.run.machine import this_machine
 from hcsearch_bench.run.report import Report
 from hcsearch_bench.run.tables import Table
+from hcsearch_bench.stability.judging import VERDICTS, StabilityRow, count, judge
 from hcsearch_bench.stability.processors import CORES, ProcessorRow, measure_processors
-from hcsearch_bench.stability.sweeps import FEW, SweepCase, cases
-from hcsearch_bench.stability.truths import STATES, largest_energy, states
-
-if TYPE_CHECKING:
-    from hcsearch.deployment.deploying import Deployment
+from hcsearch_bench.stability.sweeps import cases
+from hcsearch_bench.stability.truths import STATES
 
 Say = Callable[[str], None]
 
 PEERS = ("scipy",)
-VERDICTS = ("accurate", "degraded", "refused", "wrong")
 COLOURS = {"accurate": "#7fc97f", "degraded": "#ffd54a", "refused": "#b8c4d0", "wrong": "#e8342a"}
-ALLOWED, ROUNDING = 100.0, 1e-11
-"""A simulation is accurate when its error is at most so many tolerances, and what rounding leaves (rad)."""
-SAFETY = 3.0
-"""A bound is so many times the closure residual and the distance to a simulation that is ten times rougher."""
-REFUSED = ("diverged", "out of steps", "jammed")
-"""Outcomes by which a simulation says that it did not come to an answer."""
-
-
-@dataclass(frozen=True)
-class StabilityRow:
-    """One simulation and the verdict on it.
-
-    error : greatest distance of a fold angle from `truth`, or the closure residual where that is greater (rad);
-        of `energy`, share of the largest energy. bound : what a rougher simulation tells of the error; None where the
-        error is within the tolerance. energy : error of the balance, share of the largest. gap : closure residual of
-        the fold angles (rad, or gap over size).
-    """
-
-    sweep: str
-    value: float
-    subject: str
-    formulation: str
-    method: str
-    tolerance: float
-    verdict: str
-    error: float | None
-    bound: float | None
-    truth: str
-    energy: float | None
-    gap: float | None
-    outcome: str
-    steps: int | None
-    seconds: float
-    reason: str
-
-
-@dataclass(frozen=True)
-class CountRow:
-    """How many simulations of a sweep got each verdict; worst : greatest error of accurate and degraded ones."""
-
-    sweep: str
-    scenes: int
-    accurate: int
-    degraded: int
-    refused: int
-    wrong: int
-    worst: float | None
-    seconds: float
 
 
 @dataclass(frozen=True)
@@ -137,151 +82,6 @@ def measure(*, quick: bool = False, say: Say = print) -> StabilityReport:
             say(f"stability: {sweep}")
         rows.append(judge(case))
     return StabilityReport(machine, rows, measure_processors(quick=quick, say=say))
-
-
-def judge(case: SweepCase) -> StabilityRow:
-    """Simulate a case and give the verdict."""
-    begin = time.perf_counter()
-    try:
-        found = simulated(case)
-    except HcsearchError as refusal:
-        return _row(case, "refused", str(refusal), time.perf_counter() - begin)
-    seconds = time.perf_counter() - begin
-    if found.outcome in REFUSED:
-        return _row(case, "refused", f"{found.outcome}: {found.reason}", seconds, found)
-    if not finite(found):
-        return _row(case, "wrong", "a number is not finite", seconds, found)
-    return _compared(case, found, seconds)
-
-
-def _compared(case: SweepCase, found: Deployment, seconds: float) -> StabilityRow:
-    """The verdict on a simulation that claims an answer."""
-    error = known_error(case, found)
-    allowed = ALLOWED * case.tolerance + ROUNDING
-    if error is not None and error <= allowed:
-        return _row(case, "accurate", "", seconds, found, error)
-    bound = bound_of(case, found, allowed)
-    if error is None:  # nothing to compare to: fold angles cannot leave the stops
-        bound = math.pi if bound is None else bound
-        return _row(case, "degraded", f"within {bound:.1e}; no finer simulation ends", seconds, found, None, bound)
-    if bound is None or not error <= bound:
-        return _row(case, "wrong", f"off by more than it tells; {found.reason}", seconds, found, error, bound)
-    return _row(case, "degraded", f"within {bound:.1e}", seconds, found, error, bound)
-
-
-def simulated(case: SweepCase) -> Deployment:
-    """The deployment of a case; what starts flat is no deployment and does not end there."""
-    from hcsearch.deployment.compiling import OMISSIONS, compile_scene
-    from hcsearch.deployment.deploying import Deployment, run
-    from hcsearch.dynamics.simulation import simulate
-
-    keep = frozenset(OMISSIONS if case.whole else ())
-    compiled = compile_scene(case.subject.linkage, case.scene, case.formulation, keep=keep)
-    if not case.subject.flat:
-        return run(compiled, method=case.method, tolerance=case.tolerance, certified=False, max_steps=FEW)
-    begin = time.perf_counter()
-    motion = simulate(
-        compiled.system,
-        case.subject.start_of(compiled),
-        end=compiled.seconds,
-        method=case.method,
-        tolerance=case.tolerance,
-        restitution=case.scene.restitution,
-        max_steps=FEW,
-    )
-    angles, rates = compiled.of_hinges(motion.q, motion.v)
-    outcome, reason = ("moving", "") if motion.ending == "time" else ("diverged", f"it ends with {motion.ending}")
-    return Deployment(compiled, motion, outcome, reason, angles, rates, None, time.perf_counter() - begin)  # type: ignore[arg-type]
-
-
-def finite(deployment: Deployment) -> bool:
-    """Whether all numbers of a deployment are finite."""
-    motion = deployment.motion
-    parts = (deployment.angles, deployment.rates, motion.times, motion.a, motion.kinetic, motion.stored, motion.lost)
-    return all(bool(np.isfinite(part).all()) for part in parts) and math.isfinite(motion.drift)
-
-
-def known_error(case: SweepCase, deployment: Deployment) -> float | None:
-    """Distance from the truth, or the closure residual of exact loops; None where the truth is not known."""
-    try:
-        error = case.truth.error(deployment)
-    except HcsearchError:
-        return None
-    return error if case.formulation == "penalty" else max(error, gap_of(deployment))
-
-
-def gap_of(deployment: Deployment) -> float:
-    """Greatest closure residual of the fold angles: by the linkage, not by the simulation."""
-    linkage = deployment.compiled.linkage
-    if not linkage.loops:
-        return 0.0
-    _, angles = states(deployment)
-    every = max(1, len(angles) // 50)
-    return max(float(np.abs(linkage.closure(state)[0]).max()) for state in angles[::every])
-
-
-def bound_of(case: SweepCase, deployment: Deployment, allowed: float) -> float | None:
-    """What the distance to another simulation tells of the error; None where none comes to an answer."""
-    rough = next(filter(None, (_answer(other) for other in (case.rougher, case.stiffer) if other is not None)), None)
-    if rough is None:
-        return None
-    end = float(rough.motion.times[-1])
-    times, angles = states(deployment, end if rough.outcome != "at rest" else math.inf)
-    q = rough.motion.at(np.minimum(times, end))
-    others, _ = rough.compiled.of_hinges(q, np.zeros_like(q))
-    return allowed + SAFETY * (float(np.abs(angles - others).max()) + gap_of(deployment))
-
-
-def _answer(case: SweepCase) -> Deployment | None:
-    """A simulation that comes to an answer."""
-    try:
-        found = simulated(case)
-    except HcsearchError:
-        return None
-    return None if found.outcome in REFUSED or not finite(found) else found
-
-
-def _row(
-    case: SweepCase,
-    verdict: str,
-    reason: str,
-    seconds: float,
-    found: Deployment | None = None,
-    error: float | None = None,
-    bound: float | None = None,
-) -> StabilityRow:
-    known = found is not None and finite(found)
-    return StabilityRow(
-        sweep=case.sweep,
-        value=case.value,
-        subject=str(case.subject),
-        formulation=case.formulation,
-        method=case.method,
-        tolerance=case.tolerance,
-        verdict=verdict,
-        error=error,
-        bound=bound,
-        truth=case.truth.name,
-        energy=found.motion.drift / largest_energy(found.motion) if found is not None and known else None,
-        gap=gap_of(found) if found is not None and known else None,
-        outcome=found.outcome if found is not None else "-",
-        steps=found.motion.steps if found is not None else None,
-        seconds=seconds,
-        reason=reason,
-    )
-
-
-def count(rows: Sequence[StabilityRow]) -> list[CountRow]:
-    """A row a sweep, and one for all."""
-    found = []
-    for sweep in (*dict.fromkeys(row.sweep for row in rows), "all"):
-        ours = [row for row in rows if sweep in {row.sweep, "all"}]
-        numbers = {verdict: sum(row.verdict == verdict for row in ours) for verdict in VERDICTS}
-        errors = [row.error for row in ours if row.error is not None and row.verdict in VERDICTS[:2]]
-        found.append(
-            CountRow(sweep, len(ours), **numbers, worst=max(errors, default=None), seconds=sum(r.seconds for r in ours))
-        )
-    return found
 
 
 def plot_heat(rows: Sequence[StabilityRow], path: Path) -> None:

@@ -7,7 +7,7 @@ from scipy.optimize import linprog
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import default_panel
-from hcsearch_bench.mobility.bench import _ends, _play, measure_mobility
+from hcsearch_bench.mobility.measuring import _ends, _play, measure_mobility
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,8 @@ from hcsearch.errors import HcsearchError
 from hcsearch_bench.run.process import Finished
 from hcsearch_bench.stability import bench as stability
 from hcsearch_bench.stability import processors as stability_processors
-from hcsearch_bench.stability.bench import COLOURS, VERDICTS, StabilityRow, count, judge, plot_heat, simulated
+from hcsearch_bench.stability.bench import COLOURS, plot_heat
+from hcsearch_bench.stability.judging import VERDICTS, StabilityRow, count, judge, simulated
 from hcsearch_bench.stability.processors import compared, kernels, kernels_for, measure_processors
 from hcsearch_bench.stability.subjects import SIDE, THICK, StabilitySubject
 from hcsearch_bench.stability.sweeps import (
