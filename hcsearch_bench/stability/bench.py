@@ -12,7 +12,15 @@ from hcsearch_bench.run.figures import save_figure
 from hcsearch_bench.run.machine import this_machine
 from hcsearch_bench.run.report import Report
 from hcsearch_bench.run.tables import Table
-from hcsearch_bench.stability.judging import VERDICTS, StabilityRow, count, judge
+from hcsearch_bench.stability.judging import (
+    ALLOWED,
+    ROUNDING,
+    SAFETY,
+    VERDICTS,
+    StabilityRow,
+    count,
+    judge,
+)
 from hcsearch_bench.stability.processors import CORES, ProcessorRow, measure_processors
 from hcsearch_bench.stability.sweeps import cases
 from hcsearch_bench.stability.truths import STATES

@@ -12,6 +12,7 @@ from hcsearch.dynamics.panels import panel_bodies
 from hcsearch.errors import HcsearchError
 from hcsearch_bench.run.process import Finished
 from hcsearch_bench.stability import bench as stability
+from hcsearch_bench.stability import judging
 from hcsearch_bench.stability import processors as stability_processors
 from hcsearch_bench.stability.bench import COLOURS, plot_heat
 from hcsearch_bench.stability.judging import VERDICTS, StabilityRow, count, judge, simulated
@@ -151,7 +152,7 @@ def test_numbers_that_are_not_finite_are_wrong(monkeypatch):
         found = real(case)
         return replace(found, angles=np.full_like(found.angles, math.nan))
 
-    monkeypatch.setattr(stability, "simulated", broken)
+    monkeypatch.setattr(judging, "simulated", broken)
     row = judge(case())
     assert (row.verdict, row.reason, row.energy, row.gap) == ("wrong", "a number is not finite", None, None)
 
@@ -161,7 +162,7 @@ def test_without_a_truth_the_bound_is_what_rougher_simulations_tell(monkeypatch)
     row = judge(case(truth=unknown))
     assert (row.verdict, row.error) == ("degraded", None)
     assert row.bound < 2e-4
-    monkeypatch.setattr(stability, "bound_of", lambda *_: None)
+    monkeypatch.setattr(judging, "bound_of", lambda *_: None)
     assert judge(case(truth=unknown)).bound == math.pi
     assert judge(case(1e-3)).verdict == "wrong"
 
