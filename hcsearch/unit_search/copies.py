@@ -8,18 +8,18 @@ thesis 6.1). Points are complex numbers, lengths divided by the size of a facet.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
+from hcsearch.assemblies.clashes import clash
 from hcsearch.isometries import Isometry
-from hcsearch.pattern import Crease, Pattern
+from hcsearch.pattern import Crease, Facet, Pattern
 from hcsearch.typing import Whole
 
 Complex = NDArray[np.complex128]
@@ -134,28 +134,13 @@ class Sheet:
         both = (own != SLIT) & (other != SLIT)
         hinges = int(np.count_nonzero(both & (own == other) & (own != 0))) // 2
         crossed = int(np.count_nonzero((own != SLIT) != (other != SLIT))) // 2
-        agrees = bool((own == other)[both].all()) and (self.lattice or not self._clash(motion, centres, same))
+        agrees = bool((own == other)[both].all()) and (self.lattice or not self._clash(motion))
         return Overlap(len(still), hinges, crossed, agrees)
 
-    def _clash(self, motion: Placement, centres: Complex, same: NDArray[np.bool_]) -> bool:
+    def _clash(self, motion: Placement) -> bool:
         """Whether facets overlap in part."""
-        reach = self._reach
-        near = np.abs(self.centres[:, None] - centres) < reach[:, None] + reach
-        i, j = np.nonzero(near & ~same)
-        if not len(i):
-            return False
-        moved = shapely.polygons([_ring(motion.plane(points)) for points in self.corners])
-        return bool((shapely.area(shapely.intersection(self._shapes[i], moved[j])) > NEAR).any())
-
-    @cached_property
-    def _reach(self) -> NDArray[np.float64]:
-        return np.array(
-            [np.abs(points - centre).max() for points, centre in zip(self.corners, self.centres, strict=True)]
-        )
-
-    @cached_property
-    def _shapes(self) -> NDArray[np.object_]:
-        return np.asarray(shapely.polygons([_ring(points) for points in self.corners]))
+        moved = [motion.plane(points) for points in self.corners]
+        return clash(_facets(self.corners), _facets(moved), NEAR)
 
     def placements(self) -> Iterator[Placement]:
         """All motions that lay a hinge of a copy onto a hinge of the element, each once; the element's own too."""
@@ -180,5 +165,5 @@ def code_of(crease: Crease) -> int:
     return (1 if crease.closes else 2) * (1 if crease.face == "top" else -1)
 
 
-def _ring(points: Complex) -> NDArray[np.float64]:
-    return np.column_stack([points.real, points.imag])
+def _facets(corners: Sequence[Complex]) -> list[Facet]:
+    return [tuple(zip(points.real.tolist(), points.imag.tolist(), strict=True)) for points in corners]
