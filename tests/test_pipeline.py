@@ -153,6 +153,15 @@ def test_counting_agrees_with_the_funnel(grid, n, keep):
     assert count_designs(search, keep, Crew()).classes == classes
 
 
+def test_a_search_that_lists_only_what_passes_a_later_stage_has_no_numbers_of_those_before():
+    search = FoldedSearch(HEX, 14, untwisted=True)
+    known = count_designs(search, "untwisted", Crew()).classes
+    for until, untwisted in (("circuits", None), ("foldings", None), ("twist", known)):
+        funnel = run_dry(Plan(search, until)).funnel
+        assert (funnel.fixed_circuits, funnel.circuits, funnel.two_stack) == (None, None, None)
+        assert funnel.untwisted == untwisted
+
+
 def test_counting_on_an_array_lists_what_folds():
     counted = count_designs(ArraySearch(parse_array(HEX, "4-4-4")), "two-stack", Crew())
     assert counted.classes == 2

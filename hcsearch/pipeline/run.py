@@ -21,7 +21,7 @@ from hcsearch.pipeline.units import Output, UnitJob
 from hcsearch.pipeline.workers import Crew
 from hcsearch.records import DesignBatch, StagedDesigns, StageResult, WorkKey
 from hcsearch.scenes import SCENES, Scene, panel_of, panel_text
-from hcsearch.stages.order import check_keep, numbers, stage_keeping, stages_until
+from hcsearch.stages.order import STAGES, check_keep, numbers, stage_keeping, stages_until
 from hcsearch.stages.stage import Stage
 from hcsearch.store import (
     Database,
@@ -169,7 +169,7 @@ class _Totals:
     def funnel(self, plan: Plan, arrays: int) -> Funnel:
         stages, lists = stages_until(plan.until), plan.search.lists
         # a search that lists only what passes a stage does not meet what passes those before
-        known = stages[stages.index(stage_keeping(lists)) :]
+        known = stages[list(STAGES.values()).index(stage_keeping(lists)) :]
         counts = {stage.counts: self.passed.get(stage.name, 0) for stage in known if stage.counts}
         return Funnel(fixed_circuits=self.n_fixed if lists == "all" else None, arrays=arrays, **counts)
 
