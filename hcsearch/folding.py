@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -111,6 +112,19 @@ class Folding:
         return tuple(layer)
 
     @cached_property
+    def frames(self) -> tuple[tuple[int, int], ...]:
+        """How folding turns the directions of each panel: direction i of panel p comes to face sign * i + offset."""
+        word, n, m = self.circuit.word, self.circuit.n, self.circuit.grid.directions
+        found = [(1, 0)] * n
+        for stack, crease_after in ((self.stacks[0], 0), (self.stacks[1], -1)):
+            for below, panel in pairwise(stack):
+                d = word[(below + crease_after) % n]
+                sign, offset = found[below]
+                # reflect panel's own direction i in the crease first (2 d + m/2 - i), then fold as the panel below
+                found[panel] = -sign, (sign * (2 * d + m // 2) + offset) % m
+        return tuple(found)
+
+    @cached_property
     def assignment(self) -> tuple[Assignment, ...]:
         """Mountain, valley or flat, for each crease.
 
@@ -142,7 +156,7 @@ class Folding:
         They share it flat and folded, so that a pair can be made one panel (thesis 3.2.1 and 4.1.1). Empty where
         there is no such axis. The panels of the lowest layer come first.
         """
-        word, n, m = self.circuit.word, self.circuit.n, self.circuit.grid.directions
+        word, m = self.circuit.word, self.circuit.grid.directions
         across = word[self.crease]
         inwards = (across + m // 2) % m  # from the first stack to the second
         # the mirror takes direction d to 2 across + m/2 - d, and turns the walk around
@@ -150,12 +164,11 @@ class Folding:
             return ()
         points, steps = self.circuit.points, self.circuit.grid.steps
         found = []
-        turn, offset = 1, 0  # folded, a panel's own direction i has come to face turn * i + offset
         for a, b in zip(*self.stacks, strict=True):
+            turn, offset = self.frames[a]
             to = (points[b][0] - points[a][0], points[b][1] - points[a][1])
             if to == steps[inwards] and (turn * inwards + offset - inwards) % m == 0:
                 found.append((b, a))
-            turn, offset = -turn, turn * (2 * word[a % n] + m // 2) + offset
         return tuple(found)
 
     def pattern(self, size: tuple[float, float, float], *, hinged: bool = False, merged: bool = False) -> Pattern:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from fractions import Fraction
 
 import numpy as np
@@ -61,7 +60,7 @@ def folded_band(folding: Folding) -> tuple[list[Vector], list[Vector]]:
     """
     circuit, n = folding.circuit, folding.circuit.n
     m, steps = circuit.grid.directions, circuit.grid.steps
-    frames = _frames(folding)
+    frames = folding.frames
     layer = folding.layers
     first, second = (0, 0), steps[circuit.word[folding.crease]]
     origin = dict.fromkeys(folding.stacks[0], second) | dict.fromkeys(folding.stacks[1], first)
@@ -84,22 +83,6 @@ def folded_band(folding: Folding) -> tuple[list[Vector], list[Vector]]:
             line.append(corner(panel, entry, -left))
             line.append(corner(panel, leaving, left))
     return lines
-
-
-def _frames(folding: Folding) -> dict[int, tuple[int, int]]:
-    """How folding turns the directions of each panel: direction i of panel p comes to face sign * i + offset."""
-    word, n, m = folding.circuit.word, folding.circuit.n, folding.circuit.grid.directions
-    frames: dict[int, tuple[int, int]] = {}
-    for stack, crease_after in ((folding.stacks[0], 0), (folding.stacks[1], -1)):
-        frame = (1, 0)
-        frames[stack[0]] = frame
-        for below, panel in itertools.pairwise(stack):
-            d = word[(below + crease_after) % n]
-            sign, offset = frame
-            # reflect panel's own direction i in the crease first (2 d + m/2 - i), then fold as the panel below
-            frame = (-sign, (sign * (2 * d + m // 2) + offset) % m)
-            frames[panel] = frame
-    return frames
 
 
 def _slant(line: list[Vector], across: tuple[int, int], scale: int) -> list[Vector]:

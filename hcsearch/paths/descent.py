@@ -99,7 +99,7 @@ def _from_the_end(linkage: Linkage, path: Path, goal: Goal) -> Path | None:
 def _attempts(linkage: Linkage, random: int) -> Iterator[tuple[str, Reals, Flags | None, Goal]]:
     """Names, springs, hinges held and goals of the attempts of a search."""
     pairs = np.array([not hinge.closes for hinge in linkage.pattern.hinges])
-    sets = list(spring_sets(linkage, random))
+    sets = list(pulls(linkage, random))
     goals: tuple[Goal, Goal] = ("flat", "folded")
     for goal in goals:
         for held in (None, pairs) if pairs.any() else (None,):
@@ -108,7 +108,7 @@ def _attempts(linkage: Linkage, random: int) -> Iterator[tuple[str, Reals, Flags
                 yield f"{name}{how}{', backwards' if goal == 'folded' else ''}", springs, held, goal
 
 
-def spring_sets(linkage: Linkage, random: int) -> Iterator[tuple[str, Reals]]:
+def pulls(linkage: Linkage, random: int) -> Iterator[tuple[str, Reals]]:
     """Named sets of stiffnesses from 1 to `SOFT`, always the same ones."""
     yield "uniform", np.ones(linkage.n_hinges)
     poses, points = linkage.poses(linkage.folded), linkage.points

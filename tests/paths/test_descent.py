@@ -16,7 +16,7 @@ from hcsearch.folding import folding_of, foldings
 from hcsearch.kinematics.within import close_within, least_energy
 from hcsearch.linkage import Linkage
 from hcsearch.locks.proofs import lock_at
-from hcsearch.paths.descent import descend, find_motion, spring_sets
+from hcsearch.paths.descent import descend, find_motion, pulls
 from hcsearch.paths.motions import joined, reverse
 from hcsearch.twisting import twist
 from tests.strategies import circuits
@@ -174,7 +174,7 @@ def test_descents_that_cannot_go_on_say_why():
 
 def test_spring_sets_are_the_same_every_time_and_within_bounds():
     linkage = designed("hex:0234550132", 4)
-    one, two = (list(spring_sets(linkage, 3)) for _ in range(2))
+    one, two = (list(pulls(linkage, 3)) for _ in range(2))
     assert [name for name, _ in one] == ["uniform", "outside in", "inside out", "random 0", "random 1", "random 2"]
     for (_, first), (_, second) in zip(one, two, strict=True):
         assert (first == second).all()
