@@ -17,6 +17,7 @@ import numpy as np
 
 from hcsearch.collision.margins import MARGIN, RESOLUTION
 from hcsearch.collision.solids import Solids, solids_of
+from hcsearch.kernels.collision.approaches import approach
 from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES, Answer, Exactness, judge
 from hcsearch.kernels.collision.dips import smallest_dip
 from hcsearch.kernels.collision.intervals import Course
@@ -34,7 +35,7 @@ class Clearance:
         none do. A gap counts that lies between two states at which the pair is further apart by two margins more:
         neighbours touch in the packed and in the flat state, so without this it would be 0. The least gap itself is
         within the resolution, and the slack, of it.
-    looks : how often a pair was looked at.
+    looks : how often a pair was looked at. speed : at which the panels come together where it is not clear, m/s.
     """
 
     kind: Literal["clear", "collides", "undecided"]
@@ -43,6 +44,7 @@ class Clearance:
     panels: tuple[int, int] | None
     gap: float | None
     looks: int
+    speed: float = 0.0
 
 
 def certify(
@@ -108,4 +110,6 @@ class _Certificate:
             return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, looks)
         one, two = sorted(self.linkage.pattern.panel_of[facet] for facet in own.pairs.prisms[answer.pairs[0]])
         kind: Literal["collides", "undecided"] = "collides" if verdict == COLLIDES else "undecided"
-        return Clearance(kind, self.solids.margin, float(answer.times[0]), (one, two), None, looks)
+        pair, time = int(answer.pairs[0]), float(answer.times[0])
+        speed = approach(self.linkage.chain, own.shrunk, own.pairs, pair, course, time)
+        return Clearance(kind, self.solids.margin, time, (one, two), None, looks, speed)

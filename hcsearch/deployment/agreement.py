@@ -11,10 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from hcsearch.deployment.checking import Check
 from hcsearch.deployment.deploying import Deployment, run
-from hcsearch.deployment.outcomes import STEPS
-from hcsearch.dynamics.simulation import loose_states
+from hcsearch.deployment.outcomes import STEPS, Check
 from hcsearch.vocabulary import Formulation, Outcome, Verdict
 
 TIGHTER = (10.0, 100.0)
@@ -89,23 +87,15 @@ def confirmed(deployment: Deployment, *, method: str | None = None, tolerance: f
         return None
     compiled, certified = deployment.compiled, deployment.clearance is not None
     steps = PATIENT * STEPS[compiled.formulation]
-    seen = [_of_deployment(deployment, tolerance)]
-    for near in neighbours(tolerance, compiled.formulation):
-        other = run(compiled, method=method, tolerance=near, certified=certified, max_steps=steps)
-        seen.append(_of_deployment(other, near))
-    return agreed(seen)
+    near = neighbours(tolerance, compiled.formulation)
+    others = [run(compiled, method=method, tolerance=one, certified=certified, max_steps=steps) for one in near]
+    return agreed_checks([one.check for one in (deployment, *others)], (tolerance, *near))
 
 
 def agreed_checks(checks: Sequence[Check], tolerances: Sequence[float]) -> Agreement:
-    """The same of checks at several tolerances."""
-    found = zip(checks, tolerances, strict=True)
-    return agreed([Seen(near, own.outcome, own.verdict, own.end_time, own.loose) for own, near in found])
-
-
-def _of_deployment(deployment: Deployment, tolerance: float) -> Seen:
-    motion = deployment.motion
-    loose = loose_states(deployment.compiled.system, motion)
-    return Seen(tolerance, deployment.outcome, deployment.verdict, float(motion.times[-1]), loose)
+    """What checks at several tolerances agree on."""
+    pairs = zip(checks, tolerances, strict=True)
+    return agreed([Seen(near, one.outcome, one.verdict, one.end_time, one.loose) for one, near in pairs])
 
 
 def _common(times: Sequence[float]) -> tuple[float, str]:

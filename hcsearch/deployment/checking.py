@@ -6,7 +6,6 @@ import math
 from collections import defaultdict
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,62 +14,15 @@ from hcsearch.collision.margins import resolution_of
 from hcsearch.collision.reaches import slack_of
 from hcsearch.collision.solids import Solids, solids_of
 from hcsearch.deployment.compiling import Compiled
-from hcsearch.deployment.outcomes import FLAT, STEPS, STILL, method_of, outcome_of, verdict_of
-from hcsearch.deployment.reasons import reason_of_check
+from hcsearch.deployment.outcomes import FLAT, STEPS, STILL, Check, method_of, outcome_of
 from hcsearch.dynamics.methods import method_named
 from hcsearch.dynamics.simulation import ENDINGS, plan_for, record_for
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES
 from hcsearch.kernels.deployment.checking import Findings, Rules, SceneTables, check_all
-from hcsearch.vocabulary import Outcome, Verdict
 
 CALL = 16
 """Scenes in one call of the kernel: few enough that threads end together and that their tables need little memory."""
-
-
-@dataclass(frozen=True)
-class Check:
-    """What became of one deployment, without its motion.
-
-    outcome : as of `Deployment`. clear : whether it is certified clear as long as it lasts; None where undecided.
-    collision : when panels first collide (s) and which, or None. gap : smallest gap of one that comes flat and clear,
-        m (see `Clearance`). speed : at which panels come together where it is not clear, m/s, else 0. remaining : mean
-        fold angle over pi then, or where it is clear at the end; end_remaining : at the end. widest : greatest fold
-        angle at the end, rad. drift : greatest error of the energy balance, as a share of the largest energy.
-    opening : greatest closure residual, rad or gap over the pattern's size. loose : share of the states at which loops
-        are open though states are projected (see `docs/dynamics.md`, singular branches); not kept in databases.
-    """
-
-    outcome: Outcome
-    end_time: float
-    clear: bool | None
-    collision: tuple[float, tuple[int, int]] | None
-    gap: float | None
-    speed: float
-    remaining: float
-    end_remaining: float
-    widest: float
-    drift: float
-    opening: float
-    steps: int
-    evaluations: int
-    looks: int
-    loose: float = field(default=0.0, compare=False)
-
-    @property
-    def verdict(self) -> Verdict:
-        """Whether it comes flat, certified clear; collides; or neither is certain."""
-        return verdict_of(self.outcome, self.clear)
-
-    @property
-    def deploys(self) -> bool:
-        """Whether it comes flat, certified clear."""
-        return self.verdict == "deploys"
-
-    @property
-    def reason(self) -> str:
-        """What became of it, in a sentence."""
-        return reason_of_check(self.outcome, self.end_time, self.clear, self.collision)
 
 
 class Screen(NamedTuple):

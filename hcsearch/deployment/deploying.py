@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -13,10 +14,10 @@ from hcsearch.collision.margins import resolution_of
 from hcsearch.collision.reaches import reaches, slack_of
 from hcsearch.deployment.compiling import Compiled, compile_scene
 from hcsearch.deployment.driving import Drives
-from hcsearch.deployment.outcomes import FLAT, STEPS, STILL, method_of, outcome_of, verdict_of
+from hcsearch.deployment.outcomes import FLAT, STEPS, STILL, Check, method_of, outcome_of
 from hcsearch.deployment.reasons import reason_of_motion
 from hcsearch.dynamics.driving import Driven, simulate_driven
-from hcsearch.dynamics.simulation import Motion, closed_between, simulate
+from hcsearch.dynamics.simulation import Motion, closed_between, greatest_opening, loose_states, simulate
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.linkage import Linkage
@@ -26,16 +27,17 @@ from hcsearch.vocabulary import Formulation, Outcome, Verdict
 
 DRIVEN = 1e-3
 """Error of a step under control, relative and absolute."""
+SMALL = 1e-300
+"""Energy (J) below which an error of the balance is no share of it."""
 STEEP = 1.4
 """A floating base that turns about its second axis by more than this (rad) nears the singularity of its angles."""
 
 
 @dataclass(frozen=True)
 class Deployment:
-    """What became of a deployment.
+    """One deployment, with its states.
 
-    outcome : `flat`; `moving` when the time was over; `at rest` elsewhere; `jammed`, stops and loops together let
-        nothing move on; `diverged`; `out of steps`. reason : in a sentence, with the remedy where there is one.
+    outcome : as of `Check`. reason : in a sentence, with the remedy where there is one.
     angles, rates : (k, n_hinges), fold angles (rad) and their rates at `motion.times`.
     clearance : whether panels collide, certified for all times of the motion; None where nobody asked.
     seconds : computing time, without compilation of the kernels. driven : what drives did, where there are any.
@@ -51,21 +53,49 @@ class Deployment:
     seconds: float
     driven: Driven | None = None
 
+    @cached_property
+    def check(self) -> Check:
+        """The same without the states, as `checking.check` reports it."""
+        motion, clearance, size = self.motion, self.clearance, math.pi * max(1, self.angles.shape[1])
+        end, gap = self.angles[-1], None if clearance is None else clearance.gap
+        clear = None if clearance is None else {"clear": True, "collides": False}.get(clearance.kind)
+        collision, met = None, end
+        if clearance is not None and clearance.time is not None and clearance.panels is not None:
+            collision = (clearance.time, clearance.panels) if clear is False else None
+            q = motion.at(np.array([clearance.time]))
+            met = self.compiled.of_hinges(q, np.zeros_like(q))[0][0]
+        return Check(
+            outcome=self.outcome,
+            end_time=float(motion.times[-1]),
+            clear=clear,
+            collision=collision,
+            gap=gap,
+            speed=0.0 if clearance is None else clearance.speed,
+            remaining=float(np.abs(met).sum()) / size,
+            end_remaining=float(np.abs(end).sum()) / size,
+            widest=float(np.abs(end).max(initial=0.0)),
+            drift=motion.drift / max(motion.largest_energy, SMALL),
+            opening=greatest_opening(self.compiled.system, motion),
+            steps=len(motion.times) - 1,
+            evaluations=motion.evaluations,
+            looks=0 if clearance is None else clearance.looks,
+            loose=loose_states(self.compiled.system, motion),
+        )
+
     @property
     def verdict(self) -> Verdict:
         """Whether it comes flat, certified clear; collides; or neither is certain."""
-        kind = None if self.clearance is None else self.clearance.kind
-        return verdict_of(self.outcome, {"clear": True, "collides": False}.get(kind or ""))
+        return self.check.verdict
 
     @property
     def deploys(self) -> bool:
         """Whether it comes flat, certified clear."""
-        return self.verdict == "deploys"
+        return self.check.deploys
 
     @property
     def flat_time(self) -> float | None:
         """When it was flat, s."""
-        return float(self.motion.times[-1]) if self.outcome == "flat" else None
+        return self.check.flat_time
 
 
 def deploy(
@@ -116,14 +146,7 @@ def run(
         rest=STILL,
         max_steps=max_steps or STEPS[compiled.formulation],
     )
-    seconds = time.perf_counter() - began
-    outcome = outcome_of(motion.ending)
-    reason = reason_of_motion(compiled, motion)
-    if scene.held == "free" and len(motion.q) and _steep(compiled, motion):
-        outcome, reason = "diverged", "the floating base turns too far for its three angles: give it more inertia"
-    angles, rates = compiled.of_hinges(motion.q, motion.v)
-    clearance = _clearance(compiled, motion) if certified else None
-    return Deployment(compiled, motion, outcome, reason, angles, rates, clearance, seconds)
+    return judged(compiled, motion, time.perf_counter() - began, certified=certified)
 
 
 def compile_driven(
@@ -164,22 +187,28 @@ def run_driven(
         flat=FLAT,
         watched=compiled.hinged,
     )
-    seconds = time.perf_counter() - began
-    motion = driven.motion
+    return judged(compiled, driven.motion, time.perf_counter() - began, certified=certified, driven=driven)
+
+
+def judged(
+    compiled: Compiled, motion: Motion, seconds: float = 0.0, *, certified: bool = True, driven: Driven | None = None
+) -> Deployment:
+    """A motion of a compiled scene as a deployment.
+
+    seconds : computing time. certified : whether collisions are looked for. driven : what drives did, if there are any.
+    """
     angles, rates = compiled.of_hinges(motion.q, motion.v)
-    clearance = _within_stops(compiled, motion.times, angles, _clearance(compiled, motion)) if certified else None
-    outcome, reason = (
-        outcome_of(motion.ending),
-        reason_of_motion(compiled, motion, "drive it more slowly, or more firmly"),
-    )
+    outcome = outcome_of(motion.ending)
+    if driven is not None:
+        reason = reason_of_motion(compiled, motion, "drive it more slowly, or more firmly")
+    elif compiled.scene.held == "free" and len(motion.q) and _steep(compiled, motion):
+        outcome, reason = "diverged", "the floating base turns too far for its three angles: give it more inertia"
+    else:
+        reason = reason_of_motion(compiled, motion)
+    clearance = _clearance(compiled, motion) if certified else None
+    if clearance is not None and driven is not None:
+        clearance = _within_stops(compiled, motion.times, angles, clearance)
     return Deployment(compiled, motion, outcome, reason, angles, rates, clearance, seconds, driven)
-
-
-def judged(compiled: Compiled, motion: Motion, seconds: float = 0.0) -> Deployment:
-    """A motion of a compiled scene as a deployment, certified; seconds : computing time."""
-    angles, rates = compiled.of_hinges(motion.q, motion.v)
-    outcome, reason = outcome_of(motion.ending), reason_of_motion(compiled, motion)
-    return Deployment(compiled, motion, outcome, reason, angles, rates, _clearance(compiled, motion), seconds)
 
 
 def _within_stops(compiled: Compiled, times: Reals, angles: Reals, clearance: Clearance) -> Clearance:

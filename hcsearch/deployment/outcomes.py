@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
+from hcsearch.deployment.reasons import reason_of_check
 from hcsearch.dynamics.simulation import Ending
 from hcsearch.vocabulary import Formulation, Integrator, Outcome, Verdict
 
@@ -40,3 +43,55 @@ def verdict_of(outcome: Outcome, clear: bool | None) -> Verdict:
 def method_of(formulation: Formulation) -> Integrator:
     """The integrator of a formulation, unless one is named."""
     return "implicit" if formulation == "compliant" else "dormand-prince"
+
+
+@dataclass(frozen=True)
+class Check:
+    """What became of one deployment, without its states; `Deployment` keeps those, too.
+
+    outcome : `flat`; `moving` when the time was over; `at rest` elsewhere; `jammed`, stops and loops together let
+        nothing move on; `diverged`; `out of steps`.
+    clear : whether it is certified clear as long as it lasts; None where undecided, or nobody asked.
+    collision : when panels first collide (s) and which, or None. gap : smallest gap of one that comes flat and clear,
+        m (see `Clearance`). speed : at which panels come together where it is not clear, m/s, else 0. remaining : mean
+        fold angle over pi then, or where it is clear at the end; end_remaining : at the end. widest : greatest fold
+        angle at the end, rad. drift : greatest error of the energy balance, as a share of the largest energy.
+    opening : greatest closure residual, rad or gap over the pattern's size. loose : share of the states at which loops
+        are open though states are projected (see `docs/dynamics.md`, singular branches); not kept in databases.
+    """
+
+    outcome: Outcome
+    end_time: float
+    clear: bool | None
+    collision: tuple[float, tuple[int, int]] | None
+    gap: float | None
+    speed: float
+    remaining: float
+    end_remaining: float
+    widest: float
+    drift: float
+    opening: float
+    steps: int
+    evaluations: int
+    looks: int
+    loose: float = field(default=0.0, compare=False)
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether it comes flat, certified clear; collides; or neither is certain."""
+        return verdict_of(self.outcome, self.clear)
+
+    @property
+    def deploys(self) -> bool:
+        """Whether it comes flat, certified clear."""
+        return self.verdict == "deploys"
+
+    @property
+    def flat_time(self) -> float | None:
+        """When it was flat, s."""
+        return self.end_time if self.outcome == "flat" else None
+
+    @property
+    def reason(self) -> str:
+        """What became of it, in a sentence."""
+        return reason_of_check(self.outcome, self.end_time, self.clear, self.collision)

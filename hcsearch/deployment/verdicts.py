@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.deployment.agreement import PATIENT, Agreement, agreed_checks, neighbours
-from hcsearch.deployment.checking import CALL, Check, Screen, check, screen_of
+from hcsearch.deployment.checking import CALL, Screen, check, screen_of
 from hcsearch.deployment.compiling import Compiled, compile_scene
 from hcsearch.deployment.looks import Look, looks_at, scene_of, springs_of
-from hcsearch.deployment.outcomes import STEPS
+from hcsearch.deployment.outcomes import STEPS, Check
 from hcsearch.deployment.scene_files import file_text
 from hcsearch.deployment.springs import with_springs
 from hcsearch.flat_pairs import can_be, linkage_joined, ways

@@ -99,6 +99,12 @@ class Motion:
         total = self.kinetic + self.stored + self.height + self.in_stops + self.damped + self.lost
         return float(np.abs(total - total[0]).max())
 
+    @property
+    def largest_energy(self) -> float:
+        """The largest of all entries of the energy balance, J."""
+        books = (self.kinetic, self.stored, self.height, self.in_stops, self.damped, self.lost)
+        return max(float(np.abs(book).max()) for book in books)
+
     def at(self, times: Reals) -> Reals:
         """Coordinates at given times, shape (len(times), n_joints): quintics through the states of each step.
 
@@ -230,15 +236,26 @@ def closed_between(system: System, motion: Motion) -> tuple[States, Reals]:
     the largest of `TOGETHER` steps. Loops that springs close, or that are cut open, stay as they are.
     """
     mechanism = system.mechanism
-    work = work_for(mechanism.tree)
-    states: States = (motion.times, motion.q, motion.v, motion.a)
-    if not motion.cubic and len(mechanism.tree.rows):
-        states = refined(mechanism, states, OPEN, work)
+    states, work = _refined(system, motion), work_for(mechanism.tree)
     gaps = np.zeros(len(states[0]) - 1)
     for k in range(0, len(gaps), TOGETHER):
         times, q, v, a = (part[k : k + TOGETHER + 1] for part in states)
         gaps[k : k + TOGETHER] = opening(mechanism.tree, (times, q, v, a), motion.cubic, work)
     return states, gaps
+
+
+def greatest_opening(system: System, motion: Motion) -> float:
+    """Greatest closure residual at the states of `closed_between`, and between them; rad, or gap over size."""
+    tree = system.mechanism.tree
+    return float(opening(tree, _refined(system, motion), motion.cubic, work_for(tree)))
+
+
+def _refined(system: System, motion: Motion) -> States:
+    mechanism = system.mechanism
+    states: States = (motion.times, motion.q, motion.v, motion.a)
+    if motion.cubic or not len(mechanism.tree.rows):
+        return states
+    return refined(mechanism, states, OPEN, work_for(mechanism.tree))
 
 
 def loose_states(system: System, motion: Motion) -> float:

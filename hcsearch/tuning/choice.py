@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hcsearch.deployment.checking import Check
 from hcsearch.deployment.deploying import Deployment, deploy
+from hcsearch.deployment.outcomes import Check
 from hcsearch.deployment.springs import scene_springs
 from hcsearch.scenes import Scene
 from hcsearch.tuning.catalogue import Levels, descend, nearest_levels

@@ -12,8 +12,9 @@ import numpy as np
 from hcsearch.collision.margins import scale_of
 from hcsearch.collision.reaches import slack_of
 from hcsearch.deployment import VERSION
-from hcsearch.deployment.checking import Check, Screen, check, screen_of
+from hcsearch.deployment.checking import Screen, check, screen_of
 from hcsearch.deployment.compiling import Compiled, compile_scene
+from hcsearch.deployment.outcomes import Check
 from hcsearch.deployment.scales import settled
 from hcsearch.deployment.springs import scene_springs, stiffnesses_of, with_springs
 from hcsearch.linkage import Linkage

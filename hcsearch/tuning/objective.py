@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from hcsearch.deployment.checking import Check
+from hcsearch.deployment.outcomes import Check
 
 SPEED = 5.0
 """Approach speed that is worth as much as all of the way from folded to flat, m/s: p of eq. 4.26 is its inverse."""

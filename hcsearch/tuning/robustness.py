@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hcsearch.deployment.checking import Check
+from hcsearch.deployment.outcomes import Check
 from hcsearch.deployment.springs import scene_springs
 from hcsearch.scenes import Scene
 from hcsearch.tuning.evaluation import Evaluator

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from hcsearch.deployment.checking import Check
+from hcsearch.deployment.outcomes import Check
 from hcsearch.deployment.springs import range_of
 from hcsearch.tuning.evaluation import Evaluator
 from hcsearch.typing import Reals

@@ -104,7 +104,7 @@ def _compared(case: SweepCase, found: Deployment, seconds: float) -> StabilityRo
 def simulated(case: SweepCase) -> Deployment:
     """The deployment of a case; what starts flat is no deployment and does not end there."""
     from hcsearch.deployment.compiling import OMISSIONS, compile_scene
-    from hcsearch.deployment.deploying import Deployment, run
+    from hcsearch.deployment.deploying import judged, run
     from hcsearch.dynamics.simulation import simulate
 
     keep = frozenset(OMISSIONS if case.whole else ())
@@ -121,9 +121,7 @@ def simulated(case: SweepCase) -> Deployment:
         restitution=case.scene.restitution,
         max_steps=FEW,
     )
-    angles, rates = compiled.of_hinges(motion.q, motion.v)
-    outcome, reason = ("moving", "") if motion.ending == "time" else ("diverged", f"it ends with {motion.ending}")
-    return Deployment(compiled, motion, outcome, reason, angles, rates, None, time.perf_counter() - begin)  # type: ignore[arg-type]
+    return judged(compiled, motion, time.perf_counter() - begin, certified=False)
 
 
 def finite(deployment: Deployment) -> bool:

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from hcsearch.deployment.checking import Check
+from hcsearch.deployment.outcomes import Check
 from hcsearch.tuning.choice import SpringSet
 from hcsearch.tuning.robustness import Robustness
 from hcsearch_bench.experiment.bench import TunedRow, UniformRow, _row, claims

@@ -16,7 +16,7 @@ from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
 from hcsearch.cli.tune import advice
-from hcsearch.deployment.checking import Check
+from hcsearch.deployment.outcomes import Check
 from hcsearch.errors import HcsearchError
 from hcsearch.scenes import SCENES
 from hcsearch.store import open_readonly, select

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from hcsearch.collision.reaches import slack_of
-from hcsearch.deployment.checking import Check
 from hcsearch.deployment.deploying import deploy
+from hcsearch.deployment.outcomes import Check
 from hcsearch.deployment.scales import SOFTEST, STIFFEST
 from hcsearch.deployment.springs import scene_springs, tied_hinges
 from hcsearch.errors import HcsearchError

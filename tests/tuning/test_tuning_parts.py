@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import beta
 
-from hcsearch.deployment.checking import Check, check, screen_of
+from hcsearch.deployment.checking import check, screen_of
 from hcsearch.deployment.compiling import compile_scene
+from hcsearch.deployment.outcomes import Check
 from hcsearch.deployment.scales import settled
 from hcsearch.deployment.scene_files import file_text, read_file, scene_in, scene_named
 from hcsearch.deployment.springs import scene_springs, stiffnesses_of, tied_hinges, with_springs
