@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from hcsearch.store.database import Database, open_database, open_readonly
     from hcsearch.store.formats import FORMATS, format_rows
     from hcsearch.store.location import room_at
+    from hcsearch.store.paths import StoredPath, find_paths
     from hcsearch.store.queries import find_design, parse_query, select, select_sql, stream, stream_sql
     from hcsearch.store.rows import Result, Rows
     from hcsearch.store.saving import save_rows
@@ -27,6 +28,7 @@ _HOMES = {
     "database": ("Database", "open_database", "open_readonly"),
     "formats": ("FORMATS", "format_rows"),
     "location": ("room_at",),
+    "paths": ("StoredPath", "find_paths"),
     "queries": ("find_design", "parse_query", "select", "select_sql", "stream", "stream_sql"),
     "rows": ("Result", "Rows"),
     "saving": ("save_rows",),
@@ -43,9 +45,11 @@ __all__ = [
     "Quantity",
     "Result",
     "Rows",
+    "StoredPath",
     "column_names",
     "count_arrays",
     "find_design",
+    "find_paths",
     "find_scene",
     "finish_run",
     "finished_batches",

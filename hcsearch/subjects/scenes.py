@@ -116,16 +116,27 @@ def _of_file(path: str) -> Scene:
     return scene
 
 
+def stored_scene(database: Database, name: str) -> Scene:
+    """The scene of a name that verdicts in a database are of; SceneError where it holds none."""
+    if name in SCENES:
+        return SCENES[name]
+    from hcsearch.deployment.scene_files import read_text, scene_in
+    from hcsearch.store import find_scene
+
+    text = find_scene(database, name)
+    if text is None:
+        raise SceneError(f"there is no scene {name!r} in {database.location}: see the view `deployments`")
+    return scene_in(read_text(text, f"the scene {name!r} of {database.location}"))
+
+
 def _stored(name: str, db: str) -> Scene | None:
     """A scene that a database holds; None where there is none, or no database."""
     if name in SCENES:
         return None
-    from hcsearch.deployment.scene_files import read_text, scene_in
-    from hcsearch.store import find_scene, open_readonly
+    from hcsearch.store import open_readonly, scene_names
 
     try:
         with open_readonly(db) as database:
-            text = find_scene(database, name)
+            return stored_scene(database, name) if name in scene_names(database) else None
     except DatabaseError:
         return None
-    return None if text is None else scene_in(read_text(text, f"the scene {name!r} of {db}"))

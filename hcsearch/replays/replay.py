@@ -1,0 +1,72 @@
+"""A motion of a linkage in few states, between which fold angles are interpolated linearly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+
+from hcsearch.labels import Labels
+from hcsearch.linkage import Linkage
+from hcsearch.typing import Reals
+
+Axis = Literal["time", "path"]
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A motion from the packed towards the flat state.
+
+    at : (k,), rising: times in s where `axis` is `time`; shares of the path's length in fold angles, 0 to 1, where it
+        is `path`. angles : (k, n_hinges), fold angles, rad.
+    certified : intervals of `at` in which panels are certified clear with play of `margin` (m) on every face; of states
+        in the motion itself, which those interpolated here follow to within `error` (rad a hinge).
+    collision : where two panels collide first, and which; None where none do, or nobody knows.
+    title : what moves. source : where the motion comes from, in a sentence.
+    """
+
+    linkage: Linkage
+    labels: Labels
+    axis: Axis
+    at: Reals
+    angles: Reals
+    certified: tuple[tuple[float, float], ...]
+    collision: tuple[float, tuple[int, int]] | None
+    margin: float
+    error: float
+    title: str
+    source: str
+
+    def at_time(self, at: Reals) -> Reals:
+        """Fold angles at places of the axis, shape (len(at), n_hinges)."""
+        return np.stack([np.interp(at, self.at, column) for column in self.angles.T], axis=1)
+
+
+def thinned(at: Reals, angles: Reals, tolerance: float) -> tuple[np.ndarray, float]:
+    """Numbers of the states to keep so that interpolation misses none of the others by more than a tolerance (rad).
+
+    at : (k,), rising, perhaps with steps of no length, of which both states are kept. Each stretch is halved where it
+    misses most (Ramer 1972, Douglas and Peucker 1973). Also the greatest error that is left.
+    """
+    keep = np.zeros(len(at), bool)
+    keep[[0, -1]] = True
+    jumps = np.flatnonzero(np.diff(at) <= 0.0)
+    keep[jumps] = keep[jumps + 1] = True
+    ends = np.flatnonzero(keep)
+    todo, worst = list(pairwise(ends)), 0.0
+    while todo:
+        first, last = todo.pop()
+        if last - first < 2:
+            continue
+        share = ((at[first + 1 : last] - at[first]) / (at[last] - at[first]))[:, None]
+        line = angles[first] + share * (angles[last] - angles[first])
+        missed = np.abs(angles[first + 1 : last] - line).max(axis=1)
+        if missed.max() <= tolerance:
+            worst = max(worst, float(missed.max()))
+            continue
+        middle = first + 1 + int(missed.argmax())
+        keep[middle] = True
+        todo += [(first, middle), (middle, last)]
+    return np.flatnonzero(keep), worst

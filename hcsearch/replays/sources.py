@@ -1,0 +1,84 @@
+"""The replay of what a name stands for: a stored or planned path, or the deployment by springs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Literal
+
+from hcsearch.circuit import Circuit
+from hcsearch.deployment.deploying import deploy
+from hcsearch.drive.driving import find_motion, why_not
+from hcsearch.errors import HcsearchError
+from hcsearch.flat_pairs import can_be, linkage_joined
+from hcsearch.folding import Folding, folding_of
+from hcsearch.linkage import Linkage
+from hcsearch.replays.recording import replay_of_deployment, replay_of_path
+from hcsearch.replays.replay import Replay
+from hcsearch.scenes import DEFAULT, PanelSize, panel_of
+from hcsearch.store import Database, StoredPath, find_paths
+from hcsearch.subjects.reading import Request, read_folding, read_subject
+from hcsearch.subjects.scenes import stored_scene
+from hcsearch.vocabulary import WAYS
+
+By = Literal["path", "springs"]
+
+
+def replay_named(request: Request, by: By | None = None) -> Replay:
+    """The replay of a folding, an assembly or a file.
+
+    by : `path`, from packed to flat, planned in the scene; `springs`, simulated. Unless given: the path of a folding
+    that has one, else what springs do. HcsearchError where a path is asked for and there is none.
+    """
+    if by != "springs":
+        replay = _of_path(request, required=by == "path")
+        if replay is not None:
+            return replay
+    subject = read_subject(request)
+    deployment = deploy(subject.linkage, subject.scene, subject.formulation or "constrained", drives=subject.drives)
+    name = str(subject.facts.get("design", subject.facts.get("assembly")))
+    return replay_of_deployment(deployment, name, design="design" in subject.facts)
+
+
+def _of_path(request: Request, *, required: bool) -> Replay | None:
+    try:
+        folding, scene = read_folding(request)
+    except HcsearchError:
+        if required:
+            raise
+        return None  # an assembly, or a file with springs or a drive of its own
+    motion = find_motion(folding, scene)
+    if motion.states is None or motion.way is None:
+        if required:
+            raise HcsearchError(why_not(folding, scene, motion))
+        return None
+    linkage = linkage_joined(folding, panel_of(scene, folding.circuit.grid.name), motion.way)
+    return replay_of_path(linkage, motion.states, folding.notation, margin=motion.margin)
+
+
+def stored_replays(
+    database: Database, circuits: Mapping[int, Circuit], scene: str = DEFAULT
+) -> Iterator[tuple[StoredPath, Replay]]:
+    """The replays of the paths that a database holds of the foldings of designs, by design and crease.
+
+    circuits : of the designs, by their ids, as the database has them.
+    """
+    values = stored_scene(database, scene)
+    for path in find_paths(database, list(circuits), scene):
+        folding = folding_of(circuits[path.design_id], path.crease)
+        linkage = _linkage(folding, panel_of(values, folding.circuit.grid.name), path)
+        margin = None if path.needed_margin is None else 1e-3 * path.needed_margin
+        yield path, replay_of_path(linkage, path.states, folding.notation, margin=margin)
+
+
+def _linkage(folding: Folding, panel: PanelSize, path: StoredPath) -> Linkage:
+    """The linkage of a path; without a proof the number of hinges says how its flat pairs are joined."""
+    ways = WAYS if path.way is None else (path.way,)
+    for way in ways:
+        if can_be(folding, way):
+            linkage = linkage_joined(folding, panel, way)
+            if linkage.n_hinges == path.states.shape[1]:
+                return linkage
+    raise HcsearchError(
+        f"the path of {folding.notation} has {path.states.shape[1]} hinges, as none of its linkages: the database is "
+        "damaged; restore a copy, or enumerate anew"
+    )

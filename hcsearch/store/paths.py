@@ -1,0 +1,66 @@
+"""Reading the paths of foldings, and the scenes they are planned in."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+from sqlalchemy import select as sql_select
+
+from hcsearch.errors import DatabaseError
+from hcsearch.scenes import DEFAULT
+from hcsearch.store.database import Database
+from hcsearch.store.schema import motion
+from hcsearch.typing import Reals
+from hcsearch.vocabulary import Way
+
+AT_ONCE = 5000
+"""Designs that one statement asks for."""
+
+
+@dataclass(frozen=True)
+class StoredPath:
+    """A path of a folding from packed to flat.
+
+    design_id, crease : of the folding. way : how flat pairs are joined, recorded of proved paths only.
+    states : (k, n_hinges), rad. needed_margin : least play for each face with which it is proved, mm; None without.
+    """
+
+    design_id: int
+    crease: int
+    way: Way | None
+    states: Reals
+    needed_margin: float | None
+
+
+def find_paths(database: Database, ids: Sequence[int], scene: str = DEFAULT) -> list[StoredPath]:
+    """The stored paths of the foldings of some designs in a scene, by design and crease; DatabaseError for damage."""
+    paths = []
+    with database.reading() as connection:
+        for first in range(0, len(ids), AT_ONCE):
+            wanted = motion.c.design_id.in_(list(ids[first : first + AT_ONCE]))
+            statement = (
+                sql_select(motion)
+                .where(wanted, motion.c.scene == scene, motion.c.path.is_not(None))
+                .order_by(motion.c.design_id, motion.c.crease)
+            )
+            for row in connection.execute(statement):
+                states = _states(database, row.path, row.states)
+                way = cast("Way | None", row.flat_pairs)
+                paths.append(StoredPath(row.design_id, row.crease, way, states, row.needed_margin))
+    return paths
+
+
+def _states(database: Database, packed: object, count: int) -> Reals:
+    """Fold angles of so many states."""
+    try:
+        values = np.frombuffer(zlib.decompress(cast(bytes, packed)), "<f8")
+        states: Reals = values.reshape(count, -1)
+    except (zlib.error, ValueError, TypeError) as error:
+        raise DatabaseError(
+            f"{database.location} is damaged: a path cannot be read ({error}); restore a copy, or enumerate anew"
+        ) from error
+    return states.astype(float)
