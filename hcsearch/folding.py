@@ -154,7 +154,8 @@ class Folding:
         """Pairs of panels that share an edge on a mirror axis of the circuit through both flat creases.
 
         They share it flat and folded, so that a pair can be made one panel (thesis 3.2.1 and 4.1.1). Empty where
-        there is no such axis. The panels of the lowest layer come first.
+        there is no such axis. The panels of the lowest layer come first. The compiled form, which only counts pairs,
+        is in `kernels.linkage.lines`; tests compare the two.
         """
         word, m = self.circuit.word, self.circuit.grid.directions
         across = word[self.crease]

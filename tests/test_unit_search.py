@@ -14,7 +14,7 @@ from hcsearch.assemblies.assembly import Parameters
 from hcsearch.assemblies.eight_r import eight_r
 from hcsearch.assemblies.joining import neighbours
 from hcsearch.assemblies.squares import array_6r, element_6r
-from hcsearch.assemblies.units import unit_i, unit_ii
+from hcsearch.assemblies.units import unit_i, unit_ii, unit_iii
 from hcsearch.circuit import Circuit
 from hcsearch.cli import hcsearch as command_line
 from hcsearch.collision.penetration import penetration
@@ -30,6 +30,7 @@ from hcsearch.unit_search.isosceles import KITE, PARALLELOGRAM, isosceles_elemen
 from hcsearch.unit_search.proofs import freedom, prove
 from hcsearch.unit_search.rings import Rings, congruence_key, least_kutzbach, marks_of
 from hcsearch.unit_search.search import Limits, search_elements, search_units
+from tests.linkages import congruent
 
 DEGREES = Parameters(alpha=math.radians(70))
 SQUARES = Parameters(width=0.050)
@@ -110,6 +111,14 @@ def test_kutzbach_of_marks_is_a_lower_bound():
     for build in (eight_r, unit_i, unit_ii):
         pattern = build(DEGREES)
         assert least_kutzbach(marks_of(Sheet(pattern, lattice=False))) == pattern.kutzbach
+
+
+def test_patterns_of_one_key_are_congruent_or_mirror_each_other():
+    units = [build(DEGREES) for build in (unit_i, unit_ii, unit_iii)]
+    units += [unit.moved(0.3, (0.01, -0.02), over=True) for unit in units]
+    units += [unit.inverted() for unit in units]
+    for one, two in itertools.combinations(units, 2):
+        assert (same_class(one) == same_class(two)) == (congruent(one, two) or congruent(one, two.inverted()))
 
 
 # elements

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
 from hcsearch.assemblies.clashes import clash
 from hcsearch.errors import PatternError
 from hcsearch.isometries import Isometry
@@ -64,33 +62,6 @@ def neighbours(still: Pattern, moving: Pattern) -> Iterator[tuple[Isometry, list
         union = _union(still, moving, placement)
         if union is not None:
             yield placement, merged, union
-
-
-def congruent(one: Pattern, two: Pattern) -> bool:
-    """Whether an isometry takes one pattern to another, with all creases; the sheet may be turned over.
-
-    Patterns that mirror each other are congruent when `two.inverted()` is.
-    """
-    sizes = (len(one.facets), len(one.creases)), (len(two.facets), len(two.creases))
-    if sizes[0] != sizes[1]:
-        return False
-    of = next(iter(two.creases))
-    tolerance = SAME * one.size
-    corners = np.array([point for facet in one.facets for point in facet])
-    for on in one.creases:
-        if abs(math.dist(*one.edges[on]) - math.dist(*two.edges[of])) > tolerance:
-            continue
-        for placement in placements(one, two, [(on, of)]):
-            images = np.array([placement.image(point) for facet in two.facets for point in facet])
-            if np.linalg.norm(corners[:, None] - images, axis=2).min(axis=0).max() > tolerance:
-                continue
-            try:
-                union = overlay([one, two.placed(placement)])
-            except PatternError:
-                continue
-            if (len(union.facets), len(union.creases)) == sizes[0]:
-                return True
-    return False
 
 
 def _union(still: Pattern, moving: Pattern, placement: Isometry) -> Pattern | None:

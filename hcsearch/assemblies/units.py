@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from hcsearch.assemblies.assembly import Assembly, Parameters
-from hcsearch.assemblies.eight_r import eight_r, half_way, hindrance
+from hcsearch.assemblies.eight_r import assembly_of_elements, eight_r
 from hcsearch.assemblies.joining import Match, join
 from hcsearch.errors import PatternError
 from hcsearch.pattern import Pattern
@@ -88,15 +88,11 @@ def _assembly(
     published_at_defaults: Mapping[str, object],
 ) -> Assembly:
     """A unit of four 8R elements, which have 32 joints apart."""
-    return Assembly(
-        name=name,
-        title=f"Unit {name.removeprefix('unit-').upper()}, four 8R elements",
-        source=source,
-        uses=("alpha", "base", "thickness"),
-        build=build,
-        between=half_way(build),
-        hindrance=hindrance,
-        elements=True,
+    return assembly_of_elements(
+        name,
+        f"Unit {name.removeprefix('unit-').upper()}, four 8R elements",
+        source,
+        build,
         apart=32,
         published=published,
         published_at_defaults=published_at_defaults,

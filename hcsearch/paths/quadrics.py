@@ -127,7 +127,11 @@ def _newton(forms: Reals, cone: Reals | None, starts: Reals, linear: Reals | Non
 
 
 def _damped_step(value: Reals, slope: Reals, damping: Reals) -> Reals:
-    """Steps (n, m) of least value + slope step, squared, and damping times step, squared."""
+    """Steps (n, m) of least value + slope step, squared, and damping times step, squared.
+
+    `kinematics.closing.correction` is such a step of one state. It stands apart: it cuts singular values off at another
+    level, and its matrix products round otherwise than the sums over all states here, so that results would change.
+    """
     u, s, vt = np.linalg.svd(slope, full_matrices=False)
     nothing = s <= max(slope.shape[1:]) * np.finfo(float).eps * s[:, :1]
     gain = np.where(nothing, 0.0, s / (s * s + damping[:, None]))

@@ -21,7 +21,6 @@ from hcsearch.assemblies.eight_r import (
     slit_distance,
     ten_triangles,
 )
-from hcsearch.assemblies.joining import congruent
 from hcsearch.assemblies.packages import flat_overlap, package
 from hcsearch.assemblies.units import unit_i
 from hcsearch.circuit import Circuit
@@ -32,6 +31,7 @@ from hcsearch.grid import GRIDS
 from hcsearch.kinematics.dh import dh_loop
 from hcsearch.kinematics.rank import rank_at
 from hcsearch.linkage import Linkage
+from tests.linkages import congruent
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "thesis_assemblies.json").read_text("utf-8"))
 

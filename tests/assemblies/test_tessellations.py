@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from hcsearch.assemblies import ASSEMBLIES, Parameters
 from hcsearch.assemblies.eight_r import eight_r, skew_symmetric
-from hcsearch.assemblies.joining import congruent, neighbours
+from hcsearch.assemblies.joining import neighbours
 from hcsearch.assemblies.packages import flat_overlap, package
 from hcsearch.assemblies.tessellations import ASSEMBLIES as TESSELLATIONS
 from hcsearch.assemblies.tessellations import ways
@@ -19,6 +19,7 @@ from hcsearch.errors import PatternError
 from hcsearch.kinematics.rank import rank_at
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import overlay
+from tests.linkages import congruent
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "thesis_assemblies.json").read_text("utf-8"))["assemblies"]
 
