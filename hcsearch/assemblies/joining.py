@@ -25,27 +25,27 @@ def placements(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> lis
     One crease leaves four isometries at most: either end on either end, the sheet turned over or not.
     """
     (on, of), *_ = matches
-    found = []
+    chosen = []
     for over in (False, True):
         for ends in (moving.edges[of], moving.edges[of][::-1]):
             placement = Isometry.carrying(_ends(ends), _ends(still.edges[on]), reflects=over)
             if all(_coincide(still, moving, placement, match) for match in matches):
-                found.append(placement)
-    return found
+                chosen.append(placement)
+    return chosen
 
 
 def joinings(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> list[tuple[Isometry, Pattern]]:
     """The placements that make sense, with the union of the patterns: they add panels and agree about every crease."""
-    found = ((placement, _union(still, moving, placement)) for placement in placements(still, moving, matches))
-    return [(placement, union) for placement, union in found if union is not None]
+    laid = ((placement, _union(still, moving, placement)) for placement in placements(still, moving, matches))
+    return [(placement, union) for placement, union in laid if union is not None]
 
 
 def join(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> Pattern:
     """The union of two patterns, where the creases to coincide leave exactly one way; PatternError otherwise."""
-    found = joinings(still, moving, matches)
-    if len(found) != 1:
-        raise PatternError(f"{len(found)} ways lay these creases onto each other: name creases that leave one")
-    return found[0][1]
+    unions = joinings(still, moving, matches)
+    if len(unions) != 1:
+        raise PatternError(f"{len(unions)} ways lay these creases onto each other: name creases that leave one")
+    return unions[0][1]
 
 
 def neighbours(still: Pattern, moving: Pattern) -> Iterator[tuple[Isometry, list[Match], Pattern]]:

@@ -62,8 +62,8 @@ def tessellate(parameters: Parameters, first: str, *steps: TilingStep) -> Patter
     for step in steps:
         build, letters = _UNITS[step.kind]
         moving = build(parameters).inverted() if step.inverted else build(parameters)
-        found = [match for text in step.joints.split() for match in matches(pattern, names, moving, letters, text)]
-        pattern = _once(join(pattern, moving, found))
+        merging = [match for text in step.joints.split() for match in matches(pattern, names, moving, letters, text)]
+        pattern = _once(join(pattern, moving, merging))
     return pattern
 
 

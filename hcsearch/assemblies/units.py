@@ -32,7 +32,7 @@ def unit_ii(parameters: Parameters) -> Pattern:
 
 
 def unit_iii(parameters: Parameters) -> Pattern:
-    """Unit III, half unit I and half unit II, found by the search for units. Loops are the elements A, B, C, D."""
+    """Unit III, half unit I and half unit II, a result of the search for units. Loops are the elements A, B, C, D."""
     return assemble(eight_r(parameters), UNIT_III)
 
 
@@ -56,16 +56,16 @@ def matches(still: Pattern, names: str, moving: Pattern, letters: str, step: str
 
     names, letters : one letter for each loop of the still and of the moving pattern.
     """
-    found = []
+    pairs = []
     for equation in step.split():
         of, _, on = equation.partition("=")
         try:
-            found.append((_crease(still, names, on), _crease(moving, letters, of)))
+            pairs.append((_crease(still, names, on), _crease(moving, letters, of)))
         except (ValueError, IndexError):
             raise PatternError(
                 f"{equation!r} names no joints: write one of {letters}, a number, = and one of {names}, a number"
             ) from None
-    return found
+    return pairs
 
 
 def _crease(pattern: Pattern, names: str, joint: str) -> tuple[int, int]:

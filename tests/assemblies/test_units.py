@@ -27,9 +27,9 @@ units = pytest.mark.parametrize("unit", [unit_i, unit_ii, unit_iii])
 
 
 def in_millimetres(jacobian):
-    found = jacobian.copy()
-    found[3::4] *= 1e3
-    return found
+    scaled = jacobian.copy()
+    scaled[3::4] *= 1e3
+    return scaled
 
 
 @units
@@ -50,12 +50,12 @@ def test_panels_and_joints(unit, values):
 @given(parameters)
 @settings(max_examples=15)
 def test_folded_on_two_triangles_and_a_parallelogram(unit, values):
-    found = package(unit(values))
-    assert found.whole_ratio == "7:1"
-    assert found.heights == (5, 9)
-    assert found.stepped
-    assert found.void_volume == found.overlap_volume == 0
-    assert found.height == pytest.approx(9 * values.thickness)
+    folded = package(unit(values))
+    assert folded.whole_ratio == "7:1"
+    assert folded.heights == (5, 9)
+    assert folded.stepped
+    assert folded.void_volume == folded.overlap_volume == 0
+    assert folded.height == pytest.approx(9 * values.thickness)
 
 
 @units
@@ -106,8 +106,8 @@ def test_both_forms_of_the_jacobian_have_one_rank(unit, values, first):
     angles = skew_symmetric(linkage.pattern, values.alpha, first)
     jacobian = dh_closure_jacobian(linkage, angles)
     jacobian[3::4] /= linkage.pattern.size
-    found = decide_rank(np.linalg.svd(jacobian, compute_uv=False), linkage.n_hinges)
-    assert found.rank == rank_at(linkage, angles).rank == 23
+    rank = decide_rank(np.linalg.svd(jacobian, compute_uv=False), linkage.n_hinges)
+    assert rank.rank == rank_at(linkage, angles).rank == 23
 
 
 @pytest.mark.parametrize(("unit", "steps"), [(unit_i, UNIT_I), (unit_ii, UNIT_II), (unit_iii, UNIT_III)])
