@@ -136,7 +136,7 @@ def least_kutzbach(marks: Sequence[Mark]) -> int:
 
 
 def congruence_key(marks: Sequence[Mark]) -> Key:
-    """What congruent unions have in common and no others: facets and creases seen from the farthest facets."""
+    """The same for congruent unions, also inverted ones, and for no others: their marks seen from a farthest facet."""
     places = np.array([place for place, _ in marks])
     codes = np.array([code for _, code in marks])
     facets = codes == _FACET
