@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import ClassVar
 
@@ -10,12 +9,13 @@ import numpy as np
 
 from hcsearch.kernels.collision.distances import closest_of_pairs
 from hcsearch.typing import Reals, Whole
-from hcsearch_bench.collision.deployments import DEPLOYMENTS, FAR, QUICK_DEPLOYMENTS, DeploymentRow, deployment_row
+from hcsearch_bench.collision.deployments import DEPLOYMENTS, FAR, QUICK_DEPLOYMENTS, ProximityRow, proximity_row
 from hcsearch_bench.collision.pairs import FAMILIES, Family, Sample
 from hcsearch_bench.collision.proofs import settle
 from hcsearch_bench.peers import coal_distances as coal
+from hcsearch_bench.run.goals import Goal
 from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
 from hcsearch_bench.run.timing import Stopwatch, median_time
 
@@ -58,36 +58,22 @@ class PairRow:
 
 
 @dataclass(frozen=True)
-class GoalRow:
-    """A goal and what was measured."""
-
-    goal: str
-    at_most: float
-    measured: float
-    met: str
-
-
-@dataclass(frozen=True)
-class CollisionReport(Report):
+class CollisionReport(BenchReport):
     """All that one run of the bench measured."""
 
     page: ClassVar[str] = "collision"
-    heading: ClassVar[str] = "# Bench: collision"
 
     pairs: list[PairRow]
-    deployments: list[DeploymentRow]
+    deployments: list[ProximityRow]
 
     @property
-    def goals(self) -> list[GoalRow]:
+    def goals(self) -> list[Goal]:
         """The goals, by what was measured."""
         worst = max(row.pair_us for row in self.deployments)
         share = max(row.distances_ms / row.dynamics_ms for row in self.deployments)
         return [
-            GoalRow(goal, at_most, measured, "yes" if measured <= at_most else "no")
-            for goal, at_most, measured in (
-                ("microseconds a pair and state, all distances exact, slowest deployment", GOAL, worst),
-                ("of the time of the dynamics, slowest deployment", 1.0, share),
-            )
+            Goal("microseconds a pair and state, all distances exact, slowest deployment", worst, at_most=GOAL),
+            Goal("of the time of the dynamics, slowest deployment", share, at_most=1.0),
         ]
 
     @property
@@ -117,11 +103,17 @@ class CollisionReport(Report):
                 "which `ours` is right, `theirs` is, by exact arithmetic. Processor time, medians of `runs`.",
                 self.deployments,
             ),
-            Table("goals", "Goals", "Processor time, medians.", self.goals),
+            Table(
+                "goals",
+                "Goals",
+                "Processor time, medians.",
+                self.goals,
+                columns=("goal", "at_most", "measured", "met"),
+            ),
         ]
 
 
-def measure(*, quick: bool = False, repeats: int = 3, say: Callable[[str], None] = print) -> CollisionReport:
+def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> CollisionReport:
     """Run the whole bench: minutes; `quick`: a fiftieth of the pairs, two deployments."""
     machine = this_machine(("coal", "pin"))
     repeats = 1 if quick else repeats
@@ -132,7 +124,7 @@ def measure(*, quick: bool = False, repeats: int = 3, say: Callable[[str], None]
     deployments = []
     for name in QUICK_DEPLOYMENTS if quick else DEPLOYMENTS:
         say(f"deployment of {name}")
-        deployments.append(deployment_row(name, repeats))
+        deployments.append(proximity_row(name, repeats))
     return CollisionReport(machine, rows, deployments)
 
 

@@ -32,7 +32,7 @@ FAR = 1e-9
 
 
 @dataclass(frozen=True)
-class DeploymentRow:
+class ProximityRow:
     """A deployment, and the distances at its states.
 
     pairs : of panels; facet_pairs : of their facets. dynamics_ms, distances_ms : the simulation, and all distances.
@@ -60,7 +60,7 @@ class DeploymentRow:
     runs: int
 
 
-def deployment_row(name: str, repeats: int) -> DeploymentRow:
+def proximity_row(name: str, repeats: int) -> ProximityRow:
     """Deploy with uniform springs until flat or 1 s, and ask for the distances of all pairs that no hinge joins."""
     linkage = design(name) if ":" in name else assembly(name)
     compiled = compile_scene(linkage, SCENE)
@@ -78,7 +78,7 @@ def deployment_row(name: str, repeats: int) -> DeploymentRow:
     beside = dict.fromkeys(("coal_facet_us", "difference", "beyond", "ours", "theirs"))
     if coal.installed():
         beside |= _beside_coal(linkage, states, proximity, facets, repeats)
-    return DeploymentRow(
+    return ProximityRow(
         deployment=name,
         outcome=found.outcome,
         panels=linkage.n_panels,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import ClassVar
 
@@ -23,7 +23,7 @@ from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch, Mobili
 from hcsearch.scenes import SCENES
 from hcsearch.stages.mobility import mobility
 from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
 from hcsearch_bench.subjects.foldings import packed, untwisted
 
@@ -83,7 +83,7 @@ class DeployabilityRow:
 
 
 @dataclass(frozen=True)
-class DeployabilityReport(Report):
+class DeployabilityReport(BenchReport):
     """What one run of the bench measured."""
 
     page: ClassVar[str] = "tables"
@@ -115,7 +115,7 @@ class DeployabilityReport(Report):
         ]
 
 
-def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> DeployabilityReport:
+def measure(*, quick: bool = False, say: Say = print) -> DeployabilityReport:
     """Check everything, and say each row when it is finished: half an hour, or seconds when `quick`."""
     rows = []
     for named in _searches(quick):

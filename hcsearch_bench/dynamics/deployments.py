@@ -15,7 +15,7 @@ from hcsearch.deployment.arrivals import Arrival, arrivals
 from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.deploying import Deployment, deploy, run
 from hcsearch.flat_pairs import folding_linkage
-from hcsearch_bench.dynamics.work import gap_of
+from hcsearch_bench.dynamics.case_rows import gap_of
 from hcsearch_bench.subjects.deployments import SCENE, Case, DeploymentSubject
 
 if TYPE_CHECKING:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 
 from hcsearch.errors import HcsearchError
-from hcsearch_bench.peers.engines import ENGINES, OURS, Engine
-from hcsearch_bench.run.job import OWN_LIMIT, Outcome, run_job
+from hcsearch_bench.peers.engines import ENGINES, Engine
+from hcsearch_bench.run.job import OWN_LIMIT, JobResult, run_job
 from hcsearch_bench.run.machine import MISSING
+from hcsearch_bench.run.report import Say
+from hcsearch_bench.run.work_precision import OURS
 
 # by number of circuits, so that a peer past its limit need not be tried on what follows
 ARRAYS = (
@@ -71,7 +73,7 @@ def measure_arrays(
     *,
     limit: float,
     repeats: int,
-    say: Callable[[str], None],
+    say: Say,
     engines: Sequence[Engine] = ENGINES,
 ) -> list[ArrayRow]:
     """One row an array and engine. Raises HcsearchError when two engines find different numbers of circuits.
@@ -104,7 +106,7 @@ def _measure(grid: str, spec: str, engine: Engine, *, limit: float, repeats: int
     return _filled(row, outcome)
 
 
-def _filled(row: ArrayRow, outcome: Outcome) -> ArrayRow:
+def _filled(row: ArrayRow, outcome: JobResult) -> ArrayRow:
     row = replace(row, peak_mib=outcome.peak_mib, note=outcome.note, **outcome.row)
     if row.listed and row.answer_s:
         row = replace(row, listed_per_s=row.listed / row.answer_s)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from hcsearch.errors import HcsearchError
 from hcsearch_bench.run.job import OWN_LIMIT, run_job
+from hcsearch_bench.run.report import Say
 from hcsearch_bench.subjects.polygons import list_polygons
 
 SIZES: dict[str, tuple[int, ...]] = {
@@ -60,9 +61,7 @@ class GrowthRow:
     seconds_factor: float
 
 
-def measure_listing(
-    sizes: Mapping[str, Sequence[int]], *, repeats: int, say: Callable[[str], None]
-) -> list[ListingRow]:
+def measure_listing(sizes: Mapping[str, Sequence[int]], *, repeats: int, say: Say) -> list[ListingRow]:
     """One row a grid and n; HcsearchError when one does not finish."""
     rows = []
     for grid, ns in sizes.items():

@@ -7,7 +7,7 @@ array, its springs and the bounds of these are those of Tables 4.1 and 4.3.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -19,7 +19,7 @@ from hcsearch.tuning.choice import SpringSet
 from hcsearch.tuning.tuning import EVALUATIONS, SAMPLES, Tuning, tune
 from hcsearch.vocabulary import Formulation
 from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
 
 G = 9.81
@@ -85,7 +85,7 @@ class Claim:
 
 
 @dataclass(frozen=True)
-class ExperimentReport(Report):
+class ExperimentReport(BenchReport):
     """All that one run of the bench found."""
 
     page: ClassVar[str] = "experiment"
@@ -121,7 +121,7 @@ class ExperimentReport(Report):
         ]
 
 
-def measure(*, quick: bool = False, say: Callable[[str], None]) -> ExperimentReport:
+def measure(*, quick: bool = False, say: Say) -> ExperimentReport:
     """Run the bench; quick: exact closure alone for equal springs, and one tuning, without samples."""
     linkage = Linkage((assembly := ASSEMBLIES["thesis-4x4"]).build(assembly.defaults))
     uniform = list(_uniform(linkage, quick, say))
@@ -136,7 +136,7 @@ def measure(*, quick: bool = False, say: Callable[[str], None]) -> ExperimentRep
     return ExperimentReport(this_machine(), claims(uniform, tuned), uniform, tuned)
 
 
-def _uniform(linkage: Linkage, quick: bool, say: Callable[[str], None]) -> list[UniformRow]:
+def _uniform(linkage: Linkage, quick: bool, say: Say) -> list[UniformRow]:
     formulations: tuple[Formulation, ...] = ("constrained",) if quick else ("constrained", "compliant")
     found = []
     for held in (0, 5, 7):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
@@ -22,7 +22,7 @@ from hcsearch.identification.vibration import identify_modes
 from hcsearch_bench.identification.rig import MOST_ANGLE, Rig, pairs
 from hcsearch_bench.run.figures import save_figure
 from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
 
 NOISES = (0.0, 1e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.2, 0.3)
@@ -72,11 +72,10 @@ class SpringRow:
 
 
 @dataclass(frozen=True)
-class IdentificationReport(Report):
+class IdentificationReport(BenchReport):
     """All that one run of the bench measured."""
 
     page: ClassVar[str] = "identification"
-    heading: ClassVar[str] = "# Bench: identification"
 
     damping: list[DampingRow]
     springs: list[SpringRow]
@@ -111,7 +110,7 @@ class IdentificationReport(Report):
         plot_identification(self.damping, self.springs, folder / "identification.png")
 
 
-def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> IdentificationReport:
+def measure(*, quick: bool = False, say: Say = print) -> IdentificationReport:
     """Run the whole bench: some minutes, or seconds when `quick`."""
     machine = this_machine(("scipy",))
     records = QUICK if quick else RECORDS
@@ -125,7 +124,7 @@ def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> Ident
     return IdentificationReport(machine, damping, springs)
 
 
-def measure_damping(noise: float, seeds: Sequence[int], *, say: Callable[[str], None]) -> DampingRow:
+def measure_damping(noise: float, seeds: Sequence[int], *, say: Say) -> DampingRow:
     """A row from a record of the rig for each seed."""
     say(f"free vibration, noise {noise:g}")
     rig = Rig()

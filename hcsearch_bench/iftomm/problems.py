@@ -39,7 +39,7 @@ class Problem:
     end: float
     body: int
     point: Reals
-    reference: references.Way
+    reference: references.Solution
     length: float = 1.0
 
     @property

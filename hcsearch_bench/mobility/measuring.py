@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
 
@@ -19,6 +19,7 @@ from hcsearch.records import CircuitBatch, FoldingBatch
 from hcsearch.scenes import PanelSize, default_panel
 from hcsearch.stages.mobility import mobility
 from hcsearch.twisting import twist_batch
+from hcsearch_bench.run.report import Say
 
 SIZES: dict[str, tuple[int, ...]] = {
     "hex": (6, 8, 10, 12, 14, 16),
@@ -109,7 +110,7 @@ class TightRow:
 
 
 def measure_mobility(
-    sizes: Mapping[str, Sequence[int]], *, repeats: int, say: Callable[[str], None]
+    sizes: Mapping[str, Sequence[int]], *, repeats: int, say: Say
 ) -> tuple[list[SpeedRow], list[LockRow], list[TightRow]]:
     """A row of each kind for each grid and n; of locked ends one each where they are not many."""
     speed, locks, tight = [], [], []

@@ -16,7 +16,7 @@ from hcsearch.dynamics.system import System
 from hcsearch.dynamics.trees import GROUND
 from hcsearch.typing import Reals
 from hcsearch_bench.peers.states import TURNS, Places, Trajectory, lines_of, places
-from hcsearch_bench.run.work import UnableError
+from hcsearch_bench.run.work_precision import UnableError
 
 CUT = 1e-6
 """Rows count whose singular value is above this share of the largest: those that closure makes redundant are off by

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 from hcsearch_bench.peers.backtracker import hamiltonian_circuits
 from hcsearch_bench.run.timing import Row, Stopwatch, repeated, timed
-
-OURS = "hcsearch"
+from hcsearch_bench.run.work_precision import OURS
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from hcsearch.kernels.planning.trees import StateTree, new_tree
 from hcsearch.planning.planner import CAPACITY, STARTS, TRIES, Planner
 from hcsearch.typing import Reals
 from hcsearch_bench.run.machine import MISSING
-from hcsearch_bench.run.work import UnableError
+from hcsearch_bench.run.work_precision import UnableError
 
 TOLERANCE, STEPS = 1e-6, 50
 """Closure residual of its states, and steps of a projection; proofs close states to rounding."""

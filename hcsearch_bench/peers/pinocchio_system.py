@@ -10,7 +10,7 @@ import numpy as np
 from hcsearch.dynamics.trees import GROUND
 from hcsearch.typing import Reals
 from hcsearch_bench.peers.states import Trajectory, common_points, depth_first, lines_of
-from hcsearch_bench.run.work import UnableError
+from hcsearch_bench.run.work_precision import UnableError
 
 if TYPE_CHECKING:
     from hcsearch.dynamics.system import System

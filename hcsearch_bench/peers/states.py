@@ -13,7 +13,7 @@ from hcsearch.dynamics.laws import Law
 from hcsearch.dynamics.system import JointDrive, System
 from hcsearch.dynamics.trees import GROUND, Weld
 from hcsearch.typing import Reals
-from hcsearch_bench.run.work import UnableError
+from hcsearch_bench.run.work_precision import UnableError
 
 TURNS, GAPS = (0, 1, 2), (3, 4, 5)
 

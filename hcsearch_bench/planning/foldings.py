@@ -86,7 +86,7 @@ class GroupRow:
 
 
 @dataclass(frozen=True)
-class WorkRow:
+class BudgetRow:
     """What is settled where a folding is given up after some seconds; spent_s : on all foldings of the set."""
 
     group: str
@@ -175,7 +175,7 @@ def group_row(rows: Sequence[FoldingRow]) -> GroupRow:
     )
 
 
-def work_rows(rows: Sequence[FoldingRow], budgets: Sequence[float] = BUDGETS) -> list[WorkRow]:
+def budget_rows(rows: Sequence[FoldingRow], budgets: Sequence[float] = BUDGETS) -> list[BudgetRow]:
     """What budgets (s) for each folding of a set would have settled, and spent.
 
     A search does not depend on its budget: one that is cut off is the beginning of the longer one.
@@ -184,7 +184,7 @@ def work_rows(rows: Sequence[FoldingRow], budgets: Sequence[float] = BUDGETS) ->
     for budget in budgets:
         settled = sum(row.settled and row.seconds <= budget for row in rows)
         spent = sum(min(row.seconds, budget) for row in rows)
-        found.append(WorkRow(rows[0].group, budget, settled, settled / len(rows), spent))
+        found.append(BudgetRow(rows[0].group, budget, settled, settled / len(rows), spent))
     return found
 
 

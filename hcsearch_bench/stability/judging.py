@@ -58,7 +58,7 @@ class StabilityRow:
 
 
 @dataclass(frozen=True)
-class CountRow:
+class TallyRow:
     """How many simulations of a sweep got each verdict; worst : greatest error of accurate and degraded ones."""
 
     sweep: str
@@ -203,7 +203,7 @@ def _row(
     )
 
 
-def count(rows: Sequence[StabilityRow]) -> list[CountRow]:
+def tally(rows: Sequence[StabilityRow]) -> list[TallyRow]:
     """A row a sweep, and one for all."""
     found = []
     for sweep in (*dict.fromkeys(row.sweep for row in rows), "all"):
@@ -211,6 +211,6 @@ def count(rows: Sequence[StabilityRow]) -> list[CountRow]:
         numbers = {verdict: sum(row.verdict == verdict for row in ours) for verdict in VERDICTS}
         errors = [row.error for row in ours if row.error is not None and row.verdict in VERDICTS[:2]]
         found.append(
-            CountRow(sweep, len(ours), **numbers, worst=max(errors, default=None), seconds=sum(r.seconds for r in ours))
+            TallyRow(sweep, len(ours), **numbers, worst=max(errors, default=None), seconds=sum(r.seconds for r in ours))
         )
     return found

@@ -20,6 +20,7 @@ from typing import Any
 
 from hcsearch.errors import HcsearchError
 from hcsearch_bench.run.process import Finished, run_measured
+from hcsearch_bench.run.report import Say
 
 Answer = list[dict[str, Any]]
 
@@ -52,7 +53,7 @@ class ProcessorRow:
     note: str = ""
 
 
-def measure_processors(*, quick: bool, say: Callable[[str], None]) -> list[ProcessorRow]:
+def measure_processors(*, quick: bool, say: Say) -> list[ProcessorRow]:
     """Ask everything with this machine's own kernels, then with those for others; quick: hexagons of 10 cells."""
     own = kernels_for(None)
     if not own:

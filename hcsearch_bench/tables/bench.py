@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
 from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
 from hcsearch_bench.tables import funnels, one_array
 
@@ -22,7 +21,7 @@ The numbers are exact, and the same on every machine; CSV files of them are in t
 
 
 @dataclass(frozen=True)
-class TablesReport(Report):
+class TablesReport(BenchReport):
     """All that one run of the bench counted; limit : seconds for a search, beyond which there is no number."""
 
     page: ClassVar[str] = "tables"
@@ -83,7 +82,7 @@ def measure(
     *,
     quick: bool = False,
     limit: float | None = None,
-    say: Callable[[str], None] = print,
+    say: Say = print,
 ) -> TablesReport:
     """Count everything, in this process: half an hour, or seconds when `quick`.
 

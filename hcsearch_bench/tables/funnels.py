@@ -13,6 +13,7 @@ from hcsearch.errors import HcsearchError
 from hcsearch.folding import divisible
 from hcsearch.grid import Grid, grid_named
 from hcsearch.pipeline import Crew, Funnel, Plan, count_designs, run_dry
+from hcsearch_bench.run.report import Say
 
 T = TypeVar("T")
 Progress = Callable[[int, int, str], None]
@@ -72,9 +73,7 @@ class Patience:
             return None
 
 
-def measure_funnels(
-    sizes: Mapping[str, tuple[int, int, int]], *, limit: float, say: Callable[[str], None]
-) -> list[FunnelRow]:
+def measure_funnels(sizes: Mapping[str, tuple[int, int, int]], *, limit: float, say: Say) -> list[FunnelRow]:
     """One row a grid and n, in this process; HcsearchError when a law is broken.
 
     limit : seconds for each of a row's searches; one that takes longer is not tried on larger n.
@@ -82,7 +81,7 @@ def measure_funnels(
     return [row for name, (first, full, last) in sizes.items() for row in _grid(name, first, full, last, limit, say)]
 
 
-def _grid(name: str, first: int, full: int, last: int, limit: float, say: Callable[[str], None]) -> Iterator[FunnelRow]:
+def _grid(name: str, first: int, full: int, last: int, limit: float, say: Say) -> Iterator[FunnelRow]:
     patience = Patience(limit)
     for n in range(first, last + 1, 1 if name == "hex" else 2):
         grid = grid_named(name)

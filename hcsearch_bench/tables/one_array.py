@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import partial
 
@@ -13,6 +13,7 @@ from hcsearch.errors import HcsearchError
 from hcsearch.folding import divisible, fold
 from hcsearch.grid import GRIDS, Array, parse_array
 from hcsearch.twisting import twist_batch
+from hcsearch_bench.run.report import Say
 from hcsearch_bench.tables.funnels import Patience, Progress
 
 # beside all sides of 2 or more with up to 56 cells: those that docs/theory.md tells about
@@ -64,9 +65,7 @@ class _Designs:
     least_twist: int | None
 
 
-def measure_rectangles(
-    cells: int, more: Iterable[str], *, limit: float, say: Callable[[str], None]
-) -> list[RectangleRow]:
+def measure_rectangles(cells: int, more: Iterable[str], *, limit: float, say: Say) -> list[RectangleRow]:
     """One row a rectangle with an even number of cells and sides of 2 or more, up to `cells`, and those named more.
 
     limit : seconds for an array; one that takes longer has no numbers, and what is larger is not tried.
@@ -94,7 +93,7 @@ def measure_rectangles(
     return rows
 
 
-def measure_hexagon_rows(cells: int, *, say: Callable[[str], None]) -> list[HexagonRow]:
+def measure_hexagon_rows(cells: int, *, say: Say) -> list[HexagonRow]:
     """One row an array of two to five rows of hexagons that has a circuit, of at most `cells`, by number of cells."""
     seen: set[Array] = set()
     rows = []

@@ -14,6 +14,7 @@ from hcsearch.dynamics.simulation import simulate
 from hcsearch.unit_search.elements import untwisted
 from hcsearch_bench.dynamics import bench as dynamics
 from hcsearch_bench.dynamics.bench import best_of, goals_of
+from hcsearch_bench.dynamics.case_rows import LEVELS, CaseRow, gap_of, reference_of, seconds_at
 from hcsearch_bench.dynamics.deployments import (
     BOUNCE,
     DeploymentRow,
@@ -22,13 +23,12 @@ from hcsearch_bench.dynamics.deployments import (
     deployment_rows,
     quick_row,
 )
-from hcsearch_bench.dynamics.scale import ScaleRow, slope_of, strip
-from hcsearch_bench.dynamics.work import LEVELS, WorkRow, gap_of, reference_of, seconds_at
+from hcsearch_bench.dynamics.evaluations import EvaluationRow, slope_of, strip
 from hcsearch_bench.iftomm.problems import bricard, governor
 from hcsearch_bench.peers import pinocchio_system
 from hcsearch_bench.peers.dense_system import Dense
 from hcsearch_bench.peers.states import closure, depth_first
-from hcsearch_bench.run.work import OURS, UnableError, level_of
+from hcsearch_bench.run.work_precision import OURS, UnableError, level_of
 from hcsearch_bench.subjects.deployments import LOOP, WHOLE, subjects
 from tests.dynamics.naive_dynamics import Twin, random_system
 
@@ -110,7 +110,7 @@ def test_nothing_comes_to_a_stop_before_the_end(name):
 
 def test_a_subject_that_does_not_end_has_no_reference(monkeypatch):
     case = subject(LOOP).case("constrained", 0.01)
-    monkeypatch.setattr("hcsearch_bench.dynamics.work.MAX_STEPS", {"constrained": 3})
+    monkeypatch.setattr("hcsearch_bench.dynamics.case_rows.MAX_STEPS", {"constrained": 3})
     with pytest.raises(UnableError, match="no reference: steps at"):
         reference_of(case)
 
@@ -163,7 +163,7 @@ def test_pinocchio_has_the_accelerations_of_a_tree_with_branches(name):
 
 
 def work(engine, method, error, seconds, formulation="constrained"):
-    return WorkRow(LOOP, formulation, engine, method, 1e-6, None, level_of(error, LEVELS), error, seconds=seconds)
+    return CaseRow(LOOP, formulation, engine, method, 1e-6, None, level_of(error, LEVELS), error, seconds=seconds)
 
 
 def test_seconds_at_an_error_are_between_two_runs():
@@ -210,7 +210,7 @@ def test_goals():
         work("MuJoCo", "RK4", 2e-5, 9e-2, WHOLE),
         work("Pinocchio", "SciPy DOP853", 2e-5, 3e-1, WHOLE),
     ]
-    scale = [ScaleRow("loop", 10, 1, 1.0, 0.1, 1.3, 1.2)]
+    scale = [EvaluationRow("loop", 10, 1, 1.0, 0.1, 1.3, 1.2)]
     quick = [QuickRow("hex n = 12", 1, 30.0, 40.0, 50.0, 20.0, 10.0, "1 flat")]
     ours = [
         deployment("constrained", 0.2, 1.0, restitution=0.0),

@@ -11,13 +11,13 @@ from hcsearch.dynamics.laws import Law, LawBranch, linear
 from hcsearch.dynamics.system import JointDrive, System
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
 from hcsearch_bench.iftomm import bench as iftomm
-from hcsearch_bench.iftomm import work as iftomm_work
+from hcsearch_bench.iftomm import problem_rows
 from hcsearch_bench.iftomm.bench import best_of, goals_of
+from hcsearch_bench.iftomm.problem_rows import LEVELS, ProblemRow, peer_rows
 from hcsearch_bench.iftomm.problems import X, Y, Z, bricard, four_bars, pendulum, squeezer
-from hcsearch_bench.iftomm.work import LEVELS, WorkRow, peer_rows
 from hcsearch_bench.peers.multibody import Peer, peers
 from hcsearch_bench.peers.states import Trajectory, closure, common_points, line_of, lines_of, places
-from hcsearch_bench.run.work import OURS, UnableError, level_of
+from hcsearch_bench.run.work_precision import OURS, UnableError, level_of
 
 TABLES = {"work", "best", "goals"}
 TIMES = np.linspace(0.0, 1.0, 11)
@@ -86,8 +86,8 @@ def test_what_would_take_too_long_is_not_tried():
 
 def test_a_motion_that_stops_early_is_refused(monkeypatch):
     problem = pendulum()
-    monkeypatch.setattr(iftomm_work, "MAX_STEPS", 3)
-    row = iftomm_work.measure_ours(problem, "dormand-prince", 1e-8, TIMES, problem.reference(TIMES))
+    monkeypatch.setattr(problem_rows, "MAX_STEPS", 3)
+    row = problem_rows.measure_ours(problem, "dormand-prince", 1e-8, TIMES, problem.reference(TIMES))
     assert (row.verdict, row.error) == ("none", None)
     assert row.note.startswith("refused: steps at ")
 
@@ -104,7 +104,7 @@ def test_verdicts_are_seen_against_the_length():
 
 def row(engine, error, seconds, **more):
     verdict = level_of(error, LEVELS, pendulum().length)
-    return WorkRow("A04 thin", engine, "m", 1e-6, None, verdict, error=error, seconds=seconds, **more)
+    return ProblemRow("A04 thin", engine, "m", 1e-6, None, verdict, error=error, seconds=seconds, **more)
 
 
 def test_the_fastest_of_each_engine():

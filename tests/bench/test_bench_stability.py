@@ -15,7 +15,7 @@ from hcsearch_bench.stability import bench as stability
 from hcsearch_bench.stability import judging
 from hcsearch_bench.stability import processors as stability_processors
 from hcsearch_bench.stability.bench import COLOURS, plot_heat
-from hcsearch_bench.stability.judging import VERDICTS, StabilityRow, count, judge, simulated
+from hcsearch_bench.stability.judging import VERDICTS, StabilityRow, judge, simulated, tally
 from hcsearch_bench.stability.processors import compared, kernels, kernels_for, measure_processors
 from hcsearch_bench.stability.subjects import SIDE, THICK, StabilitySubject
 from hcsearch_bench.stability.sweeps import (
@@ -202,8 +202,8 @@ def test_counts_and_heat_map(tmp_path):
     rows = [row("a", 1.0, "accurate", 1e-7), row("a", 2.0, "degraded", 1e-3), row("b", 1.0, "refused")]
     rows += [row("b", 2.0, "wrong", 1.0)]
     assert len({stability._line(r) for r in rows}) == 2
-    found = count(rows)
-    assert [(c.sweep, c.scenes, c.accurate, c.degraded, c.refused, c.wrong, c.worst) for c in found] == [
+    tallies = tally(rows)
+    assert [(c.sweep, c.scenes, c.accurate, c.degraded, c.refused, c.wrong, c.worst) for c in tallies] == [
         ("a", 2, 1, 1, 0, 0, 1e-3),
         ("b", 2, 0, 0, 1, 1, None),
         ("all", 4, 1, 1, 1, 1, 1e-3),

@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hcsearch.typing import Reals
+from hcsearch_bench.run.report import Say
 
 if TYPE_CHECKING:
     from hcsearch.linkage import Linkage
     from hcsearch.paths.following import Stepping
     from hcsearch.paths.motions import Path
-
-Say = Callable[[str], None]
 
 UNITS = ("I", "II")
 METHODS = ("euler", "taylor", "adams", "runge-kutta", "hermite")
@@ -75,7 +74,7 @@ class SlopeRow:
     microseconds_a_panel: float
 
 
-class Known:
+class KnownUnit:
     """A unit whose motion is known: thesis (5.24), base angle 70 degrees."""
 
     def __init__(self, unit: str, **parameters: float) -> None:
@@ -135,7 +134,7 @@ def measure_paths(units: Sequence[str], *, quick: bool, repeats: int, say: Say) 
     """One row a unit, method and step. Fixed steps begin and end beside the singular ends; adaptive ones at them."""
     rows = []
     for name in units:
-        unit = Known(name)
+        unit = KnownUnit(name)
         for stepping in _steppings(quick):
             say(f"unit {name}: {stepping.method}, {stepping.step or stepping.tolerance}")
             rows.append(_path_row(name, unit, stepping, repeats))
@@ -156,7 +155,7 @@ def _steppings(quick: bool) -> Iterator[Stepping]:
             yield Stepping(method, tolerance=tolerance)
 
 
-def _path_row(name: str, unit: Known, stepping: Stepping, repeats: int) -> PathRow:
+def _path_row(name: str, unit: KnownUnit, stepping: Stepping, repeats: int) -> PathRow:
     from hcsearch.paths.following import Limits, follow
 
     adaptive = stepping.adapts

@@ -21,7 +21,7 @@ SIDE, THICKNESS, DENSITY = 0.05, 0.006, 547.0
 
 
 @dataclass(frozen=True)
-class ScaleRow:
+class EvaluationRow:
     """A loop or chain of n panels: microseconds an evaluation of the accelerations, also over the panels.
 
     step_us : of a whole step with its projection, books and record, over the evaluations in it. slope : of the
@@ -58,7 +58,7 @@ def strip(n: int, *, closed: bool) -> System:
     return System(tuple(joints), tuple(bodies), (JointDrive(linear(0.1), 0.0043),) * n, welds, size=SIDE)
 
 
-def scale_rows(sizes: Sequence[int], repeats: int) -> list[ScaleRow]:
+def evaluation_rows(sizes: Sequence[int], repeats: int) -> list[EvaluationRow]:
     """A row a size, of loops and of chains."""
     found = []
     for kind, closed in (("loop", True), ("chain", False)):
@@ -68,11 +68,11 @@ def scale_rows(sizes: Sequence[int], repeats: int) -> list[ScaleRow]:
     return found
 
 
-def _row(kind: str, system: System, repeats: int) -> ScaleRow:
+def _row(kind: str, system: System, repeats: int) -> EvaluationRow:
     n = system.n_joints
     evaluations = max(1, EVALUATED // n)
     evaluation = _evaluation_us(system, evaluations, repeats)
-    return ScaleRow(kind, n, evaluations, evaluation, evaluation / n, _step_us(system, repeats), 0.0)
+    return EvaluationRow(kind, n, evaluations, evaluation, evaluation / n, _step_us(system, repeats), 0.0)
 
 
 def _evaluation_us(system: System, evaluations: int, repeats: int) -> float:
