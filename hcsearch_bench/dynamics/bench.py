@@ -171,7 +171,7 @@ def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> Dynam
 
 
 def best_of(rows: Sequence[CaseRow]) -> list[FastestCaseRow]:
-    """A row a level, formulation, engine and method that reaches it; motions without inertia are compared to none."""
+    """A row a level, formulation, engine and method that reaches it, all but quasistatic ones."""
     best = []
     for subject in dict.fromkeys(row.subject for row in rows):
         own = [row for row in rows if row.subject == subject and row.formulation != "quasistatic"]
@@ -283,5 +283,5 @@ def _whole_deployment(rows: Sequence[DeploymentRow]) -> list[Goal]:
 
 
 def _curve(row: CaseRow) -> str:
-    """What a curve is called: formulations are ours."""
+    """Label of a row's curve; only ours have several formulations."""
     return f"{row.engine}, {row.method}" + (f", {row.formulation}" if row.engine == OURS else "")

@@ -117,7 +117,7 @@ def scipy_peers(quick: bool) -> list[Peer]:
 
 
 def reference_of(case: Case) -> Reference:
-    """The reference solution of a case: short steps, so that what is read out between them is as good."""
+    """The reference solution of a case: short steps, so that states between them are as precise."""
     times = np.linspace(0.0, case.end, OUTPUTS + 1)
     motion = _simulated(case, REFERENCE, REFERENCE_TOLERANCE, case.end / OUTPUTS)
     if motion.ending != "time":
@@ -185,10 +185,10 @@ def compared(case: Case, whole: Case, reference: Reference, tolerance: float) ->
     part = OUTPUTS if whole.system.n_joints <= 20 else OUTPUTS // 2
     times = reference.times[: part + 1]
     try:
-        found = dense_system.run(whole.system, whole.q, whole.v, times, tolerance=tolerance)
+        motion = dense_system.run(whole.system, whole.q, whole.v, times, tolerance=tolerance)
     except UnableError as error:
         return replace(row, note=str(error))
-    apart = float(np.abs(whole.angles(found.q) - reference.angles[: part + 1]).max())
+    apart = float(np.abs(whole.angles(motion.q) - reference.angles[: part + 1]).max())
     return replace(row, scipy_end=float(times[-1]), apart=apart)
 
 
@@ -259,10 +259,10 @@ def gap_of(case: Case, q: Reals) -> float:
     """Greatest gap of the loops, m; of cut hinges, between the ends of their lines."""
     q = q[:: -(-len(q) // SEEN)]
     worst = closure(case.system, q)
-    found = places(case.system, q)
+    placed = places(case.system, q)
     for cut in case.system.cuts:
         for end in cut.ends:
-            gap = found.point(cut.second, end)[0] - found.point(cut.first, end)[0]
+            gap = placed.point(cut.second, end)[0] - placed.point(cut.first, end)[0]
             worst = max(worst, float(np.linalg.norm(gap, axis=1).max()))
     return worst
 

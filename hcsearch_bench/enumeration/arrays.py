@@ -83,15 +83,15 @@ def measure_arrays(
     rows: list[ArrayRow] = []
     beaten: set[Engine] = set()
     for grid, spec in arrays:
-        found = []
+        own = []
         for engine in engines:
             say(f"{grid} {spec}: {engine.name}, {engine.task}")
             row = _measure(grid, spec, engine, limit=limit, repeats=repeats, beaten=engine in beaten)
             if row.note and engine.peer:
                 beaten.add(engine)
-            found.append(row)
-        _check_counts(found)
-        rows += _with_ratios(found)
+            own.append(row)
+        _check_counts(own)
+        rows += _with_ratios(own)
     return rows
 
 

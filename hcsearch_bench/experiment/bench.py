@@ -1,6 +1,6 @@
 """The bench `experiment`: the thesis's deployment of the 4x4 array (4.5), with what its text does not fix.
 
-Gravity has a direction that the text does not tell, and an aluminium frame holds a panel that it does not name. The
+The text does not say which way gravity acts, nor which panel the aluminium frame holds. The
 array, its springs and the bounds of these are those of Tables 4.1 and 4.3.
 """
 
@@ -58,7 +58,7 @@ class UniformRow:
 
 @dataclass(frozen=True)
 class TunedRow:
-    """What a tuning found.
+    """Springs of one tuning, and how the array deploys with them.
 
     springs : `uniform`, `tuned` or `catalogue`. stiffness : of hinges 0 to 6 (the others are their mirror images),
     N m/rad. verdict : of the precise simulation; of the quick check where there was none. collides : of the samples
@@ -86,7 +86,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class ExperimentReport(BenchReport):
-    """All that one run of the bench found."""
+    """All that one run of the bench measured."""
 
     page: ClassVar[str] = "experiment"
     heading: ClassVar[str] = "# Bench: the thesis's experiment"
@@ -138,14 +138,14 @@ def measure(*, quick: bool = False, say: Say) -> ExperimentReport:
 
 def _uniform(linkage: Linkage, quick: bool, say: Say) -> list[UniformRow]:
     formulations: tuple[Formulation, ...] = ("constrained",) if quick else ("constrained", "compliant")
-    found = []
+    rows = []
     for held in (0, 5, 7):
         for gravity, vector in GRAVITIES.items():
             say(f"equal springs, gravity {gravity}, panel {held} held")
             for formulation in formulations:
                 scene = Scene(gravity=vector, held=held)
-                found.append(_uniform_row(gravity, held, deploy(linkage, scene, formulation)))
-    return found
+                rows.append(_uniform_row(gravity, held, deploy(linkage, scene, formulation)))
+    return rows
 
 
 def _uniform_row(gravity: str, held: int, deployment: Deployment) -> UniformRow:
@@ -187,7 +187,7 @@ def _row(gravity: str, name: str, one: SpringSet, seconds: float) -> TunedRow:
 
 
 def claims(uniform: Sequence[UniformRow], tuned: Sequence[TunedRow]) -> list[Claim]:
-    """The thesis's statements beside what the tables tell."""
+    """The thesis's statements beside the numbers of the tables."""
     held = [row for row in uniform if row.held == 0]
     hits = [row for row in held if row.clearance != "clear"]
     times = [row.collision_s for row in hits if row.collision_s is not None]

@@ -131,22 +131,22 @@ def measure_folding(sizes: Mapping[str, Sequence[int]], *, limit: float, repeats
 def _row(
     grid: str, n: int, keep: str, listed: JobResult | None, joined: JobResult | None, counted: JobResult | None
 ) -> FoldableRow | None:
-    found = [outcome.row["designs"] for outcome in (joined, counted) if outcome is not None]
+    designs = [outcome.row["designs"] for outcome in (joined, counted) if outcome is not None]
     filter_s = None
     if listed is not None:
-        found.append(listed.row[keep.replace("-", "_")])
+        designs.append(listed.row[keep.replace("-", "_")])
         filter_s = sum(listed.row[stage] for stage in ("list_s", "fold_s", "twist_s"))
-    if not found:
+    if not designs:
         return None
-    if len(set(found)) > 1:
-        raise HcsearchError(f"{grid} n={n} {keep}: joined, counted or listed, designs are {found}; report this")
+    if len(set(designs)) > 1:
+        raise HcsearchError(f"{grid} n={n} {keep}: joined, counted or listed, designs are {designs}; report this")
     join_s, count_s = (None if outcome is None else float(outcome.row["seconds"]) for outcome in (joined, counted))
     ways = [outcome for outcome in (listed, joined, counted) if outcome is not None]
     return FoldableRow(
         grid=grid,
         n=n,
         keep=keep,
-        designs=found[0],
+        designs=designs[0],
         filter_s=filter_s,
         join_s=join_s,
         count_s=count_s,

@@ -37,10 +37,11 @@ RECORDS, QUICK = 100, 8
 
 @dataclass(frozen=True)
 class DampingRow:
-    """Free vibrations at one level of noise: relative errors, rms over the records in which the swing was found.
+    """Free vibrations at one level of noise: relative errors, rms over the records in which the swing was recognised.
 
-    told_error : standard error of the damping coefficient as identification tells it, rms. within_2 : share of records
-    whose coefficient is within two of those. false_modes : told, but not there. ms : of one record, median.
+    found : records in which the swing was recognised. told_error : standard error of the damping coefficient that
+    identification reports, rms. within_2 : share of records whose coefficient is within two of those. false_modes :
+    reported, but not there. ms : of one record, median.
     """
 
     noise: float
@@ -91,8 +92,8 @@ class IdentificationReport(BenchReport):
                 "under a frame that rings at 33.7 and 89.6 Hz; two accelerometers, five seconds at 200 Hz. `noise` is "
                 "a standard deviation as a share of the swing's amplitude at the start. Errors are relative, rms over "
                 "the records in which the swing was `found`; `told_error` is the standard error of the coefficient "
-                "that comes with it, `within_2` the share of coefficients within two of those; `false_modes` were told "
-                "and are not there.",
+                "that comes with it, `within_2` the share of coefficients within two of those; `false_modes` were "
+                "reported and are not there.",
                 self.damping,
             ),
             Table(
@@ -164,8 +165,8 @@ def measure_springs(kind: str, text: str, noise: float, seeds: Sequence[int]) ->
         chosen = identify_spring(*measured).chosen
         times.append(time.perf_counter() - begun)
         recognised += chosen.kind == kind
-        found = np.array([chosen.law.straight.moment(angle) for angle in angles])
-        errors.append(_rms((found - moments) / abs(moments).max()))
+        by_law = np.array([chosen.law.straight.moment(angle) for angle in angles])
+        errors.append(_rms((by_law - moments) / abs(moments).max()))
     return SpringRow(text, noise, len(seeds), recognised, _rms(errors), 1e3 * median(times))
 
 
@@ -178,7 +179,7 @@ def _rms(values: Sequence[float] | np.ndarray) -> float:
 
 
 def plot_identification(damping: Sequence[DampingRow], springs: Sequence[SpringRow], path: Path) -> None:
-    """Errors against noise, of the damping test and of springs; what the program itself tells of them dashed."""
+    """Errors against noise, of the damping test and of springs; the standard error that the program reports dashed."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11, 4.5), layout="constrained")
@@ -191,7 +192,7 @@ def plot_identification(damping: Sequence[DampingRow], springs: Sequence[SpringR
         ("tab:green", "coefficient", "damping coefficient c"),
     ):
         left.plot(noise, [getattr(row, f"{name}_error") for row in rows], "o-", color=colour, label=label)
-    left.plot(noise, [row.told_error for row in rows], "k--", label="standard error of c as told")
+    left.plot(noise, [row.told_error for row in rows], "k--", label="standard error of c as reported")
     left.set(xlabel="noise, share of the swing's amplitude", ylabel="relative error, rms", title="Free vibration")
     for k, law in enumerate(dict.fromkeys(row.law for row in springs)):
         own = [row for row in springs if row.law == law and row.noise > 0.0]

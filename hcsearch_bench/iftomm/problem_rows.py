@@ -135,5 +135,5 @@ def _peer_row(problem: Problem, times: Reals, way: Reals, peer: Peer, setting: f
 
 def _distance(problem: Problem, q: Reals, way: Reals) -> float:
     """Greatest distance of the measured point from where it should be, m."""
-    found, _ = places(problem.system, q).point(problem.body, problem.point)
-    return float(np.linalg.norm(found - way, axis=1).max())
+    points, _ = places(problem.system, q).point(problem.body, problem.point)
+    return float(np.linalg.norm(points - way, axis=1).max())

@@ -169,8 +169,8 @@ def _squeezer_rate(_: float, y: Reals) -> Reals:
     )
     rows = np.vstack([row.real, row.imag])
     whole = np.block([[mass, rows.T], [rows, np.zeros((6, 6))]])
-    found = np.linalg.solve(whole, np.concatenate([force, -bias.real, -bias.imag]))
-    return np.concatenate([y[7:], found[:7]])
+    solution = np.linalg.solve(whole, np.concatenate([force, -bias.real, -bias.imag]))
+    return np.concatenate([y[7:], solution[:7]])
 
 
 def _ray(angle: float) -> complex:
@@ -179,8 +179,8 @@ def _ray(angle: float) -> complex:
 
 def bricard(section: float, times: Reals) -> Reals:
     """A04: the third corner; accelerations within the null space of the closure, whose rank is 4 always."""
-    found = _bricard(section, float(times[-1]))(times)
-    return np.array([_bricard_chain(y[:5], y[5:])[0][2] for y in found])
+    states = _bricard(section, float(times[-1]))(times)
+    return np.array([_bricard_chain(y[:5], y[5:])[0][2] for y in states])
 
 
 @cache
@@ -285,10 +285,10 @@ def solved(
     """States (k, n) at times (k,) from 0 to the end, by DOP853 of SciPy."""
     from scipy.integrate import solve_ivp
 
-    found = solve_ivp(rate, (0.0, end), start, "DOP853", dense_output=True, rtol=tolerance, atol=tolerance).sol
+    solution = solve_ivp(rate, (0.0, end), start, "DOP853", dense_output=True, rtol=tolerance, atol=tolerance).sol
 
     def states(times: Reals) -> Reals:
-        at_times: Reals = found(times).T
+        at_times: Reals = solution(times).T
         return at_times
 
     return states

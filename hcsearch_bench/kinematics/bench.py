@@ -164,21 +164,21 @@ def measure_branches(*, say: Say) -> list[BranchRow]:
             for stops in (False, True):
                 say(f"branches of unit {name}, {state}{', with stops' if stops else ''}")
                 begin = time.perf_counter()
-                found = branches(linkage, getattr(linkage, state), stops=stops)
+                search = branches(linkage, getattr(linkage, state), stops=stops)
                 seconds = time.perf_counter() - begin
-                dimensions = [branch.dimension for branch in found.branches]
+                dimensions = [branch.dimension for branch in search.branches]
                 rows.append(
                     BranchRow(
                         f"unit {name}",
                         state,
                         "yes" if stops else "no",
-                        found.nullity,
-                        found.stresses,
+                        search.nullity,
+                        search.stresses,
                         dimensions.count(0),
                         ", ".join(map(str, sorted(set(dimensions) - {0}))) or "-",
-                        len(found.branches),
-                        len(found.finite),
-                        sum(branch.within for branch in found.finite),
+                        len(search.branches),
+                        len(search.finite),
+                        sum(branch.within for branch in search.finite),
                         seconds,
                     )
                 )
@@ -232,7 +232,7 @@ def plot_paths(rows: Sequence[PathRow], path: Path) -> None:
     colours = {name: f"C{k}" for k, name in enumerate(dict.fromkeys(row.method for row in rows))}
     for method, colour in colours.items():
         for corrections, style in styles.items():
-            found = [
+            shown = [
                 row
                 for row in rows
                 if (row.unit, row.method, row.corrections) == (unit, method, corrections)
@@ -241,7 +241,7 @@ def plot_paths(rows: Sequence[PathRow], path: Path) -> None:
             ]
             label = method if corrections == "closed" else None
             for axes, column in zip(pictures, ("off_path", "residual"), strict=True):
-                points = sorted((row.seconds, getattr(row, column)) for row in found)
+                points = sorted((row.seconds, getattr(row, column)) for row in shown)
                 axes.plot([s for s, _ in points], [e for _, e in points], "o" + style, color=colour, ms=4, label=label)
     pictures[0].set(ylabel="error off the path (rad)", title=f"Unit {unit}, fixed steps")
     pictures[1].set(ylabel="closure residual", title="dotted: uncorrected; dashed: corrected once; solid: closed")

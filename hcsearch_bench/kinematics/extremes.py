@@ -227,14 +227,14 @@ def _starts() -> Iterator[ExtremeScene]:
         for state in ("folded", "flat"):
             start = getattr(linkage, state)
 
-            def found(linkage: Linkage = linkage, start: Reals = start) -> Path:
+            def along_branch(linkage: Linkage = linkage, start: Reals = start) -> Path:
                 ways = [b.direction for b in branches(linkage, start, stops=True).finite if b.within]
                 return follow(linkage, start, ways[0])
 
             def straight(linkage: Linkage = linkage, start: Reals = start, state: str = state) -> Path:
                 return follow(linkage, start, limits=Limits(goal="flat" if state == "folded" else "folded"))
 
-            yield ExtremeScene("singular start", f"{name} {state}, direction found", linkage, found, error)
+            yield ExtremeScene("singular start", f"{name} {state}, direction found", linkage, along_branch, error)
             yield ExtremeScene("singular start", f"{name} {state}, no direction given", linkage, straight, error)
 
 
@@ -263,8 +263,8 @@ def _folding(element: Linkage) -> Reals:
     from hcsearch.assemblies.assembly import Parameters
 
     parts = np.arange(element.n_hinges) % 2
-    found: Reals = np.where(parts == 1, math.cos(Parameters().alpha), 1.0)
-    return found
+    velocity: Reals = np.where(parts == 1, math.cos(Parameters().alpha), 1.0)
+    return velocity
 
 
 def shaken(pattern: Pattern, distance: float) -> Pattern:

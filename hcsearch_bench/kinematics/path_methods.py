@@ -97,13 +97,13 @@ class KnownUnit:
 
     def opening(self) -> Reals:
         """Velocity of the motion at the folded state."""
-        found: Reals = -np.where(self.legs, 1.0, math.cos(self.parameters.alpha))
-        return found
+        velocity: Reals = -np.where(self.legs, 1.0, math.cos(self.parameters.alpha))
+        return velocity
 
     def folding(self) -> Reals:
         """Velocity of the motion at the flat state."""
-        found: Reals = np.where(self.legs, math.cos(self.parameters.alpha), 1.0)
-        return found
+        velocity: Reals = np.where(self.legs, math.cos(self.parameters.alpha), 1.0)
+        return velocity
 
     def off_path(self, angles: Reals) -> float:
         """How far hinges are from where (5.24) puts them, seen from the first hinge with a base angle (rad)."""
@@ -192,9 +192,9 @@ def _timed(run: Callable[[], Path], repeats: int) -> tuple[Path, float, int]:
     times: list[float] = []
     while len(times) < repeats and sum(times) < 2.0:
         begin = time.perf_counter()
-        found = run()
+        path = run()
         times.append(time.perf_counter() - begin)
-    return found, float(np.median(times)), len(times)
+    return path, float(np.median(times)), len(times)
 
 
 def ring(columns: int) -> Linkage:
@@ -245,9 +245,9 @@ def fit_costs(rows: Sequence[CostRow]) -> list[SlopeRow]:
     """Log-log slopes of the times over the larger half of the rings."""
     half = rows[len(rows) // 2 :] if len(rows) > 3 else rows
     panels = np.array([row.panels for row in half], float)
-    found = []
+    slopes = []
     for what in ("closure_us", "bend_us", "svd_us"):
         times = np.array([getattr(row, what) for row in half])
         power = float(np.polyfit(np.log(panels), np.log(times), 1)[0])
-        found.append(SlopeRow(what.removesuffix("_us"), power, float(times[-1] / panels[-1])))
-    return found
+        slopes.append(SlopeRow(what.removesuffix("_us"), power, float(times[-1] / panels[-1])))
+    return slopes

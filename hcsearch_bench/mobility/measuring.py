@@ -154,13 +154,13 @@ def _stage_times(circuits: CircuitBatch, foldings: FoldingBatch, repeats: int) -
 
 def _locks(circuits: CircuitBatch, foldings: FoldingBatch) -> tuple[LockRow, list[TightRow]]:
     grid, n = circuits.grid, circuits.words.shape[1]
-    found = mobility(circuits, foldings, np.zeros(len(foldings), np.int16))
+    stage = mobility(circuits, foldings, np.zeros(len(foldings), np.int16))
     panel = default_panel(grid)
-    locked = [folding_at(circuits, foldings, i) for i in np.flatnonzero(found.locked).tolist()]
+    locked = [folding_at(circuits, foldings, i) for i in np.flatnonzero(stage.locked).tolist()]
     ends = [_ends(folding, panel) for folding in locked]
-    free = np.bincount(foldings.row[~found.locked], minlength=len(circuits)) > 0
+    free = np.bincount(foldings.row[~stage.locked], minlength=len(circuits)) > 0
     tried = locked[:MOST_LOCKED]
-    mirrored = [folding_at(circuits, foldings, i) for i in np.flatnonzero(found.merged_panels > 0).tolist()]
+    mirrored = [folding_at(circuits, foldings, i) for i in np.flatnonzero(stage.merged_panels > 0).tolist()]
     thin, thick = (
         sum(_is_locked(_ends(folding, (panel[0], panel[1], factor * panel[2]))) for folding in tried)
         for factor in THICKNESSES
@@ -208,12 +208,12 @@ def _merged(mirrored: list[Folding], panel: PanelSize) -> str:
 def _tight(folding: Folding, panel: PanelSize, *, hinged: bool) -> list[TightRow]:
     """The locked ends of a folding, and how tight they are."""
     linkage = Linkage(folding.pattern(panel, hinged=hinged))
-    found = []
+    rows = []
     for end, lock in _ends(folding, panel, hinged=hinged).items():
         measured = tightness(linkage, getattr(linkage, end)) if lock.order is not None else None
         if lock.order is not None and measured is not None:
-            found.append(_tight_row(folding, end, "hinged" if hinged else "rigid", lock, measured))
-    return found
+            rows.append(_tight_row(folding, end, "hinged" if hinged else "rigid", lock, measured))
+    return rows
 
 
 def _tight_row(folding: Folding, end: str, pairs: str, lock: Lock, measured: Tightness) -> TightRow:

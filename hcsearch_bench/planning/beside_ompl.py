@@ -69,12 +69,12 @@ def peer_rows(subject: JoinedFolding, searches: int, limit: float) -> Iterator[P
     planner.plan(1)  # compiled
     for engine, search in ENGINES.items():
         try:
-            found = [search(planner, seed, limit) for seed in range(searches)]
+            results = [search(planner, seed, limit) for seed in range(searches)]
         except UnableError as error:
             yield PeerRow(name, way, engine, 0, note=str(error))
             continue
-        paths = [states for states, _ in found if states is not None]
-        times = [seconds for states, seconds in found if states is not None]
+        paths = [states for states, _ in results if states is not None]
+        times = [seconds for states, seconds in results if states is not None]
         yield PeerRow(
             folding=name,
             flat_pairs=way,

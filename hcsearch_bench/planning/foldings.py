@@ -180,22 +180,22 @@ def budget_rows(rows: Sequence[FoldingRow], budgets: Sequence[float] = BUDGETS) 
 
     A search does not depend on its budget: one that is cut off is the beginning of the longer one.
     """
-    found = []
+    counts = []
     for budget in budgets:
         settled = sum(row.settled and row.seconds <= budget for row in rows)
         spent = sum(min(row.seconds, budget) for row in rows)
-        found.append(BudgetRow(rows[0].group, budget, settled, settled / len(rows), spent))
-    return found
+        counts.append(BudgetRow(rows[0].group, budget, settled, settled / len(rows), spent))
+    return counts
 
 
 def margin_rows(rows: Sequence[FoldingRow]) -> list[MarginRow]:
     """What is settled of a set within each margin that paths are certified at."""
-    found = []
+    counts = []
     for margin in map(_mm, PLAYS):
         movable = sum(row.margin_mm is not None and row.margin_mm <= margin for row in rows)
         locked = _count(rows, "locked")
-        found.append(MarginRow(rows[0].group, margin, movable, locked, (movable + locked) / len(rows)))
-    return found
+        counts.append(MarginRow(rows[0].group, margin, movable, locked, (movable + locked) / len(rows)))
+    return counts
 
 
 def thickness_row(rows: Sequence[FoldingRow]) -> ThicknessRow:

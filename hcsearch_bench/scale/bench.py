@@ -213,15 +213,15 @@ def _row(
 
 
 def _designs(job: ScaleJob, runs: Sequence[Finished]) -> int:
-    """The number that all runs print; HcsearchError when one failed or found another."""
+    """The number that all runs print; HcsearchError when one failed or printed another."""
     label = _COUNTS[job.keep]
-    found = set()
+    numbers = set()
     for run in runs:
         match = re.search(rf"^ +{label} +([\d,]+)$", run.output, re.MULTILINE)
         if match is None:
             lines = run.error.strip().splitlines() or ["it took too long"]
             raise HcsearchError(f"enumerate {job.grid} n={job.n} {job.keep} failed: {lines[-1]}")
-        found.add(int(match[1].replace(",", "")))
-    if len(found) != 1:
-        raise HcsearchError(f"enumerate {job.grid} n={job.n} {job.keep} found {sorted(found)} designs; report this")
-    return found.pop()
+        numbers.add(int(match[1].replace(",", "")))
+    if len(numbers) != 1:
+        raise HcsearchError(f"enumerate {job.grid} n={job.n} {job.keep} found {sorted(numbers)} designs; report this")
+    return numbers.pop()

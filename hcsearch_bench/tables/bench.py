@@ -60,7 +60,7 @@ class TablesReport(BenchReport):
                 "`circuits` of the array, `classes` of them up to the symmetries of the array (8 on a square one, "
                 "else 4), and how many of these are two-stack, untwisted and without a folding, `unfolded`. Published "
                 "are the circuits: OEIS A003763 (square arrays; A209077 up to symmetry), A321172 (all); both numbers "
-                "were found by listing and, without it, by frontier states. All foldings of full rectangles are "
+                "come from listing and, without it, from frontier states. All foldings of full rectangles are "
                 f"untwisted (`theory.md`, 13). {limit}",
                 self.rectangles,
             ),

@@ -92,16 +92,16 @@ def _grid(name: str, first: int, full: int, last: int, limit: float, say: Say) -
 
 def _funnel(grid: Grid, n: int, patience: Patience) -> FunnelRow | None:
     """All columns; None when that takes too long."""
-    found = patience.run("all", partial(_run, PolygonSearch(grid, n), "all"))
-    if found is None:
+    funnel = patience.run("all", partial(_run, PolygonSearch(grid, n), "all"))
+    if funnel is None:
         return None
     row = FunnelRow(
-        *(grid.name, n, found.fixed_circuits, found.circuits),
-        *(found.arrays, None, None, found.two_stack, found.untwisted, None),
+        *(grid.name, n, funnel.fixed_circuits, funnel.circuits),
+        *(funnel.arrays, None, None, funnel.two_stack, funnel.untwisted, None),
     )
     divide = None if n % 2 else patience.run("divisible", partial(_divisible, PolygonSearch(grid, n)))
     if divide is not None:
-        row = replace(row, divisible=divide, share=divide / found.circuits if found.circuits else None)
+        row = replace(row, divisible=divide, share=divide / funnel.circuits if funnel.circuits else None)
     kept = patience.run("untwisted arrays", partial(_run, search_all(grid, n, "untwisted"), "untwisted"))
     if kept is not None:
         row = replace(row, untwisted_arrays=kept.arrays)
@@ -112,11 +112,11 @@ def _funnel(grid: Grid, n: int, patience: Patience) -> FunnelRow | None:
 
 def _divisible(search: PolygonSearch, progress: Progress) -> int:
     """List all circuits once more, for those whose T is divisible."""
-    found = 0
+    number = 0
     for done, batch in enumerate(search.batches()):
-        found += int(divisible(batch).sum())
+        number += int(divisible(batch).sum())
         progress(done, 0, "")
-    return found
+    return number
 
 
 def _counted(grid: Grid, n: int, patience: Patience) -> FunnelRow:

@@ -16,7 +16,7 @@ from hcsearch.twisting import twist_batch
 from hcsearch_bench.run.report import Say
 from hcsearch_bench.tables.funnels import Patience, Progress
 
-# beside all sides of 2 or more with up to 56 cells: those that docs/theory.md tells about
+# beside all sides of 2 or more with up to 56 cells: those that docs/theory.md is about
 LARGE_RECTANGLES = ("12x5", "10x6", "20x3", "16x4", "8x8", "9x8", "16x5")
 
 
@@ -77,17 +77,17 @@ def measure_rectangles(cells: int, more: Iterable[str], *, limit: float, say: Sa
     for a, b in sorted({*small, *named}, key=lambda sides: (sides[0] * sides[1], sides)):
         spec = f"{a}x{b}"
         say(f"square {spec}")
-        found = patience.run("rectangle", partial(_designs, parse_array(GRIDS["square"], spec)))
-        if found is not None and found.untwisted != found.two_stack:
+        numbers = patience.run("rectangle", partial(_designs, parse_array(GRIDS["square"], spec)))
+        if numbers is not None and numbers.untwisted != numbers.two_stack:
             raise HcsearchError(
-                f"square {spec}: {found}, but all foldings of a full rectangle are untwisted; report this"
+                f"square {spec}: {numbers}, but all foldings of a full rectangle are untwisted; report this"
             )
         rows.append(
             RectangleRow(spec, a * b)
-            if found is None
+            if numbers is None
             else RectangleRow(
-                *(spec, a * b, found.circuits, found.classes),
-                *(found.two_stack, found.untwisted, found.classes - found.two_stack),
+                *(spec, a * b, numbers.circuits, numbers.classes),
+                *(numbers.two_stack, numbers.untwisted, numbers.classes - numbers.two_stack),
             )
         )
     return rows
@@ -102,16 +102,16 @@ def measure_hexagon_rows(cells: int, *, say: Say) -> list[HexagonRow]:
         if array.canonical() in seen:
             continue
         seen.add(array.canonical())
-        found = _designs(array, lambda *_: None)
-        if found.circuits:
-            rows.append(HexagonRow("-".join(map(str, lengths)), array.n, array.symmetry, **vars(found)))
+        numbers = _designs(array, lambda *_: None)
+        if numbers.circuits:
+            rows.append(HexagonRow("-".join(map(str, lengths)), array.n, array.symmetry, **vars(numbers)))
     say(f"{len(rows)} arrays of hexagons in rows")
     return rows
 
 
 def row_lengths(cells: int) -> list[tuple[int, ...]]:
     """Lengths of two to five rows, each by at most one different from the next, with `cells` cells or fewer."""
-    found: list[tuple[int, ...]] = []
+    lists: list[tuple[int, ...]] = []
     longest: list[tuple[int, ...]] = [(length,) for length in range(1, cells)]
     for _ in range(4):
         longest = [
@@ -120,8 +120,8 @@ def row_lengths(cells: int) -> list[tuple[int, ...]]:
             for length in range(max(1, rows[-1] - 1), rows[-1] + 2)
             if sum(rows) + length <= cells
         ]
-        found += longest
-    return sorted(found, key=lambda rows: (sum(rows), len(rows), rows))
+        lists += longest
+    return sorted(lists, key=lambda rows: (sum(rows), len(rows), rows))
 
 
 def _designs(array: Array, progress: Progress) -> _Designs:
