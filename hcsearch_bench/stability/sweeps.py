@@ -1,4 +1,4 @@
-"""The sweeps of the bench `stability`: scenes over many decades of one quantity, and the truths that errors are measured from.
+"""The sweeps of the bench `stability`: scenes over many decades of one quantity, and what errors are measured from.
 
 What does not vary is as in the scene `default`, but stops do not bounce.
 """

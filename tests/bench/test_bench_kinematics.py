@@ -126,6 +126,6 @@ def test_the_whole_bench(tmp_path):
     tables = {"paths", "branches", "descents", "costs", "slopes", "extremes"}
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {f"{name}.csv" for name in tables} | {"all.json", "kinematics.md", "machine.json", "paths.png"}
-    found = json.loads((tmp_path / "all.json").read_text())
-    assert set(found) == tables | {"machine"}
-    assert all(row["within"] == 1 for row in found["branches"] if row["stops"] == "yes")
+    data = json.loads((tmp_path / "all.json").read_text())
+    assert set(data) == tables | {"machine"}
+    assert all(row["within"] == 1 for row in data["branches"] if row["stops"] == "yes")

@@ -74,7 +74,7 @@ def test_foldings_are_those_of_direct_calls():
 
 def test_every_so_many_th_folding_is_taken_over_all_batches(monkeypatch):
     group = Group("hex", "10")
-    monkeypatch.setattr("hcsearch_bench.planning.foldings._settle", lambda _g, _c, found, _s: found.crease.tolist())
+    monkeypatch.setattr("hcsearch_bench.planning.foldings._settle", lambda _g, _c, kept, _s: kept.crease.tolist())
     whole = list(settle(group))
     assert len(whole) == 40
     pieces = SimpleNamespace(batches=lambda: PolygonSearch(grid_named("hex"), 10).batches(25))
@@ -141,7 +141,7 @@ def test_a_set_of_which_nothing_is_settled_is_drawn(report, tmp_path):
     assert (tmp_path / "nothing.png").exists()
 
 
-def test_a_peer_that_is_missing_is_told(monkeypatch):
+def test_a_peer_that_is_missing_is_reported(monkeypatch):
     monkeypatch.setitem(sys.modules, "ompl", None)
     own, peer = peer_rows(SUBJECT, 1, 5.0)
     assert (own.engine, own.searches, own.met, own.proved) == (OURS, 1, 1, 1)
