@@ -102,12 +102,12 @@ def _measure(grid: str, spec: str, engine: Engine, *, limit: float, repeats: int
     if beaten:
         return replace(row, note="not tried")
     allowed = limit if engine.peer else OWN_LIMIT
-    outcome = run_job(engine.job, allowed, grid=grid, spec=spec, repeats=repeats)
-    return _filled(row, outcome)
+    result = run_job(engine.job, allowed, grid=grid, spec=spec, repeats=repeats)
+    return _filled(row, result)
 
 
-def _filled(row: ArrayRow, outcome: JobResult) -> ArrayRow:
-    row = replace(row, peak_mib=outcome.peak_mib, note=outcome.note, **outcome.row)
+def _filled(row: ArrayRow, result: JobResult) -> ArrayRow:
+    row = replace(row, peak_mib=result.peak_mib, note=result.note, **result.row)
     if row.listed and row.answer_s:
         row = replace(row, listed_per_s=row.listed / row.answer_s)
     return row

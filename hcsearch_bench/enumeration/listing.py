@@ -67,19 +67,19 @@ def measure_listing(sizes: Mapping[str, Sequence[int]], *, repeats: int, say: Sa
     for grid, ns in sizes.items():
         for n in ns:
             say(f"{grid} n={n}: list, fold, twist")
-            outcome = run_job(list_polygons, OWN_LIMIT, grid=grid, n=n, repeats=repeats)
-            if outcome.note:
+            result = run_job(list_polygons, OWN_LIMIT, grid=grid, n=n, repeats=repeats)
+            if result.note:
                 raise HcsearchError(
-                    f"listing {grid} n={n}: {outcome.note}; take smaller sizes with --quick, and report this"
+                    f"listing {grid} n={n}: {result.note}; take smaller sizes with --quick, and report this"
                 )
-            row = outcome.row
+            row = result.row
             rows.append(
                 ListingRow(
                     grid=grid,
                     n=n,
                     circuits_per_s=row["free"] / row["list_s"],
                     fold_twist_us=1e6 * (row["fold_s"] + row["twist_s"]) / row["free"],
-                    peak_mib=outcome.peak_mib,
+                    peak_mib=result.peak_mib,
                     **row,
                 )
             )

@@ -93,13 +93,13 @@ class _Ways:
         way = (job.__name__, *keep.values())
         if way in self._late:
             return None
-        outcome = run_job(job, self.limit, grid=self.grid, n=n, repeats=self.repeats, **keep)
-        if outcome.late:
+        result = run_job(job, self.limit, grid=self.grid, n=n, repeats=self.repeats, **keep)
+        if result.late:
             self._late.add(way)
             return None
-        if outcome.note:
-            raise HcsearchError(f"{job.__name__} {self.grid} n={n}: {outcome.note}; report this")
-        return outcome
+        if result.note:
+            raise HcsearchError(f"{job.__name__} {self.grid} n={n}: {result.note}; report this")
+        return result
 
 
 def measure(*, quick: bool = False, repeats: int = 3, limit: float | None = None, say: Say = print) -> FoldingReport:
@@ -131,7 +131,7 @@ def measure_folding(sizes: Mapping[str, Sequence[int]], *, limit: float, repeats
 def _row(
     grid: str, n: int, keep: str, listed: JobResult | None, joined: JobResult | None, counted: JobResult | None
 ) -> FoldableRow | None:
-    designs = [outcome.row["designs"] for outcome in (joined, counted) if outcome is not None]
+    designs = [result.row["designs"] for result in (joined, counted) if result is not None]
     filter_s = None
     if listed is not None:
         designs.append(listed.row[keep.replace("-", "_")])
@@ -140,8 +140,8 @@ def _row(
         return None
     if len(set(designs)) > 1:
         raise HcsearchError(f"{grid} n={n} {keep}: joined, counted or listed, designs are {designs}; report this")
-    join_s, count_s = (None if outcome is None else float(outcome.row["seconds"]) for outcome in (joined, counted))
-    ways = [outcome for outcome in (listed, joined, counted) if outcome is not None]
+    join_s, count_s = (None if result is None else float(result.row["seconds"]) for result in (joined, counted))
+    ways = [result for result in (listed, joined, counted) if result is not None]
     return FoldableRow(
         grid=grid,
         n=n,
@@ -155,12 +155,12 @@ def _row(
         filter_mib=_memory(listed),
         join_mib=_memory(joined),
         count_mib=_memory(counted),
-        runs=min(outcome.row["runs"] for outcome in ways),
+        runs=min(result.row["runs"] for result in ways),
     )
 
 
-def _memory(outcome: JobResult | None) -> float | None:
-    return None if outcome is None else outcome.peak_mib
+def _memory(result: JobResult | None) -> float | None:
+    return None if result is None else result.peak_mib
 
 
 def _ratio(seconds: float | None, less: float | None) -> float | None:

@@ -39,12 +39,12 @@ def test_a_way_that_is_late_is_not_tried_again(monkeypatch):
     assert [n for job, n in tried if job is list_polygons] == [10]
 
 
-@pytest.mark.parametrize("outcome", [JobResult(1.0, row={"designs": 6}), JobResult(1.0, "failed: KeyError")])
-def test_wrong_numbers_and_failed_jobs_are_errors(monkeypatch, outcome):
+@pytest.mark.parametrize("result", [JobResult(1.0, row={"designs": 6}), JobResult(1.0, "failed: KeyError")])
+def test_wrong_numbers_and_failed_jobs_are_errors(monkeypatch, result):
     counted = JobResult(1.0, row={"designs": 5, "seconds": 1.0, "runs": 1})
     late = JobResult(1.0, "over 1 s", late=True)
-    outcomes = {list_polygons: late, join_polygons: outcome, count_polygons: counted}
-    monkeypatch.setattr(folding, "run_job", lambda job, *_, **__: outcomes[job])
+    results = {list_polygons: late, join_polygons: result, count_polygons: counted}
+    monkeypatch.setattr(folding, "run_job", lambda job, *_, **__: results[job])
     with pytest.raises(HcsearchError, match=r"hex n=10.*; report this"):
         folding.measure_folding({"hex": (10,)}, limit=1, repeats=1, say=silent)
 
