@@ -12,8 +12,8 @@ from hcsearch.dynamics.simulation import simulate
 from hcsearch.dynamics.system import JointDrive, Strut, System
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
 from hcsearch_bench.iftomm import references as iftomm_references
+from hcsearch_bench.iftomm.problem_rows import OUTPUTS, measure_ours
 from hcsearch_bench.iftomm.problems import problems, rod
-from hcsearch_bench.iftomm.work import OUTPUTS, measure_ours
 from hcsearch_bench.peers import exudyn_system, mujoco_system, pinocchio_system
 from hcsearch_bench.peers.states import closure, energies, places
 

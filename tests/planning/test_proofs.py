@@ -80,7 +80,7 @@ def test_coal_finds_shrunk_panels_apart_at_ten_thousand_moments(name):
     scene.follow(places[:1])
     gaps = []
     for place in places:
-        scene.pin.computeDistances(scene.model, scene.data, scene.shapes, scene.found, place)
+        scene.pin.computeDistances(scene.model, scene.data, scene.shapes, scene.geometry, place)
         gaps.append(scene.distances().min())
     assert min(gaps) > 0
 
