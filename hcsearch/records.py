@@ -185,7 +185,7 @@ class DeploymentBatch:
 
 @dataclass(frozen=True)
 class StagedDesigns:
-    """Designs of a unit of the search, with the columns of the stages that have run; None where one has not.
+    """Designs of a shard of the search, with the columns of the stages that have run; None where one has not.
 
     n_fixed : (n_circuits,), circuits that each stands for: fixed ones, or those of the one array searched.
     twists : |Lk|, (n_foldings,); mobility, motion and deployment have a row a folding, too.

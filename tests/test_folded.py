@@ -35,7 +35,7 @@ def filtered(grid, n):
 
 
 def joined(search, batch_size=1000):
-    """The same by joining half-chains, unit by unit; nothing may come twice."""
+    """The same by joining half-chains, shard by shard; nothing may come twice."""
     found = [
         (word.tobytes(), int(order))
         for prefix in search.prefixes
@@ -47,7 +47,7 @@ def joined(search, batch_size=1000):
 
 
 def counted(search):
-    counts = [search.count(unit) for unit in search.counting_units]
+    counts = [search.count(shard) for shard in search.counting_shards]
     return sum(classes for classes, _ in counts), sum(fixed for _, fixed in counts)
 
 
@@ -84,13 +84,13 @@ def test_batches_do_not_depend_on_their_size(batch_size):
 
 
 def test_units_split_keys_and_join_them(monkeypatch):
-    monkeypatch.setattr("hcsearch.enumeration.folded._UNIT_PAIRS", 500)
+    monkeypatch.setattr("hcsearch.enumeration.folded._SHARD_PAIRS", 500)
     search = FoldedSearch(GRIDS["hex"], 14, untwisted=True)
     assert any(":" in prefix for prefix in search.prefixes)
     assert any(":" not in prefix for prefix in search.prefixes)
     assert joined(search) == filtered("hex", 14)["untwisted"]
     monkeypatch.setattr("hcsearch.enumeration.folded._COUNTED_PAIRS", 800)
-    assert any(":" in unit for unit in search.counting_units)
+    assert any(":" in shard for shard in search.counting_shards)
     assert counted(search)[0] == len(filtered("hex", 14)["untwisted"])
 
 

@@ -32,12 +32,12 @@ def greets_as_dask(host: str, port: int, patience: float = PATIENCE) -> bool:
 
     patience : in seconds, for all of it.
     """
-    found: list[bool] = []
+    answers: list[bool] = []
     # In a thread: nothing else bounds the time in which a name is looked up.
-    thread = threading.Thread(target=lambda: found.append(_greets(host, port, patience)), daemon=True)
+    thread = threading.Thread(target=lambda: answers.append(_greets(host, port, patience)), daemon=True)
     thread.start()
     thread.join(patience)
-    return found == [True]
+    return answers == [True]
 
 
 def _greets(host: str, port: int, patience: float) -> bool:

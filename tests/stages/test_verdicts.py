@@ -22,7 +22,7 @@ from hcsearch.folding import Folding, folding_at
 from hcsearch.grid import GRIDS
 from hcsearch.pipeline.judging import PIECE_SECONDS, Judge, Piece, pieces, seconds_of, unfinished
 from hcsearch.pipeline.rows import design_rows
-from hcsearch.pipeline.units import candidates_of, run_unit
+from hcsearch.pipeline.shards import candidates_of, run_shard
 from hcsearch.planning.batches import motions
 from hcsearch.records import (
     NONE,
@@ -42,16 +42,16 @@ STOPS = frozenset({"stops"})
 IN_A_SCENE = tuple(stage for stage in STAGES.values() if stage.in_a_scene)
 
 
-def unit_of(grid, n, until="mobility"):
+def shard_of(grid, n, until="mobility"):
     search = PolygonSearch(GRIDS[grid], n)
     (prefix,) = search.prefixes
-    return search, run_unit(search, prefix, stages_until(until), "all")[0]
+    return search, run_shard(search, prefix, stages_until(until), "all")[0]
 
 
 @pytest.fixture(scope="module")
 def tens():
     """The untwisted foldings of ten hexagons, their motions, and their deployments."""
-    own = candidates_of(unit_of("hex", 10)[1])
+    own = candidates_of(shard_of("hex", 10)[1])
     locks = own.mobility.locked, own.mobility.locked_hinged
     motion = motions(own.circuits, own.foldings, locks, DEFAULT, threads=2)
     return own, motion, verdicts(own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT, threads=2)
@@ -61,13 +61,15 @@ def tens():
     ("grid", "n", "twisted"), [pytest.param("hex", 12, 251, marks=pytest.mark.long), ("square", 14, 66)]
 )
 def test_no_twisted_folding_deploys(grid, n, twisted):
-    _, unit = unit_of(grid, n, "twist")
-    found = np.flatnonzero(unit.twists != 0).tolist()
+    _, shard = shard_of(grid, n, "twist")
+    found = np.flatnonzero(shard.twists != 0).tolist()
     assert len(found) == twisted
-    scenes = [compile_scene(folding_linkage(folding_at(unit.circuits, unit.foldings, i)), DEFAULT) for i in found]
+    scenes = [compile_scene(folding_linkage(folding_at(shard.circuits, shard.foldings, i)), DEFAULT) for i in found]
     rows = check(scenes, tolerance=1e-5, threads=2)
     assert not [
-        folding_at(unit.circuits, unit.foldings, i).notation for i, row in zip(found, rows, strict=True) if row.deploys
+        folding_at(shard.circuits, shard.foldings, i).notation
+        for i, row in zip(found, rows, strict=True)
+        if row.deploys
     ]
     # the check did follow them: most move, and what comes flat collides on the way
     assert sum(row.evaluations > 100 for row in rows) > 0.3 * twisted
@@ -185,14 +187,14 @@ def test_looks_end_after_so_much_work_on_any_number_of_threads(tens, monkeypatch
 
 
 def test_a_design_has_the_best_verdict_of_its_foldings():
-    search, unit = unit_of("hex", 8)
-    rows = design_rows(search, unit)
+    search, shard = shard_of("hex", 8)
+    rows = design_rows(search, shard)
     for row, word in enumerate(rows.status):
         own = [rows.folding_status[i] for i in np.flatnonzero(rows.folding_row == row)]
         known = [other for other in own if other is not None]
         assert word == (min(known, key=STATUSES.index) if known else None)
-    own = candidates_of(unit)
-    (piece,) = pieces("unit", own)
+    own = candidates_of(shard)
+    (piece,) = pieces("shard", own)
     found = Judge(DEFAULT, IN_A_SCENE)(piece)
     told = found.verdicts
     assert told.folding_crease.tolist() == own.foldings.crease.tolist()
@@ -213,8 +215,8 @@ def test_a_design_has_the_best_verdict_of_its_foldings():
 
 
 def test_until_motion_nothing_is_simulated():
-    own = candidates_of(unit_of("hex", 8)[1])
-    (piece,) = pieces("unit", own)
+    own = candidates_of(shard_of("hex", 8)[1])
+    (piece,) = pieces("shard", own)
     whole, brief = Judge(DEFAULT, IN_A_SCENE)(piece), Judge(DEFAULT, IN_A_SCENE[:1])(piece)
     assert brief.verdicts.deployment is None
     assert [result.stage for result in brief.results] == ["motion"]
@@ -287,10 +289,10 @@ def test_best_foldings_by_status_play_dof_and_crease(monkeypatch, scene, deploys
 
 
 def test_pieces_are_small_whole_and_the_same_each_time():
-    _, unit = unit_of("hex", 10)
-    own = candidates_of(unit)
-    found = list(pieces("unit", own))
-    assert [piece.key for piece in found] == [f"unit#{k}/{len(found)}" for k in range(len(found))]
+    _, shard = shard_of("hex", 10)
+    own = candidates_of(shard)
+    found = list(pieces("shard", own))
+    assert [piece.key for piece in found] == [f"shard#{k}/{len(found)}" for k in range(len(found))]
     assert len(found) > 1
     assert sum(len(piece.candidates.foldings) for piece in found) == len(own.foldings)
     words = np.concatenate([piece.candidates.circuits.words for piece in found])
@@ -299,8 +301,8 @@ def test_pieces_are_small_whole_and_the_same_each_time():
         small = piece.candidates
         assert seconds_of(len(small.foldings), 10) <= PIECE_SECONDS or len(small.circuits) == 1
         assert set(small.foldings.row.tolist()) == set(range(len(small.circuits)))
-    assert unfinished(["unit", "other"], [piece.key for piece in found]) == ["other"]
-    assert unfinished(["unit"], [piece.key for piece in found[1:]]) == ["unit"]
+    assert unfinished(["shard", "other"], [piece.key for piece in found]) == ["other"]
+    assert unfinished(["shard"], [piece.key for piece in found[1:]]) == ["shard"]
     (empty,) = pieces("none", own.take(np.zeros(len(own), bool)))
     assert (empty.key, len(empty.candidates.circuits)) == ("none#0/1", 0)
     results = Judge(DEFAULT, IN_A_SCENE)(empty).results

@@ -1,4 +1,4 @@
-"""The work on one unit of a search: the stages that depend on no scene, in whichever process."""
+"""The work on one shard of a search: the stages that depend on no scene, in whichever process."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ class Travelling:
 
 
 @dataclass(frozen=True)
-class UnitJob(Travelling):
-    """The work on every unit of a run.
+class ShardJob(Travelling):
+    """The work on every shard of a run.
 
     stages : those to run; keep : which designs to keep.
     rows : whether the rows for the store are wanted, or only the fingerprints of the arrays. candidates : whether the
@@ -43,9 +43,9 @@ class UnitJob(Travelling):
     candidates: bool = False
 
     def __call__(self, prefix: str) -> Output:
-        """Work on one unit."""
+        """Work on one shard."""
         search = warm(self.search)
-        designs, results = run_unit(search, prefix, self.stages, self.keep)
+        designs, results = run_shard(search, prefix, self.stages, self.keep)
         rows = design_rows(search, designs) if self.rows else None
         arrays = None if self.rows else array_fingerprints(search, designs.circuits)
         candidates = candidates_of(designs) if self.candidates else None
@@ -60,7 +60,7 @@ def warm(search: Search) -> Search:
 
 @dataclass(frozen=True)
 class Output:
-    """What a unit gives back: the stages' results, how many designs are kept, and either rows or fingerprints.
+    """What a shard gives back: the stages' results, how many designs are kept, and either rows or fingerprints.
 
     candidates : for motions and deployments; None where none are wanted.
     """
@@ -72,10 +72,10 @@ class Output:
     candidates: StagedDesigns | None
 
 
-def run_unit(
+def run_shard(
     search: Search, prefix: str, stages: tuple[Stage, ...], keep: str
 ) -> tuple[StagedDesigns, tuple[StageResult, ...]]:
-    """Run stages on one unit of a search; designs that are not to be kept are dropped on the way."""
+    """Run stages on one shard of a search; designs that are not to be kept are dropped on the way."""
     begun = time.perf_counter()
     return run_stages(listed(search, prefix), stages, SCENES[DEFAULT], keep, begun)
 
