@@ -73,8 +73,8 @@ def latch_facts(latches: tuple[Latch, ...], deployment: Deployment) -> dict[str,
 
 
 def _greatest(torques: np.ndarray) -> list[float]:
-    found: list[float] = np.abs(torques).max(axis=0).tolist()
-    return found
+    greatest: list[float] = np.abs(torques).max(axis=0).tolist()
+    return greatest
 
 
 def table(drive: Drive) -> pd.DataFrame:

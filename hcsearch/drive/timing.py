@@ -82,10 +82,10 @@ def _ramped(share: Reals) -> Reals:
     """From 0 to 1 with an even pace between two ramps, whose pace is a step of fifth degree."""
 
     def ramp(x: Reals) -> Reals:  # integral of 10 x^3 - 15 x^4 + 6 x^5
-        found: Reals = x**4 * (2.5 + x * (-3.0 + x))
-        return found
+        integral: Reals = x**4 * (2.5 + x * (-3.0 + x))
+        return integral
 
     early, late = np.minimum(share, RAMP) / RAMP, np.minimum(1.0 - share, RAMP) / RAMP
     even = np.clip(share, RAMP, 1.0 - RAMP) - RAMP
-    found: Reals = (RAMP * (ramp(early) + 0.5 - ramp(late)) + even) / (1.0 - RAMP)
-    return found
+    ramped: Reals = (RAMP * (ramp(early) + 0.5 - ramp(late)) + even) / (1.0 - RAMP)
+    return ramped

@@ -59,7 +59,7 @@ class Search(Protocol):
 
     @property
     def expected(self) -> float | None:
-        """About how many circuits it lists; None where only a look at some shards can tell."""
+        """About how many circuits it lists; None where only working on some shards can show it."""
 
     @property
     def prefixes(self) -> list[str]:

@@ -91,7 +91,7 @@ def _count_mirrored(array: Array, image: list[int], progress: Progress | None) -
     axis = [i for i in range(array.n) if image[i] == i]
     if len(axis) > 2:
         return 0
-    # the vectors from mirror images to their originals are parallel: their direction tells the side
+    # the vectors from mirror images to their originals are parallel: their direction gives the side
     half = [i for i in range(array.n) if image[i] != i and points[i] > points[image[i]]]
     kept = half + axis
     number = {i: k for k, i in enumerate(kept)}

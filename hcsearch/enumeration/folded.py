@@ -118,7 +118,7 @@ class FoldedSearch:
 
     def count(self, shard: str) -> tuple[int, int]:
         """Number of classes and of fixed circuits of a shard, without listing them."""
-        if len(self.grid.first_directions) > 1:  # what quarter turns tell apart needs the words
+        if len(self.grid.first_directions) > 1:  # circuits that differ by a quarter turn are compared by words
             classes = fixed = 0
             for batch in self.circuits(shard):
                 classes += len(batch)

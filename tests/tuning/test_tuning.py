@@ -16,7 +16,7 @@ from hcsearch.tuning import tuning
 from hcsearch.tuning.evaluation import Evaluator, Own
 from hcsearch.tuning.objective import objective
 from hcsearch.tuning.robustness import Spread
-from hcsearch.tuning.search import APART, SpringSearch, spread_out, summary
+from hcsearch.tuning.search import APART, SpringSearch, first_generation, spread_out, summary
 from hcsearch.tuning.tuning import tune
 from tests.linkages import linkage_named
 
@@ -147,7 +147,7 @@ def searched(budget, seed=0, least=(0.02, 0.004, 0.15, 0.02)):
     bowl, notes = Bowl(least), []
     search = SpringSearch(bowl, TIED, budget, seed, lambda *note: notes.append(note))
     start = np.full(4, 0.1)
-    search.run(start, tuning._first_generation(start, TIED, seed, (SOFTEST, STIFFEST)))
+    search.run(start, first_generation(start, TIED, seed, (SOFTEST, STIFFEST)))
     return bowl, search, notes
 
 
@@ -189,7 +189,7 @@ def test_tied_groups_are_spread_out_to_four_digits():
 
 def test_exact_closure_gives_way_where_it_keeps_arrays_shut():
     linkage = linkage_named("thesis-4x4")
-    first = tuning._first_generation(np.full(12, 0.1), tied_hinges(linkage, DEFAULT), 0, (SOFTEST, STIFFEST))
+    first = first_generation(np.full(12, 0.1), tied_hinges(linkage, DEFAULT), 0, (SOFTEST, STIFFEST))
     chosen = tuning._evaluator(linkage, DEFAULT, None, first[:3], None)
     assert chosen.formulation == "compliant"
     assert tuning._evaluator(linkage, DEFAULT, "constrained", first, None).formulation == "constrained"
