@@ -68,11 +68,11 @@ def test_published_numbers_of_arrays_with_a_circuit(name):
     for n, circuits, n_arrays, most in golden.table(name)["values"]:
         if n > {"hex": 12, "square": 18, "triangle": 24}[grid]:
             continue
-        found: dict[str, int] = {}
+        counts: dict[str, int] = {}
         for circuit in enumerate_circuits(grid, n=n):
             notation = circuit.array.canonical().notation
-            found[notation] = found.get(notation, 0) + 1
-        assert (sum(found.values()), len(found), max(found.values(), default=0)) == (circuits, n_arrays, most)
+            counts[notation] = counts.get(notation, 0) + 1
+        assert (sum(counts.values()), len(counts), max(counts.values(), default=0)) == (circuits, n_arrays, most)
 
 
 @pytest.mark.parametrize(

@@ -195,15 +195,15 @@ def test_small_runs_are_not_estimated():
 def test_an_estimate_is_near_what_is_found(monkeypatch):
     monkeypatch.setattr("hcsearch.pipeline.run.SMALL", 0)
     plan = Plan(FoldedSearch(HEX, 20, untwisted=True), "twist", "untwisted")
-    found = estimate(plan, stored=True)
-    assert found is not None
-    assert found.designs == pytest.approx(2_328_698, rel=0.5)
-    assert found.circuits == pytest.approx(found.designs)
-    assert found.core_seconds > 0
-    sentence = found.sentence(Crew(4))
+    expected = estimate(plan, stored=True)
+    assert expected is not None
+    assert expected.designs == pytest.approx(2_328_698, rel=0.5)
+    assert expected.circuits == pytest.approx(expected.designs)
+    assert expected.core_seconds > 0
+    sentence = expected.sentence(Crew(4))
     assert "with --jobs 4" in sentence
     assert "in the database" in sentence
-    assert "core time on the cluster" in found.sentence(Crew(scheduler="tcp://host:8786"))
+    assert "core time on the cluster" in expected.sentence(Crew(scheduler="tcp://host:8786"))
 
 
 def test_a_database_that_finds_no_room_is_refused(tmp_path):

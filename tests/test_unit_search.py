@@ -55,9 +55,9 @@ def same_class(pattern, length=None):
 @pytest.fixture(scope="module")
 def ten():
     """The search over the element of ten triangles, with a base angle of 70 degrees."""
-    (found, other) = search_elements(isosceles_elements(10, 70.0))
-    assert other.skipped.startswith("as ")
-    return found
+    (right, left) = search_elements(isosceles_elements(10, 70.0))
+    assert left.skipped.startswith("as ")
+    return right
 
 
 # copies
@@ -99,8 +99,8 @@ def test_placements_are_those_of_joining():
 
 def test_overlap_of_a_copy_with_itself():
     sheet = Sheet(eight_r(DEGREES), lattice=False)
-    found = sheet.overlap(STILL)
-    assert (found.facets, found.hinges, found.crossed, found.agrees) == (10, 8, 0, True)
+    overlap = sheet.overlap(STILL)
+    assert (overlap.facets, overlap.hinges, overlap.crossed, overlap.agrees) == (10, 8, 0, True)
     assert not sheet.overlap(Placement(Isometry.by(), -1)).agrees
     assert not sheet.overlap(Placement(Isometry.by(shift=(0.1, 0.0)), 1)).agrees
     assert sheet.overlap(Placement(Isometry.by(shift=(100.0, 0.0)), 1)).facets == 0
@@ -150,10 +150,10 @@ def test_elements_of_ten_triangles_are_the_8r_element():
 
 def test_isosceles_element_is_the_8r_element_for_every_base_angle():
     for alpha in (30.0, 46.0, 70.0, 85.0):
-        found = list(isosceles_elements(10, alpha))
+        both = list(isosceles_elements(10, alpha))
         expected = same_class(eight_r(Parameters(alpha=math.radians(alpha))))
-        assert [element.shape for element in found] == ["parallelogram right", "parallelogram left"]
-        assert all(same_class(element.pattern) == expected for element in found)
+        assert [element.shape for element in both] == ["parallelogram right", "parallelogram left"]
+        assert all(same_class(element.pattern) == expected for element in both)
 
 
 def test_scalene_triangles_fold_no_circuit_of_ten_but_one_of_eighteen():
@@ -238,45 +238,45 @@ def test_a_crease_in_a_slit_leaves_no_folded_state():
 
 def test_panels_cut_through_each_other_below_45_degrees():
     # thesis 5.3.1: the slit's distance p changes its sign there
-    found = {alpha: prove(unit_i(Parameters(alpha=math.radians(alpha)))) for alpha in (43.0, 47.0)}
-    assert [proof.contact for proof in found.values()] == [True, False]
-    assert all(proof.holds for proof in found.values())
+    proofs = {alpha: prove(unit_i(Parameters(alpha=math.radians(alpha)))) for alpha in (43.0, 47.0)}
+    assert [proof.contact for proof in proofs.values()] == [True, False]
+    assert all(proof.holds for proof in proofs.values())
 
 
 def test_limits_stop_a_search_and_say_so():
     element = next(iter(elements("triangle", 14)))
     assert not search_units(element, limits=Limits(unions=5)).complete
     assert not search_units(element, limits=Limits(seconds=0.0)).complete
-    (found, *_) = search_elements([element], max_dof=3)
-    assert found.skipped == "more than 3 degrees of freedom"
+    (first, *_) = search_elements([element], max_dof=3)
+    assert first.skipped == "more than 3 degrees of freedom"
 
 
 def test_circuits_of_fourteen_triangles_make_no_units():
-    found = list(search_elements(elements("triangle", 14)))
-    searched = [result for result in found if not result.skipped]
+    results = list(search_elements(elements("triangle", 14)))
+    searched = [result for result in results if not result.skipped]
     assert [result.element.dof for result in searched] == [6, 6]
     assert all(result.complete and not result.units for result in searched)
-    assert "locked" in {result.skipped for result in found}
+    assert "locked" in {result.skipped for result in results}
 
 
 def test_hexagons_around_the_centres_of_triangles_make_the_same_units():
     folding = next(folding for folding in foldings(Circuit.from_notation("hex:0123434501")) if folding.crease == 1)
     (element,) = elements_of(folding)
-    found = search_units(element, copies=(4,))
+    result = search_units(element, copies=(4,))
     steps = math.sqrt(3) * 0.050, DEGREES.base / math.sqrt(3)  # from panel to panel
     regular = replace(DEGREES, alpha=math.pi / 3)
     known = {same_class(build(regular), steps[1]) for build in (unit_i, unit_ii)}
-    assert len(found.units) == 3
-    assert known < {same_class(unit.pattern, steps[0]) for unit in found.units}
-    assert {unit.proof.contact for unit in found.units} == {False}
+    assert len(result.units) == 3
+    assert known < {same_class(unit.pattern, steps[0]) for unit in result.units}
+    assert {unit.proof.contact for unit in result.units} == {False}
 
 
 def test_two_6r_elements_in_a_column_are_no_unit():
     element = next(iter(elements("square", 8)))
     assert same_class(element.pattern) == same_class(element_6r(SQUARES))
-    found = search_units(element, copies=(2,))
-    assert not found.units
-    columns = [unit for unit in found.refuted if unit.proof.overlap == 0]
+    result = search_units(element, copies=(2,))
+    assert not result.units
+    columns = [unit for unit in result.refuted if unit.proof.overlap == 0]
     assert [same_class(unit.pattern) for unit in columns] == [same_class(array_6r(replace(SQUARES, size=(1, 2))))]
     # one motion leads from folded to the stage between, from where each row goes on by itself
     assert not columns[0].proof.holds
@@ -310,9 +310,9 @@ def test_command_prints_and_stores_units_once(tmp_path):
     printed = json.loads(line)
     assert "1 units, 0 of them new" in run(*words)
     with open_readonly(str(tmp_path / "units.sqlite")) as database:
-        found = select(database, view="units")
-    (row,) = found.rows
-    assert dict(zip(found.columns, row, strict=True)) == {"id": 1, **printed}
+        stored = select(database, view="units")
+    (row,) = stored.rows
+    assert dict(zip(stored.columns, row, strict=True)) == {"id": 1, **printed}
 
 
 def test_command_refuses_base_angles_of_other_cells():
