@@ -102,7 +102,7 @@ def choose(linkage: Linkage, angles: Reals, firm: float = FIRM) -> Choice:
 
 
 def choice_of(linkage: Linkage, angles: Reals, driven: tuple[int, ...], tried: int = 1) -> Choice:
-    """What can be said of driven hinges along a path."""
+    """The choice of given hinges, judged along a path."""
     frames, values = frames_at(linkage, angles)
     freedoms, steady = linkage.n_hinges - values.shape[1], monotone_hinges(angles)
     if len(driven) < freedoms:

@@ -78,7 +78,7 @@ class Drive:
 
     @property
     def missed(self) -> float:
-        """What a hinge, driven or not, was away from its course at most, until the motion ended (rad)."""
+        """Greatest difference of a hinge, driven or not, from its planned course while the motion lasted (rad)."""
         return float(np.abs(self.deployment.angles - self.timed.at(self.deployment.motion.times)[0]).max())
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def facts(drive: Drive) -> dict[str, Any]:
-    """What became of it; keys name their units, and what overflowed is None."""
+    """A drive as plain data; keys name their units, and numbers that overflowed are None."""
     return {name: finite(value) for name, value in _facts(drive).items()}
 
 

@@ -39,7 +39,7 @@ class Stability:
 
 
 def stability(compiled: Compiled, torques: Torques) -> Stability:
-    """What stiffness of all driven hinges makes a motion statically stable; but for slopes of gravity."""
+    """The stiffness of all driven hinges that makes a motion statically stable, without the slopes of gravity."""
     some = np.unique(np.linspace(0, len(torques.times) - 1, LOOKED_AT).astype(int))
     linkage, driven = compiled.linkage, list(torques.driven)
     angles = torques.angles[some]

@@ -1,4 +1,4 @@
-"""When a path is where: a time law that keeps hinge rates and accelerations within bounds, at rest at both ends.
+"""The time law of a path: hinge rates and accelerations stay within bounds, and both ends are at rest.
 
 First the path goes as fast as the greatest rate and, where it bends, as the root of the greatest acceleration allow,
 smoothed; then it begins and ends by steps of fifth degree, without jumps of acceleration; then all times are stretched

@@ -22,8 +22,9 @@ from hcsearch.typing import Reals
 class Torques:
     """A motion in time and what drives it.
 
-    times : (k,), s. angles, rates, accelerations : (k, n_hinges). torques : (k, n_driven), N m, in the sense in which
-    fold angles grow. kinetic, height, stored : (k,), J. damped : (k,), power of the dampers, W.
+    times : (k,), s. angles, rates, accelerations : (k, n_hinges). asked : (k, n_hinges), moments of inertia, gravity,
+    springs and dampers at the hinges, N m. torques : (k, n_driven), N m. Both in the sense in which fold angles grow.
+    kinetic, height, stored : (k,), J. damped : (k,), power of the dampers, W.
     inertias : (n_driven,), median along the way of what a driven hinge moves when it alone turns, kg m^2.
     """
 

@@ -39,7 +39,7 @@ class RunEstimate:
 
 
 def estimate(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> RunEstimate | None:
-    """What is left of a plan will take; None where that is a matter of seconds.
+    """What the rest of a plan will take; None where that is a matter of seconds.
 
     finished : shards that are done already. A few of the others, spread over the search, are worked on as a probe; the
     first one is not timed, since it compiles.

@@ -57,7 +57,7 @@ Announce = Callable[[str], None]
 
 
 def _hidden(done: int, total: int, note: str, unit: str = "batch") -> None:
-    """Progress that nobody sees."""
+    """Show no progress."""
 
 
 def _silent(sentence: str) -> None:
@@ -66,7 +66,7 @@ def _silent(sentence: str) -> None:
 
 @dataclass(frozen=True)
 class Plan:
-    """What to run: a search, the last stage, which designs to keep, the scene that verdicts depend on, who works."""
+    """What to run: a search, the last stage, which designs to keep, the scene that verdicts depend on, the crew."""
 
     search: Search
     until: str
@@ -87,7 +87,7 @@ class Plan:
 
     @property
     def judge(self) -> Judge:
-        """What these do with a piece."""
+        """Verdicts on a piece, by these stages."""
         return Judge(self.scene, self.scenic)
 
     @property
@@ -104,7 +104,7 @@ class Plan:
 
     @property
     def hands(self) -> Crew:
-        """Who lists in fact: not several processes where one is done before the others have started."""
+        """The crew that lists: one process where that is done before others have started."""
         return Crew() if self.small and self.crew.scheduler is None else self.crew
 
     @property

@@ -1,4 +1,4 @@
-"""The work on one shard of a search: the stages that depend on no scene, in whichever process."""
+"""The work on one shard, a part of a search that is stored as a whole: the stages that depend on no scene."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Travelling:
     search: Search
 
     def __getstate__(self) -> dict[str, object]:
-        """Without what the search has worked out for itself: it may be large, and the other side makes it anew."""
+        """Without the tables of the search: they may be large, and the other process computes them again."""
         return self.__dict__ | {"search": replace(self.search)}
 
 
@@ -54,7 +54,7 @@ class ShardJob(Travelling):
 
 @lru_cache(maxsize=2)
 def warm(search: Search) -> Search:
-    """The first search equal to this one that came by, which has its tables ready."""
+    """The first search given that equals this one: its tables are computed already."""
     return search
 
 

@@ -95,7 +95,7 @@ class Crew:
                 "are kept"
             ) from error
         finally:
-            # whoever is still at work then is at a batch that nobody waits for, which may take minutes
+            # a process that is still at work has a batch that is not needed, which may take minutes
             pool.kill()
 
 
