@@ -28,7 +28,7 @@ from hcsearch.kernels.algebra.vectors import (
     turned,
     turned_back,
 )
-from hcsearch.kernels.compiling.compiled import lean
+from hcsearch.kernels.compiling.compiled import inlined, lean
 from hcsearch.kernels.multibody.tree import (
     ABOVE,
     ALONG,
@@ -366,10 +366,10 @@ def _own_rates(tree: Tree, work: Work) -> None:
 
 
 @lean
-def release(tree: Tree, held: Signs, moving: bool, work: Work, found: Reals) -> None:
+def release(tree: Tree, held: Signs, moving: bool, work: Work, rates: Reals) -> None:
     """Joint accelerations with the row forces in `forces`, or velocities from impulses at rest; after `load`.
 
-    found : (n,); at held joints the force (or impulse) that holds them.
+    rates : (n,), these; at held joints the force (or impulse) that holds them.
     """
     b = work.bodies
     for i in range(len(tree.links)):
@@ -386,14 +386,18 @@ def release(tree: Tree, held: Signs, moving: bool, work: Work, found: Reals) -> 
         for slot in range(tree.links[i, FIRST], tree.links[i, LAST]):
             drive += work.slots[slot, POWER] * work.forces[tree.slots[slot, ROW]]
         drive -= dot(at(b, i, HEAD_COUPLE), turn) + dot(at(b, i, HEAD_FORCE), shift)
-        if held[i]:
-            found[i] = -drive
-        else:
-            found[i] = drive / b[i, ALONG]
-            own = times(found[i], at(b, i, LINE))
-            if tree.links[i, SLIDES]:
-                shift = plus(shift, own)
-            else:
-                turn = plus(turn, own)
-        put(b, i, TURNING, turn)
-        put(b, i, SHIFTING, shift)
+        rate = 0.0 if held[i] else drive / b[i, ALONG]
+        rates[i] = -drive if held[i] else rate
+        carry(tree, i, rate, turn, shift, work)
+
+
+@inlined
+def carry(tree: Tree, i: int, rate: float, turn: Vector, shift: Vector, work: Work) -> None:
+    """Write how a body moves that is carried by a turn and a shift, and moved by its joint at a rate."""
+    own = times(rate, at(work.bodies, i, LINE))
+    if tree.links[i, SLIDES]:
+        shift = plus(shift, own)
+    else:
+        turn = plus(turn, own)
+    put(work.bodies, i, TURNING, turn)
+    put(work.bodies, i, SHIFTING, shift)
