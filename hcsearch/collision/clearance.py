@@ -83,11 +83,11 @@ class _Certificate:
         for first, last in pairwise([0, *changes.tolist(), len(own)]):
             times, angles, rates, accelerations = (part[first : last + 1] for part in course[:4])
             piece = Course(times, angles, rates, accelerations, course.cubic)
-            found = self._judged(piece, float(own[first]), False)
-            looks += found.looks
-            if found.kind == "collides":
-                return replace(found, looks=looks)
-            undecided = undecided or (found if found.kind == "undecided" else None)
+            clearance = self._judged(piece, float(own[first]), False)
+            looks += clearance.looks
+            if clearance.kind == "collides":
+                return replace(clearance, looks=looks)
+            undecided = undecided or (clearance if clearance.kind == "undecided" else None)
         if undecided is not None:
             return replace(undecided, looks=looks)
         gap = math.inf

@@ -53,8 +53,8 @@ def deepest_cut(linkage: Linkage, states: Reals, apart: Collection[tuple[int, in
 
 def penetration(linkage: Linkage, angles: Reals) -> float:
     """How deep facets of different panels cut into each other at one state, in metres; 0 where they only touch."""
-    found = first_cut(linkage, np.asarray(angles, float)[None], 0.0)
-    return 0.0 if found is None else found.depth
+    cut = first_cut(linkage, np.asarray(angles, float)[None], 0.0)
+    return 0.0 if cut is None else cut.depth
 
 
 def cuts_through(linkage: Linkage, states: Reals) -> bool:

@@ -149,12 +149,12 @@ def halve(chain: Chain, left: int, top: int, book: Book) -> None:
 
 
 @lean
-def _copy(poses: Reals, found: Reals) -> None:
+def _copy(poses: Reals, into: Reals) -> None:
     """Copy poses, entry by entry: the assignment of a table to another would look for memory that they share."""
     for k in range(len(poses)):
         for i in range(3):
             for j in range(4):
-                found[k, i, j] = poses[k, i, j]
+                into[k, i, j] = poses[k, i, j]
 
 
 @lean
@@ -171,16 +171,14 @@ def bound(
         book.spare[p] = low
         return low, low, low
     relate(prisms, pairs, p, book.highs[top], book.seen[1])
-    low, first, second = _tell_apart(prisms, pairs, p, need, wait, book)
+    low, first, second = _separate(prisms, pairs, p, need, wait, book)
     book.spare[p] = second
     return low, first, second
 
 
 @lean
-def _tell_apart(
-    prisms: Prisms, pairs: Pairs, p: int, need: float, wait: float, book: Book
-) -> tuple[float, float, float]:
-    """What the gap of a pair does not come below in an interval, and at its ends; the best found where that is less.
+def _separate(prisms: Prisms, pairs: Pairs, p: int, need: float, wait: float, book: Book) -> tuple[float, float, float]:
+    """What the gap of a pair does not come below in an interval, by the best direction tried, and its gap at the ends.
 
     The direction that separated the pair before is tried first, then those of the shortest way at either end.
     """
@@ -196,9 +194,9 @@ def _tell_apart(
             first = distance
         for keeper in range(2):
             own = times(-1.0, _turned_back(book.seen[end], way)) if keeper else way
-            found, _, _ = _gap(prisms, pairs, p, keeper, own, wait, book)
-            if found > low:
-                low = found
+            gap, _, _ = _gap(prisms, pairs, p, keeper, own, wait, book)
+            if gap > low:
+                low = gap
                 book.keepers[p] = keeper
                 put(book.ways, p, 0, own)
     return low, first, second
