@@ -34,7 +34,7 @@ class Clearance:
         none do. A gap counts that lies between two states at which the pair is further apart by two margins more:
         neighbours touch in the packed and in the flat state, so without this it would be 0. The least gap itself is
         within the resolution, and the slack, of it.
-    looks : how often a pair was looked at.
+    looks : how often the gap of a pair was bounded in an interval.
     """
 
     kind: Literal["clear", "collides", "undecided"]

@@ -32,7 +32,7 @@ class Cut:
 def first_cut(linkage: Linkage, states: Reals, allowed: float, apart: Collection[tuple[int, int]] = ()) -> Cut | None:
     """The first of some states, shape (n_states, n_hinges), at which panels cut deeper than allowed (m): the deepest.
 
-    apart : pairs of panels, the lower number first, that are not looked at, as their stops keep them apart.
+    apart : pairs of panels, the lower number first, that are left out, as their stops keep them apart.
     """
     pairs = facet_pairs(linkage, apart)
     depths = np.zeros(len(pairs))

@@ -15,7 +15,7 @@ def slack_of(linkage: Linkage, gap: float) -> float:
 
     A panel that is reached the other way around a loop is turned by up to sqrt(3) gaps about a point of the loop, from
     which no panel is further than the longest way, and moved by as much times the size. The rest of the factor is for
-    what lies between the places at which gaps are looked for.
+    what lies between the places at which gaps are computed.
     """
     if not linkage.loops:
         return 0.0

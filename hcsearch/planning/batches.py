@@ -25,8 +25,8 @@ def motions(
 ) -> MotionBatch:
     """Motions of a batch of untwisted foldings in a scene.
 
-    locked : (n_foldings,) each, which are proved locked with rigid and with hinged flat pairs: no path is looked for in
-        those ways, and none in any where all are locked.
+    locked : (n_foldings,) each, which are proved locked with rigid and with hinged flat pairs: no path is searched for
+        with those, and none at all where both are.
     """
     panel, allowed = panel_of(scene, circuits.grid), ways(scene)
 

@@ -106,7 +106,7 @@ class Prover:
     def prove(self, states: Reals, margins: Sequence[float]) -> PathProof:
         """Prove a path from the folded to the flat state, shape (k, n_hinges), at the least of some margins (m).
 
-        States are closed to rounding first; the proof is about `Proof.motion`, which goes through them.
+        States are closed to rounding first; the proof is about `PathProof.motion`, which goes through them.
         """
         polished = self._polished(states)
         if polished is None:
@@ -137,7 +137,7 @@ class Prover:
         return not self.linkage.loops or all(end.exact for end in self._ends)
 
     def _enclosed(self, states: Reals) -> tuple[Course | None, float, tuple[float, float]]:
-        """The motion beside which closed states lie, None without; what they wander by (rad), and `Proof.reach`.
+        """The motion beside which closed states lie, None without; what they wander by (rad), and `PathProof.reach`.
 
         Where that fails in a step in which hinges leave or reach stops, the state at which they do is put into it.
         """

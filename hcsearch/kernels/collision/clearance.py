@@ -42,7 +42,7 @@ class Answer(NamedTuple):
     """What a search reports. All entries are written; each table has one.
 
     times : s, when a pair collides or comes too near. pairs : which. gaps : m, the smallest to which a pair comes back,
-        infinite without one. looks : intervals times pairs looked at.
+        infinite without one. looks : how often the gap of a pair was bounded.
     """
 
     times: Reals

@@ -37,7 +37,7 @@ class SceneTables(NamedTuple):
     """One folding; in a stack every table has a leading axis, and every number is a table.
 
     start : (n_joints,), coordinates, at rest. joint_of : (n_hinges,). prisms, shrunk : of the panels, and with the
-        margin taken off. pairs : among which collisions are looked for. deepest, reach : m, the margin by which a panel
+        margin taken off. pairs : that may collide. deepest, reach : m, the margin by which a panel
         would be gone, and what gaps of closure (over size) are multiplied by for what panels may be elsewhere.
     """
 
@@ -75,7 +75,7 @@ class Findings(NamedTuple):
     """What became of k foldings.
 
     endings : (k,), as of `simulate`. verdicts : (k,), as of `judge`. pairs : (k,), that collide. counts : (k, 4),
-        states, evaluations, rejected steps, pairs looked at. times : (k, 2), of the end, and of the collision (s).
+        states, evaluations, rejected steps, gaps bounded. times : (k, 2), of the end, and of the collision (s).
     gaps : (k,), smallest (m), of those that come flat and clear, else infinite. speeds : (k,), at which the panels come
         together of those that are not clear, m/s. lefts : (k, 3), fold angles over pi: their mean then, or where it is
         clear at the end, their mean at the end, and the greatest at the end. drifts : (k,), of the energy balance, as a
@@ -100,8 +100,8 @@ class Findings(NamedTuple):
 def check_all(stack: Any, rules: Rules, record: Record, findings: Findings) -> None:
     """Check the foldings of a stack one after the other; the record is written anew by each.
 
-    numba compiles into a kernel once more what it calls. So the large kernels are called from here, without others in
-    between, each of which would be compiled as long again.
+    numba compiles all that a kernel calls into it. So the large kernels are called from here: a kernel in between would
+    take as long again to compile.
     """
     cubic = rules.closure_stiffness > 0.0  # stiff springs make accelerations that say nothing of the motion
     plan, method = rules.plan, rules.method

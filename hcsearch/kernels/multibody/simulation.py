@@ -57,8 +57,8 @@ APART = 1e-3
 """Closure residual after projection at which loops count as open."""
 
 TIME, STEP, SCALE, GRIP, WHOLE, LARGEST, FIRM, CROWD, CROWD_TIME, EVENTS, HERE = range(11)
-"""Of a simulation between two states: time and next step (s), the pivot that others are compared to, the pull at which
-stops are looked at (N m), energy at the start and the largest (J), whether stops that seemed to pull were kept, how
+"""Of a simulation between two states: time and next step (s), the pivot that others are compared to, the pull above
+which a stop may let go (N m), energy at the start and the largest (J), whether stops that seemed to pull were kept, how
 many events came one upon the other, and when the last of them, and how many there were since all joints are close to
 the coordinates that follow, from `HERE` on."""
 
@@ -326,7 +326,7 @@ def _let_go(simulation: Simulation, a: Reals) -> bool:
 
 @lean
 def _grip(mechanism: Mechanism, hold: Hold, q: Reals) -> float:
-    """Pull (N m) that a stop may show before it is looked at: rounding, beside the moments at the start."""
+    """Pull (N m) up to which stops hold all the same: rounding, beside the moments at the start."""
     grip = 1e-300
     for i in range(len(q)):
         value, _ = moment(mechanism.hinges, i, hold.branches[i], q[i])

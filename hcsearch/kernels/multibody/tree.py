@@ -87,7 +87,7 @@ class Work(NamedTuple):
     pivots : (m,), of rows while they are chosen.
     torques, soft : (n,), joint forces, and what implicit steps add to the joints' own inertia.
     accelerations, change, still : (n,), those of a stage, what a projection changes, and zeros. trial : (2, n), a state
-        that is looked at.
+        that is tried.
     """
 
     bodies: Reals

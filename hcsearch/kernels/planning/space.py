@@ -77,7 +77,7 @@ class Conditions(NamedTuple):
     panels : (k, 2), one, and the other of which a corner must not come nearer; -1 and the hinge, for a stop.
     ways : (k, 3), the direction of the gap; +1 or -1 and zeros, for a stop: the sense in which the hinge leaves it.
     corners : (k, 3), m. bounds : (k,), what a step must add to the gap at least (m), or to what is left to a stop
-    (rad). order : (k,), in which they are looked at.
+    (rad). order : (k,), in which they are taken in.
     """
 
     panels: Whole
