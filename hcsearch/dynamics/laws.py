@@ -199,7 +199,7 @@ def tape_spring(peak: float, peak_angle: float, low: float, back: float | None =
 
 
 def scaled(law: Law, factor: float) -> Law:
-    """A law with its moments multiplied: that of so many springs in parallel."""
+    """A law with its moments multiplied: that of several springs in parallel."""
     if not 0.0 < factor < math.inf:
         raise HcsearchError(f"no law is {factor} times another: give a positive factor, or take the law `free`")
 

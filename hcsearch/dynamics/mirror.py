@@ -57,7 +57,7 @@ def _centres(linkage: Linkage) -> Reals:
 
 
 def _checked(linkage: Linkage, held: int, normal: Reals, middle: Reals) -> Mirror | None:
-    """The mirror with this normal, if the pattern and the held panel keep."""
+    """The mirror with this normal, if it maps the pattern and the held panel onto themselves."""
     pattern = linkage.pattern
     step = 1e-4 * math.sqrt(pattern.area / len(pattern.facets))
 

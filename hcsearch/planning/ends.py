@@ -222,7 +222,7 @@ def _norm(matrix: Reals) -> float:
 
 
 def _products(screws: Reals, order: Whole) -> Reals:
-    """B of a loop, shape (6, m, m): what the series of its product, begun by a turn of each hinge, says of all."""
+    """B of a loop, shape (6, m, m): half the slopes of first order of its series, beside a turn of each hinge alone."""
     m = screws.shape[1]
     products, course = np.zeros((6, m, m)), np.zeros((m, 4))
     terms, slopes = np.zeros((ORDERS, 6)), np.zeros((ORDERS, 6, m))

@@ -11,7 +11,7 @@ from hcsearch.kernels.compiling.stamps import reached, stamp
 
 
 class Compilation(NamedTuple):
-    """So many kernels of so many that are needed are compiled; the name is that of the next."""
+    """How many kernels are compiled, of how many that are needed, and the name of the next."""
 
     done: int
     total: int
