@@ -156,7 +156,7 @@ def plan_for(
     system: System,
     *,
     end: float,
-    tolerance: float,
+    tolerance: float = 1e-6,
     floor: float | None = None,
     restitution: float = 0.0,
     slow: float = 1e-2,
