@@ -200,11 +200,9 @@ def _pass_on(i: int, p: int, work: Work) -> None:
     d = symmetric(b, i, FORCES)
     u, v, w = cross(r, (d[0], d[3], d[4])), cross(r, (d[3], d[1], d[5])), cross(r, (d[4], d[5], d[2]))
     x, y, z = at(b, i, CROSSED), at(b, i, CROSSED + 3), at(b, i, CROSSED + 6)
-    x2, y2, z2 = (
-        (x[0] + u[0], x[1] + v[0], x[2] + w[0]),
-        (y[0] + u[1], y[1] + v[1], y[2] + w[1]),
-        (z[0] + u[2], z[1] + v[2], z[2] + w[2]),
-    )
+    x2 = plus(x, (u[0], v[0], w[0]))
+    y2 = plus(y, (u[1], v[1], w[1]))
+    z2 = plus(z, (u[2], v[2], w[2]))
     add(b, p, CROSSED, x2)
     add(b, p, CROSSED + 3, y2)
     add(b, p, CROSSED + 6, z2)
@@ -297,8 +295,7 @@ def load(tree: Tree, held: Signs, torques: Reals, moving: bool, work: Work) -> N
     """Forces left over for acceleration at each joint, and what they do to the rows; after `gather`, once.
 
     rates : the relative accelerations of the welds without the forces that close them.
-    moving : whether velocities, gravity and pulls count; else `torques` are impulses on bodies at rest, and it may be
-        called again.
+    moving : whether velocities, gravity and pulls count; else `torques` are impulses at rest, in one call or several.
     """
     b = work.bodies
     work.rates[:] = 0.0
@@ -367,10 +364,7 @@ def _own_rates(tree: Tree, work: Work) -> None:
 
 @lean
 def release(tree: Tree, held: Signs, moving: bool, work: Work, rates: Reals) -> None:
-    """Joint accelerations with the row forces in `forces`, or velocities from impulses at rest; after `load`.
-
-    rates : (n,), these; at held joints the force (or impulse) that holds them.
-    """
+    """Write joint accelerations, (n,), or velocities from impulses; what holds them at held joints; after `load`."""
     b = work.bodies
     for i in range(len(tree.links)):
         p = tree.links[i, PARENT]
