@@ -117,6 +117,7 @@ _PLAN = (
     "planning.smoothing.thin",
     "planning.tubes.enclose",
     "planning.series.write_series",
+    "planning.pieces.centre",
     "collision.overlaps.deepest_overlap",
     "collision.clearance.judge",
 )

@@ -67,14 +67,14 @@ def controlled(compiled: Compiled, torques: Torques, period: float = PERIOD) -> 
     most = float(np.abs(torques.torques).max(initial=0.0))
     stiffness = np.full(len(driven), max(most / YIELDS, SAFE * stability(compiled, torques).stiffness, 1e-9))
     return Drives(
-        torques.driven,
-        torques.angles[0],
-        torques.times,
-        torques.angles[:, driven],
-        torques.torques,
-        stiffness,
-        2.0 * np.sqrt(stiffness * torques.inertias),
-        period,
+        hinges=torques.driven,
+        start=torques.angles[0],
+        times=torques.times,
+        angles=torques.angles[:, driven],
+        torques=torques.torques,
+        stiffness=stiffness,
+        damping=2.0 * np.sqrt(stiffness * torques.inertias),
+        period=period,
     )
 
 
