@@ -102,13 +102,13 @@ def _funnel(counts: Row, total: int) -> list[FunnelStage]:
 
 
 def _foldings(database: Database, ids: Sequence[int], scene: str) -> dict[int, list[Row]]:
-    found: dict[int, list[Row]] = defaultdict(list)
+    by_design: dict[int, list[Row]] = defaultdict(list)
     for first in range(0, len(ids), _IDS_AT_ONCE):
         listed = ", ".join(map(str, ids[first : first + _IDS_AT_ONCE]))
         sql = f"SELECT * FROM {source_in('foldings', scene)} WHERE design_id IN ({listed}) ORDER BY design_id, crease"
         for row in _rows(select_sql(database, sql, [quantity.kind for quantity in VIEWS["foldings"]])):
-            found[_number(row["design_id"])].append(row)
-    return dict(found)
+            by_design[_number(row["design_id"])].append(row)
+    return dict(by_design)
 
 
 def _title(kinds: Sequence[Sequence[object]], arrays: Sequence[Sequence[object]]) -> str:

@@ -37,7 +37,7 @@ const box = document.querySelector("input[value=untwisted]");
 box.click(); probe.untwisted = ids(); probe.state = document.getElementById("state").textContent; box.click();
 const find = document.getElementById("find");
 const type = (text) => { find.value = text; find.dispatchEvent(new Event("input", {bubbles: true})); };
-type("#7 no hex"); probe.found = ids();
+type("#7 no hex"); probe.matching = ids();
 type("nothing like it"); probe.none = !document.getElementById("none").hidden; type("");
 probe.drawn = [];
 for (const chip of document.querySelectorAll(".gallery .fold")) {
@@ -130,7 +130,7 @@ def test_filters_leave_what_fits(probe, hex_ten):
     assert set(probe["untwisted"]) == untwisted
     assert probe["state"] == "25 of 120 designs"
     rejected = [design["id"] for design in hex_ten.designs if design["status"] == "no_folding"]
-    assert sorted(probe["found"]) == [number for number in rejected if str(number).startswith("7")]
+    assert sorted(probe["matching"]) == [number for number in rejected if str(number).startswith("7")]
     assert probe["none"]
 
 
