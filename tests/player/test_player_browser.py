@@ -154,6 +154,27 @@ def test_a_drag_turns_the_picture_and_all_of_it_stays_in_the_frame(tab, tmp_path
     assert differ(before, picture(tab)) > 0.02
 
 
+def test_two_fingers_zoom_and_the_wheel_does_where_the_picture_has_the_focus(tab, tmp_path):
+    show(tab, player_html(replay_of(FOLDING)), tmp_path)
+
+    def cover() -> float:
+        tab.value(TWO_FRAMES)
+        return float((picture(tab)[..., 3] > 0.5).mean())
+
+    first = cover()
+    tab.mouse("mouseWheel", 600, 300, deltaX=0, deltaY=-300)
+    assert cover() == first
+    for k, kind in enumerate(["touchStart", "touchMove", "touchMove", "touchMove"]):
+        points = [{"x": 600 + side * (60 + 40 * k), "y": 300, "id": side + 1} for side in (-1, 1)]
+        tab.call("Input.dispatchTouchEvent", type=kind, touchPoints=points)
+    tab.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+    near = cover()
+    assert near > 1.5 * first
+    # a finger has given the picture the focus
+    tab.mouse("mouseWheel", 600, 300, deltaX=0, deltaY=300)
+    assert cover() < 0.9 * near
+
+
 def test_panels_are_where_python_places_them(tab, tmp_path):
     for name in (FOLDING, COLLIDES, "unit-ii"):
         payload = payload_of(replay_of(name))
@@ -237,7 +258,7 @@ def test_paper_has_five_stills_in_place_of_the_picture(tab, tmp_path, dark):
     assert all(differ(one, two) > 0.02 for one, two in pairwise(stills))
     tab.call("Emulation.setEmulatedMedia", media="print")
     shown = f"(name => getComputedStyle({ROOT}.querySelector(name)).display)"
-    assert tab.value(f"['.stage', '.bar', '.tools', '.stills'].map({shown})") == ["none", "none", "none", "grid"]
+    assert tab.value(f"['.view', '.bar', '.tools', '.stills'].map({shown})") == ["none", "none", "none", "grid"]
     tab.call("Emulation.setEmulatedMedia", media="")
     assert tab.complaints == []
 
