@@ -11,7 +11,7 @@ from hcsearch.cli.subjects import request_of, subject_options
 from hcsearch.export.formats import FORMATS
 from hcsearch.export.settings import PROFILES, SHEETS
 
-_SETTINGS = ("state", "sheet", "kerf_mm", "hinge_gap_mm", "profile")
+_SETTINGS = ("state", "sheet", "kerf_mm", "hinge_gap_mm", "profile", "part", "contact", "timestep_s")
 
 
 @click.command(
@@ -36,6 +36,15 @@ _SETTINGS = ("state", "sheet", "kerf_mm", "hinge_gap_mm", "profile")
     "--hinge-gap", "hinge_gap_mm", type=Number(min=0.0), metavar="MM", help="What hinge lines end short of corners by."
 )
 @click.option("--profile", type=click.Choice(PROFILES), help="Colours for a laser cutter or for Origami Simulator.")
+@click.option("--part", metavar="PANEL", help="Of solids: one panel, by its name.  [default: all]")
+@click.option("--contact", is_flag=True, default=None, help="Let panels collide in MuJoCo.")
+@click.option(
+    "--timestep",
+    "timestep_s",
+    type=Number(min=1e-9, max=1.0),
+    metavar="S",
+    help="Time step of MuJoCo, s.  [default: the scene's time / 50000]",
+)
 def export(subject: str, output: str, format_name: str | None, motion: Any, **options: Any) -> None:
     """Write a design, a folding or an assembly to a file that other programs read.
 

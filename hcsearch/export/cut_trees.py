@@ -106,12 +106,12 @@ def cut_tree(linkage: Linkage, labels: Labels, scene: Scene) -> CutTree:
 
 
 def line_of(law: Law, name: str) -> tuple[float, float]:
-    """Stiffness (N m/rad) and moment at angle 0 (N m) of a linear law; HcsearchError for others, which names a hinge."""
+    """Stiffness (N m/rad) and moment at angle 0 (N m) of a linear law; HcsearchError for others, naming the hinge."""
     pieces = law.straight.cubics
     if law.bent is not None or len(pieces) > 1 or any(pieces[0][2:]):
         raise HcsearchError(
-            f"{name} has the law {law.text or 'of a table'}, and simulators have linear springs only: give it one, such "
-            f"as linear:{law.mean_stiffness:.3g}, which has its mean stiffness"
+            f"{name} has the law {law.text or 'of a table'}, and MuJoCo's springs are linear: give it one, such as "
+            f"linear:{law.mean_stiffness:.3g}, which has its mean stiffness"
         )
     moment, stiffness, *_ = pieces[0]
     return stiffness, moment - stiffness * law.straight.breaks[0]
@@ -119,4 +119,3 @@ def line_of(law: Law, name: str) -> tuple[float, float]:
 
 def _panel(labels: Labels, panel: int) -> str:
     return f"panel_{labels.panels[panel]}"
-

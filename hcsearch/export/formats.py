@@ -42,7 +42,7 @@ class Format:
     of : what it is made from: the array alone, which needs no folding; the pattern, in one state; or a motion.
     takes : the settings that it heeds (`Settings`), beside the subject's own. frames : whether a format of the pattern
         also holds a motion where one is asked for by `--motion`.
-    needs : modules that an extra of that name installs.
+    needs : modules that an extra of that name installs. module : in this folder, unless it is the name.
     """
 
     name: str
@@ -53,12 +53,13 @@ class Format:
     frames: bool = False
     extra: str = "export"
     needs: tuple[str, ...] = ()
+    module: str = ""
 
     @property
     def write(self) -> Writer:
         """Its writer; HcsearchError where what it needs is not installed."""
         self.check_installed()
-        found: Writer = import_module(f"hcsearch.export.{self.name}").write
+        found: Writer = import_module(f"hcsearch.export.{self.module or self.name}").write
         return found
 
     def check_installed(self) -> None:
@@ -68,6 +69,8 @@ class Format:
             raise HcsearchError(f"{self.name} needs {missing[0]}: pip install 'hcsearch[{self.extra}]'")
 
 
+_SOLID = frozenset({"state", "part"})
+
 FORMATS: dict[str, Format] = {
     form.name: form
     for form in (
@@ -75,6 +78,12 @@ FORMATS: dict[str, Format] = {
         Format("parquet", (".parquet",), "the same table", of="motion", extra="parquet", needs=("pyarrow",)),
         Format("networkx", (".json",), "panels, creases and slits as a graph: node-link JSON", of="array"),
         Format("graph6", (".g6",), "which panels are neighbours, as graph6", of="array"),
+        Format("glb", (".glb",), "the motion as an animated scene: binary glTF 2.0", of="motion"),
+        Format("stl", (".stl",), "triangles of all panels, or of one, in millimetres", takes=_SOLID),
+        Format("3mf", (".3mf",), "an object for each panel, to be printed", takes=_SOLID, module="threemf"),
+        Format("step", (".step", ".stp"), "an exact solid for each panel, for CAD systems", takes=_SOLID),
+        Format("mjcf", (".xml",), "the scene as a model of MuJoCo", takes=frozenset({"contact", "timestep_s"})),
+        Format("urdf", (".urdf",), "the scene as a tree of links, with what closes its loops beside"),
     )
 }
 

@@ -53,7 +53,9 @@ def glb_of(replay: Replay, seconds: float = SECONDS) -> bytes:
     buffer = _Buffer()
     materials = [_material(side) for side in _KINDS]
     nodes: list[dict[str, Any]] = [{"name": replay.title, "rotation": _UPWARDS, "children": []}]
-    meshes, channels, samplers = [], [], []
+    meshes: list[dict[str, Any]] = []
+    channels: list[dict[str, Any]] = []
+    samplers: list[dict[str, Any]] = []
     times = _rising(seconds * (replay.at - replay.at[0]) / ((replay.at[-1] - replay.at[0]) or 1.0))
     clock = buffer.add(times[:, None], "SCALAR", bounds=True)
     node_of: dict[int, int] = {}

@@ -23,6 +23,9 @@ class Settings:
     state : in which solids are written. sheet : the sheet in one piece, or its panels apart. kerf_mm : width of a cut,
         half of which outlines are moved outwards by. hinge_gap_mm : what hinge lines end short of corners by.
     profile : colours and kinds of lines, of laser cutters or of Origami Simulator.
+    part : name of the one panel that is written; all where it is None. contact : whether panels collide in a simulator.
+    timestep_s : of a simulator, s; None for one that fits the scene. stem : name of the file without its ending, by
+        which files beside it are named; known when it is written.
     """
 
     state: State = "flat"
@@ -30,6 +33,10 @@ class Settings:
     kerf_mm: float = 0.0
     hinge_gap_mm: float = 0.0
     profile: Profile = "laser"
+    part: str | None = None
+    contact: bool = False
+    timestep_s: float | None = None
+    stem: str = "array"
 
 
 def read_state(text: str) -> State:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -85,7 +86,7 @@ class Solid:
 
 def fan(corners: tuple[int, ...]) -> list[tuple[int, int, int]]:
     """Triangles of a convex polygon."""
-    return [(corners[0], b, c) for b, c in zip(corners[1:], corners[2:], strict=False)]
+    return [(corners[0], b, c) for b, c in pairwise(corners[1:])]
 
 
 def solid_of(pattern: Pattern, panel: int) -> Solid:
@@ -103,11 +104,13 @@ def solid_of(pattern: Pattern, panel: int) -> Solid:
     return Solid(table, tuple(facets), np.array(wall), _sides(pattern, panel, table, wall), pattern.thickness)
 
 
-def panel_named(labels: Labels, name: str) -> int:
-    """The panel of a name; HcsearchError where there is none."""
+def wanted_panels(labels: Labels, name: str | None) -> tuple[int, ...] | None:
+    """The panel of a name, None for all where no name is given; HcsearchError where there is none of that name."""
+    if name is None:
+        return None
     if name not in labels.panels:
         raise HcsearchError(f"there is no panel {name!r}: choose one of {', '.join(labels.panels)}")
-    return labels.panels.index(name)
+    return (labels.panels.index(name),)
 
 
 def placed(pose: Reals, vertices: Reals) -> Reals:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.export.solids import MILLIMETRES, Solid, panel_named, solid_of
+from hcsearch.export.solids import MILLIMETRES, Solid, solid_of, wanted_panels
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals
@@ -32,11 +32,10 @@ _X, _Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
 
 def write(exported: Exported, settings: Settings) -> str:
-    """The panel that the settings name, in the flat state, or all panels in their state."""
-    if settings.panel is not None:
-        panel = panel_named(exported.labels, settings.panel)
-        return step_of(exported.linkage, exported.labels, exported.linkage.flat, exported.name, (panel,))
-    return step_of(exported.linkage, exported.labels, exported.angles(settings.state), exported.name)
+    """All panels in a state, or one of them."""
+    linkage, angles = exported.linkage, exported.angles(settings.state)
+    panels = wanted_panels(exported.labels, settings.part)
+    return step_of(linkage, exported.labels, angles, exported.name, panels)
 
 
 def step_of(
@@ -70,17 +69,13 @@ class _Data:
     def __init__(self) -> None:
         self.lines: list[str] = []
         application = self.add("APPLICATION_CONTEXT('core data for automotive mechanical design processes')")
-        self.add(
-            f"APPLICATION_PROTOCOL_DEFINITION('international standard','automotive_design',2000,{application})"
-        )
+        self.add(f"APPLICATION_PROTOCOL_DEFINITION('international standard','automotive_design',2000,{application})")
         self.products = self.add(f"PRODUCT_CONTEXT('',{application},'mechanical')")
         self.definitions = self.add(f"PRODUCT_DEFINITION_CONTEXT('part definition',{application},'design')")
         length = self.add("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))")
         angle = self.add("(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))")
         solid = self.add("(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT())")
-        least = self.add(
-            f"UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE(1.E-07),{length},'distance_accuracy_value','')"
-        )
+        least = self.add(f"UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE(1.E-07),{length},'distance_accuracy_value','')")
         self.context = self.add(
             f"(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT(({least}))"
             f"GLOBAL_UNIT_ASSIGNED_CONTEXT(({length},{angle},{solid}))REPRESENTATION_CONTEXT('','3D'))"
@@ -111,9 +106,7 @@ class _Data:
     def place(self, name: str, part: Part, whole: tuple[str, str], place: str) -> None:
         """Place a part in the assembly, by its axes there."""
         definition, shape, axes = part
-        use = self.add(
-            f"NEXT_ASSEMBLY_USAGE_OCCURRENCE({_text(name)},{_text(name)},'',{whole[0]},{definition},$)"
-        )
+        use = self.add(f"NEXT_ASSEMBLY_USAGE_OCCURRENCE({_text(name)},{_text(name)},'',{whole[0]},{definition},$)")
         used = self.add(f"PRODUCT_DEFINITION_SHAPE('','',{use})")
         moved = self.add(f"ITEM_DEFINED_TRANSFORMATION('','',{axes},{place})")
         relation = self.add(

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import struct
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.export.solids import MILLIMETRES, panel_named, placed, solid_of
+from hcsearch.export.solids import MILLIMETRES, placed, solid_of, wanted_panels
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals
 
@@ -18,18 +20,17 @@ _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribut
 
 
 def write(exported: Exported, settings: Settings) -> bytes:
-    """The panel that the settings name, in the flat state, or all panels in their state."""
-    if settings.panel is not None:
-        panel = panel_named(exported.labels, settings.panel)
-        return stl_of(exported.linkage, exported.linkage.flat, exported.name, (panel,))
-    return stl_of(exported.linkage, exported.angles(settings.state), exported.name)
+    """All panels in a state, or one of them."""
+    linkage, angles = exported.linkage, exported.angles(settings.state)
+    panels = wanted_panels(exported.labels, settings.part)
+    return stl_of(linkage, angles, exported.name, panels)
 
 
 def stl_of(
     linkage: Linkage,
     angles: Reals,
     title: str = "",
-    panels: tuple[int, ...] | None = None,
+    panels: Sequence[int] | None = None,
     *,
     scale: float = MILLIMETRES,
 ) -> bytes:
@@ -49,4 +50,4 @@ def stl_of(
     records["corners"] = scale * corners
     # a head that begins with "solid" would be taken for the text format
     head = f"hcsearch {title}, {'mm' if scale == MILLIMETRES else 'm'}".encode("ascii", "replace")[:80].ljust(80)
-    return head + np.uint32(len(records)).astype("<u4").tobytes() + records.tobytes()
+    return head + struct.pack("<I", len(records)) + bytes(records.tobytes())

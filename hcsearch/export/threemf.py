@@ -10,7 +10,7 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 
-from hcsearch.export.solids import MILLIMETRES, Solid, panel_named, solid_of
+from hcsearch.export.solids import MILLIMETRES, Solid, solid_of, wanted_panels
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals
@@ -27,11 +27,10 @@ _DATED = (1980, 1, 1, 0, 0, 0)
 
 
 def write(exported: Exported, settings: Settings) -> bytes:
-    """The panel that the settings name, in the flat state, or all panels in their state."""
-    if settings.panel is not None:
-        panel = panel_named(exported.labels, settings.panel)
-        return threemf_of(exported.linkage, exported.labels, exported.linkage.flat, exported.name, (panel,))
-    return threemf_of(exported.linkage, exported.labels, exported.angles(settings.state), exported.name)
+    """All panels in a state, or one of them."""
+    linkage, angles = exported.linkage, exported.angles(settings.state)
+    panels = wanted_panels(exported.labels, settings.part)
+    return threemf_of(linkage, exported.labels, angles, exported.name, panels)
 
 
 def threemf_of(

@@ -1,7 +1,7 @@
 """URDF: the tree of links of a cut-open array, and beside it what closes its loops, as URDF has no loops.
 
-Beside the file are `.closure.json`, with the pairs of links that are one panel, the frames that coincide, and the springs
-and the start that URDF has no words for, and a mesh of each panel (`.panel_3.stl`), in metres. SI units.
+Beside the file are `.closure.json`, with the pairs of links that are one panel, the frames that coincide, and the
+springs and the start that URDF has no words for, and a mesh of each panel (`.panel_3.stl`), in metres. SI units.
 """
 
 from __future__ import annotations
@@ -34,9 +34,7 @@ def write(exported: Exported, settings: Settings) -> Mapping[str, str | bytes]:
     return urdf_of(subject.linkage, exported.labels, subject.scene, exported.name, settings.stem)
 
 
-def urdf_of(
-    linkage: Linkage, labels: Labels, scene: Scene, title: str, stem: str
-) -> dict[str, str | bytes]:
+def urdf_of(linkage: Linkage, labels: Labels, scene: Scene, title: str, stem: str) -> dict[str, str | bytes]:
     """Files by what follows the stem of their names."""
     tree = cut_tree(linkage, labels, scene)
     files: dict[str, str | bytes] = {".urdf": _tree(tree, title, stem), ".closure.json": closure_of(tree, title)}
@@ -98,7 +96,10 @@ def closure_of(tree: CutTree, title: str) -> str:
             {
                 "name": closure.name,
                 "panel": links[closure.second].name.partition("_part")[0],
-                "first": {"link": links[closure.first].name, "xyz_m": _listed(closure.point - links[closure.first].frame)},
+                "first": {
+                    "link": links[closure.first].name,
+                    "xyz_m": _listed(closure.point - links[closure.first].frame),
+                },
                 "second": {
                     "link": links[closure.second].name,
                     "xyz_m": _listed(closure.point - links[closure.second].frame),

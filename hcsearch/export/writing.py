@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +49,7 @@ def settings_of(wanted: Format, given: Mapping[str, Any]) -> Settings:
         if name not in known:
             raise HcsearchError(f"exports have no setting {name!r}: they have {', '.join(sorted(known))}")
         if name not in wanted.takes:
-            option = "--" + name.removesuffix("_mm").replace("_", "-")
+            option = "--" + name.removesuffix("_mm").removesuffix("_s").replace("_", "-")
             others = ", ".join(other.name for other in FORMATS.values() if name in other.takes)
             raise HcsearchError(
                 f"{wanted.name} takes no {option}: leave it out, or choose {others or 'another format'}"
@@ -59,7 +59,7 @@ def settings_of(wanted: Format, given: Mapping[str, Any]) -> Settings:
 
 def write_export(path: str | Path, wanted: Format, exported: Exported, settings: Settings) -> list[Path]:
     """Write what a format makes: all of its files, or none."""
-    content = wanted.write(exported, settings)
+    content = wanted.write(exported, replace(settings, stem=Path(path).stem))
     files: Mapping[str, Content] = content if isinstance(content, Mapping) else {Path(path).suffix: content}
     paths = [Path(path), *(Path(path).with_suffix(ending) for ending in list(files)[1:])]
     with ExitStack() as stack:
