@@ -190,6 +190,7 @@ def _crease(replay: Replay, hinge: int) -> str:
 
 
 def _facts(replay: Replay, seconds: float) -> dict[str, Any]:
+    in_tree = set(replay.linkage.chain.hinges.tolist())
     unit = "s" if replay.axis == "time" else "share of the path"
     return {
         "notation": replay.title,
@@ -200,6 +201,8 @@ def _facts(replay: Replay, seconds: float) -> dict[str, Any]:
         "animation_seconds": seconds,
         "thickness_m": replay.linkage.pattern.thickness,
         "interpolation_error_rad": replay.error,
+        # they have no node: both of their panels hang on other ones
+        "hinges_that_close_loops": [name for k, name in enumerate(replay.labels.hinges) if k not in in_tree],
     }
 
 

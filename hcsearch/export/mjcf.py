@@ -134,13 +134,14 @@ def _add_joint(element: Xml.Element, link: Link, actuators: Xml.Element) -> None
     joined = link.joined
     assert joined is not None
     stiffness, moment = line_of(joined.drive.law, joined.name)
-    values = {"axis": _text(joined.axis), "stiffness": _text(stiffness), "damping": _text(joined.drive.damping)}
+    values = {"name": joined.name, "type": "hinge", "axis": _text(joined.axis)}
+    values |= {"stiffness": _text(stiffness), "damping": _text(joined.drive.damping)}
     if moment and stiffness:
         values["springref"] = _text(-moment / stiffness)
     elif moment:
         bias = {"biastype": "affine", "gainprm": "0", "biasprm": _text((-moment, 0.0, 0.0))}
         Xml.SubElement(actuators, "general", bias, name=f"{joined.name}_moment", joint=joined.name)
-    Xml.SubElement(element, "joint", values, name=joined.name, type="hinge")
+    Xml.SubElement(element, "joint", values)
 
 
 def _add_constraints(root: Xml.Element, tree: CutTree) -> None:
@@ -189,4 +190,4 @@ def _mesh(link: Link, facet: int) -> str:
 
 
 def _text(values: Any) -> str:
-    return " ".join(repr(float(x)) for x in np.atleast_1d(values))
+    return " ".join(repr(float(x) + 0.0) for x in np.atleast_1d(values))  # no -0.0

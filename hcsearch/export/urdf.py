@@ -133,4 +133,4 @@ def _listed(values: Any) -> list[float]:
 
 
 def _text(values: Any) -> str:
-    return " ".join(repr(float(x)) for x in np.atleast_1d(values))
+    return " ".join(repr(float(x) + 0.0) for x in np.atleast_1d(values))  # no -0.0
