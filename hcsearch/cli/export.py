@@ -43,7 +43,7 @@ _SETTINGS = ("state", "sheet", "kerf_mm", "hinge_gap_mm", "profile", "part", "co
     "timestep_s",
     type=Number(min=1e-9, max=1.0),
     metavar="S",
-    help="Time step of MuJoCo, s.  [default: the scene's time / 50000]",
+    help="Time step of MuJoCo, s.  [default: its natural time / 50000]",
 )
 def export(subject: str, output: str, format_name: str | None, motion: Any, **options: Any) -> None:
     """Write a design, a folding or an assembly to a file that other programs read.
