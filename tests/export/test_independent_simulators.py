@@ -28,6 +28,7 @@ BOUNDS = {"hex:0234550132:4": 1e-3, "thesis-4x4": 5e-6, "unit-ii": 1.5e-2, "hex:
 def model_of(text):
     import mujoco
 
+    mujoco.set_mju_user_warning(lambda _: None)  # it would write a file
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)

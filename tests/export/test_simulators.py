@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 from xml.etree import ElementTree as Xml
 
 import numpy as np
@@ -11,7 +12,8 @@ from hcsearch.dynamics.laws import law_named
 from hcsearch.dynamics.panels import panel_bodies
 from hcsearch.errors import HcsearchError
 from hcsearch.export.cut_trees import cut_tree, line_of
-from hcsearch.export.mjcf import mjcf_of
+from hcsearch.export.mjcf import mjcf_of, write
+from hcsearch.export.settings import Settings
 from hcsearch.export.urdf import urdf_of
 from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import Folding
@@ -157,3 +159,9 @@ def test_open_chains_need_no_closure():
     tree = cut_tree(*merged(), DEFAULT)
     assert tree.closures == ()
     assert all(link.whole for link in tree.links)
+
+
+def test_subjects_with_drives_are_refused_as_models_of_mujoco():
+    subject = SimpleNamespace(drives=object())
+    with pytest.raises(HcsearchError, match=r"leave out the table \[drive\]"):
+        write(SimpleNamespace(subject=subject), Settings())
