@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from hcsearch.errors import InputFileError
-from hcsearch.export.outlines import faces_between, joined_faces, without_straight_corners
+from hcsearch.errors import HcsearchError, InputFileError
+from hcsearch.export.outlines import faces_between, joined_faces, same_places, without_straight_corners
 from hcsearch.pattern import RIGID, Crease, Face, Facet, Pair, Pattern, Point, facet_area
 from hcsearch.system.reading import read_text
 from hcsearch.typing import Reals
@@ -25,6 +25,9 @@ MOST_BYTES = 32 * 2**20
 UNITS = {"in": 0.0254, "pt": 0.0254 / 72, "m": 1.0, "cm": 0.01, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}
 SAME = 1e-3
 """Points nearer than this share of the shortest edge are the same, as drawings are rounded."""
+
+FAR = 1e12
+"""Coordinates are below this, so that areas do not overflow."""
 
 Side = tuple[int, int]
 
@@ -70,15 +73,18 @@ def parse_fold(text: str, path: str = "the text") -> Drawing:
         raise InputFileError(f"{path} is no FOLD file: it holds no object; export it as FOLD")
     try:
         return _Reader(_pattern_frame(data), path).drawing()
-    except (TypeError, KeyError, IndexError, AttributeError, OverflowError) as error:
+    except HcsearchError:
+        raise
+    except (TypeError, ValueError, KeyError, IndexError, AttributeError, OverflowError) as error:
         raise InputFileError(f"{path} is no sound FOLD file: {error}; export it anew") from None
 
 
 def pattern_of(drawing: Drawing, thickness: float | None = None) -> Pattern:
     """The pattern of thick panels that a drawing shows, m.
 
-    thickness : m; that of the file unless given. Flat creases (F) are rigid unless the file says which face carries a
-    hinge. InputFileError where creases are unassigned, or nothing says how thick panels are.
+    thickness : m; that of the file unless given. A file without a physical unit is in metres. Flat creases (F) are
+    rigid unless the file says which face carries a hinge. InputFileError where creases are unassigned, or nothing says
+    how thick panels are.
     """
     unit = 1.0 if drawing.unit is None else drawing.unit
     if thickness is None:
@@ -122,7 +128,7 @@ class _Reader:
         if not self.edges:
             self.edges = [(a, b) for face in faces for a, b in zip(face, [*face[1:], face[0]], strict=True)]
         lengths = [math.dist(self.points[a], self.points[b]) for a, b in self.edges]
-        self.place = self._merged(SAME * min((length for length in lengths if length > 0.0), default=1.0))
+        self.place = same_places(self.points, SAME * min((length for length in lengths if length > 0.0), default=1.0))
         self.faces = [[self.place[v] for v in face] for face in faces]
 
     def drawing(self) -> Drawing:
@@ -210,21 +216,12 @@ class _Reader:
         if not coords:
             raise self._wrong("it has no vertices_coords")
         table = np.array([[*map(float, point), 0.0][:3] for point in coords])
-        if table.ndim != 2 or table.shape[1] != 3 or not np.isfinite(table).all():
-            raise self._wrong("vertices_coords are not points of two or three numbers")
+        if table.ndim != 2 or table.shape[1] != 3 or not (np.abs(table) < FAR).all():
+            raise self._wrong(f"vertices_coords are not points of two or three numbers below {FAR:g}")
         extent: Reals = np.ptp(table, axis=0)
         if extent[2] > 1e-6 * max(extent[:2]):
             raise self._wrong("its first frame is folded: put the flat crease pattern first")
         return [(float(x), float(y)) for x, y in table[:, :2]]
-
-    def _merged(self, tolerance: float) -> list[int]:
-        """The first of the points that lie where each does."""
-        from scipy.spatial import cKDTree  # noqa: PLC0415 - only where a file is read
-
-        place = list(range(len(self.points)))
-        for a, b in sorted(cKDTree(np.array(self.points)).query_pairs(tolerance)):
-            place[b] = min(place[b], place[a])
-        return place
 
     def _vertex(self, number: Any) -> int:
         if not isinstance(number, int) or not 0 <= number < len(self.points):
