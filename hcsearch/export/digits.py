@@ -1,0 +1,45 @@
+"""Numbers in strokes, of seven segments and a plus, for machines that have no fonts."""
+
+from __future__ import annotations
+
+from hcsearch.pattern import Point
+
+WIDE, APART = 0.5, 0.3
+"""Width of a digit, and the space after it, over its height."""
+
+# corners of the seven segments: left and right, at heights 0, 1/2 and 1
+_PATHS: dict[str, tuple[str, ...]] = {
+    "0": ("ABFEA",),
+    "1": ("BDF",),
+    "2": ("ABDCEF",),
+    "3": ("ABDFE", "CD"),
+    "4": ("ACD", "BDF"),
+    "5": ("BACDFE",),
+    "6": ("BACEFDC",),
+    "7": ("ABF",),
+    "8": ("ABFEA", "CD"),
+    "9": ("DCABFE",),
+    "+": ("CD", "XY"),
+}
+_CORNERS: dict[str, Point] = {
+    "A": (0.0, 1.0),
+    "B": (WIDE, 1.0),
+    "C": (0.0, 0.5),
+    "D": (WIDE, 0.5),
+    "E": (0.0, 0.0),
+    "F": (WIDE, 0.0),
+    "X": (0.5 * WIDE, 0.5 - 0.5 * WIDE),
+    "Y": (0.5 * WIDE, 0.5 + 0.5 * WIDE),
+}
+
+
+def strokes(text: str, middle: Point, height: float) -> list[list[Point]]:
+    """Polylines of a text of digits and pluses, of a height, about a point."""
+    step = WIDE + APART
+    left = middle[0] - 0.5 * height * (step * len(text) - APART)
+    low = middle[1] - 0.5 * height
+    return [
+        [(left + height * (k * step + _CORNERS[c][0]), low + height * _CORNERS[c][1]) for c in path]
+        for k, mark in enumerate(text)
+        for path in _PATHS[mark]
+    ]
