@@ -339,7 +339,10 @@ def test_show_says_for_which_flat_pairs_an_end_is_locked_and_how_tight(run):
 def test_report(run, tmp_path):
     done = run("report", "n=10 two_stack", "--db", "d.sqlite", "--output", "reports/r.html")
     page = (tmp_path / done.stdout.strip()).read_text(encoding="utf-8")
-    assert page.count("<svg") >= 32
+    assert '"count":32,' in page
+    done = run("report", "n=99", "--db", "d.sqlite", "--output", "reports/none.html", code=2)
+    assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "reports" / "none.html").exists()
 
 
 def test_two_enumerations_into_one_new_database_at_the_same_time(tmp_path):

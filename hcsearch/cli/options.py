@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import shlex
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -56,11 +55,6 @@ def database_option(command: Command) -> Command:
 def default_database() -> str:
     """HCSEARCH_DB, else hcsearch.sqlite in the current folder."""
     return os.environ.get("HCSEARCH_DB") or "hcsearch.sqlite"
-
-
-def where(db: str) -> str:
-    """The option that names a database in a command, where it is not the usual one."""
-    return "" if db == default_database() else f" --db {shlex.quote(db)}"
 
 
 def target_options(command: Command) -> Command:

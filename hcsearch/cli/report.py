@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from hcsearch.cli.options import database_option, where
+from hcsearch.cli.options import database_option
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import printable
 from hcsearch.subjects.scenes import scene_asked_for
@@ -31,5 +31,5 @@ def report(
     check_output(output)
     with open_readonly(db) as database:
         asked = scene_asked_for(database, scene, panel, across)
-        path = write_report(database, condition, Path(output), limit=limit, scene=asked, where=where(db))
+        path = write_report(database, condition, Path(output), limit=limit, scene=asked)
     click.echo(printable(str(path)))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hcsearch.cli.options import database_option, where
+from hcsearch.cli.options import database_option, default_database
 
 if TYPE_CHECKING:
     from hcsearch.circuit import Circuit
@@ -40,7 +40,12 @@ def show(design: str, db: str) -> None:
         for tried in row.get("deployments", ()):
             if tried["crease"] == folding.crease:
                 click.echo(f"  deployment, {tried['scene']}: {tried['status']}, {tried['reason']}")
-                click.echo(f"    hcsearch deploy {folding.notation} --scene {shlex.quote(tried['scene'])}{where(db)}")
+                click.echo(f"    hcsearch deploy {folding.notation} --scene {shlex.quote(tried['scene'])}{_where(db)}")
+
+
+def _where(db: str) -> str:
+    """The option that names the database, where it is not the usual one."""
+    return "" if db == default_database() else f" --db {shlex.quote(db)}"
 
 
 def _print_circuit(circuit: Circuit, row: dict[str, Any]) -> None:

@@ -27,9 +27,7 @@ def page_data(data: ReportData) -> dict[str, Any]:
     keys = [(id_of(data.designs[k]), int(str(row["crease"]))) for k, row in rows]
     tried = [data.tried.get(key, ()) for key in keys]
     best = [drawn_crease(data, design) for design in data.designs]
-    reasons = [
-        why(row, data.motions.get(key), own) for (_, row), key, own in zip(rows, keys, tried, strict=True)
-    ]
+    reasons = [why(row, data.motions.get(key), own) for (_, row), key, own in zip(rows, keys, tried, strict=True)]
     foldings = {
         "design": [k for k, _ in rows],
         **{q.name: [row.get(q.name) for _, row in rows] for q in FOLDING_COLUMNS},
@@ -39,7 +37,6 @@ def page_data(data: ReportData) -> dict[str, Any]:
     return {
         "total": data.total,
         "scene": data.scene,
-        "where": data.where,
         "pages": data.pages,
         "size": data.size,
         "grids": {name: _grid(grid) for name, grid in GRIDS.items()},

@@ -25,18 +25,17 @@ def write_report(
     sort: str = BEST_FIRST,
     title: str = "",
     scene: str = DEFAULT,
-    where: str = "",
 ) -> Path:
     """Write the report on the designs that a query selects, and return its path.
 
     database : from `open_readonly`.
     limit : designs on the page, None for all; the numbers on the page count all of them in any case.
-    scene : whose verdicts are shown. where : options by which commands on the page name the database.
+    scene : whose verdicts are shown.
     QueryError: no design is selected. OutputError: the file cannot be written.
     """
     data = fetch(database, query, limit, sort, scene)
     if not data.total:
         raise QueryError(f"no design satisfies {query!r}: see `hcsearch query` for what there is")
-    page = render(replace(data, title=title or data.title, where=where))
+    page = render(replace(data, title=title) if title else data)
     write_output(path, page)
     return Path(path)

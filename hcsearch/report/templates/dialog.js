@@ -12,7 +12,7 @@ const Dialog = (() => {
   function command(table, i, row) {
     const { scene, crease } = table.foldings;
     const named = scene[row] === null || scene[row] === "default" ? "" : ` --scene '${scene[row]}'`;
-    return `hcsearch deploy ${table.designs.circuit[i]}:${crease[row]}${named}${table.where}`;
+    return `hcsearch deploy ${table.designs.circuit[i]}:${crease[row]}${named}`;
   }
 
   function foldings(table, i, rows) {
@@ -53,7 +53,7 @@ const Dialog = (() => {
       Parts.facts(table, i, row, (name) => name !== "id"),
       rows.length ? foldings(table, i, rows) : null,
       row !== undefined && table.foldings.scene[row] !== null ? Parts.code("command", command(table, i, row)) : null,
-      Parts.code("command", `hcsearch show ${table.designs.id[i]} --html${table.where}`)));
+      Parts.code("command", `hcsearch show ${table.designs.id[i]} --html`)));
     if (!dialog.open) dialog.showModal();
     play(table, row, place);
   }

@@ -1,6 +1,6 @@
 // Pieces of cards and dialogs.
 const Parts = (() => {
-  const SVG = "http://www.w3.org/2000/svg";
+  const SVG = document.querySelector("svg").namespaceURI; // of the legend: the page names no address
 
   function element(name, attributes = {}, ...children) {
     const made = document.createElement(name);
