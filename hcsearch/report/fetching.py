@@ -15,7 +15,7 @@ from hcsearch.store import Database, Result, best_creases, parse_query, select, 
 from hcsearch.store.columns import VIEWS
 
 BEST_FIRST = "-untwisted,-two_stack,-score,-deployable,deploy_time"
-"""Order of the designs on the page, so that a limit cuts off the worst: what springs deploy has a time; equal ones by id."""
+"""Order of the designs on the page, so that a limit cuts off the worst: what springs deploy has a time. Then by id."""
 
 _IDS_AT_ONCE = 5000
 
@@ -124,7 +124,7 @@ def motions_of(database: Database, ids: Sequence[int], scene: str) -> dict[Foldi
 
 
 def tried_of(database: Database, ids: Sequence[int], scene: str) -> dict[FoldingKey, list[Row]]:
-    """The deployments of each folding whose verdicts serve a scene: first the scene as it stands, then as it differs."""
+    """The deployments of each folding that serve a scene: first in the scene as it stands, then with other springs."""
     found: dict[FoldingKey, list[Row]] = defaultdict(list)
     for row in _of_designs(database, "deployments", "deployments", ids, "crease, scene"):
         if row["base"] == scene:

@@ -65,10 +65,13 @@ const Gallery = (() => {
       if (card) Card.fill(table, i, card);
     }
 
+    // Again where the cards themselves brought a scroll bar that takes from the width.
     function layout() {
-      if (printing) return;
-      measure();
-      update();
+      for (let width = 0, tries = 0; !printing && tries < 2 && list.clientWidth !== width; tries++) {
+        width = list.clientWidth;
+        measure();
+        update();
+      }
     }
 
     function print(on) {
@@ -79,14 +82,15 @@ const Gallery = (() => {
       return Math.min(order.length, MOST_PRINTED);
     }
 
-    let width = 0;
-    new ResizeObserver(() => {
-      if (list.clientWidth === width) return;
-      width = list.clientWidth;
-      layout();
-    }).observe(list);
+    let wide = innerWidth;
+    function resized() {
+      if (innerWidth === wide) return update();
+      wide = innerWidth;
+      return layout();
+    }
+
     addEventListener("scroll", update, { passive: true });
-    addEventListener("resize", update);
+    addEventListener("resize", resized);
     return { show, layout, refresh, print, count: () => order.length };
   }
 

@@ -68,7 +68,7 @@ const Parts = (() => {
       const own = row !== undefined && quantity.name in table.foldings;
       const value = (own ? table.foldings[quantity.name][row] : table.designs[quantity.name][i]) ?? null;
       return value === null ? null : element("div", {}, element("dt", { title: quantity.note }, quantity.label),
-        element("dd", {}, written(value) + (quantity.unit && ` ${quantity.unit}`)));
+        element("dd", {}, quantity.kind === "boolean" ? (value ? "yes" : "no") : written(value) + (quantity.unit && ` ${quantity.unit}`)));
     });
     return element("dl", { class: "facts" }, ...made);
   }
