@@ -1,0 +1,63 @@
+// Dragging, pinching, scrolling and keys on the picture.
+
+/** Listen on the stage and on the whole player; `does` : orbit, zoom, toggle, step, jump, reset. */
+export function gestures(stage, root, does) {
+    const fingers = new Map();
+    let spread = 0;
+
+    stage.addEventListener('pointerdown', (event) => {
+        if (event.target.closest('button')) return;
+        does.wake();
+        stage.setPointerCapture(event.pointerId);
+        fingers.set(event.pointerId, [event.clientX, event.clientY]);
+        spread = 0;
+    });
+    stage.addEventListener('pointermove', (event) => {
+        const last = fingers.get(event.pointerId);
+        if (!last) return;
+        fingers.set(event.pointerId, [event.clientX, event.clientY]);
+        // each of two fingers turns the picture by half
+        const share = -0.009 / fingers.size;
+        does.orbit(share * (event.clientX - last[0]), -share * (event.clientY - last[1]));
+        if (fingers.size === 2) {
+            const [[x, y], [toX, toY]] = fingers.values();
+            const now = Math.hypot(toX - x, toY - y);
+            if (spread > 0) does.zoom(now / spread);
+            spread = now;
+        }
+    });
+    for (const end of ['pointerup', 'pointercancel', 'lostpointercapture']) {
+        stage.addEventListener(end, (event) => fingers.delete(event.pointerId));
+    }
+    // the page scrolls unless the reader is at the picture
+    stage.addEventListener(
+        'wheel',
+        (event) => {
+            const here = stage.getRootNode().activeElement === stage;
+            if (!here && !event.ctrlKey) return;
+            event.preventDefault();
+            does.zoom(Math.exp(-0.0015 * event.deltaY * (event.deltaMode ? 30 : 1)));
+        },
+        { passive: false },
+    );
+    root.addEventListener('keydown', (event) => {
+        if (event.altKey || event.ctrlKey || event.metaKey) return;
+        const field = event.target.closest('button, select, input');
+        const act = {
+            ' ': does.toggle,
+            ArrowRight: () => does.step(event.shiftKey ? 0.1 : 0.01),
+            ArrowUp: () => does.step(event.shiftKey ? 0.1 : 0.01),
+            ArrowLeft: () => does.step(event.shiftKey ? -0.1 : -0.01),
+            ArrowDown: () => does.step(event.shiftKey ? -0.1 : -0.01),
+            Home: () => does.jump(0),
+            End: () => does.jump(1),
+            '+': () => does.zoom(1.25),
+            '=': () => does.zoom(1.25),
+            '-': () => does.zoom(0.8),
+            0: does.reset,
+        }[event.key];
+        if (!act || field?.matches('select') || (field?.matches('button, input[type=checkbox]') && event.key === ' ')) return;
+        event.preventDefault();
+        act();
+    });
+}
