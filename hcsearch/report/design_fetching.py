@@ -42,7 +42,8 @@ def design_data(
     values = SCENES[DEFAULT] if database is None else stored_scene(database, scene)
     panel = panel_of(values, circuit.grid.name)
     stored = _Known() if database is None else _known(database, number, circuit, scene)
-    shown = [_folding(folding, stored, values, db) for folding in foldings]
+    ordered = sorted(foldings, key=lambda folding: (folding.crease != stored.best, folding.crease))
+    shown = [_folding(folding, stored, values, db) for folding in ordered]
     return DesignData(
         title=f"Design {number}" if database is not None else f"Design {circuit.notation}",
         notation=circuit.notation,

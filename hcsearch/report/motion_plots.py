@@ -16,6 +16,8 @@ from hcsearch.typing import Reals
 
 _FINE = 0.004
 """Share of the largest energy that a plotted curve may miss."""
+_NEAR = 0.01
+"""Gap (mm) beyond which its scale is logarithmic: panels slide along each other, and are far apart packed and flat."""
 _AXES = {"time": "time, s", "path": "share of the path"}
 
 
@@ -62,8 +64,10 @@ def _gaps(replay: Replay, payload: Payload, marks: Sequence[Mark]) -> Plot | Non
         return None
     title = "Nearest gap between panels"
     curve = Curve("nearest gap", replay.at.tolist(), gaps)
-    svg = plot([curve], title, _AXES[replay.axis], "nearest gap, mm", marks=marks, spans=replay.certified)
-    note = "Of panels that no hinge joins and that do not touch; below 0 they overlap."
+    svg = plot(
+        [curve], title, _AXES[replay.axis], "nearest gap, mm", marks=marks, spans=replay.certified, linear_to=_NEAR
+    )
+    note = f"Of panels that no hinge joins and that do not touch; below 0 they overlap. Logarithmic beyond {_NEAR} mm."
     if replay.certified:
         note += f" Green on the axis: certified clear with {1e3 * replay.margin:.2g} mm of play on every face."
     return Plot(title, svg, (), note)

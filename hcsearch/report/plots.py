@@ -48,14 +48,17 @@ def plot(
     *,
     marks: Sequence[Mark] = (),
     spans: Sequence[tuple[float, float]] = (),
+    linear_to: float | None = None,
 ) -> str:
     """Draw curves over a common axis; texts have the colour of the page.
 
-    spans : intervals that are drawn on the horizontal axis. Curves need one number at least.
+    spans : intervals that are drawn on the horizontal axis. linear_to : size of values beyond which the vertical scale
+    is logarithmic, to either side; linear throughout unless given. Curves need one number at least.
     """
     x_scale = _scale([x for curve in curves for x in curve.x], _LEFT, WIDTH - _RIGHT, tight=True)
     values = [y for curve in curves for y in curve.y if y is not None]
-    y_scale = _scale(values, HEIGHT - _BOTTOM, _TOP, tight=False)
+    y_places = (HEIGHT - _BOTTOM, _TOP)
+    y_scale = _scale(values, *y_places, tight=False) if linear_to is None else _log_scale(values, *y_places, linear_to)
     body = [_grid(x_scale, y_scale), _labels(x_label, y_label)]
     base = HEIGHT - _BOTTOM
     for begin, end in spans:
@@ -93,9 +96,18 @@ class _Scale:
     begin: float
     end: float
     ticks: tuple[tuple[float, str], ...]
+    linear_to: float | None = None
 
     def at(self, value: float) -> float:
-        return self.begin + (value - self.low) / (self.high - self.low) * (self.end - self.begin)
+        share = (self._moved(value) - self._moved(self.low)) / (self._moved(self.high) - self._moved(self.low))
+        return self.begin + share * (self.end - self.begin)
+
+    def _moved(self, value: float) -> float:
+        """What is drawn in proportion: the value, or beyond `linear_to` one more for each power of ten."""
+        if self.linear_to is None:
+            return value
+        over = abs(value) / self.linear_to
+        return math.copysign(over if over <= 1.0 else 1.0 + math.log10(over), value)
 
 
 def _scale(values: Sequence[float], begin: float, end: float, *, tight: bool) -> _Scale:
@@ -109,6 +121,20 @@ def _scale(values: Sequence[float], begin: float, end: float, *, tight: bool) ->
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
     ticks = tuple((step * k, f"{step * k:.6g}") for k in range(first, last + 1))
     return _Scale(low, high, begin, end, ticks)
+
+
+def _log_scale(values: Sequence[float], begin: float, end: float, linear_to: float) -> _Scale:
+    """A scale around 0 and some values, with ticks at 0 and at powers of ten of `linear_to`."""
+
+    def beyond(size: float) -> list[float]:
+        powers = math.ceil(math.log10(max(size / linear_to, 1.0)) - 1e-9) if size > 0.0 else -1
+        return [linear_to * 10.0**k for k in range(powers + 1)]
+
+    places = [*(-value for value in beyond(-min(values))), 0.0, *beyond(max(values))]
+    if len(places) == 1:
+        places.append(linear_to)
+    ticks = tuple((value, f"{value:.6g}") for value in sorted(places))
+    return _Scale(min(places), max(places), begin, end, ticks, linear_to)
 
 
 def _step(least: float) -> float:

@@ -12,7 +12,11 @@ const near = new IntersectionObserver((entries) => {
   for (const { isIntersecting, target } of entries) if (isIntersecting) mount(target);
 }, { rootMargin: "300px" });
 places.forEach((place) => near.observe(place));
-addEventListener("beforeprint", () => places.forEach(mount));
+addEventListener("beforeprint", () => {
+  if (places.every((place) => place.dataset.mounted)) return;
+  places.forEach(mount);
+  dispatchEvent(new Event("beforeprint")); // again, for the players that were not there: each draws its stills
+});
 
 document.addEventListener("click", async (event) => {
   const button = event.target.closest(".copy");
