@@ -11,7 +11,11 @@ export function element(tag, properties = {}, ...children) {
     return made;
 }
 
-const SHAPES = { play: 'M5 3v18l16-9z', pause: 'M5 3h5v18h-5zM14 3h5v18h-5z', again: 'M12 4V0L5 6l7 6V8a5.5 5.5 0 1 1-5.5 5.5H3A9 9 0 1 0 12 4z' };
+const SHAPES = {
+    play: 'M5 3v18l16-9z',
+    pause: 'M5 3h5v18h-5zM14 3h5v18h-5z',
+    again: 'M12 4V0L5 6l7 6V8a5.5 5.5 0 1 1-5.5 5.5H3A9 9 0 1 0 12 4z',
+};
 
 export function icon(name) {
     const space = 'http://www.w3.org/2000/svg';
@@ -27,13 +31,13 @@ export function icon(name) {
 /** A length in mm with digits that fit it. */
 export function millimetres(length) {
     const size = Math.abs(length);
-    return `${length.toFixed(size < 0.1 ? 3 : size < 10 ? 2 : 1)} mm`;
+    return `${length.toFixed(size < 0.1 ? 3 : size < 10 ? 2 : 1)}\u00a0mm`;
 }
 
 export function placeText(motion, at) {
     if (motion.payload.axis === 'path') return `${(100 * at).toFixed(1)} %`;
-    const digits = Math.max(0, 3 - Math.floor(Math.log10(Math.max(motion.end, 1e-9))) - 1);
-    return `${at.toFixed(Math.min(6, digits))} s`;
+    const digits = 3 - Math.ceil(Math.log10(Math.max(motion.end, 1e-9)) - 1e-9);
+    return `${at.toFixed(Math.min(9, Math.max(0, digits)))} s`;
 }
 
 export function nearestText(motion, at) {
@@ -42,7 +46,25 @@ export function nearestText(motion, at) {
     const touch = touching === 0 ? '' : touching === 1 ? '; 1 pair touches' : `; ${touching} pairs touch`;
     if (!pair) return touching ? `${touching} pairs of panels touch` : '';
     const two = `panels ${names[pair[0]]} and ${names[pair[1]]}`;
-    return gap < 0 ? `${two} overlap by ${millimetres(-gap)}${touch}` : `nearest: ${two}, ${millimetres(gap)} apart${touch}`;
+    return gap < 0
+        ? `${two} overlap by ${millimetres(-gap)}${touch}`
+        : `nearest: ${two}, ${millimetres(gap)} apart${touch}`;
+}
+
+/** How much slower than in reality a motion plays, or faster, where it takes some seconds on the screen. */
+export function paceText({ payload, begin, end }, seconds) {
+    if (payload.axis !== 'time' || end <= begin) return '';
+    const ratio = seconds / (end - begin);
+    const rounded = (x) => String(Number(x.toPrecision(2)));
+    return ratio >= 1 ? `${rounded(ratio)} times slower than real` : `${rounded(1 / ratio)} times faster than real`;
+}
+
+/** Which panels have collided at a place, and when; empty before, and where none do. */
+export function clashText(motion, at) {
+    const { collision, labels } = motion.payload;
+    if (!collision || at < collision[0]) return '';
+    const [when, one, two] = collision;
+    return `panels ${labels.panels[one]} and ${labels.panels[two]} collided at ${placeText(motion, when)}`;
 }
 
 /** An angle in degrees, rounded up to two digits. */
