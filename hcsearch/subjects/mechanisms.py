@@ -50,7 +50,8 @@ def freedoms_of(folding: Folding, panel: PanelSize) -> list[Freedoms]:
 
 def _freedoms(joined: str, linkage: Linkage) -> Freedoms:
     ranks = (generic_rank(linkage), rank_at(linkage, linkage.folded), rank_at(linkage, linkage.flat))
-    return Freedoms(joined, *(rank.nullity for rank in ranks), linkage.pattern.kutzbach)
+    moving, folded, flat = (rank.nullity for rank in ranks)
+    return Freedoms(joined, moving, folded, flat, linkage.pattern.kutzbach)
 
 
 def lock_sentences(folding: Folding, panel: PanelSize) -> list[list[str]]:
@@ -64,7 +65,7 @@ def lock_sentences(folding: Folding, panel: PanelSize) -> list[list[str]]:
 
 def _locks(end: str, ways: dict[str, tuple[Linkage, Reals]]) -> list[list[str]]:
     """An end with rigid, and if that is locked with hinged flat pairs: hinged ones move more."""
-    found = []
+    found: list[list[str]] = []
     for pairs, (linkage, angles) in ways.items():
         lock = lock_at(linkage, angles)
         if not lock.locked:

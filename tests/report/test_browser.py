@@ -5,7 +5,6 @@ import re
 import pytest
 from matplotlib.image import imread
 
-from hcsearch.circuit import Circuit
 from hcsearch.drawing import draw_circuit
 from hcsearch.enumeration import enumerate_circuits
 from hcsearch.errors import HcsearchError
@@ -24,8 +23,12 @@ HELPERS = """
 const cards = () => [...document.querySelectorAll(".gallery .card")];
 const ids = () => cards().map((card) => Number(card.querySelector("h3").textContent.slice(1)));
 const byId = (name) => document.getElementById(name);
-const type = (text) => { byId("find").value = text; byId("find").dispatchEvent(new Event("input", {bubbles: true})); };
-const sort = (name) => { byId("column").value = name; byId("column").dispatchEvent(new Event("input", {bubbles: true})); };
+const set = (name, value) => {
+  byId(name).value = value;
+  byId(name).dispatchEvent(new Event("input", {bubbles: true}));
+};
+const type = (text) => set("find", text);
+const sort = (name) => set("column", name);
 """
 
 # Sorts, filters, scrolls and chooses foldings as a reader would.
@@ -40,20 +43,23 @@ box.click(); probe.untwisted = byId("state").textContent; box.click();
 type("#7"); probe.number = ids();
 type("no hex"); probe.words = byId("state").textContent;
 type("min_twist<=1 n_foldings>=2"); probe.numeric = byId("state").textContent;
-type("doff<=6"); probe.wrong = [byId("wrong").textContent, byId("find").getAttribute("aria-invalid"), byId("state").textContent];
+type("doff<=6");
+probe.wrong = [byId("wrong").textContent, byId("find").getAttribute("aria-invalid"), byId("state").textContent];
 type("nothing like it"); probe.none = !byId("none").hidden; type("");
 scrollTo(0, document.body.scrollHeight); dispatchEvent(new Event("scroll"));
 probe.last = ids().at(-1); probe.made = cards().length;
 scrollTo(0, 0); dispatchEvent(new Event("scroll"));
 type("n_foldings>=3");
-probe.chips = cards().map((card) => [...card.querySelectorAll(".fold")].map((chip) => [chip.className, chip.getAttribute("aria-pressed")]));
+const said = (chip) => [chip.className, chip.getAttribute("aria-pressed")];
+probe.chips = cards().map((card) => [...card.querySelectorAll(".fold")].map(said));
 const path = (card) => card.querySelector(".mountain").getAttribute("d");
 const before = path(cards()[0]);
 cards()[0].querySelector(".fold[aria-pressed=false]").click();
 probe.redrawn = [path(cards()[0]) !== before, cards()[0].querySelectorAll("[aria-pressed=true]").length];
 cards()[0].querySelector(".thumb").click();
 const large = byId("large");
-probe.large = [large.open, large.querySelectorAll(".numbers text").length, large.querySelectorAll(".foldings tbody tr").length];
+const count = (what) => large.querySelectorAll(what).length;
+probe.large = [large.open, count(".numbers text"), count(".foldings tbody tr")];
 large.querySelector(".close").click(); probe.closed = !large.open;
 dispatchEvent(new Event("beforeprint")); probe.printed = cards().length;
 dispatchEvent(new Event("afterprint"));
