@@ -30,6 +30,8 @@ from hcsearch.subjects.reading import Request, read_subject
 from hcsearch.subjects.scenes import stored_scene
 from hcsearch.twisting import twist
 
+NOT_JUDGED = "no stage has judged it in this scene: run `hcsearch enumerate` without --until"
+
 
 def design_data(
     circuit: Circuit, foldings: Sequence[Folding], db: str, database: Database | None, number: int, scene: str = DEFAULT
@@ -111,6 +113,8 @@ def _folding(folding: Folding, stored: _Known, scene: Scene, db: str) -> ShownFo
         known["freedoms"] = freedoms_of(folding, panel)
         known["locks"] = lock_sentences(folding, panel)
         known["motions"] = _motions(folding, stored, best_try(tried), db)
+    if not known["why"]:
+        known["why"] = "; ".join(motion.source for motion in known.get("motions", ())) or NOT_JUDGED
     return ShownFolding(folding=folding, row=row, twist=turns, room=room_of(folding, scene), tried=tried, **known)
 
 
