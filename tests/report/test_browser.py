@@ -159,14 +159,14 @@ def test_another_folding_can_be_chosen_and_a_design_enlarged(probe):
 def run_modules(folder, modules: tuple[str, ...], setup: object, code: str) -> object:
     """What a script made of some modules of the page computes; `setup` is what it is given as `given`."""
     (folder / "given.js").write_text(f"const given = {json.dumps(setup)};\n", encoding="utf-8")
-    script = joined_script(modules).removesuffix("})();\n") + f"probe.found = {code};\n}})();"
+    script = joined_script(modules).removesuffix("})();\n") + f"probe.computed = {code};\n}})();"
     page = folder / "modules.html"
     page.write_text(
         '<!DOCTYPE html><head><meta http-equiv="Content-Security-Policy" content=""></head><body><svg></svg>'
         '<script src="given.js"></script></body>',
         encoding="utf-8",
     )
-    return driven(page, script)["found"]
+    return driven(page, script)["computed"]
 
 
 def test_pictures_are_those_that_python_draws(tmp_path):
@@ -231,8 +231,8 @@ def test_the_box_understands_queries_as_the_database_does(database_file, tmp_pat
       const table = Table.read(given.data);
       try { return Conditions.selected(table, query).map((i) => table.designs.id[i]); } catch { return null; }
     })"""
-    found = run_modules(tmp_path, ("grammar", "conditions", "table"), given, code)
-    wrong = {query: (a, b) for query, a, b in zip(queries, found, expected, strict=True) if a != b}
+    chosen = run_modules(tmp_path, ("grammar", "conditions", "table"), given, code)
+    wrong = {query: (a, b) for query, a, b in zip(queries, chosen, expected, strict=True) if a != b}
     assert not wrong
     assert sum(ids is None for ids in expected) > 10
     assert len({tuple(ids) for ids in expected if ids}) > 20
