@@ -81,8 +81,8 @@ class Sheet:
         self.lines[layer].append(Line(tuple((float(x), float(y)) for x, y in points), closed, label))
 
     def write(self, text: str, middle: Point, height: float) -> None:
-        """Add a number, engraved about a point."""
-        for stroke in strokes(text, middle, height):
+        """Add a number, engraved about a point; with a line below where it may be read upside down."""
+        for stroke in strokes(text, middle, height, underlined=bool({"6", "9"} & set(text))):
             self.add("ENGRAVE", stroke, text)
 
 
