@@ -45,7 +45,7 @@ def test_fold_and_rabbit_ear_read_the_pattern_and_fold_it_as_it_is_folded(reader
     place = tmp_path / "design.fold"
     place.write_text(fold.write(value, Settings()), encoding="utf-8")
     done = subprocess.run(["node", readers, place], check=True, capture_output=True, text=True, timeout=120)
-    found, data = json.loads(done.stdout), json.loads(place.read_text(encoding="utf-8"))
+    found, data = json.loads(done.stdout.splitlines()[-1]), json.loads(place.read_text(encoding="utf-8"))
     counts = [len(data[key]) for key in ("vertices_coords", "edges_vertices", "faces_vertices")]
     assert found["counts"] == found["fold"]["counts"] == counts
     assert (found["summary"], found["fold"]["again"]) == ("valid", True)
@@ -65,9 +65,21 @@ def test_fold_and_rabbit_ear_read_the_pattern_and_fold_it_as_it_is_folded(reader
     check_orders(value, found, data)
 
 
+@pytest.mark.parametrize("name", ["unit-ii", "module-ii", "thesis-4x4"])
+def test_assemblies_fold_as_they_do_in_rabbit_ear(readers, tmp_path, name):
+    place = tmp_path / "assembly.fold"
+    place.write_text(fold.write(exported(name), Settings()), encoding="utf-8")
+    done = subprocess.run(["node", readers, place], check=True, capture_output=True, text=True, timeout=120)
+    found, data = json.loads(done.stdout.splitlines()[-1]), json.loads(place.read_text(encoding="utf-8"))
+    assert found["summary"] == "valid"
+    assert found["missed"] < 1e-6
+    check_orders(exported(name), found, data)
+
+
 def check_orders(value, found, data):
     """Layers are among those that the solver finds possible: above each other as it says, or all turned over."""
-    turned = [sign for sign, _ in value.folding.frames]
+    linkage = value.linkage
+    turned = np.sign(linkage.poses(linkage.folded)[list(linkage.pattern.panel_of), 2, 2])
     ours = {f"{f} {g}": s * turned[g] for f, g, s in data["file_frames"][0]["faceOrders"]}
     signs = {ours[pair] * order for pair, order in found["orders"].items()}
     assert len(found["orders"]) > 0
