@@ -148,10 +148,11 @@ class _Reader:
         sides: dict[Side, int] = {}
         joins: dict[Pair, Join] = {}
         for f, face in enumerate(faces):
-            own = [points[v] for v in face]
-            if not facet_area(own) > 0.0:
-                raise self._wrong(f"face {f} is no polygon that runs counterclockwise")
-            facets.append(tuple(points[v] for v in without_straight_corners(face, points, SAME)))
+            corners = tuple(points[v] for v in without_straight_corners(face, points, SAME))
+            whole = 2 < len(corners) == len(set(corners))
+            if not whole or not facet_area(corners) > SAME * math.dist(corners[0], corners[1]) ** 2:
+                raise self._wrong(f"face {f} is no polygon that runs counterclockwise, or a sliver")
+            facets.append(corners)
             for side in zip(face, [*face[1:], face[0]], strict=True):
                 if side in sides:
                     raise self._wrong(f"faces {sides[side]} and {f} overlap: they lie on one side of an edge")

@@ -145,13 +145,16 @@ class _Drawn:
         """The panels in rows, in their order."""
         import shapely  # noqa: PLC0415 - as above
 
-        parts = []
+        parts, marks = [], self._marks()
         for panel, polygon in enumerate(self.panels(trimmed=True)):
             part = Sheet()
             label = self.labels.panels[panel]
             for ring in _rings(self._grown(polygon)):
                 part.add("CUT", ring, label, closed=True)
-            self._mark_hinges(part, panel)
+            for layer, hinge, edge in marks[panel]:
+                inset = _INSET * self.size + 0.5 * self.settings.hinge_gap_mm
+                part.add(layer, _beside(edge, inset, _MARK), self.labels.hinges[hinge])
+                self._number_hinge(part, hinge, edge)
             part.write(label, _middle(polygon), _PANEL_DIGIT * self.size)
             parts.append(part)
         area = sum(shapely.box(*_bounds(part)).area for part in parts)
@@ -182,18 +185,15 @@ class _Drawn:
         kerf = 0.5 * self.settings.kerf_mm
         return polygon.buffer(kerf, join_style="mitre", mitre_limit=10.0) if kerf else polygon
 
-    def _mark_hinges(self, sheet: Sheet, panel: int) -> None:
-        """Marks beside the edges of a panel that carry hinges, on the layer of the face."""
+    def _marks(self) -> dict[int, list[tuple[str, int, tuple[Point, Point]]]]:
+        """Layer, hinge and edge of what is to be marked on each panel, which lies on the left of the edge."""
+        found: dict[int, list[tuple[str, int, tuple[Point, Point]]]] = defaultdict(list)
         for pair, crease in self.pattern.creases.items():
-            if crease.face is None:
-                continue
-            for facet, edge in zip(pair, (self.edge(pair), self.edge(pair)[::-1]), strict=True):
-                if self.pattern.panel_of[facet] == panel:
-                    hinge = self.pattern.hinge_of(pair)
-                    inset = _INSET * self.size + 0.5 * self.settings.hinge_gap_mm
-                    layer = "HINGE_TOP" if crease.face == "top" else "HINGE_BOTTOM"
-                    sheet.add(layer, _beside(edge, inset, _MARK), self.labels.hinges[hinge])
-                    self._number_hinge(sheet, hinge, edge)
+            if crease.face is not None:
+                layer = "HINGE_TOP" if crease.face == "top" else "HINGE_BOTTOM"
+                for facet, edge in zip(pair, (self.edge(pair), self.edge(pair)[::-1]), strict=True):
+                    found[self.pattern.panel_of[facet]].append((layer, self.pattern.hinge_of(pair), edge))
+        return found
 
     def _number_hinge(self, sheet: Sheet, hinge: int, edge: tuple[Point, Point]) -> None:
         """The number of a hinge on the left of its edge."""
