@@ -141,3 +141,5 @@ def test_check_ends_with_1_where_nothing_folds(run):
 def test_check_refuses_what_is_no_pattern(run):
     Path("bad.fold").write_text("no JSON", encoding="utf-8")
     assert "bad.fold is no FOLD file" in refusal(run("check", "bad.fold"))
+    assert "name a file .fold, or a notation" in refusal(run("check", "nothing"))
+    assert "name a file that is there" in refusal(run("check", "none.fold"))

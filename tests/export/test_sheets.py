@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import settings as profile
 from hypothesis import strategies as st
 
+from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.errors import HcsearchError
 from hcsearch.export import svg
 from hcsearch.export.digits import strokes
@@ -74,6 +75,16 @@ def test_the_sheet_in_one_piece_has_every_edge_once(value):
     )
     assert sum(shapely.LineString(points).length for points, _, _ in lines["SLIT"]) == pytest.approx(length, rel=1e-5)
     assert not any(closed for layer in LAYERS[1:] for _, closed, _ in lines[layer])
+
+
+@pytest.mark.parametrize("name", list(ASSEMBLIES))
+def test_sheets_of_assemblies_have_their_area(name):
+    value = exported(name)
+    area = pytest.approx(1e6 * value.linkage.pattern.area, rel=1e-5)
+    assert area_of(drawn(svg.write(value, Settings()))["CUT"]) == area
+    outlines = drawn(svg.write(value, Settings(sheet="panels")))["CUT"]
+    assert len(outlines) >= value.linkage.n_panels
+    assert area_of(outlines) == area
 
 
 def test_holes_shrink_by_the_kerf_and_the_outline_grows():
