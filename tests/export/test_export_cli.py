@@ -11,6 +11,7 @@ from hcsearch.cli import hcsearch
 from hcsearch.errors import HcsearchError, OutputError
 from hcsearch.export import FORMATS, export
 from hcsearch.export.formats import Format, format_of
+from hcsearch.export.reading import best_crease
 from hcsearch.export.settings import Settings, read_state
 from hcsearch.export.writing import write_export
 from hcsearch.folding import Folding
@@ -48,6 +49,22 @@ def test_each_format_has_a_module_with_a_writer_and_settings_that_there_are(form
     assert callable(form.write)
     assert all(ending.startswith(".") for ending in form.endings)
     assert form.takes <= set(Settings.__dataclass_fields__)
+
+
+def test_a_design_of_a_database_stands_for_its_best_folding(run):
+    assert run("enumerate", "--grid", "hex", "--n", "8", "--until", "mobility").exit_code == 0
+    listed = run("query", "untwisted", "-c", "id,circuit", "--format", "csv").output.splitlines()[1:]
+    number, circuit = listed[0].split(",")
+    assert run("export", number, "--output", "a.fold").exit_code == 0
+    assert f'"{circuit}:' in Path("a.fold").read_text(encoding="utf-8")
+    rows = [
+        {"status": None, "needed_margin": None, "dof": None, "crease": 0},
+        {"status": "movable", "needed_margin": 1e-2, "dof": 6, "crease": 1},
+        {"status": "deploys", "needed_margin": None, "dof": 7, "crease": 2},
+        {"status": "deploys", "needed_margin": 1e-2, "dof": 8, "crease": 3},
+        {"status": "deploys", "needed_margin": 1e-2, "dof": 6, "crease": 4},
+    ]
+    assert [best_crease(rows[:k]) for k in range(6)] == [None, None, 1, 2, 3, 4]
 
 
 def test_an_array_needs_no_folding(run):
