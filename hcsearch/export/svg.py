@@ -1,6 +1,6 @@
 """Sheets as SVG in millimetres, a layer a group, which Inkscape shows as layers.
 
-Origami Simulator reads no groups and does not close paths (its js/pattern.js): for it, all lines stand alone.
+Older versions of Origami Simulator read no groups and do not close paths: for it, all lines stand alone.
 """
 
 from __future__ import annotations
