@@ -96,7 +96,7 @@ def test_a_stored_design_shows_its_verdicts_and_paths(stored):
     assert first.why == (
         "panels 1 and 5 collide at 0.01 s; springs of the scene default, flat pairs hinged; a reason for movable"
     )
-    assert [motion.title for motion in first.motions] == ["Path", "Springs"]
+    assert [motion.title for motion in first.motions] == ["Planned path", "Motion by springs"]
     assert np.isclose(first.room.packed.height, 0.024)
     assert all(shown.status == "twisted" for shown in data.foldings[1:])
     joined = " ".join(said for _, said in Page(render_design(data)).texts)

@@ -5,7 +5,7 @@ function mount(place) {
   if (place.dataset.mounted) return;
   place.dataset.mounted = "yes";
   place.replaceChildren();
-  hcsearchPlayer.mount(place, motions[Number(place.dataset.motion)], {});
+  hcsearchPlayer.mount(place, motions[Number(place.dataset.motion)], { numbers: true });
 }
 
 const places = [...document.querySelectorAll(".player")];

@@ -15,16 +15,20 @@ const Dialog = (() => {
     return `hcsearch deploy ${table.designs.circuit[i]}:${crease[row]}${named}`;
   }
 
+  const named = ({ label, unit }) => label + (unit && `, ${unit}`);
+  const value = (quantity, known) => (known === null ? element("td", { class: "none" }, "–")
+    : element("td", { "data-name": named(quantity) }, Parts.written(known)));
+
   function foldings(table, i, rows) {
     const shown = COLUMNS.map((name) => table.folding_quantities.find((q) => q.name === name))
       .filter((q) => q && rows.some((row) => table.foldings[q.name][row] !== null));
-    const head = element("tr", {}, ...["creases", "status", ...shown.map((q) => q.label + (q.unit && `, ${q.unit}`)), "scene, and why"]
+    const head = element("tr", {}, ...["creases", "status", ...shown.map(named), "scene, and why"]
       .map((text) => element("th", { scope: "col" }, text)));
     const half = table.designs.circuit[i].split(":")[1].length / 2;
     const lines = rows.map((row) => element("tr", {},
       element("th", { scope: "row" }, `${table.foldings.crease[row]}|${table.foldings.crease[row] + half}`),
       element("td", {}, Parts.badge(Parts.foldingStatus(table, row))),
-      ...shown.map((q) => element("td", {}, table.foldings[q.name][row] === null ? "–" : Parts.written(table.foldings[q.name][row]))),
+      ...shown.map((q) => value(q, table.foldings[q.name][row])),
       element("td", { class: "reason" }, table.foldings.why[row] || "–")));
     return element("div", { class: "wide" }, element("table", { class: "foldings" }, element("thead", {}, head), element("tbody", {}, ...lines)));
   }
@@ -32,7 +36,7 @@ const Dialog = (() => {
   function play(table, row, place) {
     const payload = row === undefined ? null : table.player(row);
     place.hidden = !payload || typeof hcsearchPlayer === "undefined";
-    if (!place.hidden) player = hcsearchPlayer.mount(place, payload, {});
+    if (!place.hidden) player = hcsearchPlayer.mount(place, payload, { numbers: true });
   }
 
   function show(table, i, dialog) {
