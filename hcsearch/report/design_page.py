@@ -24,7 +24,7 @@ _ELSEWHERE = ("id", "array", "circuit", "grid", "design_id", "crease", "opposite
 def render_design(data: DesignData) -> str:
     """Write the HTML page of a design; all text is escaped, and its policy admits its scripts alone."""
     payloads = [motion.payload for shown in data.foldings for motion in shown.motions]
-    scripts = [*([player_script()] if payloads else []), joined_script(("design",))]
+    scripts = [*([player_script()] if payloads else []), joined_script(("copy", "design"))]
     return (
         environment()
         .get_template("design.html")

@@ -14,7 +14,7 @@ from hcsearch.player import player_script
 from hcsearch.report.data import ReportData
 from hcsearch.report.payload import as_script, page_data
 
-MODULES = ("geometry", "grammar", "conditions", "table", "parts", "card", "gallery", "dialog", "main")
+MODULES = ("geometry", "grammar", "conditions", "table", "parts", "card", "gallery", "dialog", "copy", "main")
 """Files of the script, each after those that it uses."""
 
 

@@ -154,6 +154,14 @@ def test_a_drag_turns_the_picture_and_all_of_it_stays_in_the_frame(tab, tmp_path
     assert differ(before, picture(tab)) > 0.02
 
 
+def test_the_panels_are_in_the_middle_of_the_picture_all_the_time(tab, tmp_path):
+    show(tab, bare(FOLDING), tmp_path)
+    tab.value(MOUNT % "{}")
+    for share in (0, 0.3, 0.6, 1):
+        cover = image(tab.value(f"handle.still({share}, 400, 300)"))[..., 3] > 0.5
+        assert np.argwhere(cover).mean(axis=0) == pytest.approx([150, 200], abs=45)
+
+
 def test_a_drag_with_shift_shifts_the_picture(tab, tmp_path):
     show(tab, player_html(replay_of(FOLDING)), tmp_path)
     before = picture(tab)[..., 3] > 0.5
