@@ -38,7 +38,7 @@ def design_data(
 ) -> DesignData:
     """Everything known of a design, whose circuit is in canonical order, and of some of its foldings in a scene.
 
-    database : from `open_readonly`, or None, and then motions are planned and let go anew. number : its id there.
+    database : from `open_readonly`, or None, and then motions are planned and simulated anew. number : its id there.
     db : names the database, for what is looked up by name.
     """
     values = SCENES[DEFAULT] if database is None else stored_scene(database, scene)

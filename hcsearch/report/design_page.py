@@ -18,7 +18,7 @@ from hcsearch.report.words import written
 from hcsearch.store.columns import DESIGNS, FOLDINGS, Quantity
 
 _ELSEWHERE = ("id", "array", "circuit", "grid", "design_id", "crease", "opposite", "twist", "untwisted", "status")
-"""Quantities that the page says in other places."""
+"""Quantities that stand elsewhere on the page."""
 
 
 def render_design(data: DesignData) -> str:
@@ -89,6 +89,6 @@ def _facts(quantities: tuple[Quantity, ...], row: object) -> list[tuple[str, str
         value = row.get(quantity.name)
         if value is None or quantity.name in _ELSEWHERE:
             continue
-        said = ("yes" if value else "no") if quantity.kind == "boolean" else written(value)
-        facts.append((quantity.title, f"{said} {quantity.unit}".rstrip(), quantity.note))
+        text = ("yes" if value else "no") if quantity.kind == "boolean" else written(value)
+        facts.append((quantity.title, f"{text} {quantity.unit}".rstrip(), quantity.note))
     return facts

@@ -85,18 +85,18 @@ def _angles(replay: Replay, marks: Sequence[Mark]) -> Plot:
 
 
 def _energies(deployment: Deployment, marks: Sequence[Mark]) -> Plot | None:
-    books = _telling(energies(deployment))
+    kinds = _changing(energies(deployment))
     times = np.asarray(deployment.motion.times, float)
-    if not books:
+    if not kinds:
         return None
-    columns = np.stack([1e3 * values for values in books.values()], axis=1)
+    columns = np.stack([1e3 * values for values in kinds.values()], axis=1)
     kept, _ = thinned(times, columns, _FINE * max(float(np.abs(columns).max()), 1e-300))
-    names = tuple(name.removesuffix("_J").replace("_", " ") for name in books)
+    names = tuple(name.removesuffix("_J").replace("_", " ") for name in kinds)
     curves = [Curve(name, times[kept].tolist(), columns[kept, k].tolist()) for k, name in enumerate(names)]
     title = "Energies"
     return Plot(title, plot(curves, title, "time, s", "energy, mJ", marks=marks), names)
 
 
-def _telling(books: Mapping[str, Reals]) -> dict[str, Reals]:
+def _changing(kinds: Mapping[str, Reals]) -> dict[str, Reals]:
     """Energies that change, and are numbers: what diverged may have overflowed."""
-    return {name: values for name, values in books.items() if np.isfinite(values).all() and np.ptp(values) > 0.0}
+    return {name: values for name, values in kinds.items() if np.isfinite(values).all() and np.ptp(values) > 0.0}

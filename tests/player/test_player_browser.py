@@ -202,8 +202,8 @@ def test_panels_are_where_python_places_them(tab, tmp_path):
         for share in (0.0, 0.37, 0.8, 1.0):
             at = payload["at"][0] + share * (payload["at"][-1] - payload["at"][0])
             data = "JSON.parse(document.getElementById('motion').textContent)"
-            found = np.array(tab.value(f"Array.from(hcsearchPlayer.poses({data}, {at}))")).reshape(-1, 3, 4)
-            assert found == pytest.approx(twin_poses(payload, at)[:, :3], abs=1e-9)
+            placed = np.array(tab.value(f"Array.from(hcsearchPlayer.poses({data}, {at}))")).reshape(-1, 3, 4)
+            assert placed == pytest.approx(twin_poses(payload, at)[:, :3], abs=1e-9)
 
 
 def test_a_page_has_one_webgl_context_and_plays_one_motion_at_a_time(tab, tmp_path):

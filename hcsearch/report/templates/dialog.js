@@ -43,14 +43,14 @@ const Dialog = (() => {
     stop();
     const rows = table.rows(i), crease = Card.drawn(table, i), row = table.row(i, crease), place = element("div", { class: "player" });
     const link = table.pages ? element("a", { href: table.pages.replace("{id}", table.designs.id[i]) }, "its own page") : null;
-    const said = row === undefined ? null : table.foldings.why[row];
+    const reason = row === undefined ? null : table.foldings.why[row];
     dialog.replaceChildren(element("div", { class: "card", "data-index": i },
       element("header", {}, element("h3", {}, `#${table.designs.id[i]}`), Parts.badge(table.status[i]), link,
         element("button", { type: "button", class: "copy close" }, "close")),
       element("div", { class: "thumb" }, Parts.picture(table, i, crease, true)),
       rows.length ? element("div", { class: "chips", role: "group", "aria-label": "Foldings" },
         ...rows.map((k) => Parts.chip(table, k, k === row))) : null,
-      said ? element("p", { class: "why" }, said) : null,
+      reason ? element("p", { class: "why" }, reason) : null,
       place,
       Parts.code("circuit notation", table.designs.circuit[i]),
       Parts.code("array notation", table.designs.array[i]),
