@@ -100,6 +100,7 @@ _DEPLOY = (
     "multibody.between.opening",
     "multibody.between.loose_share",
     "multibody.tree.work_for",
+    "collision.approaches.approach",
     "collision.clearance.judge",
 )
 _CHECK = ("deployment.checking.check_all", "linkage.loops.close_loops", "linkage.reaches.pairs_between")
