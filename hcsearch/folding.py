@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,10 @@ from hcsearch.grid import grid_named
 from hcsearch.kernels.circuits.folds import fold_words
 from hcsearch.pattern import RIGID, Crease, Pair, Pattern
 from hcsearch.records import CircuitBatch, FoldingBatch
+from hcsearch.scenes import PanelSize, default_panel
+
+if TYPE_CHECKING:
+    from hcsearch.linkage import Linkage
 
 Assignment = Literal["mountain", "valley", "flat"]
 Face = Literal["top", "bottom"]
@@ -172,7 +176,7 @@ class Folding:
                 pairs.append((b, a))
         return tuple(pairs)
 
-    def pattern(self, size: tuple[float, float, float], *, hinged: bool = False, merged: bool = False) -> Pattern:
+    def pattern(self, size: PanelSize, *, hinged: bool = False, merged: bool = False) -> Pattern:
         """The flat pattern of thick panels that folds so; facets are the panels of the circuit, in its order.
 
         size : length, width and thickness of a panel in metres; the side, twice, where cells are regular.
@@ -192,7 +196,29 @@ class Folding:
             creases[pair] = Crease(face, closes=not flat) if hinged or not flat else RIGID
         if merged:
             creases |= {(min(pair), max(pair)): RIGID for pair in self.mirror_pairs}
-        return Pattern(facets, creases, thickness)
+        return Pattern(facets, creases, thickness, of_circuit=True)
+
+    def linkage(
+        self,
+        panel: PanelSize | None = None,
+        *,
+        flat_pairs: Literal["rigid", "hinged"] = "rigid",
+        merged: bool = False,
+    ) -> Linkage:
+        """The folding as a linkage whose base is its bottom pair.
+
+        panel : length, width, thickness (m), those of the scene `default` unless given. flat_pairs : whether the pairs
+        that lie flat beside each other in both states are one panel each, or hinged. merged : mirror pairs made one.
+
+        >>> folding = Folding.from_notation("hex:0234550132:4")
+        >>> folding.linkage().n_hinges, folding.linkage(flat_pairs="hinged").n_hinges
+        (8, 10)
+        """
+        from hcsearch.linkage import Linkage  # noqa: PLC0415 - loads kernels that listing and showing do without
+
+        size = panel or default_panel(self.circuit.grid.name)
+        pattern = self.pattern(size, hinged=flat_pairs == "hinged", merged=merged)
+        return Linkage(pattern, base=pattern.panel_of[self.crease])
 
 
 def foldings(circuit: Circuit) -> list[Folding]:

@@ -32,7 +32,13 @@ from hcsearch.vocabulary import FORMULATIONS, INTEGRATORS
     "--tolerance", type=float, default=1e-6, show_default=True, help="Error of a step, relative and absolute."
 )
 @click.option("--spring", metavar="LAW", help="Moment-angle law of all hinges, as linear:0.1 (N m/rad).")
-@click.option("--springs", "own_springs", multiple=True, metavar="HINGE=LAW", help="Law of one hinge; may be repeated.")
+@click.option(
+    "--springs",
+    "own_springs",
+    multiple=True,
+    metavar="HINGE=LAW",
+    help="Law of one hinge, by its crease; may be repeated.",
+)
 @click.option("--damping", type=float, metavar="C", help="N m s/rad at every hinge.  [default: 0.043 s x stiffness]")
 @click.option("--start", type=float, metavar="SHARE", help="Of the folded angles.  [default: 0.999]")
 @click.option("--restitution", type=float, metavar="E", help="Of hinge stops, 0 to 1.  [default: 0]")
@@ -94,7 +100,7 @@ def _own_springs(options: dict[str, Any]) -> dict[str, Any]:
     if options["own_springs"]:
         pairs = [text.partition("=") for text in options["own_springs"]]
         for hinge, equals, _ in pairs:
-            if not (equals and hinge.isascii() and hinge.isdigit()):
+            if not (equals and hinge.isascii() and hinge.replace("+", "").isdigit()):
                 raise HcsearchError(f"cannot read --springs {hinge!r}: write HINGE=LAW, such as 3=linear:0.2")
         values["springs"] = {hinge: law for hinge, _, law in pairs}
         if len(values["springs"]) < len(pairs):
@@ -106,6 +112,7 @@ def _print(outcome: dict[str, Any]) -> None:
     """The outcome, one fact a line."""
     left, events, arrived = outcome.pop("left_out"), outcome.pop("events"), outcome.pop("arrivals")
     saved = outcome.pop("saved", None)
+    outcome["merged_panels"] = ", ".join(outcome["merged_panels"]) or "none"
     for name, value in outcome.items():
         shown = "-" if value is None else (f"{value:.6g}" if isinstance(value, float) else value)
         click.echo(f"{name.replace('_', ' '):24}{shown}")

@@ -10,12 +10,14 @@ from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.driving import Drives, drives_in
 from hcsearch.deployment.looks import Look, first_look, look_parts, scene_of, springs_of
+from hcsearch.deployment.naming import numbered
 from hcsearch.deployment.scales import settled
 from hcsearch.deployment.scene_files import read_file, scene_in, scene_with
 from hcsearch.deployment.springs import with_springs
 from hcsearch.errors import HcsearchError, SceneError
-from hcsearch.flat_pairs import folding_linkage
+from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import Folding
+from hcsearch.labels import labels_of
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import DEFAULT, FlatPairs, Scene, panel_of, panel_text
 from hcsearch.subjects.designs import folding_named
@@ -84,11 +86,10 @@ def read_subject(request: Request) -> Subject:
             raise HcsearchError(
                 f"{name} is an assembly with sizes of its own: leave out --panel, --across, --flat-pairs, --merge"
             )
-        return replace(_assembly(name, parameters, scene, content.get("formulation")), drives=_drives(content))
+        return _driven(_assembly(name, parameters, scene, content.get("formulation")), content)
     if parameters:
         raise HcsearchError(f"{name} is a design, which has no parameters: leave out [parameters], or name an assembly")
-    subject = _design(folding_named(name, request.db), scene, parts, request, content.get("formulation"))
-    return replace(subject, drives=_drives(content))
+    return _driven(_design(folding_named(name, request.db), scene, parts, request, content.get("formulation")), content)
 
 
 def read_folding(request: Request) -> tuple[Folding, Scene]:
@@ -115,8 +116,10 @@ def read_folding(request: Request) -> tuple[Folding, Scene]:
     return folding, replace(scene, panel=panel_of(scene, grid))
 
 
-def _drives(content: dict[str, Any]) -> Drives | None:
-    return drives_in(content["drive"]) if "drive" in content else None
+def _driven(subject: Subject, content: dict[str, Any]) -> Subject:
+    """The subject with its scene in numbers of the linkage, and the drives of a file, if it has any."""
+    drives = drives_in(content["drive"], labels_of(subject.linkage)) if "drive" in content else None
+    return replace(subject, scene=numbered(subject.scene, subject.linkage), drives=drives)
 
 
 def _assembly(name: str, parameters: dict[str, Any], scene: Scene, formulation: Formulation | None) -> Subject:
@@ -137,7 +140,7 @@ def _design(
     look = first_look(scene)
     if springs or (pairs is not None and pairs != look.pairs):
         look = Look(pairs or look.pairs, springs)
-    linkage = folding_linkage(folding, panel, hinged=look.pairs == "hinged", merged=look.pairs == "merged")
+    linkage = linkage_joined(folding, panel, look.pairs)
     way: FlatPairs = "hinged" if look.pairs == "hinged" else "rigid"
     if not look.first:
         scene = scene_of(settled(scene, linkage), look)

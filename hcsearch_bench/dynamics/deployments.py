@@ -14,7 +14,6 @@ import numpy as np
 from hcsearch.deployment.arrivals import Arrival, arrivals
 from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.deploying import Deployment, deploy, run
-from hcsearch.flat_pairs import folding_linkage
 from hcsearch_bench.dynamics.case_rows import gap_of
 from hcsearch_bench.subjects.deployments import SCENE, Case, DeploymentSubject
 
@@ -141,12 +140,12 @@ def arrivals_apart(ours: Sequence[Arrival], theirs: Sequence[Arrival]) -> float 
 
 def quick_row(name: str, designs: Sequence[Folding]) -> QuickRow:
     """The quick check of some foldings, the first one also to compile."""
-    deploy(folding_linkage(designs[0]), SCENE, tolerance=QUICK_TOLERANCE)
+    deploy(designs[0].linkage(), SCENE, tolerance=QUICK_TOLERANCE)
     whole, simulation, clearance = [], [], []
     outcomes: Counter[str] = Counter()
     for folding in designs:
         begin = time.perf_counter()
-        linkage = folding_linkage(folding)
+        linkage = folding.linkage()
         compiled = compile_scene(linkage, SCENE)
         built = time.perf_counter()
         deployment = run(compiled, tolerance=QUICK_TOLERANCE)
