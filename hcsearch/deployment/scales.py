@@ -31,7 +31,8 @@ _SPRING = law_named(_PLAIN.spring).mean_stiffness
 def settled(scene: Scene, linkage: Linkage) -> Scene:
     """The scene in numbers of a linkage, with nothing left to it.
 
-    Density, margin, spring range and seconds follow from the panels where the scene leaves them open. Seconds are never fewer than in the scene `default`; they are given to three digits, as springs are.
+    Density, margin, spring range and seconds follow from the panels where the scene leaves them open. Seconds are never
+    fewer than in the scene `default`; they are given to three digits, as springs are.
     """
     scene = numbered(scene, linkage)
     left_open = (scene.margin, scene.spring_range, scene.seconds)
