@@ -53,7 +53,7 @@ def divisible(circuits: CircuitBatch) -> NDArray[np.bool_]:
     return divides
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Folding:
     """A two-stack folding of a circuit: crease `crease` stays flat in the lowest layer, `opposite` in the highest.
 
@@ -94,6 +94,11 @@ class Folding:
 
     def __str__(self) -> str:
         return self.notation
+
+    def __repr__(self) -> str:
+        if self.circuit == self.circuit.canonical() and self.circuit.start is None:
+            return f"Folding.from_notation({self.notation!r})"
+        return f"Folding({self.circuit!r}, {self.crease})"
 
     def _repr_svg_(self) -> str:
         circuit = self.circuit
@@ -218,7 +223,9 @@ class Folding:
 
         size = panel or default_panel(self.circuit.grid.name)
         pattern = self.pattern(size, hinged=flat_pairs == "hinged", merged=merged)
-        return Linkage(pattern, base=pattern.panel_of[self.crease])
+        given = ["" if panel is None else repr(panel), "" if flat_pairs == "rigid" else f"flat_pairs={flat_pairs!r}"]
+        words = ", ".join(word for word in (*given, "merged=True" if merged else "") if word)
+        return Linkage(pattern, pattern.panel_of[self.crease], f"{self!r}.linkage({words})")
 
 
 def foldings(circuit: Circuit) -> list[Folding]:

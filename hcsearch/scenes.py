@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Literal
 
 from hcsearch.errors import SceneError
@@ -26,7 +26,7 @@ _ACROSS = {"square": 1.0, "hex": math.sqrt(3.0), "triangle": 0.5 * math.sqrt(3.0
 """Distance across flats (of a triangle its height) over the side."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Scene:
     """Panels, material, springs, stops, gravity, what is held, and the start of a deployment.
 
@@ -75,6 +75,10 @@ class Scene:
     stop_damping: float = 1.0
     cut_stiffness: float = 1e8
     cut_damping: float = 10.0
+
+    def __repr__(self) -> str:
+        changed = [own.name for own in fields(self) if getattr(self, own.name) != own.default]
+        return f"Scene({', '.join(f'{name}={getattr(self, name)!r}' for name in changed)})"
 
     def density_of(self, thickness: float) -> float:
         """Density of panels of a thickness (m), kg/m^3."""

@@ -56,9 +56,7 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
 
     Exit code: 0 where it deploys, flat and certified clear; 1 where it does not, or that is open; 2 for wrong input.
     """
-    from hcsearch.deployment import facts, pictures
-    from hcsearch.deployment.agreement import confirmed
-    from hcsearch.deployment.deploying import deploy as simulated
+    from hcsearch.api.deploying import deploy_subject
     from hcsearch.deployment.savings import savings
     from hcsearch.subjects.reading import read_subject
 
@@ -67,25 +65,20 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
     if options["picture"]:
         check_output(options["picture"], PICTURES)
     subject = read_subject(request_of(name, options | _own_springs(options)))
-    method, formulation = options["method"], options["formulation"] or subject.formulation or "constrained"
     if subject.drives is not None and options["explain"]:
         raise HcsearchError("of a scene with drives nothing is left out that counts: leave out --explain")
-    tolerance = options["tolerance"]
+    method, tolerance = options["method"], options["tolerance"]
     given = click.get_current_context().get_parameter_source("tolerance")
     if subject.drives is not None and given is ParameterSource.COMMANDLINE:
         raise HcsearchError("a motion under control has a tolerance of its own: leave out --tolerance")
-    deployment = simulated(
-        subject.linkage, subject.scene, formulation, method=method, tolerance=tolerance, drives=subject.drives
-    )
-    # under position control the flat time is the drives' own
-    agreement = None if subject.drives is not None else confirmed(deployment, method=method, tolerance=tolerance)
-    outcome = facts.facts(deployment, agreement)
+    deployed = deploy_subject(subject, formulation=options["formulation"], method=method, tolerance=tolerance)
+    outcome = deployed.facts()
     if options["explain"]:
-        outcome["saved"] = savings(deployment, method=method, tolerance=options["tolerance"])
+        outcome["saved"] = savings(deployed.deployment, method=method, tolerance=tolerance)
     if options["output"]:
-        write_table(options["output"], facts.table(deployment))
+        write_table(options["output"], deployed.table())
     if options["picture"]:
-        pictures.picture(deployment, options["picture"], f"{name}: {outcome['verdict']}, {outcome['reason']}")
+        deployed.picture(options["picture"])
     if as_json:
         click.echo(json.dumps(outcome, indent=2, allow_nan=False))
     else:

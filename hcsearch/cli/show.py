@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hcsearch.cli.options import database_option, default_database
+from hcsearch.cli.options import database_option
+from hcsearch.system.surroundings import default_database
 
 if TYPE_CHECKING:
     from hcsearch.circuit import Circuit

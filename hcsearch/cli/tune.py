@@ -59,30 +59,27 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
 
     Exit code: 0 where the springs that are chosen come flat, certified clear; 1 where none do; 2 for wrong input.
     """
+    from hcsearch.api.tuning import refuse_drives, tune_subject
     from hcsearch.store import open_database
     from hcsearch.subjects.reading import read_subject
     from hcsearch.tuning import facts
-    from hcsearch.tuning.ledger import Ledger
-    from hcsearch.tuning.tuning import tune as tuned
 
     if options["output"]:
         check_output(options["output"], (".toml",))
     catalogue, spread = _catalogue(options["catalogue"]), _spread(options["spreads"])
     subject = read_subject(request_of(name, options))
-    if subject.drives is not None:
-        raise HcsearchError(f"{name} has drives, and springs are tuned without: leave out its table [drive]")
+    refuse_drives(subject)
     _check_catalogue(catalogue, subject)
     with open_database(options["db"], create=True) as database, Meter("set") as meter:
-        tuning = tuned(
-            subject.linkage,
-            subject.scene,
-            options["formulation"] or subject.formulation,
+        tuning = tune_subject(
+            subject,
+            options["formulation"],
+            database,
             catalogue=catalogue,
             evaluations=options["evaluations"],
             samples=options["samples"],
             spread=spread,
             seed=options["seed"],
-            memory=Ledger(database, json.dumps(subject.key, sort_keys=True)),
             progress=meter,
         )
     if options["output"]:

@@ -22,7 +22,7 @@ def numbered(scene: Scene, linkage: Linkage) -> Scene:
     if isinstance(held, str) and held not in ("bottom", "free"):
         held = labels_of(linkage).panel(held)
     if isinstance(held, int) and not 0 <= held < linkage.n_panels:
-        raise HcsearchError(f"there is no panel {held}: hold one of {linkage.n_panels}, from 0 on")
+        raise HcsearchError(f"there is no panel {held}: hold one from 0 to {linkage.n_panels - 1}")
     return replace(scene, held=held, springs=_springs(scene, linkage))
 
 
@@ -42,7 +42,7 @@ def _springs(scene: Scene, linkage: Linkage) -> tuple[tuple[int, str], ...]:
     for name, law in scene.springs:
         hinge = labels.hinge(name) if labels is not None and isinstance(name, str) else int(name)
         if not 0 <= hinge < linkage.n_hinges:
-            raise HcsearchError(f"there is no hinge {hinge}: give springs to {linkage.n_hinges} hinges, from 0 on")
+            raise HcsearchError(f"there is no hinge {hinge}: give springs to hinges 0 to {linkage.n_hinges - 1}")
         if laws.setdefault(hinge, law) != law:
             raise HcsearchError(f"hinge {labels_of(linkage).hinges[hinge]} is given two springs: leave one out")
     return tuple(laws.items())

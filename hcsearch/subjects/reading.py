@@ -30,13 +30,14 @@ from hcsearch.vocabulary import Formulation
 class Request:
     """What a user asks for: a name, and what stands beside it.
 
-    name : DESIGN:CREASE, an assembly, or a file .toml. db : the database in which ids and scenes are looked up.
-    panel, across : sizes as texts in millimetres. values : more of the scene, by the names of a scene file.
+    name : DESIGN:CREASE, an assembly, a file .toml, or a folding. db : in which ids and scenes are looked up.
+    scene : its name, or itself. panel, across : sizes as texts in millimetres. values : more of the scene, by the names
+    of a scene file; panels and hinges by their names.
     """
 
-    name: str
+    name: str | Folding
     db: str
-    scene: str | None = None
+    scene: str | Scene | None = None
     panel: str | None = None
     across: str | None = None
     flat_pairs: FlatPairs | None = None
@@ -58,6 +59,11 @@ class Subject:
     drives: Drives | None = None
 
     @property
+    def title(self) -> str:
+        """The name of what it is."""
+        return str(next(iter(self.facts.values())))
+
+    @property
     def key(self) -> dict[str, Any]:
         """The key of its stored evaluations: what it is, with its sizes."""
         if self.scene.panel is None:
@@ -73,14 +79,14 @@ def read_subject(request: Request) -> Subject:
     """What a name or a file stands for, in its scene."""
     content: dict[str, Any] = {}
     name = request.name
-    if name.endswith(".toml"):
+    if isinstance(name, str) and name.endswith(".toml"):
         content = read_file(name)
         if not {"design", "assembly"} & set(content):
             raise SceneError(f"{name} must name a design or an assembly: write design = 'hex:0234550132:4'")
         name = content["design"] if "design" in content else content["assembly"]
     scene, parts = _scene(content, request)
     parameters = dict(content.get("parameters", {}))
-    if name in ASSEMBLIES:
+    if isinstance(name, str) and name in ASSEMBLIES:
         sized = request.panel or request.across or scene.panel
         if sized or request.merge or request.flat_pairs or "panel_mm" in content or parts:
             raise HcsearchError(
@@ -89,14 +95,14 @@ def read_subject(request: Request) -> Subject:
         return _driven(_assembly(name, parameters, scene, content.get("formulation")), content)
     if parameters:
         raise HcsearchError(f"{name} is a design, which has no parameters: leave out [parameters], or name an assembly")
-    return _driven(_design(folding_named(name, request.db), scene, parts, request, content.get("formulation")), content)
+    return _driven(_design(_folding(name, request.db), scene, parts, request, content.get("formulation")), content)
 
 
 def read_folding(request: Request) -> tuple[Folding, Scene]:
     """The folding that a name or a file stands for, and its scene, in which panels are settled and flat pairs open."""
     content: dict[str, Any] = {}
     name = request.name
-    if name.endswith(".toml"):
+    if isinstance(name, str) and name.endswith(".toml"):
         content = read_file(name)
         if "design" not in content:
             raise SceneError(f"{name} must name a design: write design = 'hex:0234550132:4'")
@@ -105,15 +111,19 @@ def read_folding(request: Request) -> tuple[Folding, Scene]:
         if content.get("formulation", "constrained") != "constrained":
             raise SceneError(f"{name} has formulation = {content['formulation']!r}: drives need 'constrained'")
         name = content["design"]
-    if name in ASSEMBLIES:
+    if isinstance(name, str) and name in ASSEMBLIES:
         raise HcsearchError(f"{name} is an assembly, which has no packed state in stacks: name DESIGN:CREASE")
-    folding = folding_named(name, request.db)
+    folding = _folding(name, request.db)
     scene, parts = _scene(content, request)
     if parts:
         raise SceneError(f"a drive needs no {parts[-1]!r}: name a scene, and --flat-pairs or --merge")
     grid = folding.circuit.grid.name
     scene = with_size(scene, request.panel, request.across, grid)
     return folding, replace(scene, panel=panel_of(scene, grid))
+
+
+def _folding(name: str | Folding, db: str) -> Folding:
+    return name if isinstance(name, Folding) else folding_named(name, db)
 
 
 def _driven(subject: Subject, content: dict[str, Any]) -> Subject:
@@ -153,8 +163,11 @@ def _design(
 
 def _scene(content: dict[str, Any], request: Request) -> tuple[Scene, list[str]]:
     """The scene of a file or by its name, with what the options change, and parts of the name that say how to look."""
-    base, parts = None, []
-    if (text := request.scene) is not None and text.strip():
+    base: Scene | None = None
+    parts: list[str] = []
+    if isinstance(text := request.scene, Scene):
+        base = text
+    elif text is not None and text.strip():
         named = [part.strip() for part in text.split(",")]
         before = list(named)
         look_parts(named)
