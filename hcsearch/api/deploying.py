@@ -33,19 +33,27 @@ def deploy(
     the scene, such as `gravity="0,0,-9.81"`, `held=3` and `springs={7: "linear:0.2"}`, with numbers as on pictures.
 
     >>> from hcsearch import Folding, deploy
-    >>> deploy(Folding.from_notation("hex:0234550132:4"), held="bottom")
-    <hex:0234550132:4: deploys, flat after 0.1 s>
+    >>> folding = Folding.from_notation("hex:0234550132:4")
+    >>> deploy(folding)
+    <hex:0234550132:4: deploys, flat after 0.1410 s>
+    >>> deploy(folding, springs={7: "linear:0.2"}).verdict
+    'undecided'
     """
     setting = Setting(scene, located(db), panel, across, flat_pairs, merge, values)
     return deploy_subject(setting.subject(what), formulation=formulation, method=method, tolerance=tolerance)
 
 
 def deploy_subject(
-    subject: Subject, *, formulation: Formulation | None = None, method: str | None = None, tolerance: float = 1e-6
+    subject: Subject,
+    *,
+    name: str | None = None,
+    formulation: Formulation | None = None,
+    method: str | None = None,
+    tolerance: float = 1e-6,
 ) -> Deployed:
-    """Deploy what was read, in the formulation that is asked for, or that its file names."""
+    """Deploy what was read, in the formulation that is asked for, or that its file names; name : to be shown."""
     return deployed(
-        subject.title,
+        name or subject.title,
         subject.linkage,
         subject.scene,
         formulation or subject.formulation or "constrained",

@@ -42,8 +42,8 @@ def enumerate_into(
     `untwisted`. scene, panel, across : as of `deploy`. Gives how many designs each stage leaves.
 
     >>> from hcsearch import enumerate_into
-    >>> enumerate_into("sqlite://", grid="hex", n=8, until="twist")  # a database in memory, gone at the end
-    Funnel(fixed_circuits=123, arrays=15, circuits=16, two_stack=2, untwisted=1, movable=None, deployable=None)
+    >>> enumerate_into("designs.sqlite", grid="hex", n=8, until="twist")
+    Funnel(fixed_circuits=123, arrays=14, circuits=16, two_stack=2, untwisted=1, movable=None, deployable=None)
     """
     own = array.grid if isinstance(array, Array) and grid is None else grid
     if own is None:

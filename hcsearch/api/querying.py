@@ -38,13 +38,12 @@ def read(
     some are named. view : designs, foldings, motions, deployments, evaluations, runs or units. scene, panel, across :
     whose verdicts are read.
 
-    >>> from hcsearch import enumerate_into, open_database, read
-    >>> with open_database("sqlite://") as database:  # in memory
-    ...     _ = enumerate_into(database, grid="hex", n=8, until="twist")
-    ...     read(database, "two_stack", columns="circuit,n_foldings,min_twist", sort="min_twist")
+    >>> from hcsearch import enumerate_into, read
+    >>> _ = enumerate_into("designs.sqlite", grid="hex", n=8, until="twist")
+    >>> read("designs.sqlite", "two_stack", columns="circuit,n_foldings,min_twist", sort="min_twist")
             circuit  n_foldings  min_twist
     0  hex:02234400           1          0
-    1  hex:02333500           1          1
+    1  hex:02334051           2          1
     """
     import pandas as pd  # noqa: PLC0415 - only where a table is wanted
 

@@ -71,7 +71,8 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
     given = click.get_current_context().get_parameter_source("tolerance")
     if subject.drives is not None and given is ParameterSource.COMMANDLINE:
         raise HcsearchError("a motion under control has a tolerance of its own: leave out --tolerance")
-    deployed = deploy_subject(subject, formulation=options["formulation"], method=method, tolerance=tolerance)
+    formulation = options["formulation"]
+    deployed = deploy_subject(subject, name=name, formulation=formulation, method=method, tolerance=tolerance)
     outcome = deployed.facts()
     if options["explain"]:
         outcome["saved"] = savings(deployed.deployment, method=method, tolerance=tolerance)

@@ -157,4 +157,4 @@ def _print(outcome: dict[str, Any]) -> None:
     click.echo("\nhinge" + "".join(f"{head:>11}" for head in heads) + "   N m, N m/rad, N m s/rad")
     columns = (outcome[name] for name in ("torque_N_m", "planned_torque_N_m", *lists[1:2], *lists[3:]))
     for hinge, row in zip(outcome["driven"], zip(*columns, strict=True), strict=True):
-        click.echo(f"{hinge:<5}" + "".join(f"{'-' if value is None else format(value, '.4g'):>11}" for value in row))
+        click.echo(f"{hinge!s:<5}" + "".join(f"{'-' if value is None else format(value, '.4g'):>11}" for value in row))

@@ -11,7 +11,7 @@ import numpy as np
 
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.dynamics.driving import Commands, Demand
-from hcsearch.errors import SceneError
+from hcsearch.errors import HcsearchError, SceneError
 from hcsearch.labels import Labels, plain
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals
@@ -103,7 +103,10 @@ def _driven(names: Any, labels: Labels) -> list[int]:
     """The hinges of names, as `drives_text` writes them."""
     if not isinstance(names, list) or not all(_is_name(name) for name in names):
         raise SceneError("[drive] must name each driven hinge once, as pictures do: write it with hcsearch drive")
-    return [labels.hinge(str(name)) for name in names]
+    try:
+        return [labels.hinge(str(name)) for name in names]
+    except HcsearchError as error:
+        raise SceneError(f"the drive is not one of this design: {error}; write it with hcsearch drive") from error
 
 
 def _is_name(name: Any) -> bool:
@@ -130,10 +133,10 @@ def drives_text(drives: Drives, labels: Labels) -> str:
         value = getattr(drives, name)
         if name in {"times", "angles", "torques"}:
             value = np.round(value, 9) + 0.0
-        plain = value.tolist() if isinstance(value, np.ndarray) else value
+        data = value.tolist() if isinstance(value, np.ndarray) else value
         if name in {"angles", "torques"}:
-            rows = ",\n".join(f"  {json.dumps(row)}" for row in plain)
+            rows = ",\n".join(f"  {json.dumps(row)}" for row in data)
             lines.append(f"{name} = [\n{rows},\n]")
         else:
-            lines.append(f"{name} = {json.dumps(plain)}")
+            lines.append(f"{name} = {json.dumps(data)}")
     return "".join(f"{line}\n" for line in lines)

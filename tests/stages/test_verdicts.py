@@ -19,6 +19,7 @@ from hcsearch.deployment.verdicts import verdicts
 from hcsearch.enumeration import PolygonSearch
 from hcsearch.folding import Folding, folding_at
 from hcsearch.grid import GRIDS
+from hcsearch.labels import labels_of
 from hcsearch.pipeline.judging import PIECE_SECONDS, Judge, Piece, pieces, seconds_of, unfinished
 from hcsearch.pipeline.rows import design_rows
 from hcsearch.pipeline.shards import candidates_of, run_shard
@@ -359,9 +360,11 @@ def test_a_verdict_has_a_reason():
     linkage = Folding.from_notation("hex:02234400:1").linkage()
     (checked,) = check([compile_scene(linkage, DEFAULT)])
     assert checked.verdict == "collides"
-    assert checked.reason == f"panels 3 and 5 collide at {checked.collision[0]:.4g} s"
+    labels = labels_of(linkage)
+    assert checked.reason(labels) == f"panels 4 and 7 collide at {checked.collision[0]:.4g} s"
     still = replace(checked, clear=True, collision=None, outcome="at rest", end_time=0.25)
-    assert (still.verdict, still.reason) == ("undecided", "at rest at 0.25 s, clear until then")
+    assert (still.verdict, still.reason(labels)) == ("undecided", "at rest at 0.25 s, clear until then")
     assert replace(still, outcome="flat").verdict == "deploys"
     wild = replace(checked, outcome="diverged", end_time=0.25)
-    assert (wild.verdict, wild.reason) == ("undecided", "diverged at 0.25 s, so nothing that it shows is certain")
+    assert wild.verdict == "undecided"
+    assert wild.reason(labels) == "diverged at 0.25 s, so nothing that it shows is certain"
