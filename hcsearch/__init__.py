@@ -15,6 +15,7 @@ TYPE_CHECKING = False  # as type checkers know it; `typing` takes longer to load
 if TYPE_CHECKING:
     from hcsearch.api.deploying import deploy
     from hcsearch.api.enumerating import enumerate_into
+    from hcsearch.api.exporting import save
     from hcsearch.api.querying import rank, read
     from hcsearch.api.replaying import replay
     from hcsearch.api.tuning import tune
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "api.deploying": ("deploy",),
     "api.enumerating": ("enumerate_into",),
+    "api.exporting": ("save",),
     "api.querying": ("rank", "read"),
     "api.replaying": ("replay",),
     "api.tuning": ("tune",),
@@ -89,6 +91,7 @@ __all__ = [
     "rank",
     "read",
     "replay",
+    "save",
     "select",
     "select_sql",
     "tune",

@@ -18,6 +18,7 @@ from hcsearch.kernels.circuits.folds import fold_words
 from hcsearch.pattern import RIGID, Crease, Pair, Pattern
 from hcsearch.records import CircuitBatch, FoldingBatch
 from hcsearch.scenes import PanelSize, default_panel
+from hcsearch.system.notebooks import notebook_view
 
 if TYPE_CHECKING:
     from hcsearch.linkage import Linkage
@@ -99,6 +100,9 @@ class Folding:
         if self.circuit == self.circuit.canonical() and self.circuit.start is None:
             return f"Folding.from_notation({self.notation!r})"
         return f"Folding({self.circuit!r}, {self.crease})"
+
+    def _repr_html_(self) -> str | None:
+        return notebook_view(self)
 
     def _repr_svg_(self) -> str:
         circuit = self.circuit

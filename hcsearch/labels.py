@@ -8,7 +8,7 @@ numbers of its pattern.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hcsearch.errors import HcsearchError
 from hcsearch.linkage import Linkage
@@ -23,7 +23,7 @@ class Labels:
 
     panels: tuple[str, ...]
     hinges: tuple[str, ...]
-    design: bool = False
+    design: bool = field(default=False, compare=False)
 
     @property
     def merged(self) -> tuple[str, ...]:

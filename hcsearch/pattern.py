@@ -116,7 +116,7 @@ class Pattern:
     @cached_property
     def edges(self) -> dict[Pair, tuple[Point, Point]]:
         """Edges shared by two facets (i, j), i < j, from start to end with facet i on the left."""
-        corners = _Places(self._tolerance)
+        corners = Places(self._tolerance)
         sides: dict[tuple[int, int], tuple[int, Point, Point]] = {}
         shared = {}
         for number, facet in enumerate(self.facets):
@@ -227,7 +227,7 @@ def overlay(patterns: Sequence[Pattern]) -> Pattern:
     edge; facets that overlap without sharing an edge are for the caller to exclude.
     """
     tolerance = min(pattern._tolerance for pattern in patterns)
-    centres = _Places(tolerance)
+    centres = Places(tolerance)
     facets: list[Facet] = []
     creases: dict[Pair, Crease] = {}
     loops: list[tuple[Pair, ...]] = []
@@ -258,7 +258,7 @@ _SHARE, _REACH = 0.25, 0.26
 """The tolerance as a share of the cells that points are looked up in, and how far a point looks, rounding included."""
 
 
-class _Places:
+class Places:
     """Numbers of points of the plane, the same for points nearer than a tolerance."""
 
     def __init__(self, tolerance: float) -> None:
@@ -268,6 +268,7 @@ class _Places:
         self._count = 0
 
     def number(self, point: Point) -> int:
+        """The number of a point: that of the first one that is the same."""
         x, y = point[0] / self._step, point[1] / self._step
         rows = range(math.floor(y - _REACH), math.floor(y + _REACH) + 1)
         for i in range(math.floor(x - _REACH), math.floor(x + _REACH) + 1):

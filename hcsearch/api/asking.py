@@ -42,9 +42,10 @@ class Setting:
 
     def request(self, what: str | Folding | Circuit) -> Request:
         """The request for something that has a name, or is a design."""
-        name = only_folding(what) if isinstance(what, Circuit) else what
+        folding = only_folding(what) if isinstance(what, Circuit) else None if isinstance(what, str) else what
+        name = what if isinstance(what, str) else str(folding)
         values = {} if self.values is None else dict(self.values)
-        return Request(name, self.db, self.scene, self.panel, self.across, self.flat_pairs, self.merge, values)
+        return Request(name, self.db, self.scene, self.panel, self.across, self.flat_pairs, self.merge, values, folding)
 
     def subject(self, what: Named) -> Subject:
         """What is meant, in its scene."""

@@ -11,11 +11,13 @@ from typing import Any, TextIO
 import click
 
 from hcsearch.cli.assembly import assembly
+from hcsearch.cli.check import check
 from hcsearch.cli.compile import compile_
 from hcsearch.cli.count import count
 from hcsearch.cli.deploy import deploy
 from hcsearch.cli.drive import drive
 from hcsearch.cli.enumerate import enumerate_
+from hcsearch.cli.export import export
 from hcsearch.cli.identify import identify
 from hcsearch.cli.query import query
 from hcsearch.cli.rank import rank
@@ -81,6 +83,8 @@ for command in (
     deploy,
     tune,
     drive,
+    export,
+    check,
     identify,
     units,
     compile_,

@@ -33,8 +33,13 @@ def folding_options(command: Command) -> Command:
     return _options(command, "DESIGN:CREASE|FILE.toml", "either")
 
 
+def circuit_options(command: Command) -> Command:
+    """The same where it is a circuit, all of whose foldings are looked at."""
+    return _options(command, "FILE.fold|CIRCUIT", "either")
+
+
 def _options(command: Command, names: str, flat_pairs: str, *own: Command) -> Command:
-    """The options that both have, and a command's own; the last one comes first in its help."""
+    """The options that all have, and a command's own; the last one comes first in its help."""
     options: tuple[Command, ...] = (
         database_option,
         click.option("--merge", is_flag=True, help="Make the two panels of each mirror pair of a design one."),

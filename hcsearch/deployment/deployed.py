@@ -11,6 +11,7 @@ from hcsearch.deployment.deploying import Deployment, deploy
 from hcsearch.deployment.driving import Drives
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
+from hcsearch.system.notebooks import notebook_view
 from hcsearch.vocabulary import Formulation, Verdict
 
 if TYPE_CHECKING:
@@ -57,6 +58,9 @@ class Deployed:
         from hcsearch.deployment.pictures import picture  # noqa: PLC0415 - matplotlib, only where a picture is wanted
 
         picture(self.deployment, path, f"{self.name}: {self.verdict}, {self.reason}")
+
+    def _repr_html_(self) -> str | None:
+        return notebook_view(self)
 
     def __repr__(self) -> str:
         return f"<{self.name}: {self.verdict}, {self.reason}>"

@@ -222,13 +222,22 @@ def _norm(matrix: Reals) -> float:
 
 
 def _products(screws: Reals, order: Whole) -> Reals:
-    """B of a loop, shape (6, m, m): half the slopes of first order of its series, beside a turn of each hinge alone."""
+    """B of a loop, shape (6, m, m), symmetric: the twist of the terms of second order of its product less 1.
+
+    `write_series` gives the same, hinge by hinge, in ten times as long.
+    """
     m = screws.shape[1]
-    products, course = np.zeros((6, m, m)), np.zeros((m, 4))
-    terms, slopes = np.zeros((ORDERS, 6)), np.zeros((ORDERS, 6, m))
-    for h in order:
-        course[h, 1] = 1.0
-        write_series(screws, order, course, np.eye(m), terms, slopes)
-        course[h, 1] = 0.0
-        products[:, h] = 0.5 * slopes[1]
+    products = np.zeros((6, m, m))
+    own = screws[:, order]
+    w, v = own[:3].T, own[3:].T
+    turn = np.cross(w[:, None], w[None])
+    shift = np.cross(w[:, None], v[None]) + np.cross(v[:, None], w[None])
+    bracket = np.concatenate([turn, shift], axis=2)  # [S_i, S_j], antisymmetric
+    later = np.triu(np.ones((len(order), len(order))), 1)[:, :, None]
+    half = 0.5 * bracket * later
+    half = 0.5 * (half + half.transpose(1, 0, 2))
+    moved = np.cross(w[:, None], v[None])  # the product of a twist with itself also moves
+    half[:, :, 3:] += 0.25 * (moved + moved.transpose(1, 0, 2))
+    for i, h in enumerate(order):
+        products[:, h, order] += half[i].T
     return products

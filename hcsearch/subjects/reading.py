@@ -30,12 +30,12 @@ from hcsearch.vocabulary import Formulation
 class Request:
     """What a user asks for: a name, and what stands beside it.
 
-    name : DESIGN:CREASE, an assembly, a file .toml, or a folding. db : in which ids and scenes are looked up.
-    scene : its name, or itself. panel, across : sizes as texts in millimetres. values : more of the scene, by the names
-    of a scene file; panels and hinges by their names.
+    name : DESIGN:CREASE, an assembly, or a file .toml. db : the database in which ids and scenes are looked up.
+    folding : what is meant, where it need not be read of the name. scene : its name, or itself. panel, across : sizes
+    as texts in millimetres. values : more of the scene, by the names of a scene file; panels and hinges by their names.
     """
 
-    name: str | Folding
+    name: str
     db: str
     scene: str | Scene | None = None
     panel: str | None = None
@@ -43,6 +43,7 @@ class Request:
     flat_pairs: FlatPairs | None = None
     merge: bool = False
     values: Mapping[str, Any] = field(default_factory=dict)
+    folding: Folding | None = None
 
 
 @dataclass(frozen=True)
@@ -79,14 +80,14 @@ def read_subject(request: Request) -> Subject:
     """What a name or a file stands for, in its scene."""
     content: dict[str, Any] = {}
     name = request.name
-    if isinstance(name, str) and name.endswith(".toml"):
+    if name.endswith(".toml"):
         content = read_file(name)
         if not {"design", "assembly"} & set(content):
             raise SceneError(f"{name} must name a design or an assembly: write design = 'hex:0234550132:4'")
         name = content["design"] if "design" in content else content["assembly"]
     scene, parts = _scene(content, request)
     parameters = dict(content.get("parameters", {}))
-    if isinstance(name, str) and name in ASSEMBLIES:
+    if name in ASSEMBLIES:
         sized = request.panel or request.across or scene.panel
         if sized or request.merge or request.flat_pairs or "panel_mm" in content or parts:
             raise HcsearchError(
@@ -95,14 +96,14 @@ def read_subject(request: Request) -> Subject:
         return _driven(_assembly(name, parameters, scene, content.get("formulation")), content)
     if parameters:
         raise HcsearchError(f"{name} is a design, which has no parameters: leave out [parameters], or name an assembly")
-    return _driven(_design(_folding(name, request.db), scene, parts, request, content.get("formulation")), content)
+    return _driven(_design(_folding(name, request), scene, parts, request, content.get("formulation")), content)
 
 
 def read_folding(request: Request) -> tuple[Folding, Scene]:
     """The folding that a name or a file stands for, and its scene, in which panels are settled and flat pairs open."""
     content: dict[str, Any] = {}
     name = request.name
-    if isinstance(name, str) and name.endswith(".toml"):
+    if name.endswith(".toml"):
         content = read_file(name)
         if "design" not in content:
             raise SceneError(f"{name} must name a design: write design = 'hex:0234550132:4'")
@@ -111,19 +112,27 @@ def read_folding(request: Request) -> tuple[Folding, Scene]:
         if content.get("formulation", "constrained") != "constrained":
             raise SceneError(f"{name} has formulation = {content['formulation']!r}: drives need 'constrained'")
         name = content["design"]
-    if isinstance(name, str) and name in ASSEMBLIES:
+    if name in ASSEMBLIES:
         raise HcsearchError(f"{name} is an assembly, which has no packed state in stacks: name DESIGN:CREASE")
-    folding = _folding(name, request.db)
+    folding = _folding(name, request)
+    return folding, _open_scene(content, request, folding.circuit.grid.name)
+
+
+def read_scene_of(request: Request, grid: str) -> Scene:
+    """The scene that a request asks for of designs of a grid, in which panels are settled and flat pairs open."""
+    return _open_scene({}, request, grid)
+
+
+def _open_scene(content: dict[str, Any], request: Request, grid: str) -> Scene:
     scene, parts = _scene(content, request)
     if parts:
-        raise SceneError(f"a drive needs no {parts[-1]!r}: name a scene, and --flat-pairs or --merge")
-    grid = folding.circuit.grid.name
+        raise SceneError(f"{parts[-1]!r} is a way to try a scene: name a scene alone, and --flat-pairs or --merge")
     scene = with_size(scene, request.panel, request.across, grid)
-    return folding, replace(scene, panel=panel_of(scene, grid))
+    return replace(scene, panel=panel_of(scene, grid))
 
 
-def _folding(name: str | Folding, db: str) -> Folding:
-    return name if isinstance(name, Folding) else folding_named(name, db)
+def _folding(name: str, request: Request) -> Folding:
+    return folding_named(name, request.db) if request.folding is None else request.folding
 
 
 def _driven(subject: Subject, content: dict[str, Any]) -> Subject:

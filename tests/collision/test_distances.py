@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from naive_distances import feature_distance, overlap_along_all
 
 from hcsearch.assemblies import ASSEMBLIES
+from hcsearch.collision.distances import Proximity, approach_speeds, proximal_distances
 from hcsearch.collision.penetration import penetration
 from hcsearch.deployment.deploying import deploy
 from hcsearch.errors import HcsearchError
@@ -17,7 +18,6 @@ from hcsearch.kernels.collision.distances import closest, closest_of_pairs, exha
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import RIGID, Crease, Pattern
 from hcsearch.scenes import SCENES
-from hcsearch_bench.collision.distances import Proximity, approach_speeds, proximal_distances
 
 NOWHERE = (-1, -1, -1, -1)
 NO_WAY = (0.0, 0.0, 0.0)

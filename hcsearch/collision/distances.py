@@ -11,9 +11,9 @@ import numpy as np
 from hcsearch.collision.penetration import TOUCH
 from hcsearch.collision.prisms import prisms_of
 from hcsearch.errors import HcsearchError
+from hcsearch.kernels.collision.gaps import PanelPairs, gaps_at
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals, Whole
-from hcsearch_bench.kernels.gaps import PanelPairs, gaps_at
 
 
 @dataclass(frozen=True)

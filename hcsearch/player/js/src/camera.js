@@ -1,0 +1,144 @@
+// Where the picture is taken from: it turns about the motion, and frames all of it from every side.
+
+import { move } from './motion.js';
+import { dot } from './vectors.js';
+
+export const FIELD = (24 * Math.PI) / 180;
+const STATES = 40;
+const DIRECTIONS = 240;
+const SPARE = 1.06;
+
+export class View {
+    constructor(motion, solids) {
+        this.points = extremes(motion, solids);
+        this.home = { turn: homeTurn(solids), lift: 0.72 };
+        this.reset();
+    }
+
+    reset() {
+        Object.assign(this, this.home, { zoom: 1, shift: [0, 0] });
+    }
+
+    orbit(turn, lift) {
+        this.turn += turn;
+        this.lift = Math.min(1.55, Math.max(-1.55, this.lift + lift));
+    }
+
+    zoomBy(factor) {
+        this.zoom = Math.min(8, Math.max(0.4, this.zoom * factor));
+    }
+
+    /** Shift the picture by shares of its height. */
+    pan(right, up) {
+        this.shift = [this.shift[0] + right / this.zoom, this.shift[1] + up / this.zoom];
+    }
+
+    /** Axes of the picture, where the camera stands, and what lies between the nearest and the farthest depth. */
+    frame(aspect) {
+        const [ct, st, cl, sl] = [Math.cos(this.turn), Math.sin(this.turn), Math.cos(this.lift), Math.sin(this.lift)];
+        const right = [-st, ct, 0];
+        const up = [-ct * sl, -st * sl, cl];
+        const back = [ct * cl, st * cl, sl];
+        const high = Math.tan(FIELD / 2);
+        const wide = high * aspect;
+        const local = this.points.map((point) => [dot(point, right), dot(point, up), dot(point, back)]);
+        let [x, y] = [middle(local, 0), middle(local, 1)];
+        const fitting = () =>
+            Math.max(
+                ...local.map((p) => p[2] + SPARE * Math.max(Math.abs(p[0] - x) / wide, Math.abs(p[1] - y) / high)),
+            );
+        let distance = fitting();
+        for (let round = 0; round < 4; round++) {
+            // what the picture shows is put in its middle, at the depth of the motion's middle
+            const depth = distance - middle(local, 2);
+            x +=
+                depth *
+                middle(
+                    local.map((p) => [(p[0] - x) / (distance - p[2])]),
+                    0,
+                );
+            y +=
+                depth *
+                middle(
+                    local.map((p) => [(p[1] - y) / (distance - p[2])]),
+                    0,
+                );
+            distance = fitting();
+        }
+        const farthest = Math.max(...local.map((point) => point[2]));
+        const centre = middle(local, 2);
+        const eye = centre + (distance - centre) / this.zoom;
+        const height = 2 * high * (distance - centre);
+        x -= this.shift[0] * height;
+        y -= this.shift[1] * height;
+        const position = [0, 1, 2].map((i) => x * right[i] + y * up[i] + eye * back[i]);
+        const deepest = Math.min(...local.map((point) => point[2]));
+        const span = farthest - deepest;
+        const near = Math.max(eye - farthest - 0.1 * span, 0.01 * span);
+        return { right, up, back, position, near, far: eye - deepest + 0.1 * span, high, wide };
+    }
+}
+
+function middle(points, i) {
+    let [low, high] = [Infinity, -Infinity];
+    for (const point of points) {
+        low = Math.min(low, point[i]);
+        high = Math.max(high, point[i]);
+    }
+    return (low + high) / 2;
+}
+
+/** Points of the motion that lie farthest out in some direction. */
+function extremes(motion, solids) {
+    const thickness = motion.payload.unit * motion.payload.thickness;
+    const corners = solids.flatMap(({ panel, points }) =>
+        points.flatMap(([x, y]) => [0, thickness].map((z) => [panel, x, y, z])),
+    );
+    const points = new Float64Array(3 * corners.length * (STATES + 1));
+    for (let k = 0, to = 0; k <= STATES; k++) {
+        const poses = motion.posesAt(motion.begin + (k / STATES) * (motion.end - motion.begin));
+        for (const [panel, x, y, z] of corners) {
+            move(poses, 12 * panel, x, y, z, points, to);
+            to += 3;
+        }
+    }
+    const found = new Set();
+    for (let k = 0; k < DIRECTIONS; k++) found.add(farthest(points, direction(k)));
+    return Array.from(found, (at) => points.slice(at, at + 3));
+}
+
+/** Direction k of those that lie about evenly on a sphere, along a spiral. */
+function direction(k) {
+    const z = 1 - (2 * k + 1) / DIRECTIONS;
+    const angle = k * Math.PI * (3 - Math.sqrt(5));
+    const across = Math.sqrt(1 - z * z);
+    return [across * Math.cos(angle), across * Math.sin(angle), z];
+}
+
+/** Where the point begins, among points one after the other, that lies farthest in a direction. */
+function farthest(points, [u, v, w]) {
+    let best = 0;
+    let most = -Infinity;
+    for (let at = 0; at < points.length; at += 3) {
+        const far = u * points[at] + v * points[at + 1] + w * points[at + 2];
+        if (far > most) {
+            best = at;
+            most = far;
+        }
+    }
+    return best;
+}
+
+/** The long side of the flat array runs across the picture, a little aslant. */
+function homeTurn(solids) {
+    let [xx, xy, yy] = [0, 0, 0];
+    const all = solids.flatMap((solid) => solid.points);
+    const [mx, my] = [0, 1].map((i) => all.reduce((sum, p) => sum + p[i], 0) / all.length);
+    for (const [x, y] of all) {
+        xx += (x - mx) ** 2;
+        xy += (x - mx) * (y - my);
+        yy += (y - my) ** 2;
+    }
+    const along = Math.abs(xx - yy) + Math.abs(xy) < 1e-6 * (xx + yy) ? 0 : 0.5 * Math.atan2(2 * xy, xx - yy);
+    return along - Math.PI / 2 - 0.42;
+}
