@@ -1,11 +1,9 @@
-"""What is asked for, in the words of Python: subjects, scenes, databases."""
+"""What is asked for, in the words of Python: subjects and their scenes."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 from hcsearch.circuit import Circuit
@@ -14,15 +12,12 @@ from hcsearch.deployment.scene_files import scene_with
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import SCENES, FlatPairs, Scene
-from hcsearch.store import Database, open_database, open_readonly
 from hcsearch.subjects.designs import only_folding
 from hcsearch.subjects.reading import Request, Subject, read_subject
 from hcsearch.subjects.scenes import read_scene
-from hcsearch.system.surroundings import default_database
 
 Named = str | Folding | Circuit | Linkage
 """What can be deployed or tuned: DESIGN:CREASE, an assembly, a file .toml, or a value."""
-Place = str | Path | Database
 
 
 @dataclass(frozen=True)
@@ -54,18 +49,3 @@ class Setting:
         scene = read_scene(self.scene, self.db) if isinstance(self.scene, str) else self.scene or SCENES["default"]
         scene = scene_with(scene, {} if self.values is None else self.values)
         return Subject(what, replace(numbered(scene, what), panel=None), None, {"linkage": repr(what)})
-
-
-def located(db: str | Path | None) -> str:
-    """The location of a database: the one that is named, else HCSEARCH_DB, else hcsearch.sqlite."""
-    return default_database() if db is None else str(db)
-
-
-def reading(db: Place | None) -> AbstractContextManager[Database]:
-    """A database, open to read."""
-    return nullcontext(db) if isinstance(db, Database) else open_readonly(located(db))
-
-
-def writing(db: Place | None, *, create: bool) -> AbstractContextManager[Database]:
-    """A database, open to write."""
-    return nullcontext(db) if isinstance(db, Database) else open_database(located(db), create=create)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from hcsearch.api.asking import Named, Setting, located
+from hcsearch.api.asking import Named, Setting
+from hcsearch.api.places import located
 from hcsearch.deployment.deployed import Deployed, deployed
 from hcsearch.scenes import FlatPairs, Scene
 from hcsearch.subjects.reading import Subject

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hcsearch.api.asking import Place, located, writing
+from hcsearch.api.places import Place, located, writing
 from hcsearch.enumeration import ArraySearch, Search, search_all
 from hcsearch.errors import HcsearchError
 from hcsearch.grid import Array, Grid, grid_named, parse_array

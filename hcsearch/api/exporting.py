@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from hcsearch.api.asking import Setting, located
+from hcsearch.api.asking import Setting
+from hcsearch.api.places import located
 from hcsearch.circuit import Circuit
 from hcsearch.export.writing import export
 from hcsearch.folding import Folding

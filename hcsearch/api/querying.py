@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
-from hcsearch.api.asking import Place, reading, writing
+from hcsearch.api.places import Place, reading, writing
 from hcsearch.errors import QueryError
 from hcsearch.ranking import Ranked, complete_weights, rank_designs, save_ranks
 from hcsearch.store import Database, Rows, select_sql, stream

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from hcsearch.api.asking import Named, Place, Setting, located, writing
+from hcsearch.api.asking import Named, Setting
+from hcsearch.api.places import Place, located, writing
 from hcsearch.errors import HcsearchError
 from hcsearch.scenes import FlatPairs, Scene
 from hcsearch.store import Database

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from typing import TYPE_CHECKING, Any
 
@@ -52,17 +53,18 @@ def mark_collision(axes: Axes, deployment: Deployment) -> None:
     if clearance.panels is not None and clearance.kind == "collides":
         what = collision_sentence(clearance.panels, clearance.time, labels_of(deployment.compiled.linkage))
     axes.axvline(clearance.time, color="red", linewidth=1.0)
+    ground = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0}
     axes.annotate(
         what, (clearance.time, 0.02), xycoords=axes.get_xaxis_transform(), color="red", fontsize="x-small", rotation=90,
-        ha="right", va="bottom",
+        ha="right", va="bottom", bbox=ground,
     )  # fmt: skip
 
 
 def head(axes: Axes, title: str) -> None:
-    """The title, in lines that fit."""
-    axes.set_title(
-        textwrap.fill(title, TITLE), fontsize="medium", parse_math=False
-    )  # files' names may hold dollar signs
+    """The title, in lines that fit and keep numbers with their units."""
+    joined = re.sub(r"(\d) (s|rad|mm)\b", "\\1\N{NO-BREAK SPACE}\\2", title)
+    text = textwrap.fill(joined, TITLE).replace("\N{NO-BREAK SPACE}", " ")
+    axes.set_title(text, fontsize="medium", parse_math=False)  # names of files may hold dollar signs
 
 
 def picture(deployment: Deployment, path: str, title: str) -> None:

@@ -19,10 +19,10 @@ def picture(drive: Drive, path: str) -> None:
     labels, deployment = labels_of(drive.linkage), drive.deployment
     figure = Figure(figsize=(9, 7), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
-    for column in np.delete(own.angles, own.driven, axis=1).T:
-        above.plot(own.times, column, linewidth=0.6, color="grey", alpha=0.6)
     for number, k in enumerate(own.driven):
-        above.plot(own.times, own.angles[:, k], label=labels.hinges[k], **look(number))
+        above.plot(own.times, own.angles[:, k], label=labels.hinges[k], zorder=3.0, **look(number))
+    for number, column in enumerate(np.delete(own.angles, own.driven, axis=1).T):
+        above.plot(own.times, column, linewidth=0.6, color="grey", alpha=0.6, label="_others" if number else "others")
     above.set(ylabel="fold angle, rad")
     reason = reason_with_clearance(deployment.reason, deployment.outcome, deployment.clearance, labels)
     head(above, f"{drive.folding.notation}: {reason}")

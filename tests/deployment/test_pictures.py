@@ -39,6 +39,8 @@ def test_long_titles_have_several_lines():
     axes = Figure().subplots()
     head(axes, "$x " * 100)
     assert axes.get_title().count("\n") >= 3
+    head(axes, "word " * 17 + "a 0.25 s b")
+    assert axes.get_title().splitlines()[1] == "0.25 s b"
 
 
 @pytest.fixture(scope="module")
