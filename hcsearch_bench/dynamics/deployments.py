@@ -14,6 +14,7 @@ import numpy as np
 from hcsearch.deployment.arrivals import Arrival, arrivals
 from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.deploying import Deployment, deploy, run
+from hcsearch.labels import labels_of
 from hcsearch_bench.dynamics.case_rows import gap_of
 from hcsearch_bench.subjects.deployments import SCENE, Case, DeploymentSubject
 
@@ -112,12 +113,12 @@ def _deployed(subject: DeploymentSubject, formulation: str, scene: Scene, second
 def _row(subject: DeploymentSubject, deployment: Deployment, ours: Deployment | None) -> DeploymentRow:
     compiled, scene = deployment.compiled, deployment.compiled.scene
     springs = compiled.formulation == "penalty"
-    arrived = arrivals(deployment)
+    arrived, names = arrivals(deployment), labels_of(compiled.linkage).hinges
     return DeploymentRow(
         *(subject.name, compiled.formulation, *METHODS[compiled.formulation]),
         *(None if springs else scene.restitution, scene.cut_stiffness if springs else None),
         *(deployment.outcome, float(deployment.motion.times[-1])),
-        arrivals=" ".join(f"{'+'.join(map(str, a.hinges))}@{1e3 * a.time:.2f}" for a in arrived[:ORDER]),
+        arrivals=" ".join(f"{'+'.join(names[k] for k in a.hinges)}@{1e3 * a.time:.2f}" for a in arrived[:ORDER]),
         apart=None if ours is None else arrivals_apart(arrivals(ours), arrived),
         events=len(deployment.motion.events),
         energy=compiled.factor * deployment.motion.drift,
