@@ -73,6 +73,12 @@ def labels_of(linkage: Linkage, *, design: bool | None = None) -> Labels:
     )
 
 
+def named_hinges(linkage: Linkage, hinges: Iterable[int]) -> str:
+    """Some hinges of a linkage by their names, in a sentence."""
+    names = labels_of(linkage).hinges
+    return ", ".join(names[hinge] for hinge in hinges) or "none"
+
+
 def plain(name: str) -> int | str:
     """A name as data: a number, but a text where it is one of several, `3+4`."""
     return int(name) if name.isdigit() else name

@@ -7,7 +7,7 @@ import numpy as np
 from hcsearch.collision.clearance import Clearance
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.dynamics.simulation import Motion
-from hcsearch.labels import Labels, labels_of
+from hcsearch.labels import Labels, named_hinges
 from hcsearch.vocabulary import Outcome
 
 
@@ -15,9 +15,7 @@ def reason_of_motion(compiled: Compiled, motion: Motion, sooner: str = "give it 
     """How a motion ended, and the remedy; sooner : the one against the end of the scene's time."""
     end = f"{motion.times[-1]:.4g} s"
     held = compiled.at_stops(motion.q[-1])
-    names = labels_of(compiled.linkage).hinges
-    shut = ", ".join(names[k] for k in held.closed) or "none"
-    opened = ", ".join(names[k] for k in held.open) or "none"
+    shut, opened = (named_hinges(compiled.linkage, hinges) for hinges in (held.closed, held.open))
     where = f"hinges {shut} closed, {opened} open"
     easier, tighter = "raise the tolerance, or take the implicit method", "lower the tolerance"
     closer = "take the compliant formulation, or start further from a singular state"
