@@ -177,7 +177,7 @@ class _Following:
             return Ending("lost closure", f"the start is not closed: its residual is {local.residual:.1e}")
         beyond = np.flatnonzero(margins(local.angles) < -SLACK) if self.limits.stops else ()
         if len(beyond):
-            names = named_hinges(self.linkage, beyond)
+            names = named_hinges(self.walker.linkage, beyond)
             return Ending("stopped", f"the start is beyond the stops of hinges {names}", tuple(map(int, beyond)))
         if local.rank.rank is None:
             return Ending("undecided", f"the rank at the start is not decided: a gap of {local.rank.gap:.1e} only")
@@ -193,7 +193,7 @@ class _Following:
             outward = np.where(last.angles < 0.5 * math.pi, -last.tangent, last.tangent)
             blocked = np.flatnonzero((margins(last.angles) <= SLACK) & (outward > 1e-6))
             if len(blocked):
-                return _stopped(self.linkage, blocked)
+                return _stopped(self.walker.linkage, blocked)
         if last.length >= self.limits.length * (1 - 1e-12):
             return Ending("length", f"at length {last.length:.6g}")
         if len(self.states) > self.limits.max_steps:
@@ -280,7 +280,7 @@ class _Following:
             if stop is not last:
                 self.states.append(stop)
             met = (margins(stop.angles) <= SLACK) & (margins(after.angles) < -SLACK)
-            return _stopped(self.linkage, np.flatnonzero(met))
+            return _stopped(self.walker.linkage, np.flatnonzero(met))
         if self.watched:
             for event in singular_states(self.walker, before, last, after):
                 self.events.append(event)
