@@ -42,11 +42,10 @@ def _one_array() -> None:
 def _check() -> None:
     from hcsearch.deployment.checking import check
     from hcsearch.deployment.compiling import compile_scene
-    from hcsearch.flat_pairs import folding_linkage
     from hcsearch.folding import Folding
     from hcsearch.scenes import SCENES
 
-    linkage = folding_linkage(Folding.from_notation(_FOLDING))
+    linkage = Folding.from_notation(_FOLDING).linkage()
     check([compile_scene(linkage, SCENES["default"])], whole=False)
 
 
