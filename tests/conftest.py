@@ -14,7 +14,10 @@ from tests.faults.summary import pytest_terminal_summary
 
 __all__ = ["pytest_terminal_summary"]
 
-EXTRAS = ("coal", "distributed", "exudyn", "graphillion", "mujoco", "ompl", "pinocchio", "psutil", "psycopg")
+EXTRAS = (
+    *("coal", "distributed", "exudyn", "graphillion", "mujoco", "OCP", "ompl", "pinocchio", "psutil", "psycopg"),
+    "trimesh",
+)
 """Modules that only extras install; but pyarrow, which pandas takes for its own texts where it is installed."""
 
 # the first example of a test may compile a kernel

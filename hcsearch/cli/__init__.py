@@ -16,6 +16,7 @@ from hcsearch.cli.count import count
 from hcsearch.cli.deploy import deploy
 from hcsearch.cli.drive import drive
 from hcsearch.cli.enumerate import enumerate_
+from hcsearch.cli.export import export
 from hcsearch.cli.identify import identify
 from hcsearch.cli.query import query
 from hcsearch.cli.rank import rank
@@ -81,6 +82,7 @@ for command in (
     deploy,
     tune,
     drive,
+    export,
     identify,
     units,
     compile_,

@@ -1,0 +1,72 @@
+"""`hcsearch export`: a design or an assembly as a file that other programs read."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from hcsearch.cli.options import Number
+from hcsearch.cli.subjects import request_of, subject_options
+from hcsearch.export.formats import FORMATS
+from hcsearch.export.settings import PROFILES, SHEETS
+
+_SETTINGS = ("state", "sheet", "kerf_mm", "hinge_gap_mm", "profile", "part", "contact", "timestep_s")
+
+
+@click.command(
+    epilog="Example: hcsearch export hex:0234435011:1 --output design.fold; "
+    "hcsearch export 17:4 --output sheet.dxf --sheet panels --kerf 0.2; "
+    "hcsearch export thesis-4x4 --motion springs --output motion.csv"
+)
+@subject_options
+@click.option("--output", required=True, metavar="FILE", help="The file to write; its ending names the format.")
+@click.option(
+    "--format", "format_name", type=click.Choice(tuple(FORMATS)), help="The format, where the ending leaves it open."
+)
+@click.option(
+    "--motion",
+    type=click.Choice(("path", "springs")),
+    help="The motion: a planned path from packed to flat, or what springs do.  [default: the path, where there is one]",
+)
+@click.option("--state", metavar="flat|folded|SHARE", help="Of solids: an end, or a share of the motion.")
+@click.option("--sheet", type=click.Choice(SHEETS), help="The sheet in one piece, or its panels apart.")
+@click.option("--kerf", "kerf_mm", type=Number(min=0.0, max=10.0), metavar="MM", help="Width of a cut.")
+@click.option(
+    "--hinge-gap", "hinge_gap_mm", type=Number(min=0.0), metavar="MM", help="What hinge lines end short of corners by."
+)
+@click.option("--profile", type=click.Choice(PROFILES), help="Colours for a laser cutter or for Origami Simulator.")
+@click.option("--part", metavar="PANEL", help="Of solids: one panel, by its name.  [default: all]")
+@click.option("--contact", is_flag=True, default=None, help="Let panels collide in MuJoCo.")
+@click.option(
+    "--timestep",
+    "timestep_s",
+    type=Number(min=1e-9, max=1.0),
+    metavar="S",
+    help="Time step of MuJoCo, s.  [default: the scene's time / 50000]",
+)
+def export(subject: str, output: str, format_name: str | None, motion: Any, **options: Any) -> None:
+    """Write a design, a folding or an assembly to a file that other programs read.
+
+    Formats, by their endings: {formats}.
+    """
+    from hcsearch.export.formats import format_of
+    from hcsearch.export.reading import exported_named
+    from hcsearch.export.settings import read_state
+    from hcsearch.export.writing import settings_of, write_export
+    from hcsearch.system.outputs import check_output
+
+    wanted = format_of(output, format_name)
+    given = {name: options[name] for name in _SETTINGS if options[name] is not None}
+    if "state" in given:
+        given["state"] = read_state(given["state"])
+    settings = settings_of(wanted, given)
+    check_output(output)
+    wanted.check_installed()
+    exported = exported_named(request_of(subject, options), wanted, motion, settings.state)
+    for path in write_export(output, wanted, exported, settings):
+        click.echo(path)
+
+
+_LISTED = "; ".join(f"{' or '.join(form.endings)} ({form.name}), {form.what}" for form in FORMATS.values())
+export.help = (export.help or "").replace("{formats}", _LISTED)

@@ -1,0 +1,121 @@
+"""A scene as simulators take it: a tree of links, whose loops are cut through panels, and the welds that close them.
+
+Every hinge stays a joint of the tree, with its spring, its damper and its stops; where a loop closes, a panel is cut
+into parts of equal mass that are welded to each other (`dynamics.panels`). Frames of links lie in the middle of the
+hinge that they hang on, with the axes of the flat state: all fold angles 0 is the flat state.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcsearch.deployment.compiling import OMISSIONS, compile_scene, held_panel
+from hcsearch.dynamics.bodies import Body
+from hcsearch.dynamics.laws import Law
+from hcsearch.dynamics.panels import panel_bodies
+from hcsearch.dynamics.system import JointDrive
+from hcsearch.errors import HcsearchError
+from hcsearch.labels import Labels
+from hcsearch.linkage import Linkage
+from hcsearch.scenes import Scene
+from hcsearch.typing import Reals
+
+
+@dataclass(frozen=True)
+class Joined:
+    """The joint on which a link hangs: a hinge.
+
+    above : number of the other link. axis : unit vector, about which the link turns by the fold angle.
+    """
+
+    name: str
+    hinge: int
+    above: int
+    axis: Reals
+    drive: JointDrive
+
+
+@dataclass(frozen=True)
+class Link:
+    """A panel, or a part of one that is cut.
+
+    whole : whether the panel's shape goes with this link: it is its first part. frame : where its frame lies in the
+    flat state, m. body : its mass properties there. joined : None of the base.
+    """
+
+    name: str
+    panel: int
+    whole: bool
+    frame: Reals
+    body: Body
+    joined: Joined | None
+
+
+@dataclass(frozen=True)
+class Closure:
+    """Two parts of a panel that move as one: numbers of links, and a point of both in the flat state, m."""
+
+    name: str
+    first: int
+    second: int
+    point: Reals
+
+
+@dataclass(frozen=True)
+class CutTree:
+    """The links, each after the one that it hangs on, the first of which is the base; and what closes the loops.
+
+    floats : whether the base is free, with the scene's floating body as part of it; else it is held.
+    start : (n_hinges,), fold angles at which the scene starts, rad.
+    """
+
+    linkage: Linkage
+    scene: Scene
+    links: tuple[Link, ...]
+    closures: tuple[Closure, ...]
+    floats: bool
+    start: Reals
+
+
+def cut_tree(linkage: Linkage, labels: Labels, scene: Scene) -> CutTree:
+    """The links of a scene; HcsearchError as of `compile_scene`."""
+    compiled = compile_scene(linkage, scene, keep=frozenset(OMISSIONS))
+    system, held = compiled.system, held_panel(linkage, scene)
+    shift = int(np.count_nonzero(~compiled.hinged))
+    base = system.bodies[shift - 1] if shift else panel_bodies(linkage, compiled.scene.density)[held]
+    links = [Link(_panel(labels, held), held, True, np.zeros(3), base, None)]
+    hinge_of = {int(joint): hinge for hinge, joint in enumerate(compiled.joint_of)}
+    parts = {held: 1}
+    for i in range(shift, system.n_joints):
+        joint, hinge = system.joints[i], hinge_of[i]
+        above = max(0, joint.parent - shift + 1)
+        ends = linkage.pattern.hinges[hinge]
+        panel = ends.second if ends.first == links[above].panel else ends.first
+        parts[panel] = parts.get(panel, 0) + 1
+        name = _panel(labels, panel) + ("" if parts[panel] == 1 else f"_part{parts[panel]}")
+        joined = Joined(f"hinge_{labels.hinges[hinge]}", hinge, above, joint.axis, system.drives[i])
+        links.append(Link(name, panel, parts[panel] == 1, joint.point, system.bodies[i], joined))
+    closures = tuple(
+        Closure(f"closure_{k}", max(0, weld.first - shift + 1), weld.second - shift + 1, weld.point)
+        for k, weld in enumerate(system.welds)
+    )
+    start = compiled.start[compiled.joint_of]
+    return CutTree(linkage, compiled.scene, tuple(links), closures, bool(shift), start)
+
+
+def line_of(law: Law, name: str) -> tuple[float, float]:
+    """Stiffness (N m/rad) and moment at angle 0 (N m) of a linear law; HcsearchError for others, naming the hinge."""
+    pieces = law.straight.cubics
+    if law.bent is not None or len(pieces) > 1 or any(pieces[0][2:]):
+        raise HcsearchError(
+            f"{name} has the law {law.text or 'of a table'}, and MuJoCo's springs are linear: give it one, such as "
+            f"linear:{law.mean_stiffness:.3g}, which has its mean stiffness"
+        )
+    moment, stiffness, *_ = pieces[0]
+    return stiffness, moment - stiffness * law.straight.breaks[0]
+
+
+def _panel(labels: Labels, panel: int) -> str:
+    return f"panel_{labels.panels[panel]}"

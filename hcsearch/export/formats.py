@@ -1,0 +1,106 @@
+"""The formats of exports. A format is a module here with a function `write`, and one line in this list.
+
+Loads nothing that is heavy: the command line names formats in its help.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, Protocol
+
+from hcsearch.errors import HcsearchError, OutputError
+
+if TYPE_CHECKING:
+    from hcsearch.export.exported import Exported
+    from hcsearch.export.settings import Settings
+
+Of = Literal["array", "pattern", "motion"]
+Content = str | bytes
+Files = Content | Mapping[str, Content]
+"""What a writer returns: the file, or files by what follows the stem of its name, as `.urdf` and `.closure.json`.
+
+Of several, the first is the file that was asked for.
+"""
+
+
+class Writer(Protocol):
+    """The function `write` of a format's module."""
+
+    def __call__(self, exported: Exported, settings: Settings) -> Files:
+        """Contents of the file, and of any beside it."""
+
+
+@dataclass(frozen=True)
+class Format:
+    """One format.
+
+    name : the word of `--format`. endings : of its files, the usual one first. what : what a file holds, in a phrase.
+    of : what it is made from: the array alone, which needs no folding; the pattern, in one state; or a motion.
+    takes : the settings that it heeds (`Settings`), beside the subject's own. frames : whether a format of the pattern
+        also holds a motion where one is asked for by `--motion`.
+    needs : modules that an extra of that name installs. module : in this folder, unless it is the name.
+    """
+
+    name: str
+    endings: tuple[str, ...]
+    what: str
+    of: Of = "pattern"
+    takes: frozenset[str] = frozenset()
+    frames: bool = False
+    extra: str = "export"
+    needs: tuple[str, ...] = ()
+    module: str = ""
+
+    @property
+    def write(self) -> Writer:
+        """Its writer; HcsearchError where what it needs is not installed."""
+        self.check_installed()
+        found: Writer = import_module(f"hcsearch.export.{self.module or self.name}").write
+        return found
+
+    def check_installed(self) -> None:
+        """HcsearchError that names the extra, where what the format needs is not installed."""
+        missing = [name for name in self.needs if find_spec(name) is None]
+        if missing:
+            raise HcsearchError(f"{self.name} needs {missing[0]}: pip install 'hcsearch[{self.extra}]'")
+
+
+_SOLID = frozenset({"state", "part"})
+
+FORMATS: dict[str, Format] = {
+    form.name: form
+    for form in (
+        Format("csv", (".csv",), "fold angles and gaps along the motion, as a table", of="motion"),
+        Format("parquet", (".parquet",), "the same table", of="motion", extra="parquet", needs=("pyarrow",)),
+        Format("networkx", (".json",), "panels, creases and slits as a graph: node-link JSON", of="array"),
+        Format("graph6", (".g6",), "which panels are neighbours, as graph6", of="array"),
+        Format("glb", (".glb",), "the motion as an animated scene: binary glTF 2.0", of="motion"),
+        Format("stl", (".stl",), "triangles of all panels, or of one, in millimetres", takes=_SOLID),
+        Format("3mf", (".3mf",), "an object for each panel, to be printed", takes=_SOLID, module="threemf"),
+        Format("step", (".step", ".stp"), "an exact solid for each panel, for CAD systems", takes=_SOLID),
+        Format("mjcf", (".xml",), "the scene as a model of MuJoCo", takes=frozenset({"contact", "timestep_s"})),
+        Format("urdf", (".urdf",), "the scene as a tree of links, with what closes its loops beside"),
+    )
+}
+
+
+def format_of(path: str, name: str | None = None) -> Format:
+    """The format of a name, or of a file's ending; OutputError where neither says which, or they differ."""
+    if name is not None:
+        if name not in FORMATS:
+            raise OutputError(f"there is no format {name!r}: choose one of {', '.join(FORMATS)}")
+        found = FORMATS[name]
+        if Path(path).suffix.lower() not in found.endings:
+            raise OutputError(f"{path} is no name for a file of the format {name}: write {' or '.join(found.endings)}")
+        return found
+    known = [form for form in FORMATS.values() if Path(path).suffix.lower() in form.endings]
+    if not known:
+        endings = ", ".join(form.endings[0] for form in FORMATS.values())
+        raise OutputError(f"{path} has no known ending: write {endings}")
+    if len(known) > 1:
+        raise OutputError(f"{path} may be {' or '.join(form.name for form in known)}: name one with --format")
+    return known[0]

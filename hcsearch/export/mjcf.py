@@ -1,0 +1,193 @@
+"""MJCF, the format of MuJoCo: a scene with its springs, dampers, stops, gravity and start, loops closed by welds.
+
+Loops are cut through panels whose parts are welded to each other, so that every hinge is a joint. SI units; joints are
+fold angles, 0 flat. MuJoCo's constraints are soft: how far it then moves beside us is in docs/export_solids.md.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree as Xml
+
+import numpy as np
+
+from hcsearch.collision.prisms import prisms_of
+from hcsearch.errors import HcsearchError
+from hcsearch.export.cut_trees import CutTree, Link, cut_tree, line_of
+from hcsearch.labels import Labels
+from hcsearch.linkage import Linkage
+from hcsearch.scenes import Scene
+
+if TYPE_CHECKING:
+    from hcsearch.export.exported import Exported
+    from hcsearch.export.settings import Settings
+
+STEPS = 50_000
+"""In the time that a scene is given; a step is 0.02 ms for panels of 50 mm, which the stiff welds ask for."""
+STIFF = 0.9999
+"""The greatest impedance that MuJoCo has: constraints then give way least."""
+ITERATIONS, TOLERANCE = 50, 1e-12
+"""Of its solver, which needs few steps as nothing but welds and stops are constraints."""
+_COLOURS = ("0.86 0.83 0.73 1", "0.62 0.65 0.71 1")
+
+
+def write(exported: Exported, settings: Settings) -> str:
+    """The subject in its scene."""
+    subject = exported.subject
+    if subject.drives is not None:
+        raise HcsearchError("models of MuJoCo are written with springs, not with drives: leave out the table [drive]")
+    return mjcf_of(
+        subject.linkage,
+        exported.labels,
+        subject.scene,
+        exported.name,
+        contact=settings.contact,
+        timestep=settings.timestep_s,
+    )
+
+
+def mjcf_of(
+    linkage: Linkage,
+    labels: Labels,
+    scene: Scene,
+    title: str = "",
+    *,
+    contact: bool = False,
+    timestep: float | None = None,
+) -> str:
+    """A linkage in a scene as a model of MuJoCo, whose keyframes are the start and the flat state.
+
+    contact : whether panels collide, shrunk by the scene's margin as in our own check; neighbours at a hinge never do,
+    as its stops keep them apart. timestep : s, by `STEPS` unless given. HcsearchError where a law is not linear.
+    """
+    tree = cut_tree(linkage, labels, scene)
+    assert tree.scene.seconds is not None  # settled
+    timestep = timestep or tree.scene.seconds / STEPS
+    root = Xml.Element("mujoco", model=title or "array")
+    Xml.SubElement(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false")
+    Xml.SubElement(
+        root,
+        "option",
+        timestep=_text(timestep),
+        integrator="RK4",
+        gravity=_text(tree.scene.gravity),
+        iterations=str(ITERATIONS),
+        tolerance=_text(TOLERANCE),
+    )
+    _add_defaults(root, timestep, contact)
+    _add_meshes(root, tree)
+    actuators = Xml.Element("actuator")
+    _add_bodies(Xml.SubElement(root, "worldbody"), tree, actuators)
+    _add_constraints(root, tree)
+    if len(actuators):
+        root.append(actuators)
+    _add_keys(root, tree)
+    Xml.indent(root)
+    return Xml.tostring(root, encoding="unicode") + "\n"
+
+
+def _add_defaults(root: Xml.Element, timestep: float, contact: bool) -> None:
+    """Constraints settle within two steps, the fastest that is stable."""
+    default = Xml.SubElement(root, "default")
+    soft = {"solref": _text((2.0 * timestep, 1.0)), "solimp": _text((STIFF, STIFF, 1e-3, 0.5, 2.0))}
+    Xml.SubElement(default, "equality", soft)
+    Xml.SubElement(default, "joint", {f"{name}limit": text for name, text in soft.items()}, range=_text((0.0, math.pi)))
+    kind = "1" if contact else "0"
+    Xml.SubElement(default, "geom", type="mesh", contype=kind, conaffinity=kind)
+
+
+def _add_meshes(root: Xml.Element, tree: CutTree) -> None:
+    """A convex mesh for each facet, less the margin by which our own check shrinks panels."""
+    asset = Xml.SubElement(root, "asset")
+    assert tree.scene.margin is not None  # settled
+    prisms = prisms_of(tree.linkage, tree.scene.margin)
+    for link in tree.links:
+        for facet in tree.linkage.pattern.panels[link.panel] if link.whole else ():
+            corners = prisms.vertices[facet, : prisms.counts[facet, 0]] - link.frame
+            Xml.SubElement(asset, "mesh", name=_mesh(link, facet), vertex=_text(corners.ravel()))
+
+
+def _add_bodies(world: Xml.Element, tree: CutTree, actuators: Xml.Element) -> None:
+    elements: list[Xml.Element] = []
+    for link in tree.links:
+        joined = link.joined
+        above = tree.links[joined.above].frame if joined else np.zeros(3)
+        element = Xml.SubElement(
+            elements[joined.above] if joined else world, "body", name=link.name, pos=_text(link.frame - above)
+        )
+        elements.append(element)
+        if joined:
+            _add_joint(element, link, actuators)
+        elif tree.floats:
+            Xml.SubElement(element, "freejoint", name="base")
+        inertia = link.body.inertia
+        parts = (inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2])
+        centre = link.body.centre - link.frame
+        Xml.SubElement(element, "inertial", pos=_text(centre), mass=_text(link.body.mass), fullinertia=_text(parts))
+        for facet in tree.linkage.pattern.panels[link.panel] if link.whole else ():
+            Xml.SubElement(element, "geom", mesh=_mesh(link, facet), rgba=_COLOURS[link.panel % 2])
+
+
+def _add_joint(element: Xml.Element, link: Link, actuators: Xml.Element) -> None:
+    """A hinge: moment = stiffness (angle - springref) + damping rate; a moment without stiffness by an actuator."""
+    joined = link.joined
+    assert joined is not None
+    stiffness, moment = line_of(joined.drive.law, joined.name)
+    values = {"name": joined.name, "type": "hinge", "axis": _text(joined.axis)}
+    values |= {"stiffness": _text(stiffness), "damping": _text(joined.drive.damping)}
+    if moment and stiffness:
+        values["springref"] = _text(-moment / stiffness)
+    elif moment:
+        bias = {"biastype": "affine", "gainprm": "0", "biasprm": _text((-moment, 0.0, 0.0))}
+        Xml.SubElement(actuators, "general", bias, name=f"{joined.name}_moment", joint=joined.name)
+    Xml.SubElement(element, "joint", values)
+
+
+def _add_constraints(root: Xml.Element, tree: CutTree) -> None:
+    contact, equality = Xml.SubElement(root, "contact"), Xml.SubElement(root, "equality")
+    names = {link.panel: link.name for link in tree.links if link.whole}
+    for one, two in sorted({(hinge.first, hinge.second) for hinge in tree.linkage.pattern.hinges}):
+        Xml.SubElement(contact, "exclude", body1=names[one], body2=names[two])
+    for closure in tree.closures:
+        first, second = tree.links[closure.first], tree.links[closure.second]
+        Xml.SubElement(
+            equality,
+            "weld",
+            name=closure.name,
+            body1=first.name,
+            body2=second.name,
+            # in the frame of the second body; unless a pose is given, they are welded as they are in the flat state
+            anchor=_text(closure.point - second.frame),
+        )
+
+
+def _add_keys(root: Xml.Element, tree: CutTree) -> None:
+    """The states at which the scene starts and ends; MuJoCo numbers its joints by going down the tree."""
+    base = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0) if tree.floats else ()
+    hinges = _downwards(tree)
+    keyframe = Xml.SubElement(root, "keyframe")
+    for name, angles in (("start", tree.start), ("flat", tree.linkage.flat)):
+        Xml.SubElement(keyframe, "key", name=name, qpos=_text((*base, *angles[hinges])))
+
+
+def _downwards(tree: CutTree) -> list[int]:
+    """Hinges in the order of a walk down the tree: those below a link come right after its own."""
+    below: list[list[tuple[int, int]]] = [[] for _ in tree.links]
+    for k, link in enumerate(tree.links):
+        if link.joined is not None:
+            below[link.joined.above].append((k, link.joined.hinge))
+    found, waiting = [], below[0][::-1]
+    while waiting:
+        k, hinge = waiting.pop()
+        found.append(hinge)
+        waiting += below[k][::-1]
+    return found
+
+
+def _mesh(link: Link, facet: int) -> str:
+    return f"{link.name}_facet{facet}"
+
+
+def _text(values: Any) -> str:
+    return " ".join(repr(float(x) + 0.0) for x in np.atleast_1d(values))  # no -0.0

@@ -1,0 +1,35 @@
+"""What a name stands for, as a format takes it."""
+
+from __future__ import annotations
+
+from hcsearch.assemblies import ASSEMBLIES
+from hcsearch.errors import HcsearchError
+from hcsearch.export.exported import Exported
+from hcsearch.export.formats import Format
+from hcsearch.export.settings import State
+from hcsearch.folding import Folding, split_crease
+from hcsearch.replays.sources import By, replay_named
+from hcsearch.subjects.designs import design_named
+from hcsearch.subjects.reading import Request, read_subject
+
+
+def exported_named(request: Request, wanted: Format, by: By | None = None, state: State = "flat") -> Exported:
+    """What a name stands for, as a format takes it.
+
+    by : where the motion comes from (`replay_named`). state : a share of the motion needs one, too. HcsearchError
+    where a motion is asked for that the format has no place for.
+    """
+    if wanted.of == "array" and by is None and request.name not in ASSEMBLIES and not request.name.endswith(".toml"):
+        name, crease = split_crease(request.name)
+        if crease is None:
+            circuit, _ = design_named(name, request.db)
+            return Exported(circuit.notation, circuit, None, None, None)
+    share = isinstance(state, float) and "state" in wanted.takes
+    if by is not None and not (wanted.of == "motion" or wanted.frames or share):
+        remedy = ", or give --state SHARE" if "state" in wanted.takes else ""
+        raise HcsearchError(f"{wanted.name} holds no motion: leave out --motion{remedy}")
+    subject = read_subject(request)
+    folding = Folding.from_notation(subject.facts["design"]) if "design" in subject.facts else None
+    replay = replay_named(request, by) if wanted.of == "motion" or by is not None or share else None
+    name = str(subject.facts.get("design", subject.facts.get("assembly")))
+    return Exported(name, None if folding is None else folding.circuit, folding, subject, replay)

@@ -1,0 +1,196 @@
+"""STEP (ISO 10303-21, AP214): an exact solid for each panel, in an assembly that places them in one state; millimetres.
+
+Panels are prisms, so that planes, lines and points describe them exactly. Each is a product of its own, named as in
+`Labels`, whose axes are those of the flat state; a CAD system moves it by its placement in the assembly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hcsearch.export.solids import MILLIMETRES, Solid, solid_of, wanted_panels
+from hcsearch.labels import Labels
+from hcsearch.linkage import Linkage
+from hcsearch.typing import Reals
+
+if TYPE_CHECKING:
+    from hcsearch.export.exported import Exported
+    from hcsearch.export.settings import Settings
+
+_HEAD = """ISO-10303-21;
+HEADER;
+FILE_DESCRIPTION(('panels of a folding array'),'2;1');
+FILE_NAME({title},'',(''),(''),'hcsearch','hcsearch','');
+FILE_SCHEMA(('AUTOMOTIVE_DESIGN {{ 1 0 10303 214 1 1 1 1 }}'));
+ENDSEC;
+DATA;
+"""
+_X, _Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+
+
+def write(exported: Exported, settings: Settings) -> str:
+    """All panels in a state, or one of them."""
+    linkage, angles = exported.linkage, exported.angles(settings.state)
+    panels = wanted_panels(exported.labels, settings.part)
+    return step_of(linkage, exported.labels, angles, exported.name, panels)
+
+
+def step_of(
+    linkage: Linkage, labels: Labels, angles: Reals, title: str = "", panels: Sequence[int] | None = None
+) -> str:
+    """An assembly of panels (all unless given) at fold angles (n_hinges,), rad; of one panel that is given, a part."""
+    data = _Data()
+    poses = linkage.poses(angles)
+    wanted = range(linkage.n_panels) if panels is None else panels
+    parts = []
+    for panel in wanted:
+        name = f"panel {labels.panels[panel]}"
+        parts.append((name, panel, data.part(name, solid_of(linkage.pattern, panel))))
+    if panels is None or len(panels) > 1:
+        own = data.axes(np.zeros(3), _Z, _X)
+        places = [data.placement(poses[panel]) for _, panel, _ in parts]
+        shape = data.add(f"SHAPE_REPRESENTATION({_text(title)},{_listed([own, *places])},{data.context})")
+        whole = data.product(title, shape)
+        for (name, _, part), place in zip(parts, places, strict=True):
+            data.place(name, part, (whole, shape), place)
+    return _HEAD.format(title=_text(title)) + "\n".join(data.lines) + "\nENDSEC;\nEND-ISO-10303-21;\n"
+
+
+Part = tuple[str, str, str]
+"""Entities of a part: its definition, its representation, and its axes there."""
+
+
+class _Data:
+    """The entities, as they are added; each is named by its number, such as `#12`."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        application = self.add("APPLICATION_CONTEXT('core data for automotive mechanical design processes')")
+        self.add(f"APPLICATION_PROTOCOL_DEFINITION('international standard','automotive_design',2000,{application})")
+        self.products = self.add(f"PRODUCT_CONTEXT('',{application},'mechanical')")
+        self.definitions = self.add(f"PRODUCT_DEFINITION_CONTEXT('part definition',{application},'design')")
+        length = self.add("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))")
+        angle = self.add("(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))")
+        solid = self.add("(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT())")
+        least = self.add(f"UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE(1.E-07),{length},'distance_accuracy_value','')")
+        self.context = self.add(
+            f"(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT(({least}))"
+            f"GLOBAL_UNIT_ASSIGNED_CONTEXT(({length},{angle},{solid}))REPRESENTATION_CONTEXT('','3D'))"
+        )
+
+    def add(self, entity: str) -> str:
+        """Add an entity, and return its name."""
+        self.lines.append(f"#{len(self.lines) + 1}={entity};")
+        return f"#{len(self.lines)}"
+
+    def product(self, name: str, shape: str) -> str:
+        """A product with its representation; the name of its definition."""
+        product = self.add(f"PRODUCT({_text(name)},{_text(name)},'',({self.products}))")
+        self.add(f"PRODUCT_RELATED_PRODUCT_CATEGORY('part',$,({product}))")
+        formation = self.add(f"PRODUCT_DEFINITION_FORMATION('','',{product})")
+        definition = self.add(f"PRODUCT_DEFINITION('design','',{formation},{self.definitions})")
+        own = self.add(f"PRODUCT_DEFINITION_SHAPE('','',{definition})")
+        self.add(f"SHAPE_DEFINITION_REPRESENTATION({own},{shape})")
+        return definition
+
+    def part(self, name: str, solid: Solid) -> Part:
+        """A panel as a product of its own."""
+        axes = self.axes(np.zeros(3), _Z, _X)
+        body = self.add(f"MANIFOLD_SOLID_BREP({_text(name)},{_shell(self, solid)})")
+        shape = self.add(f"ADVANCED_BREP_SHAPE_REPRESENTATION({_text(name)},({axes},{body}),{self.context})")
+        return self.product(name, shape), shape, axes
+
+    def place(self, name: str, part: Part, whole: tuple[str, str], place: str) -> None:
+        """Place a part in the assembly, by its axes there."""
+        definition, shape, axes = part
+        use = self.add(f"NEXT_ASSEMBLY_USAGE_OCCURRENCE({_text(name)},{_text(name)},'',{whole[0]},{definition},$)")
+        used = self.add(f"PRODUCT_DEFINITION_SHAPE('','',{use})")
+        moved = self.add(f"ITEM_DEFINED_TRANSFORMATION('','',{axes},{place})")
+        relation = self.add(
+            f"(REPRESENTATION_RELATIONSHIP('','',{shape},{whole[1]})"
+            f"REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION({moved})SHAPE_REPRESENTATION_RELATIONSHIP())"
+        )
+        self.add(f"CONTEXT_DEPENDENT_SHAPE_REPRESENTATION({relation},{used})")
+
+    def placement(self, pose: Reals) -> str:
+        """Axes where a pose (3, 4) takes those of the flat state."""
+        return self.axes(MILLIMETRES * pose[:, 3], pose[:, 2], pose[:, 0])
+
+    def axes(self, origin: Reals, z: Reals, x: Reals) -> str:
+        """A place with two directions; mm."""
+        return self.add(f"AXIS2_PLACEMENT_3D('',{self.point(origin)},{self.direction(z)},{self.direction(x)})")
+
+    def point(self, at: Reals) -> str:
+        """A point, mm."""
+        return self.add(f"CARTESIAN_POINT('',{_numbers(at)})")
+
+    def direction(self, way: Reals) -> str:
+        """A unit vector."""
+        return self.add(f"DIRECTION('',{_numbers(way)})")
+
+
+def _shell(data: _Data, solid: Solid) -> str:
+    """The faces of a panel: bottom and top within its outlines, and a wall at each of their edges."""
+    vertices, n = MILLIMETRES * solid.vertices, len(solid.points)
+    used = sorted(set(solid.wall.ravel().tolist()))
+    corners = [*used, *(k + n for k in used)]
+    points = {k: data.add(f"VERTEX_POINT('',{data.point(vertices[k])})") for k in corners}
+    edges: dict[tuple[int, int], str] = {}
+
+    def edge(a: int, b: int) -> str:
+        """An edge from one corner to another, whichever way it was added."""
+        if (b, a) in edges:
+            return data.add(f"ORIENTED_EDGE('',*,*,{edges[b, a]},.F.)")
+        if (a, b) not in edges:
+            way = vertices[b] - vertices[a]
+            vector = data.add(f"VECTOR('',{data.direction(way / np.linalg.norm(way))},1.)")
+            line = data.add(f"LINE('',{data.point(vertices[a])},{vector})")
+            edges[a, b] = data.add(f"EDGE_CURVE('',{points[a]},{points[b]},{line},.T.)")
+        return data.add(f"ORIENTED_EDGE('',*,*,{edges[a, b]},.T.)")
+
+    def face(walks: Sequence[Sequence[int]], normal: Reals, along: Reals) -> str:
+        """A plane face within closed walks of corners, the outer one first."""
+        bounds = []
+        for k, walk in enumerate(walks):
+            loop = data.add(f"EDGE_LOOP('',{_listed(edge(a, b) for a, b in _around(walk))})")
+            bounds.append(data.add(f"{'FACE_BOUND' if k else 'FACE_OUTER_BOUND'}('',{loop},.T.)"))
+        plane = data.add(f"PLANE('',{data.axes(vertices[walks[0][0]], normal, along)})")
+        return data.add(f"ADVANCED_FACE('',{_listed(bounds)},{plane},.T.)")
+
+    walks = solid.outlines
+    faces = [
+        face([walk[::-1] for walk in walks], -_Z, _X),
+        face([[k + n for k in walk] for walk in walks], _Z, _X),
+    ]
+    for a, b in solid.wall.tolist():
+        along = vertices[b] - vertices[a]
+        along /= np.linalg.norm(along)
+        faces.append(face([(a, b, b + n, a + n)], np.cross(along, _Z), along))
+    return data.add(f"CLOSED_SHELL('',{_listed(faces)})")
+
+
+def _around(walk: Sequence[int]) -> Iterable[tuple[int, int]]:
+    return zip(walk, (*walk[1:], walk[0]), strict=True)
+
+
+def _listed(names: Iterable[str]) -> str:
+    return f"({','.join(names)})"
+
+
+def _numbers(values: Reals) -> str:
+    return _listed(map(_real, values.tolist()))
+
+
+def _real(value: float) -> str:
+    """A number with the point that the format wants: 1.E-07."""
+    mantissa, exponent, power = repr(value).upper().partition("E")
+    return (mantissa if "." in mantissa else mantissa + ".") + exponent + power
+
+
+def _text(words: str) -> str:
+    """A string; what is not ASCII becomes a question mark."""
+    plain = words.encode("ascii", "replace").decode()
+    return "'" + plain.replace("\\", "\\\\").replace("'", "''") + "'"

@@ -1,0 +1,27 @@
+"""A motion as a table: where, the fold angle of each hinge, the least gap and the panels that are nearest."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hcsearch.export.exported import Exported
+from hcsearch.export.gaps import gaps_at
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def table_of(exported: Exported) -> pd.DataFrame:
+    """The states of the motion.
+
+    Columns: `time_s`, or `path_share` from packed 0 to flat 1; `angle_LABEL_rad` of each hinge; `gap_mm`, the least
+    between panels that no hinge keeps apart; `nearest`, these two panels by their labels.
+    """
+    import pandas as pd  # noqa: PLC0415 - only here
+
+    motion, labels = exported.motion, exported.labels
+    columns = {"time_s" if motion.axis == "time" else "path_share": motion.at}
+    columns |= {f"angle_{name}_rad": motion.angles[:, k] for k, name in enumerate(labels.hinges)}
+    gaps, nearest = gaps_at(motion.linkage, motion.angles)
+    names = [None if one < 0 else f"{labels.panels[one]} {labels.panels[two]}" for one, two in nearest.tolist()]
+    return pd.DataFrame({**columns, "gap_mm": 1e3 * gaps, "nearest": names})

@@ -1,0 +1,85 @@
+"""3MF: one object a panel, with its name, placed in one state; millimetres (3MF Core Specification 1.3)."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+from xml.etree import ElementTree as Xml
+
+import numpy as np
+
+from hcsearch.export.solids import MILLIMETRES, Solid, solid_of, wanted_panels
+from hcsearch.labels import Labels
+from hcsearch.linkage import Linkage
+from hcsearch.typing import Reals
+
+if TYPE_CHECKING:
+    from hcsearch.export.exported import Exported
+    from hcsearch.export.settings import Settings
+
+_CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+_PACKAGE = "http://schemas.openxmlformats.org/package/2006"
+_MODEL = "3D/3dmodel.model"
+_DATED = (1980, 1, 1, 0, 0, 0)
+"""The date of the parts, so that the same export is the same file."""
+
+
+def write(exported: Exported, settings: Settings) -> bytes:
+    """All panels in a state, or one of them."""
+    linkage, angles = exported.linkage, exported.angles(settings.state)
+    panels = wanted_panels(exported.labels, settings.part)
+    return threemf_of(linkage, exported.labels, angles, exported.name, panels)
+
+
+def threemf_of(
+    linkage: Linkage, labels: Labels, angles: Reals, title: str = "", panels: Sequence[int] | None = None
+) -> bytes:
+    """Panels (all unless given) at fold angles (n_hinges,), rad: solids in the flat state, placed by the build."""
+    wanted = range(linkage.n_panels) if panels is None else panels
+    poses = linkage.poses(angles)
+    root = Xml.Element("model", {"unit": "millimeter", "xml:lang": "en", "xmlns": _CORE})
+    Xml.SubElement(root, "metadata", name="Title").text = title
+    Xml.SubElement(root, "metadata", name="Application").text = "hcsearch"
+    resources, build = Xml.SubElement(root, "resources"), Xml.SubElement(root, "build")
+    for number, panel in enumerate(wanted, start=1):
+        name = f"panel {labels.panels[panel]}"
+        thing = Xml.SubElement(resources, "object", id=str(number), type="model", name=name)
+        _add_mesh(thing, solid_of(linkage.pattern, panel))
+        # twelve numbers by columns of the 3 x 4 pose: row vectors are multiplied from the left
+        pose = poses[panel] * np.array([1.0, 1.0, 1.0, MILLIMETRES])
+        Xml.SubElement(build, "item", objectid=str(number), transform=_text(pose.T.ravel()))
+    return _package(Xml.tostring(root, encoding="utf-8", xml_declaration=True))
+
+
+def _add_mesh(thing: Xml.Element, solid: Solid) -> None:
+    mesh = Xml.SubElement(thing, "mesh")
+    vertices, triangles = Xml.SubElement(mesh, "vertices"), Xml.SubElement(mesh, "triangles")
+    for x, y, z in (MILLIMETRES * solid.vertices).tolist():
+        Xml.SubElement(vertices, "vertex", x=repr(x), y=repr(y), z=repr(z))
+    for a, b, c in solid.triangles.tolist():
+        Xml.SubElement(triangles, "triangle", v1=str(a), v2=str(b), v3=str(c))
+
+
+def _package(model: bytes) -> bytes:
+    types = (
+        f'<?xml version="1.0" encoding="UTF-8"?><Types xmlns="{_PACKAGE}/content-types">'
+        '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
+        '<Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/></Types>'
+    )
+    relations = (
+        f'<?xml version="1.0" encoding="UTF-8"?><Relationships xmlns="{_PACKAGE}/relationships">'
+        f'<Relationship Target="/{_MODEL}" Id="rel0" '
+        'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>'
+    )
+    parts = {"[Content_Types].xml": types.encode(), "_rels/.rels": relations.encode(), _MODEL: model}
+    found = io.BytesIO()
+    with zipfile.ZipFile(found, "w", zipfile.ZIP_DEFLATED) as package:
+        for name, content in parts.items():
+            package.writestr(zipfile.ZipInfo(name, _DATED), content, zipfile.ZIP_DEFLATED)
+    return found.getvalue()
+
+
+def _text(values: Reals) -> str:
+    return " ".join(repr(float(x)) for x in values)

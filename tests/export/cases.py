@@ -1,0 +1,36 @@
+"""What the tests of solid and simulator formats export: panels of one facet and of several, loops and a chain."""
+
+from hcsearch.flat_pairs import linkage_joined
+from hcsearch.folding import Folding
+from hcsearch.labels import labels_of
+from hcsearch.pattern import facet_area
+from hcsearch.replays.recording import replay_of_path
+from hcsearch.scenes import SCENES, panel_of
+from tests.linkages import linkage_named
+
+NAMES = ("hex:0234550132:4", "thesis-4x4", "unit-ii", "module-iii")
+
+
+def case(name):
+    """The linkage of a name, with the names of its panels and hinges."""
+    linkage = linkage_named(name)
+    return linkage, labels_of(linkage, design=":" in name)
+
+
+def merged():
+    """A folding whose mirror pairs are one, an open chain."""
+    folding = Folding.from_notation("square:012222230000:1")
+    linkage = linkage_joined(folding, panel_of(SCENES["default"], "square"), "merged")
+    return linkage, labels_of(linkage, design=True)
+
+
+def volumes(linkage):
+    """Area times thickness of each panel, m^3."""
+    pattern = linkage.pattern
+    return [sum(facet_area(pattern.facets[k]) for k in facets) * pattern.thickness for facets in pattern.panels]
+
+
+def replay(name, states):
+    """A motion through some states, whether its loops are closed or not."""
+    linkage, _ = case(name)
+    return replay_of_path(linkage, states, name, margin=None, design=":" in name)
