@@ -11,6 +11,7 @@ from typing import Any, TextIO
 import click
 
 from hcsearch.cli.assembly import assembly
+from hcsearch.cli.check import check
 from hcsearch.cli.compile import compile_
 from hcsearch.cli.count import count
 from hcsearch.cli.deploy import deploy
@@ -83,6 +84,7 @@ for command in (
     tune,
     drive,
     export,
+    check,
     identify,
     units,
     compile_,

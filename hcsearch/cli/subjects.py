@@ -44,6 +44,15 @@ def subject_options(command: Command) -> Command:
 
 def folding_options(command: Command) -> Command:
     """The same where the subject is a folding, which moves as long as it takes, in any way of joining flat pairs."""
+    return _open(command, "DESIGN:CREASE|FILE.toml")
+
+
+def circuit_options(command: Command) -> Command:
+    """The same where it is a circuit, all of whose foldings are looked at."""
+    return _open(command, "FILE.fold|CIRCUIT")
+
+
+def _open(command: Command, subject: str) -> Command:
     return _with(
         command,
         database_option,
@@ -52,7 +61,7 @@ def folding_options(command: Command) -> Command:
         _HELD,
         _GRAVITY,
         scene_options,
-        click.argument("subject", metavar="DESIGN:CREASE|FILE.toml"),
+        click.argument("subject", metavar=subject),
     )
 
 

@@ -74,6 +74,7 @@ _SOLID = frozenset({"state", "part"})
 FORMATS: dict[str, Format] = {
     form.name: form
     for form in (
+        Format("fold", (".fold",), "FOLD 1.2, the crease pattern and folded states for origami software", frames=True),
         Format("csv", (".csv",), "fold angles and gaps along the motion, as a table", of="motion"),
         Format("parquet", (".parquet",), "the same table", of="motion", extra="parquet", needs=("pyarrow",)),
         Format("networkx", (".json",), "panels, creases and slits as a graph: node-link JSON", of="array"),

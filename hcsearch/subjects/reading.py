@@ -107,12 +107,20 @@ def read_folding(request: Request) -> tuple[Folding, Scene]:
     if name in ASSEMBLIES:
         raise HcsearchError(f"{name} is an assembly, which has no packed state in stacks: name DESIGN:CREASE")
     folding = folding_named(name, request.db)
+    return folding, _open_scene(found, request, folding.circuit.grid.name)
+
+
+def read_scene_of(request: Request, grid: str) -> Scene:
+    """The scene that a request asks for of designs of a grid, in which panels are settled and flat pairs open."""
+    return _open_scene({}, request, grid)
+
+
+def _open_scene(found: dict[str, Any], request: Request, grid: str) -> Scene:
     scene, parts = _scene(found, request)
     if parts:
-        raise SceneError(f"a drive needs no {parts[-1]!r}: name a scene, and --flat-pairs or --merge")
-    grid = folding.circuit.grid.name
+        raise SceneError(f"{parts[-1]!r} is a way to try a scene: name a scene alone, and --flat-pairs or --merge")
     scene = with_size(scene, request.panel, request.across, grid)
-    return folding, replace(scene, panel=panel_of(scene, grid))
+    return replace(scene, panel=panel_of(scene, grid))
 
 
 def _drives(found: dict[str, Any]) -> Drives | None:

@@ -1,0 +1,123 @@
+"""`hcsearch check`: a pattern or a circuit of the user's own through every stage."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hcsearch.cli.subjects import circuit_options, request_of
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from hcsearch.circuit import Circuit
+    from hcsearch.export.checking import CheckedCircuit
+    from hcsearch.scenes import Scene
+    from hcsearch.subjects.reading import Request
+
+
+@click.command(
+    epilog="Example: hcsearch check pattern.fold; hcsearch check hex:0234435011; "
+    "hcsearch check pattern.fold --panel 80x8 --flat-pairs hinged"
+)
+@circuit_options
+@click.option("--json", "as_json", is_flag=True, help="Print plain data.")
+def check(subject: str, as_json: bool, **options: Any) -> None:
+    """Take a pattern or a circuit of your own through every stage, and print what is left after each.
+
+    FILE.fold is a crease pattern of equal triangles, rectangles or regular hexagons, edge to edge, in any position: its
+    mountains, valleys, flat and unassigned edges are the creases of one circuit, all other edges slits. Where they are
+    assigned, only the folding that they are of is checked. Panels have the size that the file gives in a physical unit;
+    --panel and --across say otherwise. A circuit notation may be in any position, order or direction, and name one
+    folding: CIRCUIT:CREASE.
+
+    Exit code: 0 where springs bring a folding flat, certified clear; 1 where they do not, or that is open; 2 for wrong
+    input.
+    """
+    from hcsearch.export.checking import check_circuit
+
+    request = request_of(subject, options)
+    circuit, creases, scene = _of_file(request) if subject.lower().endswith(".fold") else _of_notation(request)
+    checked = check_circuit(circuit, scene, creases)
+    if as_json:
+        click.echo(json.dumps(_facts(checked, scene), indent=2, allow_nan=False))
+    else:
+        _print(checked, scene)
+    if not checked.deploys:
+        click.get_current_context().exit(1)
+
+
+def _of_file(request: Request) -> tuple[Circuit, Collection[int] | None, Scene]:
+    """The circuit of a FOLD file, the creases of the foldings that are drawn, and the scene with its panels."""
+    from hcsearch.export.fold_reading import read_fold
+    from hcsearch.export.recognition import recognise, sized
+    from hcsearch.subjects.reading import read_scene_of
+
+    drawing = read_fold(request.name)
+    found = recognise(drawing)
+    grid = found.circuit.grid.name
+    if request.panel is None and request.across is None:
+        panel = sized(found, drawing)
+        request = request if panel is None else replace(request, panel=panel)
+    return found.circuit, found.creases if found.assigned else None, read_scene_of(request, grid)
+
+
+def _of_notation(request: Request) -> tuple[Circuit, Collection[int] | None, Scene]:
+    from hcsearch.folding import folding_of, split_crease
+    from hcsearch.subjects.designs import design_named
+    from hcsearch.subjects.reading import read_scene_of
+
+    name, crease = split_crease(request.name)
+    circuit, _ = design_named(name, request.db)
+    creases = None if crease is None else [folding_of(circuit, crease).crease]
+    return circuit, creases, read_scene_of(request, circuit.grid.name)
+
+
+def _facts(checked: CheckedCircuit, scene: Scene) -> dict[str, Any]:
+    circuit = checked.circuit
+    return {
+        "circuit": circuit.notation,
+        "array": circuit.array.canonical().notation,
+        "panels": circuit.n,
+        "panel_mm": _panel(scene),
+        "scene": scene.name,
+        "funnel": checked.funnel,
+        "foldings": [
+            {
+                "folding": verdict.folding.notation,
+                "status": verdict.status or "twisted",
+                "twist": verdict.twist,
+                "dof": verdict.dof,
+                "kutzbach": verdict.kutzbach,
+                "reason": verdict.reason,
+                "deploys_in": verdict.scene,
+            }
+            for verdict in checked.verdicts
+        ],
+    }
+
+
+def _panel(scene: Scene) -> str:
+    from hcsearch.scenes import panel_text
+
+    assert scene.panel is not None
+    return panel_text(scene.panel)
+
+
+def _print(checked: CheckedCircuit, scene: Scene) -> None:
+    circuit = checked.circuit
+    click.echo(f"{circuit.notation}, array {circuit.array.canonical().notation}")
+    click.echo(f"  {circuit.n} panels of {_panel(scene)} mm, scene {scene.name}")
+    for label, count in checked.funnel.items():
+        click.echo(f"  {label:24}{count:>6}")
+    for verdict in checked.verdicts:
+        status = verdict.status or "twisted"
+        freedoms = "" if verdict.dof is None else f", {verdict.dof} degrees of freedom (Kutzbach {verdict.kutzbach})"
+        click.echo(f"{verdict.folding.notation}: {status}{freedoms}")
+        click.echo(f"  {verdict.reason}")
+        if verdict.scene is not None:
+            click.echo(f"  hcsearch deploy {verdict.folding.notation} --scene {shlex.quote(verdict.scene)}")

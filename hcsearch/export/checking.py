@@ -1,0 +1,139 @@
+"""One circuit through all stages: what becomes of each of its foldings in a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcsearch.circuit import Circuit
+from hcsearch.folding import Folding
+from hcsearch.records import CircuitBatch, StagedDesigns
+from hcsearch.scenes import Scene, check_verdicts
+from hcsearch.stages.order import STAGES
+from hcsearch.stages.stage import run_stages
+from hcsearch.stages.statuses import folding_statuses
+from hcsearch.vocabulary import Status
+
+
+@dataclass(frozen=True)
+class FoldingVerdict:
+    """What is known of one folding.
+
+    twist : |Lk|. dof, kutzbach : freedoms with hinged flat pairs; dof is None where it is undecided, or the folding is
+    twisted. status : None where it is twisted. reason : in a sentence. scene : the name of the one in which springs
+    bring it flat, for `hcsearch deploy`; None where none do.
+    """
+
+    folding: Folding
+    twist: int
+    dof: int | None
+    kutzbach: int
+    status: Status | None
+    reason: str
+    scene: str | None = None
+
+
+@dataclass(frozen=True)
+class CheckedCircuit:
+    """A circuit in the canonical order, and what the stages say of it.
+
+    two_stack : number of its foldings. verdicts : of those that were looked at.
+    """
+
+    circuit: Circuit
+    two_stack: int
+    verdicts: tuple[FoldingVerdict, ...]
+
+    @property
+    def funnel(self) -> dict[str, int]:
+        """How many foldings are left after each stage."""
+        statuses = [verdict.status for verdict in self.verdicts]
+        moves = sum(status in ("deploys", "movable") for status in statuses)
+        return {
+            "two-stack foldings": self.two_stack,
+            "looked at": len(statuses),
+            "untwisted": sum(status is not None for status in statuses),
+            "not locked": sum(status not in (None, "locked") for status in statuses),
+            "movable": moves,
+            "deployable by springs": statuses.count("deploys"),
+        }
+
+    @property
+    def deploys(self) -> bool:
+        """Whether springs bring a folding flat, certified clear."""
+        return any(verdict.status == "deploys" for verdict in self.verdicts)
+
+
+def check_circuit(circuit: Circuit, scene: Scene, creases: Collection[int] | None = None) -> CheckedCircuit:
+    """Take a circuit through every stage in a scene.
+
+    circuit : in any position, order and direction. creases : of the foldings to look at, in its canonical order; all
+    unless given. SceneError where the grid's designs cannot be judged in the scene.
+    """
+    circuit = circuit.canonical()
+    check_verdicts(scene, circuit.grid.name, circuit.n)
+    word = np.array([circuit.word], np.int8)
+    batch = CircuitBatch(circuit.grid.name, word, np.array([circuit.symmetry], np.int16))
+    designs = StagedDesigns(batch, np.array([circuit.n_fixed]))
+    first = [STAGES[name] for name in ("circuits", "foldings")]
+    designs, _ = run_stages(designs, first, scene)
+    two_stack = len(designs.folded)
+    if creases is not None:
+        chosen = np.isin(designs.folded.crease, sorted(creases))
+        designs = designs.take(np.ones(1, bool), chosen)
+    designs, _ = run_stages(designs, [STAGES["twist"]], scene)
+    assert designs.twists is not None
+    untwisted = designs.twists == 0
+    found = {
+        int(crease): FoldingVerdict(
+            Folding(circuit, int(crease)),
+            int(lk),
+            None,
+            6 * (circuit.n - 1) - 5 * circuit.n,
+            None,
+            f"twisted, with linking number {lk}: no motion leads from packed to flat",
+        )
+        for crease, lk in zip(designs.folded.crease, designs.twists, strict=True)
+    }
+    if untwisted.any():
+        plain = designs.take(np.ones(1, bool), untwisted)
+        later = [stage for stage in STAGES.values() if stage.name in ("mobility", "motion", "deployment")]
+        plain, _ = run_stages(plain, later, scene)
+        found |= {verdict.folding.crease: verdict for verdict in _judged(circuit, plain, scene)}
+    return CheckedCircuit(circuit, two_stack, tuple(found[crease] for crease in sorted(found)))
+
+
+def _judged(circuit: Circuit, designs: StagedDesigns, scene: Scene) -> list[FoldingVerdict]:
+    """The verdicts on untwisted foldings that have been through all stages."""
+    mobility, motion, deployment = designs.mobility, designs.motion, designs.deployment
+    assert mobility is not None
+    assert motion is not None
+    assert deployment is not None
+    trials = {trial.folding: trial for trial in deployment.trials if trial.status == "deploys"}
+    first = {trial.folding: trial for trial in reversed(deployment.trials)}
+    found = []
+    for i, status in enumerate(folding_statuses(designs, scene)):
+        assert status is not None
+        dof = int(mobility.dof[i])
+        reason, path = "", motion.reason[i]
+        if status == "deploys":
+            reason = trials[i].reason
+        elif status == "locked":
+            reason = "one-sided hinges hold an end of the motion, however flat pairs may be joined: see hcsearch show"
+        else:
+            tried = f"; springs: {first[i].reason}" if i in first else ""
+            reason = f"{path}{tried}"
+        found.append(
+            FoldingVerdict(
+                Folding(circuit, int(designs.folded.crease[i])),
+                0,
+                dof if dof >= 0 else None,
+                mobility.kutzbach,
+                status,
+                reason,
+                trials[i].scene if status == "deploys" else None,
+            )
+        )
+    return found

@@ -1,0 +1,195 @@
+"""FOLD 1.2 files: the crease pattern, the folded states, and a motion (github.com/edemaine/fold, doc/spec.md).
+
+The key frame is the pattern, cut along its slits: these are pairs of boundary edges, not `C` edges, which some programs
+do not read. Frame 1 is the sheet folded flat without thickness, with the order of its layers. Frame 2 has the panels
+packed as they are, by their middle surfaces: thick panels share no points, so that each face has vertices of its own.
+The states of a motion follow, in the same way.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from hcsearch.export.exported import Exported
+from hcsearch.export.meshes import Mesh, mesh_of
+from hcsearch.export.settings import Settings
+from hcsearch.linkage import Linkage
+from hcsearch.pattern import Crease
+from hcsearch.replays.replay import Replay
+from hcsearch.typing import Reals
+
+Frame = dict[str, Any]
+
+_PACKED = 2
+"""The frame that has the panels packed, whose faces the frames of a motion take over."""
+_DIGITS = 9
+"""Decimals of millimetres."""
+_ATTRIBUTES = ("manifold", "orientable", "noCuts", "noJoins", "convexFaces")
+
+
+def write(exported: Exported, settings: Settings) -> str:
+    """The file, a property a line."""
+    del settings
+    linkage, pattern = exported.linkage, exported.linkage.pattern
+    mesh = mesh_of(pattern)
+    frames = [folded_frame(mesh, linkage), packed_frame(linkage)]
+    if exported.replay is not None:
+        frames += motion_frames(exported.replay)
+    head: Frame = {
+        "file_spec": 1.2,
+        "file_creator": f"hcsearch {version('hcsearch')}",
+        "file_title": exported.name,
+        "file_classes": ["singleModel", *(["animation"] if exported.replay is not None else [])],
+    }
+    return _text(head | pattern_frame(exported, mesh) | {"file_frames": frames})
+
+
+def pattern_frame(exported: Exported, mesh: Mesh) -> Frame:
+    """The key frame: the flat pattern, with its assignments, and what only thick panels have."""
+    pattern, labels = exported.linkage.pattern, exported.labels
+    creases = [pattern.creases[pair] for pair in mesh.creases]
+    borders = len(mesh.edges) - len(creases)
+    hinges = [
+        None if crease.face is None else labels.hinges[pattern.hinge_of(pair)]
+        for pair, crease in zip(mesh.creases, creases, strict=True)
+    ]
+    frame: Frame = {
+        "frame_title": f"{exported.name}, flat, seen from above",
+        "frame_classes": ["creasePattern"],
+        "frame_attributes": ["2D", *_ATTRIBUTES],
+        "frame_unit": "mm",
+        "hcsearch:notation": exported.name,
+        "hcsearch:thickness": _millimetres(pattern.thickness),
+        "vertices_coords": _millimetres(mesh.points),
+        "edges_vertices": [list(edge) for edge in mesh.edges],
+        "edges_assignment": [*map(_assignment, creases), *["B"] * borders],
+        "edges_foldAngle": [*map(_angle, creases), *[0] * borders],
+        "edges_hcsearch:hinge": [*hinges, *[None] * borders],
+        "edges_hcsearch:hingeFace": [*(crease.face for crease in creases), *[None] * borders],
+        "faces_vertices": [list(face) for face in mesh.faces],
+        "faces_hcsearch:panel": [labels.panels[panel] for panel in pattern.panel_of],
+    }
+    if exported.circuit is not None:
+        n = exported.circuit.n
+        frame["edges_hcsearch:crease"] = [k if k < n else None for k in range(len(mesh.edges))]
+    if pattern.loops:
+        frame["hcsearch:loops"] = [[list(pair) for pair in loop] for loop in pattern.loops]
+    return frame
+
+
+def folded_frame(mesh: Mesh, linkage: Linkage) -> Frame:
+    """The sheet folded flat, as if it had no thickness, with the order of its layers.
+
+    It inherits from the key frame: in plane, panels fold as the sheet does, and points on hinges stay together.
+    """
+    poses = linkage.poses(linkage.folded)
+    coords = np.zeros((len(mesh.points), 2))
+    for facet, face in enumerate(mesh.faces):
+        pose = poses[linkage.pattern.panel_of[facet]]
+        for vertex in face:
+            coords[vertex] = pose[:2, :2] @ mesh.points[vertex] + pose[:2, 3]
+    return {
+        "frame_title": "folded, without thickness",
+        "frame_classes": ["foldedForm"],
+        "frame_attributes": ["2D", *_ATTRIBUTES, "selfTouching", "nonSelfIntersecting"],
+        "frame_parent": 0,
+        "frame_inherit": True,
+        "vertices_coords": _millimetres(coords),
+        "faceOrders": face_orders(linkage),
+    }
+
+
+def face_orders(linkage: Linkage) -> list[list[int]]:
+    """Which of two facets that lie over each other in the folded state is above: [f, g, s], f < g.
+
+    s : +1 where f lies on the side of g's normal, the top of the flat sheet; else -1.
+    """
+    import shapely  # noqa: PLC0415 - only this format needs it
+
+    pattern, solids = linkage.pattern, linkage.solids(linkage.folded)
+    outlines = shapely.polygons([shapely.linearrings(solid[0, :, :2]) for solid in solids])
+    heights = np.array([solid[:, :, 2].mean() for solid in solids])
+    normals = linkage.poses(linkage.folded)[list(pattern.panel_of), 2, 2]
+    first, second = shapely.STRtree(outlines).query(outlines, predicate="intersects")
+    first, second = first[first < second], second[first < second]
+    overlap = shapely.area(shapely.intersection(outlines[first], outlines[second])) > 1e-6 * pattern.size**2
+    pairs = sorted(zip(first[overlap].tolist(), second[overlap].tolist(), strict=True))
+    return [[f, g, int(np.sign((heights[f] - heights[g]) * normals[g]))] for f, g in pairs]
+
+
+def packed_frame(linkage: Linkage) -> Frame:
+    """The thick panels packed, by their middle surfaces, each face with vertices and borders of its own."""
+    faces, edges = [], []
+    count = 0
+    for facet in linkage.pattern.facets:
+        own = list(range(count, count + len(facet)))
+        faces.append(own)
+        edges += [[a, b] for a, b in zip(own, [*own[1:], own[0]], strict=True)]
+        count += len(facet)
+    return {
+        "frame_title": "packed, middle surfaces of the panels",
+        "frame_classes": ["foldedForm"],
+        "frame_attributes": ["3D", *_ATTRIBUTES, "nonSelfIntersecting"],
+        "frame_unit": "mm",
+        "vertices_coords": _middles(linkage, linkage.folded),
+        "edges_vertices": edges,
+        "edges_assignment": ["B"] * len(edges),
+        "faces_vertices": faces,
+    }
+
+
+def motion_frames(replay: Replay) -> list[Frame]:
+    """The states of a motion, as the packed frame, with the fold angles of the hinges in their order (degrees)."""
+    name, text = (
+        ("hcsearch:time", "{:.4g} s") if replay.axis == "time" else ("hcsearch:pathShare", "{:.4g} of the path")
+    )
+    return [
+        {
+            "frame_title": f"{at:.4g} {unit}",
+            "frame_classes": ["foldedForm"],
+            "frame_parent": _PACKED,
+            "frame_inherit": True,
+            name: at,
+            "hcsearch:hingeAngles": np.degrees(angles).round(_DIGITS).tolist(),
+            "vertices_coords": _middles(replay.linkage, angles),
+        }
+        for at, angles in zip(replay.at.tolist(), replay.angles, strict=True)
+    ]
+
+
+def _assignment(crease: Crease) -> str:
+    return "F" if not crease.closes else "V" if crease.face == "top" else "M"
+
+
+def _angle(crease: Crease) -> int:
+    return {"F": 0, "V": 180, "M": -180}[_assignment(crease)]
+
+
+def _middles(linkage: Linkage, angles: Reals) -> Any:
+    """Corners of the facets' middle surfaces, facet after facet, in mm."""
+    return _millimetres(np.concatenate([solid.mean(axis=0) for solid in linkage.solids(angles)]))
+
+
+def _millimetres(lengths: Any) -> Any:
+    found = (1e3 * np.asarray(lengths, float)).round(_DIGITS) + 0.0  # no -0
+    return found.tolist()
+
+
+def _text(data: Mapping[str, Any]) -> str:
+    """JSON with a property of a frame on each line."""
+
+    def lines(frame: Mapping[str, Any], indent: str) -> str:
+        inner = (f"{indent} {json.dumps(key)}: {shown(value, indent + ' ')}" for key, value in frame.items())
+        return "{\n" + ",\n".join(inner) + f"\n{indent}}}"
+
+    def shown(value: Any, indent: str) -> str:
+        if isinstance(value, Sequence) and value and isinstance(value[0], dict):
+            return "[" + ", ".join(lines(frame, indent) for frame in value) + "]"
+        return json.dumps(value, separators=(",", ":"), allow_nan=False)
+
+    return lines(data, "") + "\n"
