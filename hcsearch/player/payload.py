@@ -11,7 +11,7 @@
 | `panel` | panel of each facet | |
 | `stack` | stack of each facet, 0 or 1, that of facet 0 first; null where the folded state is not two stacks | |
 | `creases` | facets i < j that a crease joins, and its hinge, -1 where it is rigid; other shared edges are slits | |
-| `hinges` | x, y of start and end, 1 for the top face or 0, 1 where it closes or 0, first panel, second panel | `unit` |
+| `hinges` | x, y of start and of end, 1 for the top face or 0, 1 where it closes or 0, both panels | `unit` |
 | `order` | panels in the order in which they are placed | |
 | `parents`, `via`, `signs` | of each panel: the one it hangs on, the hinge between, its sense; -1, -1, 0 for a root | |
 | `labels` | names of `panels` and of `hinges` | |
@@ -98,7 +98,7 @@ def payload_of(replay: Replay) -> Payload:
         "scale": scale,
         "angles": base64.b64encode(np.rint(replay.angles / scale).astype("<i2").tobytes()).decode("ascii"),
         "certified": [[float(begin), float(end)] for begin, end in replay.certified],
-        "margin": 1e3 * replay.margin,
+        "margin": round(1e3 * replay.margin, 9),
         "collision": None if collision is None else [float(collision[0]), *map(int, collision[1])],
         "error": replay.error + 0.5 * scale,
         "nearest": pairs.ravel().tolist(),
@@ -169,7 +169,7 @@ def _corners(pattern: Pattern, step: float) -> tuple[list[int], list[list[int]]]
     same: dict[tuple[int, int], tuple[int, int]] = {}  # a corner of a facet, and the one of a facet before it
     for (i, j), (start, end) in pattern.edges.items():
         for point in (start, end):
-            near = min(range(len(pattern.facets[j])), key=lambda k: math.dist(pattern.facets[j][k], point))  # noqa: B023
+            near = min(range(len(pattern.facets[j])), key=lambda k: math.dist(pattern.facets[j][k], point))
             one, two = sorted((_first(same, (i, pattern.facets[i].index(point))), _first(same, (j, near))))
             if one != two:
                 same[two] = one
@@ -198,7 +198,7 @@ def _places(at: Reals) -> list[float]:
     """Places in as few digits as keep them a ten-thousandth of a step apart."""
     least = float(np.diff(at).min(initial=math.inf))
     digits = max(4, 4 - math.floor(math.log10(least))) if math.isfinite(least) and least > 0.0 else 15
-    return np.round(at, digits).tolist()
+    return [round(float(place), digits) for place in at]
 
 
 def _nearest(replay: Replay) -> tuple[Whole, Reals, Whole]:

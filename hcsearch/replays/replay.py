@@ -10,6 +10,7 @@ import numpy as np
 
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
+from hcsearch.system.notebooks import notebook_view
 from hcsearch.typing import Reals
 
 Axis = Literal["time", "path"]
@@ -38,6 +39,9 @@ class Replay:
     error: float
     title: str
     source: str
+
+    def _repr_html_(self) -> str:
+        return notebook_view(self)
 
     def at_time(self, at: Reals) -> Reals:
         """Fold angles at places of the axis, shape (len(at), n_hinges)."""

@@ -11,7 +11,7 @@ const SPARE = 1.06;
 export class View {
     constructor(motion, solids) {
         this.points = extremes(motion, solids);
-        this.home = { turn: homeTurn(solids), lift: 0.62 };
+        this.home = { turn: homeTurn(solids), lift: 0.72 };
         this.reset();
     }
 

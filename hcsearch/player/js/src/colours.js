@@ -45,6 +45,6 @@ function hue(number, theme) {
 /** The colour of a polygon by its kind, of a facet's colour. */
 export function kindColour(kind, facet, theme) {
     const name = ['top', 'bottom', 'wall', 'cut', 'slit', 'rim', 'mountain', 'valley', 'flat'][kind];
-    const share = { top: 1, bottom: 0.84, wall: 0.5, rim: 0.8 }[name];
+    const share = { top: 1, bottom: 0.88, wall: 0.6, rim: 0.8 }[name];
     return share === undefined ? rgb(THEMES[theme][name]) : facet.map((x) => share * x);
 }

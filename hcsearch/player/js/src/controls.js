@@ -1,8 +1,9 @@
 // The elements of a player, and what its reader does with them.
 
-import { degreesAtMost, element, icon, millimetres, placeText } from './dom.js';
+import { clashText, degreesAtMost, element, icon, millimetres, nearestText, paceText, placeText } from './dom.js';
 
 export const STEPS = 1000;
+export const SECONDS = 8; // that a motion takes to play
 const SPEEDS = [0.25, 0.5, 1, 2, 4];
 const MODES = { stack: 'stack', panel: 'panel', nearest: 'nearest pair' };
 
@@ -11,7 +12,8 @@ export function controlsOf(motion, does, { colour, numbers }) {
     const { payload } = motion;
     const keys = 'Drag to turn, pinch or scroll to zoom. Space plays, arrow keys step, Home and End jump, plus and minus zoom, 0 resets the view.';
     const canvas = element('canvas', { 'aria-hidden': 'true' });
-    const tag = element('p', { className: 'tag' });
+    const [near, clash] = [element('span'), element('strong')];
+    const tag = element('p', { className: 'tag' }, clash, near);
     const small = (text, label, act) => element('button', { type: 'button', textContent: text, title: label, 'aria-label': label, onclick: act });
     const corner = element(
         'div',
@@ -35,6 +37,13 @@ export function controlsOf(motion, does, { colour, numbers }) {
     const modes = Object.entries(MODES).filter(([name]) => name !== 'stack' || payload.stack);
     const [colours, colourings] = choice('Colour by', modes, colour, does.colour);
     const box = element('input', { type: 'checkbox', checked: numbers, onchange: () => does.numbers(box.checked) });
+    const pace = element('span');
+    const setPace = (factor) => {
+        speeds.value = String(factor);
+        pace.textContent = paceText(motion, SECONDS / factor);
+    };
+    setPace(1);
+    speed.append(pace);
     const tools = element('div', { className: 'tools' }, speed, colours, element('label', {}, box, 'Panel numbers'));
     const stills = element('div', { className: 'stills' });
     const note = element('p', { className: 'source', hidden: true });
@@ -51,14 +60,15 @@ export function controlsOf(motion, does, { colour, numbers }) {
     );
     const shown = { shape: '' };
     return {
-        root, stage, canvas, tag, range, stills, speeds, colourings, note,
+        root, stage, canvas, range, stills, setPace, colourings, note,
 
-        show(at, playing, clash) {
+        show(at, playing) {
             const share = motion.end > motion.begin ? (at - motion.begin) / (motion.end - motion.begin) : 0;
             range.value = Math.round(STEPS * share);
             place.textContent = placeText(motion, at);
             range.setAttribute('aria-valuetext', `${placeText(motion, at)} of ${placeText(motion, motion.end)}`);
-            tag.classList.toggle('clash', clash);
+            near.textContent = nearestText(motion, at);
+            clash.textContent = clashText(motion, at);
             const shape = playing ? 'pause' : share >= 1 ? 'again' : 'play';
             if (shape !== shown.shape) {
                 shown.shape = shape;
@@ -87,14 +97,21 @@ function trackOf({ payload, begin, end }) {
     return track;
 }
 
-function keyOf({ payload }) {
+function keyOf(motion) {
+    const { payload } = motion;
     const folds = new Set(payload.hinges.map(([, , , , top, closes]) => (closes ? (top ? 'valley' : 'mountain') : 'flat')));
     const words = { mountain: 'mountain hinge', valley: 'valley hinge', flat: 'hinge that stays flat' };
     const entries = Object.entries(words).filter(([kind]) => folds.has(kind));
     entries.push(['slit', 'slit']);
-    if (payload.certified.length) entries.push(['safe', `certified clear, ${millimetres(payload.margin)} of play`]);
+    if (payload.certified.length) entries.push(['safe', `${certifiedText(motion)}, ${millimetres(payload.margin)} of play`]);
     if (payload.collision) entries.push(['clash', 'first collision']);
     return element('ul', { className: 'key' }, ...entries.map(([kind, text]) => element('li', {}, element('i', { className: kind }), text)));
+}
+
+function certifiedText(motion) {
+    const { certified } = motion.payload;
+    if (certified.length === 1 && certified[0][0] <= motion.begin && certified[0][1] >= motion.end) return 'certified clear throughout';
+    return `certified clear from ${certified.map((ends) => ends.map((at) => placeText(motion, at)).join(' to ')).join(', ')}`;
 }
 
 function sourceOf(motion) {

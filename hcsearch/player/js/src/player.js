@@ -5,7 +5,7 @@
 
 import { View } from './camera.js';
 import { facetColours } from './colours.js';
-import { controlsOf } from './controls.js';
+import { controlsOf, SECONDS } from './controls.js';
 import { element, nearestText, placeText } from './dom.js';
 import { gestures } from './gestures.js';
 import { Motion } from './motion.js';
@@ -14,7 +14,6 @@ import { solidsOf } from './solids.js';
 import { STYLE } from './style.js';
 import { webglPainter } from './webgl.js';
 
-const SECONDS = 8; // that a motion takes to play
 const STILLS = [0, 0.25, 0.5, 0.75, 1];
 let playing = null; // one player of a page plays at a time
 let sheet;
@@ -22,7 +21,7 @@ let sheet;
 function mount(place, payload, options = {}) {
     const motion = new Motion(typeof payload === 'string' ? JSON.parse(payload) : payload);
     const solids = solidsOf(motion.payload);
-    const labels = facetLabels(motion.payload);
+    const labels = facetLabels(motion.payload, solids);
     const view = new View(motion, solids);
     const dark = matchMedia('(prefers-color-scheme: dark)');
     const calm = matchMedia('(prefers-reduced-motion: reduce)').matches;
@@ -72,7 +71,7 @@ function mount(place, payload, options = {}) {
             painter = null;
         }
         if (!painter) {
-            painter = webglPainter(motion, solids, labels);
+            painter = webglPainter(motion, solids, labels, view.home.turn + Math.PI / 2);
             if (!painter) {
                 painter = flatPainter(motion, solids, labels);
                 controls.note.textContent = 'This browser shows no WebGL: the picture is drawn without it, and panels that lie close may hide each other wrongly.';
@@ -105,10 +104,8 @@ function mount(place, payload, options = {}) {
         waiting = 0;
         if (gone) return;
         const { clientWidth, clientHeight } = controls.stage;
-        const { collision } = motion.payload;
         controls.root.classList.toggle('dark', theme() === 'dark');
-        controls.tag.textContent = nearestText(motion, state.at);
-        controls.show(state.at, playing === handle, Boolean(collision) && state.at >= collision[0]);
+        controls.show(state.at, playing === handle);
         if (clientWidth && clientHeight) {
             const dots = Math.min(2, window.devicePixelRatio || 1);
             paint(controls.canvas, state.at, Math.round(dots * clientWidth), Math.round(dots * clientHeight));
@@ -148,7 +145,7 @@ function mount(place, payload, options = {}) {
         },
         setSpeed(factor) {
             state.speed = Number(factor);
-            controls.speeds.value = String(factor);
+            controls.setPace(state.speed);
         },
         colourBy(mode) {
             if (!['panel', 'stack', 'nearest'].includes(mode)) throw new Error(`panels have no colours by ${mode}`);
@@ -202,17 +199,16 @@ function mount(place, payload, options = {}) {
     return handle;
 }
 
-/** What is written on each facet: the number of its panel, or its own where the panel is made of several. */
-function facetLabels({ panel, labels }) {
-    const rank = new Map();
-    const count = new Map();
-    panel.forEach((p) => count.set(p, (count.get(p) ?? 0) + 1));
-    return panel.map((p) => {
-        const parts = labels.panels[p].split('+');
-        const k = rank.get(p) ?? 0;
-        rank.set(p, k + 1);
-        return parts.length === count.get(p) ? parts[k] : labels.panels[p];
+/** What is written on each facet: its own number where a panel names several, else the panel's on its widest facet. */
+function facetLabels({ labels }, solids) {
+    const found = solids.map(() => '');
+    labels.panels.forEach((label, p) => {
+        const own = solids.flatMap((solid, f) => (solid.panel === p ? [f] : []));
+        const parts = label.split('+');
+        if (parts.length === own.length) own.forEach((f, k) => (found[f] = parts[k]));
+        else found[own.reduce((best, f) => (solids[f].reach > solids[best].reach + 1e-9 ? f : best))] = label;
     });
+    return found;
 }
 
 function styleSheet() {

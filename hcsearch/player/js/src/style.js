@@ -13,13 +13,15 @@ export const STYLE = `
 }
 * { box-sizing: border-box; }
 [hidden] { display: none !important; }
-.stage { position: relative; height: var(--stage, clamp(260px, 56cqi, 560px)); border: 1px solid var(--rule); border-radius: 10px;
+.stage { position: relative; height: var(--stage, clamp(300px, 56cqi, 560px)); border: 1px solid var(--rule); border-radius: 10px;
   background: radial-gradient(ellipse at 50% 35%, color-mix(in srgb, var(--paper) 96%, var(--ink)), color-mix(in srgb, var(--paper) 88%, var(--ink)));
   cursor: grab; touch-action: pan-y; overflow: hidden; user-select: none; -webkit-user-select: none; }
 .stage:active { cursor: grabbing; }
 .stage canvas { position: absolute; inset: 0; width: 100%; height: 100%; display: block; }
-.tag { position: absolute; left: 10px; bottom: 8px; right: 130px; margin: 0; font-size: 13px; pointer-events: none; font-variant-numeric: tabular-nums; }
-.tag.clash { color: var(--clash); font-weight: 600; }
+.tag { position: absolute; left: 8px; top: 8px; max-width: calc(100% - 16px); margin: 0; font-size: 13px; pointer-events: none; font-variant-numeric: tabular-nums; }
+.tag > * { display: table; padding: 2px 8px; border-radius: 6px; background: color-mix(in srgb, var(--paper) 78%, transparent); }
+.tag > :empty { display: none; }
+.tag strong { color: var(--clash); font-weight: 600; }
 .corner { position: absolute; right: 8px; bottom: 8px; display: flex; gap: 4px; }
 button, select { font: inherit; color: inherit; background: var(--paper); border: 1px solid var(--rule); border-radius: 7px; cursor: pointer; min-height: 32px; padding: 0 9px; }
 button:hover, select:hover { border-color: var(--lead); }
@@ -49,12 +51,12 @@ input[type="range"]::-moz-range-thumb { width: 12px; height: 12px; border-radius
 .source { margin: 8px 0 0; color: var(--faint); font-size: 12.5px; max-width: 90ch; overflow-wrap: anywhere; }
 .stills { display: none; }
 @container (max-width: 520px) {
-  .bar { gap: 8px; } .place { min-width: 4.6em; } .tag { right: 10px; bottom: 48px; }
+  .bar { gap: 8px; } .place { min-width: 4.6em; }
   .corner button, button, select { min-height: 38px; } .corner button { width: 40px; } .go { width: 46px; height: 44px; }
 }
 @media print {
   .stage, .bar, .tools { display: none; }
-  .stills { display: grid; grid-template-columns: repeat(5, 1fr); gap: 6px; break-inside: avoid; }
+  .stills { display: grid; grid-template-columns: repeat(5, 1fr); gap: 6px; padding-right: 2px; break-inside: avoid; }
   .stills figure { margin: 0; min-width: 0; }
   .stills canvas { display: block; width: 100%; border: 1px solid #bbbbbb; border-radius: 4px; }
   .stills figcaption { font-size: 9px; line-height: 1.3; color: #444444; }

@@ -45,7 +45,7 @@ void main() {
     float fill = max(dot(n, normalize(vec3(0.7, -0.1, 0.6))), 0.0);
     float gloss = pow(max(dot(n, normalize(key + eye)), 0.0), 40.0);
     vec3 colour = pow(vColour, vec3(2.2));
-    vec3 lit = colour * (0.34 + 0.12 * n.y + 0.62 * sun + 0.2 * fill) + 0.05 * gloss;
+    vec3 lit = colour * (0.36 + 0.1 * n.y + 0.55 * sun + 0.2 * fill + 0.14 * max(n.z, 0.0)) + 0.04 * gloss;
     gl_FragColor = vec4(pow(lit, vec3(1.0 / 2.2)), 1.0);
 }`;
 
@@ -92,7 +92,7 @@ function canvasOfPage() {
 }
 
 /** What draws a motion with WebGL; null where there is none. */
-export function webglPainter(motion, solids, labels) {
+export function webglPainter(motion, solids, labels, upright) {
     const page = canvasOfPage();
     if (!page || page.renderer.gl.isContextLost()) return null;
     const born = page.lost;
@@ -113,7 +113,7 @@ export function webglPainter(motion, solids, labels) {
         return mesh;
     });
     const text = new Transform();
-    const writing = textOf(gl, solids, labels, motion);
+    const writing = textOf(gl, solids, labels, motion, upright);
     writing.meshes.forEach((mesh) => mesh.setParent(text));
 
     return {
@@ -177,8 +177,8 @@ function geometryOf(gl, polygons) {
     });
 }
 
-/** Numbers on both faces of facets: one texture, a quad on each face. */
-function textOf(gl, solids, labels, motion) {
+/** Numbers on both faces of facets: one texture, a quad on each face; `upright` : where a line of text runs to. */
+function textOf(gl, solids, labels, motion, upright) {
     const cell = 64;
     const columns = Math.ceil(Math.sqrt(solids.length));
     const side = 2 ** Math.ceil(Math.log2(cell * columns));
@@ -201,6 +201,7 @@ function textOf(gl, solids, labels, motion) {
     });
     program.setBlendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     const thickness = motion.payload.unit * motion.payload.thickness;
+    const [cos, sin] = [Math.cos(upright), Math.sin(upright)];
     const meshes = solids.map((solid, f) => {
         const half = 0.62 * solid.reach;
         const [x, y] = solid.middle;
@@ -211,7 +212,8 @@ function textOf(gl, solids, labels, motion) {
             const first = position.length / 3;
             const corners = [[-1, -1], [1, -1], [1, 1], [-1, 1]];
             for (const [a, b] of corners) {
-                position.push(x + flip * a * half, y + b * half, z);
+                const [along, above] = [flip * a * half, b * half];
+                position.push(x + along * cos - above * sin, y + along * sin + above * cos, z);
                 uv.push(a < 0 ? u : toU, b < 0 ? toV : v);
             }
             index.push(...[0, 1, 2, 0, 2, 3].map((k) => first + k));
