@@ -30,20 +30,20 @@ def arrivals(deployment: Deployment) -> tuple[Arrival, ...]:
 
     Bounces are left out: how many there are, and how small, is a matter of how the stops are modelled.
     """
-    found: list[Arrival] = []
+    arrived: list[Arrival] = []
     for time, stop, hinge, speed in sorted(_hits(deployment)):
-        last = next((a for a in found[::-1] if a.stop == stop and time - a.time <= TOGETHER), None)
+        last = next((a for a in arrived[::-1] if a.stop == stop and time - a.time <= TOGETHER), None)
         if last is None:
-            found.append(Arrival(time, stop, (hinge,), speed))
+            arrived.append(Arrival(time, stop, (hinge,), speed))
         else:
             hinges = tuple(sorted({*last.hinges, hinge}))
-            found[found.index(last)] = Arrival(last.time, stop, hinges, max(last.speed, speed))
-    return tuple(found)
+            arrived[arrived.index(last)] = Arrival(last.time, stop, hinges, max(last.speed, speed))
+    return tuple(arrived)
 
 
 def _hits(deployment: Deployment) -> list[tuple[float, Literal["flat", "folded"], int, float]]:
     """Time, stop, hinge and speed of each hit that is no bounce."""
-    times, angles, found = deployment.motion.times, deployment.angles, []
+    times, angles, hits = deployment.motion.times, deployment.angles, []
     last: dict[int, float] = {}
     for event in deployment.motion.events:
         if event.kind != "hit":
@@ -54,6 +54,6 @@ def _hits(deployment: Deployment) -> list[tuple[float, Literal["flat", "folded"]
             stop: Literal["flat", "folded"] = "flat" if here < 0.5 * math.pi else "folded"
             limit = 0.0 if stop == "flat" else math.pi
             if np.abs(since - limit).max(initial=0.0) > FLAT:
-                found.append((event.time, stop, hinge, abs(event.speed)))
+                hits.append((event.time, stop, hinge, abs(event.speed)))
             last[hinge] = event.time
-    return found
+    return hits

@@ -77,11 +77,11 @@ def check(
         steps = max_steps or STEPS[own[0].formulation]
         return _run(own, [subjects[i] for i in members], tolerance, exactness, whole, steps)
 
-    found: dict[int, Check] = {}
+    checks: dict[int, Check] = {}
     with ThreadPoolExecutor(threads) as pool:  # the kernel leaves the interpreter's lock
         for (_, members), rows in zip(calls, pool.map(run, calls), strict=True):
-            found.update(zip(members, rows, strict=True))
-    return [found[i] for i in range(len(scenes))]
+            checks.update(zip(members, rows, strict=True))
+    return [checks[i] for i in range(len(scenes))]
 
 
 def _subject(compiled: Compiled, screen: Screen) -> SceneTables:
@@ -129,7 +129,7 @@ def _run(
         *exactness,
         whole,
     )
-    found = Findings(
+    findings = Findings(
         endings=np.zeros(count, np.int64),
         verdicts=np.zeros(count, np.int64),
         pairs=np.zeros(count, np.int64),
@@ -142,33 +142,33 @@ def _run(
         openings=np.zeros(count),
         looses=np.zeros(count),
     )
-    check_all(_stacked(subjects), rules, record_for(system.n_joints, steps), found)
-    return [_check(scenes[i], subjects[i], found, i) for i in range(count)]
+    check_all(_stacked(subjects), rules, record_for(system.n_joints, steps), findings)
+    return [_check(scenes[i], subjects[i], findings, i) for i in range(count)]
 
 
-def _check(compiled: Compiled, subject: SceneTables, found: Findings, i: int) -> Check:
-    verdict, gap = int(found.verdicts[i]), float(found.gaps[i])
+def _check(compiled: Compiled, subject: SceneTables, findings: Findings, i: int) -> Check:
+    verdict, gap = int(findings.verdicts[i]), float(findings.gaps[i])
     collision = None
     if verdict == COLLIDES:
-        one, two = sorted(compiled.linkage.pattern.panel_of[f] for f in subject.pairs.prisms[found.pairs[i]])
-        collision = (float(found.times[i, 1]), (one, two))
-    states, evaluations, _, looks = (int(number) for number in found.counts[i])
+        one, two = sorted(compiled.linkage.pattern.panel_of[f] for f in subject.pairs.prisms[findings.pairs[i]])
+        collision = (float(findings.times[i, 1]), (one, two))
+    states, evaluations, _, looks = (int(number) for number in findings.counts[i])
     return Check(
-        outcome_of(ENDINGS[int(found.endings[i])]),
-        float(found.times[i, 0]),
+        outcome_of(ENDINGS[int(findings.endings[i])]),
+        float(findings.times[i, 0]),
         {CLEAR: True, COLLIDES: False}.get(verdict),
         collision,
         gap if math.isfinite(gap) else None,
-        float(found.speeds[i]),
-        float(found.lefts[i, 0]),
-        float(found.lefts[i, 1]),
-        math.pi * float(found.lefts[i, 2]),
-        float(found.drifts[i]),
-        float(found.openings[i]),
+        float(findings.speeds[i]),
+        float(findings.lefts[i, 0]),
+        float(findings.lefts[i, 1]),
+        math.pi * float(findings.lefts[i, 2]),
+        float(findings.drifts[i]),
+        float(findings.openings[i]),
         states - 1,
         evaluations,
         looks,
-        float(found.looses[i]),
+        float(findings.looses[i]),
     )
 
 

@@ -89,8 +89,8 @@ class Compiled:
     def hinges_of(self, joint: int) -> list[int]:
         """The hinges that move as a joint does; cut hinges are counted after the joints."""
         cut = joint - len(self.system.joints)
-        found = np.flatnonzero(self.joint_of == joint) if cut < 0 else np.flatnonzero(self.joint_of < 0)[cut : cut + 1]
-        return [int(hinge) for hinge in found]
+        hinges = np.flatnonzero(self.joint_of == joint) if cut < 0 else np.flatnonzero(self.joint_of < 0)[cut : cut + 1]
+        return [int(hinge) for hinge in hinges]
 
     def at_stops(self, q: Reals) -> Stops:
         """Hinges that are closed and open at one state."""
@@ -266,29 +266,29 @@ class _Compiler:
         at_start = [law.energy(angle) for law, angle in zip(self.laws, self.angles, strict=True)]
         least = [min(0.0, law.least_energy) for law in self.laws]
         spare = sum(at_start) - sum(least)
-        found = {
+        unreached = {
             k
             for k, law in enumerate(self.laws)
             if self.angles[k] < math.pi and law.energy(math.pi) - least[k] > spare * (1.0 + 1e-9)
         }
-        if found:
+        if unreached:
             self._leave_out(
                 "stops",
-                f"the folded stops of {len(found)} hinges",
+                f"the folded stops of {len(unreached)} hinges",
                 "the energy at the start is less than one of their springs would take to close again",
             )
-        return found
+        return unreached
 
     def _cuts(self, tree: PanelTree, shift: int) -> tuple[CutHinge, ...]:
-        found = []
+        cuts = []
         for hinge, first, second in tree.cuts:
             own = self.linkage.pattern.hinges[hinge]
             height = self.linkage.points[hinge][2]
             ends = (np.array([*own.start, height]), np.array([*own.end, height]))
             base = shift - 1 if self.free else GROUND
             bodies = [body + shift if body != GROUND else base for body in (first, second)]
-            found.append(CutHinge(bodies[0], bodies[1], ends, self.linkage.directions[hinge], self._drive(hinge)))
-        return tuple(found)
+            cuts.append(CutHinge(bodies[0], bodies[1], ends, self.linkage.directions[hinge], self._drive(hinge)))
+        return tuple(cuts)
 
     def _welds(self, welds: tuple[Weld, ...]) -> tuple[Weld, ...]:
         """The welds; where all hinges are parallel, only with what moves in the plane across them."""
@@ -319,13 +319,13 @@ class _Compiler:
                 image = sorted(mirror.panels[panel] for panel in pair)
                 if image < list(pair):
                     images.add(pair)
-        found = frozenset(joined | images)
+        apart = frozenset(joined | images)
         self._leave_out(
             "pairs",
-            f"{len(found)} of {math.comb(self.linkage.n_panels, 2)} pairs of panels, where contact is looked for",
+            f"{len(apart)} of {math.comb(self.linkage.n_panels, 2)} pairs of panels, where contact is looked for",
             "stops keep panels on two sides of a hinge apart" + (", and mirror pairs meet together" if images else ""),
         )
-        return found
+        return apart
 
     def _say_rest(self) -> None:
         """What is never there to begin with."""

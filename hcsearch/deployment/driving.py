@@ -51,9 +51,9 @@ class Drives:
 
     def start_in(self, compiled: Compiled) -> Reals:
         """The start as coordinates of the joints."""
-        found = compiled.start.copy()
-        found[compiled.joint_of] = self.start
-        return found
+        angles = compiled.start.copy()
+        angles[compiled.joint_of] = self.start
+        return angles
 
     def check(self, linkage: Linkage) -> None:
         """Refuse drives that are not those of a linkage."""
@@ -101,12 +101,12 @@ def drives_in(table: Mapping[str, Any]) -> Drives:
 def _numbers(value: Any) -> Reals:
     """A number, or a table of numbers; SceneError for what is none."""
     try:
-        found = np.array(value)
+        numbers = np.array(value)
     except ValueError as error:
         raise SceneError(_NO_NUMBERS) from error
-    if found.dtype.kind not in "iuf":
+    if numbers.dtype.kind not in "iuf":
         raise SceneError(_NO_NUMBERS)
-    return found.astype(float)
+    return numbers.astype(float)
 
 
 def drives_text(drives: Drives) -> str:

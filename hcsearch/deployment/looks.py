@@ -117,20 +117,20 @@ def springs_of(folding: Folding, compiled: Compiled, name: str) -> Reals:
         towards = np.where(weights < 0.0, 1.0 - places, places)
         softness = towards @ np.abs(weights) / np.abs(weights).sum()
     softer = max(softest, stiffest / GRADED)
-    found: Reals = stiffest * (softer / stiffest) ** softness
-    return found
+    springs: Reals = stiffest * (softer / stiffest) ** softness
+    return springs
 
 
 def _places(folding: Folding, compiled: Compiled) -> Reals:
     """Layer (0 lowest to 1), face (1 for a valley) and stack (1 for the second) of the hinge of each joint."""
     pattern, half = compiled.linkage.pattern, folding.circuit.n // 2
     first = set(folding.stacks[0])
-    found = np.zeros((compiled.system.n_joints, 3))
+    places = np.zeros((compiled.system.n_joints, 3))
     for pair, crease in pattern.creases.items():
         if crease.face is None:
             continue
         layers = [folding.layers[panel] for panel in pair]
         layer = min(layers) / max(1, half - 2)
         joint = compiled.joint_of[pattern.hinge_of(pair)]
-        found[joint] = min(layer, 1.0), crease.face == "top", pair[0] not in first
-    return found
+        places[joint] = min(layer, 1.0), crease.face == "top", pair[0] not in first
+    return places

@@ -10,7 +10,7 @@ from hcsearch.deployment.deploying import Deployment, run
 
 def savings(deployment: Deployment, *, method: str | None, tolerance: float) -> list[dict[str, Any]]:
     """What each omission saved: the same scene with it kept, in joints, closure equations, evaluations and time."""
-    found = []
+    rows = []
     for omission in deployment.compiled.omissions:
         if omission.name not in OMISSIONS:
             continue
@@ -18,7 +18,7 @@ def savings(deployment: Deployment, *, method: str | None, tolerance: float) -> 
         full = compile_scene(compiled.linkage, compiled.scene, compiled.formulation, keep=frozenset({omission.name}))
         other = run(full, method=method, tolerance=tolerance, certified=False)
         again = run(compiled, method=method, tolerance=tolerance, certified=False)
-        found.append(
+        rows.append(
             {
                 "name": omission.name,
                 "joints": [full.system.n_joints, compiled.system.n_joints],
@@ -28,7 +28,7 @@ def savings(deployment: Deployment, *, method: str | None, tolerance: float) -> 
                 "outcomes": [other.outcome, again.outcome],
             }
         )
-    return found
+    return rows
 
 
 def _rows(compiled: Compiled) -> int:

@@ -71,11 +71,11 @@ def _number(key: str, value: Any) -> float:
 
 def _vector(key: str, value: Any) -> tuple[float, ...]:
     parts = value.split(",") if isinstance(value, str) else value
-    found = tuple(float(number) for number in parts)
+    numbers = tuple(float(number) for number in parts)
     least = 0.0 if key == "base_inertia" else -MOST
-    if len(found) != 3 or not all(least <= number < MOST for number in found):
+    if len(numbers) != 3 or not all(least <= number < MOST for number in numbers):
         raise ValueError
-    return found
+    return numbers
 
 
 def _range(_key: str, value: Any) -> tuple[float, float]:
@@ -87,15 +87,15 @@ def _range(_key: str, value: Any) -> tuple[float, float]:
 
 
 def _springs(_key: str, value: Any) -> tuple[tuple[int, str], ...]:
-    found: dict[int, str] = {}
+    laws: dict[int, str] = {}
     for hinge, law in dict(value).items():
         text = str(hinge)
         if not (text.isascii() and text.isdigit() and len(text) < 10 and isinstance(law, str)):
             raise ValueError
-        if int(text) in found:
+        if int(text) in laws:
             raise SceneError(f"springs names hinge {int(text)} twice: leave one out")
-        found[int(text)] = law
-    return tuple(found.items())
+        laws[int(text)] = law
+    return tuple(laws.items())
 
 
 def _law(_key: str, value: Any) -> str:
@@ -180,45 +180,45 @@ def read_file(path: str) -> dict[str, Any]:
 def read_text(text: str, origin: str) -> dict[str, Any]:
     """The same from a text; origin : what it is called in messages."""
     try:
-        found = tomllib.loads(text)
+        table = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise SceneError(f"{origin} cannot be read: it holds no scene") from error
-    return _checked(origin, found)
+    return _checked(origin, table)
 
 
-def _checked(path: str, found: dict[str, Any]) -> dict[str, Any]:
-    unknown = set(found) - {*_KINDS, *_ON_TOP, *_IN_MILLIMETRES}
+def _checked(path: str, table: dict[str, Any]) -> dict[str, Any]:
+    unknown = set(table) - {*_KINDS, *_ON_TOP, *_IN_MILLIMETRES}
     if unknown:
         raise SceneError(f"{path} has {_shown(min(unknown))}, which nothing reads: see docs/dynamics.md")
-    if "design" in found and "assembly" in found:
+    if "design" in table and "assembly" in table:
         raise SceneError(f"{path} must name a design or an assembly, not both: leave one out")
     for key, (kind, example) in _KINDS.items():
-        if key in found and not isinstance(found[key], kind):
-            raise SceneError(f"{path} has {key} = {_shown(found[key])}: write {example}")
-    if found.get("formulation", FORMULATIONS[0]) not in FORMULATIONS:
+        if key in table and not isinstance(table[key], kind):
+            raise SceneError(f"{path} has {key} = {_shown(table[key])}: write {example}")
+    if table.get("formulation", FORMULATIONS[0]) not in FORMULATIONS:
         names = ", ".join(FORMULATIONS)
-        raise SceneError(f"{path} has formulation = {_shown(found['formulation'])}: write one of {names}")
-    if not isinstance(found.get("scene", {}).get("name", ""), str):
+        raise SceneError(f"{path} has formulation = {_shown(table['formulation'])}: write one of {names}")
+    if not isinstance(table.get("scene", {}).get("name", ""), str):
         raise SceneError(
-            f"{path} starts from the scene {_shown(found['scene']['name'])}: choose one of {', '.join(SCENES)}"
+            f"{path} starts from the scene {_shown(table['scene']['name'])}: choose one of {', '.join(SCENES)}"
         )
-    for key, value in found.get("parameters", {}).items():
+    for key, value in table.get("parameters", {}).items():
         if isinstance(value, bool) or not isinstance(value, str if key == "size" else (int, float)):
             example = "size = '3x2'" if key == "size" else f"a number, such as {key} = 70"
             raise SceneError(f"{path} has {key} = {_shown(value)}: write {example}")
-    return found
+    return table
 
 
-def scene_in(found: Mapping[str, Any], *, base: Scene | None = None) -> Scene:
+def scene_in(table: Mapping[str, Any], *, base: Scene | None = None) -> Scene:
     """The scene that a file holds; base : to start from, unless that is the one the file names."""
-    given = dict(found.get("scene", {}))
+    given = dict(table.get("scene", {}))
     start = given.pop("name", None)
     scene = base or scene_named("default" if start is None else start)
-    values = given | {key: found[key] for key in _ON_TOP if key in found}
+    values = given | {key: table[key] for key in _ON_TOP if key in table}
     for key, name in _IN_MILLIMETRES.items():
-        if key in found:
-            values[name] = found[key] if name == "panel" else _metres(key, found[key])
-    return replace(scene_with(scene, values), name=found.get("name", scene.name))
+        if key in table:
+            values[name] = table[key] if name == "panel" else _metres(key, table[key])
+    return replace(scene_with(scene, values), name=table.get("name", scene.name))
 
 
 def _metres(key: str, value: Any) -> float:

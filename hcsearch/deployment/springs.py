@@ -83,6 +83,6 @@ def spring_sets(n_joints: int, count: int, softest: float, stiffest: float) -> R
     from scipy.stats import qmc  # noqa: PLC0415 - takes longer to load than many deployments to compute
 
     points = qmc.Sobol(n_joints, seed=1).random(count)
-    found: Reals = softest * (stiffest / softest) ** points
-    found.flags.writeable = False
-    return found
+    stiffness: Reals = softest * (stiffest / softest) ** points
+    stiffness.flags.writeable = False
+    return stiffness

@@ -20,9 +20,9 @@ def start_state(linkage: Linkage, share: float) -> Reals:
     folded: Reals = linkage.folded
     if share == 1.0:
         return folded
-    found, _ = close_within(linkage, share * folded)
-    if found is not None:
-        return found.angles
+    closed, _ = close_within(linkage, share * folded)
+    if closed is not None:
+        return closed.angles
     if share < 0.9:
         raise HcsearchError(f"no closed state lies near {share:g} of the folded angles: start nearer to 1")
     return folded

@@ -116,11 +116,11 @@ class _Verdicts:
     def _take(self, looks: Sequence[Look], some: list[int]) -> None:
         """Take some looks at some foldings; the first look that deploys counts."""
         scenes = {(i, look): self._compiled(i, look) for look in looks for i in some if self._can(i, look)}
-        found = self._check(scenes, {} if looks[0].first else self.second)
+        checks = self._check(scenes, {} if looks[0].first else self.second)
         if not looks[0].first:
-            found |= self._check({tried: scenes[tried] for tried in scenes if found[tried].deploys}, {})
-        agreements = self._agreed(scenes, found)
-        for (i, look), one in found.items():
+            checks |= self._check({tried: scenes[tried] for tried in scenes if checks[tried].deploys}, {})
+        agreements = self._agreed(scenes, checks)
+        for (i, look), one in checks.items():
             if look.first or self._goes_on(i):  # as if the looks had been taken one by one
                 self._keep(i, look, scenes[i, look][0], one, agreements.get((i, look)))
                 self.spent[i] += 0 if look.first else one.evaluations * self.foldings[i].circuit.n
@@ -130,26 +130,26 @@ class _Verdicts:
         return dict(zip(scenes, check(compiled, screens=screens, threads=self.threads, **options), strict=True))
 
     def _agreed(
-        self, scenes: dict[Tried, tuple[Compiled, Screen]], found: dict[Tried, Check]
+        self, scenes: dict[Tried, tuple[Compiled, Screen]], checks: dict[Tried, Check]
     ) -> dict[Tried, Agreement]:
         """Whether what deploys does so at other tolerances, too."""
-        deploying = {tried: scenes[tried] for tried, one in found.items() if one.deploys}
+        deploying = {tried: scenes[tried] for tried, one in checks.items() if one.deploys}
         near, steps = neighbours(FINE), PATIENT * STEPS["constrained"]
         others = [self._check(deploying, {"tolerance": tolerance, "max_steps": steps}) for tolerance in near]
         return {
-            tried: agreed_checks([found[tried], *(other[tried] for other in others)], (FINE, *near))
+            tried: agreed_checks([checks[tried], *(other[tried] for other in others)], (FINE, *near))
             for tried in deploying
         }
 
-    def _keep(self, i: int, look: Look, compiled: Compiled, found: Check, agreement: Agreement | None) -> None:
-        if not (look.first or found.deploys):
+    def _keep(self, i: int, look: Look, compiled: Compiled, one: Check, agreement: Agreement | None) -> None:
+        if not (look.first or one.deploys):
             return
-        trial = self._trial(i, look, compiled, found, agreement)
+        trial = self._trial(i, look, compiled, one, agreement)
         if look.first:
             self.first[i] = trial
         if trial.status == "deploys":
             self.deploys[i] = trial
-        elif found.deploys:
+        elif one.deploys:
             self.unsure.setdefault(i, trial)
 
     def _can(self, i: int, look: Look) -> bool:
@@ -170,8 +170,8 @@ class _Verdicts:
             compiled = with_springs(compiled, springs_of(self.foldings[i], compiled, look.springs))
         return compiled, solids
 
-    def _trial(self, i: int, look: Look, compiled: Compiled, found: Check, agreement: Agreement | None) -> Trial:
-        status, reason = found.verdict, found.reason
+    def _trial(self, i: int, look: Look, compiled: Compiled, one: Check, agreement: Agreement | None) -> Trial:
+        status, reason = one.verdict, one.reason
         if agreement is not None:
             status = agreement.verdict
             reason = agreement.reason + (", clear until then" if status == "deploys" else "")
@@ -190,11 +190,11 @@ class _Verdicts:
             formulation=compiled.formulation,
             status=status,
             reason=reason,
-            clearance=min(math.inf if found.gap is None else found.gap, size) if status == "deploys" else None,
-            first_contact=found.collision[0] if found.collision is not None and found.verdict == "collides" else None,
+            clearance=min(math.inf if one.gap is None else one.gap, size) if status == "deploys" else None,
+            first_contact=one.collision[0] if one.collision is not None and one.verdict == "collides" else None,
             deploy_time=agreement.flat_time if agreement is not None and status == "deploys" else None,
-            energy_error=found.drift,
-            closure_error=found.opening * size,
+            energy_error=one.drift,
+            closure_error=one.opening * size,
         )
 
     def _trials(self, i: int) -> Iterator[Trial]:

@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 
 from hcsearch.report.data import FoldingKey, FunnelStage, ReportData, Row
+from hcsearch.report.players import players_of
 from hcsearch.scenes import DEFAULT
 from hcsearch.store import Database, Result, best_creases, parse_query, select, select_sql, source_in
 from hcsearch.store.columns import VIEWS
@@ -64,6 +65,7 @@ def fetch(
         best=best_creases(database, ids, scene),
         motions=motions_of(database, ids, scene),
         tried=tried_of(database, ids, scene),
+        players=players_of(database, selected, scene),
         total=total,
         notes=_notes(runs),
         size=_size(runs, scene),

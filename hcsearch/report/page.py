@@ -10,6 +10,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from hcsearch.drawing import stylesheet
+from hcsearch.player import player_script
 from hcsearch.report.data import ReportData
 from hcsearch.report.payload import as_script, page_data
 
@@ -20,9 +21,10 @@ MODULES = ("geometry", "grammar", "conditions", "table", "parts", "card", "galle
 def render(data: ReportData) -> str:
     """Write the HTML page of a report: no external resource, all text escaped.
 
-    The page's own policy admits its script by its hash, so that no text in the data could ever run.
+    The page's own policy admits its scripts by their hashes, so that no text in the data could ever run. One is the
+    player, where the data hold motions.
     """
-    script = joined_script(MODULES)
+    scripts = [*([player_script()] if data.players else []), joined_script(MODULES)]
     return (
         environment()
         .get_template("report.html")
@@ -33,8 +35,8 @@ def render(data: ReportData) -> str:
             # Trusted: JSON without a mark of HTML in it, and files of this package.
             payload=Markup(as_script(page_data(data))),
             style=Markup(stylesheet() + "\n" + source("style.css")),
-            script=Markup(script),
-            digests=[digest_of(script)],
+            scripts=[Markup(script) for script in scripts],
+            digests=[digest_of(script) for script in scripts],
         )
     )
 

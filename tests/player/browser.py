@@ -99,7 +99,11 @@ def chromium(profile, *options: str):
 
     command = [program, *OPTIONS, f"--user-data-dir={profile}", *options]
     process = subprocess.Popen(
-        command, preexec_fn=as_three_and_four, close_fds=False, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        command,
+        preexec_fn=as_three_and_four,  # noqa: PLW1509 - only these two numbers will do, and there are no threads
+        close_fds=False,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
     )
     os.close(to_read)
     os.close(from_write)

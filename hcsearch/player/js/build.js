@@ -1,10 +1,11 @@
 // Bundles src/player.js with OGL into one script, ../player.js or the file named as the first argument.
 import { readFileSync } from 'node:fs';
+import { fileURLToPath } from 'node:url';
 import { buildSync } from 'esbuild';
 
 const licence = readFileSync(new URL('LICENSE-ogl.txt', import.meta.url), 'utf8').trim();
 buildSync({
-    absWorkingDir: import.meta.dirname,
+    absWorkingDir: fileURLToPath(new URL('.', import.meta.url)),
     entryPoints: ['src/player.js'],
     outfile: process.argv[2] ?? '../player.js',
     bundle: true,

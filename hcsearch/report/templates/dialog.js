@@ -5,7 +5,7 @@ const Dialog = (() => {
   let player = null;
 
   function stop() {
-    player?.dispose?.();
+    player?.dispose();
     player = null;
   }
 

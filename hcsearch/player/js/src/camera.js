@@ -39,13 +39,25 @@ export class View {
         const local = this.points.map((point) => [dot(point, right), dot(point, up), dot(point, back)]);
         let [x, y] = [middle(local, 0), middle(local, 1)];
         const fitting = () =>
-            Math.max(...local.map((p) => p[2] + SPARE * Math.max(Math.abs(p[0] - x) / wide, Math.abs(p[1] - y) / high)));
+            Math.max(
+                ...local.map((p) => p[2] + SPARE * Math.max(Math.abs(p[0] - x) / wide, Math.abs(p[1] - y) / high)),
+            );
         let distance = fitting();
         for (let round = 0; round < 4; round++) {
             // what the picture shows is put in its middle, at the depth of the motion's middle
             const depth = distance - middle(local, 2);
-            x += depth * middle(local.map((p) => [(p[0] - x) / (distance - p[2])]), 0);
-            y += depth * middle(local.map((p) => [(p[1] - y) / (distance - p[2])]), 0);
+            x +=
+                depth *
+                middle(
+                    local.map((p) => [(p[0] - x) / (distance - p[2])]),
+                    0,
+                );
+            y +=
+                depth *
+                middle(
+                    local.map((p) => [(p[1] - y) / (distance - p[2])]),
+                    0,
+                );
             distance = fitting();
         }
         const farthest = Math.max(...local.map((point) => point[2]));

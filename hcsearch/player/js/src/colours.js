@@ -4,8 +4,24 @@ const HINGES = { mountain: '#d1202f', valley: '#1c5fd4', flat: '#6a4fc0' };
 const HINGES_DARK = { mountain: '#ff5c5c', valley: '#5b9dff', flat: '#a690f2' };
 
 export const THEMES = {
-    light: { ...HINGES, cut: '#343a46', slit: '#20242e', grey: '#c9ced6', near: '#f0a63a', clash: '#e2574c', text: '#20242e' },
-    dark: { ...HINGES_DARK, cut: '#2a2f39', slit: '#14171c', grey: '#8d96a5', near: '#ffb84d', clash: '#ff6a5e', text: '#14171c' },
+    light: {
+        ...HINGES,
+        cut: '#343a46',
+        slit: '#20242e',
+        grey: '#c9ced6',
+        near: '#f0a63a',
+        clash: '#e2574c',
+        text: '#20242e',
+    },
+    dark: {
+        ...HINGES_DARK,
+        cut: '#2a2f39',
+        slit: '#14171c',
+        grey: '#8d96a5',
+        near: '#ffb84d',
+        clash: '#ff6a5e',
+        text: '#14171c',
+    },
 };
 
 const STACKS = { light: ['#eadfc3', '#a9d3c6'], dark: ['#cfc3a2', '#7fb3a4'] };

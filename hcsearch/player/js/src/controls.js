@@ -10,11 +10,14 @@ const MODES = { stack: 'stack', panel: 'panel', nearest: 'nearest pair' };
 /** All elements of a player, not yet in a page; `does` : what each control calls. */
 export function controlsOf(motion, does, { colour, numbers }) {
     const { payload } = motion;
-    const keys = 'Drag to turn, pinch or scroll to zoom. Space plays, arrow keys step, Home and End jump, plus and minus zoom, 0 resets the view.';
+    const keys =
+        'Drag to turn, pinch or scroll to zoom. Space plays, arrow keys step, with Shift they turn the picture, ' +
+        'Home and End jump, plus and minus zoom, 0 resets the view.';
     const canvas = element('canvas', { 'aria-hidden': 'true' });
     const [near, clash] = [element('span'), element('strong')];
     const tag = element('p', { className: 'tag' }, clash, near);
-    const small = (text, label, act) => element('button', { type: 'button', textContent: text, title: label, 'aria-label': label, onclick: act });
+    const small = (text, label, act) =>
+        element('button', { type: 'button', textContent: text, title: label, 'aria-label': label, onclick: act });
     const corner = element(
         'div',
         { className: 'corner' },
@@ -22,18 +25,39 @@ export function controlsOf(motion, does, { colour, numbers }) {
         small('\u2212', 'Zoom out', () => does.zoom(0.8)),
         small('\u27f2', 'Reset the view', does.reset),
     );
-    const stage = element('div', { className: 'stage', tabIndex: 0, role: 'group', title: '', 'aria-label': `Picture of ${payload.title}. ${keys}` }, canvas, tag, corner);
+    const about = {
+        role: 'application',
+        'aria-roledescription': 'picture',
+        'aria-label': `${payload.title} in space. ${keys}`,
+    };
+    const stage = element('div', { className: 'stage', tabIndex: 0, ...about }, canvas);
     const go = element('button', { className: 'go', type: 'button', onclick: does.toggle });
-    const range = element('input', { type: 'range', min: 0, max: STEPS, step: 1, value: 0, 'aria-label': 'Place in the motion, from packed to flat' });
+    const range = element('input', {
+        type: 'range',
+        min: 0,
+        max: STEPS,
+        step: 1,
+        value: 0,
+        'aria-label': 'Place in the motion, from packed to flat',
+    });
     range.addEventListener('input', () => does.seek(range.value / STEPS));
     const place = element('span', { className: 'place' });
     const slider = element('div', { className: 'slider' }, trackOf(motion), range);
     const choice = (label, options, value, act) => {
-        const select = element('select', { onchange: () => act(select.value) }, ...options.map(([key, text]) => element('option', { value: key, textContent: text })));
+        const select = element(
+            'select',
+            { onchange: () => act(select.value) },
+            ...options.map(([key, text]) => element('option', { value: key, textContent: text })),
+        );
         select.value = value;
         return [element('label', {}, label, select), select];
     };
-    const [speed, speeds] = choice('Speed', SPEEDS.map((x) => [x, `${x}\u00d7`]), 1, (x) => does.speed(Number(x)));
+    const [speed, speeds] = choice(
+        'Speed',
+        SPEEDS.map((x) => [x, `${x}\u00d7`]),
+        1,
+        (x) => does.speed(Number(x)),
+    );
     const modes = Object.entries(MODES).filter(([name]) => name !== 'stack' || payload.stack);
     const [colours, colourings] = choice('Colour by', modes, colour, does.colour);
     const box = element('input', { type: 'checkbox', checked: numbers, onchange: () => does.numbers(box.checked) });
@@ -50,7 +74,7 @@ export function controlsOf(motion, does, { colour, numbers }) {
     const root = element(
         'div',
         { className: 'player', role: 'group', 'aria-label': `How ${payload.title} unfolds` },
-        stage,
+        element('div', { className: 'view' }, stage, tag, corner),
         note,
         element('div', { className: 'bar' }, go, slider, place),
         tools,
@@ -60,7 +84,14 @@ export function controlsOf(motion, does, { colour, numbers }) {
     );
     const shown = { shape: '' };
     return {
-        root, stage, canvas, range, stills, setPace, colourings, note,
+        root,
+        stage,
+        canvas,
+        range,
+        stills,
+        setPace,
+        colourings,
+        note,
 
         show(at, playing) {
             const share = motion.end > motion.begin ? (at - motion.begin) / (motion.end - motion.begin) : 0;
@@ -99,18 +130,28 @@ function trackOf({ payload, begin, end }) {
 
 function keyOf(motion) {
     const { payload } = motion;
-    const folds = new Set(payload.hinges.map(([, , , , top, closes]) => (closes ? (top ? 'valley' : 'mountain') : 'flat')));
+    const folds = new Set(
+        payload.hinges.map(([, , , , top, closes]) => (closes ? (top ? 'valley' : 'mountain') : 'flat')),
+    );
     const words = { mountain: 'mountain hinge', valley: 'valley hinge', flat: 'hinge that stays flat' };
     const entries = Object.entries(words).filter(([kind]) => folds.has(kind));
     entries.push(['slit', 'slit']);
-    if (payload.certified.length) entries.push(['safe', `${certifiedText(motion)}, ${millimetres(payload.margin)} of play`]);
+    if (payload.certified.length)
+        entries.push(['safe', `${certifiedText(motion)}, ${millimetres(payload.margin)} of play`]);
     if (payload.collision) entries.push(['clash', 'first collision']);
-    return element('ul', { className: 'key' }, ...entries.map(([kind, text]) => element('li', {}, element('i', { className: kind }), text)));
+    return element(
+        'ul',
+        { className: 'key' },
+        ...entries.map(([kind, text]) =>
+            element('li', { className: `of-${kind}` }, element('i', { className: kind }), text),
+        ),
+    );
 }
 
 function certifiedText(motion) {
     const { certified } = motion.payload;
-    if (certified.length === 1 && certified[0][0] <= motion.begin && certified[0][1] >= motion.end) return 'certified clear throughout';
+    if (certified.length === 1 && certified[0][0] <= motion.begin && certified[0][1] >= motion.end)
+        return 'certified clear throughout';
     return `certified clear from ${certified.map((ends) => ends.map((at) => placeText(motion, at)).join(' to ')).join(', ')}`;
 }
 
@@ -122,6 +163,8 @@ function sourceOf(motion) {
         const [at, one, two] = collision;
         sentences.push(`Panels ${labels.panels[one]} and ${labels.panels[two]} collide at ${placeText(motion, at)}.`);
     }
-    sentences.push(`States between the ${motion.at.length} stored ones are interpolated; a hinge is off by ${degreesAtMost(error)} at most.`);
+    sentences.push(
+        `States between the ${motion.at.length} stored ones are interpolated; a hinge is off by ${degreesAtMost(error)} at most.`,
+    );
     return sentences.join(' ');
 }

@@ -11,7 +11,11 @@ export function element(tag, properties = {}, ...children) {
     return made;
 }
 
-const SHAPES = { play: 'M5 3v18l16-9z', pause: 'M5 3h5v18h-5zM14 3h5v18h-5z', again: 'M12 4V0L5 6l7 6V8a5.5 5.5 0 1 1-5.5 5.5H3A9 9 0 1 0 12 4z' };
+const SHAPES = {
+    play: 'M5 3v18l16-9z',
+    pause: 'M5 3h5v18h-5zM14 3h5v18h-5z',
+    again: 'M12 4V0L5 6l7 6V8a5.5 5.5 0 1 1-5.5 5.5H3A9 9 0 1 0 12 4z',
+};
 
 export function icon(name) {
     const space = 'http://www.w3.org/2000/svg';
@@ -27,7 +31,7 @@ export function icon(name) {
 /** A length in mm with digits that fit it. */
 export function millimetres(length) {
     const size = Math.abs(length);
-    return `${length.toFixed(size < 0.1 ? 3 : size < 10 ? 2 : 1)} mm`;
+    return `${length.toFixed(size < 0.1 ? 3 : size < 10 ? 2 : 1)}\u00a0mm`;
 }
 
 export function placeText(motion, at) {
@@ -42,7 +46,9 @@ export function nearestText(motion, at) {
     const touch = touching === 0 ? '' : touching === 1 ? '; 1 pair touches' : `; ${touching} pairs touch`;
     if (!pair) return touching ? `${touching} pairs of panels touch` : '';
     const two = `panels ${names[pair[0]]} and ${names[pair[1]]}`;
-    return gap < 0 ? `${two} overlap by ${millimetres(-gap)}${touch}` : `nearest: ${two}, ${millimetres(gap)} apart${touch}`;
+    return gap < 0
+        ? `${two} overlap by ${millimetres(-gap)}${touch}`
+        : `nearest: ${two}, ${millimetres(gap)} apart${touch}`;
 }
 
 /** How much slower than in reality a motion plays, or faster, where it takes some seconds on the screen. */

@@ -1,12 +1,13 @@
 // Dragging, pinching, scrolling and keys on the picture.
 
+const TURN = Math.PI / 18; // by a key
+
 /** Listen on the stage and on the whole player; `does` : orbit, zoom, toggle, step, jump, reset. */
 export function gestures(stage, root, does) {
     const fingers = new Map();
     let spread = 0;
 
     stage.addEventListener('pointerdown', (event) => {
-        if (event.target.closest('button')) return;
         does.wake();
         stage.setPointerCapture(event.pointerId);
         fingers.set(event.pointerId, [event.clientX, event.clientY]);
@@ -45,10 +46,12 @@ export function gestures(stage, root, does) {
         const field = event.target.closest('button, select, input');
         const act = {
             ' ': does.toggle,
-            ArrowRight: () => does.step(event.shiftKey ? 0.1 : 0.01),
-            ArrowUp: () => does.step(event.shiftKey ? 0.1 : 0.01),
-            ArrowLeft: () => does.step(event.shiftKey ? -0.1 : -0.01),
-            ArrowDown: () => does.step(event.shiftKey ? -0.1 : -0.01),
+            ArrowRight: () => (event.shiftKey ? does.orbit(TURN, 0) : does.step(0.01)),
+            ArrowUp: () => (event.shiftKey ? does.orbit(0, TURN) : does.step(0.01)),
+            ArrowLeft: () => (event.shiftKey ? does.orbit(-TURN, 0) : does.step(-0.01)),
+            ArrowDown: () => (event.shiftKey ? does.orbit(0, -TURN) : does.step(-0.01)),
+            PageUp: () => does.step(0.1),
+            PageDown: () => does.step(-0.1),
             Home: () => does.jump(0),
             End: () => does.jump(1),
             '+': () => does.zoom(1.25),
@@ -56,7 +59,8 @@ export function gestures(stage, root, does) {
             '-': () => does.zoom(0.8),
             0: does.reset,
         }[event.key];
-        if (!act || field?.matches('select') || (field?.matches('button, input[type=checkbox]') && event.key === ' ')) return;
+        if (!act || field?.matches('select') || (field?.matches('button, input[type=checkbox]') && event.key === ' '))
+            return;
         event.preventDefault();
         act();
     });

@@ -35,7 +35,14 @@ export function flatPainter(motion, solids, labels) {
                     const light = [dot(normal, right), dot(normal, up), dot(normal, back)];
                     const share = Math.min(1, 0.6 + 0.45 * Math.max(0, dot(light, KEY)));
                     const colour = kindColour(kind, colours[f], theme).map((x) => Math.round(255 * share * x));
-                    drawn.push({ points, depth, colour: `rgb(${colour.join(',')})`, label: numbers && kind < 2 && Math.abs(light[2]) > 0.35 ? labels[f] : '', solid, kind });
+                    drawn.push({
+                        points,
+                        depth,
+                        colour: `rgb(${colour.join(',')})`,
+                        label: numbers && kind < 2 && Math.abs(light[2]) > 0.35 ? labels[f] : '',
+                        solid,
+                        kind,
+                    });
                 }
             });
             drawn.sort((a, b) => b.depth - a.depth);

@@ -25,7 +25,12 @@ function mount(place, payload, options = {}) {
     const view = new View(motion, solids);
     const dark = matchMedia('(prefers-color-scheme: dark)');
     const calm = matchMedia('(prefers-reduced-motion: reduce)').matches;
-    const state = { at: options.at ?? motion.begin, speed: 1, mode: options.colour ?? (motion.payload.stack ? 'stack' : 'panel'), numbers: options.numbers ?? false };
+    const state = {
+        at: options.at ?? motion.begin,
+        speed: 1,
+        mode: options.colour ?? (motion.payload.stack ? 'stack' : 'panel'),
+        numbers: options.numbers ?? false,
+    };
     let painter = null;
     let waiting = 0;
     let last = 0;
@@ -74,7 +79,8 @@ function mount(place, payload, options = {}) {
             painter = webglPainter(motion, solids, labels, view.home.turn + Math.PI / 2);
             if (!painter) {
                 painter = flatPainter(motion, solids, labels);
-                controls.note.textContent = 'This browser shows no WebGL: the picture is drawn without it, and panels that lie close may hide each other wrongly.';
+                controls.note.textContent =
+                    'This browser shows no WebGL: the picture is drawn without it, and panels that lie close may hide each other wrongly.';
                 controls.note.hidden = false;
             }
         }
@@ -119,7 +125,9 @@ function mount(place, payload, options = {}) {
 
     function frame(now) {
         if (playing !== handle || gone) return;
-        const at = state.at + ((now - (last || now)) / 1000) * (state.speed / SECONDS) * length;
+        // a page that was not seen for a while goes on where it was
+        const passed = Math.min(0.1, (now - (last || now)) / 1000);
+        const at = state.at + passed * (state.speed / SECONDS) * length;
         last = now;
         state.at = within(at);
         if (at >= motion.end) playing = null;
@@ -180,7 +188,12 @@ function mount(place, payload, options = {}) {
             const at = motion.begin + share * length;
             const canvas = element('canvas', { role: 'img', 'aria-label': `The state at ${placeText(motion, at)}` });
             paint(canvas, at, 480, 400, { theme: 'light' });
-            return element('figure', {}, canvas, element('figcaption', { textContent: `${placeText(motion, at)}, ${nearestText(motion, at)}` }));
+            return element(
+                'figure',
+                {},
+                canvas,
+                element('figcaption', { textContent: `${placeText(motion, at)}, ${nearestText(motion, at)}` }),
+            );
         });
         controls.stills.replaceChildren(...figures);
         controls.root.classList.remove('dark');

@@ -20,7 +20,10 @@ export function solidsOf(payload) {
     const joints = new Map(creases.map(([i, j, hinge]) => [`${i} ${j}`, hinge]));
     const sides = new Map();
     facets.forEach((facet, f) => facet.forEach((a, k) => sides.set(`${a} ${facet[(k + 1) % facet.length]}`, f)));
-    const size = meanSide(facets.map((facet) => facet.map(corner)), panel);
+    const size = meanSide(
+        facets.map((facet) => facet.map(corner)),
+        panel,
+    );
     return facets.map((facet, f) => {
         const points = facet.map(corner);
         const edges = facet.map((a, k) => {
@@ -30,7 +33,12 @@ export function solidsOf(payload) {
             if (hinge === undefined) return { kind: panel[f] === panel[other] ? 'inner' : 'slit' };
             if (hinge < 0) return { kind: 'inner' };
             const [, , , , top, closes, first] = hinges[hinge];
-            return { kind: 'hinge', top: Boolean(top), fold: closes ? (top ? VALLEY : MOUNTAIN) : FLAT, first: first === panel[f] };
+            return {
+                kind: 'hinge',
+                top: Boolean(top),
+                fold: closes ? (top ? VALLEY : MOUNTAIN) : FLAT,
+                first: first === panel[f],
+            };
         });
         const middle = middleOf(points);
         const polygons = polygonsOf(points, edges, thickness, size);
@@ -42,7 +50,11 @@ function polygonsOf(points, edges, thickness, size) {
     const polygons = [];
     const n = points.length;
     const bevel = Math.min(CHAMFER * size, 0.2 * thickness);
-    const outline = (top) => inset(points, edges.map((edge) => (edge.kind === 'inner' || (edge.kind === 'hinge' && edge.top === top) ? 0 : bevel)));
+    const outline = (top) =>
+        inset(
+            points,
+            edges.map((edge) => (edge.kind === 'inner' || (edge.kind === 'hinge' && edge.top === top) ? 0 : bevel)),
+        );
     for (const top of [true, false]) {
         const z = top ? thickness : 0;
         const low = top ? thickness - bevel : bevel;
@@ -54,14 +66,33 @@ function polygonsOf(points, edges, thickness, size) {
         });
         const face = inset(rim, widths);
         const add = (corners, kind) => polygons.push({ corners: top ? corners : corners.reverse(), kind });
-        add(face.map(([x, y]) => [x, y, z]), top ? TOP : BOTTOM);
+        add(
+            face.map(([x, y]) => [x, y, z]),
+            top ? TOP : BOTTOM,
+        );
         for (let k = 0; k < n; k++) {
             const m = (k + 1) % n;
             const edge = edges[k];
             if (edge.kind === 'inner') continue;
             const strip = edge.kind === 'slit' ? SLIT : edge.kind === 'hinge' && edge.top === top ? edge.fold : RIM;
-            add([[...rim[k], z], [...rim[m], z], [...face[m], z], [...face[k], z]], strip);
-            add([[...points[k], low], [...points[m], low], [...rim[m], z], [...rim[k], z]], edge.kind === 'slit' ? CUT : WALL);
+            add(
+                [
+                    [...rim[k], z],
+                    [...rim[m], z],
+                    [...face[m], z],
+                    [...face[k], z],
+                ],
+                strip,
+            );
+            add(
+                [
+                    [...points[k], low],
+                    [...points[m], low],
+                    [...rim[m], z],
+                    [...rim[k], z],
+                ],
+                edge.kind === 'slit' ? CUT : WALL,
+            );
         }
     }
     for (let k = 0; k < n; k++) {
@@ -69,9 +100,15 @@ function polygonsOf(points, edges, thickness, size) {
         const edge = edges[k];
         if (edge.kind === 'inner') continue;
         const [a, b] = [points[k], points[m]];
-        const wall = [[...a, bevel], [...b, bevel], [...b, thickness - bevel], [...a, thickness - bevel]];
+        const wall = [
+            [...a, bevel],
+            [...b, bevel],
+            [...b, thickness - bevel],
+            [...a, thickness - bevel],
+        ];
         polygons.push({ corners: wall, kind: edge.kind === 'slit' ? CUT : WALL });
-        if (edge.kind === 'hinge' && edge.first) pin(polygons, a, b, edge.top ? thickness : 0, Math.min(PIN * size, 0.25 * thickness), edge.fold);
+        if (edge.kind === 'hinge' && edge.first)
+            pin(polygons, a, b, edge.top ? thickness : 0, Math.min(PIN * size, 0.25 * thickness), edge.fold);
     }
     return polygons;
 }

@@ -13,6 +13,7 @@ export const STYLE = `
 }
 * { box-sizing: border-box; }
 [hidden] { display: none !important; }
+.view { position: relative; }
 .stage { position: relative; height: var(--stage, clamp(300px, 56cqi, 560px)); border: 1px solid var(--rule); border-radius: 10px;
   background: radial-gradient(ellipse at 50% 35%, color-mix(in srgb, var(--paper) 96%, var(--ink)), color-mix(in srgb, var(--paper) 88%, var(--ink)));
   cursor: grab; touch-action: pan-y; overflow: hidden; user-select: none; -webkit-user-select: none; }
@@ -52,10 +53,16 @@ input[type="range"]::-moz-range-thumb { width: 12px; height: 12px; border-radius
 .stills { display: none; }
 @container (max-width: 520px) {
   .bar { gap: 8px; } .place { min-width: 4.6em; }
+  .view { display: grid; grid-template-columns: 1fr auto; gap: 8px; align-items: start; }
+  .stage { grid-column: 1 / 3; }
+  .tag, .corner { position: static; }
+  .tag { min-height: 3em; }
+  .tag > * { padding: 0; background: none; }
+
   .corner button, button, select { min-height: 38px; } .corner button { width: 40px; } .go { width: 46px; height: 44px; }
 }
 @media print {
-  .stage, .bar, .tools { display: none; }
+  .view, .bar, .tools, .of-clash { display: none; }
   .stills { display: grid; grid-template-columns: repeat(5, 1fr); gap: 6px; padding-right: 2px; break-inside: avoid; }
   .stills figure { margin: 0; min-width: 0; }
   .stills canvas { display: block; width: 100%; border: 1px solid #bbbbbb; border-radius: 4px; }

@@ -130,7 +130,12 @@ export function webglPainter(motion, solids, labels, upright) {
             });
             writing.program.uniforms.ink.value = rgb(THEMES[theme].text);
             text.setParent(numbers ? scene : null);
-            camera.perspective({ fov: (180 / Math.PI) * FIELD, aspect: width / height, near: frame.near, far: frame.far });
+            camera.perspective({
+                fov: (180 / Math.PI) * FIELD,
+                aspect: width / height,
+                near: frame.near,
+                far: frame.far,
+            });
             const look = frame.position.map((x, i) => x - frame.back[i]);
             camera.position.set(...frame.position);
             camera.lookAt(look);
@@ -208,9 +213,17 @@ function textOf(gl, solids, labels, motion, upright) {
         const [u, v] = [(cell * (f % columns)) / side, 1 - (cell * Math.floor(f / columns)) / side];
         const [toU, toV] = [u + cell / side, v - cell / side];
         const [position, uv, index] = [[], [], []];
-        for (const [z, flip] of [[thickness + 0.004 * half, 1], [-0.004 * half, -1]]) {
+        for (const [z, flip] of [
+            [thickness + 0.004 * half, 1],
+            [-0.004 * half, -1],
+        ]) {
             const first = position.length / 3;
-            const corners = [[-1, -1], [1, -1], [1, 1], [-1, 1]];
+            const corners = [
+                [-1, -1],
+                [1, -1],
+                [1, 1],
+                [-1, 1],
+            ];
             for (const [a, b] of corners) {
                 const [along, above] = [flip * a * half, b * half];
                 position.push(x + along * cos - above * sin, y + along * sin + above * cos, z);
