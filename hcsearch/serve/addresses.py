@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 from urllib.parse import quote, urlencode
@@ -16,6 +17,8 @@ Shape = Literal["cards", "table"]
 LONGEST = {"q": 2000, "sort": 200, "scene": 200, "columns": 1000, "page": 9, "limit": 12, "as": 5}
 """Characters of each parameter of a list."""
 LONGEST_QUERY_STRING = 8000
+MOST_SHAPES, MOST_CELLS = 10, 2500
+"""Arrays and circuits in a query, and cells of such an array: each is brought to its canonical form first."""
 
 
 class AddressError(HcsearchError):
@@ -66,9 +69,10 @@ def parameters(pairs: Sequence[tuple[str, str]], known: Mapping[str, int]) -> di
 def read_asked(view: str, pairs: Sequence[tuple[str, str]], scene: str) -> Asked:
     """What the parameters of a list ask for; scene : where they name none."""
     given = parameters(pairs, LONGEST)
-    shape = given.get("as", "cards")
-    if shape != "cards" and shape != "table":
-        raise AddressError(f"there is no list of {shape!r}: write as=cards or as=table")
+    shapes: dict[str, Shape] = {"": "cards", "cards": "cards", "table": "table"}
+    shape = given.get("as", "")
+    if shape not in shapes:
+        raise AddressError(f"there is no list as {shape!r}: write as=cards or as=table")
     query = given.get("q", "").strip()
     check_query(query)
     return Asked(
@@ -77,7 +81,7 @@ def read_asked(view: str, pairs: Sequence[tuple[str, str]], scene: str) -> Asked
         sort=given.get("sort", ""),
         page=_whole("page", given["page"], 1) if given.get("page") else None,
         scene=given.get("scene") or scene,
-        shape=shape,
+        shape=shapes[shape],
         columns=given.get("columns", ""),
         limit=_whole("limit", given["limit"], 0) if given.get("limit") else None,
     )
@@ -90,16 +94,31 @@ def _whole(name: str, text: str, least: int) -> int:
 
 
 def check_query(query: str) -> None:
-    """AddressError for a query that would read a file of this machine, QueryError for one that cannot be read."""
-    todo: list[grammar.Tree] = [grammar.parse(query)]
-    while todo:
-        match todo.pop():
-            case grammar.AllOf(parts) | grammar.AnyOf(parts):
-                todo += parts
-            case grammar.Not(of):
-                todo.append(of)
-            case grammar.Condition(value=value) if value is not None and value.startswith("@"):
-                raise AddressError("files are not read here: write the array as 6x5, 3-4-3 or by its notation")
+    """AddressError for a query that would read a file of this machine, or take long before anything is asked.
+
+    QueryError for one that cannot be read.
+    """
+    shapes = [value for name, value in _conditions(grammar.parse(query)) if name in ("array", "circuit")]
+    if len(shapes) > MOST_SHAPES:
+        raise AddressError(f"the query has {len(shapes)} arrays and circuits: give {MOST_SHAPES} at most")
+    for value in shapes:
+        if value.startswith("@"):
+            raise AddressError("files are not read here: write the array as 6x5, 3-4-3 or by its notation")
+        sizes = [int(size) for size in re.findall("[0-9]+", value)] if ":" not in value else []
+        if sizes and (sum(sizes) if "-" in value else max(sizes) ** 2) > MOST_CELLS:
+            raise AddressError(f"the array {value!r} has more than {MOST_CELLS} cells: give a smaller one")
+
+
+def _conditions(tree: grammar.Tree) -> Iterator[tuple[str, str]]:
+    """Names and values of all conditions."""
+    match tree:
+        case grammar.AllOf(parts) | grammar.AnyOf(parts):
+            for part in parts:
+                yield from _conditions(part)
+        case grammar.Not(of):
+            yield from _conditions(of)
+        case grammar.Condition(name=name, value=value):
+            yield name, value or ""
 
 
 def address_of(asked: Asked, ending: str = "", **changes: Any) -> str:

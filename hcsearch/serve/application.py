@@ -21,9 +21,7 @@ from werkzeug.exceptions import HTTPException, NotFound
 from werkzeug.routing import Map, Rule
 from werkzeug.wrappers import Request, Response
 
-from hcsearch.circuit import Circuit
 from hcsearch.errors import DatabaseError, HcsearchError, QueryError
-from hcsearch.folding import folding_of
 from hcsearch.scenes import DEFAULT
 from hcsearch.serve import jobs
 from hcsearch.serve.addresses import parameters, read_asked
@@ -38,6 +36,7 @@ from hcsearch.store.columns import VIEWS
 Answer = Response
 
 _VIEWS = f"<any({', '.join(VIEWS)}):view>"
+_STATUSES = ((BusyError, 503), (DatabaseError, 500), (HcsearchError, 400))
 _FOREVER = "public, max-age=31536000, immutable"
 
 ROUTES = Map(
@@ -88,20 +87,8 @@ class Application:
             endpoint, values = ROUTES.bind("localhost").match(environ.get("PATH_INFO", ""), method="GET")
             answer: Answer = getattr(self, f"_{endpoint}")(Request(environ), **values)
             return answer
-        except BusyError as error:
-            return _error(503, str(error))
-        except DatabaseError as error:
-            return _error(500, str(error))
-        except HcsearchError as error:
-            return _error(400, str(error))
-        except HTTPException as error:
-            status = error.code or 500
-            return _error(
-                status, "there is nothing at this address: begin at /designs" if status == 404 else error.name
-            )
-        except Exception:
-            traceback.print_exc(file=sys.stderr)
-            return _error(500, "this is a fault of hcsearch: the terminal in which it runs says more; please report it")
+        except Exception as error:
+            return _failed(error)
 
     def _home(self, request: Request) -> Answer:
         return Response(status=302, headers={"Location": "/designs"})
@@ -129,35 +116,30 @@ class Application:
         scene = self._scene(parameters(_pairs(request), {"scene": 200}).get("scene", ""))
         circuit = self._circuit(number)
         key = ("design", number, scene, stamp_of(self.database))
-        text = self.computing(key, jobs.design_page, self.db, circuit.notation, number, scene)
+        text = self.computing(key, jobs.design_page, self.db, circuit, number, scene)
         return Response(text, mimetype="text/html", headers={"Content-Security-Policy": FRAMED})
 
     def _export(self, request: Request, number: int, ending: str, crease: int | None = None) -> Answer:
         form, named, motion, settings = read_export(ending, _pairs(request))
         scene, circuit = self._scene(named), self._circuit(number)
-        subject, stem = circuit.notation, f"design-{number}"
+        subject, stem = circuit, f"design-{number}"
         if crease is not None:
-            try:
-                subject = folding_of(circuit, crease).notation
-            except HcsearchError as error:
-                raise NotFound from error
-            stem += f"-folding-{crease}"
+            subject, stem = f"{subject}:{crease}", f"{stem}-folding-{crease}"
         elif form.of != "array":
-            raise QueryError(
-                f"{form.name} is of one folding: ask for /designs/{number}/foldings/CREASE/export.{ending}"
-            )
+            below = f"/designs/{number}/foldings/CREASE/export.{ending}"
+            raise QueryError(f"{form.name} is of one folding: ask for {below}")
         said = tuple(sorted(settings.items()))
         key = (form.name, subject, stem, scene, motion, said, stamp_of(self.database))
         made = self.computing(key, jobs.export_file, self.db, subject, stem, form.name, scene, motion, settings)
         headers = {"Content-Disposition": f"attachment; filename={made.name}"}
         return Response(made.content, mimetype="application/octet-stream", headers=headers)
 
-    def _circuit(self, number: int) -> Circuit:
-        """The circuit of a design; NotFound where there is none of its number."""
+    def _circuit(self, number: int) -> str:
+        """The notation of a design's circuit; NotFound where there is none of its number."""
         rows = select(self.database, f"id={number}", columns="circuit").rows if number < 2**63 else ()
         if not rows:
             raise NotFound
-        return Circuit.from_notation(str(rows[0][0]))
+        return str(rows[0][0])
 
     def _scene(self, name: str) -> str:
         """A scene that the database has verdicts of. No other name is looked up: some are those of files."""
@@ -169,6 +151,18 @@ class Application:
 
 def _pairs(request: Request) -> list[tuple[str, str]]:
     return list(request.args.items(multi=True))
+
+
+def _failed(error: Exception) -> Answer:
+    """The answer to a request that cannot be answered otherwise."""
+    if isinstance(error, HTTPException):
+        status = error.code or 500
+        return _error(status, "there is nothing at this address: begin at /designs" if status == 404 else error.name)
+    for kind, status in _STATUSES:
+        if isinstance(error, kind):
+            return _error(status, str(error))
+    traceback.print_exception(error, file=sys.stderr)
+    return _error(500, "this is a fault of hcsearch: the terminal in which it runs says more; please report it")
 
 
 def _error(status: int, reason: str) -> Answer:

@@ -19,6 +19,9 @@ from hcsearch.store.conditions import find_quantity, split_names
 STREAMS = 3
 """Files of all rows that are sent at once: each keeps a thread."""
 
+FEW = 500
+"""Rows that are read at once, in the way of pages."""
+
 TYPES = {"csv": "text/csv", "json": "application/json"}
 
 _LARGEST_MM, _LONGEST_S = 1e4, 1.0
@@ -37,7 +40,8 @@ class Streams:
         stack = ExitStack()
         stack.callback(self._room.release)
         try:
-            rows = _page(database, asked) if asked.page else stack.enter_context(_all(database, asked))
+            few = asked.page is not None or (asked.limit is not None and asked.limit <= FEW)
+            rows = _some(database, asked) if few else stack.enter_context(_all(database, asked))
             texts = format_rows(rows, style)
             first = next(texts, "")
         except BaseException:
@@ -55,7 +59,11 @@ class _Sent(Iterator[bytes]):
 
     def __next__(self) -> bytes:
         text, self._first = self._first, None
-        return (next(self._texts) if text is None else text).encode(errors="replace")
+        try:
+            return (next(self._texts) if text is None else text).encode(errors="replace")
+        except BaseException:
+            self.close()
+            raise
 
     def close(self) -> None:
         """End reading."""
@@ -77,9 +85,9 @@ def _all(database: Database, asked: Asked) -> Any:
     )
 
 
-def _page(database: Database, asked: Asked) -> Rows:
-    """The rows of one page."""
-    size = rows_of_a_page(asked)
+def _some(database: Database, asked: Asked) -> Rows:
+    """The rows of one page, or the first few."""
+    size = FEW if asked.page is None else rows_of_a_page(asked)
     names = [find_quantity(asked.view, name).name for name in split_names(asked.columns) or column_names(asked.view)]
     skip = (asked.number - 1) * size
     count = size if asked.limit is None else min(size, asked.limit)
@@ -128,9 +136,7 @@ def read_export(ending: str, pairs: Any) -> tuple[Format, str, str | None, dict[
     known = [form for form in known if given.get("format", form.name) == form.name]
     if len(known) != 1:
         names = ", ".join(f"{form.endings[0]} ({form.name})" for form in FORMATS.values())
-        raise AddressError(
-            f"no export ends in .{ending}: the formats are {names}; format=NAME chooses among equal ones"
-        )
+        raise AddressError(f"no one export ends in .{ending}: the formats are {names}; choose with format=NAME")
     motion = given.get("motion")
     if motion is not None:
         _word(motion, ("path", "springs"))

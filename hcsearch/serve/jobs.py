@@ -1,4 +1,7 @@
-"""What a request may have computed, in a process of its own: the page of a design, and files of exports."""
+"""What a request may have computed, in a process of its own: the page of a design, and files of exports.
+
+The engine is loaded there alone, so that lists are there at once.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from hcsearch.export.formats import FORMATS
-from hcsearch.export.reading import exported_named
-from hcsearch.export.writing import settings_of
 from hcsearch.scenes import DEFAULT
-from hcsearch.subjects.reading import Request
+from hcsearch.store import open_readonly
 
 
 @dataclass(frozen=True)
@@ -23,10 +23,27 @@ class Made:
     content: bytes
 
 
+def design_page(db: str, notation: str, number: int, scene: str) -> str:
+    """The page of a design of a database, with its foldings and their motions."""
+    from hcsearch.circuit import Circuit  # noqa: PLC0415 - the engine
+    from hcsearch.folding import foldings  # noqa: PLC0415 - the engine
+    from hcsearch.report.design_fetching import design_data  # noqa: PLC0415 - the engine
+    from hcsearch.report.design_page import render_design  # noqa: PLC0415 - the engine
+
+    circuit = Circuit.from_notation(notation)
+    with open_readonly(db) as database:
+        return render_design(design_data(circuit, foldings(circuit), db, database, number, scene))
+
+
 def export_file(
     db: str, subject: str, stem: str, name: str, scene: str, motion: Any, settings: Mapping[str, Any]
 ) -> Made:
     """An export of a design or folding, named by notation; of several files, an archive. stem : of its name."""
+    from hcsearch.export.formats import FORMATS  # noqa: PLC0415 - the engine
+    from hcsearch.export.reading import exported_named  # noqa: PLC0415 - the engine
+    from hcsearch.export.writing import settings_of  # noqa: PLC0415 - the engine
+    from hcsearch.subjects.reading import Request  # noqa: PLC0415 - the engine
+
     wanted = FORMATS[name]
     chosen = replace(settings_of(wanted, settings), stem=stem)
     request = Request(subject, db, scene=None if scene == DEFAULT else scene)

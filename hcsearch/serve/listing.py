@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -61,9 +62,12 @@ def stamp_of(database: Database) -> tuple[int, ...] | None:
 
 @dataclass(frozen=True)
 class Page:
-    """What a page shows of a list. total : number of rows; None for more than `MOST`. last : page, where it is known."""
+    """What a page shows of a list.
 
-    rows: list[Row]
+    first : number of the first row, from 1. total : of all rows; None for more than `MOST`. last : page, where known.
+    """
+
+    rows: Sequence[Row]
     first: int
     total: int | None
     last: int | None

@@ -56,5 +56,5 @@ def static_address(name: str) -> str:
 def _cell(value: object) -> str:
     """A value in a table."""
     if value is None:
-        return "–"
+        return "-"
     return f"{value:.4g}" if isinstance(value, float) else str(value)

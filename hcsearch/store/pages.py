@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from sqlalchemy import Connection, and_, func, literal_column, or_
+from sqlalchemy import ColumnElement, Connection, and_, func, literal_column, or_
 from sqlalchemy import select as sql_select
 
 from hcsearch.errors import QueryError
@@ -71,7 +71,8 @@ def count_rows(
 ) -> int:
     """Return the number of rows of a view that satisfy a query; `most` where there are as many or more."""
     source = view_table(view, scene)
-    rows = sql_select(literal_column("1")).select_from(source).where(parse_query(query, view, scene)).limit(most)
+    one: ColumnElement[int] = literal_column("1")
+    rows = sql_select(one).select_from(source).where(parse_query(query, view, scene)).limit(most)
     with _limited(database, seconds) as connection, refusing():
         return int(connection.execute(sql_select(func.count()).select_from(rows.subquery())).scalar_one())
 
