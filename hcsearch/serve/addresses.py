@@ -133,9 +133,9 @@ def address_of(asked: Asked, ending: str = "", **changes: Any) -> str:
     return _joined(f"/{wanted.view}{ending}", said)
 
 
-def design_address(number: object, scene: str = DEFAULT, after: str = "") -> str:
-    """The address of a design's page, or of what lies below it; `{id}` stays as it is."""
-    return _joined(f"/designs/{number}{after}", {"scene": "" if scene == DEFAULT else scene})
+def design_address(number: object, scene: str = DEFAULT, after: str = "", **more: str) -> str:
+    """The address of a design's page, or of what lies below it."""
+    return _joined(f"/designs/{number}{after}", {"scene": "" if scene == DEFAULT else scene} | more)
 
 
 def _joined(path: str, said: Mapping[str, str]) -> str:

@@ -43,6 +43,7 @@ def static_files() -> dict[str, tuple[str, str]]:
 
     return {
         "style.css": ("\n".join((stylesheet(), source("style.css"), text("serve.css"))), "text/css"),
+        "list.js": (joined_script((), text("list.js")), "text/javascript"),
         "cards.js": (joined_script(SCRIPT, text("serve.js")), "text/javascript"),
     }
 

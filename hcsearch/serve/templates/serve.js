@@ -29,4 +29,3 @@ document.addEventListener("click", (event) => {
   else if (button.classList.contains("copy")) copy(button);
 });
 large.addEventListener("close", Dialog.stop);
-for (const choice of document.querySelectorAll(".tools select")) choice.addEventListener("change", () => choice.form.requestSubmit());
