@@ -48,8 +48,8 @@ class ShownFolding:
 class DesignData:
     """Everything on the page; row : of the view `designs`, empty where no database holds it. meta : what it depends on.
 
-    links : (words, address) of what is around the page. exports : the same of files of a folding, by its crease; where a
-    server has them.
+    links : (words, address) of what is around the page. exports : of files of a folding, by its crease, where a server
+    has them.
     """
 
     title: str

@@ -15,6 +15,7 @@ from typing import Any
 from hcsearch.serve.addresses import LONGEST_QUERY_STRING
 
 _HOST = re.compile(r"(\[[0-9A-Fa-f:.]{2,45}\]|[A-Za-z0-9._-]{1,255})(:[0-9]{1,5})?")
+_PATH = re.compile("/|(/[A-Za-z0-9._-]+)+")
 _HERE = ("localhost", "127.0.0.1", "::1")
 _EVERYWHERE = ("0.0.0.0", "::")
 
@@ -42,6 +43,8 @@ def refusal(environ: Mapping[str, Any], host: str) -> tuple[int, str] | None:
         return 403, "this page answers to localhost and the host it was started with (--host), to no other name"
     if len(environ.get("QUERY_STRING", "")) > LONGEST_QUERY_STRING or len(environ.get("PATH_INFO", "")) > 500:
         return 414, "the address is too long: shorten the query"
+    if not _PATH.fullmatch(environ.get("PATH_INFO", "")):
+        return 404, "there is nothing at this address: begin at /designs"
     site, mode = environ.get("HTTP_SEC_FETCH_SITE", ""), environ.get("HTTP_SEC_FETCH_MODE", "")
     if site in ("cross-site", "same-site") and mode != "navigate":
         return 403, "another site's page asks for this: open the address itself"
