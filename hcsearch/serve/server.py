@@ -77,5 +77,6 @@ def serve(
         threading.Thread(target=server.run, daemon=True).start()
         threading.Event().wait()
     finally:
+        logging.getLogger("waitress").setLevel(logging.CRITICAL + 1)  # who is cut off complains
         application.close()
         server.close()

@@ -32,23 +32,24 @@ def test_filter_sort_open_play_and_download(address, number, tmp_path):
         tab.until("location.search === '?page=2' && document.querySelectorAll('.card').length === 48")
         tab.value("document.querySelector('[name=q]').value = 'untwisted n_foldings>=3'")
         tab.value("document.querySelector('form.tools').requestSubmit()")
-        tab.until("location.search.startsWith('?q=untwisted') && document.querySelector('.card h3')")
-        order = "const box = document.querySelector('[name=sort]'); box.value = '-id'; box.dispatchEvent(new Event('change'))"
-        tab.value(f"{{ {order} }}")
-        tab.until("location.search.endsWith('sort=-id') && document.querySelector('.card h3')")
+        tab.until("location.search.startsWith('?q=untwisted') && !!document.querySelector('.card h3')")
+        tab.value("document.querySelector('[name=sort]').value = '-id'")
+        tab.value("document.querySelector('[name=sort]').dispatchEvent(new Event('change'))")
+        tab.until("location.search.endsWith('sort=-id') && !!document.querySelector('.card h3')")
         found = tab.value(
             "[...document.querySelectorAll('.card h3 a')].map((link) => Number(link.textContent.slice(1)))"
         )
         assert found == sorted(found, reverse=True)
         assert number in found
-        tab.value(
-            f"document.querySelector('.card h3 a[href=\"/designs/{number}\"]').closest('.card').querySelector('.thumb').click()"
-        )
+        card = f"document.querySelector('.card h3 a[href=\"/designs/{number}\"]').closest('.card')"
+        tab.value(f"{card}.querySelector('.thumb').click()")
         assert tab.value("document.querySelector('dialog').open")
         tab.value("document.querySelector('dialog header a').click()")
-        tab.until(f"location.pathname === '/designs/{number}' && document.querySelector('.player > div')")
-        play = f"{PLAYER}.querySelector('button')"
-        tab.value(f"document.querySelector('.player').scrollIntoView(); {play}.click()")
+        tab.until(f"location.pathname === '/designs/{number}' && document.readyState === 'complete'")
+        tab.value("document.querySelector('.player').scrollIntoView()")
+        tab.until("!!document.querySelector('.player > div')")
+        play = f"{PLAYER}.querySelector('button.go')"
+        tab.value(f"{play}.click()")
         slider = f"Number({PLAYER}.querySelector('input[type=range]').value)"
         tab.until(f"{slider} > 0")
         tab.value(

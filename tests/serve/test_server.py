@@ -7,7 +7,7 @@ import socket
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, suppress
 from http.client import HTTPConnection
 
 import pytest
@@ -31,19 +31,20 @@ def serving(database_file, *words):
 
 
 def get(port, address, **headers):
-    connection = HTTPConnection("127.0.0.1", port, timeout=60)
-    connection.request("GET", address, headers=headers)
-    answer = connection.getresponse()
-    return answer.status, answer.read()
+    with closing(HTTPConnection("127.0.0.1", port, timeout=60)) as connection:
+        connection.request("GET", address, headers=headers)
+        with connection.getresponse() as answer:
+            return answer.status, answer.read()
 
 
 def raw(port, sent):
     with socket.create_connection(("127.0.0.1", port), timeout=60) as connection:
-        connection.sendall(sent)
-        connection.shutdown(socket.SHUT_WR)
         received = b""
-        while piece := connection.recv(65536):
-            received += piece
+        with suppress(ConnectionError):  # as it may hang up before it has read everything
+            connection.sendall(sent)
+            connection.shutdown(socket.SHUT_WR)
+            while piece := connection.recv(65536):
+                received += piece
     return received
 
 
@@ -56,7 +57,6 @@ def test_it_lives_through_what_sockets_bring_and_ends_at_ctrl_c(database_file, n
             b"\x00\xff\x16\x03\x01\r\n\r\n",
             b"GET / HTTP/1.1\r\n\r\n",
             b"GET /designs HTTP/1.1\r\nHost: evil.example\r\n\r\n",
-            b"GET /designs HTTP/9.9\r\nHost: localhost\r\n\r\nx",
             b"GET /" + b"a" * 100_000 + b" HTTP/1.1\r\nHost: localhost\r\n\r\n",
             b"POST /designs HTTP/1.1\r\nHost: localhost\r\nContent-Length: 99999999\r\n\r\n",
             b"POST /designs HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n",
@@ -101,7 +101,7 @@ def test_what_hinders_it_is_one_line(run, database_file):
         port = str(taken.getsockname()[1])
         assert f"port {port} is in use: stop who uses it, or give another with --port" in run(*here, "--port", port)
     assert "there is no hcsearch database at hcsearch.sqlite" in run()
-    assert "this machine has no address '203.0.113.7'" in run(*here, "--port", "0", "--host", "203.0.113.7")
+    assert "this machine has no address 'a..b'" in run(*here, "--port", "0", "--host", "a..b")
     assert "no verdicts of the scene 'lunar'" in run(*here, "--scene", "lunar")
 
 
