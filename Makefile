@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 DB := hcsearch.sqlite
 TESTS := not slow and not extra
-EXTRAS := .[bench,cluster,parquet,postgresql,readers,serve]
+EXTRAS := .[bench,cluster,export,parquet,postgresql,readers,serve]
 
 # what mypy knows of files outlives the checkout, as compiled kernels do: it knows files by what they contain
 export MYPY_CACHE_DIR ?= $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/hcsearch/mypy

@@ -73,11 +73,11 @@ class Circuit:
     def points(self) -> tuple[Point, ...]:
         """Lattice points of the panels in circuit order, the first near the origin."""
         x = y = 1 + self.word[0] % 2 if self.grid.is_triangle else 0
-        found = []
+        points = []
         for d in self.word:
-            found.append((x, y))
+            points.append((x, y))
             x, y = x + self.grid.steps[d][0], y + self.grid.steps[d][1]
-        return tuple(found)
+        return tuple(points)
 
     @property
     def cells(self) -> tuple[Cell, ...]:

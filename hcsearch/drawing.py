@@ -6,7 +6,7 @@ every value above can draw itself. All coordinates are integers, `SIDE` to the s
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from html import escape
 from itertools import pairwise
 from typing import Protocol
@@ -40,7 +40,8 @@ STYLES: dict[str, dict[str, str]] = {
 """Look of each class of lines, in the order they are drawn. Mountains and valleys differ in colour and in dashes."""
 
 # A corner-to-corner line of a rim panel is half as wide as its stroke, and slits have round ends.
-_MARGIN = 8
+MARGIN = 8
+"""Units between the outermost panels and the rim of a picture."""
 
 Cell = tuple[int, ...]
 Point = tuple[int, int]
@@ -81,7 +82,7 @@ def draw_array(
     standalone : with the look of each line and a size in pixels; without, the page styles the classes (`stylesheet`).
     """
     sheet = _Sheet(tiling, cells, size)
-    return sheet.svg([_path("panel", sheet.panels, closed=True)], title or f"{tiling.name} array", standalone)
+    return sheet.svg([svg_path("panel", sheet.panels, closed=True)], title or f"{tiling.name} array", standalone)
 
 
 def draw_circuit(
@@ -108,13 +109,13 @@ def draw_circuit(
     creases = [sheet.edges.pop((min(k, (k + 1) % n), max(k, (k + 1) % n))) for k in range(n)]
     outer = {panel for k, fold in enumerate(folds) if fold == "flat" for panel in (k, (k + 1) % n)}
     marks = [
-        _path("panel", [p for k, p in enumerate(sheet.panels) if k not in outer], closed=True),
-        _path("outer", [p for k, p in enumerate(sheet.panels) if k in outer], closed=True),
-        _path("circuit", [sheet.centres], closed=True),
+        svg_path("panel", [p for k, p in enumerate(sheet.panels) if k not in outer], closed=True),
+        svg_path("outer", [p for k, p in enumerate(sheet.panels) if k in outer], closed=True),
+        svg_path("circuit", [sheet.centres], closed=True),
     ]
     for kind in ("flat", "hinge", "mountain", "valley"):
-        marks.append(_path(kind, [crease for crease, fold in zip(creases, folds, strict=True) if fold == kind]))
-    marks.append(_path("slit", sheet.edges.values()))
+        marks.append(svg_path(kind, [crease for crease, fold in zip(creases, folds, strict=True) if fold == kind]))
+    marks.append(svg_path("slit", sheet.edges.values()))
     if numbers:
         marks += [_start(sheet.centres[0]), _numbers(creases)]
     return sheet.svg(marks, title or f"{tiling.name} circuit", standalone)
@@ -140,8 +141,8 @@ class _Sheet:
             length = width = 1  # hexagons and triangles are regular
         scale = SIDE / min(length, width)
         corners = [[(scale * length * x, -scale * width * y) for x, y in tiling.corners(cell)] for cell in cells]
-        left = min(x for panel in corners for x, _ in panel) - _MARGIN
-        top = min(y for panel in corners for _, y in panel) - _MARGIN
+        left = min(x for panel in corners for x, _ in panel) - MARGIN
+        top = min(y for panel in corners for _, y in panel) - MARGIN
 
         def pixel(x: float, y: float) -> Point:
             return round(x - left), round(y - top)
@@ -151,8 +152,8 @@ class _Sheet:
         points = [tiling.point(cell) for cell in cells]
         places = [tiling.position(point) for point in points]
         self.centres = [pixel(scale * length * x, -scale * width * y) for x, y in places]
-        self.width = max(x for panel in self.panels for x, _ in panel) + _MARGIN
-        self.height = max(y for panel in self.panels for _, y in panel) + _MARGIN
+        self.width = max(x for panel in self.panels for x, _ in panel) + MARGIN
+        self.height = max(y for panel in self.panels for _, y in panel) + MARGIN
         self.edges: dict[tuple[int, int], Segment] = {}
         index = {point: k for k, point in enumerate(points)}
         for k, point in enumerate(points):
@@ -162,29 +163,49 @@ class _Sheet:
                     self.edges[k, index[to]] = (panel[side], panel[(side + 1) % len(panel)])
 
     def svg(self, marks: Sequence[str], title: str, standalone: bool) -> str:
-        """Write the whole picture; marks that are empty texts are left out."""
-        body = "".join(filter(None, marks))
-        head = f'role="img" viewBox="0 0 {self.width} {self.height}"'
-        if standalone:
-            width, height = (round(extent * self.pixels / SIDE) for extent in (self.width, self.height))
-            head = f'xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" {head}'
-            for kind, look in STYLES.items():
-                attributes = " ".join(f'{name}="{value}"' for name, value in look.items())
-                body = body.replace(f'class="{kind}"', f'class="{kind}" {attributes}')
-        return f"<svg {head}><title>{escape(title)}</title>{body}</svg>"
+        """Write the whole picture."""
+        return svg(marks, title, (self.width, self.height), self.pixels if standalone else None)
 
 
-def _path(kind: str, lines: Iterable[Sequence[Point]], closed: bool = False) -> str:
-    """Write one path element with a subpath for each line; empty without lines."""
-    data = "".join(_subpath(line, closed) for line in lines)
-    return f'<path class="{kind}" d="{data}"/>' if data else ""
+def svg(marks: Iterable[str], title: str, extent: tuple[int, int], pixels: int | None) -> str:
+    """Write a picture of an extent (width, height) in units.
+
+    pixels : screen pixels to `SIDE` units in a picture that stands alone, with its own size and the look of each line;
+        None where the page gives both.
+    """
+    body = "".join(marks)
+    head = f'role="img" viewBox="0 0 {extent[0]} {extent[1]}"'
+    if pixels is not None:
+        width, height = (round(length * pixels / SIDE) for length in extent)
+        head = f'xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" {head}'
+        for kind, look in STYLES.items():
+            attributes = " ".join(f'{name}="{value}"' for name, value in look.items())
+            body = body.replace(f'class="{kind}"', f'class="{kind}" {attributes}')
+    return f"<svg {head}><title>{escape(title)}</title>{body}</svg>"
 
 
-def _subpath(line: Sequence[Point], closed: bool) -> str:
-    """Write path data: the first point, then the steps to the others, with as few separators as SVG allows."""
+def _by_steps(line: Sequence[Point]) -> str:
+    """Write the first point, then the steps to the others, with as few separators as SVG allows."""
     numbers = [line[0], *((b[0] - a[0], b[1] - a[1]) for a, b in pairwise(line))]
     first, *steps = ["".join(f" {v}" if v >= 0 else f"{v}" for v in pair) for pair in numbers]
-    return f"M{first.lstrip()}l{''.join(steps).lstrip()}{'z' if closed else ''}"
+    return f"{first.lstrip()}l{''.join(steps).lstrip()}"
+
+
+def by_points(line: Sequence[Point]) -> str:
+    """Write every point of a line with its own coordinates."""
+    return " ".join(f"{x},{y}" for x, y in line)
+
+
+def svg_path(
+    kind: str,
+    lines: Iterable[Sequence[Point]],
+    *,
+    closed: bool = False,
+    write: Callable[[Sequence[Point]], str] = _by_steps,
+) -> str:
+    """Write one path element with a subpath for each line; empty without lines."""
+    data = "".join(f"M{write(line)}{'z' if closed else ''}" for line in lines)
+    return f'<path class="{kind}" d="{data}"/>' if data else ""
 
 
 def _start(centre: Point) -> str:

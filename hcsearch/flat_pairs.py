@@ -16,8 +16,8 @@ def ways(scene: Scene) -> tuple[Way, ...]:
     """How flat pairs may be joined in a scene, in the order in which they are tried."""
     if scene.merge is True:
         return ("merged",)
-    found: tuple[Way, ...] = ("rigid", "hinged") if scene.flat_pairs == "either" else (scene.flat_pairs,)
-    return (*found, "merged") if scene.merge == "either" else found
+    allowed: tuple[Way, ...] = ("rigid", "hinged") if scene.flat_pairs == "either" else (scene.flat_pairs,)
+    return (*allowed, "merged") if scene.merge == "either" else allowed
 
 
 def folding_linkage(

@@ -33,8 +33,8 @@ def fold(circuits: CircuitBatch) -> FoldingBatch:
         return FoldingBatch(np.empty(0, np.int32), np.empty(0, np.int16))
     rows = np.empty(n_circuits * (n // 2), np.int32)
     creases = np.empty(len(rows), np.int16)
-    found = fold_words(circuits.words, grid_named(circuits.grid).directions, rows, creases)
-    return FoldingBatch(rows[:found].copy(), creases[:found].copy())
+    count = fold_words(circuits.words, grid_named(circuits.grid).directions, rows, creases)
+    return FoldingBatch(rows[:count].copy(), creases[:count].copy())
 
 
 def divisible(circuits: CircuitBatch) -> NDArray[np.bool_]:
@@ -115,14 +115,14 @@ class Folding:
     def frames(self) -> tuple[tuple[int, int], ...]:
         """How folding turns the directions of each panel: direction i of panel p comes to face sign * i + offset."""
         word, n, m = self.circuit.word, self.circuit.n, self.circuit.grid.directions
-        found = [(1, 0)] * n
+        frames = [(1, 0)] * n
         for stack, crease_after in ((self.stacks[0], 0), (self.stacks[1], -1)):
             for below, panel in pairwise(stack):
                 d = word[(below + crease_after) % n]
-                sign, offset = found[below]
+                sign, offset = frames[below]
                 # reflect panel's own direction i in the crease first (2 d + m/2 - i), then fold as the panel below
-                found[panel] = -sign, (sign * (2 * d + m // 2) + offset) % m
-        return tuple(found)
+                frames[panel] = -sign, (sign * (2 * d + m // 2) + offset) % m
+        return tuple(frames)
 
     @cached_property
     def assignment(self) -> tuple[Assignment, ...]:
@@ -143,18 +143,19 @@ class Folding:
         A flat crease folds nowhere; its entry is the face that continues the alternation, where a hinge would go.
         """
         n = self.circuit.n
-        found: list[Face] = ["top"] * n
+        faces: list[Face] = ["top"] * n
         for t in range(-1, n // 2):
             face: Face = "bottom" if t % 2 else "top"
-            found[(self.crease + 1 + t) % n] = found[(self.crease - 1 - t) % n] = face
-        return tuple(found)
+            faces[(self.crease + 1 + t) % n] = faces[(self.crease - 1 - t) % n] = face
+        return tuple(faces)
 
     @cached_property
     def mirror_pairs(self) -> tuple[tuple[int, int], ...]:
         """Pairs of panels that share an edge on a mirror axis of the circuit through both flat creases.
 
         They share it flat and folded, so that a pair can be made one panel (thesis 3.2.1 and 4.1.1). Empty where
-        there is no such axis. The panels of the lowest layer come first.
+        there is no such axis. The panels of the lowest layer come first. The compiled form, which only counts pairs,
+        is in `kernels.linkage.lines`; tests compare the two.
         """
         word, m = self.circuit.word, self.circuit.grid.directions
         across = word[self.crease]
@@ -163,13 +164,13 @@ class Folding:
         if any((word[a] + word[b - 1] - 2 * across) % m for a, b in zip(*self.stacks, strict=True)):
             return ()
         points, steps = self.circuit.points, self.circuit.grid.steps
-        found = []
+        pairs = []
         for a, b in zip(*self.stacks, strict=True):
             turn, offset = self.frames[a]
             to = (points[b][0] - points[a][0], points[b][1] - points[a][1])
             if to == steps[inwards] and (turn * inwards + offset - inwards) % m == 0:
-                found.append((b, a))
-        return tuple(found)
+                pairs.append((b, a))
+        return tuple(pairs)
 
     def pattern(self, size: tuple[float, float, float], *, hinged: bool = False, merged: bool = False) -> Pattern:
         """The flat pattern of thick panels that folds so; facets are the panels of the circuit, in its order.

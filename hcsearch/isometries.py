@@ -62,5 +62,5 @@ class Isometry(NamedTuple):
 
     def image(self, point: Point) -> Point:
         """Where a point of two coordinates comes to lie."""
-        found = self(complex(*point))
-        return found.real, found.imag
+        moved = self(complex(*point))
+        return moved.real, moved.imag

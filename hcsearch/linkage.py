@@ -48,14 +48,14 @@ class Linkage:
 
         The second panel of a hinge turns about it by the fold angle, right-handed, as seen from the first.
         """
-        found = np.zeros((self.n_hinges, 3))
+        directions = np.zeros((self.n_hinges, 3))
         for k, hinge in enumerate(self.pattern.hinges):
             # the second panel lies on the right from start to end: it turns down, which closes the bottom face
             sign = -1.0 if hinge.face == "top" else 1.0
             dx, dy = hinge.end[0] - hinge.start[0], hinge.end[1] - hinge.start[1]
             length = math.hypot(dx, dy)
-            found[k, :2] = sign * dx / length, sign * dy / length
-        return found
+            directions[k, :2] = sign * dx / length, sign * dy / length
+        return directions
 
     @cached_property
     def points(self) -> Reals:
@@ -92,15 +92,15 @@ class Linkage:
         own = tuple(self.walk([self.pattern.hinge_of(pair) for pair in loop]) for loop in self.pattern.loops)
         if len(own) == self.n_hinges - len(in_tree) and self._independent(own):
             return own
-        found = []
+        walks = []
         for k, hinge in enumerate(self.pattern.hinges):
             if k in in_tree:
                 continue
             out, back = self._tree.way(hinge.first), self._tree.way(hinge.second)
             common = next((i for i, (a, b) in enumerate(zip(out, back, strict=False)) if a != b), None)
             shared = min(len(out), len(back)) if common is None else common
-            found.append((*out[shared:], (k, 1), *((h, -s) for h, s in reversed(back[shared:]))))
-        return tuple(found)
+            walks.append((*out[shared:], (k, 1), *((h, -s) for h, s in reversed(back[shared:]))))
+        return tuple(walks)
 
     def _independent(self, walks: Sequence[Walk]) -> bool:
         """Whether none of some closed walks is made of the others: else closing them would not close all loops."""
@@ -154,10 +154,10 @@ class Linkage:
 
         Moving by t v + t^2 w / 2 keeps the loops closed to second order when J v = 0 and J w + bend = 0.
         """
-        found = np.empty(self.n_rows)
+        bend = np.empty(self.n_rows)
         starts, hinges, _ = self.loop_arrays
-        bend_loops(starts, hinges, jacobian, velocity, found)
-        return found
+        bend_loops(starts, hinges, jacobian, velocity, bend)
+        return bend
 
     @property
     def chain(self) -> Chain:
@@ -167,16 +167,16 @@ class Linkage:
 
     def poses(self, angles: Reals) -> Reals:
         """Rotation and translation of each panel from the flat state, shape (n_panels, 3, 4), by a tree of hinges."""
-        found = np.empty((self.n_panels, 3, 4))
-        place_panels(self.chain, np.asarray(angles, float), found)
-        return found
+        poses = np.empty((self.n_panels, 3, 4))
+        place_panels(self.chain, np.asarray(angles, float), poses)
+        return poses
 
     def solids(self, angles: Reals) -> list[Reals]:
         """Corners of each facet's prism, shape (2, n_corners, 3): bottom face, top face."""
         poses = self.poses(angles)
-        found = []
+        solids = []
         for facet, panel in zip(self.pattern.facets, self.pattern.panel_of, strict=True):
             flat = np.array([[(x, y, z) for x, y in facet] for z in (0.0, self.pattern.thickness)])
             pose = poses[panel]
-            found.append(flat @ pose[:, :3].T + pose[:, 3])
-        return found
+            solids.append(flat @ pose[:, :3].T + pose[:, 3])
+        return solids

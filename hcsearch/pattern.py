@@ -73,8 +73,8 @@ class Pattern:
     facets : convex polygons, corners counterclockwise, in metres; an edge is shared as a whole.
     creases : of pairs of facets (i, j), i < j, that share an edge. The other shared edges are slits.
     thickness : of all panels, in metres.
-    loops : creases of closed walks from panel to panel that tell the pattern's own elements apart, in their order;
-        empty where nobody asked for them. Each entry is a pair of facets as in `creases`.
+    loops : creases of closed walks from panel to panel, one around each of the pattern's own elements, in their order;
+        empty where the pattern has no elements of its own. Each entry is a pair of facets as in `creases`.
     """
 
     facets: tuple[Facet, ...]
@@ -114,9 +114,9 @@ class Pattern:
     @cached_property
     def edges(self) -> dict[Pair, tuple[Point, Point]]:
         """Edges shared by two facets (i, j), i < j, from start to end with facet i on the left."""
-        corners = _Places(self._tolerance)
+        corners = Places(self._tolerance)
         sides: dict[tuple[int, int], tuple[int, Point, Point]] = {}
-        found = {}
+        shared = {}
         for number, facet in enumerate(self.facets):
             for a, b in zip(facet, (*facet[1:], facet[0]), strict=True):
                 ends = corners.number(a), corners.number(b)
@@ -126,8 +126,8 @@ class Pattern:
         for (a_key, b_key), (number, a, b) in sides.items():
             other = sides.get((b_key, a_key))
             if other is not None and number < other[0]:
-                found[number, other[0]] = (a, b)
-        return found
+                shared[number, other[0]] = (a, b)
+        return shared
 
     @cached_property
     def panel_of(self) -> tuple[int, ...]:
@@ -156,7 +156,7 @@ class Pattern:
     @cached_property
     def _joints(self) -> tuple[tuple[Hinge, ...], dict[Pair, int]]:
         """The hinges, and which of them each crease is part of."""
-        found: list[Hinge] = []
+        hinges: list[Hinge] = []
         between: dict[Pair, list[int]] = {}
         number: dict[Pair, int] = {}
         for pair in self.creases:
@@ -165,15 +165,15 @@ class Pattern:
                 continue
             known = between.setdefault((hinge.first, hinge.second), [])
             for k in known:
-                if _one_line(found[k], hinge, self._tolerance):
-                    found[k] = _spanning(found[k], hinge)
+                if _one_line(hinges[k], hinge, self._tolerance):
+                    hinges[k] = _spanning(hinges[k], hinge)
                     number[pair] = k
                     break
             else:
-                number[pair] = len(found)
-                known.append(len(found))
-                found.append(hinge)
-        return tuple(found), number
+                number[pair] = len(hinges)
+                known.append(len(hinges))
+                hinges.append(hinge)
+        return tuple(hinges), number
 
     def _hinge(self, pair: Pair) -> Hinge | None:
         crease = self.creases[pair]
@@ -225,7 +225,7 @@ def overlay(patterns: Sequence[Pattern]) -> Pattern:
     edge; facets that overlap without sharing an edge are for the caller to exclude.
     """
     tolerance = min(pattern._tolerance for pattern in patterns)
-    centres = _Places(tolerance)
+    centres = Places(tolerance)
     facets: list[Facet] = []
     creases: dict[Pair, Crease] = {}
     loops: list[tuple[Pair, ...]] = []
@@ -256,7 +256,7 @@ _SHARE, _REACH = 0.25, 0.26
 """The tolerance as a share of the cells that points are looked up in, and how far a point looks, rounding included."""
 
 
-class _Places:
+class Places:
     """Numbers of points of the plane, the same for points nearer than a tolerance."""
 
     def __init__(self, tolerance: float) -> None:
@@ -266,6 +266,7 @@ class _Places:
         self._count = 0
 
     def number(self, point: Point) -> int:
+        """The number of a point: that of the first one that is the same."""
         x, y = point[0] / self._step, point[1] / self._step
         rows = range(math.floor(y - _REACH), math.floor(y + _REACH) + 1)
         for i in range(math.floor(x - _REACH), math.floor(x + _REACH) + 1):

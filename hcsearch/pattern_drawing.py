@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from html import escape
+from collections.abc import Sequence
+from functools import partial
 
-from hcsearch.drawing import SIDE, STYLES
+from hcsearch.drawing import MARGIN, SIDE, by_points, svg, svg_path
+from hcsearch.drawing import Point as Pixel
 from hcsearch.pattern import Facet, Pattern, Point
 
 PIXELS = 48
 """Screen pixels to the side of a square of a panel's mean area."""
 
-_MARGIN = 8
-
-Pixel = tuple[int, int]
+_path = partial(svg_path, write=by_points)
 
 
 def draw_pattern(pattern: Pattern, title: str = "pattern") -> str:
@@ -26,7 +25,7 @@ def draw_pattern(pattern: Pattern, title: str = "pattern") -> str:
     left, top = min(x for x, _ in points), max(y for _, y in points)
 
     def pixel(point: Point) -> Pixel:
-        return round(scale * (point[0] - left)) + _MARGIN, round(scale * (top - point[1])) + _MARGIN
+        return round(scale * (point[0] - left)) + MARGIN, round(scale * (top - point[1])) + MARGIN
 
     kinds: dict[str, list[Sequence[Pixel]]] = {"hinge": [], "mountain": [], "valley": [], "slit": []}
     for pair, ends in pattern.edges.items():
@@ -45,8 +44,8 @@ def draw_pattern(pattern: Pattern, title: str = "pattern") -> str:
     ]
     marks = [_path("panel", outlines, closed=True), *(_path(kind, lines) for kind, lines in kinds.items())]
     pixels = [pixel(point) for point in points]
-    extent = [max(values) + _MARGIN for values in zip(*pixels, strict=True)]
-    return _svg("".join(marks), title, extent)
+    width, height = (max(values) + MARGIN for values in zip(*pixels, strict=True))
+    return svg(marks, title, (width, height), PIXELS) + "\n"
 
 
 def _rings(facets: Sequence[Facet], size: float) -> list[list[Point]]:
@@ -63,7 +62,7 @@ def _rings(facets: Sequence[Facet], size: float) -> list[list[Point]]:
     after: dict[tuple[int, int], list[tuple[int, int]]] = {}
     for a, b in edges:
         after.setdefault(a, []).append(b)
-    found = []
+    rings = []
     while edges:
         here, to = next(iter(edges))
         ring = []
@@ -71,21 +70,5 @@ def _rings(facets: Sequence[Facet], size: float) -> list[list[Point]]:
             ring.append(edges.pop((here, to)))
             after[here].remove(to)
             here, to = to, next(iter(after[to]), here)
-        found.append(ring)
-    return found
-
-
-def _svg(body: str, title: str, extent: Sequence[int]) -> str:
-    for kind, look in STYLES.items():
-        attributes = " ".join(f'{name}="{value}"' for name, value in look.items())
-        body = body.replace(f'class="{kind}"', f'class="{kind}" {attributes}')
-    width, height = (round(length * PIXELS / SIDE) for length in extent)
-    head = f'xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" role="img"'
-    return f'<svg {head} viewBox="0 0 {extent[0]} {extent[1]}"><title>{escape(title)}</title>{body}</svg>\n'
-
-
-def _path(kind: str, lines: Iterable[Sequence[Pixel]], closed: bool = False) -> str:
-    """One path element with a subpath for each line; empty without lines."""
-    end = "z" if closed else ""
-    data = "".join("M" + " ".join(f"{x},{y}" for x, y in line) + end for line in lines)
-    return f'<path class="{kind}" d="{data}"/>' if data else ""
+        rings.append(ring)
+    return rings

@@ -185,7 +185,7 @@ class DeploymentBatch:
 
 @dataclass(frozen=True)
 class StagedDesigns:
-    """Designs of a unit of the search, with the columns of the stages that have run; None where one has not.
+    """Designs of a shard of the search, with the columns of the stages that have run; None where one has not.
 
     n_fixed : (n_circuits,), circuits that each stands for: fixed ones, or those of the one array searched.
     twists : |Lk|, (n_foldings,); mobility, motion and deployment have a row a folding, too.
@@ -204,15 +204,15 @@ class StagedDesigns:
 
     @property
     def folded(self) -> FoldingBatch:
-        """Its foldings, which a stage before must have found."""
+        """Its foldings; the stage `foldings` must have run."""
         assert self.foldings is not None
         return self.foldings
 
     def with_folding(self, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Which designs have a folding that is among some, shape (n_circuits,); chosen : (n_foldings,)."""
-        found = np.zeros(len(self), bool)
-        found[self.folded.row[chosen]] = True
-        return found
+        marked = np.zeros(len(self), bool)
+        marked[self.folded.row[chosen]] = True
+        return marked
 
     def take(self, kept: NDArray[np.bool_], chosen: NDArray[np.bool_] | None = None) -> StagedDesigns:
         """Some designs, with their foldings or only those that are chosen; before a motion is looked for."""

@@ -13,7 +13,7 @@ from hcsearch.cli.options import Number
 from hcsearch.system.outputs import check_folder, check_output
 
 if TYPE_CHECKING:
-    from hcsearch_bench.run.report import Report
+    from hcsearch_bench.run.report import BenchReport
 
 Command = Callable[..., Any]
 
@@ -70,7 +70,7 @@ def _say(step: str) -> None:
     click.echo(step, err=True)
 
 
-def _finish(report: Report, output: Path, json_file: Path | None) -> None:
+def _finish(report: BenchReport, output: Path, json_file: Path | None) -> None:
     """Print a report's tables, and save it."""
     from hcsearch_bench.run.tables import save_json, text
 

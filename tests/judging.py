@@ -28,7 +28,7 @@ def verdicts_of(judged: Sequence[Judged], trials: Sequence[Trial] = ()) -> Verdi
     reasons = [None if status == "locked" else f"a reason for {status}" for status in statuses]
     ways = ["rigid" if move else None for move in moves]
     motion = MotionBatch(ways, margin, -0.5 * margin, 1e-3 * margin, paths, reasons)
-    found = DeploymentBatch(
+    deployments = DeploymentBatch(
         np.array([math.nan if gap is None else 1e-3 * gap for *_, gap, _ in judged]),
         np.array([math.nan if time is None else time for *_, time in judged]),
         tuple(trials),
@@ -41,7 +41,7 @@ def verdicts_of(judged: Sequence[Judged], trials: Sequence[Trial] = ()) -> Verdi
         np.array([crease for _, crease, *_ in judged], int),
         statuses,
         motion,
-        found,
+        deployments,
     )
 
 

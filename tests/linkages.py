@@ -1,9 +1,16 @@
-"""Linkages that tests name."""
+"""Linkages that tests name, and congruence of patterns in its plain form."""
+
+import math
+
+import numpy as np
 
 from hcsearch.assemblies import ASSEMBLIES
+from hcsearch.assemblies.joining import SAME, placements
+from hcsearch.errors import PatternError
 from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
+from hcsearch.pattern import Pattern, overlay
 
 
 def linkage_named(name: str) -> Linkage:
@@ -11,3 +18,31 @@ def linkage_named(name: str) -> Linkage:
     if name in ASSEMBLIES:
         return Linkage(ASSEMBLIES[name].build(ASSEMBLIES[name].defaults))
     return folding_linkage(Folding.from_notation(name))
+
+
+def congruent(one: Pattern, two: Pattern) -> bool:
+    """Whether an isometry takes one pattern to another, with all creases; the sheet may be turned over.
+
+    Patterns that mirror each other are congruent when `two.inverted()` is. `unit_search.rings.congruence_key` does not
+    distinguish these, and is what the program compares patterns by.
+    """
+    sizes = (len(one.facets), len(one.creases)), (len(two.facets), len(two.creases))
+    if sizes[0] != sizes[1]:
+        return False
+    of = next(iter(two.creases))
+    tolerance = SAME * one.size
+    corners = np.array([point for facet in one.facets for point in facet])
+    for on in one.creases:
+        if abs(math.dist(*one.edges[on]) - math.dist(*two.edges[of])) > tolerance:
+            continue
+        for placement in placements(one, two, [(on, of)]):
+            images = np.array([placement.image(point) for facet in two.facets for point in facet])
+            if np.linalg.norm(corners[:, None] - images, axis=2).min(axis=0).max() > tolerance:
+                continue
+            try:
+                union = overlay([one, two.placed(placement)])
+            except PatternError:
+                continue
+            if (len(union.facets), len(union.creases)) == sizes[0]:
+                return True
+    return False

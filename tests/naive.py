@@ -19,36 +19,36 @@ def hamiltonian_circuits(array: Array) -> set[frozenset[frozenset[int]]]:
     for u, v, _ in array.edges():
         neighbours[u].add(v)
         neighbours[v].add(u)
-    found: set[frozenset[frozenset[int]]] = set()
+    circuits: set[frozenset[frozenset[int]]] = set()
 
     def walk(path: list[int]) -> None:
         if len(path) == array.n:
             if 0 in neighbours[path[-1]] and array.n > 2:
                 closed = [*path, 0]
-                found.add(frozenset(frozenset(pair) for pair in itertools.pairwise(closed)))
+                circuits.add(frozenset(frozenset(pair) for pair in itertools.pairwise(closed)))
             return
         for to in neighbours[path[-1]] - set(path):
             walk([*path, to])
 
     walk([0])
-    return found
+    return circuits
 
 
 def polygons(grid: Grid, n: int) -> set[frozenset[frozenset[Point]]]:
     """All self-avoiding polygons of n steps up to translation, as sets of pairs of lattice points."""
     starts = [grid.point((0, 0, 0)), grid.point((0, 0, 1))] if grid.is_triangle else [(0, 0)]
-    found: set[frozenset[frozenset[Point]]] = set()
+    circuits: set[frozenset[frozenset[Point]]] = set()
 
     def walk(path: list[Point]) -> None:
         for _, to in grid.neighbours(path[-1]):
             if len(path) == n and to == path[0] and n > 2:
-                found.add(_to_origin(grid, [*path, to]))
+                circuits.add(_to_origin(grid, [*path, to]))
             elif len(path) < n and to not in path and _distance(grid, to, path[0]) <= n - len(path):
                 walk([*path, to])
 
     for start in starts:
         walk([start])
-    return found
+    return circuits
 
 
 def _distance(grid: Grid, a: Point, b: Point) -> float:
@@ -113,7 +113,7 @@ def folding_creases(circuit: Circuit) -> list[int]:
     """Creases in the first half whose two images coincide after the reflections of thesis section 3.2.1."""
     n, points = circuit.n, circuit.points
     creases = [(points[k], points[(k + 1) % n]) for k in range(n)]
-    found = []
+    folding = []
     for j in range(n // 2 if n % 2 == 0 else 0):
         ahead = behind = _edge_vector(circuit.grid, creases[j])
         for t in range(1, n // 2):
@@ -122,8 +122,8 @@ def folding_creases(circuit: Circuit) -> list[int]:
         assert set(ahead) != set(behind) or ahead == behind, "a half twist"
         if ahead[0] == behind[0]:
             assert ahead == behind, "a half twist"
-            found.append(j)
-    return found
+            folding.append(j)
+    return folding
 
 
 def creases_with_opposite_image(circuit: Circuit) -> Iterator[int]:
@@ -142,11 +142,11 @@ def rotation(vector: NDArray[np.float64]) -> NDArray[np.float64]:
     """Rotation matrix of a rotation vector, by the exponential series of its cross product matrix."""
     x, y, z = vector
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    found, term = np.eye(3), np.eye(3)
+    total, term = np.eye(3), np.eye(3)
     for k in range(1, 60):
         term = term @ cross / k
-        found = found + term
-    return found
+        total = total + term
+    return total
 
 
 def around_the_loop(
@@ -168,10 +168,10 @@ def around_the_loop(
 def cone_corners(columns: NDArray[np.float64]) -> set[tuple[float, ...]]:
     """Extreme rays of x >= 0 with sum x_i columns_i = 0, of sum 1, by trying all sets of hinges."""
     n = len(columns)
-    found: dict[frozenset[int], tuple[float, ...]] = {}
+    rays: dict[frozenset[int], tuple[float, ...]] = {}
     for size in range(1, n + 1):
         for chosen in itertools.combinations(range(n), size):
-            if any(known <= set(chosen) for known in found):
+            if any(known <= set(chosen) for known in rays):
                 continue
             singular, vt = np.linalg.svd(columns[list(chosen)].T)[1:]
             if size - np.count_nonzero(singular > 1e-9) != 1:
@@ -180,5 +180,5 @@ def cone_corners(columns: NDArray[np.float64]) -> set[tuple[float, ...]]:
             if x.min() > 1e-9:
                 ray = np.zeros(n)
                 ray[list(chosen)] = x
-                found[frozenset(chosen)] = tuple(ray.tolist())
-    return set(found.values())
+                rays[frozenset(chosen)] = tuple(ray.tolist())
+    return set(rays.values())

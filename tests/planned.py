@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.collision.reaches import longest_way
 from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
@@ -38,7 +39,7 @@ class Planned:
     @property
     def wander(self) -> float:
         """What fold angles of closed states differ by from the motion's, summed over hinges (rad)."""
-        return float(np.log1p(self.proof.slack / Prover(self.linkage)._way))
+        return float(np.log1p(self.proof.slack / longest_way(self.linkage)))
 
 
 def joined(name: str, way: Way) -> Linkage:

@@ -26,8 +26,8 @@ _SETTINGS = ("fsync=off", "full_page_writes=off", "max_connections=30", "shared_
 def find_binaries() -> Path:
     """The folder of initdb and postgres; a failed test, not a skipped one, where no server is installed."""
     folders = [*sorted(Path("/usr/lib/postgresql").glob("*/bin"), key=lambda path: -float(path.parent.name))]
-    if found := shutil.which("initdb"):
-        folders.insert(0, Path(found).resolve().parent)
+    if program := shutil.which("initdb"):
+        folders.insert(0, Path(program).resolve().parent)
     if asked := shutil.which("pg_config"):
         done = subprocess.run([asked, "--bindir"], capture_output=True, text=True, check=True)
         folders.insert(0, Path(done.stdout.strip()))

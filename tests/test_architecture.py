@@ -10,8 +10,8 @@ CONTRACTS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 
 def layers(container):
-    (found,) = [one["layers"] for one in CONTRACTS if one.get("containers") == [container]]
-    return [layer.split(" | ") for layer in found]
+    (floors,) = [one["layers"] for one in CONTRACTS if one.get("containers") == [container]]
+    return [layer.split(" | ") for layer in floors]
 
 
 def test_floors_stand_in_the_order_of_the_contract():

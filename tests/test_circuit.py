@@ -44,9 +44,9 @@ def test_turns_add_up_to_one_full_turn(circuit):
 def test_kernels_agree_with_the_plain_forms(data):
     circuit = data.draw(congruences(data.draw(circuits())))
     grid, words = circuit.grid, np.array([circuit.word], np.int8)
-    found, symmetry = np.empty_like(words), np.empty(1, np.int16)
-    canonicalise(words, grid.directions, len(grid.first_directions), found, symmetry)
-    assert (tuple(found[0]), symmetry[0]) == (circuit.canonical().word, circuit.symmetry)
+    least, symmetry = np.empty_like(words), np.empty(1, np.int16)
+    canonicalise(words, grid.directions, len(grid.first_directions), least, symmetry)
+    assert (tuple(least[0]), symmetry[0]) == (circuit.canonical().word, circuit.symmetry)
     rows, heights, order = np.empty(words.shape, np.uint64), np.empty(1, np.int64), np.empty(1, np.int16)
     array_rows(words, np.array(grid.row_moves), 2 if grid.is_triangle else 1, rows, heights, order)
     prefix = np.frombuffer(f"{grid.name}:".encode(), np.uint8)

@@ -49,7 +49,7 @@ def run(tmp_path, monkeypatch, capfd):
     def call(*words, code=0, env=None):
         capfd.readouterr()
         on_interrupt = signal.getsignal(signal.SIGINT)
-        found = 0
+        status = 0
         with monkeypatch.context() as patch:
             patch.chdir(tmp_path)
             patch.setattr(sys, "argv", ["hcsearch", *words])
@@ -58,10 +58,10 @@ def run(tmp_path, monkeypatch, capfd):
             try:
                 main()
             except SystemExit as end:
-                found = end.code
+                status = end.code
             finally:
                 signal.signal(signal.SIGINT, on_interrupt)
-        done = subprocess.CompletedProcess(words, found, *capfd.readouterr())
+        done = subprocess.CompletedProcess(words, status, *capfd.readouterr())
         assert done.returncode == code, done.stderr + done.stdout
         assert "Traceback" not in done.stderr
         return done
@@ -85,8 +85,8 @@ def hexagons(stored_hexagons, tmp_path):
 
 def funnel(output):
     """Numbers of a funnel by label."""
-    found = re.findall(r"^  ([\w\- ()]+?) {2,}([\d,]+|-)$", output, re.MULTILINE)
-    return {label: None if number == "-" else int(number.replace(",", "")) for label, number in found}
+    lines = re.findall(r"^  ([\w\- ()]+?) {2,}([\d,]+|-)$", output, re.MULTILINE)
+    return {label: None if number == "-" else int(number.replace(",", "")) for label, number in lines}
 
 
 def rows(done):
@@ -326,13 +326,28 @@ def test_show_a_design_and_a_folding(run):
 
 
 def test_show_says_for_which_flat_pairs_an_end_is_locked_and_how_tight(run):
-    told = run("show", "hex:0234550132:3").stdout
-    assert "folded, flat pairs rigid: locked (exact proof), a wrench" in told
-    assert "loops that give way by 1.7 mm let it out" in told
-    assert told.count("flat pairs hinged: not proved locked") == 2
-    told = run("show", "hex:0233534001:2").stdout
-    assert "folded, flat pairs hinged: locked (exact proof)" in told
-    assert "would open the loops by more than 6 mm" in told
+    printed = run("show", "hex:0234550132:3").stdout
+    assert "folded, flat pairs rigid: locked (exact proof), a wrench" in printed
+    assert "loops that give way by 1.7 mm let it out" in printed
+    assert printed.count("flat pairs hinged: not proved locked") == 2
+    printed = run("show", "hex:0233534001:2").stdout
+    assert "folded, flat pairs hinged: locked (exact proof)" in printed
+    assert "would open the loops by more than 6 mm" in printed
+
+
+@pytest.mark.usefixtures("hexagons")
+def test_show_writes_a_page_of_a_design(run, tmp_path):
+    words = ("query", "circuit=hex:0233534001", "--db", "d.sqlite", "-c", "id", "--format", "json")
+    (row,) = json.loads(run(*words).stdout)
+    done = run("show", f"{row['id']}:2", "--db", "d.sqlite", "--html")
+    assert done.stdout == f"reports/design-{row['id']}-2.html\n"
+    assert "locked" in (tmp_path / done.stdout.strip()).read_text(encoding="utf-8")
+    assert run("show", "hex:0233534001:2", "--html", "--output", "page.html").stdout == "page.html\n"
+    told = run("show", "hex:0233534001", "--output", "page.html", code=2).stderr
+    assert told.strip() == "hcsearch: --output, --scene, --panel and --across are of a page: add --html"
+    told = run("show", "hex:0233534001", "--html", "--scene", "earth", code=2).stderr
+    assert "name the design by its id" in told
+    assert "is a database" in run("show", "hex:0233534001", "--html", "--output", "d.sqlite", code=2).stderr
 
 
 @pytest.mark.usefixtures("hexagons")
@@ -355,9 +370,9 @@ def test_two_enumerations_into_one_new_database_at_the_same_time(tmp_path):
         assert process.communicate(timeout=300)[1] == b""
         assert process.returncode == 0
     with sqlite3.connect(tmp_path / "both.sqlite") as database:
-        found = database.execute("SELECT n, count(*), sum(n_fixed) FROM designs GROUP BY n ORDER BY n").fetchall()
+        counts = database.execute("SELECT n, count(*), sum(n_fixed) FROM designs GROUP BY n ORDER BY n").fetchall()
     database.close()
-    assert found == [(12, 1175, 13265), (13, 3807, 45144)]
+    assert counts == [(12, 1175, 13265), (13, 3807, 45144)]
 
 
 def test_a_killed_run_goes_on_where_it_stopped(run, tmp_path):

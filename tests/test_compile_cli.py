@@ -30,7 +30,7 @@ def samples(monkeypatch):
         started.append(process)
         return process
 
-    sample = compiling._Sample(("circuits.words.insert_fingerprints",), lambda: None)
+    sample = compiling.Sample(("circuits.words.insert_fingerprints",), lambda: None)
     monkeypatch.setattr(compiling, "SAMPLES", {"quick": sample, "long": sample})
     monkeypatch.setattr(compiling, "_start", start)
     monkeypatch.setattr(under_way, "is_ready", lambda kernel: any(process.poll() is not None for process in started))

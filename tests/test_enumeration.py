@@ -14,7 +14,7 @@ from tests.strategies import arrays
 
 
 def listed(grid, n):
-    """(classes, fixed) of a listing over all arrays, unit by unit."""
+    """(classes, fixed) of a listing over all arrays, shard by shard."""
     search = PolygonSearch(GRIDS[grid], n)
     free = fixed = 0
     for prefix in search.prefixes:
@@ -68,11 +68,11 @@ def test_published_numbers_of_arrays_with_a_circuit(name):
     for n, circuits, n_arrays, most in golden.table(name)["values"]:
         if n > {"hex": 12, "square": 18, "triangle": 24}[grid]:
             continue
-        found: dict[str, int] = {}
+        counts: dict[str, int] = {}
         for circuit in enumerate_circuits(grid, n=n):
             notation = circuit.array.canonical().notation
-            found[notation] = found.get(notation, 0) + 1
-        assert (sum(found.values()), len(found), max(found.values(), default=0)) == (circuits, n_arrays, most)
+            counts[notation] = counts.get(notation, 0) + 1
+        assert (sum(counts.values()), len(counts), max(counts.values(), default=0)) == (circuits, n_arrays, most)
 
 
 @pytest.mark.parametrize(
@@ -179,17 +179,17 @@ def test_array_listing_and_counting_against_the_naive_walk(array):
 def test_the_frontier_graph_never_dies_after_its_dead_states_are_left_out(array):
     search = ArraySearch(array)
     assert search.n_circuits == len(naive.hamiltonian_circuits(array))
-    units = [batch for prefix in search.prefixes for batch in search.circuits(prefix, batch_size=1)]
-    assert all(len(batch) == 1 for batch in units)
+    batches = [batch for prefix in search.prefixes for batch in search.circuits(prefix, batch_size=1)]
+    assert all(len(batch) == 1 for batch in batches)
 
 
-def test_units_and_small_batches_give_the_same_circuits_as_one_walk():
+def test_shards_and_small_batches_give_the_same_circuits_as_one_walk():
     for search in (ArraySearch(parse_array(GRIDS["square"], "8x6")), PolygonSearch(GRIDS["hex"], 14)):
         whole = np.concatenate([batch.words for batch in search.batches()])
-        units = [batch.words for prefix in search.prefixes for batch in search.circuits(prefix, batch_size=100)]
-        assert max(map(len, units)) <= 100
-        assert {w.tobytes() for w in np.concatenate(units)} == {w.tobytes() for w in whole}
-        assert sum(map(len, units)) == len(whole)
+        batches = [batch.words for prefix in search.prefixes for batch in search.circuits(prefix, batch_size=100)]
+        assert max(map(len, batches)) <= 100
+        assert {w.tobytes() for w in np.concatenate(batches)} == {w.tobytes() for w in whole}
+        assert sum(map(len, batches)) == len(whole)
 
 
 def test_results_are_lazy_at_any_size():

@@ -78,11 +78,11 @@ def test_files_that_have_no_end_or_are_no_text_are_refused(tmp_path):
 
 def test_a_pipe_is_refused_at_once_though_nobody_writes(tmp_path):
     os.mkfifo(tmp_path / "pipe")
-    found = []
-    reading = threading.Thread(target=lambda: found.append(_refused(tmp_path / "pipe")), daemon=True)
+    answers = []
+    reading = threading.Thread(target=lambda: answers.append(_refused(tmp_path / "pipe")), daemon=True)
     reading.start()
     reading.join(10)
-    assert found == [True]
+    assert answers == [True]
 
 
 def _refused(path):

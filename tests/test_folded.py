@@ -26,28 +26,28 @@ def filtered(grid, n):
     """Circuits that fold, and untwisted ones, as sets of words with their symmetry, by listing all."""
     two_stack, untwisted = set(), set()
     for batch in PolygonSearch(GRIDS[grid], n).batches():
-        found = fold(batch)
-        twists = twist_batch(batch, found)
+        folded = fold(batch)
+        twists = twist_batch(batch, folded)
         named = [(word.tobytes(), int(order)) for word, order in zip(batch.words, batch.symmetry, strict=True)]
-        two_stack |= {named[row] for row in found.row}
-        untwisted |= {named[row] for row in found.row[twists == 0]}
+        two_stack |= {named[row] for row in folded.row}
+        untwisted |= {named[row] for row in folded.row[twists == 0]}
     return {"two-stack": two_stack, "untwisted": untwisted}
 
 
 def joined(search, batch_size=1000):
-    """The same by joining half-chains, unit by unit; nothing may come twice."""
-    found = [
+    """The same by joining half-chains, shard by shard; nothing may come twice."""
+    circuits = [
         (word.tobytes(), int(order))
         for prefix in search.prefixes
         for batch in search.circuits(prefix, batch_size)
         for word, order in zip(batch.words, batch.symmetry, strict=True)
     ]
-    assert len(found) == len(set(found))
-    return set(found)
+    assert len(circuits) == len(set(circuits))
+    return set(circuits)
 
 
 def counted(search):
-    counts = [search.count(unit) for unit in search.counting_units]
+    counts = [search.count(shard) for shard in search.counting_shards]
     return sum(classes for classes, _ in counts), sum(fixed for _, fixed in counts)
 
 
@@ -84,13 +84,13 @@ def test_batches_do_not_depend_on_their_size(batch_size):
 
 
 def test_units_split_keys_and_join_them(monkeypatch):
-    monkeypatch.setattr("hcsearch.enumeration.folded._UNIT_PAIRS", 500)
+    monkeypatch.setattr("hcsearch.enumeration.folded._SHARD_PAIRS", 500)
     search = FoldedSearch(GRIDS["hex"], 14, untwisted=True)
     assert any(":" in prefix for prefix in search.prefixes)
     assert any(":" not in prefix for prefix in search.prefixes)
     assert joined(search) == filtered("hex", 14)["untwisted"]
     monkeypatch.setattr("hcsearch.enumeration.folded._COUNTED_PAIRS", 800)
-    assert any(":" in unit for unit in search.counting_units)
+    assert any(":" in shard for shard in search.counting_shards)
     assert counted(search)[0] == len(filtered("hex", 14)["untwisted"])
 
 
@@ -116,8 +116,8 @@ def test_each_half_chain_carries_one_flat_crease_to_the_other(data):
 @given(st.data())
 def test_given_one_folding_one_congruence_tells_the_others(data):
     circuit = data.draw(circuits(even=True))
-    m, half, found = circuit.grid.directions, circuit.n // 2, foldings(circuit)
-    for folding in found:
+    m, half, folded = circuit.grid.directions, circuit.n // 2, foldings(circuit)
+    for folding in folded:
         turns = np.roll(np.diff(circuit.word, prepend=circuit.word[-1]), -folding.crease - 1)  # from panel j + 1 on
         mine, mate = alternating(turns[:half]), alternating(-turns[: half - 1 : -1])
         flat = {
@@ -125,7 +125,7 @@ def test_given_one_folding_one_congruence_tells_the_others(data):
             for k in range(1, half)
             if (mine[k - 1] + mate[half - k - 1] - half * (m // 2)) % m == 0
         }
-        assert flat == {f.crease % half for f in found} - {folding.crease % half}
+        assert flat == {f.crease % half for f in folded} - {folding.crease % half}
 
 
 def alternating(turns):

@@ -17,12 +17,12 @@ def counts(search):
     """(fixed or on the array, classes, two-stack, untwisted)."""
     total = free = two_stack = untwisted = 0
     for batch in search.batches():
-        found = fold(batch)
-        twists = twist_batch(batch, found)
+        folded = fold(batch)
+        twists = twist_batch(batch, folded)
         total += int((search.group_order // batch.symmetry).sum())
         free += len(batch)
-        two_stack += len(np.unique(found.row))
-        untwisted += len(np.unique(found.row[twists == 0]))
+        two_stack += len(np.unique(folded.row))
+        untwisted += len(np.unique(folded.row[twists == 0]))
     return total, free, two_stack, untwisted
 
 
@@ -40,8 +40,8 @@ def test_brick_wall_of_twelve_hexagons_has_two_foldings_both_twisted():
     # thesis Fig. 3.15 and 3.16
     search = ArraySearch(parse_array(GRIDS["hex"], "4-4-4"))
     (batch,) = search.batches()
-    found = fold(batch)
-    assert twist_batch(batch, found).tolist() == [1, 1]
+    pair = fold(batch)
+    assert twist_batch(batch, pair).tolist() == [1, 1]
     assert counts(search) == (12, 6, 2, 0)
 
 
@@ -57,9 +57,9 @@ def test_ten_hexagons_have_a_circuit_with_two_adjacent_untwisted_foldings():
 @given(st.data())
 def test_foldings_are_those_whose_reflected_edges_coincide(data):
     circuit = data.draw(congruences(data.draw(circuits())))
-    found = [folding.crease for folding in foldings(circuit)]
-    assert found == naive.folding_creases(circuit)
-    assert found == list(naive.creases_with_opposite_image(circuit))
+    creases = [folding.crease for folding in foldings(circuit)]
+    assert creases == naive.folding_creases(circuit)
+    assert creases == list(naive.creases_with_opposite_image(circuit))
 
 
 @given(circuits(even=True))

@@ -37,13 +37,13 @@ def images(words, m):
     """Whether the reflections ahead and behind carry crease j to its opposite, shape (n_words, n / 2) each."""
     words = words.astype(int)
     n = words.shape[1]
-    found = []
+    agreements = []
     for way in (1, -1):
         face = words + (m // 2 if way == 1 else 0)
         for i in range(1, n // 2):
             face = 2 * np.roll(words, -way * i, axis=1) + m // 2 - face
-        found.append((face - np.roll(words, n // 2, axis=1) - (0 if way == 1 else m // 2)) % m == 0)
-    return [agrees[:, : n // 2] for agrees in found]
+        agreements.append((face - np.roll(words, n // 2, axis=1) - (0 if way == 1 else m // 2)) % m == 0)
+    return [agrees[:, : n // 2] for agrees in agreements]
 
 
 def listed(grid, n):
@@ -64,8 +64,8 @@ def test_sums_of_turns_tell_what_folds_as_drawn_edges_do(grid):
 def test_sums_of_turns_tell_what_folds_as_repeated_reflections_do(grid):
     m = GRIDS[grid].directions
     for n in LISTED[grid]:
-        found = listed(grid, n)
-        for word, ahead, behind in zip(found.tolist(), *images(found, m), strict=True):
+        words = listed(grid, n)
+        for word, ahead, behind in zip(words.tolist(), *images(words, m), strict=True):
             circuit = Circuit(GRIDS[grid], tuple(word))
             assert flat_creases(circuit) == np.flatnonzero(ahead & behind).tolist()
             if grid != "hex":
@@ -74,9 +74,9 @@ def test_sums_of_turns_tell_what_folds_as_repeated_reflections_do(grid):
 
 
 def test_on_hexagons_one_congruence_holds_without_the_other_where_6_does_not_divide_t():
-    found = listed("hex", 10)
-    ahead, behind = images(found, 6)
-    divisible = np.array([sums(Circuit(GRIDS["hex"], tuple(word)))[0] % 6 == 0 for word in found.tolist()])
+    words = listed("hex", 10)
+    ahead, behind = images(words, 6)
+    divisible = np.array([sums(Circuit(GRIDS["hex"], tuple(word)))[0] % 6 == 0 for word in words.tolist()])
     assert (np.count_nonzero(ahead != behind), np.count_nonzero(ahead & behind)) == (109, 48)
     assert not (ahead != behind)[divisible].any()
     assert not (ahead & behind)[~divisible].any()
@@ -187,9 +187,9 @@ def polygons(grid, n):
     """All circuits of n panels and their mirror images, opened."""
     for word in words(grid, n):
         for image in (word, tuple(-d % GRIDS[grid].directions for d in word)):
-            found = opened(Circuit(GRIDS[grid], image), 1)
-            if found is not None:
-                yield found
+            polygon = opened(Circuit(GRIDS[grid], image), 1)
+            if polygon is not None:
+                yield polygon
 
 
 def mirrored(grid, one, two):
@@ -262,7 +262,7 @@ def test_a_circuit_that_crosses_a_middle_line_twice_folds_there(spec):
         assert not narrow or len(folded) == len(batch)
         for word in batch.words.tolist():
             circuit = Circuit(GRIDS["square"], tuple(word))
-            found = flat_creases(circuit)
+            creases = flat_creases(circuit)
             assert sums(circuit)[0] == 0
             low = [min(point[axis] for point in circuit.points) for axis in (0, 1)]
             spread = [max(point[axis] for point in circuit.points) + 1 - low[axis] for axis in (0, 1)]
@@ -272,6 +272,6 @@ def test_a_circuit_that_crosses_a_middle_line_twice_folds_there(spec):
                 crossing = [k for k, (p, q) in enumerate(ends) if p[axis] + q[axis] == middle and p[axis] != q[axis]]
                 if len(crossing) == 2:
                     assert crossing[1] - crossing[0] == circuit.n // 2
-                    assert crossing[0] in found
+                    assert crossing[0] in creases
                     met += 1
     assert met

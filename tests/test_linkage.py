@@ -101,11 +101,11 @@ def test_rotations_by_almost_pi_are_told_apart():
         for _ in range(20):
             axis = rng.normal(size=3)
             axis /= np.linalg.norm(axis)
-            pose, found = np.zeros((3, 4)), np.empty(3)
+            pose, vector = np.zeros((3, 4)), np.empty(3)
             pose[:, :3] = naive.rotation(angle * axis)
-            _rotation_vector(pose, found)
-            assert naive.rotation(found) == pytest.approx(pose[:, :3], abs=1e-7)
-            assert np.linalg.norm(found) == pytest.approx(angle, abs=1e-7)
+            _rotation_vector(pose, vector)
+            assert naive.rotation(vector) == pytest.approx(pose[:, :3], abs=1e-7)
+            assert np.linalg.norm(vector) == pytest.approx(angle, abs=1e-7)
 
 
 @given(patterns(), st.sampled_from([1e-6, 1e6]))

@@ -16,31 +16,31 @@ from hcsearch.errors import ClusterError, SizeError
 from hcsearch.grid import GRIDS, parse_array
 from hcsearch.pipeline import Crew, Plan, check_room, count_designs, counting_seconds, estimate, run_dry
 from hcsearch.pipeline.estimate import RunEstimate, duration
-from hcsearch.pipeline.units import UnitJob
+from hcsearch.pipeline.shards import ShardJob
 from hcsearch.stages.order import stages_until
 from tests import golden
 
 HEX = GRIDS["hex"]
 
 
-def die(unit):
+def die(item):
     os._exit(9)
 
 
 def test_results_come_in_order_whoever_works():
-    units = [str(i) for i in range(200)]
-    expected = [(unit, int(unit)) for unit in units]
-    assert list(Crew().work(int, units)) == expected
-    assert list(Crew(2).work(int, units)) == expected
-    assert list(Crew().work(int, units, threads=3)) == expected
+    inputs = [str(i) for i in range(200)]
+    expected = [(item, int(item)) for item in inputs]
+    assert list(Crew().work(int, inputs)) == expected
+    assert list(Crew(2).work(int, inputs)) == expected
+    assert list(Crew().work(int, inputs, threads=3)) == expected
 
 
 def test_threads_of_one_process_work_beside_each_other():
     meet = threading.Barrier(3)
-    assert [answer for _, answer in Crew().work(lambda _: meet.wait(30) >= 0, ["unit"] * 6, threads=3)] == [True] * 6
+    assert [answer for _, answer in Crew().work(lambda _: meet.wait(30) >= 0, ["item"] * 6, threads=3)] == [True] * 6
 
 
-def test_one_thread_begins_no_unit_before_the_last_is_taken():
+def test_one_thread_begins_no_task_before_the_last_result_is_taken():
     begun = []
     answers = Crew().work(begun.append, list("abc"))
     for taken in range(1, 4):
@@ -58,9 +58,9 @@ def test_what_a_worker_raises_comes_through():
         list(Crew(2).work(int, ["1", "two"]))
 
 
-def answer_at_length(unit):
+def answer_at_length(item):
     """More than a pipe holds, so that a worker is in the midst of its answer most of the time."""
-    return unit * 1_000_000
+    return item * 1_000_000
 
 
 def test_workers_in_the_midst_of_an_answer_are_ended_all_the_same():
@@ -89,7 +89,7 @@ def test_an_interrupt_that_wakes_no_wait_ends_it_all_the_same():
     begin = time.monotonic()
     try:
         with pytest.raises(KeyboardInterrupt):
-            next(Crew().work(task, ["unit"]))
+            next(Crew().work(task, ["item"]))
         assert time.monotonic() - begin < 10
     finally:
         ready.set()
@@ -113,10 +113,10 @@ def test_addresses_of_all_kinds_are_taken():
 def test_an_estimate_leaves_out_what_is_finished(monkeypatch):
     monkeypatch.setattr("hcsearch.pipeline.run.SMALL", 0)
     plan = Plan(PolygonSearch(HEX, 16), "twist")
-    units = plan.search.prefixes
-    whole, half = estimate(plan, stored=True), estimate(plan, stored=True, finished=set(units[::2]))
+    shards = plan.search.prefixes
+    whole, half = estimate(plan, stored=True), estimate(plan, stored=True, finished=set(shards[::2]))
     assert half.circuits == pytest.approx(whole.circuits / 2, rel=0.01)
-    assert estimate(plan, stored=True, finished=set(units)) is None
+    assert estimate(plan, stored=True, finished=set(shards)) is None
 
 
 def test_processes_find_what_one_process_finds(monkeypatch):
@@ -129,7 +129,7 @@ def test_processes_find_what_one_process_finds(monkeypatch):
         )
     ]
     monkeypatch.setattr("hcsearch.pipeline.run.SMALL", 0)
-    monkeypatch.setattr("hcsearch.enumeration.folded._UNIT_PAIRS", 500)
+    monkeypatch.setattr("hcsearch.enumeration.folded._SHARD_PAIRS", 500)
     for plan in plans:
         alone = run_dry(plan)
         shared = run_dry(Plan(plan.search, plan.until, plan.keep, crew=Crew(2)))
@@ -140,7 +140,7 @@ def test_processes_find_what_one_process_finds(monkeypatch):
 def test_a_job_travels_without_its_tables():
     search = PolygonSearch(HEX, 16)
     assert len(search.prefixes) > 1
-    job = UnitJob(search, stages_until("twist"), "all", rows=True)
+    job = ShardJob(search, stages_until("twist"), "all", rows=True)
     assert "prefixes" not in job.__getstate__()["search"].__dict__
 
 
@@ -195,15 +195,15 @@ def test_small_runs_are_not_estimated():
 def test_an_estimate_is_near_what_is_found(monkeypatch):
     monkeypatch.setattr("hcsearch.pipeline.run.SMALL", 0)
     plan = Plan(FoldedSearch(HEX, 20, untwisted=True), "twist", "untwisted")
-    found = estimate(plan, stored=True)
-    assert found is not None
-    assert found.designs == pytest.approx(2_328_698, rel=0.5)
-    assert found.circuits == pytest.approx(found.designs)
-    assert found.core_seconds > 0
-    sentence = found.sentence(Crew(4))
+    expected = estimate(plan, stored=True)
+    assert expected is not None
+    assert expected.designs == pytest.approx(2_328_698, rel=0.5)
+    assert expected.circuits == pytest.approx(expected.designs)
+    assert expected.core_seconds > 0
+    sentence = expected.sentence(Crew(4))
     assert "with --jobs 4" in sentence
     assert "in the database" in sentence
-    assert "core time on the cluster" in found.sentence(Crew(scheduler="tcp://host:8786"))
+    assert "core time on the cluster" in expected.sentence(Crew(scheduler="tcp://host:8786"))
 
 
 def test_a_database_that_finds_no_room_is_refused(tmp_path):
@@ -222,7 +222,7 @@ def test_durations_for_people(seconds, text):
 
 
 def test_units_hold_every_design_once(monkeypatch):
-    monkeypatch.setattr("hcsearch.enumeration.folded._UNIT_PAIRS", 2000)
+    monkeypatch.setattr("hcsearch.enumeration.folded._SHARD_PAIRS", 2000)
     search = FoldedSearch(HEX, 16, untwisted=True)
-    words = np.concatenate([batch.words for unit in search.prefixes for batch in search.circuits(unit)])
+    words = np.concatenate([batch.words for prefix in search.prefixes for batch in search.circuits(prefix)])
     assert len(np.unique(words, axis=0)) == len(words) == 13_144

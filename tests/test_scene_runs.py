@@ -39,18 +39,18 @@ def path(tmp_path_factory):
     return file
 
 
-def told(path, *words):
+def queried(path, *words):
     return json.loads(call("query", "untwisted", "--db", path, "--format", "json", "-c", "circuit,status", *words))
 
 
 def assert_consistent(database, scene):
     """What is said of foldings, motions and deployments in a scene agrees."""
     names = "design_id,crease,status,deployable,deploy_time,flat_pairs,needed_margin,least_gap"
-    found = select(database, "untwisted", columns=names, view="foldings", scene=scene)
+    selected = select(database, "untwisted", columns=names, view="foldings", scene=scene)
     motions = select(database, f"scene={scene}", view="motions")
     planned = {row[:2]: dict(zip(motions.columns, row, strict=True)) for row in motions.rows}
-    assert found.rows
-    for number, crease, status, deployable, seconds, *path in found.rows:
+    assert selected.rows
+    for number, crease, status, deployable, seconds, *path in selected.rows:
         motion = planned.get((number, crease))
         assert deployable == {"deploys": 1, "movable": 1, "undecided": None, "locked": 0}[status]
         assert (seconds is not None) == (status == "deploys")
@@ -77,12 +77,12 @@ def test_each_scene_has_verdicts_of_its_own(path):
             words = {status for _, status in select(database, "untwisted", columns="id,status", scene=base).rows}
             assert words <= {*STATUSES}
             assert_consistent(database, base)
-    assert told(path) == told(path, "--scene", "default") == told(path, "--panel", "50x6")
-    assert told(path, "--panel", "1000x20") == told(path, "--scene", "1000x1000x20")
-    assert told(path, "--scene", "1000x20") == told(path, "--scene", "1000x1000x20")
+    assert queried(path) == queried(path, "--scene", "default") == queried(path, "--panel", "50x6")
+    assert queried(path, "--panel", "1000x20") == queried(path, "--scene", "1000x1000x20")
+    assert queried(path, "--scene", "1000x20") == queried(path, "--scene", "1000x1000x20")
     for nothing in ("", ",", ",1000x20", "solar, 1000x20"):
         assert "no verdicts of the scene" in call("query", "untwisted", "--db", path, "--scene", nothing, code=2)
-    assert told(path, "--across", f"{1000 * 3**0.5:.10g}x20") == told(path, "--panel", "1000x20")
+    assert queried(path, "--across", f"{1000 * 3**0.5:.10g}x20") == queried(path, "--panel", "1000x20")
 
 
 def test_what_was_tried_is_repeated_by_the_command_that_show_prints(path):

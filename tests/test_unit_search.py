@@ -14,7 +14,7 @@ from hcsearch.assemblies.assembly import Parameters
 from hcsearch.assemblies.eight_r import eight_r
 from hcsearch.assemblies.joining import neighbours
 from hcsearch.assemblies.squares import array_6r, element_6r
-from hcsearch.assemblies.units import unit_i, unit_ii
+from hcsearch.assemblies.units import unit_i, unit_ii, unit_iii
 from hcsearch.circuit import Circuit
 from hcsearch.cli import hcsearch as command_line
 from hcsearch.collision.penetration import penetration
@@ -30,6 +30,7 @@ from hcsearch.unit_search.isosceles import KITE, PARALLELOGRAM, isosceles_elemen
 from hcsearch.unit_search.proofs import freedom, prove
 from hcsearch.unit_search.rings import Rings, congruence_key, least_kutzbach, marks_of
 from hcsearch.unit_search.search import Limits, search_elements, search_units
+from tests.linkages import congruent
 
 DEGREES = Parameters(alpha=math.radians(70))
 SQUARES = Parameters(width=0.050)
@@ -55,9 +56,9 @@ def same_class(pattern, length=None):
 @pytest.fixture(scope="module")
 def ten():
     """The search over the element of ten triangles, with a base angle of 70 degrees."""
-    (found, other) = search_elements(isosceles_elements(10, 70.0))
+    (searched, other) = search_elements(isosceles_elements(10, 70.0))
     assert other.skipped.startswith("as ")
-    return found
+    return searched
 
 
 # copies
@@ -99,8 +100,8 @@ def test_placements_are_those_of_joining():
 
 def test_overlap_of_a_copy_with_itself():
     sheet = Sheet(eight_r(DEGREES), lattice=False)
-    found = sheet.overlap(STILL)
-    assert (found.facets, found.hinges, found.crossed, found.agrees) == (10, 8, 0, True)
+    overlap = sheet.overlap(STILL)
+    assert (overlap.facets, overlap.hinges, overlap.crossed, overlap.agrees) == (10, 8, 0, True)
     assert not sheet.overlap(Placement(Isometry.by(), -1)).agrees
     assert not sheet.overlap(Placement(Isometry.by(shift=(0.1, 0.0)), 1)).agrees
     assert sheet.overlap(Placement(Isometry.by(shift=(100.0, 0.0)), 1)).facets == 0
@@ -110,6 +111,14 @@ def test_kutzbach_of_marks_is_a_lower_bound():
     for build in (eight_r, unit_i, unit_ii):
         pattern = build(DEGREES)
         assert least_kutzbach(marks_of(Sheet(pattern, lattice=False))) == pattern.kutzbach
+
+
+def test_patterns_of_one_key_are_congruent_or_mirror_each_other():
+    units = [build(DEGREES) for build in (unit_i, unit_ii, unit_iii)]
+    units += [unit.moved(0.3, (0.01, -0.02), over=True) for unit in units]
+    units += [unit.inverted() for unit in units]
+    for one, two in itertools.combinations(units, 2):
+        assert (same_class(one) == same_class(two)) == (congruent(one, two) or congruent(one, two.inverted()))
 
 
 # elements
@@ -150,10 +159,10 @@ def test_elements_of_ten_triangles_are_the_8r_element():
 
 def test_isosceles_element_is_the_8r_element_for_every_base_angle():
     for alpha in (30.0, 46.0, 70.0, 85.0):
-        found = list(isosceles_elements(10, alpha))
+        variants = list(isosceles_elements(10, alpha))
         expected = same_class(eight_r(Parameters(alpha=math.radians(alpha))))
-        assert [element.shape for element in found] == ["parallelogram right", "parallelogram left"]
-        assert all(same_class(element.pattern) == expected for element in found)
+        assert [element.shape for element in variants] == ["parallelogram right", "parallelogram left"]
+        assert all(same_class(element.pattern) == expected for element in variants)
 
 
 def test_scalene_triangles_fold_no_circuit_of_ten_but_one_of_eighteen():
@@ -238,45 +247,45 @@ def test_a_crease_in_a_slit_leaves_no_folded_state():
 
 def test_panels_cut_through_each_other_below_45_degrees():
     # thesis 5.3.1: the slit's distance p changes its sign there
-    found = {alpha: prove(unit_i(Parameters(alpha=math.radians(alpha)))) for alpha in (43.0, 47.0)}
-    assert [proof.contact for proof in found.values()] == [True, False]
-    assert all(proof.holds for proof in found.values())
+    proofs = {alpha: prove(unit_i(Parameters(alpha=math.radians(alpha)))) for alpha in (43.0, 47.0)}
+    assert [proof.contact for proof in proofs.values()] == [True, False]
+    assert all(proof.holds for proof in proofs.values())
 
 
 def test_limits_stop_a_search_and_say_so():
     element = next(iter(elements("triangle", 14)))
     assert not search_units(element, limits=Limits(unions=5)).complete
     assert not search_units(element, limits=Limits(seconds=0.0)).complete
-    (found, *_) = search_elements([element], max_dof=3)
-    assert found.skipped == "more than 3 degrees of freedom"
+    (searched, *_) = search_elements([element], max_dof=3)
+    assert searched.skipped == "more than 3 degrees of freedom"
 
 
 def test_circuits_of_fourteen_triangles_make_no_units():
-    found = list(search_elements(elements("triangle", 14)))
-    searched = [result for result in found if not result.skipped]
+    results = list(search_elements(elements("triangle", 14)))
+    searched = [result for result in results if not result.skipped]
     assert [result.element.dof for result in searched] == [6, 6]
     assert all(result.complete and not result.units for result in searched)
-    assert "locked" in {result.skipped for result in found}
+    assert "locked" in {result.skipped for result in results}
 
 
 def test_hexagons_around_the_centres_of_triangles_make_the_same_units():
     folding = next(folding for folding in foldings(Circuit.from_notation("hex:0123434501")) if folding.crease == 1)
     (element,) = elements_of(folding)
-    found = search_units(element, copies=(4,))
+    searched = search_units(element, copies=(4,))
     steps = math.sqrt(3) * 0.050, DEGREES.base / math.sqrt(3)  # from panel to panel
     regular = replace(DEGREES, alpha=math.pi / 3)
     known = {same_class(build(regular), steps[1]) for build in (unit_i, unit_ii)}
-    assert len(found.units) == 3
-    assert known < {same_class(unit.pattern, steps[0]) for unit in found.units}
-    assert {unit.proof.contact for unit in found.units} == {False}
+    assert len(searched.units) == 3
+    assert known < {same_class(unit.pattern, steps[0]) for unit in searched.units}
+    assert {unit.proof.contact for unit in searched.units} == {False}
 
 
 def test_two_6r_elements_in_a_column_are_no_unit():
     element = next(iter(elements("square", 8)))
     assert same_class(element.pattern) == same_class(element_6r(SQUARES))
-    found = search_units(element, copies=(2,))
-    assert not found.units
-    columns = [unit for unit in found.refuted if unit.proof.overlap == 0]
+    searched = search_units(element, copies=(2,))
+    assert not searched.units
+    columns = [unit for unit in searched.refuted if unit.proof.overlap == 0]
     assert [same_class(unit.pattern) for unit in columns] == [same_class(array_6r(replace(SQUARES, size=(1, 2))))]
     # one motion leads from folded to the stage between, from where each row goes on by itself
     assert not columns[0].proof.holds
@@ -310,9 +319,9 @@ def test_command_prints_and_stores_units_once(tmp_path):
     printed = json.loads(line)
     assert "1 units, 0 of them new" in run(*words)
     with open_readonly(str(tmp_path / "units.sqlite")) as database:
-        found = select(database, view="units")
-    (row,) = found.rows
-    assert dict(zip(found.columns, row, strict=True)) == {"id": 1, **printed}
+        stored = select(database, view="units")
+    (row,) = stored.rows
+    assert dict(zip(stored.columns, row, strict=True)) == {"id": 1, **printed}
 
 
 def test_command_refuses_base_angles_of_other_cells():

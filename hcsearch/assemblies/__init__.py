@@ -4,7 +4,7 @@ from hcsearch.assemblies import eight_r, modules, squares, tessellations, units
 from hcsearch.assemblies.assembly import Assembly, Parameters
 
 ASSEMBLIES: dict[str, Assembly] = {
-    found.name: found for module in (eight_r, units, tessellations, squares, modules) for found in module.ASSEMBLIES
+    entry.name: entry for module in (eight_r, units, tessellations, squares, modules) for entry in module.ASSEMBLIES
 }
 """All named assemblies, in the order of the thesis's chapters 5, 4 and 6."""
 

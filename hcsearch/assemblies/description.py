@@ -21,10 +21,10 @@ from hcsearch.pattern import Pattern
 Facts = dict[str, Any]
 
 PRINTED = 5e-5
-"""Published decimals agree when they are as near as this, as a share: that is what four or five printed digits say."""
+"""Relative difference up to which a value agrees with a published one, which has four or five printed digits."""
 
 CLEAR = 1e-6
-"""Ranks are trusted when their noise is less than this share of thickness over size: small singular values go by it."""
+"""Ranks are trusted when their noise is below this share of thickness over size, as small singular values scale so."""
 
 _SLIT_STATES = (30, 60, 90, 120, 150)
 
@@ -32,7 +32,7 @@ _SLIT_STATES = (30, 60, 90, 120, 150)
 def describe(assembly: Assembly, parameters: Parameters) -> Facts:
     """All facts of an assembly; lengths in millimetres, angles in degrees, None where undecided or not defined.
 
-    `undecided` says why what is None has no value. `published` sets what the thesis states beside what is found here.
+    `undecided` says why what is None has no value. `published` sets what the thesis states beside what we compute.
     """
     pattern = assembly.build(parameters)
     linkage = Linkage(pattern)
@@ -65,15 +65,15 @@ def describe(assembly: Assembly, parameters: Parameters) -> Facts:
 def stated_parameters(assembly: Assembly, parameters: Parameters) -> Facts:
     """The parameters that an assembly depends on, in millimetres and degrees."""
     units = {"alpha": ("alpha_deg", 180 / math.pi), "size": ("size", None)}
-    found: Facts = {}
+    stated: Facts = {}
     for name in assembly.uses:
         key, scale = units.get(name, (f"{name}_mm", 1e3))
         value = getattr(parameters, name)
         if scale is None:
-            found[key] = None if value is None else list(value)
+            stated[key] = None if value is None else list(value)
         else:
-            found[key] = float(f"{value * scale:.12g}")  # 70 degrees stay 70
-    return found
+            stated[key] = float(f"{value * scale:.12g}")  # 70 degrees stay 70
+    return stated
 
 
 def _in_no_loop(linkage: Linkage) -> int:
@@ -166,8 +166,8 @@ def _feasibility(assembly: Assembly, parameters: Parameters, pattern: Pattern, f
         reasons.append(facts["undecided"]["layers"])
     elif facts["overlap_volume_mm3"]:
         reasons.append("panels share a place in the folded state")
-    found = [reason for reason in reasons if reason is not None]
-    return {"feasible": not found, "hindrances": found}
+    hindrances = [reason for reason in reasons if reason is not None]
+    return {"feasible": not hindrances, "hindrances": hindrances}
 
 
 def _stated(assembly: Assembly, parameters: Parameters) -> dict[str, object]:
@@ -185,7 +185,7 @@ def _same(one: object, two: object) -> bool:
 
 
 def compare(stated: Mapping[str, object], facts: Facts) -> Facts:
-    """Published facts beside those found, and whether they agree (None: undecided); of lists as far as published."""
+    """Published facts beside computed ones, and whether they agree (None: undecided); of lists as far as published."""
     return {
         name: {
             "thesis": list(value) if isinstance(value, tuple) else value,
@@ -196,9 +196,9 @@ def compare(stated: Mapping[str, object], facts: Facts) -> Facts:
     }
 
 
-def _agree(stated: object, found: object) -> bool:
+def _agree(stated: object, computed: object) -> bool:
     if isinstance(stated, Sequence) and not isinstance(stated, str):
-        return isinstance(found, Sequence) and all(map(_agree, stated, found)) and len(found) >= len(stated)
-    if isinstance(stated, float) and isinstance(found, int | float):
-        return abs(stated - found) <= PRINTED * abs(stated)
-    return stated == found
+        return isinstance(computed, Sequence) and all(map(_agree, stated, computed)) and len(computed) >= len(stated)
+    if isinstance(stated, float) and isinstance(computed, int | float):
+        return abs(stated - computed) <= PRINTED * abs(stated)
+    return stated == computed

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,14 +96,14 @@ def skew_symmetric(pattern: Pattern, alpha: float, first: float) -> Reals:
 
 def joint_parts(pattern: Pattern) -> NDArray[np.int64] | None:
     """For each hinge 0 where it is a joint 1, 3, 5, 7 of its elements, 1 for 2, 4, 6, 8; None where they disagree."""
-    found = np.full(len(pattern.hinges), -1)
+    parts = np.full(len(pattern.hinges), -1)
     for loop in pattern.loops:
         for k, pair in enumerate(loop):
             hinge = pattern.hinge_of(pair)
-            if found[hinge] == 1 - k % 2:
+            if parts[hinge] == 1 - k % 2:
                 return None
-            found[hinge] = k % 2
-    return found if found.min() >= 0 else None
+            parts[hinge] = k % 2
+    return parts if parts.min() >= 0 else None
 
 
 def slit_distance(alpha: float, thickness: float, first: float) -> float:
@@ -142,25 +143,32 @@ def half_way(build: Callable[[Parameters], Pattern]) -> Callable[[Parameters], R
     return lambda parameters: skew_symmetric(build(parameters), parameters.alpha, math.pi / 2)
 
 
+_USES = ("alpha", "base", "thickness")
+
+
+def assembly_of_elements(
+    name: str, title: str, source: str, build: Callable[[Parameters], Pattern], **facts: Any
+) -> Assembly:
+    """An assembly of 8R elements, with its state half-way and what hinders it; facts : other fields of `Assembly`."""
+    between = half_way(build)
+    return Assembly(name, title, source, _USES, build, between, hindrance, elements=True, **facts)
+
+
 ASSEMBLIES = (
     Assembly(
-        name="ten-triangles",
-        title="Circuit of ten isosceles triangles",
-        source="section 5.1.1, Fig. 5.1(a)",
-        uses=("alpha", "base", "thickness"),
-        build=ten_triangles,
+        "ten-triangles",
+        "Circuit of ten isosceles triangles",
+        "section 5.1.1, Fig. 5.1(a)",
+        _USES,
+        ten_triangles,
         hindrance=hindrance,
         published={"panels": 10, "hinges": 10, "kutzbach": 4},
     ),
-    Assembly(
-        name="element-8r",
-        title="8R element",
-        source="section 5.1, Figs. 5.1(b) to 5.3",
-        uses=("alpha", "base", "thickness"),
-        build=eight_r,
-        between=half_way(eight_r),
-        hindrance=hindrance,
-        elements=True,
+    assembly_of_elements(
+        "element-8r",
+        "8R element",
+        "section 5.1, Figs. 5.1(b) to 5.3",
+        eight_r,
         published={"panels": 8, "hinges": 8, "kutzbach": 2, "dof": 2},
     ),
 )

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
 from hcsearch.assemblies.clashes import clash
 from hcsearch.errors import PatternError
 from hcsearch.isometries import Isometry
@@ -27,27 +25,27 @@ def placements(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> lis
     One crease leaves four isometries at most: either end on either end, the sheet turned over or not.
     """
     (on, of), *_ = matches
-    found = []
+    chosen = []
     for over in (False, True):
         for ends in (moving.edges[of], moving.edges[of][::-1]):
             placement = Isometry.carrying(_ends(ends), _ends(still.edges[on]), reflects=over)
             if all(_coincide(still, moving, placement, match) for match in matches):
-                found.append(placement)
-    return found
+                chosen.append(placement)
+    return chosen
 
 
 def joinings(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> list[tuple[Isometry, Pattern]]:
     """The placements that make sense, with the union of the patterns: they add panels and agree about every crease."""
-    found = ((placement, _union(still, moving, placement)) for placement in placements(still, moving, matches))
-    return [(placement, union) for placement, union in found if union is not None]
+    laid = ((placement, _union(still, moving, placement)) for placement in placements(still, moving, matches))
+    return [(placement, union) for placement, union in laid if union is not None]
 
 
 def join(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> Pattern:
     """The union of two patterns, where the creases to coincide leave exactly one way; PatternError otherwise."""
-    found = joinings(still, moving, matches)
-    if len(found) != 1:
-        raise PatternError(f"{len(found)} ways lay these creases onto each other: name creases that leave one")
-    return found[0][1]
+    unions = joinings(still, moving, matches)
+    if len(unions) != 1:
+        raise PatternError(f"{len(unions)} ways lay these creases onto each other: name creases that leave one")
+    return unions[0][1]
 
 
 def neighbours(still: Pattern, moving: Pattern) -> Iterator[tuple[Isometry, list[Match], Pattern]]:
@@ -64,33 +62,6 @@ def neighbours(still: Pattern, moving: Pattern) -> Iterator[tuple[Isometry, list
         union = _union(still, moving, placement)
         if union is not None:
             yield placement, merged, union
-
-
-def congruent(one: Pattern, two: Pattern) -> bool:
-    """Whether an isometry takes one pattern to another, with all creases; the sheet may be turned over.
-
-    Patterns that mirror each other are congruent when `two.inverted()` is.
-    """
-    sizes = (len(one.facets), len(one.creases)), (len(two.facets), len(two.creases))
-    if sizes[0] != sizes[1]:
-        return False
-    of = next(iter(two.creases))
-    tolerance = SAME * one.size
-    corners = np.array([point for facet in one.facets for point in facet])
-    for on in one.creases:
-        if abs(math.dist(*one.edges[on]) - math.dist(*two.edges[of])) > tolerance:
-            continue
-        for placement in placements(one, two, [(on, of)]):
-            images = np.array([placement.image(point) for facet in two.facets for point in facet])
-            if np.linalg.norm(corners[:, None] - images, axis=2).min(axis=0).max() > tolerance:
-                continue
-            try:
-                union = overlay([one, two.placed(placement)])
-            except PatternError:
-                continue
-            if (len(union.facets), len(union.creases)) == sizes[0]:
-                return True
-    return False
 
 
 def _union(still: Pattern, moving: Pattern, placement: Isometry) -> Pattern | None:

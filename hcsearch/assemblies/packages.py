@@ -140,8 +140,8 @@ def package(pattern: Pattern) -> Package:
         column = tuple(sorted(int(layers[k].round()) for k in over))
         areas[column] = areas.get(column, 0.0) + area * size * size
     # areas that differ by rounding are one, so that the order is the same everywhere
-    found = sorted(areas.items(), key=lambda item: (-round(item[1] / (size * size), 6), item[0]))
-    return Package(pattern.area, thickness, tuple(Column(filled, area) for filled, area in found))
+    ordered = sorted(areas.items(), key=lambda item: (-round(item[1] / (size * size), 6), item[0]))
+    return Package(pattern.area, thickness, tuple(Column(filled, area) for filled, area in ordered))
 
 
 def _cells(shadows: list[Reals]) -> list[tuple[float, list[int]]]:

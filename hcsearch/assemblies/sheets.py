@@ -81,15 +81,15 @@ def joined(pattern: Pattern, axis: Axis, at: float, hinge: Crease | None = None)
     """
     k = 0 if axis == "x" else 1
     near = SAME * pattern.size
-    found: dict[Pair, Crease] = {}
+    creases: dict[Pair, Crease] = {}
     for pair, ends in pattern.edges.items():
         if pair in pattern.creases or any(abs(end[k] - at) > near for end in ends):
             continue
         if hinge is None:
-            found[pair] = RIGID
+            creases[pair] = RIGID
         elif all(len(pattern.facets[facet]) == len(_CORNERS) for facet in pair):
-            found[pair] = hinge
-    return pattern.with_creases(found)
+            creases[pair] = hinge
+    return pattern.with_creases(creases)
 
 
 def folded_to(pattern: Pattern, grid: float) -> Reals:

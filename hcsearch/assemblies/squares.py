@@ -113,14 +113,15 @@ def _between_array(parameters: Parameters) -> Reals:
 
 
 _SQUARES = Parameters(width=0.050)
+_USES = ("side", "width", "thickness")
 
 ASSEMBLIES = (
     Assembly(
-        name="thesis-4x4",
-        title="4x4 array with merged panels",
-        source="section 4.1.1, Figs. 4.1 and 4.2",
-        uses=("side", "width", "thickness"),
-        build=thesis_4x4,
+        "thesis-4x4",
+        "4x4 array with merged panels",
+        "section 4.1.1, Figs. 4.1 and 4.2",
+        _USES,
+        thesis_4x4,
         published={"panels": 12, "hinges": 12, "kutzbach": 6, "loop_lengths": [10], "panels_in_no_loop": 2},
         defaults=Parameters(thickness=0.006),
         notes=(
@@ -129,23 +130,23 @@ ASSEMBLIES = (
         ),
     ),
     Assembly(
-        name="element-6r",
-        title="6R element",
-        source="section 6.1, Figs. 6.1 to 6.3",
-        uses=("side", "width", "thickness"),
-        build=element_6r,
-        between=_between_element,
+        "element-6r",
+        "6R element",
+        "section 6.1, Figs. 6.1 to 6.3",
+        _USES,
+        element_6r,
+        _between_element,
         published={"panels": 6, "hinges": 6, "dof": 1},
         defaults=_SQUARES,
         notes=("moves in two stages: first a_3 and a_6 to the end, then the planar 4R of the other four joints",),
     ),
     Assembly(
-        name="array-6r",
-        title="Array of 6R elements",
-        source="section 6.1, Figs. 6.4 and 6.5",
-        uses=("side", "width", "thickness", "size"),
-        build=array_6r,
-        between=_between_array,
+        "array-6r",
+        "Array of 6R elements",
+        "section 6.1, Figs. 6.4 and 6.5",
+        (*_USES, "size"),
+        array_6r,
+        _between_array,
         published_at_defaults={"panels": 15, "dof": 2, "deployment_ratio": "11:2"},
         defaults=_SQUARES,
         notes=(

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hcsearch.assemblies.assembly import Assembly, Parameters
-from hcsearch.assemblies.eight_r import half_way, hindrance, joint_parts, skew_symmetric
+from hcsearch.assemblies.eight_r import assembly_of_elements, joint_parts, skew_symmetric
 from hcsearch.assemblies.joining import Match, join, neighbours
 from hcsearch.assemblies.packages import Package, package
 from hcsearch.assemblies.units import matches, unit_i, unit_ii
@@ -62,8 +62,8 @@ def tessellate(parameters: Parameters, first: str, *steps: TilingStep) -> Patter
     for step in steps:
         build, letters = _UNITS[step.kind]
         moving = build(parameters).inverted() if step.inverted else build(parameters)
-        found = [match for text in step.joints.split() for match in matches(pattern, names, moving, letters, text)]
-        pattern = _once(join(pattern, moving, found))
+        merging = [match for text in step.joints.split() for match in matches(pattern, names, moving, letters, text)]
+        pattern = _once(join(pattern, moving, merging))
     return pattern
 
 
@@ -108,15 +108,11 @@ def _assembly(
     def build(parameters: Parameters) -> Pattern:
         return tessellate(parameters, first, *steps)
 
-    return Assembly(
-        name=name,
-        title=title,
-        source=f"section 5.4, Fig. {figure}",
-        uses=("alpha", "base", "thickness"),
-        build=build,
-        between=half_way(build),
-        hindrance=hindrance,
-        elements=True,
+    return assembly_of_elements(
+        name,
+        title,
+        f"section 5.4, Fig. {figure}",
+        build,
         apart=24 * (1 + len(steps)),
         published={"dof": 1, **published},
         defaults=Parameters(alpha=math.pi / 3),

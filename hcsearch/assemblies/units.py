@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from hcsearch.assemblies.assembly import Assembly, Parameters
-from hcsearch.assemblies.eight_r import eight_r, half_way, hindrance
+from hcsearch.assemblies.eight_r import assembly_of_elements, eight_r
 from hcsearch.assemblies.joining import Match, join
 from hcsearch.errors import PatternError
 from hcsearch.pattern import Pattern
@@ -32,7 +32,7 @@ def unit_ii(parameters: Parameters) -> Pattern:
 
 
 def unit_iii(parameters: Parameters) -> Pattern:
-    """Unit III, half unit I and half unit II, found by the search for units. Loops are the elements A, B, C, D."""
+    """Unit III, half unit I and half unit II, a result of the search for units. Loops are the elements A, B, C, D."""
     return assemble(eight_r(parameters), UNIT_III)
 
 
@@ -56,16 +56,16 @@ def matches(still: Pattern, names: str, moving: Pattern, letters: str, step: str
 
     names, letters : one letter for each loop of the still and of the moving pattern.
     """
-    found = []
+    pairs = []
     for equation in step.split():
         of, _, on = equation.partition("=")
         try:
-            found.append((_crease(still, names, on), _crease(moving, letters, of)))
+            pairs.append((_crease(still, names, on), _crease(moving, letters, of)))
         except (ValueError, IndexError):
             raise PatternError(
                 f"{equation!r} names no joints: write one of {letters}, a number, = and one of {names}, a number"
             ) from None
-    return found
+    return pairs
 
 
 def _crease(pattern: Pattern, names: str, joint: str) -> tuple[int, int]:
@@ -88,15 +88,11 @@ def _assembly(
     published_at_defaults: Mapping[str, object],
 ) -> Assembly:
     """A unit of four 8R elements, which have 32 joints apart."""
-    return Assembly(
-        name=name,
-        title=f"Unit {name.removeprefix('unit-').upper()}, four 8R elements",
-        source=source,
-        uses=("alpha", "base", "thickness"),
-        build=build,
-        between=half_way(build),
-        hindrance=hindrance,
-        elements=True,
+    return assembly_of_elements(
+        name,
+        f"Unit {name.removeprefix('unit-').upper()}, four 8R elements",
+        source,
+        build,
         apart=32,
         published=published,
         published_at_defaults=published_at_defaults,

@@ -110,7 +110,7 @@ def main() -> None:
     except HcsearchError as error:
         _fail(str(error))
     except click.exceptions.NoArgsIsHelpError as error:
-        _tell(error.format_message())
+        _print_error(error.format_message())
         sys.exit(2)
     except click.ClickException as error:
         context = getattr(error, "ctx", None)
@@ -144,11 +144,11 @@ def _discard(stream: TextIO | None) -> None:
 
 
 def _fail(message: str) -> None:
-    _tell("hcsearch: " + one_line(message))
+    _print_error("hcsearch: " + one_line(message))
     sys.exit(2)
 
 
-def _tell(message: str) -> None:
+def _print_error(message: str) -> None:
     """Print to stderr, if anyone is there to read it."""
     try:
         click.echo(message, err=True)

@@ -48,14 +48,14 @@ def assembly(
         return
     from hcsearch.subjects.parameters import parameters_of
 
-    found = _named(name)
-    parameters = parameters_of(found, given | {"alpha": alpha, "size": size})
+    chosen = _named(name)
+    parameters = parameters_of(chosen, given | {"alpha": alpha, "size": size})
     if picture is not None:
         check_output(picture)
         from hcsearch.pattern_drawing import draw_pattern
 
-        write_output(picture, draw_pattern(found.build(parameters), found.title))
-    facts = describe(found, parameters)
+        write_output(picture, draw_pattern(chosen.build(parameters), chosen.title))
+    facts = describe(chosen, parameters)
     if as_json:
         click.echo(json.dumps(facts, indent=2, allow_nan=False))
     else:
@@ -76,12 +76,12 @@ def _print_list(as_json: bool) -> None:
 
     rows = [
         {
-            "name": found.name,
-            "title": found.title,
-            "source": found.source,
-            "parameters": stated_parameters(found, found.defaults),
+            "name": known.name,
+            "title": known.title,
+            "source": known.source,
+            "parameters": stated_parameters(known, known.defaults),
         }
-        for found in ASSEMBLIES.values()
+        for known in ASSEMBLIES.values()
     ]
     if as_json:
         click.echo(json.dumps(rows, indent=2))

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 )
 @circuit_options
 @click.option("--json", "as_json", is_flag=True, help="Print plain data.")
-def check(subject: str, as_json: bool, **options: Any) -> None:
+def check(name: str, as_json: bool, **options: Any) -> None:
     """Take a pattern or a circuit of your own through every stage, and print what is left after each.
 
     FILE.fold is a crease pattern of equal triangles, rectangles or regular hexagons, edge to edge, in any position: its
@@ -40,8 +40,8 @@ def check(subject: str, as_json: bool, **options: Any) -> None:
     """
     from hcsearch.export.checking import check_circuit
 
-    request = request_of(subject, options)
-    circuit, creases, scene = _of_file(request) if subject.lower().endswith(".fold") else _of_notation(request)
+    request = request_of(name, options)
+    circuit, creases, scene = _of_file(request) if name.lower().endswith(".fold") else _of_notation(request)
     checked = check_circuit(circuit, scene, creases)
     if as_json:
         click.echo(json.dumps(_facts(checked, scene), indent=2, allow_nan=False))
@@ -67,10 +67,13 @@ def _of_file(request: Request) -> tuple[Circuit, Collection[int] | None, Scene]:
 
 
 def _of_notation(request: Request) -> tuple[Circuit, Collection[int] | None, Scene]:
+    from hcsearch.errors import HcsearchError
     from hcsearch.folding import folding_of, split_crease
     from hcsearch.subjects.designs import design_named
     from hcsearch.subjects.reading import read_scene_of
 
+    if not request.name[:1].isdigit() and ":" not in request.name:
+        raise HcsearchError(f"{request.name!r} is no circuit: name a file .fold, or a notation such as hex:0234435011")
     name, crease = split_crease(request.name)
     circuit, _ = design_named(name, request.db)
     creases = None if crease is None else [folding_of(circuit, crease).crease]

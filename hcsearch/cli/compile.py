@@ -22,7 +22,7 @@ _MOVABLE = "hex:0234550132:4"
 _LOOK = 0.5  # s, between two looks
 
 
-class _Sample(NamedTuple):
+class Sample(NamedTuple):
     """A small job that needs the kernels of a part of the program: those that Python calls there, and the job."""
 
     kernels: tuple[str, ...]
@@ -117,15 +117,16 @@ _PLAN = (
     "planning.smoothing.thin",
     "planning.tubes.enclose",
     "planning.series.write_series",
+    "planning.pieces.centre",
     "collision.overlaps.deepest_overlap",
     "collision.clearance.judge",
 )
 SAMPLES = {
-    "plan": _Sample(_PLAN, _plan),
-    "check": _Sample(_CHECK, _check),
-    "list": _Sample(_LIST, _list),
-    "one array": _Sample(_ONE_ARRAY, _one_array),
-    "deploy": _Sample(_DEPLOY, _deploy),
+    "plan": Sample(_PLAN, _plan),
+    "check": Sample(_CHECK, _check),
+    "list": Sample(_LIST, _list),
+    "one array": Sample(_ONE_ARRAY, _one_array),
+    "deploy": Sample(_DEPLOY, _deploy),
 }
 """In the order in which they are begun: what takes longest first."""
 

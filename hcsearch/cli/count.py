@@ -34,8 +34,8 @@ def count(grid: str, n: int | None, array_spec: str | None, keep: str, jobs: int
             click.echo(f"about {duration(seconds)} of core time to count", err=True)
     with Meter("edge" if isinstance(search, ArraySearch) and keep == "all" else "batch") as meter:
         if isinstance(search, ArraySearch) and keep == "all":
-            found = count_array(search.array, meter)
-            counted = Counted(found.classes, found.circuits)
+            totals = count_array(search.array, meter)
+            counted = Counted(totals.classes, totals.circuits)
         else:
             counted = count_designs(search, keep, crew, meter)
     if isinstance(search, ArraySearch):

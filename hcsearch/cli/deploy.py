@@ -8,6 +8,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
+from hcsearch.cli.options import json_option
 from hcsearch.cli.subjects import request_of, subject_options
 from hcsearch.errors import HcsearchError
 from hcsearch.system.outputs import PICTURES, TABLES, check_output, write_table
@@ -36,10 +37,10 @@ from hcsearch.vocabulary import FORMULATIONS, INTEGRATORS
 @click.option("--start", type=float, metavar="SHARE", help="Of the folded angles.  [default: 0.999]")
 @click.option("--restitution", type=float, metavar="E", help="Of hinge stops, 0 to 1.  [default: 0]")
 @click.option("--explain", is_flag=True, help="Say what was left out, why it may be, and what it saved.")
-@click.option("--json", "as_json", is_flag=True, help="Print plain data.")
+@json_option
 @click.option("--output", metavar="FILE", help="Write all states: .csv, .npz or .parquet.")
 @click.option("--picture", metavar="FILE", help="Draw fold angles and energies over time: .svg, .png or .pdf.")
-def deploy(subject: str, as_json: bool, **options: Any) -> None:
+def deploy(name: str, as_json: bool, **options: Any) -> None:
     """Simulate the deployment of a folding, of an assembly of the thesis, or of what a file describes.
 
     It starts at rest in the packed state and ends flat, at rest elsewhere, jammed, or when the time is over. It is
@@ -59,26 +60,26 @@ def deploy(subject: str, as_json: bool, **options: Any) -> None:
         check_output(options["output"], TABLES)
     if options["picture"]:
         check_output(options["picture"], PICTURES)
-    found = read_subject(request_of(subject, options | _own_springs(options)))
-    method, formulation = options["method"], options["formulation"] or found.formulation or "constrained"
-    if found.drives is not None and options["explain"]:
+    subject = read_subject(request_of(name, options | _own_springs(options)))
+    method, formulation = options["method"], options["formulation"] or subject.formulation or "constrained"
+    if subject.drives is not None and options["explain"]:
         raise HcsearchError("of a scene with drives nothing is left out that counts: leave out --explain")
     tolerance = options["tolerance"]
     given = click.get_current_context().get_parameter_source("tolerance")
-    if found.drives is not None and given is ParameterSource.COMMANDLINE:
+    if subject.drives is not None and given is ParameterSource.COMMANDLINE:
         raise HcsearchError("a motion under control has a tolerance of its own: leave out --tolerance")
     deployment = simulated(
-        found.linkage, found.scene, formulation, method=method, tolerance=tolerance, drives=found.drives
+        subject.linkage, subject.scene, formulation, method=method, tolerance=tolerance, drives=subject.drives
     )
     # under position control the flat time is the drives' own
-    agreement = None if found.drives is not None else confirmed(deployment, method=method, tolerance=tolerance)
+    agreement = None if subject.drives is not None else confirmed(deployment, method=method, tolerance=tolerance)
     outcome = facts.facts(deployment, agreement)
     if options["explain"]:
         outcome["saved"] = savings(deployment, method=method, tolerance=options["tolerance"])
     if options["output"]:
         write_table(options["output"], facts.table(deployment))
     if options["picture"]:
-        pictures.picture(deployment, options["picture"], f"{subject}: {outcome['verdict']}, {outcome['reason']}")
+        pictures.picture(deployment, options["picture"], f"{name}: {outcome['verdict']}, {outcome['reason']}")
     if as_json:
         click.echo(json.dumps(outcome, indent=2, allow_nan=False))
     else:

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from hcsearch.cli.options import Number
+from hcsearch.cli.options import Number, json_option
 from hcsearch.cli.subjects import folding_options, request_of
 from hcsearch.errors import HcsearchError
 from hcsearch.system.outputs import PICTURES, check_output
@@ -53,7 +53,7 @@ from hcsearch.system.outputs import PICTURES, check_output
 @click.option(
     "--latches", is_flag=True, help="Simulate springs alone, too, with hinges latched and released in the path's order."
 )
-@click.option("--json", "as_json", is_flag=True, help="Print plain data.")
+@json_option
 @click.option(
     "--output",
     "outputs",
@@ -62,7 +62,7 @@ from hcsearch.system.outputs import PICTURES, check_output
     help="Write the course, .csv or .parquet, or a scene with the drive, .toml; may be repeated.",
 )
 @click.option("--picture", metavar="FILE", help="Draw fold angles and torques over time: .svg, .png or .pdf.")
-def drive(subject: str, as_json: bool, **options: Any) -> None:
+def drive(name: str, as_json: bool, **options: Any) -> None:
     """Drive a folding from its packed to its flat state along a certified path.
 
     As many hinges are driven as there are freedoms, chosen by the conditioning of the reduced Jacobian along the path,
@@ -81,7 +81,7 @@ def drive(subject: str, as_json: bool, **options: Any) -> None:
     if options["picture"]:
         check_output(options["picture"], PICTURES)
     wishes = _wishes(options)
-    folding, scene = read_folding(request_of(subject, options))
+    folding, scene = read_folding(request_of(name, options))
     if scene.held == "free":
         raise HcsearchError("drives are for an array that is held: hold a panel, such as --held bottom")
     motion = driving.find_motion(folding, scene)
@@ -91,19 +91,19 @@ def drive(subject: str, as_json: bool, **options: Any) -> None:
             json.dumps({"verdict": "no drive", "reason": reason}, indent=2) if as_json else f"no drive: {reason}"
         )
         click.get_current_context().exit(1)
-    found = driving.drive(folding, scene, motion, wishes)
+    driven = driving.drive(folding, scene, motion, wishes)
     for path in options["outputs"]:
-        files.save(found, path)
+        files.save(driven, path)
     if options["picture"]:
-        pictures.picture(found, options["picture"])
-    outcome = facts.facts(found)
+        pictures.picture(driven, options["picture"])
+    outcome = facts.facts(driven)
     if options["latches"]:
-        outcome |= facts.latch_facts(*driving.released(found))
+        outcome |= facts.latch_facts(*driving.released(driven))
     if as_json:
         click.echo(json.dumps(outcome, indent=2, allow_nan=False))
     else:
         _print(outcome)
-    if not found.deployment.deploys:
+    if not driven.deployment.deploys:
         click.get_current_context().exit(1)
 
 

@@ -42,7 +42,7 @@ def enumerate_(
     dry_run: bool,
 ) -> None:
     """List all designs up to symmetry, filter and store them, plan their motions and simulate their deployments."""
-    from hcsearch.pipeline import Plan, check_room, estimate, finished_units, run_dry, run_into
+    from hcsearch.pipeline import Plan, check_room, estimate, finished_shards, run_dry, run_into
     from hcsearch.stages.order import STAGES, check_keep
     from hcsearch.store import open_database
 
@@ -51,7 +51,7 @@ def enumerate_(
     chosen = with_size(read_scene(scene, db), panel, across, grid)
     plan = Plan(make_search(grid, n, array_spec, keep), last, keep, chosen, make_crew(jobs, scheduler))
     plan.crew.check()
-    expected = estimate(plan, stored=not dry_run, finished=() if dry_run or plan.small else finished_units(plan, db))
+    expected = estimate(plan, stored=not dry_run, finished=() if dry_run or plan.small else finished_shards(plan, db))
     if expected is not None:
         click.echo(expected.sentence(plan.crew), err=True)
         if not dry_run:

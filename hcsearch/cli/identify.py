@@ -76,19 +76,19 @@ def damping(files: tuple[str, ...], inertia: float, hinges: int, rate: float | N
     _print_modes(names, vibrations)
 
 
-def _print_spring(found: Spring) -> None:
+def _print_spring(measured: Spring) -> None:
     """The chosen law with its numbers, and how all laws compare."""
-    chosen = found.chosen
-    low, high = found.span
-    click.echo(f"{'pairs':14}{found.loading} loading, {found.unloading} unloading; {low:.4g} to {high:.4g} rad")
+    chosen = measured.chosen
+    low, high = measured.span
+    click.echo(f"{'pairs':14}{measured.loading} loading, {measured.unloading} unloading; {low:.4g} to {high:.4g} rad")
     click.echo(f"{'law':14}{chosen.law.text}")
     for name, estimate in chosen.estimates.items():
         interval = f"95 %: {estimate.low:.4g} to {estimate.high:.4g}"
         click.echo(f"{name:14}{estimate.value:.4g} {_UNITS[name]}, standard error {estimate.error:.2g} ({interval})")
-    if not (found.loading and found.unloading):
+    if not (measured.loading and measured.unloading):
         click.echo(f"{'hysteresis':14}not measured: the angle goes one way only")
     click.echo(f"\n{'law tried':22}{'left, rms N m':>14}{'off, % of the greatest':>24}  verdict")
-    for fit in found.fits:
+    for fit in measured.fits:
         verdict = "chosen" if fit is chosen else ("suffices" if fit.sufficient else "does not suffice")
         click.echo(f"{fit.kind:22}{fit.residual:>14.3g}{100.0 * fit.misfit:>24.2g}  {verdict}")
 

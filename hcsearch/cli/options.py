@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -50,6 +51,11 @@ def database_option(command: Command) -> Command:
         default=default_database,
         help="Database: a file or any SQLAlchemy URL.  [default: $HCSEARCH_DB, else hcsearch.sqlite]",
     )(command)
+
+
+def json_option(command: Command) -> Command:
+    """`--json`: what the command reports as JSON, in place of lines for people."""
+    return click.option("--json", "as_json", is_flag=True, help="Print plain data.")(command)
 
 
 def default_database() -> str:
@@ -117,3 +123,22 @@ def make_search(grid: str, n: int | None, array_spec: str | None, keep: str) -> 
         return ArraySearch(parse_array(grid_named(grid), array_spec))
     assert n is not None
     return search_all(grid_named(grid), n, keep)
+
+
+def named_numbers(
+    texts: Sequence[str], twice: Callable[[str], HcsearchError]
+) -> Iterator[tuple[str, str, float | None]]:
+    """Each text NAME=NUMBER with its name and its number, which is None where it cannot be read.
+
+    twice : makes the error of a name that is given twice.
+    """
+    names = set()
+    for text in texts:
+        name, _, value = text.partition("=")
+        if name in names:
+            raise twice(name)
+        names.add(name)
+        number: float | None = None
+        with suppress(ValueError):
+            number = float(value)
+        yield text, name, number

@@ -25,7 +25,7 @@ class _CompilingNote:
     def start(self) -> None:
         if self._thread is None:
             self._over.clear()
-            self._thread = threading.Thread(target=self._tell, daemon=True)
+            self._thread = threading.Thread(target=self._show, daemon=True)
             self._thread.start()
 
     def end(self) -> None:
@@ -34,14 +34,14 @@ class _CompilingNote:
             self._thread.join()
             self._thread = None
 
-    def _tell(self) -> None:
+    def _show(self) -> None:
         wait, shown = _SOON, False
         while not self._over.wait(wait):
             wait = _LOOK
             kernels = sys.modules.get("hcsearch.kernels.compiling.under_way")  # without it nothing is compiled yet
-            found = kernels.under_way() if kernels is not None else None
-            if found is not None:
-                line = f"compiling kernels, {found.done} of {found.total}: {found.name}"
+            compiled = kernels.under_way() if kernels is not None else None
+            if compiled is not None:
+                line = f"compiling kernels, {compiled.done} of {compiled.total}: {compiled.name}"
                 click.echo(f"\r{line:<79}", err=True, nl=False)
                 shown = True
         if shown:

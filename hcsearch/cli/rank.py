@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcsearch.cli.options import database_option
+from hcsearch.cli.options import database_option, named_numbers
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import QueryError
 from hcsearch.store.columns import CRITERIA
@@ -76,18 +76,15 @@ def rank(
         click.echo(f"scores saved: {len(ranked.result.rows):,} designs in {database.location}", err=True)
 
 
-def _read(weights: Sequence[str]) -> dict[str, float]:
+def _read(texts: Sequence[str]) -> dict[str, float]:
     """Weights by name, of texts such as dof=2."""
-    found: dict[str, float] = {}
-    for text in weights:
-        name, _, value = text.partition("=")
-        if name in found:
-            raise QueryError(f"the weight of {name} is given twice: give it once")
-        try:
-            found[name] = float(value)
-        except ValueError:
-            raise QueryError(f"cannot read the weight {text!r}: write NAME=W, such as dof=2") from None
-    return found
+    weights: dict[str, float] = {}
+    twice = "the weight of {} is given twice: give it once"
+    for text, name, weight in named_numbers(texts, lambda name: QueryError(twice.format(name))):
+        if weight is None:
+            raise QueryError(f"cannot read the weight {text!r}: write NAME=W, such as dof=2")
+        weights[name] = weight
+    return weights
 
 
 def _shown(ranked: Ranked, pareto: bool, limit: int | None, style: str) -> Rows:

@@ -144,7 +144,6 @@ def _write_page(
     from hcsearch.report import write_design
 
     number = int(row["id"]) if row else None
-    name = design.replace(":", "-") if number is None else str(number)
-    path = Path(output or f"reports/design-{name}.html")
+    path = Path(output or f"reports/design-{design.replace(':', '-')}.html")
     check_output(path)
     click.echo(printable(str(write_design(circuit, chosen, path, db=db, number=number, scene=scene))))

@@ -18,62 +18,44 @@ _VALUES = (*("held", "seconds", "gravity", "spring", "springs", "damping", "star
 """Values of a scene that one command or another has options for."""
 
 
-_MERGE = click.option("--merge", is_flag=True, help="Make the two panels of each mirror pair of a design one.")
-_HELD = click.option(
-    "--held", metavar="PANEL|free", help="The panel that stands still.  [default: the bottom pair, or panel 0]"
+_SECONDS = click.option(
+    "--seconds", type=float, metavar="S", help="To simulate.  [default: 1, longer where the scene is slower]"
 )
-_GRAVITY = click.option("--gravity", metavar="X,Y,Z", help="m/s^2, in axes of the flat state seen from +z.")
 
 
 def subject_options(command: Command) -> Command:
     """The argument, and the options that say what the panels are and what acts on them."""
-    return _with(
-        command,
-        database_option,
-        _MERGE,
-        _flat_pairs("rigid"),
-        click.option(
-            "--seconds", type=float, metavar="S", help="To simulate.  [default: 1, longer where the scene is slower]"
-        ),
-        _HELD,
-        _GRAVITY,
-        scene_options,
-        click.argument("subject", metavar="DESIGN:CREASE|ASSEMBLY|FILE.toml"),
-    )
+    return _options(command, "DESIGN:CREASE|ASSEMBLY|FILE.toml", "rigid", _SECONDS)
 
 
 def folding_options(command: Command) -> Command:
     """The same where the subject is a folding, which moves as long as it takes, in any way of joining flat pairs."""
-    return _open(command, "DESIGN:CREASE|FILE.toml")
+    return _options(command, "DESIGN:CREASE|FILE.toml", "either")
 
 
 def circuit_options(command: Command) -> Command:
     """The same where it is a circuit, all of whose foldings are looked at."""
-    return _open(command, "FILE.fold|CIRCUIT")
+    return _options(command, "FILE.fold|CIRCUIT", "either")
 
 
-def _open(command: Command, subject: str) -> Command:
-    return _with(
-        command,
+def _options(command: Command, names: str, flat_pairs: str, *own: Command) -> Command:
+    """The options that all have, and a command's own; the last one comes first in its help."""
+    options: tuple[Command, ...] = (
         database_option,
-        _MERGE,
-        _flat_pairs("either"),
-        _HELD,
-        _GRAVITY,
+        click.option("--merge", is_flag=True, help="Make the two panels of each mirror pair of a design one."),
+        click.option(
+            "--flat-pairs",
+            type=click.Choice(("rigid", "hinged")),
+            help=f"How the flat pairs of a design are joined.  [default: {flat_pairs}]",
+        ),
+        *own,
+        click.option(
+            "--held", metavar="PANEL|free", help="The panel that stands still.  [default: the bottom pair, or panel 0]"
+        ),
+        click.option("--gravity", metavar="X,Y,Z", help="m/s^2, in axes of the flat state seen from +z."),
         scene_options,
-        click.argument("subject", metavar=subject),
+        click.argument("name", metavar=names),
     )
-
-
-def _flat_pairs(default: str) -> Command:
-    return click.option(
-        "--flat-pairs",
-        type=click.Choice(("rigid", "hinged")),
-        help=f"How the flat pairs of a design are joined.  [default: {default}]",
-    )
-
-
-def _with(command: Command, *options: Command) -> Command:
     for option in options:
         command = option(command)
     return command

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hcsearch.cli.options import json_option, named_numbers
 from hcsearch.cli.progress import Meter
 from hcsearch.cli.subjects import request_of, subject_options
 from hcsearch.errors import HcsearchError
@@ -47,9 +48,9 @@ if TYPE_CHECKING:
 )
 @click.option("--spring-range", metavar="SOFT,STIFF", help="Bounds of a spring, N m/rad.  [default: by the scene]")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of all that is random.")
-@click.option("--json", "as_json", is_flag=True, help="Print plain data.")
+@json_option
 @click.option("--output", metavar="FILE.toml", help="Write the scene with its springs: hcsearch deploy replays it.")
-def tune(subject: str, as_json: bool, **options: Any) -> None:
+def tune(name: str, as_json: bool, **options: Any) -> None:
     """Choose the stiffness of each hinge so that the array comes flat without a collision (thesis 4.4).
 
     Mirror hinges get equal springs, of 0.001 to 0.2 N m/rad in the scene default and in proportion elsewhere, with
@@ -67,29 +68,29 @@ def tune(subject: str, as_json: bool, **options: Any) -> None:
     if options["output"]:
         check_output(options["output"], (".toml",))
     catalogue, spread = _catalogue(options["catalogue"]), _spread(options["spreads"])
-    found = read_subject(request_of(subject, options))
-    if found.drives is not None:
-        raise HcsearchError(f"{subject} has drives, and springs are tuned without: leave out its table [drive]")
-    _check_catalogue(catalogue, found)
+    subject = read_subject(request_of(name, options))
+    if subject.drives is not None:
+        raise HcsearchError(f"{name} has drives, and springs are tuned without: leave out its table [drive]")
+    _check_catalogue(catalogue, subject)
     with open_database(options["db"], create=True) as database, Meter("set") as meter:
         tuning = tuned(
-            found.linkage,
-            found.scene,
-            options["formulation"] or found.formulation,
+            subject.linkage,
+            subject.scene,
+            options["formulation"] or subject.formulation,
             catalogue=catalogue,
             evaluations=options["evaluations"],
             samples=options["samples"],
             spread=spread,
             seed=options["seed"],
-            memory=Ledger(database, json.dumps(found.key, sort_keys=True)),
+            memory=Ledger(database, json.dumps(subject.key, sort_keys=True)),
             progress=meter,
         )
     if options["output"]:
-        _write(options["output"], tuning, found)
+        _write(options["output"], tuning, subject)
     if as_json:
         click.echo(json.dumps(_facts(tuning), indent=2, allow_nan=False))
     else:
-        _print(tuning, found)
+        _print(tuning, subject)
     if tuning.interrupted:
         raise KeyboardInterrupt
     if not _chosen(tuning).confirmed:
@@ -101,7 +102,7 @@ def _chosen(tuning: Tuning) -> SpringSet:
     return tuning.rounded if tuning.rounded is not None and tuning.rounded.confirmed else tuning.best
 
 
-def _write(path: str, tuning: Tuning, found: Subject) -> None:
+def _write(path: str, tuning: Tuning, subject: Subject) -> None:
     """The scene with the springs to use."""
     from hcsearch.deployment.scene_files import file_text
     from hcsearch.deployment.springs import scene_springs
@@ -109,7 +110,7 @@ def _write(path: str, tuning: Tuning, found: Subject) -> None:
     if tuning.rounded is not None and not tuning.rounded.confirmed:
         click.echo(f"no catalogue springs are certified clear: {path} has the tuned ones", err=True)
     scene = scene_springs(tuning.scene, _chosen(tuning).stiffnesses)
-    write_output(path, file_text(found.facts, tuning.formulation, scene))
+    write_output(path, file_text(subject.facts, tuning.formulation, scene))
 
 
 def _catalogue(text: str | None) -> tuple[float, ...]:
@@ -121,32 +122,27 @@ def _catalogue(text: str | None) -> tuple[float, ...]:
         raise HcsearchError(f"{text!r} is no catalogue: write stiffnesses in N m/rad, such as 0.07,0.10") from error
 
 
-def _check_catalogue(catalogue: tuple[float, ...], found: Subject) -> None:
+def _check_catalogue(catalogue: tuple[float, ...], subject: Subject) -> None:
     """Refuse springs beyond the scene's range, before anything is computed."""
     from hcsearch.deployment.scales import settled
     from hcsearch.deployment.springs import range_of
     from hcsearch.tuning.catalogue import catalogue_levels
 
     if catalogue:
-        catalogue_levels(catalogue, range_of(settled(found.scene, found.linkage))[1])
+        catalogue_levels(catalogue, range_of(settled(subject.scene, subject.linkage))[1])
 
 
 def _spread(texts: tuple[str, ...]) -> Spread:
     from hcsearch.tuning.robustness import SPREADS, Spread
 
-    found: dict[str, float] = {}
-    for text in texts:
-        name, _, value = text.partition("=")
-        if name in found:
-            raise HcsearchError(f"--spread {name} is given twice: leave one out")
-        try:
-            found[name] = float(value)
-        except ValueError:
-            found[name] = -1.0
-        if name not in SPREADS or not 0.0 <= found[name] <= 0.5:
+    shares: dict[str, float] = {}
+    twice = "--spread {} is given twice: leave one out"
+    for text, name, share in named_numbers(texts, lambda name: HcsearchError(twice.format(name))):
+        if name not in SPREADS or share is None or not 0.0 <= share <= 0.5:
             names = ", ".join(SPREADS)
             raise HcsearchError(f"{text!r} is no tolerance: write NAME=SHARE, a share from 0 to 0.5 of {names}")
-    return Spread(**found)
+        shares[name] = share
+    return Spread(**shares)
 
 
 def _facts(tuning: Tuning) -> dict[str, Any]:
@@ -185,8 +181,8 @@ def _set_facts(one: SpringSet) -> dict[str, Any]:
     }
 
 
-def _print(tuning: Tuning, found: Subject) -> None:
-    panels = found.linkage.pattern.hinges
+def _print(tuning: Tuning, subject: Subject) -> None:
+    panels = subject.linkage.pattern.hinges
     low, high = tuning.scene.spring_range or (0.0, 0.0)
     click.echo(f"{'use':24}{advice(tuning)}")
     click.echo(f"{'formulation':24}{tuning.formulation}")

@@ -59,7 +59,7 @@ def units(
 
     limits = Limits(most) if seconds is None else Limits(most, seconds)
     counts = {"2": (2,), "4": (4,), "both": (2, 4)}[copies]
-    found = new = 0
+    count = new = 0
     with ExitStack() as stack:
         database = None if db is None else stack.enter_context(open_database(db, create=True))
         meter = stack.enter_context(Meter("union"))
@@ -68,7 +68,7 @@ def units(
         )
         for result in searched:
             rows = [unit.row() for unit in result.units]
-            found += len(rows)
+            count += len(rows)
             if database is not None:
                 new += record_units(database, rows)
             if as_json:
@@ -78,7 +78,7 @@ def units(
                 _print(result)
     if not as_json:
         stored = "" if db is None else f", {new} of them new in {printable(db)}"
-        click.echo(f"{found} units{stored}")
+        click.echo(f"{count} units{stored}")
 
 
 def _elements(grid: str, n: int, alpha: float | None) -> Iterator[Element]:

@@ -35,7 +35,8 @@ class Clearance:
         none do. A gap counts that lies between two states at which the pair is further apart by two margins more:
         neighbours touch in the packed and in the flat state, so without this it would be 0. The least gap itself is
         within the resolution, and the slack, of it.
-    looks : how often a pair was looked at. speed : at which the panels come together where it is not clear, m/s.
+    looks : how often the gap of a pair was bounded in an interval. speed : at which the panels come together where it
+        is not clear, m/s.
     """
 
     kind: Literal["clear", "collides", "undecided"]
@@ -85,11 +86,11 @@ class _Certificate:
         for first, last in pairwise([0, *changes.tolist(), len(own)]):
             times, angles, rates, accelerations = (part[first : last + 1] for part in course[:4])
             piece = Course(times, angles, rates, accelerations, course.cubic)
-            found = self._judged(piece, float(own[first]), False)
-            looks += found.looks
-            if found.kind == "collides":
-                return replace(found, looks=looks)
-            undecided = undecided or (found if found.kind == "undecided" else None)
+            clearance = self._judged(piece, float(own[first]), False)
+            looks += clearance.looks
+            if clearance.kind == "collides":
+                return replace(clearance, looks=looks)
+            undecided = undecided or (clearance if clearance.kind == "undecided" else None)
         if undecided is not None:
             return replace(undecided, looks=looks)
         gap = math.inf

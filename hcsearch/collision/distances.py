@@ -75,15 +75,15 @@ def approach_speeds(proximity: Proximity, times: Reals) -> Reals:
     times : (k,), of the states, s.
     """
     state = proximity.collision
-    found = np.zeros(len(proximity.pairs))
+    speeds = np.zeros(len(proximity.pairs))
     if state is None:
-        return found
+        return speeds
     if state < 2:
         raise HcsearchError(f"panels collide at state {state} already: give two states before the first collision")
     before, last = proximity.distances[:, state - 2 : state].T
     hit = proximity.gaps[:, state] < 0.0
-    found[hit] = ((before - last) / (times[state - 1] - times[state - 2]))[hit]
-    return found
+    speeds[hit] = ((before - last) / (times[state - 1] - times[state - 2]))[hit]
+    return speeds
 
 
 def pairs_of(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> Whole:
@@ -91,8 +91,8 @@ def pairs_of(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> Whole
     out = {(min(hinge.first, hinge.second), max(hinge.first, hinge.second)) for hinge in linkage.pattern.hinges}
     out |= set(apart)
     n = linkage.n_panels
-    found = [(i, j) for i in range(n) for j in range(i + 1, n) if (i, j) not in out]
-    return np.array(found, np.int64).reshape(-1, 2)
+    pairs = [(i, j) for i in range(n) for j in range(i + 1, n) if (i, j) not in out]
+    return np.array(pairs, np.int64).reshape(-1, 2)
 
 
 def _facets_of(linkage: Linkage, panels: Whole) -> PanelPairs:
@@ -100,6 +100,6 @@ def _facets_of(linkage: Linkage, panels: Whole) -> PanelPairs:
     facets: list[list[int]] = [[] for _ in range(linkage.n_panels)]
     for facet, panel in enumerate(linkage.pattern.panel_of):
         facets[panel].append(facet)
-    found = [[(one, two) for one in facets[i] for two in facets[j]] for i, j in panels]
-    starts = np.cumsum([0, *map(len, found)])
-    return PanelPairs(np.array([pair for pairs in found for pair in pairs], np.int64).reshape(-1, 2), starts)
+    of_panels = [[(one, two) for one in facets[i] for two in facets[j]] for i, j in panels]
+    starts = np.cumsum([0, *map(len, of_panels)])
+    return PanelPairs(np.array([pair for pairs in of_panels for pair in pairs], np.int64).reshape(-1, 2), starts)

@@ -32,7 +32,7 @@ class Cut:
 def first_cut(linkage: Linkage, states: Reals, allowed: float, apart: Collection[tuple[int, int]] = ()) -> Cut | None:
     """The first of some states, shape (n_states, n_hinges), at which panels cut deeper than allowed (m): the deepest.
 
-    apart : pairs of panels, the lower number first, that are not looked at, as their stops keep them apart.
+    apart : pairs of panels, the lower number first, that are left out, as their stops keep them apart.
     """
     pairs = facet_pairs(linkage, apart)
     depths = np.zeros(len(pairs))
@@ -53,8 +53,8 @@ def deepest_cut(linkage: Linkage, states: Reals, apart: Collection[tuple[int, in
 
 def penetration(linkage: Linkage, angles: Reals) -> float:
     """How deep facets of different panels cut into each other at one state, in metres; 0 where they only touch."""
-    found = first_cut(linkage, np.asarray(angles, float)[None], 0.0)
-    return 0.0 if found is None else found.depth
+    cut = first_cut(linkage, np.asarray(angles, float)[None], 0.0)
+    return 0.0 if cut is None else cut.depth
 
 
 def cuts_through(linkage: Linkage, states: Reals) -> bool:

@@ -79,26 +79,26 @@ def facet_pairs(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> ND
 @lru_cache(FACETS)
 def _inset(facet: Facet, margin: float) -> tuple[tuple[float, float], ...]:
     """Corners of a convex polygon, counterclockwise, with every side moved inwards."""
-    found = []
+    corners = []
     for before, (x, y), after in zip((facet[-1], *facet[:-1]), facet, (*facet[1:], facet[0]), strict=True):
         first, second = math.dist(before, (x, y)), math.dist((x, y), after)
         a, b = (before[1] - y) / first, (x - before[0]) / first  # normals of both sides
         c, d = (y - after[1]) / second, (after[0] - x) / second
         share = margin / (1.0 + a * c + b * d)
-        found.append((x + share * (a + c), y + share * (b + d)))
-    return tuple(found)
+        corners.append((x + share * (a + c), y + share * (b + d)))
+    return tuple(corners)
 
 
 @lru_cache(FACETS)
 def _classes(facet: Facet) -> tuple[tuple[float, float], ...]:
     """Unit vectors of the sides of a facet, one of those that are parallel."""
-    found: list[tuple[float, float]] = []
+    directions: list[tuple[float, float]] = []
     for (x, y), (to_x, to_y) in zip(facet, (*facet[1:], facet[0]), strict=True):
         long = math.hypot(to_x - x, to_y - y)
         u, v = (to_x - x) / long, (to_y - y) / long
-        if all(abs(u * b - v * a) > SAME for a, b in found):
-            found.append((u, v))
-    return tuple(found)
+        if all(abs(u * b - v * a) > SAME for a, b in directions):
+            directions.append((u, v))
+    return tuple(directions)
 
 
 def _table(rows: list[list[Corner]]) -> Reals:

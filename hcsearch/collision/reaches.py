@@ -15,7 +15,7 @@ def slack_of(linkage: Linkage, gap: float) -> float:
 
     A panel that is reached the other way around a loop is turned by up to sqrt(3) gaps about a point of the loop, from
     which no panel is further than the longest way, and moved by as much times the size. The rest of the factor is for
-    what lies between the places at which gaps are looked for.
+    what lies between the places at which gaps are computed.
     """
     if not linkage.loops:
         return 0.0
@@ -50,14 +50,14 @@ def longest_way(linkage: Linkage) -> float:
 
 def reaches(linkage: Linkage) -> Reals:
     """How far corners of the two panels of each hinge are from its line at most (m), (n_hinges,)."""
-    pattern, found = linkage.pattern, np.zeros(linkage.n_hinges)
+    pattern, farthest = linkage.pattern, np.zeros(linkage.n_hinges)
     for k, hinge in enumerate(pattern.hinges):
         for panel in (hinge.first, hinge.second):
             corners = np.array([corner for facet in pattern.panels[panel] for corner in pattern.facets[facet]])
             ways = corners - linkage.points[k, :2]
             across = linkage.directions[k, 0] * ways[:, 1] - linkage.directions[k, 1] * ways[:, 0]
-            found[k] = max(found[k], math.hypot(float(np.abs(across).max()), pattern.thickness))
-    return found
+            farthest[k] = max(farthest[k], math.hypot(float(np.abs(across).max()), pattern.thickness))
+    return farthest
 
 
 def _by_way_of(before: Reals, after: Reals) -> Reals:

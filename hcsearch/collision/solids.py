@@ -51,7 +51,7 @@ def kept_apart(linkage: Linkage) -> frozenset[tuple[int, int]]:
     Each lies on one side of the hinge's line in the flat pattern, so that both lie in quarters about that line, which
     only touch at fold angles from 0 to pi (docs/collision.md). Panels that reach across the line are not among them.
     """
-    pattern, found = linkage.pattern, set()
+    pattern, pairs = linkage.pattern, set()
     same = SAME * pattern.size
 
     def beside(panel: int, hinge: Hinge) -> Reals:
@@ -64,5 +64,5 @@ def kept_apart(linkage: Linkage) -> frozenset[tuple[int, int]]:
 
     for hinge in pattern.hinges:
         if beside(hinge.first, hinge).min() >= -same and beside(hinge.second, hinge).max() <= same:
-            found.add((min(hinge.first, hinge.second), max(hinge.first, hinge.second)))
-    return frozenset(found)
+            pairs.add((min(hinge.first, hinge.second), max(hinge.first, hinge.second)))
+    return frozenset(pairs)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from hcsearch.deployment.compiling import Compiled
-from hcsearch.dynamics.driving import Commands
+from hcsearch.dynamics.driving import Commands, Demand
 from hcsearch.errors import SceneError
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals
@@ -26,28 +26,25 @@ APART = 1e-9
 _NO_NUMBERS = "[drive] holds what is no table of numbers: write it with hcsearch drive"
 
 
+_DEMAND = tuple(field.name for field in fields(Demand))
+_NAMES = ("hinges", "start", *_DEMAND)
+"""What a table holds, in this order."""
+
+
 @dataclass(frozen=True)
-class Drives:
+class Drives(Demand):
     """Driven hinges and what they are asked for.
 
     hinges : (n_driven,), numbers. start : (n_hinges,), fold angles at which the motion starts, at rest.
-    times : (k,), s, from 0. angles, torques : (k, n_driven), rad, N m.
-    stiffness, damping : (n_driven,), gains of position control, N m/rad, N m s/rad. period : of the controller, s.
     """
 
     hinges: tuple[int, ...]
     start: Reals
-    times: Reals
-    angles: Reals
-    torques: Reals
-    stiffness: Reals
-    damping: Reals
-    period: float
 
     def commands(self, compiled: Compiled) -> Commands:
         """What the joints of a compiled scene are asked for."""
         joints = tuple(int(compiled.joint_of[hinge]) for hinge in self.hinges)
-        return Commands(joints, self.times, self.angles, self.torques, self.stiffness, self.damping, self.period)
+        return Commands(joints=joints, **{name: getattr(self, name) for name in _DEMAND})
 
     def start_in(self, compiled: Compiled) -> Reals:
         """The start as coordinates of the joints."""
@@ -70,11 +67,10 @@ class Drives:
 
 def drives_in(table: Mapping[str, Any]) -> Drives:
     """The drives that a table of a file holds; SceneError where it holds none."""
-    names = [field.name for field in fields(Drives)]
-    wrong = [name for name in names if name not in table] + [key for key in table if key not in names]
+    wrong = [name for name in _NAMES if name not in table] + [key for key in table if key not in _NAMES]
     if wrong:
-        raise SceneError(f"[drive] has, or lacks, {wrong[0]!r}: it holds {', '.join(names)}; see hcsearch drive")
-    values = {name: _numbers(table[name]) for name in names}
+        raise SceneError(f"[drive] has, or lacks, {wrong[0]!r}: it holds {', '.join(_NAMES)}; see hcsearch drive")
+    values = {name: _numbers(table[name]) for name in _NAMES}
     hinges, times = values["hinges"], values["times"]
     k, d = times.size, hinges.size
     shapes = {"hinges": (d,), "times": (k,), "angles": (k, d), "torques": (k, d), "stiffness": (d,), "damping": (d,)}
@@ -94,8 +90,8 @@ def drives_in(table: Mapping[str, Any]) -> Drives:
             f"[drive] has a period of {period:g} s: give one from {SHORTEST:g} to {LONGEST:g} s, and at most {MOST:,} "
             "of them to a course"
         )
-    own = {name: values[name] for name in names if name not in {"hinges", "period"}}
-    return Drives(tuple(int(h) for h in hinges), **own, period=period)
+    own = {name: values[name] for name in _NAMES if name not in {"hinges", "period"}}
+    return Drives(hinges=tuple(int(h) for h in hinges), period=period, **own)
 
 
 def _numbers(value: Any) -> Reals:
@@ -112,14 +108,14 @@ def _numbers(value: Any) -> Reals:
 def drives_text(drives: Drives) -> str:
     """The table of a file that `drives_in` reads; angles of the course to 1e-9 rad, torques to 1e-9 N m."""
     lines = ["[drive]"]
-    for field in fields(Drives):
-        value = getattr(drives, field.name)
-        if field.name in {"times", "angles", "torques"}:
+    for name in _NAMES:
+        value = getattr(drives, name)
+        if name in {"times", "angles", "torques"}:
             value = np.round(value, 9) + 0.0
         plain = value.tolist() if isinstance(value, np.ndarray) else value
-        if field.name in {"angles", "torques"}:
+        if name in {"angles", "torques"}:
             rows = ",\n".join(f"  {json.dumps(row)}" for row in plain)
-            lines.append(f"{field.name} = [\n{rows},\n]")
+            lines.append(f"{name} = [\n{rows},\n]")
         else:
-            lines.append(f"{field.name} = {json.dumps(plain)}")
+            lines.append(f"{name} = {json.dumps(plain)}")
     return "".join(f"{line}\n" for line in lines)

@@ -22,7 +22,7 @@ from hcsearch.typing import Reals
 
 LOOKED_AT, AGAIN = 60, 8
 """States along a path at which sets are judged while they are searched, and how often that is done again with the
-states at which the set that was found does worse."""
+states at which the set that was chosen does worse."""
 EVERY = 3000
 """Up to so many sets, all are tried; else sets grow from pivots and hinges are exchanged while that helps."""
 SWEEPS = 12
@@ -76,8 +76,8 @@ def monotone_hinges(angles: Reals) -> NDArray[np.bool_]:
     """Whether each hinge turns one way only along a path, (n_hinges,): it may turn back by `BACK`."""
     fallen = np.maximum.accumulate(angles, axis=0) - angles
     risen = angles - np.minimum.accumulate(angles, axis=0)
-    found: NDArray[np.bool_] = np.minimum(fallen.max(axis=0), risen.max(axis=0)) <= BACK
-    return found
+    monotone: NDArray[np.bool_] = np.minimum(fallen.max(axis=0), risen.max(axis=0)) <= BACK
+    return monotone
 
 
 def choose(linkage: Linkage, angles: Reals, firm: float = FIRM) -> Choice:
@@ -97,12 +97,12 @@ def choose(linkage: Linkage, angles: Reals, firm: float = FIRM) -> Choice:
         least = least_values(frames, freedoms, np.array([driven], int))[0] if driven else np.ones(len(angles))
         if least.min() >= min(firm, 0.5 * least[looked].min()):
             break
-        looked = np.union1d(looked, np.argsort(least)[:5])  # the states that were overlooked
+        looked = np.union1d(looked, np.argsort(least)[:5])  # states that were left out, at which the set does worst
     return choice_of(linkage, angles, driven, tried)
 
 
 def choice_of(linkage: Linkage, angles: Reals, driven: tuple[int, ...], tried: int = 1) -> Choice:
-    """What can be said of driven hinges along a path."""
+    """The choice of given hinges, judged along a path."""
     frames, values = frames_at(linkage, angles)
     freedoms, steady = linkage.n_hinges - values.shape[1], monotone_hinges(angles)
     if len(driven) < freedoms:
@@ -175,11 +175,11 @@ class _Search:
     def _judged(self, sets: list[tuple[int, ...]]) -> Reals:
         """The least singular value of sets along the path."""
         self.tried += len(sets)
-        found = [
+        least = [
             least_values(self.frames, self.freedoms, np.array(sets[k : k + 200], int)).min(axis=1)
             for k in range(0, len(sets), 200)
         ]
-        return np.concatenate(found)
+        return np.concatenate(least)
 
     def _turning(self, driven: tuple[int, ...]) -> int:
         """Driven hinges that turn back on the way."""

@@ -73,12 +73,12 @@ class Drive:
     def greatest(self) -> Reals:
         """Greatest torque of each driven hinge under control, (n_driven,), N m."""
         assert self.deployment.driven is not None
-        found: Reals = np.abs(self.deployment.driven.torques).max(axis=0)
-        return found
+        greatest: Reals = np.abs(self.deployment.driven.torques).max(axis=0)
+        return greatest
 
     @property
     def missed(self) -> float:
-        """What a hinge, driven or not, was away from its course at most, until the motion ended (rad)."""
+        """Greatest difference of a hinge, driven or not, from its planned course while the motion lasted (rad)."""
         return float(np.abs(self.deployment.angles - self.timed.at(self.deployment.motion.times)[0]).max())
 
 
@@ -138,12 +138,12 @@ def drive(folding: Folding, scene: Scene, motion: PlannedMotion, wishes: Wishes 
     return Drive(folding, motion.way, linkage, scene, motion.margin, choice, course, torques, drives, deployment)
 
 
-def released(found: Drive) -> tuple[tuple[Latch, ...], Deployment]:
+def released(driven: Drive) -> tuple[tuple[Latch, ...], Deployment]:
     """Latches that give the order of the path, and what springs alone make of the folding with them."""
-    path = found.timed.path
-    latches = latches_on(found.linkage, path.at(np.linspace(0.0, path.length, PLACES))[0])
-    scene = replace(found.scene, seconds=None)
-    return latches, release(compile_driven(found.linkage, settled(scene, found.linkage), None), latches)
+    path = driven.timed.path
+    latches = latches_on(driven.linkage, path.at(np.linspace(0.0, path.length, PLACES))[0])
+    scene = replace(driven.scene, seconds=None)
+    return latches, release(compile_driven(driven.linkage, settled(scene, driven.linkage), None), latches)
 
 
 def started(compiled: Compiled, drives: Drives) -> Compiled:

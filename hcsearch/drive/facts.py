@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def facts(drive: Drive) -> dict[str, Any]:
-    """What became of it; keys name their units, and what overflowed is None."""
+    """A drive as plain data; keys name their units, and numbers that overflowed are None."""
     return {name: finite(value) for name, value in _facts(drive).items()}
 
 
@@ -73,8 +73,8 @@ def latch_facts(latches: tuple[Latch, ...], deployment: Deployment) -> dict[str,
 
 
 def _greatest(torques: np.ndarray) -> list[float]:
-    found: list[float] = np.abs(torques).max(axis=0).tolist()
-    return found
+    greatest: list[float] = np.abs(torques).max(axis=0).tolist()
+    return greatest
 
 
 def table(drive: Drive) -> pd.DataFrame:

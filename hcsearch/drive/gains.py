@@ -39,7 +39,7 @@ class Stability:
 
 
 def stability(compiled: Compiled, torques: Torques) -> Stability:
-    """What stiffness of all driven hinges makes a motion statically stable; but for slopes of gravity."""
+    """The stiffness of all driven hinges that makes a motion statically stable, without the slopes of gravity."""
     some = np.unique(np.linspace(0, len(torques.times) - 1, LOOKED_AT).astype(int))
     linkage, driven = compiled.linkage, list(torques.driven)
     angles = torques.angles[some]
@@ -67,25 +67,25 @@ def controlled(compiled: Compiled, torques: Torques, period: float = PERIOD) -> 
     most = float(np.abs(torques.torques).max(initial=0.0))
     stiffness = np.full(len(driven), max(most / YIELDS, SAFE * stability(compiled, torques).stiffness, 1e-9))
     return Drives(
-        torques.driven,
-        torques.angles[0],
-        torques.times,
-        torques.angles[:, driven],
-        torques.torques,
-        stiffness,
-        2.0 * np.sqrt(stiffness * torques.inertias),
-        period,
+        hinges=torques.driven,
+        start=torques.angles[0],
+        times=torques.times,
+        angles=torques.angles[:, driven],
+        torques=torques.torques,
+        stiffness=stiffness,
+        damping=2.0 * np.sqrt(stiffness * torques.inertias),
+        period=period,
     )
 
 
 def _slopes(compiled: Compiled, angles: Reals) -> Reals:
     """Slopes of the springs at fold angles, (n_hinges,), N m/rad."""
-    found = np.zeros(len(angles))
+    slopes = np.zeros(len(angles))
     for k, angle in enumerate(angles):
         law = compiled.system.drives[compiled.joint_of[k]].law
         branch = law.bent if law.bent is not None and angle > law.snap_up else law.straight
-        found[k] = (branch.moment(angle + 1e-5) - branch.moment(angle - 1e-5)) / 2e-5
-    return found
+        slopes[k] = (branch.moment(angle + 1e-5) - branch.moment(angle - 1e-5)) / 2e-5
+    return slopes
 
 
 def _bent(linkage: Linkage, angles: Reals, forces: Reals, basis: Reals) -> Reals:
@@ -93,10 +93,10 @@ def _bent(linkage: Linkage, angles: Reals, forces: Reals, basis: Reals) -> Reals
     _, jacobian = linkage.closure(angles)
     borne = np.linalg.lstsq(jacobian.T, forces, rcond=1e-10)[0]
     count = basis.shape[1]
-    found = np.zeros((count, count))
+    bent = np.zeros((count, count))
     for i in range(count):
         for j in range(i + 1):
             total, difference = basis[:, i] + basis[:, j], basis[:, i] - basis[:, j]
             both = linkage.bend(jacobian, total) - linkage.bend(jacobian, difference)
-            found[i, j] = found[j, i] = -0.25 * float(borne @ both)
-    return found
+            bent[i, j] = bent[j, i] = -0.25 * float(borne @ both)
+    return bent

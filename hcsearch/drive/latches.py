@@ -45,14 +45,14 @@ def latches_on(linkage: Linkage, angles: Reals) -> tuple[Latch, ...]:
     turned = linkage.folded - angles
     left = np.array([int((np.abs(turned[:, hinge]) > LEFT).argmax()) for hinge in closing])
     first = int(left.min(initial=len(angles)))
-    found = []
+    latches = []
     for place, hinge in sorted(zip(left.tolist(), closing.tolist(), strict=True)):
         if place - first <= LATER * len(angles):
             continue
         ahead = closing[left < place]
         other = int(ahead[turned[place, ahead].argmax()])
-        found.append(Latch(hinge, other, float(angles[place, other])))
-    return tuple(found)
+        latches.append(Latch(hinge, other, float(angles[place, other])))
+    return tuple(latches)
 
 
 def release(compiled: Compiled, latches: tuple[Latch, ...], *, tolerance: float = 1e-6) -> Deployment:

@@ -98,8 +98,8 @@ def _off_stops(states: Reals) -> Reals:
     """States pushed off the stops by a smooth function: a hinge at its stop by `OFF`, one far from it by nothing."""
     up = 0.5 * (states + np.hypot(states, 2.0 * OFF))
     left = np.pi - up
-    found: Reals = np.pi - 0.5 * (left + np.hypot(left, 2.0 * OFF))
-    return found
+    pushed: Reals = np.pi - 0.5 * (left + np.hypot(left, 2.0 * OFF))
+    return pushed
 
 
 def _between_ends(linkage: Linkage, course: Course, near: tuple[float, float]) -> tuple[float, Reals]:

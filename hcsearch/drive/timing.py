@@ -1,4 +1,4 @@
-"""When a path is where: a time law that keeps hinge rates and accelerations within bounds, at rest at both ends.
+"""The time law of a path: hinge rates and accelerations stay within bounds, and both ends are at rest.
 
 First the path goes as fast as the greatest rate and, where it bends, as the root of the greatest acceleration allow,
 smoothed; then it begins and ends by steps of fifth degree, without jumps of acceleration; then all times are stretched
@@ -82,10 +82,10 @@ def _ramped(share: Reals) -> Reals:
     """From 0 to 1 with an even pace between two ramps, whose pace is a step of fifth degree."""
 
     def ramp(x: Reals) -> Reals:  # integral of 10 x^3 - 15 x^4 + 6 x^5
-        found: Reals = x**4 * (2.5 + x * (-3.0 + x))
-        return found
+        integral: Reals = x**4 * (2.5 + x * (-3.0 + x))
+        return integral
 
     early, late = np.minimum(share, RAMP) / RAMP, np.minimum(1.0 - share, RAMP) / RAMP
     even = np.clip(share, RAMP, 1.0 - RAMP) - RAMP
-    found: Reals = (RAMP * (ramp(early) + 0.5 - ramp(late)) + even) / (1.0 - RAMP)
-    return found
+    ramped: Reals = (RAMP * (ramp(early) + 0.5 - ramp(late)) + even) / (1.0 - RAMP)
+    return ramped

@@ -22,8 +22,9 @@ from hcsearch.typing import Reals
 class Torques:
     """A motion in time and what drives it.
 
-    times : (k,), s. angles, rates, accelerations : (k, n_hinges). torques : (k, n_driven), N m, in the sense in which
-    fold angles grow. kinetic, height, stored : (k,), J. damped : (k,), power of the dampers, W.
+    times : (k,), s. angles, rates, accelerations : (k, n_hinges). asked : (k, n_hinges), moments of inertia, gravity,
+    springs and dampers at the hinges, N m. torques : (k, n_driven), N m. Both in the sense in which fold angles grow.
+    kinetic, height, stored : (k,), J. damped : (k,), power of the dampers, W.
     inertias : (n_driven,), median along the way of what a driven hinge moves when it alone turns, kg m^2.
     """
 
@@ -43,8 +44,8 @@ class Torques:
     @property
     def power(self) -> Reals:
         """Power of all driven hinges together, (k,), W."""
-        found: Reals = (self.torques * self.rates[:, list(self.driven)]).sum(axis=1)
-        return found
+        power: Reals = (self.torques * self.rates[:, list(self.driven)]).sum(axis=1)
+        return power
 
     @property
     def imbalance(self) -> float:
@@ -80,14 +81,14 @@ def torques_along(compiled: Compiled, timed: TimedPath, choice: Choice, count: i
     bases = frames[:, :, -choice.freedoms :]
     driven = list(choice.hinges)
     pulled = np.einsum("knf,kn->kf", bases, asked)
-    found = np.einsum("kdf,kf->kd", np.linalg.pinv(bases[:, driven].transpose(0, 2, 1)), pulled)
+    torques = np.einsum("kdf,kf->kd", np.linalg.pinv(bases[:, driven].transpose(0, 2, 1)), pulled)
     return Torques(
         times,
         angles,
         rates,
         accelerations,
         asked,
-        found,
+        torques,
         forces.kinetic,
         forces.height,
         stored,
@@ -105,10 +106,10 @@ def _inertias(compiled: Compiled, angles: Reals, bases: Reals, driven: list[int]
     still = np.zeros((len(some), len(own)))
     weight = joint_forces(compiled.system, angles[some][:, hinge_of], still, still).joints
     turns = bases[some] @ np.linalg.pinv(bases[some][:, driven])  # (k, n, d)
-    found = np.empty((len(some), len(driven)))
+    inertias = np.empty((len(some), len(driven)))
     for d in range(len(driven)):
         push = turns[:, :, d]
         moved = joint_forces(compiled.system, angles[some][:, hinge_of], still, push[:, hinge_of]).joints - weight
-        found[:, d] = (moved[:, own] * push).sum(axis=1)
-    median: Reals = np.median(found, axis=0)
+        inertias[:, d] = (moved[:, own] * push).sum(axis=1)
+    median: Reals = np.median(inertias, axis=0)
     return median

@@ -28,16 +28,15 @@ ROOM = 3000
 
 
 @dataclass(frozen=True)
-class Commands:
-    """What driven joints are asked for.
+class Demand:
+    """What drives are asked for.
 
-    joints : their numbers. times : (k,), s. angles, torques : (k, n_driven), rad and N m: splines through the angles,
+    times : (k,), s, from 0. angles, torques : (k, n_driven), rad and N m: splines through the angles,
     at rest at both ends, straight lines between the torques; the last ones hold from then on.
     stiffness, damping : (n_driven,), torque for an angle (N m/rad) and for a rate (N m s/rad) that is missed.
     period : of the controller, s.
     """
 
-    joints: tuple[int, ...]
     times: Reals
     angles: Reals
     torques: Reals
@@ -59,6 +58,13 @@ class Commands:
         rates[over] = 0.0
         torques = np.array([np.interp(own, self.times, column) for column in self.torques.T]).T
         return angles, rates, torques.reshape(angles.shape)
+
+
+@dataclass(frozen=True)
+class Commands(Demand):
+    """What driven joints are asked for; joints : their numbers."""
+
+    joints: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -197,7 +203,7 @@ def _own_pieces(hinges: Hinges, driven: Whole) -> tuple[Hinges, Whole, Whole]:
             rows += range(size, size + last - first)
             owners += [number] * int(last - first)
             size += int(last - first)
-    found = hinges._replace(
+    tables = hinges._replace(
         pieces=pieces, breaks=np.concatenate(breaks), cubics=np.concatenate(cubics), energies=np.concatenate(energies)
     )
-    return found, np.array(rows, int), np.array(owners, int)
+    return tables, np.array(rows, int), np.array(owners, int)

@@ -51,7 +51,7 @@ def joint_forces(system: System, q: Reals, v: Reals, a: Reals) -> Forces:
     lines, placed = _outward(system, q, v, a)
     pulls, couples = np.zeros((n, count, 3)), np.zeros((n, count, 3))
     kinetic, height = np.zeros(count), np.zeros(count)
-    found = np.empty((count, n))
+    forces = np.empty((count, n))
     for i in range(n - 1, -1, -1):
         body, own = system.bodies[i], placed[i]
         arm = own.turn @ (body.centre - system.joints[i].point)
@@ -65,12 +65,12 @@ def joint_forces(system: System, q: Reals, v: Reals, a: Reals) -> Forces:
         couples[i] += couple + np.cross(arm, force)
         kinetic += 0.5 * body.mass * (speed**2).sum(axis=1) + 0.5 * (own.spin * momentum).sum(axis=1)
         height -= body.mass * (own.place + arm) @ gravity
-        found[:, i] = (lines[i] * couples[i]).sum(axis=1)
+        forces[:, i] = (lines[i] * couples[i]).sum(axis=1)
         parent = system.joints[i].parent
         if parent != GROUND:
             pulls[parent] += pulls[i]
             couples[parent] += couples[i] + np.cross(own.place - placed[parent].place, pulls[i])
-    return Forces(found, kinetic, height)
+    return Forces(forces, kinetic, height)
 
 
 def _outward(system: System, q: Reals, v: Reals, a: Reals) -> tuple[list[Reals], list[_Placed]]:
@@ -104,11 +104,11 @@ def _rotations(axis: Reals, angles: Reals) -> Reals:
     """Rotations about an axis by angles (rad), shape (k, 3, 3): Rodrigues' formula."""
     across = np.cross(axis, np.eye(3)).T
     sine, cosine = np.sin(angles)[:, None, None], np.cos(angles)[:, None, None]
-    found: Reals = np.eye(3) + sine * across + (1.0 - cosine) * (across @ across)
-    return found
+    rotations: Reals = np.eye(3) + sine * across + (1.0 - cosine) * (across @ across)
+    return rotations
 
 
 def _times(matrices: Reals, vectors: Reals) -> Reals:
     """Products of matrices (k, 3, 3) and vectors (k, 3)."""
-    found: Reals = np.einsum("kij,kj->ki", matrices, vectors)
-    return found
+    products: Reals = np.einsum("kij,kj->ki", matrices, vectors)
+    return products

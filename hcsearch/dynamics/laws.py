@@ -75,13 +75,13 @@ class LawBranch:
 
     def energies(self) -> list[float]:
         """Energy stored at each break, J: the moment's integral from the flat state."""
-        found = [0.0]
+        energies = [0.0]
         for start, end, cubic in zip(self.breaks, self.breaks[1:], self.cubics, strict=False):
-            found.append(found[-1] + _integral(cubic, end - start))
+            energies.append(energies[-1] + _integral(cubic, end - start))
         # counted from angle 0, wherever the pieces begin
         k = max((k for k, start in enumerate(self.breaks) if start <= 0.0), default=0)
-        flat = found[k] + _integral(self.cubics[k], -self.breaks[k])
-        return [value - flat for value in found]
+        flat = energies[k] + _integral(self.cubics[k], -self.breaks[k])
+        return [value - flat for value in energies]
 
 
 @dataclass(frozen=True)
@@ -199,7 +199,7 @@ def tape_spring(peak: float, peak_angle: float, low: float, back: float | None =
 
 
 def scaled(law: Law, factor: float) -> Law:
-    """A law with its moments multiplied: that of so many springs in parallel."""
+    """A law with its moments multiplied: that of several springs in parallel."""
     if not 0.0 < factor < math.inf:
         raise HcsearchError(f"no law is {factor} times another: give a positive factor, or take the law `free`")
 
@@ -235,9 +235,9 @@ def _plain(name: str, text: str) -> Law:
         return FREE
     kind, _, rest = name.partition(":")
     for pattern, make in _NOTATIONS.get(kind, ()):
-        found = re.fullmatch(rf"({pattern})({_PRELOAD})?", rest, re.ASCII)
-        if found:
-            return make(found[1], float(found[2] or 0.0))
+        match = re.fullmatch(rf"({pattern})({_PRELOAD})?", rest, re.ASCII)
+        if match:
+            return make(match[1], float(match[2] or 0.0))
     raise NotationError(f"cannot read the law {text!r}: write {', '.join(_EXAMPLES)}, or +0.02 after one to preload it")
 
 

@@ -46,9 +46,9 @@ def mirror_of(linkage: Linkage, held: int) -> Mirror | None:
             way = np.array([-(centres[k] - middle)[1], (centres[k] - middle)[0]])
         if np.linalg.norm(way) < 1e-9 * linkage.pattern.size:
             continue
-        found = _checked(linkage, held, way / np.linalg.norm(way), middle)
-        if found is not None:
-            return found
+        mirror = _checked(linkage, held, way / np.linalg.norm(way), middle)
+        if mirror is not None:
+            return mirror
     return None
 
 
@@ -57,7 +57,7 @@ def _centres(linkage: Linkage) -> Reals:
 
 
 def _checked(linkage: Linkage, held: int, normal: Reals, middle: Reals) -> Mirror | None:
-    """The mirror with this normal, if the pattern and the held panel keep."""
+    """The mirror with this normal, if it maps the pattern and the held panel onto themselves."""
     pattern = linkage.pattern
     step = 1e-4 * math.sqrt(pattern.area / len(pattern.facets))
 
@@ -94,7 +94,7 @@ def _matched(points: Reals, images: Reals, step: float) -> Sequence[int] | None:
     """The point at which each image lies; None where one lies nowhere."""
     from scipy.spatial import cKDTree  # noqa: PLC0415 - takes longer to load than a deployment to compute
 
-    distances, found = cKDTree(points).query(images)
-    if not len(images) or distances.max() > step or len(set(found.tolist())) < len(images):
+    distances, nearest = cKDTree(points).query(images)
+    if not len(images) or distances.max() > step or len(set(nearest.tolist())) < len(images):
         return None
-    return [int(k) for k in found]
+    return [int(k) for k in nearest]

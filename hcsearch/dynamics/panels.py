@@ -107,7 +107,7 @@ def _steps(linkage: Linkage, held: int, mirror: Mirror | None) -> list[_Step]:
     for k, hinge in enumerate(linkage.pattern.hinges):
         around[hinge.first].append((hinge.second, k))
         around[hinge.second].append((hinge.first, k))
-    found: list[_Step] = []
+    steps: list[_Step] = []
     seen, used = {held}, set()
     waiting = deque([held])
     while waiting:
@@ -119,8 +119,8 @@ def _steps(linkage: Linkage, held: int, mirror: Mirror | None) -> list[_Step]:
             if k in used:
                 continue
             used.add(k)
-            found.append(_Step(panel, to, k, to in seen))
+            steps.append(_Step(panel, to, k, to in seen))
             if to not in seen:
                 seen.add(to)
                 waiting.append(to)
-    return found
+    return steps

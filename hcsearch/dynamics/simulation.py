@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, Required, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,49 +113,43 @@ class Motion:
         return between(self.times, self.q, self.v, None if self.cubic else self.a, times)
 
 
+class Wanted(TypedDict, total=False):
+    """What a simulation is asked for; `plan_for` has the defaults.
+
+    end : s. tolerance, floor : relative and absolute error of a step (the floor is the tolerance unless given).
+    restitution : of hard stops, 0 to 1; impacts slower than `slow` (rad/s) do not bounce.
+    flat : end when all coordinates, or those that are watched, are within this of 0 (rad).
+    rest : end when no speed or acceleration would move a joint by more than this (rad) in the time left, or in 1 s.
+    closed : residual after the projection that follows each step, where loops are closed exactly.
+    first_step, longest_step : s.
+    """
+
+    end: Required[float]
+    tolerance: float
+    floor: float | None
+    restitution: float
+    slow: float
+    flat: float | None
+    watched: NDArray[np.bool_] | None
+    rest: float | None
+    closed: float
+    first_step: float
+    longest_step: float
+
+
 def simulate(
     system: System,
     q: Reals,
     v: Reals | None = None,
     *,
-    end: float,
     method: str = "dormand-prince",
-    tolerance: float = 1e-6,
-    floor: float | None = None,
-    restitution: float = 0.0,
-    slow: float = 1e-2,
-    flat: float | None = None,
-    watched: NDArray[np.bool_] | None = None,
-    rest: float | None = None,
-    closed: float = 1e-14,
-    first_step: float = 0.0,
-    longest_step: float = math.inf,
     max_steps: int = 20_000,
+    **wanted: Unpack[Wanted],
 ) -> Motion:
-    """Follow a system from a closed state, velocities 0 unless given, to a time (s).
-
-    tolerance, floor : relative and absolute error of a step (the floor is the tolerance unless given).
-    restitution : of hard stops, 0 to 1; impacts slower than `slow` (rad/s) do not bounce.
-    flat : end when all coordinates, or those that are watched, are within this of 0 (rad).
-    rest : end when no speed or acceleration would move a joint by more than this (rad) in the time left, or in 1 s.
-    closed : residual after the projection that follows each step, where loops are closed exactly.
-    """
+    """Follow a system from a closed state, velocities 0 unless given, to a time (s)."""
     n = system.n_joints
     record = record_for(n, max_steps)
-    plan = plan_for(
-        system,
-        end=end,
-        tolerance=tolerance,
-        floor=floor,
-        restitution=restitution,
-        slow=slow,
-        flat=flat,
-        watched=watched,
-        rest=rest,
-        closed=closed,
-        first_step=first_step,
-        longest_step=longest_step,
-    )
+    plan = plan_for(system, **wanted)
     mechanism = system.mechanism
     coordinates = np.array(q, float)
     hold = hold_for(mechanism, coordinates)
@@ -168,7 +162,7 @@ def plan_for(
     system: System,
     *,
     end: float,
-    tolerance: float,
+    tolerance: float = 1e-6,
     floor: float | None = None,
     restitution: float = 0.0,
     slow: float = 1e-2,
@@ -179,7 +173,7 @@ def plan_for(
     first_step: float = 0.0,
     longest_step: float = math.inf,
 ) -> StepPlan:
-    """What the kernel is asked for; as `simulate`."""
+    """What the kernel is asked for; see `Wanted`."""
     return StepPlan(
         end=float(end),
         tolerance=float(tolerance),

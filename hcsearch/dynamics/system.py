@@ -112,9 +112,9 @@ class System:
 
     def driven(self, drives: tuple[JointDrive, ...]) -> System:
         """The same bodies with other laws, dampers and stops in the joints; the tables of the tree are kept."""
-        found = replace(self, drives=drives)
-        found.__dict__["mechanism"] = self.mechanism._replace(hinges=self._hinges(drives))
-        return found
+        system = replace(self, drives=drives)
+        system.__dict__["mechanism"] = self.mechanism._replace(hinges=self._hinges(drives))
+        return system
 
     def _hinges(self, drives: Sequence[JointDrive]) -> Hinges:
         pieces, breaks, cubics, energies = tables_of([drive.law for drive in drives])

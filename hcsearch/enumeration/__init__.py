@@ -30,7 +30,7 @@ _FEW = 100_000
 
 
 class Search(Protocol):
-    """What the pipeline runs: `PolygonSearch`, `FoldedSearch`, `ArraySearch`; split into units named by prefixes."""
+    """What the pipeline runs: `PolygonSearch`, `FoldedSearch`, `ArraySearch`; split into shards named by prefixes."""
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
 
@@ -39,11 +39,11 @@ class Search(Protocol):
 
     @property
     def grid(self) -> Grid:
-        """The grid of all circuits found."""
+        """The grid of the circuits."""
 
     @property
     def n(self) -> int:
-        """Number of panels of all circuits found."""
+        """Number of panels of each circuit."""
 
     @property
     def lists(self) -> str:
@@ -59,14 +59,14 @@ class Search(Protocol):
 
     @property
     def expected(self) -> float | None:
-        """About how many circuits it lists; None where only a look at some units can tell."""
+        """About how many circuits it lists; None where only working on some shards can show it."""
 
     @property
     def prefixes(self) -> list[str]:
-        """Keys of the units; together they hold every class of circuits once."""
+        """Keys of the shards; together they hold every class of circuits once."""
 
     def circuits(self, prefix: str, batch_size: int = ...) -> Iterator[CircuitBatch]:
-        """The canonical circuits of one unit, lazily."""
+        """The canonical circuits of one shard, lazily."""
 
     def batches(self, batch_size: int = ...) -> Iterator[CircuitBatch]:
         """All canonical circuits, lazily."""
@@ -107,5 +107,7 @@ def enumerate_circuits(
         search = PolygonSearch(grid_named(grid) if isinstance(grid, str) else grid, n)
     else:
         raise TypeError("enumerate_circuits needs a grid and n, or an array")
-    found = (Circuit(search.grid, tuple(word)) for batch in search.batches(batch_size) for word in batch.words.tolist())
-    return islice(found, limit)
+    circuits = (
+        Circuit(search.grid, tuple(word)) for batch in search.batches(batch_size) for word in batch.words.tolist()
+    )
+    return islice(circuits, limit)

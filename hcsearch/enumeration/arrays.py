@@ -24,7 +24,7 @@ from hcsearch.records import CircuitBatch
 MAX_STATES = 30_000_000  # of all layers, to list: 0.7 GB
 MAX_LAYER = 40_000_000  # of one layer, to count: 6 GB; 16 x 16 squares stay below, 17 x 18 do not
 _MAX_TAILS = 1 << 16
-_UNIT_SIZE = 1 << 15
+_SHARD_SIZE = 1 << 15
 
 
 @dataclass(frozen=True)
@@ -73,18 +73,18 @@ class ArraySearch:
 
     @cached_property
     def prefixes(self) -> list[str]:
-        """Keys of the search's units: the number of each unit's first circuit, as text."""
+        """Keys of the search's shards: the number of each shard's first circuit, as text."""
         if self.n_circuits >= 10**12:
             raise SizeError(
                 f"the array has {'over ' if self.n_circuits >= frontier.SATURATED else ''}{self.n_circuits} circuits, "
                 "too many to store: use `hcsearch count`, or take some of them with `enumerate_circuits` in Python"
             )
-        return [str(first) for first in range(0, self.n_circuits, _UNIT_SIZE)]
+        return [str(first) for first in range(0, self.n_circuits, _SHARD_SIZE)]
 
     def circuits(self, prefix: str, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
-        """The canonical circuits of a unit, lazily, at most `batch_size` at a time."""
+        """The canonical circuits of a shard, lazily, at most `batch_size` at a time."""
         first = int(prefix)
-        return self._between(first, min(first + _UNIT_SIZE, self.n_circuits), batch_size)
+        return self._between(first, min(first + _SHARD_SIZE, self.n_circuits), batch_size)
 
     def batches(self, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
         """All canonical circuits, lazily, at most `batch_size` at a time."""
@@ -138,7 +138,7 @@ class _Dag:
     def masks(self, first: int, last: int, batch_size: int) -> Iterator[tuple[NDArray[np.uint64], NDArray[np.int16]]]:
         """Least edge sets of the classes among circuits number first .. last - 1."""
         rank = np.array([first, last])
-        found = np.empty((batch_size, self.tails.shape[1]), np.uint64)
+        masks = np.empty((batch_size, self.tails.shape[1]), np.uint64)
         symmetry = np.empty(batch_size, np.int16)
         while rank[0] < rank[1]:
             written = frontier.list_masks(
@@ -151,11 +151,11 @@ class _Dag:
                 self.tails,
                 self.tail_images,
                 rank,
-                found,
+                masks,
                 symmetry,
             )
             if written:
-                yield found[:written].copy(), symmetry[:written].copy()
+                yield masks[:written].copy(), symmetry[:written].copy()
 
 
 def array_sweep(array: Array) -> Sweep | None:

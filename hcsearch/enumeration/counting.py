@@ -91,7 +91,7 @@ def _count_mirrored(array: Array, image: list[int], progress: Progress | None) -
     axis = [i for i in range(array.n) if image[i] == i]
     if len(axis) > 2:
         return 0
-    # the vectors from mirror images to their originals are parallel: their direction tells the side
+    # the vectors from mirror images to their originals are parallel: their direction gives the side
     half = [i for i in range(array.n) if image[i] != i and points[i] > points[image[i]]]
     kept = half + axis
     number = {i: k for k, i in enumerate(kept)}
@@ -155,15 +155,15 @@ def _count_rotated(array: Array, rotation: LatticeIsometry, image: list[int], pr
 
 def _orbits(image: list[int]) -> list[list[int]]:
     """Orbits of the cells under a permutation's powers, each in the order of the powers."""
-    found = []
+    orbits = []
     left = set(range(len(image)))
     while left:
         orbit = [min(left)]
         while image[orbit[-1]] != orbit[0]:
             orbit.append(image[orbit[-1]])
         left -= set(orbit)
-        found.append(orbit)
-    return found
+        orbits.append(orbit)
+    return orbits
 
 
 def _in_sector(vector: Point, rotation: LatticeIsometry) -> bool:

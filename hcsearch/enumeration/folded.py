@@ -22,10 +22,10 @@ from hcsearch.records import CircuitBatch
 
 Lists = tuple[chains.Chains, chains.Chains, NDArray[np.int64]]
 
-_UNIT_PAIRS = 250_000  # about 10,000 circuits
+_SHARD_PAIRS = 250_000  # about 10,000 circuits
 _COUNTED_PAIRS = 100_000_000  # less than a second
 _MAX_COUNTED = 2_000
-_MAX_UNITS = 200_000
+_MAX_SHARDS = 200_000
 _MAX_LISTED = 2e12  # pairs; about 1e11 circuits
 _CODE_BITS = 63
 _MAX_CHAINS = 2e10
@@ -33,12 +33,12 @@ _MAX_CHAINS = 2e10
 
 @dataclass(frozen=True)
 class FoldedSearch:
-    """All circuits of n panels that fold into two stacks, or only the untwisted ones, split into units.
+    """All circuits of n panels that fold into two stacks, or only the untwisted ones, split into shards.
 
     A circuit's folding cuts it at its two flat creases into two half-chains, each of which carries one flat crease to
     the other by itself. So half-chains are listed by key (last place, exit), joined with those of the key that meets
     it, and kept where their cells are disjoint; for untwisted ones only opposite sums of turns are joined. Of the keys
-    that are images of each other one is enough. A unit is a range of keys, or part of one. Memory holds the
+    that are images of each other one is enough. A shard is a range of keys, or part of one. Memory holds the
     half-chains of one key at a time.
 
     Empty for odd n. Raises SizeError below 3 panels and where a listing of all would have no end.
@@ -77,22 +77,22 @@ class FoldedSearch:
 
     @cached_property
     def prefixes(self) -> list[str]:
-        """Names of the units, in order: `first-last` for whole keys, `key:part/parts` for part of one."""
+        """Names of the shards, in order: `first-last` for whole keys, `key:part/parts` for part of one."""
         if self.n_pairs > _MAX_LISTED:
             raise SizeError(
                 f"--n {self.n} is too large to list: about {0.05 * self.n_pairs:.0e} circuits; use a smaller n, or "
                 f"`hcsearch count --keep {self.lists}`"
             )
-        return self.units(max(_UNIT_PAIRS, int(self.n_pairs / _MAX_UNITS)))
+        return self.shards(max(_SHARD_PAIRS, int(self.n_pairs / _MAX_SHARDS)))
 
     @property
-    def counting_units(self) -> list[str]:
-        """Names of larger units, for `count`, the largest first: small ones last leave no worker idle for long."""
+    def counting_shards(self) -> list[str]:
+        """Names of larger shards, for `count`, the largest first: small ones last leave no worker idle for long."""
         size = max(_COUNTED_PAIRS, int(self.n_pairs / _MAX_COUNTED))
-        return sorted(self.units(size), key=lambda unit: -self.pairs[list(_range(unit))].sum())
+        return sorted(self.shards(size), key=lambda shard: -self.pairs[list(_range(shard))].sum())
 
-    def units(self, size: int) -> list[str]:
-        """Cut the keys into units of about `size` pairs."""
+    def shards(self, size: int) -> list[str]:
+        """Cut the keys into shards of about `size` pairs."""
         names: list[str] = []
         first, joined = 0, 0
         for key, pairs in enumerate(self.pairs.tolist()):
@@ -109,22 +109,22 @@ class FoldedSearch:
         return [*names, f"{first}-{len(self.pairs) - 1}"] if joined else names
 
     def circuits(self, prefix: str, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
-        """The canonical circuits of one unit, lazily, at most `batch_size` at a time."""
+        """The canonical circuits of one shard, lazily, at most `batch_size` at a time."""
         return self._listed(self._join(prefix), batch_size)
 
     def batches(self, batch_size: int = 1 << 16) -> Iterator[CircuitBatch]:
         """All canonical circuits, lazily, at most `batch_size` at a time."""
         return self._listed(_Join(self, range(len(self.keys))), batch_size)
 
-    def count(self, unit: str) -> tuple[int, int]:
-        """Number of classes and of fixed circuits of a unit, without listing them."""
-        if len(self.grid.first_directions) > 1:  # what quarter turns tell apart needs the words
+    def count(self, shard: str) -> tuple[int, int]:
+        """Number of classes and of fixed circuits of a shard, without listing them."""
+        if len(self.grid.first_directions) > 1:  # circuits that differ by a quarter turn are compared by words
             classes = fixed = 0
-            for batch in self.circuits(unit):
+            for batch in self.circuits(shard):
                 classes += len(batch)
                 fixed += int((self.group_order // batch.symmetry).sum())
             return classes, fixed
-        return self._join(unit).count()
+        return self._join(shard).count()
 
     @property
     def pairs(self) -> NDArray[np.int64]:
@@ -137,9 +137,9 @@ class FoldedSearch:
         """Number of pairs of half-chains, all keys together."""
         return float(self.pairs.sum(dtype=float))
 
-    def _join(self, unit: str) -> _Join:
-        part, _, parts = (unit.partition(":")[2] or "0/1").partition("/")
-        return _Join(self, _range(unit), int(part), int(parts))
+    def _join(self, shard: str) -> _Join:
+        part, _, parts = (shard.partition(":")[2] or "0/1").partition("/")
+        return _Join(self, _range(shard), int(part), int(parts))
 
     def _listed(self, join: _Join, batch_size: int) -> Iterator[CircuitBatch]:
         while len(words := join.more(batch_size)):
@@ -186,14 +186,14 @@ class FoldedSearch:
             return np.empty((0, 5), np.int64)
         sizes = np.zeros((len(self._places.distance), self.grid.directions), np.int64)
         chains.count_chains(self.plane, sizes)
-        found = []
+        keys = []
         for end, face in np.argwhere(sizes).tolist():
             images = self._images(end, face)
             mate = images[1]
             if min(images) == images[0] and sizes[mate]:
                 stabiliser = sum(1 << root for root, image in enumerate(images) if image == images[0])
-                found.append((end, face, sizes[end, face], sizes[mate], stabiliser))
-        return np.array(found, np.int64).reshape(-1, 5)
+                keys.append((end, face, sizes[end, face], sizes[mate], stabiliser))
+        return np.array(keys, np.int64).reshape(-1, 5)
 
     def _images(self, end: int, face: int) -> list[tuple[int, int]]:
         """The key of each of a folding's eight roots (`kernels.circuits.chains`), given that of the first."""
@@ -209,9 +209,9 @@ class FoldedSearch:
         return images + [(places.place(mirror(places.point(place))), -d % m) for place, d in images]
 
 
-def _range(unit: str) -> range:
-    """The keys that a unit takes from."""
-    first, _, last = unit.partition(":")[0].partition("-")
+def _range(shard: str) -> range:
+    """The keys that a shard takes from."""
+    first, _, last = shard.partition(":")[0].partition("-")
     return range(int(first), int(last or first) + 1)
 
 

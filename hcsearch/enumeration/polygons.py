@@ -20,8 +20,8 @@ from hcsearch.records import CircuitBatch
 
 MAX_PANELS = 120
 
-_UNIT_SIZE = 10_000
-_MAX_UNITS = 20_000
+_SHARD_SIZE = 10_000
+_MAX_SHARDS = 20_000
 _MAX_LISTED = 1e11
 
 
@@ -60,7 +60,7 @@ class PolygonSearch:
 
     @cached_property
     def prefixes(self) -> list[str]:
-        """Keys of the search's units, in order; together they hold every circuit once.
+        """Keys of the search's shards, in order; together they hold every circuit once.
 
         Raises SizeError when there are more than about 1e11 circuits, too many to list them all.
         """
@@ -73,8 +73,8 @@ class PolygonSearch:
             )
         words: list[tuple[int, ...]] = [()]
         depth = 0
-        # units differ in size, the largest hold several times the mean, so aim lower
-        while len(words) < min(4 * self.expected / _UNIT_SIZE, _MAX_UNITS) and depth < self.n - 3:
+        # shards differ in size, the largest hold several times the mean, so aim lower
+        while len(words) < min(4 * self.expected / _SHARD_SIZE, _MAX_SHARDS) and depth < self.n - 3:
             words = [longer for word in words for longer in _Walk(self._plane, self.n, word).extensions()]
             depth += 1
         return ["".join(map(str, word)) for word in words]

@@ -145,9 +145,7 @@ def packed_frame(linkage: Linkage) -> Frame:
 
 def motion_frames(replay: Replay) -> list[Frame]:
     """The states of a motion, as the packed frame, with the fold angles of the hinges in their order (degrees)."""
-    name, text = (
-        ("hcsearch:time", "{:.4g} s") if replay.axis == "time" else ("hcsearch:pathShare", "{:.4g} of the path")
-    )
+    name, unit = ("hcsearch:time", "s") if replay.axis == "time" else ("hcsearch:pathShare", "of the path")
     return [
         {
             "frame_title": f"{at:.4g} {unit}",

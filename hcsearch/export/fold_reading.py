@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import json
 import math
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from hcsearch.errors import InputFileError
-from hcsearch.export.outlines import faces_between, joined_faces, without_straight_corners
+from hcsearch.errors import HcsearchError, InputFileError
+from hcsearch.export.outlines import faces_between, joined_faces, same_places, without_straight_corners
 from hcsearch.pattern import RIGID, Crease, Face, Facet, Pair, Pattern, Point, facet_area
 from hcsearch.system.reading import read_text
 from hcsearch.typing import Reals
@@ -25,6 +25,9 @@ MOST_BYTES = 32 * 2**20
 UNITS = {"in": 0.0254, "pt": 0.0254 / 72, "m": 1.0, "cm": 0.01, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}
 SAME = 1e-3
 """Points nearer than this share of the shortest edge are the same, as drawings are rounded."""
+
+FAR = 1e12
+"""Coordinates are below this, so that areas do not overflow."""
 
 Side = tuple[int, int]
 
@@ -70,15 +73,18 @@ def parse_fold(text: str, path: str = "the text") -> Drawing:
         raise InputFileError(f"{path} is no FOLD file: it holds no object; export it as FOLD")
     try:
         return _Reader(_pattern_frame(data), path).drawing()
-    except (TypeError, KeyError, IndexError, AttributeError, OverflowError) as error:
+    except HcsearchError:
+        raise
+    except (TypeError, ValueError, KeyError, IndexError, AttributeError, OverflowError) as error:
         raise InputFileError(f"{path} is no sound FOLD file: {error}; export it anew") from None
 
 
 def pattern_of(drawing: Drawing, thickness: float | None = None) -> Pattern:
     """The pattern of thick panels that a drawing shows, m.
 
-    thickness : m; that of the file unless given. Flat creases (F) are rigid unless the file says which face carries a
-    hinge. InputFileError where creases are unassigned, or nothing says how thick panels are.
+    thickness : m; that of the file unless given. A file without a physical unit is in metres. Flat creases (F) are
+    rigid unless the file says which face carries a hinge. InputFileError where creases are unassigned, or nothing says
+    how thick panels are.
     """
     unit = 1.0 if drawing.unit is None else drawing.unit
     if thickness is None:
@@ -120,9 +126,10 @@ class _Reader:
         if not self.edges and not faces:
             raise self._wrong("it has neither edges nor faces")
         if not self.edges:
-            self.edges = [(a, b) for face in faces for a, b in zip(face, [*face[1:], face[0]], strict=True)]
+            sides = (sorted(side) for face in faces for side in zip(face, [*face[1:], face[0]], strict=True))
+            self.edges = list(dict.fromkeys((a, b) for a, b in sides))
         lengths = [math.dist(self.points[a], self.points[b]) for a, b in self.edges]
-        self.place = self._merged(SAME * min((length for length in lengths if length > 0.0), default=1.0))
+        self.place = same_places(self.points, SAME * min((length for length in lengths if length > 0.0), default=1.0))
         self.faces = [[self.place[v] for v in face] for face in faces]
 
     def drawing(self) -> Drawing:
@@ -131,6 +138,7 @@ class _Reader:
         faces = self.faces
         if not faces:
             faces = faces_between([pair for pair in marks if marks[pair].assignment != "J"], self.points)
+            faces = [face for face in faces if not _is_hole(face, marks)]
         else:
             faces = joined_faces(faces, {pair for pair, mark in marks.items() if mark.assignment == "J"})
         points = self.points
@@ -140,10 +148,11 @@ class _Reader:
         sides: dict[Side, int] = {}
         joins: dict[Pair, Join] = {}
         for f, face in enumerate(faces):
-            own = [points[v] for v in face]
-            if not facet_area(own) > 0.0:
-                raise self._wrong(f"face {f} is no polygon that runs counterclockwise")
-            facets.append(tuple(points[v] for v in without_straight_corners(face, points, SAME)))
+            corners = tuple(points[v] for v in without_straight_corners(face, points, SAME))
+            whole = 2 < len(corners) == len(set(corners))
+            if not whole or not facet_area(corners) > SAME * math.dist(corners[0], corners[1]) ** 2:
+                raise self._wrong(f"face {f} is no polygon that runs counterclockwise, or a sliver")
+            facets.append(corners)
             for side in zip(face, [*face[1:], face[0]], strict=True):
                 if side in sides:
                     raise self._wrong(f"faces {sides[side]} and {f} overlap: they lie on one side of an edge")
@@ -185,18 +194,20 @@ class _Reader:
 
     def _marks(self) -> dict[tuple[int, int], Join]:
         """What the file says of each edge, by its two places; of edges that lie on each other they must agree."""
-        letters = self.frame.get("edges_assignment")
-        angles = self.frame.get("edges_foldAngle")
-        hinges = self.frame.get("edges_hcsearch:hingeFace")
+        own = self.frame if self.frame.get("edges_vertices") else {}  # else edges are those of faces, in their order
+        letters = own.get("edges_assignment")
+        angles = own.get("edges_foldAngle")
+        hinges = own.get("edges_hcsearch:hingeFace")
         found: dict[tuple[int, int], Join] = {}
-        for k, edge in enumerate(self.edges):
-            a, b = sorted(self.place[v] for v in edge)
+        ends = [sorted(self.place[v] for v in edge) for edge in self.edges]
+        times = Counter(map(tuple, ends))
+        for k, (a, b) in enumerate(ends):
             if letters is not None:
                 letter = str(letters[k]).upper()
             elif angles is not None and angles[k]:
                 letter = "V" if angles[k] > 0 else "M"
             else:
-                letter = "U"
+                letter = "U" if times[a, b] == 1 else "B"  # an edge that stands there twice is a slit
             if letter not in {"B", "M", "V", "F", "U", "C", "J"}:
                 raise self._wrong(f"edge {k} has the assignment {letter!r}: write B, M, V, F, U, C or J")
             face = hinges[k] if hinges is not None and hinges[k] in {"top", "bottom"} else None
@@ -210,21 +221,12 @@ class _Reader:
         if not coords:
             raise self._wrong("it has no vertices_coords")
         table = np.array([[*map(float, point), 0.0][:3] for point in coords])
-        if table.ndim != 2 or table.shape[1] != 3 or not np.isfinite(table).all():
-            raise self._wrong("vertices_coords are not points of two or three numbers")
+        if table.ndim != 2 or table.shape[1] != 3 or not (np.abs(table) < FAR).all():
+            raise self._wrong(f"vertices_coords are not points of two or three numbers below {FAR:g}")
         extent: Reals = np.ptp(table, axis=0)
         if extent[2] > 1e-6 * max(extent[:2]):
             raise self._wrong("its first frame is folded: put the flat crease pattern first")
         return [(float(x), float(y)) for x, y in table[:, :2]]
-
-    def _merged(self, tolerance: float) -> list[int]:
-        """The first of the points that lie where each does."""
-        from scipy.spatial import cKDTree  # noqa: PLC0415 - only where a file is read
-
-        place = list(range(len(self.points)))
-        for a, b in sorted(cKDTree(np.array(self.points)).query_pairs(tolerance)):
-            place[b] = min(place[b], place[a])
-        return place
 
     def _vertex(self, number: Any) -> int:
         if not isinstance(number, int) or not 0 <= number < len(self.points):
@@ -237,3 +239,9 @@ class _Reader:
 
     def _wrong(self, what: str) -> InputFileError:
         return InputFileError(f"{self.path} is no flat pattern: {what}; draw panels edge to edge, and export anew")
+
+
+def _is_hole(face: Sequence[int], marks: Mapping[tuple[int, int], Join]) -> bool:
+    """Whether a face has borders alone: a panel would hang on nothing."""
+    sides = zip(face, [*face[1:], face[0]], strict=True)
+    return all(marks[min(side), max(side)].assignment in {"B", "C"} for side in sides)

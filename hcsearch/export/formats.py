@@ -69,12 +69,15 @@ class Format:
             raise HcsearchError(f"{self.name} needs {missing[0]}: pip install 'hcsearch[{self.extra}]'")
 
 
+_SHEET = frozenset({"sheet", "kerf_mm", "hinge_gap_mm", "profile"})
 _SOLID = frozenset({"state", "part"})
 
 FORMATS: dict[str, Format] = {
     form.name: form
     for form in (
         Format("fold", (".fold",), "FOLD 1.2, the crease pattern and folded states for origami software", frames=True),
+        Format("svg", (".svg",), "sheets to cut and crease, as drawings in millimetres", takes=_SHEET),
+        Format("dxf", (".dxf",), "the same sheets for CAD and cutters", takes=_SHEET, needs=("ezdxf",)),
         Format("csv", (".csv",), "fold angles and gaps along the motion, as a table", of="motion"),
         Format("parquet", (".parquet",), "the same table", of="motion", extra="parquet", needs=("pyarrow",)),
         Format("networkx", (".json",), "panels, creases and slits as a graph: node-link JSON", of="array"),

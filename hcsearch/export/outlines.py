@@ -6,9 +6,22 @@ import math
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Sequence
 
-from hcsearch.pattern import Point, facet_area
+from hcsearch.pattern import Places, Point, facet_area
 
 Edge = tuple[int, int]
+
+
+def same_places(points: Sequence[Point], tolerance: float) -> list[int]:
+    """For each point the first one that is the same, nearer than a tolerance."""
+    places = Places(tolerance)
+    first: list[int] = []
+    found = []
+    for k, point in enumerate(points):
+        number = places.number(point)
+        if number == len(first):
+            first.append(k)
+        found.append(first[number])
+    return found
 
 
 def faces_between(edges: Iterable[Edge], points: Sequence[Point]) -> list[list[int]]:
@@ -31,13 +44,15 @@ def faces_between(edges: Iterable[Edge], points: Sequence[Point]) -> list[list[i
         v: sorted(near, key=lambda w, v=v: math.atan2(points[w][1] - points[v][1], points[w][0] - points[v][0]))  # type: ignore[misc]
         for v, near in around.items()
     }
-    left = {(v, w) for v, near in turn.items() for w in near}
+    sides = [(v, w) for v, near in sorted(turn.items()) for w in near]
+    seen: set[Edge] = set()
     found = []
-    while left:
-        start = side = min(left)
-        face = []
+    for start in sides:
+        if start in seen:
+            continue
+        side, face = start, []
         while True:
-            left.remove(side)
+            seen.add(side)
             face.append(side[0])
             a, b = side
             near = turn[b]

@@ -109,23 +109,23 @@ class Array:
     def symmetries(self) -> list[tuple[LatticeIsometry, Point]]:
         """The isometries that map the array onto itself, each with the translation that goes after it."""
         least = min(self.points)
-        found = []
+        pairs = []
         for isometry, image in zip(self.grid.point_group, self._images, strict=True):
             if image.rows == self.rows:
                 moved = min(map(isometry, self.points))
-                found.append((isometry, (least[0] - moved[0], least[1] - moved[1])))
-        return found
+                pairs.append((isometry, (least[0] - moved[0], least[1] - moved[1])))
+        return pairs
 
     def edges(self) -> list[tuple[int, int, int]]:
         """Pairs of neighbouring cells as (i, j, direction from i to j), i < j, indices into `cells`."""
         index = {point: i for i, point in enumerate(self.points)}
-        found = []
+        edges = []
         for i, point in enumerate(self.points):
             for d, to in self.grid.neighbours(point):
                 j = index.get(to, -1)
                 if j > i:
-                    found.append((i, j, d))
-        return found
+                    edges.append((i, j, d))
+        return edges
 
     def graph(self) -> nx.Graph:
         """The array's grid graph: cells as nodes, shared edges as edges."""
@@ -171,12 +171,12 @@ def _rows(grid: Grid, cells: Iterable[Cell]) -> tuple[int, ...]:
 
 def _cells(grid: Grid, rows: Iterable[int]) -> list[Cell]:
     """Cells of rows, row by row."""
-    found: list[Cell] = []
+    cells: list[Cell] = []
     for y, left in enumerate(rows):
         row = left
         while row:  # bits that are set alone: a row may be thousands wide, and hold one cell
             lowest = row & -row
             bit = lowest.bit_length() - 1
-            found.append((bit // 2, y, bit % 2) if grid.is_triangle else (bit, y))
+            cells.append((bit // 2, y, bit % 2) if grid.is_triangle else (bit, y))
             row ^= lowest
-    return found
+    return cells

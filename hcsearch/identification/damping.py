@@ -13,7 +13,7 @@ MOST_HINGES = 1000
 
 @dataclass(frozen=True)
 class HingeTest:
-    """What one free vibration tells: a row of thesis table 4.2.
+    """What one free vibration gives: a row of thesis table 4.2.
 
     frequency : natural frequency, Hz. damping : damping ratio of the block. coefficient : of one hinge, N m s/rad.
     The three `_error`s are standard errors; that of the coefficient leaves the inertia's out.

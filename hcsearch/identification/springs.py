@@ -22,7 +22,7 @@ TABLE_POINTS = 9
 SURE = 0.99
 """How surely a curve must fit better than a law before the law is refused."""
 MISFIT = 0.005
-"""Systematic error of a law that no measurement of a spring tells: share of the greatest moment, rms."""
+"""Systematic error of a law that no measurement of a spring shows: share of the greatest moment, rms."""
 TURN = 0.05
 """By how much of its range the angle must go back to be unloading: less is noise."""
 CONFIDENCE = 0.95
@@ -73,7 +73,7 @@ class SpringFit:
 
 @dataclass(frozen=True)
 class Spring:
-    """What moment-angle data tell of a spring.
+    """What moment-angle data say of a spring.
 
     fits : simplest first, the table last. loading, unloading : pairs with growing angles, and with angles that go back.
     span : least and greatest angle, rad.
@@ -95,7 +95,7 @@ def identify_spring(angles: Reals, moments: Reals) -> Spring:
 
     Linear and quadratic laws, each through the origin or preloaded, are compared with a cubic spline of five pieces
     fitted to the same pairs: a law is sufficient unless the spline fits better, surely (F test) and by more than such
-    measurements tell. If no law is, a table of nine points on the spline is. Where the angle also goes back, a constant
+    measurements show. If no law is, a table of nine points on the spline is. Where the angle also goes back, a constant
     gap between loading and unloading is fitted along with each law, which then lies midway. The thesis fits one line
     to all (4.5.2) and says that its springs stiffen at large angles: that is a quadratic law.
 
@@ -110,9 +110,9 @@ def identify_spring(angles: Reals, moments: Reals) -> Spring:
     spline = _least_squares(np.hstack([BSpline.design_matrix(angles, knots, degree).toarray(), gap]), moments)
     fits = []
     for kind, terms in _TERMS.items():
-        found = _least_squares(np.column_stack([*(angles ** _POWERS[term] for term in terms), gap]), moments)
-        names = (*terms, "hysteresis")[: len(found.values)]
-        fits.append(_described(kind, names, _law(dict(zip(terms, found.values, strict=False))), found, spline))
+        solution = _least_squares(np.column_stack([*(angles ** _POWERS[term] for term in terms), gap]), moments)
+        names = (*terms, "hysteresis")[: len(solution.values)]
+        fits.append(_described(kind, names, _law(dict(zip(terms, solution.values, strict=False))), solution, spline))
     curve = BSpline(knots, spline.values[: len(knots) - degree - 1], degree)
     nodes = np.linspace(angles.min(), angles.max(), TABLE_POINTS)
     law = tabulated(map(_six_digits, nodes), map(_six_digits, curve(nodes)))
@@ -136,19 +136,19 @@ def _checked(angles: Reals, moments: Reals) -> tuple[Reals, Reals]:
 def _unloading(angles: Reals) -> NDArray[np.bool_]:
     """Which angles lie on the way back: after a peak and before a trough, unless the turn is mere noise."""
     turn = TURN * float(np.ptp(angles))
-    found = np.zeros(len(angles), bool)
+    back = np.zeros(len(angles), bool)
     way = top = bottom = 0
     for k, angle in enumerate(angles):
         top = k if angle > angles[top] else top
         bottom = k if angle < angles[bottom] else bottom
         if way <= 0 and angle - angles[bottom] > turn:
-            found[bottom + 1 : k] = False
+            back[bottom + 1 : k] = False
             way, top = 1, k
         elif way >= 0 and angles[top] - angle > turn:
-            found[top + (top > 0) : k] = True
+            back[top + (top > 0) : k] = True
             way, bottom = -1, k
-        found[k] = way < 0
-    return found
+        back[k] = way < 0
+    return back
 
 
 def _knots(angles: Reals) -> tuple[Reals, int]:
@@ -179,15 +179,17 @@ def _least_squares(columns: Reals, moments: Reals) -> _Solution:
     return _Solution(values, errors, squares, freedom, moments)
 
 
-def _described(kind: str, names: tuple[str, ...], law: Law, found: _Solution, spline: _Solution) -> SpringFit:
+def _described(kind: str, names: tuple[str, ...], law: Law, solution: _Solution, spline: _Solution) -> SpringFit:
     """A fit with the last of its values by name, and how it compares with the spline."""
-    rows = len(found.moments)
-    half = t_distribution.ppf(0.5 + CONFIDENCE / 2.0, found.freedom)
+    rows = len(solution.moments)
+    half = t_distribution.ppf(0.5 + CONFIDENCE / 2.0, solution.freedom)
     estimates = {
         name: SpringEstimate(float(value), float(error), float(value - half * error), float(value + half * error))
-        for name, value, error in zip(names, found.values[-len(names) :], found.errors[-len(names) :], strict=False)
+        for name, value, error in zip(
+            names, solution.values[-len(names) :], solution.errors[-len(names) :], strict=False
+        )
     }
-    excess, unknowns = max(0.0, found.squares - spline.squares), found.freedom - spline.freedom
+    excess, unknowns = max(0.0, solution.squares - spline.squares), solution.freedom - spline.freedom
     sureness = 0.0
     if unknowns > 0 and excess > 0.0:
         ratio = excess / unknowns / (spline.squares / spline.freedom) if spline.squares > 0.0 else np.inf
@@ -195,10 +197,10 @@ def _described(kind: str, names: tuple[str, ...], law: Law, found: _Solution, sp
     return SpringFit(
         kind=kind,
         law=law,
-        size=rows - found.freedom,
+        size=rows - solution.freedom,
         estimates=estimates,
-        residual=float(np.sqrt(found.squares / rows)),
-        misfit=float(np.sqrt(excess / rows) / abs(found.moments).max()),
+        residual=float(np.sqrt(solution.squares / rows)),
+        misfit=float(np.sqrt(excess / rows) / abs(solution.moments).max()),
         sureness=sureness,
     )
 

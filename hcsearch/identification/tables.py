@@ -34,7 +34,7 @@ def read_accelerations(path: str, rate: float | None = None, start: float | None
 
     Every column but `time_s` is a channel, whatever its name. rate : Hz, for files without times. start : time (s) from
     which rows are taken; without times, after the first row.
-    Errors: HcsearchError for times that do not grow or are not even, or for a rate that is missing or told twice.
+    Errors: HcsearchError for times that do not grow or are not even, or for a rate that is missing or given twice.
     """
     table = _read(path)
     times = table.pop(TIME, None)
@@ -100,14 +100,14 @@ def _is_number(text: str) -> bool:
 
 def _only(table: dict[str, Reals], units: dict[str, float], path: str) -> Reals:
     """The one column of a quantity, in SI units."""
-    found = [name for name in units if name in table]
-    if len(found) != 1:
+    names = [name for name in units if name in table]
+    if len(names) != 1:
         quantity = next(iter(units)).partition("_")[0]
         raise HcsearchError(
-            f"{path} has {len(found) or 'no'} columns of the {quantity} (its columns are {', '.join(table)}): "
+            f"{path} has {len(names) or 'no'} columns of the {quantity} (its columns are {', '.join(table)}): "
             f"name one of them {' or '.join(units)}"
         )
-    return table[found[0]] * units[found[0]]
+    return table[names[0]] * units[names[0]]
 
 
 def _rate(times: Reals, path: str) -> float:

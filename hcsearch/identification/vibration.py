@@ -22,7 +22,7 @@ STILL = 0.8
 """What decays has less than this share of its variance in the quarter after."""
 MOST_ORDER = 20
 LEAST_ORDERS = 10
-"""A pole is physical if it is found in so many orders in a row; those of noise seldom are in seven."""
+"""A pole is physical if it occurs in so many orders in a row; those of noise seldom last for seven."""
 SAME_FREQUENCY, SAME_DAMPING = 0.01, 0.05
 """How much both may change from one order to the next, as shares."""
 ALIKENESS = 0.95
@@ -80,11 +80,11 @@ def identify_modes(accelerations: Reals, rate: float) -> FreeVibration:
         records, rate = _thinned(records, thinning), rate / thinning
     poles = _physical_poles(records, rate)
     poles = poles[np.argsort(abs(poles))]
-    # what has no whole cycle in the record cannot be told from drift
+    # what has no whole cycle in the record cannot be distinguished from drift
     poles = poles[abs(poles) * records.shape[1] > 2.0 * math.pi * rate]
-    found = _described(records, rate, poles)
-    sure = [mode.share > LEAST_SHARE and mode.damping > LEAST_SURENESS * mode.damping_error for mode in found.modes]
-    return found if all(sure) else _described(records, rate, poles[sure])
+    vibration = _described(records, rate, poles)
+    sure = [mode.share > LEAST_SHARE and mode.damping > LEAST_SURENESS * mode.damping_error for mode in vibration.modes]
+    return vibration if all(sure) else _described(records, rate, poles[sure])
 
 
 def _checked(accelerations: Reals, rate: float) -> Reals:
@@ -144,7 +144,7 @@ def _physical_poles(records: Reals, rate: float) -> Complexes:
 
 @dataclass(frozen=True, eq=False)
 class _Chain:
-    """A pole, its shape over the channels, and in how many orders in a row it was found."""
+    """A pole, its shape over the channels, and in how many orders in a row it has occurred."""
 
     pole: complex
     shape: Complexes

@@ -33,8 +33,8 @@ def correction(jacobian: Reals, residual: Reals) -> Reals:
     damping = float(residual @ residual)
     weight = s / (s * s + damping + np.finfo(float).tiny)
     weight[s < 1e-13 * max(s[0], 1.0)] = 0.0
-    found: Reals = -(vt.T @ (weight * (u.T @ residual)))
-    return found
+    step: Reals = -(vt.T @ (weight * (u.T @ residual)))
+    return step
 
 
 def close(linkage: Linkage, angles: Reals, *, tolerance: float = CLOSED, max_steps: int = 30) -> Closed:

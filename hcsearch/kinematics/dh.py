@@ -127,8 +127,8 @@ def transforms(loop: DHLoop) -> Reals:
 
 def closure_matrix(loop: DHLoop) -> Reals:
     """T_21 T_32 ... T_1n, shape (4, 4): the identity where the loop is closed (thesis eqs. 2.3 and A1)."""
-    found: Reals = reduce(np.matmul, transforms(loop))
-    return found
+    product: Reals = reduce(np.matmul, transforms(loop))
+    return product
 
 
 def dh_jacobian(loop: DHLoop) -> Reals:
@@ -139,11 +139,11 @@ def dh_jacobian(loop: DHLoop) -> Reals:
     steps = transforms(loop)
     before = _before(steps)
     after = np.eye(4)
-    found = np.empty((12, len(steps)))
+    jacobian = np.empty((12, len(steps)))
     for k in reversed(range(len(steps))):
         after = steps[k] @ after
-        found[:, k] = (before[k] @ _TURN @ after)[:3].ravel()  # T' = turn T
-    return found
+        jacobian[:, k] = (before[k] @ _TURN @ after)[:3].ravel()  # T' = turn T
+    return jacobian
 
 
 def stacked_jacobian(loops: Sequence[DHLoop], walks: Sequence[Walk], n_hinges: int) -> Reals:
@@ -152,11 +152,11 @@ def stacked_jacobian(loops: Sequence[DHLoop], walks: Sequence[Walk], n_hinges: i
     walks : for each loop, of each theta, the hinge that it turns and d theta / d (what the column stands for), +1 or
         -1; the singular values do not depend on these signs.
     """
-    found = np.zeros((12 * len(loops), n_hinges))
+    jacobian = np.zeros((12 * len(loops), n_hinges))
     for k, (loop, walk) in enumerate(zip(loops, walks, strict=True)):
         for column, (hinge, sign) in zip(dh_jacobian(loop).T, walk, strict=True):
-            found[12 * k : 12 * k + 12, hinge] += sign * column
-    return found
+            jacobian[12 * k : 12 * k + 12, hinge] += sign * column
+    return jacobian
 
 
 def dh_closure_jacobian(linkage: Linkage, angles: Reals) -> Reals:
@@ -175,7 +175,7 @@ def screw_map(frame: Reals, closure: Reals | None = None) -> Reals:
     """
     closed = np.eye(4) if closure is None else closure
     back = np.linalg.inv(frame)
-    found = np.empty((12, 6))
+    matrix = np.empty((12, 6))
     for k in range(6):
         twist = np.zeros((4, 4))
         if k < 3:
@@ -183,8 +183,8 @@ def screw_map(frame: Reals, closure: Reals | None = None) -> Reals:
             twist[i, j], twist[j, i] = -1.0, 1.0
         else:
             twist[k - 3, 3] = 1.0
-        found[:, k] = (back @ twist @ frame @ closed)[:3].ravel()
-    return found
+        matrix[:, k] = (back @ twist @ frame @ closed)[:3].ravel()
+    return matrix
 
 
 def _common_normals(lines: Lines) -> tuple[Reals, Reals, Reals]:
@@ -214,11 +214,11 @@ def _common_normals(lines: Lines) -> tuple[Reals, Reals, Reals]:
 
 def _before(steps: Reals) -> Reals:
     """Products of the matrices before each, and of all, shape (n + 1, 4, 4)."""
-    found = np.empty((len(steps) + 1, 4, 4))
-    found[0] = np.eye(4)
+    products = np.empty((len(steps) + 1, 4, 4))
+    products[0] = np.eye(4)
     for k, step in enumerate(steps):
-        found[k + 1] = found[k] @ step
-    return found
+        products[k + 1] = products[k] @ step
+    return products
 
 
 def _dots(one: Reals, two: Reals) -> Reals:

@@ -26,7 +26,7 @@ def heading(folded: Reals, attempt: int) -> Reals:
 
 
 def generic_rank(linkage: Linkage) -> Rank:
-    """The greatest rank found at closed states on the way from the folded state, with hinges two-sided.
+    """The greatest rank at closed states on the way from the folded state, with hinges two-sided.
 
     A linkage may leave its folded state in several ways, with more freedom in some (all of its parallel hinges first,
     say) than in others; the rank is that of the way with the least. Undecided where no attempt gets away.
@@ -40,9 +40,9 @@ def generic_rank(linkage: Linkage) -> Rank:
         angles = state.angles
         if state.residual > CLOSED or np.abs(angles - linkage.folded).max(initial=0.0) < 1e-3:
             continue
-        found = rank_at(linkage, angles)
-        if found.rank is not None and (best.rank is None or found.rank > best.rank):
-            best = found
+        rank = rank_at(linkage, angles)
+        if rank.rank is not None and (best.rank is None or rank.rank > best.rank):
+            best = rank
             if best.rank == len(best.singular_values):  # no rank is greater
                 break
     return best

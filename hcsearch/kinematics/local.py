@@ -50,8 +50,8 @@ class Local:
 
     def tangent(self, vector: Reals) -> Reals:
         """The part of a velocity that keeps the loops closed to first order."""
-        found: Reals = vector - self.right.T @ (self.right @ vector)
-        return found
+        tangential: Reals = vector - self.right.T @ (self.right @ vector)
+        return tangential
 
     def turn(self, velocity: Reals) -> Reals:
         """The shortest acceleration that keeps the loops closed to second order, at a velocity that does to first.
@@ -62,14 +62,14 @@ class Local:
         if not self.kept:
             return np.zeros_like(velocity)
         bend = self.linkage.bend(self.jacobian, velocity)
-        found: Reals = -self.right.T @ ((self.left.T @ bend) / self.values)
-        return found
+        acceleration: Reals = -self.right.T @ ((self.left.T @ bend) / self.values)
+        return acceleration
 
     def null_space(self) -> Reals:
         """An orthonormal basis of the velocities that keep the loops closed to first order, shape (n_hinges, m).
 
         The singular vectors of zero are any basis, another on another processor. This one is that of the projections
-        of single hinges' velocities, one after another of those that add much, so it hangs on the space alone.
+        of single hinges' velocities, one after another of those that add much, so it depends on the space alone.
         """
         n = len(self.angles)
         left = np.eye(n) - self.right.T @ self.right

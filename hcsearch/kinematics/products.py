@@ -16,7 +16,7 @@ def products(vectors: Reals, bend: Callable[[Reals], Reals]) -> Reals:
     vectors : (n, n_hinges), velocities. bend : second-order closure error of moving with one, (n_rows,).
     """
     own = np.array([bend(vector) for vector in vectors])
-    found = np.empty((len(vectors), len(vectors), own.shape[1]))
+    values = np.empty((len(vectors), len(vectors), own.shape[1]))
     for i, j in combinations_with_replacement(range(len(vectors)), 2):
-        found[i, j] = found[j, i] = own[i] if i == j else 0.5 * (bend(vectors[i] + vectors[j]) - own[i] - own[j])
-    return found
+        values[i, j] = values[j, i] = own[i] if i == j else 0.5 * (bend(vectors[i] + vectors[j]) - own[i] - own[j])
+    return values

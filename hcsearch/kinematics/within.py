@@ -92,5 +92,5 @@ def least_energy(basis: Reals, springs: Reals, angles: Reals, low: Reals, high: 
     nonnegative(columns, target, weights, left)
     if left[-1] < 1e-12:
         return still
-    found: Reals = basis @ np.linalg.solve(r, -left[:-1] / left[-1] - aim)
-    return np.clip(found, low, high)
+    nearest: Reals = basis @ np.linalg.solve(r, -left[:-1] / left[-1] - aim)
+    return np.clip(nearest, low, high)

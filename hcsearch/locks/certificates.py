@@ -54,8 +54,8 @@ def _equations(columns: Exact, rows: Exact) -> list[list[int]]:
     slack: Exact = -np.eye(k, dtype=np.int64).astype(object)
     closure = np.concatenate([columns.T, np.zeros((columns.shape[1], k), object)], axis=1)
     parting = np.concatenate([rows.reshape(k, n), slack], axis=1)
-    found: list[list[int]] = np.concatenate([closure, parting]).tolist()
-    return found
+    equations: list[list[int]] = np.concatenate([closure, parting]).tolist()
+    return equations
 
 
 def extreme_rays(equations: Sequence[Sequence[int]]) -> list[Ray]:
@@ -70,12 +70,12 @@ def extreme_rays(equations: Sequence[Sequence[int]]) -> list[Ray]:
     left = [[(i, value) for i, value in enumerate(equation) if value] for equation in equations]
     met = 0
     while left:
-        found = [[sum([value * ray[i] for i, value in terms]) for ray in rays] for terms in left]
-        pairs = [sum([value > 0 for value in row]) * sum([value < 0 for value in row]) for row in found]
+        values = [[sum([value * ray[i] for i, value in terms]) for ray in rays] for terms in left]
+        pairs = [sum([value > 0 for value in row]) * sum([value < 0 for value in row]) for row in values]
         first = pairs.index(min(pairs))
         del left[first]
-        if any(found[first]):
-            rays, supports = _meet(rays, supports, found[first], met)
+        if any(values[first]):
+            rays, supports = _meet(rays, supports, values[first], met)
             met += 1
     return rays
 
@@ -115,13 +115,13 @@ def _powerless(columns: Exact, wrench: Exact) -> Exact:
     Gauss's elimination; entries without a pivot stay as they are.
     """
     pivots = reduced(columns)
-    found = _whole(wrench)
+    entries = _whole(wrench)
     least = lcm(*(pivot[column] for column, pivot in pivots.items()))
     powers = {
-        column: sum(a * b for i, (a, b) in enumerate(zip(pivot, found, strict=True)) if i not in pivots)
+        column: sum(a * b for i, (a, b) in enumerate(zip(pivot, entries, strict=True)) if i not in pivots)
         for column, pivot in pivots.items()
     }
-    exact = [value * least for value in found]
+    exact = [value * least for value in entries]
     for column, pivot in pivots.items():
         exact[column] = -powers[column] * (least // pivot[column])
     return np.array(exact, object)

@@ -1,10 +1,10 @@
 """Screws of hinges in whole numbers, at ends of the motion of linkages on a tiling.
 
 Flat and folded, every hinge lies along an edge of the tiling at a whole multiple of the thickness (docs/theory.md, 25).
-On squares and rectangles points are rational. On triangles and hexagons one coordinate counts in roots of 3 all over:
+On squares and rectangles points are rational. On triangles and hexagons one coordinate is a multiple of sqrt(3):
 with x = sqrt(q) X, y = Y, z = Z all points are rational, and so are screws, their brackets and heights at contacts, but
-for one positive factor each. So nothing of Q(sqrt 3) has to be computed with, where signs are asked for: whole numbers
-do. Side, width and thickness of panels are the decimal numbers of 12 digits nearest to those given.
+for one positive factor each. So signs are computed with whole numbers, without arithmetic in Q(sqrt 3). Side, width
+and thickness of panels are the decimal numbers of 12 digits nearest to those given.
 """
 
 from __future__ import annotations
@@ -59,10 +59,10 @@ class Frame:
 
     def _on_lattice(self, counts: Reals, steps: Exact) -> Exact | None:
         """Points of so many steps in X and Y; of triangles and hexagons all have an even sum, as half turns need it."""
-        found = _rounded(counts, steps)
-        if found is None or (self.q == 3 and (np.rint(counts).sum(axis=1) % 2).any()):
+        multiples = _rounded(counts, steps)
+        if multiples is None or (self.q == 3 and (np.rint(counts).sum(axis=1) % 2).any()):
             return None
-        return found
+        return multiples
 
     def brackets(self, wrench: Sequence[int]) -> Exact:
         """The matrix S, (6, 6), with y . [A, B] = A' S B for whole screws A, B of level lines, up to a positive factor.
@@ -114,8 +114,8 @@ def _rounded(values: Reals, steps: Exact) -> Exact | None:
     whole = np.rint(values)
     if not np.isfinite(values).all() or np.abs(values - whole).max(initial=0.0) > NEAR:
         return None
-    found: Exact = whole.astype(np.int64).astype(object) * steps
-    return found
+    multiples: Exact = whole.astype(np.int64).astype(object) * steps
+    return multiples
 
 
 @dataclass(frozen=True)
@@ -148,8 +148,8 @@ class WholeEnd:
         x, y = frame.origin / self.size
         shift = np.array([[0.0, 0.0, y], [0.0, 0.0, -x], [-y, x, 0.0]]) @ basis
         parts = wrench.reshape(-1, 2, 3)
-        found = np.stack([parts[:, 0] @ basis + parts[:, 1] @ shift, parts[:, 1] @ moments], axis=1)
-        return np.array([Fraction(value) for value in found.ravel().tolist()], object)
+        entries = np.stack([parts[:, 0] @ basis + parts[:, 1] @ shift, parts[:, 1] @ moments], axis=1)
+        return np.array([Fraction(value) for value in entries.ravel().tolist()], object)
 
     def contacts(self, rows: Reals) -> Exact | None:
         """Conditions on turns, shape (k, n_hinges), as `layers.contact_rows` has them, in whole numbers.
@@ -169,25 +169,25 @@ class WholeEnd:
     @property
     def _directions(self) -> Exact:
         """A direction of each hinge, which it has in some loop, shape (n_hinges, 2)."""
-        found: Exact = np.zeros((len(self.columns), 2), object)
+        directions: Exact = np.zeros((len(self.columns), 2), object)
         for row in range(0, self.columns.shape[1], 6):
-            unknown = ~found.any(axis=1).astype(bool)
-            found[unknown] = self.columns[unknown, row : row + 2]
-        found[~found.any(axis=1).astype(bool)] = 1  # in no loop: any row is 0 there
-        return found
+            unknown = ~directions.any(axis=1).astype(bool)
+            directions[unknown] = self.columns[unknown, row : row + 2]
+        directions[~directions.any(axis=1).astype(bool)] = 1  # in no loop: any row is 0 there
+        return directions
 
     def bends(self, wrench: Exact) -> Exact:
         """The form of y . b on velocities: entries y . [A_i, A_j], shape (n_hinges, n_hinges), symmetric.
 
         Twice y . b(x) is the form's value at x, up to a positive factor.
         """
-        found: Exact = np.zeros((len(self.columns), len(self.columns)), object)
+        form: Exact = np.zeros((len(self.columns), len(self.columns)), object)
         for loop, hinges in enumerate(self.order):
             rows = slice(6 * loop, 6 * loop + 6)
             screws = self.columns[list(hinges), rows]
             upper = np.triu(screws @ self.frame.brackets(wrench[rows].tolist()) @ screws.T, 1)
-            found[np.ix_(hinges, hinges)] += upper + upper.T
-        return found
+            form[np.ix_(hinges, hinges)] += upper + upper.T
+        return form
 
 
 def whole_end(linkage: Linkage, angles: Reals) -> WholeEnd | None:
@@ -219,8 +219,8 @@ def whole_end(linkage: Linkage, angles: Reals) -> WholeEnd | None:
 
 def _spans(linkage: Linkage) -> Reals:
     """Vectors from the start to the end of each hinge, shape (n_hinges, 2), in metres."""
-    found: Reals = np.array([np.subtract(hinge.end, hinge.start) for hinge in linkage.pattern.hinges]).reshape(-1, 2)
-    return found
+    spans: Reals = np.array([np.subtract(hinge.end, hinge.start) for hinge in linkage.pattern.hinges]).reshape(-1, 2)
+    return spans
 
 
 def _walked(frame: Frame, lines: Sequence[Line], closed: Sequence[bool], walk: Walk) -> list[list[int]] | None:
@@ -266,6 +266,6 @@ def _cleared(row: list[int], pivot: list[int], column: int) -> list[int]:
     """A multiple of a row, less one of a pivot's row, with 0 in its column, in lowest terms."""
     if not row[column]:
         return row
-    found = [a * pivot[column] - b * row[column] for a, b in zip(row, pivot, strict=True)]
-    least = math.gcd(*found) or 1
-    return [value // least for value in found]
+    cleared = [a * pivot[column] - b * row[column] for a, b in zip(row, pivot, strict=True)]
+    least = math.gcd(*cleared) or 1
+    return [value // least for value in cleared]

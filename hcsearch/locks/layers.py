@@ -25,7 +25,7 @@ lie beside each other but for rounding are taken for one."""
 SLIVER = 1e-8
 """What is shorter or smaller than this share of a panel is rounding, and facets touch there along an edge at most."""
 STILL = 1e-9
-"""Heights by which a hinge that turns by 1 rad parts two panels, as shares of their size: less is none."""
+"""A hinge parts two panels where, turned by 1 rad, it changes their height by more than this share of their size."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def parting(linkage: Linkage, touching: list[Contact]) -> Reals:
     panel, rise = linkage.pattern.panel_of, _rise(linkage)
     # the shortest way between two panels that share a hinge is that hinge, and their row has no other entry
     trees = {base: hinge_tree(linkage.pattern, base) for base in {panel[contact.below] for contact in touching}}
-    found = [np.zeros((0, linkage.n_hinges))]
+    rows = [np.zeros((0, linkage.n_hinges))]
     for contact in touching:
         apart = np.zeros((linkage.n_hinges, 3))
         base, other = panel[contact.below], panel[contact.above]
@@ -83,8 +83,8 @@ def parting(linkage: Linkage, touching: list[Contact]) -> Reals:
             for k, sign in trees[base].way(other):
                 apart[k] = sign * rise[k]
         corners = contact.corners / linkage.pattern.size
-        found.append(np.c_[corners, np.ones(len(corners))] @ apart.T)
-    return np.concatenate(found)
+        rows.append(np.c_[corners, np.ones(len(corners))] @ apart.T)
+    return np.concatenate(rows)
 
 
 def _rise(linkage: Linkage) -> Reals:
@@ -98,8 +98,8 @@ def _rise(linkage: Linkage) -> Reals:
     p = (np.einsum("kij,kj->ki", poses[:, :, :3], linkage.points) + poses[:, :, 3]) / linkage.pattern.size
     senses = np.where(linkage.folded > 0.0, -1.0, 1.0)
     # the third component of u x (r - p)
-    found: Reals = senses[:, None] * np.stack([-u[:, 1], u[:, 0], u[:, 1] * p[:, 0] - u[:, 0] * p[:, 1]], axis=1)
-    return found
+    rises: Reals = senses[:, None] * np.stack([-u[:, 1], u[:, 0], u[:, 1] * p[:, 0] - u[:, 0] * p[:, 1]], axis=1)
+    return rises
 
 
 def contact_rows(linkage: Linkage) -> Reals:
@@ -111,5 +111,5 @@ def contact_rows(linkage: Linkage) -> Reals:
     rows[np.abs(rows) < STILL] = 0.0
     rows = rows[(rows < 0.0).any(axis=1)]
     _, chosen = np.unique(rows.round(9), axis=0, return_index=True)
-    found: Reals = rows[np.sort(chosen)]
-    return found
+    distinct: Reals = rows[np.sort(chosen)]
+    return distinct

@@ -8,7 +8,7 @@ First order: a wrench y with y . A_i > 0 for every hinge i holds them all shut, 
 wrench with y . A_i >= 0 and y . bend(x) > 0 on all of K but 0 excludes them: along a motion the loops would ask
 y . A x + y . bend(x) / 2 = 0 up to third order, a sum of which no term is negative and one is not zero.
 Least squares or a linear program find the wrench, in floating point. Where the linkage is on a tiling the proof is then
-checked in whole numbers, with rays found anew (`lattice`, `certificates`), and counts only if it holds there:
+checked in whole numbers, with rays computed anew (`lattice`, `certificates`), and counts only if it holds there:
 `Lock.exact`. Elsewhere it is numerical: its inequalities hold by far more than rounding, but its equations to rounding.
 Contacts between layers (`layers`) narrow K by C x >= 0. At first order they push with forces f >= 0, and
 y . A_i > f . C_i for every hinge is what proves; at second order they only narrow K, as a contact has an order of its
@@ -37,7 +37,7 @@ MARGIN = 1e-7
 1e-13."""
 
 APART = 1e-7
-"""A contact is not asked for where motions of sum 1 at first order take it from layers by no more than this."""
+"""A contact is left out where no first-order motion of sum 1 violates it by more than this."""
 
 ZERO = 1e-9
 """Singular values of hinges' screws below this share of the greatest are zeros; rounding is 1e-15."""
@@ -159,17 +159,17 @@ def _lock(columns: Reals, contacts: Reals, bend: Callable[[Reals], Reals]) -> tu
         return lock, np.zeros((0, n))
     rays = np.empty((MOST_RAYS, len(unit)))
     count = cone_rays(unit, rays)
-    found = np.r_[x[None], rays[: max(count, 0)]][:, :n] / lengths[:n]
-    found /= found.sum(axis=1)[:, None]
+    motions = np.r_[x[None], rays[: max(count, 0)]][:, :n] / lengths[:n]
+    motions /= motions.sum(axis=1)[:, None]
     if not 0 < count <= MOST_PRODUCTS:
-        return Lock(None, False, None, 0.0, found[0], ()), found
-    found = found[1:]
-    proof = excluding_wrench(columns, found, products(found, bend))
-    stuck = tuple(int(k) for k in np.flatnonzero(found.max(axis=0) <= 1e-9))
-    motion = found.mean(axis=0)
+        return Lock(None, False, None, 0.0, motions[0], ()), motions
+    motions = motions[1:]
+    proof = excluding_wrench(columns, motions, products(motions, bend))
+    stuck = tuple(int(k) for k in np.flatnonzero(motions.max(axis=0) <= 1e-9))
+    motion = motions.mean(axis=0)
     if proof is None:
-        return Lock(None, True, None, 0.0, motion, stuck), found
-    return Lock(2, True, proof[0], proof[1], motion, stuck), found
+        return Lock(None, True, None, 0.0, motion, stuck), motions
+    return Lock(2, True, proof[0], proof[1], motion, stuck), motions
 
 
 def _first_order(columns: Reals) -> tuple[Reals, Reals, float]:
@@ -185,7 +185,7 @@ def _first_order(columns: Reals) -> tuple[Reals, Reals, float]:
 
 
 def excluding_wrench(columns: Reals, rays: Reals, bends: Reals) -> tuple[Reals, float] | None:
-    """A wrench y, of greatest entry 1, that excludes motions at second order, and its margin; None if none is found.
+    """A wrench y, of greatest entry 1, that excludes motions at second order, and its margin; None without one.
 
     columns : shape (n, n_rows), screws in the sense in which hinges turn. rays : of the cone K. bends : `products` of
         the rays.
@@ -204,8 +204,8 @@ def excluding_wrench(columns: Reals, rays: Reals, bends: Reals) -> tuple[Reals, 
     own = bends.diagonal(axis1=0, axis2=1).T
     first, second = np.triu_indices(len(rays), 1)
     positive, crossing = np.r_[held, own], bends[first, second]
-    for found in (_between, _best):  # the first is ten times as quick, and needs all products to be positive or 0
-        wrench = found(positive @ basis, crossing @ basis, basis)
+    for method in (_between, _best):  # the first is ten times as quick, and needs all products to be positive or 0
+        wrench = method(positive @ basis, crossing @ basis, basis)
         if wrench is None:
             continue
         wrench = wrench / np.abs(wrench).max()
@@ -231,7 +231,7 @@ def _best(positive: Reals, nonnegative_: Reals, basis: Reals) -> Reals | None:
     """The wrench of the greatest margin by a linear program."""
     from scipy.optimize import linprog  # noqa: PLC0415 - takes longer to load than most runs of the stage
 
-    # entries of the wrench are bound, not its coordinates: so its margin does not hang on the basis
+    # the wrench's entries are bounded, not its coordinates, so that its margin does not depend on the basis
     upper = np.r_[-positive, -nonnegative_, basis, -basis]
     least = np.r_[np.ones(len(positive)), np.zeros(len(upper) - len(positive))]
     most = np.r_[np.zeros(len(positive) + len(nonnegative_)), np.ones(2 * len(basis))]
@@ -240,5 +240,5 @@ def _best(positive: Reals, nonnegative_: Reals, basis: Reals) -> Reals | None:
     result = linprog(objective, A_ub=np.c_[upper, least], b_ub=most, bounds=bounds, method="highs")
     if result.status != 0 or not result.x[:-1].any():
         return None
-    found: Reals = basis @ result.x[:-1]
-    return found
+    wrench: Reals = basis @ result.x[:-1]
+    return wrench

@@ -3,7 +3,7 @@
 A locked state is isolated, but others may be near, behind a gap of micrometres. Let hinges turn by x >= 0 away from
 their stops. The opening of x is the distance by which going round a loop moves what it should leave where it is: the
 root of the mean square over all corners of the panels, where they lie in the state. So it is a length, and does not
-hang on where a loop is cut, as long as turns are small. Among x of one sum s the least opening is looked for, from
+depend on where a loop is cut, as long as turns are small. Among x of one sum s the least opening is looked for, from
 s = 0 on until loops are closed again, by going on from the x of the sum before; then back from there in the same way.
 Two ways meet where that costs least. What comes out is a measurement: other ways may be better, panels may collide on
 this one, and nothing is proved.
@@ -28,17 +28,17 @@ STARTS = 4
 SHUT = 1e-8
 """Loops are closed again where they are open by less than this share of the pattern's size."""
 STEPS, GAIN = 60, 1e-8
-"""Steps of a search for the least opening, and by what share the square of the last one must have made it less."""
+"""Most steps of a search for the least opening; it ends where a step lessens the square by no more than this share."""
 BETWEEN = 4
-"""Points between two states of a way at which it is looked at as well."""
+"""Points between two states of a way at which the opening is evaluated as well."""
 
 
 @dataclass(frozen=True)
 class Tightness:
     """How much loops must give way to get from a locked state to another closed one, in metres: measured, not proved.
 
-    opening : the greatest on the best way that was found. least : the greatest, over all sums of turns up to there, of
-        the least openings that were found: other ways are open by so much, unless something better was overlooked.
+    opening : the greatest on the best way of the search. least : the greatest, over all sums of turns up to there, of
+        the least openings of the search: other ways open the loops by as much, unless it missed a better one.
     turn, closed : sums of turns (rad) at which that opening is, and at which loops are closed again; closed is None
         where the search was given up before, as more than the opening would be needed.
     """
@@ -87,8 +87,8 @@ class _Loops:
         residual, jacobian = self.linkage.closure(self.angles + self.senses * turns)
         count = len(residual) // 6
         weighted = np.concatenate([residual[:, None], jacobian * self.senses], axis=1).reshape(count, 6, -1)
-        found = (self.weights @ weighted).reshape(6 * count, -1) / math.sqrt(count)
-        return found[:, 0], found[:, 1:]
+        opened = (self.weights @ weighted).reshape(6 * count, -1) / math.sqrt(count)
+        return opened[:, 0], opened[:, 1:]
 
     def opening(self, turns: Reals) -> float:
         return float(np.linalg.norm(self.open(turns)[0]))
@@ -106,13 +106,13 @@ class _Loops:
             size = float(np.linalg.norm(across)) / math.sqrt(n)
             while damping < 1e6:
                 trial = _within(_solved(across, across @ turns - value, damping * size, turns), total)
-                found, derivative = self.open(trial)
-                if found @ found < square:
+                residual, derivative = self.open(trial)
+                if residual @ residual < square:
                     break
                 damping *= 4.0
             else:
                 break
-            turns, value, slope, damping = trial, found, derivative, 0.2 * damping
+            turns, value, slope, damping = trial, residual, derivative, 0.2 * damping
             if value @ value > (1.0 - GAIN) * square or self._shut(value):
                 break
         return turns
@@ -134,7 +134,7 @@ def _weights(linkage: Linkage, angles: Reals) -> Reals:
     """What closure residuals are multiplied with, (n_loops, 6, 6), so that their lengths are openings in metres."""
     corners = np.concatenate([solid.reshape(-1, 3) for solid in linkage.solids(angles)])
     poses = linkage.poses(angles)
-    found = []
+    weights = []
     for (hinge, sign), *_ in linkage.loops:
         joint = linkage.pattern.hinges[hinge]
         pose = poses[joint.first if sign == 1 else joint.second]  # of the panel that the residual is seen from
@@ -142,8 +142,8 @@ def _weights(linkage: Linkage, angles: Reals) -> Reals:
         nil, one = np.zeros(len(corners)), np.full(len(corners), linkage.pattern.size)
         rows = [[nil, z, -y, one, nil, nil], [-z, nil, x, nil, one, nil], [y, -x, nil, nil, nil, one]]
         moved = np.array(rows).transpose(2, 0, 1).reshape(-1, 6) / math.sqrt(len(corners))
-        found.append(np.linalg.qr(moved)[1])
-    return np.array(found)
+        weights.append(np.linalg.qr(moved)[1])
+    return np.array(weights)
 
 
 def _solved(slope: Reals, target: Reals, damping: float, turns: Reals) -> Reals:
@@ -151,9 +151,9 @@ def _solved(slope: Reals, target: Reals, damping: float, turns: Reals) -> Reals:
     columns = np.concatenate([slope, damping * np.eye(len(turns))])
     whole = np.concatenate([target, damping * turns])
     lengths, length = np.linalg.norm(columns, axis=0), float(np.linalg.norm(whole))
-    found, left = np.empty(len(turns)), np.empty(len(whole))
-    nonnegative(np.ascontiguousarray((columns / lengths).T), whole / length, found, left)
-    scaled: Reals = found * length / lengths
+    solution, left = np.empty(len(turns)), np.empty(len(whole))
+    nonnegative(np.ascontiguousarray((columns / lengths).T), whole / length, solution, left)
+    scaled: Reals = solution * length / lengths
     return scaled
 
 
@@ -172,7 +172,7 @@ def _within(turns: Reals, total: float) -> Reals:
 
 
 def _first(loops: _Loops) -> Reals:
-    """Turns of the first sum of the least opening that is found."""
+    """Turns of the first sum, of the least opening that any start leads to."""
     n = loops.linkage.n_hinges
     rng = np.random.default_rng(0)
     starts = [np.full(n, 1.0 / n), *rng.dirichlet(np.ones(n), size=STARTS - 1)]
@@ -181,21 +181,21 @@ def _first(loops: _Loops) -> Reals:
 
 def _there(loops: _Loops, most: float) -> list[Reals]:
     """Turns of least opening with ever greater sums, until the loops are closed again or open by more than most."""
-    found = [_first(loops)]
+    states = [_first(loops)]
     total = FIRST
-    while total < loops.total and not loops.shut(found[-1]) and loops.opening(found[-1]) <= most:
+    while total < loops.total and not loops.shut(states[-1]) and loops.opening(states[-1]) <= most:
         total = min(total + min((GROWTH - 1.0) * total, LONGEST), loops.total)
-        found.append(loops.least(_within(found[-1], total), total))
-    return found
+        states.append(loops.least(_within(states[-1], total), total))
+    return states
 
 
 def _back(loops: _Loops, there: list[Reals]) -> list[Reals]:
     """The same from the other end: turns of least opening with the sums of some, in their order."""
-    found = [there[-1]]
+    states = [there[-1]]
     for turns in there[-2::-1]:
         total = float(turns.sum())
-        found.append(loops.least(_within(found[-1], total), total))
-    return found[::-1]
+        states.append(loops.least(_within(states[-1], total), total))
+    return states[::-1]
 
 
 def _best(loops: _Loops, there: list[Reals], back: list[Reals]) -> Tightness:

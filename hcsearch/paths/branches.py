@@ -31,9 +31,9 @@ FINITE, NOT = 1.7, 1.3
 EVEN = 1e-6
 """Hinges open as much as they close where a unit velocity sums to less than this."""
 STRAIGHT = 0.02
-"""A motion that leaves the line by less than this times the square of the step is straight, as far as one sees."""
+"""A motion that leaves the line by less than this times the square of the step counts as straight."""
 BLURRED = 10.0 * CLOSED**0.5
-"""Distances below this (rad) say nothing: where closure is of second order closed states are known to its root."""
+"""Distances below this (rad) say nothing: where closure is of second order, states are known to its square root."""
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,9 @@ class Branches:
     nullity : number of first-order motions, -1 where the rank is not decided; then there are no branches.
     stresses : number of independent self-stresses, which is the number of second-order equations.
     stops : whether only velocities within the stops were looked for, each in its own sense; else both senses are one.
-    branches : the isolated ones first, and in an order that does not hang on how they were found.
-    reach : every velocity that solves the second-order equations is within this of one from which the search began;
-        from 0.05 (`covering`) it misses none that stands alone, from much more it may.
+    branches : the isolated ones first, and in an order that does not depend on where the search began.
+    reach : every velocity that solves the second-order equations is within this distance of a start of the search; at
+        0.05 (`covering`) the search misses no isolated one, at much more it may.
     """
 
     nullity: int
@@ -108,7 +108,7 @@ def branches(
         cone = (inward[:, None] * basis)[inward != 0.0]
     solved = SOLVED if zero is None else ROUGHLY
     solutions, reach = solve_quadrics(forms, cone, both=not stops, solved=solved)
-    found = []
+    nudged = []
     for solution in solutions:
         direction = basis @ solution.vector
         direction /= np.linalg.norm(direction)
@@ -116,10 +116,10 @@ def branches(
             direction = _opening(direction)
         power, within = _nudged(local, direction)
         status: Status = "finite" if power >= FINITE else "infinitesimal" if power <= NOT else "undecided"
-        found.append(Branch(direction, solution.dimension, solution.residual, status, power, within))
-    found.sort(key=lambda branch: (branch.dimension, *np.round(branch.direction, 6).tolist()))
-    sentence = _sentence(basis.shape[1], len(forms), found, stops)
-    return Branches(basis.shape[1], len(forms), stops, tuple(found), sentence, reach)
+        nudged.append(Branch(direction, solution.dimension, solution.residual, status, power, within))
+    nudged.sort(key=lambda branch: (branch.dimension, *np.round(branch.direction, 6).tolist()))
+    sentence = _sentence(basis.shape[1], len(forms), nudged, stops)
+    return Branches(basis.shape[1], len(forms), stops, tuple(nudged), sentence, reach)
 
 
 def _opening(direction: Reals) -> Reals:
@@ -148,16 +148,16 @@ def _nudged(local: Local, direction: Reals) -> tuple[float, bool]:
     return float(np.polyfit(np.log(steps[seen]), np.log(off[seen]), 1)[0]), within
 
 
-def _sentence(nullity: int, stresses: int, found: list[Branch], stops: bool) -> str:
+def _sentence(nullity: int, stresses: int, nudged: list[Branch], stops: bool) -> str:
     if not nullity:
         return "rigid: nothing moves to first order"
-    alone = sum(branch.dimension == 0 for branch in found)
-    families = sorted({branch.dimension for branch in found} - {0})
+    alone = sum(branch.dimension == 0 for branch in nudged)
+    families = sorted({branch.dimension for branch in nudged} - {0})
     counts = [f"{alone} isolated"] if alone else []
     counts += [f"a family of dimension {dimension}" for dimension in families]
-    finite = sum(branch.status == "finite" for branch in found)
+    finite = sum(branch.status == "finite" for branch in nudged)
     where = " within the stops" if stops else ""
     return (
         f"{nullity} first-order motions, {stresses} second-order equations; directions that solve them{where}: "
-        f"{', '.join(counts) or 'none'}; {finite} of {len(found)} nudged are finite"
+        f"{', '.join(counts) or 'none'}; {finite} of {len(nudged)} nudged are finite"
     )

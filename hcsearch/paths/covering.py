@@ -1,7 +1,7 @@
 """A cover of all directions by cells, less those in which some quadrics have no common point: where to begin a search.
 
-What is left out is proved to hold none, so that a search from every cell misses none for want of a start, and does not
-hang on the coordinates (Hansen and Walster 2004, Global Optimization Using Interval Analysis, chapter 11).
+The cells left out are proved to hold none, so that a search from every other cell misses none for want of a start, and
+does not depend on the coordinates (Hansen and Walster 2004, Global Optimization Using Interval Analysis, chapter 11).
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ import numpy as np
 from hcsearch.typing import Flags, Reals, Whole
 
 FINE = 0.05
-"""Cells are halved down to this radius,"""
+"""Radius down to which cells are halved."""
 PEAK, MOST = 4000, 1000
-"""or until so many are left; the last that were no more than so many are the cover."""
+"""Halving ends with more cells than `PEAK`; the cover is the last set of no more than `MOST` cells."""
 
 
 @dataclass(frozen=True)
@@ -55,10 +55,10 @@ class _Cells:
         corner = np.empty((n, m))
         corner[np.arange(m) != self.axis[:, None]] = self.middle.ravel()
         corner[rows, self.axis] = self.sense
-        # to draw points towards the origin onto a sphere that they lie outside of brings none of them further apart
+        # points outside a sphere about the origin, projected onto it along their radii, come no further apart
         nearest = np.sqrt(1.0 + (np.maximum(np.abs(self.middle) - self.half, 0.0) ** 2).sum(axis=1))
         centres = corner / np.linalg.norm(corner, axis=1, keepdims=True)
-        # axes that no linkage has: a centre by chance on a plane of symmetry of the quadrics would be a bad start
+        # reflected to axes that no linkage has: a centre on a plane of symmetry of the quadrics would be a bad start
         away = 1.0 + (np.arange(m) * 0.6180339887498949) % 1.0
         turned = centres - np.outer(centres @ away, 2.0 * away / (away @ away))
         return turned, np.minimum(np.linalg.norm(self.half, axis=1) / nearest, 2.0)
@@ -73,31 +73,31 @@ def cover(forms: Reals, cone: Reals | None, *, both: bool, slack: float) -> Cove
     senses = (1.0,) if both else (1.0, -1.0)
     axis, sense = np.tile(np.arange(m), len(senses)), np.repeat(senses, m)
     cells = _Cells(axis, sense, np.zeros((len(axis), m - 1)), np.ones((len(axis), m - 1)))
-    found = Cover(np.zeros((0, m)), 2.0)
+    kept = Cover(np.zeros((0, m)), 2.0)
     while True:
         centres, radii = cells.balls()
         left = _open(forms, cone, centres, radii, slack)
         cells, centres, radius = cells.some(left), centres[left], float(radii[left].max(initial=0.0))
         if len(centres) <= MOST:
-            found = Cover(centres, radius)
+            kept = Cover(centres, radius)
         if radius <= FINE or len(centres) > PEAK:
-            return found
+            return kept
         cells = cells.halves()
 
 
 def _open(forms: Reals, cone: Reals | None, centres: Reals, radii: Reals, slack: float) -> Flags:
     """Which balls may hold a common point.
 
-    Within r of a unit vector c a form is its value at c and a linear term, and off that by (|F| + L) r^2 at most, with
-    L the norm of all forms together. That holds of each orthonormal sum of the forms, so also of those along which the
-    linear terms are least: what they leave of the values cannot be made good.
+    Within r of a unit vector c a form is its value at c plus a linear term, up to (|F| + L) r^2, with L the norm of all
+    forms together. That holds for each orthonormal combination of the forms, so also for those of least linear terms: a
+    value that these cannot cancel proves that the ball holds no common point.
     """
-    found = np.ones(len(centres), bool)
+    possible = np.ones(len(centres), bool)
     if cone is not None:
-        found &= (centres @ cone.T >= -np.linalg.norm(cone, axis=1) * radii[:, None] - slack).all(axis=1)
-    at = np.flatnonzero(found)
+        possible &= (centres @ cone.T >= -np.linalg.norm(cone, axis=1) * radii[:, None] - slack).all(axis=1)
+    at = np.flatnonzero(possible)
     if not len(forms) or not len(at):
-        return found
+        return possible
     products = np.einsum("kij,lij->kl", forms, forms)
     c, r = centres[at], radii[at, None]
     turned = np.einsum("kij,nj->nki", forms, c)
@@ -107,5 +107,5 @@ def _open(forms: Reals, cone: Reals | None, centres: Reals, radii: Reals, slack:
     summed = np.abs(np.einsum("nkl,nk->nl", sums, values))
     linear = np.linalg.norm(np.einsum("nkl,nki->nli", sums, slopes), axis=2)
     curved = summed + np.sqrt(np.einsum("nkl,kj,njl->nl", sums, products, sums, optimize=True))
-    found[at] = (summed <= linear * r + curved * r * r + slack).all(axis=1)
-    return found
+    possible[at] = (summed <= linear * r + curved * r * r + slack).all(axis=1)
+    return possible

@@ -1,10 +1,10 @@
-"""A motion from the stacks to flat, looked for by going down the energy of springs that pull every hinge flat.
+"""A motion from the stacks to flat, searched by going down the energy of springs that pull every hinge flat.
 
 With many degrees of freedom there are many motions. Going down 1/2 sum k rho^2 over the closed states within the stops
 0 <= rho <= pi is what slow springs do; where it ends in a local minimum, other springs may not. Each step has the
 least energy that the tangent space, the stops and a bound on its length allow, closes the loops again without leaving
-the stops, and counts when closed states lead there. That a motion is found says nothing of panels that collide; that
-none is found proves nothing.
+the stops, and counts when closed states lead there. A reported motion may have panels that collide; where none is
+reported there may still be one.
 """
 
 from __future__ import annotations
@@ -26,11 +26,12 @@ from hcsearch.typing import Flags, Reals
 Goal = Literal["flat", "folded"]
 
 TRUST, LONGEST, SMALLEST = 0.2, 0.4, 1e-6
-"""Bounds (rad) for the change of a hinge in one step: of the first step, of any, and so short that nothing moves."""
+"""Bounds (rad) on the change of a hinge in one step: in the first, in any, and below which nothing moves."""
 THERE = 1e-5
 """From this near (rad, every hinge) the goal is reached."""
 TIGHT, LOOSE, FAR = 0.01, 0.1, 0.02
-"""Steps shorter than this (rad) are tried with singular values below that taken for zeros, and so far apart (rad)."""
+"""Where steps are shorter than `TIGHT` (rad), singular values below `LOOSE` are taken for zeros on trial, and not again
+until the path is longer by `FAR` (rad)."""
 CONE = 0.3
 """Within this (rad, every hinge) of its goal a descent that is stuck is tried straight towards it."""
 STILL = 1e-9
@@ -38,8 +39,8 @@ STILL = 1e-9
 SHARE = 0.1
 """A step must have this share of the decrease that the tangent space promises."""
 OPENED, NOWHERE = 0.999, 1e-3
-"""Share of the folded state's angles from which a start is looked for, where descents from the folded state itself end
-nearer to it than that (rad)."""
+"""Share of the folded state's angles at which a descent starts again, where the one from the folded state itself ends
+within `NOWHERE` (rad) of it."""
 SOFT = 0.01
 """Stiffness of the softest spring in a set over that of the stiffest."""
 
@@ -49,7 +50,7 @@ class DescentSearch:
     """What became of the attempts: a path from the stacks to flat, or the one that came nearest to flat.
 
     springs : stiffness of each hinge on that path (Nm/rad, or any unit).
-    backwards : whether the path was found from the flat state, by springs that pull hinges into the stacks.
+    backwards : whether the descent began at the flat state, with springs that pull hinges into the stacks.
     tried : names of the attempts, and how each ended.
     """
 
@@ -59,8 +60,8 @@ class DescentSearch:
     tried: tuple[tuple[str, str], ...]
 
     @property
-    def found(self) -> bool:
-        """Whether a motion from the stacks to flat was found."""
+    def success(self) -> bool:
+        """Whether the path leads from the stacks to flat."""
         return self.path.outcome == "flat"
 
 
@@ -77,8 +78,8 @@ def find_motion(linkage: Linkage, *, random: int = 4, max_steps: int = 200) -> D
         whole = _from_the_end(linkage, path, goal) if path.outcome == goal else None
         tried.append((name, path.outcome if whole is not None or path.outcome != goal else "from beside the end"))
         if whole is not None:
-            found = whole if goal == "flat" else reverse(whole, "flat")
-            return DescentSearch(found, springs, goal == "folded", tuple(tried))
+            forward = whole if goal == "flat" else reverse(whole, "flat")
+            return DescentSearch(forward, springs, goal == "folded", tuple(tried))
         if goal == "flat" and (best is None or path.end.sum() < best[0].end.sum()):
             best = (path, springs)
         if path.outcome == "lost closure":

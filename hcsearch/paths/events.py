@@ -1,4 +1,4 @@
-"""Singular states on the way: found between the states of a path, located, and distinguished to second order."""
+"""Singular states between the states of a path: detected, located, and distinguished to second order."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def singular_states(walker: Walker, before: Step | None, last: Step, after: Step
         ]
     if differ:
         return [_crossing(walker, last, after)]
-    found = _turning(walker, last, after) if heading and coming else None
-    return [] if found is None else [found]
+    event = _turning(walker, last, after) if heading and coming else None
+    return [] if event is None else [event]
 
 
 def _crossing(walker: Walker, last: Step, after: Step) -> SingularEvent:
@@ -71,17 +71,17 @@ def _turning(walker: Walker, last: Step, after: Step) -> SingularEvent | None:
     lower = min(last.local.least, after.local.least)
 
     def least(distance: float) -> float:
-        found = walker.advance(None, last, distance)
-        return lower if found is None else found.step.local.least
+        advance = walker.advance(None, last, distance)
+        return lower if advance is None else advance.step.local.least
 
     turn = minimize_scalar(least, bounds=(0.0, after.length - last.length), method="bounded", options={"xatol": 1e-9})
     if turn.fun > min(0.5 * lower, DIP * float(last.local.rank.singular_values[0])):
         return None
-    found = walker.advance(None, last, float(turn.x))
-    if found is None:
+    advance = walker.advance(None, last, float(turn.x))
+    if advance is None:
         return None
     zero = TOUCHED * max(last.local.least, after.local.least)
-    return _event(found.step.local, found.step.length, after.local.kept, zero)
+    return _event(advance.step.local, advance.step.length, after.local.kept, zero)
 
 
 def _event(local: Local, length: float, usual: int, zero: float) -> SingularEvent:

@@ -33,7 +33,7 @@ LANDING, EDGE, MISS = 0.1, 1e-4, 1e-8
 """An end is reached from less than `EDGE` (rad a hinge) when the path would miss it by no more than `MISS` (rad), and
 from less than `LANDING` where states between cannot be trusted."""
 ROUNDING, BLUR = 1e-14, 1e-6
-"""The closure is known to this, and a state must be known to this share of its distance from a singular one."""
+"""Rounding of the closure, and the share of its distance from a singular state to which a state must be known."""
 OPEN = 0.1
 """A state is lost when it is open by more than this."""
 
@@ -67,7 +67,7 @@ class Stepping:
         return self.adaptive and self.method != "increment"
 
     def first(self, n_hinges: int) -> float:
-        """The first step, which is from a singular state, as a rule, and grows from what is known beside it."""
+        """The first step: short, as it usually leaves a singular state; later ones grow by the error of prediction."""
         if self.step is not None:
             return self.step
         return 0.01 if self.method == "increment" else (EDGE if self.adapts else 0.02) * math.sqrt(n_hinges)
@@ -243,17 +243,17 @@ class _Following:
 
     def _first(self, distance: float) -> tuple[float, Advance | None]:
         """The first step: short, but long enough to leave a singular state behind by more than rounding."""
-        found: tuple[float, Advance | None] = (distance, None)
+        taken: tuple[float, Advance | None] = (distance, None)
         for power in range(10):
             longer = distance * 2**power
             if power and longer > min(self.longest, self.limits.length):
                 break
             tried = self.walker.advance(None, self.last, longer)
             if tried is not None and tried.error <= 4 * self.tolerance:
-                found = (longer, tried)
+                taken = (longer, tried)
                 if not _blurred(tried.step, longer):
                     break
-        return found
+        return taken
 
     def _again(self, distance: float, *, lost: bool) -> Ending | None:
         """Take a shorter step, if there is one to take."""
@@ -303,5 +303,5 @@ def _blurred(step: Step, distance: float) -> bool:
 
 
 def _stopped(hinges: NDArray[np.int64]) -> Ending:
-    found = tuple(map(int, hinges))
-    return Ending("stopped", f"hinges at their stops: {', '.join(map(str, found))}", found)
+    numbers = tuple(map(int, hinges))
+    return Ending("stopped", f"hinges at their stops: {', '.join(map(str, numbers))}", numbers)

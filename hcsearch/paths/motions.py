@@ -72,8 +72,8 @@ class Path:
     @property
     def end(self) -> Reals:
         """Fold angles of the last state."""
-        found: Reals = self.angles[-1]
-        return found
+        last: Reals = self.angles[-1]
+        return last
 
     @property
     def success(self) -> bool:

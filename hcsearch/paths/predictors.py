@@ -37,8 +37,8 @@ class Step:
         """How fast the kept singular values change along the motion, by arc length."""
         local, small = self.local, 1e-6
         jacobian = local.linkage.closure(local.angles + small * self.tangent)[1]
-        found: Reals = np.einsum("rk,kr->k", local.left, local.right @ (jacobian - local.jacobian).T) / small
-        return found
+        rates: Reals = np.einsum("rk,kr->k", local.left, local.right @ (jacobian - local.jacobian).T) / small
+        return rates
 
     @property
     def angles(self) -> Reals:
@@ -165,10 +165,10 @@ def arc_length(one: Step, two: Step) -> float:
 
 
 def missed(before: Step | None, last: Step, state: Reals) -> float:
-    """How near the motion comes to a state further on (rad), by extrapolation to the highest order."""
+    """Distance (rad) at which the motion passes a state further on, by extrapolation to the highest order."""
     distance = float(np.linalg.norm(state - last.angles))
     for _ in range(3):
-        found = _hermite(before, last, distance)[0]
-        slope = (found - _hermite(before, last, 0.999 * distance)[0]) / (0.001 * distance)
-        distance += float((state - found) @ slope / (slope @ slope))
+        point = _hermite(before, last, distance)[0]
+        slope = (point - _hermite(before, last, 0.999 * distance)[0]) / (0.001 * distance)
+        distance += float((state - point) @ slope / (slope @ slope))
     return float(np.linalg.norm(state - _hermite(before, last, distance)[0]))

@@ -15,21 +15,22 @@ from hcsearch.typing import Reals
 NOTHING = 1e-10
 """Forms of screws of unit size that are smaller than this are rounding."""
 SOLVED = 1e-11
-"""What may be left of an equation."""
+"""Residual up to which an equation is solved."""
 ROUGHLY = 1e-5
-"""The same at a state that is singular only as far as it has been located."""
+"""The same at a singular state that has been located, not computed exactly."""
 SAME = 1e-3
-"""Solutions nearer than this are one: a double one is known to the root of what it is solved to."""
+"""Solutions nearer than this are one: a double one is known only to the square root of its residual."""
 STEPS, NIL = 200, 1e-15
-"""Steps of a search, and what of an equation or a step is nothing."""
+"""Most steps of a search, and the size below which an equation or a step counts as zero."""
 TRIED, NEARER = 0.05, 0.015
-"""A family differs from a double point by solutions this far (rad) from it; its dimension is that of some this far."""
+"""Distances (rad) of neighbours: at the first they distinguish a family from a double point; where families cross,
+neighbours of these at the second give the dimension."""
 SPREAD = 0.2
 """Directions count as spread in a dimension where their singular value there has this share of the greatest."""
 FLAT = 1e-5
 """Directions in which the equations have a slope below this are tried for families."""
 APART = 0.25
-"""Members of a family that are listed are no nearer than this."""
+"""Members of one family are listed no nearer to each other than this."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +52,8 @@ def second_order_forms(local: Local, basis: Reals) -> Reals:
 
     if not m:
         return np.zeros((stresses.shape[1], 0, 0))
-    found: Reals = np.einsum("rk,ijr->kij", stresses, products(basis.T, bend))
-    return found
+    forms: Reals = np.einsum("rk,ijr->kij", stresses, products(basis.T, bend))
+    return forms
 
 
 def solve_quadrics(
@@ -62,7 +63,7 @@ def solve_quadrics(
 
     Isolated ones once each (up to sign when `both`); of families some, no two nearer than a quarter. Newton's method
     begins in every cell of a cover, so that every solution is within that radius of a start.
-    solved : what may be left of the equations, more where forms are known less well.
+    solved : residual up to which the equations are solved; more where forms are known less well.
     """
     if not forms.shape[1]:
         return [], 0.0
@@ -73,19 +74,19 @@ def solve_quadrics(
     ends, residuals = ends[residuals < solved], residuals[residuals < solved]
     kernels = _kernels(forms, ends)
     sizes = np.array([len(kernel) for kernel in kernels], int)
-    found: list[Solution] = []
+    solutions: list[Solution] = []
     known = np.zeros(len(ends), bool)
     for i, end in enumerate(ends):
         if known[i]:
             continue
         dimension = _dimension(forms, end, kernels[i], solved)
-        found.append(Solution(end, dimension, float(residuals[i])))
+        solutions.append(Solution(end, dimension, float(residuals[i])))
         cosines = ends @ end
         distances = np.sqrt(np.maximum(2.0 - 2.0 * (np.abs(cosines) if both else cosines), 0.0))
         known |= distances < max(SAME, 10 * solved**0.5)
         if dimension:
             known |= (distances < APART) & (sizes == sizes[i])
-    return found, covered.radius
+    return solutions, covered.radius
 
 
 def _independent(forms: Reals) -> Reals:
@@ -95,12 +96,12 @@ def _independent(forms: Reals) -> Reals:
     """
     _, s, vt = np.linalg.svd(forms.reshape(len(forms), forms.shape[1] ** 2), full_matrices=False)
     some = s > NOTHING
-    found: Reals = (s[some, None] * vt[some] / s.max(initial=NOTHING)).reshape(-1, *forms.shape[1:])
-    return found
+    orthogonal: Reals = (s[some, None] * vt[some] / s.max(initial=NOTHING)).reshape(-1, *forms.shape[1:])
+    return orthogonal
 
 
 def _newton(forms: Reals, cone: Reals | None, starts: Reals, linear: Reals | None = None) -> tuple[Reals, Reals]:
-    """Where the ways from all starts (n, m) end, each on the sphere, and the norm of what is left of the equations.
+    """Ends, on the sphere, of the searches from all starts (n, m), and the norms of their residuals.
 
     Levenberg and Marquardt, all starts together: one call of LAPACK for a step of each.
     linear : terms (k, m) that are added to the forms.
@@ -127,7 +128,11 @@ def _newton(forms: Reals, cone: Reals | None, starts: Reals, linear: Reals | Non
 
 
 def _damped_step(value: Reals, slope: Reals, damping: Reals) -> Reals:
-    """Steps (n, m) of least value + slope step, squared, and damping times step, squared."""
+    """Steps (n, m) of least |value + slope step|^2 + damping |step|^2.
+
+    `kinematics.closing.correction` is such a step of one state. It stands apart: it cuts singular values off at another
+    level, and its matrix products round otherwise than the sums over all states here, so that results would change.
+    """
     u, s, vt = np.linalg.svd(slope, full_matrices=False)
     nothing = s <= max(slope.shape[1:]) * np.finfo(float).eps * s[:, :1]
     gain = np.where(nothing, 0.0, s / (s * s + damping[:, None]))
@@ -136,7 +141,7 @@ def _damped_step(value: Reals, slope: Reals, damping: Reals) -> Reals:
 
 
 def _system(forms: Reals, cone: Reals | None, z: Reals, linear: Reals | None) -> tuple[Reals, Reals]:
-    """What must vanish at vectors z (n, m), and its derivative: the equations, and what sticks out of the cone."""
+    """Residuals at vectors z (n, m) and their derivative: of the equations, and of conditions of the cone that fail."""
     turned = np.einsum("kij,nj->nki", forms, z)
     value, slope = np.einsum("nki,ni->nk", turned, z), 2.0 * turned
     if linear is not None:
@@ -158,18 +163,18 @@ def _kernels(forms: Reals, vectors: Reals) -> list[Reals]:
 def _dimension(forms: Reals, z: Reals, kernel: Reals, solved: float) -> int:
     """Dimension of the solutions around one, on the sphere.
 
-    At most that of the space of directions in which they lie. Where families cross that is greater than the dimension
-    of any, so it is asked of neighbours, which lie on one of them.
+    At most that of the space of directions in which neighbours lie. Where families cross, that is greater than the
+    dimension of any, so it is computed at the neighbours, each of which lies on one family.
     """
     around, most = _neighbours(forms, z, kernel, solved, TRIED)
     if most and all(len(other) == most for other in _kernels(forms, around)):
         return most
-    found = 0
+    dimension = 0
     for one, directions in zip(around, _kernels(forms, around), strict=True):
-        found = max(found, min(_neighbours(forms, one, directions, solved, NEARER)[1], most))
-        if found == most:
+        dimension = max(dimension, min(_neighbours(forms, one, directions, solved, NEARER)[1], most))
+        if dimension == most:
             break
-    return found
+    return dimension
 
 
 def _neighbours(forms: Reals, z: Reals, kernel: Reals, solved: float, distance: float) -> tuple[Reals, int]:

@@ -17,8 +17,8 @@ SLACK = 1e-9
 
 def margins(angles: Reals) -> Reals:
     """How far each hinge is from the nearer of its stops (rad), negative beyond."""
-    found: Reals = np.minimum(angles, math.pi - angles)
-    return found
+    distances: Reals = np.minimum(angles, math.pi - angles)
+    return distances
 
 
 def first_stop(walker: Walker, before: Step | None, last: Step, after: Step) -> Step | None:
@@ -33,12 +33,12 @@ def first_stop(walker: Walker, before: Step | None, last: Step, after: Step) -> 
     def margin(distance: float) -> float:
         if not distance:
             return float(margins(last.angles)[beyond].min())
-        found = walker.advance(before, last, distance)
-        return math.nan if found is None else float(margins(found.step.angles)[beyond].min())
+        advance = walker.advance(before, last, distance)
+        return math.nan if advance is None else float(margins(advance.step.angles)[beyond].min())
 
     try:
         at = brentq(margin, 0.0, after.length - last.length, xtol=1e-14, rtol=1e-14)
     except ValueError:
         return None
-    found = walker.advance(before, last, at)
-    return None if found is None else found.step
+    advance = walker.advance(before, last, at)
+    return None if advance is None else advance.step

@@ -55,13 +55,13 @@ class Walker:
         size = float(np.linalg.norm(tangent))
         if size < STRAIGHT or tangent @ last.tangent < STRAIGHT * size:
             return None
-        found = Step(local, tangent / size, 0.0)
+        step = Step(local, tangent / size, 0.0)
         # where the rank changes the acceleration is not known on one side
-        length = arc_length(last, found) if local.kept == last.local.kept else distance
+        length = arc_length(last, step) if local.kept == last.local.kept else distance
         if not 0.5 * distance < length < 2.0 * distance:  # fallen back or run ahead: on another branch
             return None
         error = float(np.linalg.norm(local.angles - predicted))
-        return Advance(Step(local, found.tangent, last.length + length), error, order)
+        return Advance(Step(local, step.tangent, last.length + length), error, order)
 
     def _closed(self, angles: Reals) -> Local | None:
         """The closed state nearest to a prediction; None where Newton's method finds none.

@@ -3,7 +3,7 @@
 from hcsearch.pipeline.amounts import duration
 from hcsearch.pipeline.counting import Counted, count_designs, counting_seconds
 from hcsearch.pipeline.estimate import check_room, estimate
-from hcsearch.pipeline.run import Funnel, Plan, Summary, finished_units, run_dry, run_into
+from hcsearch.pipeline.run import Funnel, Plan, Summary, finished_shards, run_dry, run_into
 from hcsearch.pipeline.workers import Crew
 
 __all__ = [
@@ -17,7 +17,7 @@ __all__ = [
     "counting_seconds",
     "duration",
     "estimate",
-    "finished_units",
+    "finished_shards",
     "run_dry",
     "run_into",
 ]

@@ -1,4 +1,4 @@
-"""Addresses of schedulers, and a first look at who listens there: Dask itself waits for a stranger for minutes."""
+"""Addresses of schedulers, and a quick check that one listens there: Dask itself waits for any server for minutes."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ def host_and_port(address: str) -> tuple[str, int]:
 
 
 def greets_as_dask(host: str, port: int, patience: float = PATIENCE) -> bool:
-    """Whether someone listens there who greets as Dask's schedulers do: at once, by a frame after its length.
+    """Whether a server listens there that greets as Dask's schedulers do: at once, by a frame after its length.
 
     patience : in seconds, for all of it.
     """
-    found: list[bool] = []
+    answers: list[bool] = []
     # In a thread: nothing else bounds the time in which a name is looked up.
-    thread = threading.Thread(target=lambda: found.append(_greets(host, port, patience)), daemon=True)
+    thread = threading.Thread(target=lambda: answers.append(_greets(host, port, patience)), daemon=True)
     thread.start()
     thread.join(patience)
-    return found == [True]
+    return answers == [True]
 
 
 def _greets(host: str, port: int, patience: float) -> bool:

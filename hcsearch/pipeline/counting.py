@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from hcsearch.enumeration import FoldedSearch, Search
 from hcsearch.pipeline.run import SMALL
-from hcsearch.pipeline.units import Travelling, run_unit, warm
+from hcsearch.pipeline.shards import Travelling, run_shard, warm
 from hcsearch.pipeline.workers import Crew
 from hcsearch.stages.order import stage_keeping, stages_until
 
@@ -28,16 +28,16 @@ class Counted:
 
 @dataclass(frozen=True)
 class _Task(Travelling):
-    """Count the designs of one unit."""
+    """Count the designs of one shard."""
 
     search: Search
     keep: str
 
-    def __call__(self, unit: str) -> tuple[int, int]:
+    def __call__(self, shard: str) -> tuple[int, int]:
         search = warm(self.search)
         if isinstance(search, FoldedSearch):
-            return search.count(unit)
-        result = run_unit(search, unit, stages_until(stage_keeping(self.keep).name), "all")[1][-1]
+            return search.count(shard)
+        result = run_shard(search, shard, stages_until(stage_keeping(self.keep).name), "all")[1][-1]
         return result.passed, result.n_fixed
 
 
@@ -46,19 +46,19 @@ def count_designs(
 ) -> Counted:
     """Count the designs that `--keep` names, exactly. Half-chains are joined without writing a circuit down."""
     if isinstance(search, FoldedSearch):
-        units = search.counting_units
+        shards = search.counting_shards
         if search.n_pairs < _SMALL_PAIRS and crew.scheduler is None:
             crew = Crew()
     else:
-        units = search.prefixes
+        shards = search.prefixes
         if search.expected is not None and search.expected < SMALL and crew.scheduler is None:
             crew = Crew()
     classes = circuits = 0
-    for done, (_, (more, fixed)) in enumerate(crew.work(_Task(search, keep), units), 1):
+    for done, (_, (more, fixed)) in enumerate(crew.work(_Task(search, keep), shards), 1):
         classes += more
         circuits += fixed
         if progress is not None:
-            progress(done, len(units), f"{classes:,} designs")
+            progress(done, len(shards), f"{classes:,} designs")
     return Counted(classes, circuits)
 
 

@@ -10,11 +10,11 @@ from hcsearch.errors import SizeError
 from hcsearch.pipeline.amounts import duration, number, size
 from hcsearch.pipeline.judging import seconds_of
 from hcsearch.pipeline.run import Plan
-from hcsearch.pipeline.units import UnitJob
+from hcsearch.pipeline.shards import ShardJob
 from hcsearch.pipeline.workers import Crew
 from hcsearch.store import room_at
 
-_PROBE = 8  # units
+_PROBE = 8  # shards
 _ROW_SECONDS = 1e-5  # measured: 100,000 designs a second go into a database
 
 
@@ -39,26 +39,26 @@ class RunEstimate:
 
 
 def estimate(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> RunEstimate | None:
-    """What is left of a plan will take; None where that is a matter of seconds.
+    """What the rest of a plan will take; None where that is a matter of seconds.
 
-    finished : units that are done already. A few of the others, spread over the search, are worked on as a probe; the
+    finished : shards that are done already. A few of the others, spread over the search, are worked on as a probe; the
     first one is not timed, since it compiles.
     """
     search = plan.search
-    units = [unit for unit in search.prefixes if unit not in finished]
-    if plan.small or not units:
+    shards = [shard for shard in search.prefixes if shard not in finished]
+    if plan.small or not shards:
         return None
-    expected = None if search.expected is None else search.expected * len(units) / len(search.prefixes)
-    # motions are not probed: a few units of them would take as long as many of the others
-    job = UnitJob(search, plan.listing, plan.keep, rows=stored, candidates=bool(plan.scenic))
-    job(units[-1])
-    sample = units[:: -(-len(units) // _PROBE)]
+    expected = None if search.expected is None else search.expected * len(shards) / len(search.prefixes)
+    # motions are not probed: a few shards of them would take as long as many of the others
+    job = ShardJob(search, plan.listing, plan.keep, rows=stored, candidates=bool(plan.scenic))
+    job(shards[-1])
+    sample = shards[:: -(-len(shards) // _PROBE)]
     begun = time.perf_counter()
-    outputs = [job(unit) for unit in sample]
+    outputs = [job(shard) for shard in sample]
     seconds = time.perf_counter() - begun
     listed = sum(output.results[0].passed for output in outputs)
     kept = sum(output.kept for output in outputs)
-    share = len(units) / len(sample) if expected is None or not listed else expected / listed
+    share = len(shards) / len(sample) if expected is None or not listed else expected / listed
     designs = kept * share
     core_seconds = seconds * share
     if plan.scenic:
@@ -73,12 +73,12 @@ def estimate(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> Run
     )
 
 
-def check_room(found: RunEstimate, location: str) -> None:
-    """SizeError when a database file would not find room on its disk; what it holds already counts as room."""
+def check_room(expected: RunEstimate, location: str) -> None:
+    """SizeError when the disk of a database file has too little room; what the file holds already counts as room."""
     room = room_at(location)
-    if room is not None and found.stored_bytes > room:
+    if room is not None and expected.stored_bytes > room:
         raise SizeError(
-            f"about {number(found.designs)} designs need {size(found.stored_bytes)} and {location} has room for "
+            f"about {number(expected.designs)} designs need {size(expected.stored_bytes)} and {location} has room for "
             f"{size(room)}: name a database elsewhere with --db, keep fewer with --keep or --n, or do without one: "
             "--dry-run, `hcsearch count`"
         )

@@ -28,7 +28,7 @@ _MARK = "#"
 
 @dataclass(frozen=True)
 class Piece:
-    """Some candidates of a unit of the search; key : its own name among finished work."""
+    """Some candidates of a shard of the search; key : its own name among finished work."""
 
     key: str
     candidates: StagedDesigns
@@ -72,8 +72,8 @@ def seconds_of(foldings: float, n: int) -> float:
     return foldings * FOLDING_SECONDS * (n / _PANELS) ** 2
 
 
-def pieces(unit: str, candidates: StagedDesigns) -> Iterator[Piece]:
-    """Pieces of the candidates of a unit; what they are depends on the candidates alone."""
+def pieces(shard: str, candidates: StagedDesigns) -> Iterator[Piece]:
+    """Pieces of the candidates of a shard; what they are depends on the candidates alone."""
     n, designs = candidates.circuits.words.shape[1], len(candidates.circuits)
     most = max(1, round(PIECE_SECONDS / seconds_of(1.0, n)))
     counts = np.bincount(candidates.folded.row, minlength=designs)
@@ -87,16 +87,16 @@ def pieces(unit: str, candidates: StagedDesigns) -> Iterator[Piece]:
         waiting += count
     bounds = [0, *ends, designs] if designs else []
     for k, (begin, end) in enumerate(pairwise(bounds)):
-        yield Piece(f"{unit}{_MARK}{k}/{len(bounds) - 1}", candidates.take((numbers >= begin) & (numbers < end)))
+        yield Piece(f"{shard}{_MARK}{k}/{len(bounds) - 1}", candidates.take((numbers >= begin) & (numbers < end)))
     if not designs:
-        yield Piece(f"{unit}{_MARK}0/1", candidates)
+        yield Piece(f"{shard}{_MARK}0/1", candidates)
 
 
-def unfinished(units: Sequence[str], keys: Sequence[str]) -> list[str]:
-    """Units of which not all pieces are among finished ones."""
+def unfinished(shards: Sequence[str], keys: Sequence[str]) -> list[str]:
+    """Shards of which not all pieces are among finished ones."""
     counted: dict[str, tuple[int, int]] = {}
     for key in keys:
-        unit, _, place = key.rpartition(_MARK)
-        done, _ = counted.get(unit, (0, 0))
-        counted[unit] = (done + 1, int(place.partition("/")[2]))
-    return [unit for unit in units if unit not in counted or counted[unit][0] < counted[unit][1]]
+        shard, _, place = key.rpartition(_MARK)
+        done, _ = counted.get(shard, (0, 0))
+        counted[shard] = (done + 1, int(place.partition("/")[2]))
+    return [shard for shard in shards if shard not in counted or counted[shard][0] < counted[shard][1]]

@@ -14,7 +14,7 @@ from hcsearch.stages.statuses import best_foldings, folding_statuses
 
 
 def design_rows(search: Search, designs: StagedDesigns) -> DesignBatch:
-    """The rows of a unit: notations of circuits and arrays, orders of groups, foldings and twists."""
+    """The rows of a shard: notations of circuits and arrays, orders of groups, foldings and twists."""
     circuits, foldings, twists = designs.circuits, designs.foldings, designs.twists
     array, array_symmetry = _array_texts(search, circuits)
     best_crease = folding_status = status = None
@@ -75,9 +75,9 @@ def array_fingerprints(search: Search, circuits: CircuitBatch) -> NDArray[np.uin
     if search.target:  # one array, of any width
         return np.ones((min(len(circuits), 1), 2), np.uint64)
     rows, heights, _ = _canonical_arrays(search.grid, circuits)
-    found = np.empty((len(circuits), 2), np.uint64)
-    fingerprint_rows(rows, heights, found)
-    return found
+    prints = np.empty((len(circuits), 2), np.uint64)
+    fingerprint_rows(rows, heights, prints)
+    return prints
 
 
 def _canonical_arrays(

@@ -1,4 +1,4 @@
-"""One run of the pipeline: units of a search through the stages, on several cores, into a database or not."""
+"""One run of the pipeline: shards of a search through the stages, on several cores, into a database or not."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hcsearch.errors import DatabaseError
 from hcsearch.kernels.circuits.words import insert_fingerprints
 from hcsearch.pipeline.amounts import duration
 from hcsearch.pipeline.judging import Judge, Piece, Verdict, check_scene, pieces, seconds_of, unfinished
-from hcsearch.pipeline.units import Output, UnitJob
+from hcsearch.pipeline.shards import Output, ShardJob
 from hcsearch.pipeline.workers import Crew
 from hcsearch.records import DesignBatch, StagedDesigns, StageResult, WorkKey
 from hcsearch.scenes import SCENES, Scene, panel_of, panel_text
@@ -41,7 +41,7 @@ LONG = 30.0  # seconds: a run that takes longer says so beforehand
 _GROUPS = 25
 _MAX_WAITING = 200_000  # designs, of about 500 bytes
 _FIRST = stage_keeping("all").name
-_UNIT_SIZE = 10_000  # circuits, where a search cannot say how many it has
+_SHARD_SIZE = 10_000  # circuits, where a search cannot say how many it has
 
 Batch = tuple[str, DesignBatch, tuple[StageResult, ...]]
 
@@ -57,7 +57,7 @@ Announce = Callable[[str], None]
 
 
 def _hidden(done: int, total: int, note: str, unit: str = "batch") -> None:
-    """Progress that nobody sees."""
+    """Show no progress."""
 
 
 def _silent(sentence: str) -> None:
@@ -66,7 +66,7 @@ def _silent(sentence: str) -> None:
 
 @dataclass(frozen=True)
 class Plan:
-    """What to run: a search, the last stage, which designs to keep, the scene that verdicts depend on, who works."""
+    """What to run: a search, the last stage, which designs to keep, the scene that verdicts depend on, the crew."""
 
     search: Search
     until: str
@@ -87,7 +87,7 @@ class Plan:
 
     @property
     def judge(self) -> Judge:
-        """What these do with a piece."""
+        """Verdicts on a piece, by these stages."""
         return Judge(self.scene, self.scenic)
 
     @property
@@ -99,12 +99,12 @@ class Plan:
     def small(self) -> bool:
         """Whether listing takes seconds: other processes would take longer to start, and a probe to answer."""
         expected = self.search.expected
-        circuits = len(self.search.prefixes) * _UNIT_SIZE if expected is None else expected
+        circuits = len(self.search.prefixes) * _SHARD_SIZE if expected is None else expected
         return circuits < (SMALL_JUDGED if self.scenic else SMALL)
 
     @property
     def hands(self) -> Crew:
-        """Who lists in fact: not several processes where one is done before the others have started."""
+        """The crew that lists: one process where that is done before others have started."""
         return Crew() if self.small and self.crew.scheduler is None else self.crew
 
     @property
@@ -182,7 +182,7 @@ def run_dry(plan: Plan, progress: Progress | None = None, announce: Announce = _
     totals = _Totals()
     arrays = _DistinctArrays()
     prefixes, last = plan.search.prefixes, plan.listing[-1]
-    job = UnitJob(plan.search, plan.listing, plan.keep, rows=False, candidates=bool(plan.scenic))
+    job = ShardJob(plan.search, plan.listing, plan.keep, rows=False, candidates=bool(plan.scenic))
     candidates: dict[str, StagedDesigns] = {}
     show = progress or _hidden
     show(0, len(prefixes), last.name)
@@ -236,8 +236,8 @@ class _DistinctArrays:
         self.count += insert_fingerprints(prints, self._table)
 
 
-def finished_units(plan: Plan, location: str) -> set[str]:
-    """Units of a plan that are finished in a database; none where it cannot be read, which opening it will explain."""
+def finished_shards(plan: Plan, location: str) -> set[str]:
+    """Shards of a plan that are finished in a database; none where it cannot be read, which opening it will explain."""
     try:
         with open_readonly(location) as database:
             return set(finished_batches(database, plan.work, numbers(plan.listing)))
@@ -288,7 +288,7 @@ class _Run:
         return summary
 
     def _list(self) -> None:
-        """The stages that depend on no scene, unit by unit of the search."""
+        """The stages that depend on no scene, shard by shard of the search."""
         plan, totals, last = self.plan, self.totals, self.plan.listing[-1]
         finished = finished_batches(self.database, plan.work, numbers(plan.listing))
         for prefix in self.prefixes:
@@ -296,7 +296,7 @@ class _Run:
                 totals.add(finished[prefix], fresh=False)
                 self.reused += 1
         todo = [prefix for prefix in self.prefixes if prefix not in finished]
-        job = UnitJob(plan.search, plan.listing, plan.keep, rows=True, candidates=bool(plan.scenic))
+        job = ShardJob(plan.search, plan.listing, plan.keep, rows=True, candidates=bool(plan.scenic))
         self.show(self.reused, len(self.prefixes), totals.note(last))
         for batches in _grouped(self._listed(job, todo)):
             record_batches(self.database, self.run_id, plan.work, batches)
@@ -305,7 +305,7 @@ class _Run:
             self.done += len(batches)
             self.show(self.done + self.reused, len(self.prefixes), totals.note(last))
 
-    def _listed(self, job: UnitJob, todo: list[str]) -> Iterator[tuple[str, Output]]:
+    def _listed(self, job: ShardJob, todo: list[str]) -> Iterator[tuple[str, Output]]:
         for prefix, output in self.plan.hands.work(job, todo):
             if output.candidates is not None:
                 self.candidates[prefix] = output.candidates
@@ -316,8 +316,8 @@ class _Run:
         plan, totals = self.plan, self.totals
         finished = finished_batches(self.database, plan.judging, numbers(plan.scenic))
         left = unfinished(self.prefixes, list(finished))
-        # units that were listed by an earlier run are listed once more: the database does not know what is in a unit
-        again = UnitJob(plan.search, plan.listing, plan.keep, rows=False, candidates=True)
+        # shards that were listed by an earlier run are listed once more: the database does not know what is in a shard
+        again = ShardJob(plan.search, plan.listing, plan.keep, rows=False, candidates=True)
         unknown = [prefix for prefix in left if prefix not in self.candidates]
         for done, (prefix, output) in enumerate(plan.hands.work(again, unknown), 1):
             assert output.candidates is not None

@@ -1,6 +1,6 @@
-"""Who works on the units of a search: this process, other processes of this machine, or the workers of a Dask cluster.
+"""Who works on the shards of a search: this process, other processes of this machine, or the workers of a Dask cluster.
 
-Results come in the order of the units whoever works on them, so a run stores the same rows with the same ids.
+Results come in the order of the inputs whoever works on them, so a run stores the same rows with the same ids.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from hcsearch.pipeline.processes import DeadWorkerError, ProcessExecutor
 P = TypeVar("P")
 T = TypeVar("T")
 
-_PARCEL = 4  # units that travel together: fewer journeys
+_PARCEL = 4  # inputs that travel together: fewer journeys
 _AHEAD = 4  # parcels in work or waiting for each worker: more even out their sizes, fewer take less memory
 _PATIENCE = 10.0  # seconds
 _GLANCE = 0.2  # seconds
@@ -53,35 +53,35 @@ class Crew:
                 pass
 
     def work(
-        self, task: Callable[[P], T], units: Sequence[P], parcel: int = _PARCEL, threads: int = 1
+        self, task: Callable[[P], T], inputs: Sequence[P], parcel: int = _PARCEL, threads: int = 1
     ) -> Iterator[tuple[P, T]]:
-        """Yield each unit with its result, in order; a task is pickled where other processes work on it.
+        """Yield each input with its result, in order; a task is pickled where other processes work on it.
 
-        parcel : units that travel together at most; what is recorded when one comes back is what a kill cannot take.
+        parcel : the most inputs that travel together. A kill loses no parcel that has come back and been recorded.
         threads : of a crew of one process.
 
         Raises ClusterError when workers die or the scheduler cannot be reached; what was yielded before stays good.
         """
-        if self.scheduler is None and (self.jobs == 1 or len(units) < 2):
+        if self.scheduler is None and (self.jobs == 1 or len(inputs) < 2):
             # one at least, so that Ctrl-C finds this one waiting and not within a kernel
             own = ThreadPoolExecutor(threads)
             try:
-                # one waits while another is recorded, and units are not equally long
-                yield from _in_order(own, task, units, 2 * threads - 1)
+                # one waits while another is recorded, and tasks are not equally long
+                yield from _in_order(own, task, inputs, 2 * threads - 1)
             finally:
                 own.shutdown(wait=False, cancel_futures=True)
             return
         with self._pool() as (pool, workers):
-            size = max(1, min(parcel, len(units) // (2 * _AHEAD * workers)))
-            parcels = [units[at : at + size] for at in range(0, len(units), size)]
+            size = max(1, min(parcel, len(inputs) // (2 * _AHEAD * workers)))
+            parcels = [inputs[at : at + size] for at in range(0, len(inputs), size)]
             for sent, results in _in_order(pool, partial(_unpack, task), parcels, _AHEAD * workers):
                 yield from zip(sent, results, strict=True)
 
     @contextmanager
     def _pool(self) -> Iterator[tuple[_Pool, int]]:
         if self.scheduler is not None:
-            with _cluster(self.scheduler) as found:
-                yield found
+            with _cluster(self.scheduler) as pool_and_threads:
+                yield pool_and_threads
             return
         try:
             pool = ProcessExecutor(self.jobs)
@@ -95,12 +95,12 @@ class Crew:
                 "are kept"
             ) from error
         finally:
-            # whoever is still at work then is at a batch that nobody waits for, which may take minutes
+            # a process that is still at work has a batch that is not needed, which may take minutes
             pool.kill()
 
 
 def _unpack(task: Callable[[P], T], parcel: Sequence[P]) -> list[T]:
-    return [task(unit) for unit in parcel]
+    return [task(item) for item in parcel]
 
 
 def _in_order(pool: _Pool, task: Callable[[P], T], parcels: Sequence[P], ahead: int) -> Iterator[tuple[P, T]]:
@@ -182,8 +182,8 @@ async def _kind(address: str) -> str | None:
     dask: Any = core  # untyped
     link = await dask.connect(address, timeout=_PATIENCE)
     try:
-        found = await dask.send_recv(link, op="identity")
-        return found.get("type") if isinstance(found, dict) else None
+        identity = await dask.send_recv(link, op="identity")
+        return identity.get("type") if isinstance(identity, dict) else None
     finally:
         link.abort()
 
@@ -203,12 +203,12 @@ def _check_workers(client: Any, address: str) -> int:
         remedy = f"start some with `dask worker {address}`"
         raise ClusterError(f"the Dask scheduler at {address} has no workers: {remedy}") from error
     try:
-        found = set(client.run(version, "hcsearch").values())
+        versions = set(client.run(version, "hcsearch").values())
     except Exception as error:
         raise ClusterError(
             f"the Dask workers at {address} cannot import hcsearch: install it where they run"
         ) from error
-    if found != {_VERSION}:
-        others = ", ".join(sorted(found))
+    if versions != {_VERSION}:
+        others = ", ".join(sorted(versions))
         raise ClusterError(f"the Dask workers at {address} run hcsearch {others}: install {_VERSION} there")
     return sum(client.nthreads().values())

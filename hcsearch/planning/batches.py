@@ -25,8 +25,8 @@ def motions(
 ) -> MotionBatch:
     """Motions of a batch of untwisted foldings in a scene.
 
-    locked : (n_foldings,) each, which are proved locked with rigid and with hinged flat pairs: no path is looked for in
-        those ways, and none in any where all are locked.
+    locked : (n_foldings,) each, which are proved locked with rigid and with hinged flat pairs: no path is searched for
+        with those, and none at all where both are.
     """
     panel, allowed = panel_of(scene, circuits.grid), ways(scene)
 
@@ -36,22 +36,22 @@ def motions(
         return motion_of(folding, panel, own, scene.margin) if own else None
 
     with ThreadPoolExecutor(threads) as pool:  # the kernels leave the interpreter's lock
-        found = list(pool.map(run, range(len(foldings))))
-    return _batch(found)
+        planned = list(pool.map(run, range(len(foldings))))
+    return _batch(planned)
 
 
-def _batch(found: Sequence[PlannedMotion | None]) -> MotionBatch:
+def _batch(planned: Sequence[PlannedMotion | None]) -> MotionBatch:
     """Motions as a struct of arrays."""
-    count = len(found)
+    count = len(planned)
     margin, gap, slack = np.full(count, np.nan), np.full(count, np.nan), np.full(count, np.nan)
-    for i, motion in enumerate(found):
+    for i, motion in enumerate(planned):
         if motion is not None and motion.proof is not None and motion.margin is not None:
             margin[i], gap[i], slack[i] = motion.margin, -motion.proof.overlap, motion.proof.slack
     return MotionBatch(
-        [None if motion is None or motion.margin is None else motion.way for motion in found],
+        [None if motion is None or motion.margin is None else motion.way for motion in planned],
         margin,
         gap,
         slack,
-        tuple(None if motion is None else motion.states for motion in found),
-        [None if motion is None else reason_of(motion) for motion in found],
+        tuple(None if motion is None else motion.states for motion in planned),
+        [None if motion is None else reason_of(motion) for motion in planned],
     )

@@ -136,11 +136,11 @@ class Planner:
 
 def _branch(tree: StateTree, node: int) -> Reals:
     """The states from a node to the root."""
-    found = []
+    states = []
     while node >= 0:
-        found.append(tree.angles[node].copy())
+        states.append(tree.angles[node].copy())
         node = int(tree.parents[node])
-    return np.array(found)
+    return np.array(states)
 
 
 def _slice_seed(seed: int, done: int) -> int:

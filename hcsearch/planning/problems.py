@@ -12,7 +12,7 @@ from hcsearch.kernels.planning.space import Space
 from hcsearch.linkage import Linkage
 
 LEVER = 0.45 / EDGE
-"""What points move by where one hinge turns by 1 rad, over the longest edge: it says which pairs are looked at."""
+"""What points move by where one hinge turns by 1 rad, over the longest edge; pairs further apart do not meet."""
 NEAR = 0.03 / EDGE
 """Pairs further apart than this, over the longest edge, are not measured."""
 LEAST, KEPT, PARTED = 0.01, 0.05, 0.005

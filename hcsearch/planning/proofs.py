@@ -106,7 +106,7 @@ class Prover:
     def prove(self, states: Reals, margins: Sequence[float]) -> PathProof:
         """Prove a path from the folded to the flat state, shape (k, n_hinges), at the least of some margins (m).
 
-        States are closed to rounding first; the proof is about `Proof.motion`, which goes through them.
+        States are closed to rounding first; the proof is about `PathProof.motion`, which goes through them.
         """
         polished = self._polished(states)
         if polished is None:
@@ -137,7 +137,7 @@ class Prover:
         return not self.linkage.loops or all(end.exact for end in self._ends)
 
     def _enclosed(self, states: Reals) -> tuple[Course | None, float, tuple[float, float]]:
-        """The motion beside which closed states lie, None without; what they wander by (rad), and `Proof.reach`.
+        """The motion beside which closed states lie, None without; what they wander by (rad), and `PathProof.reach`.
 
         Where that fails in a step in which hinges leave or reach stops, the state at which they do is put into it.
         """
@@ -180,15 +180,15 @@ class Prover:
         ends = np.array([self.linkage.folded, self.linkage.flat], float)
         if len(states) < 2 or not np.abs(states[[0, -1]] - ends).max() <= APART:
             return None
-        found = [ends[0]]
+        polished = [ends[0]]
         for state in states[1:-1]:
             own = state.copy()
             closed = close(self.loops, own, POLISHED, 0.0, 20, self.work)
             if not np.abs(own - state).max() <= MOVED or (not closed and open_by(self.loops, own, self.work) > CLOSED):
                 return None
-            if closed and np.abs(own - found[-1]).max() > APART:
-                found.append(own)
-        return np.array([*found, ends[1]])
+            if closed and np.abs(own - polished[-1]).max() > APART:
+                polished.append(own)
+        return np.array([*polished, ends[1]])
 
     def _joined(self, states: Reals) -> tuple[Track, Reals, tuple[float, float]]:
         """The path with rates, begun and ended as the ends can be left; shares and wanders of both end steps."""
@@ -252,9 +252,9 @@ class Prover:
 
     def _tangent(self, state: Reals, rate: Reals) -> Reals:
         """The part of a rate that keeps loops closed and hinges at their stops."""
-        found = rate[None].copy()
-        keep_closed(self.loops, state, found, 0, self.work)
-        return found.ravel()
+        row = rate[None].copy()
+        keep_closed(self.loops, state, row, 0, self.work)
+        return row.ravel()
 
     def _rates(self, times: Reals, path: Reals) -> Reals:
         """Rates at the states of a path: of the parabola through three of them, less what would open the loops."""

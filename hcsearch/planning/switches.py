@@ -30,19 +30,19 @@ def switch_between(loops: Loops, one: Reals, two: Reals, work: Closing) -> Reals
     held = stopped[0] | stopped[1]
     if (stopped[0] == stopped[1]).all():
         return None
-    found = (
+    switch = (
         two.copy() if (held == stopped[0]).all() else one.copy() if (held == stopped[1]).all() else 0.5 * (one + two)
     )
     ends = np.where(stopped[0], one, two)[held]
-    found[held] = np.where(ends > 0.5 * math.pi, math.pi, 0.0)
+    switch[held] = np.where(ends > 0.5 * math.pi, math.pi, 0.0)
     for _ in range(ROUNDS):
-        if open_by(loops, found, work) < POLISHED:
+        if open_by(loops, switch, work) < POLISHED:
             break
-        found[~held] -= np.linalg.lstsq(work.jacobian[:, ~held], work.residual, rcond=REDUNDANT)[0]
-    away = np.linalg.norm(found - one), np.linalg.norm(found - two)
+        switch[~held] -= np.linalg.lstsq(work.jacobian[:, ~held], work.residual, rcond=REDUNDANT)[0]
+    away = np.linalg.norm(switch - one), np.linalg.norm(switch - two)
     near = min(away) > STOPPED and max(away) <= FAR * np.linalg.norm(two - one)
-    within = found.min() >= 0.0 and found.max() <= math.pi
-    return found if near and within and open_by(loops, found, work) < POLISHED else None
+    within = switch.min() >= 0.0 and switch.max() <= math.pi
+    return switch if near and within and open_by(loops, switch, work) < POLISHED else None
 
 
 def _stopped(state: Reals) -> NDArray[np.bool_]:

@@ -37,8 +37,8 @@ def rank_designs(
     """
     chosen = complete_weights(weights or {})
     counted = [quantity for quantity in CRITERIA if chosen[quantity.name]]
-    found = select(database, query, columns=("deployable", "id", "circuit", *_NAMES), sort="id", scene=scene)
-    rows = [row for row in found.rows if row[0] != 0]
+    selected = select(database, query, columns=("deployable", "id", "circuit", *_NAMES), sort="id", scene=scene)
+    rows = [row for row in selected.rows if row[0] != 0]
     values = np.array([row[3:] for row in rows], float).reshape(len(rows), len(_NAMES))  # None becomes NaN
     columns = dict(zip(_NAMES, values.T, strict=True))
     scores = weighted_score(columns, chosen)
@@ -51,11 +51,11 @@ def rank_designs(
     ranked = [
         (place, *rows[i][1:3], score, on_front, *(rows[i][k] for k in at))
         for place, i, score, on_front in zip(
-            *(found.tolist() for found in (places, order, scores, front.astype(int))), strict=True
+            *(column.tolist() for column in (places, order, scores, front.astype(int))), strict=True
         )
     ]
     names = ("rank", "id", "circuit", "score", "pareto", *(quantity.name for quantity in counted))
-    return Ranked(Result(names, tuple(ranked)), tuple(row[1] for row in found.rows if row[0] == 0))
+    return Ranked(Result(names, tuple(ranked)), tuple(row[1] for row in selected.rows if row[0] == 0))
 
 
 def save_ranks(database: Database, ranked: Ranked, scene: str = DEFAULT) -> None:

@@ -41,7 +41,7 @@ def worth(criterion: Quantity, values: NDArray[np.floating[Any]]) -> Reals:
     """Worth of values x of a criterion, x / (x + half) where higher is better, half / (x + half) where lower is.
 
     0 for NaN, a missing value, as for the worst there can be; negative values count as 0. Strictly monotonic but for
-    rounding, so that no value is too good to be told from a better one.
+    rounding, so that even a very good value is worth less than a better one.
     """
     assert criterion.half is not None
     counted = np.maximum(values, 0.0)  # NaN stays

@@ -30,6 +30,8 @@ from hcsearch.subjects.reading import Request, read_subject
 from hcsearch.subjects.scenes import stored_scene
 from hcsearch.twisting import twist
 
+NOT_JUDGED = "no stage has judged it in this scene: run `hcsearch enumerate` without --until"
+
 
 def design_data(
     circuit: Circuit, foldings: Sequence[Folding], db: str, database: Database | None, number: int, scene: str = DEFAULT
@@ -111,30 +113,32 @@ def _folding(folding: Folding, stored: _Known, scene: Scene, db: str) -> ShownFo
         known["freedoms"] = freedoms_of(folding, panel)
         known["locks"] = lock_sentences(folding, panel)
         known["motions"] = _motions(folding, stored, best_try(tried), db)
+    if not known["why"]:
+        known["why"] = "; ".join(motion.source for motion in known.get("motions", ())) or NOT_JUDGED
     return ShownFolding(folding=folding, row=row, twist=turns, room=room_of(folding, scene), tried=tried, **known)
 
 
 def _motions(folding: Folding, stored: _Known, best: Row | None, db: str) -> list[ShownMotion]:
     """The path of a folding, and what the springs of its best deployment do; without a database, those of `default`."""
-    found = []
+    motions = []
     path = stored.path(folding, db)
     if path is not None:
         payload = payload_of(path)
         command = f"hcsearch drive {folding.notation}{scene_option(stored.scene)}"
-        found.append(ShownMotion("Path", path.source, command, payload, plots_of(path, payload)))
+        motions.append(ShownMotion("Path", path.source, command, payload, plots_of(path, payload)))
     if best is None and stored.rows:
-        return found
+        return motions
     name = DEFAULT if best is None else str(best["scene"])
     try:
         subject = read_subject(Request(folding.notation, db, scene=name))
         deployment = deploy(subject.linkage, subject.scene, subject.formulation or "constrained")
     except HcsearchError:
-        return found
+        return motions
     replay = replay_of_deployment(deployment, folding.notation, design=True)
     payload = payload_of(replay)
     command = f"hcsearch deploy {folding.notation}{scene_option(name)}"
-    found.append(ShownMotion("Springs", replay.source, command, payload, plots_of(replay, payload, deployment)))
-    return found
+    motions.append(ShownMotion("Springs", replay.source, command, payload, plots_of(replay, payload, deployment)))
+    return motions
 
 
 def scene_option(name: str) -> str:

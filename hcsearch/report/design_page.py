@@ -87,11 +87,11 @@ def _creases(folding: Folding, kind: str) -> str:
 
 def _facts(quantities: tuple[Quantity, ...], row: object) -> list[tuple[str, str, str]]:
     assert hasattr(row, "get")
-    found = []
+    facts = []
     for quantity in quantities:
         value = row.get(quantity.name)
         if value is None or quantity.name in _ELSEWHERE:
             continue
         said = ("yes" if value else "no") if quantity.kind == "boolean" else written(value)
-        found.append((quantity.title, f"{said} {quantity.unit}".rstrip(), quantity.note))
-    return found
+        facts.append((quantity.title, f"{said} {quantity.unit}".rstrip(), quantity.note))
+    return facts

@@ -110,10 +110,10 @@ def _funnel(counts: Row, total: int) -> list[FunnelStage]:
 
 def foldings_of(database: Database, ids: Sequence[int], scene: str) -> dict[int, list[Row]]:
     """Rows of `foldings` in a scene, by the id of their design."""
-    found: dict[int, list[Row]] = defaultdict(list)
+    by_design: dict[int, list[Row]] = defaultdict(list)
     for row in _of_designs(database, "foldings", source_in("foldings", scene), ids, "crease"):
-        found[_number(row["design_id"])].append(row)
-    return dict(found)
+        by_design[_number(row["design_id"])].append(row)
+    return dict(by_design)
 
 
 def motions_of(database: Database, ids: Sequence[int], scene: str) -> dict[FoldingKey, str]:
@@ -127,11 +127,11 @@ def motions_of(database: Database, ids: Sequence[int], scene: str) -> dict[Foldi
 
 def tried_of(database: Database, ids: Sequence[int], scene: str) -> dict[FoldingKey, list[Row]]:
     """The deployments of each folding that serve a scene: first in the scene as it stands, then with other springs."""
-    found: dict[FoldingKey, list[Row]] = defaultdict(list)
+    by_folding: dict[FoldingKey, list[Row]] = defaultdict(list)
     for row in _of_designs(database, "deployments", "deployments", ids, "crease, scene"):
         if row["base"] == scene:
-            found[_number(row["design_id"]), _number(row["crease"])].append(row)
-    return {key: sorted(rows, key=lambda row: row["scene"] != scene) for key, rows in found.items()}
+            by_folding[_number(row["design_id"]), _number(row["crease"])].append(row)
+    return {key: sorted(rows, key=lambda row: row["scene"] != scene) for key, rows in by_folding.items()}
 
 
 def _of_designs(database: Database, view: str, source: str, ids: Sequence[int], order: str) -> Iterator[Row]:

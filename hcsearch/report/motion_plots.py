@@ -37,10 +37,10 @@ def plots_of(replay: Replay, payload: Payload, deployment: Deployment | None = N
     payload : of the same replay, which names the nearest panels at each of its states.
     """
     marks = _marks(replay, deployment)
-    found = [_gaps(replay, payload, marks), _angles(replay, marks)]
+    plots = [_gaps(replay, payload, marks), _angles(replay, marks)]
     if deployment is not None:
-        found.append(_energies(deployment, marks))
-    return [one for one in found if one is not None]
+        plots.append(_energies(deployment, marks))
+    return [one for one in plots if one is not None]
 
 
 def _marks(replay: Replay, deployment: Deployment | None) -> list[Mark]:

@@ -28,7 +28,7 @@ def page_data(data: ReportData) -> dict[str, Any]:
     tried = [data.tried.get(key, ()) for key in keys]
     best = [drawn_crease(data, design) for design in data.designs]
     reasons = [why(row, data.motions.get(key), own) for (_, row), key, own in zip(rows, keys, tried, strict=True)]
-    foldings = {
+    foldings: dict[str, list[Any]] = {
         "design": [k for k, _ in rows],
         **{q.name: [row.get(q.name) for _, row in rows] for q in FOLDING_COLUMNS},
         "scene": [None if (row := best_try(own)) is None else row["scene"] for own in tried],

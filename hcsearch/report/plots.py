@@ -172,8 +172,8 @@ def _line(curve: Curve, colour: str, dashes: str, x_scale: _Scale, y_scale: _Sca
         if y is not None:
             data.append(f"{'L' if drawing else 'M'}{x_scale.at(x):.1f} {y_scale.at(y):.1f}")
         drawing = y is not None
-    title = f"<title>{escape(curve.name)}</title>"
-    return f'<path class="curve" d="{"".join(data)}" stroke="{colour}"{_dashes(dashes)}>{title}</path>'
+    path = f'<path class="curve" d="{"".join(data)}" stroke="{colour}"{_dashes(dashes)}/>'
+    return f"<g><title>{escape(curve.name)}</title>{path}</g>"
 
 
 def _dashes(dashes: str) -> str:

@@ -12,7 +12,7 @@ from hcsearch.stages.stage import Stage
 
 
 def listed(search: Search, prefix: str) -> StagedDesigns:
-    """All circuits of one unit of a search."""
+    """All circuits of one shard of a search."""
     batches = list(search.circuits(prefix))
     circuits = CircuitBatch(search.grid.name, np.empty((0, search.n), np.int8), np.empty(0, np.int16))
     if batches:

@@ -19,8 +19,8 @@ def _run(designs: StagedDesigns, scene: Scene) -> StagedDesigns:
 
     assert designs.mobility is not None
     assert designs.motion is not None
-    found = verdicts(designs.circuits, designs.folded, designs.mobility.locked, designs.motion.met, scene)
-    return replace(designs, deployment=found)
+    deployments = verdicts(designs.circuits, designs.folded, designs.mobility.locked, designs.motion.met, scene)
+    return replace(designs, deployment=deployments)
 
 
 def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:

@@ -62,7 +62,7 @@ def mobility(
     """Degrees of freedom, and proofs of locks unless they are not wanted, of a batch of foldings.
 
     Flat pairs are hinged for the freedoms; locks are of rigid ones, and `locked_hinged` of hinged ones. `dof` is the
-    least found at generic closed states near the folded one. The ranks at the two ends and locks are exact; ranks and
+    least at generic closed states near the folded one. The ranks at the two ends and locks are exact; ranks and
     first-order locks do not depend on the size of panels (docs/theory.md). Source: thesis 2.3.3, 3.2.2.
     """
     parts = []
@@ -78,12 +78,12 @@ def mobility(
     return replace(parts[0], **columns)
 
 
-def locked_with(found: MobilityBatch, flat_pairs: FlatPairs) -> Flags:
+def locked_with(batch: MobilityBatch, flat_pairs: FlatPairs) -> Flags:
     """Which foldings are proved locked for every way of joining flat pairs that a scene allows.
 
     Where it allows either, hinged ones decide: what is locked with them is locked with rigid and merged ones, too.
     """
-    return found.locked if flat_pairs == "rigid" else found.locked_hinged
+    return batch.locked if flat_pairs == "rigid" else batch.locked_hinged
 
 
 def locks_of(
@@ -96,12 +96,12 @@ def locks_of(
     """
     if panel == default_panel(circuits.grid):
         return locks
-    found = tuple(np.zeros(len(foldings), bool) for _ in locks)
-    for hinged, (before, own) in enumerate(zip(locks, found, strict=True)):
+    proved = tuple(np.zeros(len(foldings), bool) for _ in locks)
+    for hinged, (before, own) in enumerate(zip(locks, proved, strict=True)):
         for i in np.flatnonzero(before).tolist():
             linkage = Linkage(folding_at(circuits, foldings, i).pattern(panel, hinged=bool(hinged)))
             own[i] = any(lock_at(linkage, angles).locked for angles in (linkage.folded, linkage.flat))
-    return found[0], found[1]
+    return proved[0], proved[1]
 
 
 def _part(circuits: CircuitBatch, foldings: FoldingBatch, untwisted: NDArray[np.bool_], locks: bool) -> MobilityBatch:
@@ -150,16 +150,16 @@ def _ends(
     settled = np.empty(int(asked.sum()), np.int8)
     own = np.ascontiguousarray(lines[asked][:, turning])
     settle(own, np.ascontiguousarray(screws[asked][:, turning]), settled)
-    found = np.full(asked.shape, PASSED, np.int8)
-    found[asked] = settled
-    for i in np.flatnonzero((found == OPEN).any(axis=1) & (found != LOCKED).all(axis=1)).tolist():
+    verdicts = np.full(asked.shape, PASSED, np.int8)
+    verdicts[asked] = settled
+    for i in np.flatnonzero((verdicts == OPEN).any(axis=1) & (verdicts != LOCKED).all(axis=1)).tolist():
         linkage = _linkage(folding_at(circuits, foldings, i), hinged=hinged)
         for end, angles in enumerate((linkage.folded, linkage.flat)):
-            if found[i, end] == OPEN:
-                found[i, end] = LOCKED if lock_at(linkage, angles).locked else PASSED
-            if found[i, end] == LOCKED:
+            if verdicts[i, end] == OPEN:
+                verdicts[i, end] = LOCKED if lock_at(linkage, angles).locked else PASSED
+            if verdicts[i, end] == LOCKED:
                 break
-    return found
+    return verdicts
 
 
 def _linkage(folding: Folding, *, hinged: bool = False, merged: bool = False) -> Linkage:
@@ -176,7 +176,7 @@ def _generic(screws: Reals) -> Whole:
     points = np.cross(directions, screws[:, :, 3:])
     folded = np.full(n, math.pi)
     folded[[n // 2 - 1, n - 1]] = 0.0
-    found = np.full(count, NONE)
+    nullities = np.full(count, NONE)
     todo = np.arange(count)
     for attempt in range(TRIES):
         jacobians, residuals = np.empty((len(todo), 6, n)), np.empty(len(todo))
@@ -184,12 +184,12 @@ def _generic(screws: Reals) -> Whole:
         values = np.linalg.svd(jacobians, compute_uv=False)
         for i, singular, residual in zip(todo, values, residuals, strict=True):
             nullity = decide_rank(singular, n, float(residual)).nullity if residual <= CLOSED else None
-            if nullity is not None and (found[i] == NONE or nullity < found[i]):
-                found[i] = nullity
-        todo = todo[(found[todo] == NONE) | (found[todo] > max(n - 6, 0))]  # no rank is greater than 6
+            if nullity is not None and (nullities[i] == NONE or nullity < nullities[i]):
+                nullities[i] = nullity
+        todo = todo[(nullities[todo] == NONE) | (nullities[todo] > max(n - 6, 0))]  # no rank is greater than 6
         if not len(todo):
             break
-    return found
+    return nullities
 
 
 def _run(designs: StagedDesigns, _scene: Scene) -> StagedDesigns:

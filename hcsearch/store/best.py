@@ -20,12 +20,12 @@ def best_creases(database: Database, ids: Sequence[int], scene: str = DEFAULT) -
 
     The best folding is chosen by `stages.statuses.best_foldings`, once, when verdicts are recorded.
     """
-    found: dict[int, int] = {}
+    creases: dict[int, int] = {}
     best = func.coalesce(outcome.c.best_crease, design.c.best_crease)
     joined = design.outerjoin(outcome, and_(outcome.c.design_id == design.c.id, outcome.c.scene == scene))
     with database.reading() as connection:
         for first in range(0, len(ids), AT_ONCE):
             wanted = design.c.id.in_(list(ids[first : first + AT_ONCE]))
             statement = sql_select(design.c.id, best).select_from(joined).where(wanted, best.is_not(None))
-            found.update((row[0], row[1]) for row in connection.execute(statement))
-    return found
+            creases.update((row[0], row[1]) for row in connection.execute(statement))
+    return creases

@@ -166,9 +166,13 @@ FOLDINGS = (
     *_VERDICT,
 )
 
-MOTIONS = (
+_OF_FOLDING = (
     Quantity("design_id", "integer", "", "id of the design"),
     Quantity("crease", "integer", "", "first flat crease of the folding"),
+)
+
+MOTIONS = (
+    *_OF_FOLDING,
     Quantity("scene", "text", "", "name of the scene"),
     Quantity("flat_pairs", "text", "", "how flat pairs are joined in the proved path; null without one", WAYS),
     Quantity("needed_margin", "real", "mm", "least play for each face at which the path is proved", better="lower"),
@@ -179,8 +183,7 @@ MOTIONS = (
 )
 
 DEPLOYMENTS = (
-    Quantity("design_id", "integer", "", "id of the design"),
-    Quantity("crease", "integer", "", "first flat crease of the folding"),
+    *_OF_FOLDING,
     Quantity("scene", "text", "", "name of the scene that was simulated; `hcsearch deploy --scene` takes it"),
     Quantity("base", "text", "", "scene whose verdict it serves: the same, or that with its own springs and pairs"),
     Quantity("scene_values", "text", "", "the folding and its scene as a TOML file; `hcsearch deploy` takes it"),

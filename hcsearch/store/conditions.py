@@ -2,7 +2,7 @@
 
 The grammar is that of `grammar`. A name alone asks that a yes/no column is 1; a value never becomes part of the SQL
 text. NULL satisfies no condition, nor the opposite of one. `array=` takes any array specification and `circuit=` a
-circuit in any position, order or direction: both find what is congruent.
+circuit in any position, order or direction: both select what is congruent.
 """
 
 from __future__ import annotations
@@ -113,20 +113,20 @@ def _compared(source: FromClause, view: str, condition: grammar.Condition, grids
 
 def _arrays(spec: str, grids: Sequence[str]) -> list[str]:
     """The canonical notations of an array on each of the grids that have it; HcsearchError when none has."""
-    found, errors = [], []
+    notations, errors = [], []
     for name in grids:
         try:
-            found.append(parse_array(grid_named(name), spec).canonical().notation)
+            notations.append(parse_array(grid_named(name), spec).canonical().notation)
         except (NotationError, ArrayError) as error:
             errors.append(error)
-    if len(errors) == 1 and not found:
+    if len(errors) == 1 and not notations:
         raise errors[0]
-    if errors and not found:
+    if errors and not notations:
         raise QueryError(
             f"no grid has an array {spec!r}: write 6x5, 3-4-3, p5x4, t5, h3, @file or an array's notation; with its "
             "grid, as in grid=hex, the query says what is wrong"
         )
-    return found
+    return notations
 
 
 def _value(quantity: Quantity, text: str, sign: str, value: str) -> str | int | float:

@@ -159,10 +159,10 @@ def _prepare_file(place: Location, *, create: bool, timeout: float) -> None:
 def _revision(place: Location, timeout: float) -> str | None:
     """Return the revision of a filled file; None when it is an SQLite database without any table."""
     assert place.path is not None
-    found = sqlite.look(place.path, timeout)
-    if found.version is not None:
-        return found.version
-    if not found.empty:
+    first_look = sqlite.look(place.path, timeout)
+    if first_look.version is not None:
+        return first_look.version
+    if not first_look.empty:
         raise foreign(place.text)
     return None
 
@@ -214,7 +214,7 @@ def _try_server(engine: Engine, place: Location) -> None:
 
 
 def _prepare_server(engine: Engine, place: Location, *, create: bool, readonly: bool) -> None:
-    """Create or upgrade the schema where needed. Who finds it there takes no lock, and waits for no writer."""
+    """Create or upgrade the schema where needed. One that is there needs no lock, and waits for no writer."""
     with engine.connect() as connection:
         revision = current_revision(connection)
         if revision is None:

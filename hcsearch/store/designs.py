@@ -30,7 +30,7 @@ def insert_designs(connection: Connection, designs: DesignBatch) -> None:
         ids = _meet(connection, designs, columns, first)
     if designs.folding_row is not None and len(designs.folding_row):
         rows = _folding_columns(designs, ids)
-        insert_rows(connection, folding, rows, _found(rows))
+        insert_rows(connection, folding, rows, _stage_columns(rows))
 
 
 def _design_columns(designs: DesignBatch) -> Columns:
@@ -71,15 +71,15 @@ def _folding_columns(designs: DesignBatch, ids: Sequence[int]) -> Columns:
     return columns
 
 
-def _mobility_columns(found: MobilityBatch) -> Columns:
-    columns: Columns = {"kutzbach": [found.kutzbach] * len(found.dof)}
+def _mobility_columns(mobility: MobilityBatch) -> Columns:
+    columns: Columns = {"kutzbach": [mobility.kutzbach] * len(mobility.dof)}
     for name in ("dof", "dof_folded", "dof_flat", "merged_panels", "kutzbach_merged", "dof_merged"):
-        columns[name] = [None if value == NONE else value for value in getattr(found, name).tolist()]
+        columns[name] = [None if value == NONE else value for value in getattr(mobility, name).tolist()]
     return columns
 
 
-def _found(columns: Columns) -> list[str]:
-    """Columns of a folding that a stage found, beyond its place."""
+def _stage_columns(columns: Columns) -> list[str]:
+    """Names of the columns of foldings that stages fill: all but those that name the folding."""
     return [name for name in columns if name not in ("design_id", "crease", "opposite")]
 
 
@@ -99,24 +99,24 @@ def _meet(connection: Connection, designs: DesignBatch, columns: Columns, first:
 
 
 def _drop_refuted(connection: Connection, designs: DesignBatch, ids: Sequence[int], first: int) -> None:
-    """Delete older foldings of known designs that the stage no longer finds (it has a newer version)."""
+    """Delete older foldings of known designs that the stage no longer gives (it has a newer version)."""
     if designs.n_foldings is None or designs.folding_row is None or designs.folding_crease is None:
         return
     if int(designs.n_foldings.sum()) != len(designs.folding_row):
         return  # a search for untwisted foldings alone refutes nothing
     rows = _folding_columns(designs, ids)
-    found = set(zip(rows["design_id"], rows["crease"], strict=True))
+    kept = set(zip(rows["design_id"], rows["crease"], strict=True))
     key, crease = folding.c.design_id, folding.c.crease
     stored = select_in(connection, select(key, crease), key, [known for known in ids if known < first])
-    refuted = [{"key": row.design_id, "at": row.crease} for row in stored if (row.design_id, row.crease) not in found]
+    refuted = [{"key": row.design_id, "at": row.crease} for row in stored if (row.design_id, row.crease) not in kept]
     if refuted:
         connection.execute(delete(folding).where(key == bindparam("key"), crease == bindparam("at")), refuted)
 
 
 def ids_of(connection: Connection, circuits: Sequence[str]) -> dict[str, int]:
     """The ids of the designs of some circuits that are stored."""
-    found = select_in(connection, select(design.c.circuit, design.c.id), design.c.circuit, circuits)
-    return {row.circuit: row.id for row in found}
+    rows = select_in(connection, select(design.c.circuit, design.c.id), design.c.circuit, circuits)
+    return {row.circuit: row.id for row in rows}
 
 
 def select_in(connection: Connection, statement: Select[Any], column: Any, values: Sequence[Any]) -> Iterator[Row[Any]]:

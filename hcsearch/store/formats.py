@@ -71,7 +71,7 @@ def _json(rows: Rows) -> Iterator[str]:
 
 
 def check_names(rows: Rows, style: str) -> None:
-    """Refuse columns of the same name, for a style that cannot tell them apart."""
+    """Refuse columns of the same name, for a style that cannot keep them apart."""
     if len(set(rows.columns)) < len(rows.columns):
         raise QueryError(f"two columns have the same name, which {style} cannot hold: rename one with AS")
 

@@ -119,10 +119,10 @@ class _Reader:
 
     def _taken(self, *words: str) -> bool:
         """Whether the next token is one of some words, which is then taken."""
-        found = self.next in words
-        if found:
+        taken = self.next in words
+        if taken:
             self._tokens.pop()
-        return found
+        return taken
 
     def either(self, depth: int) -> Tree:
         """Read alternatives, until the end or a closing bracket."""

@@ -19,8 +19,8 @@ def current_revision(connection: Connection) -> str | None:
     """Return the revision of the schema behind a connection; None where there is none of ours."""
     if not inspect(connection).has_table(VERSION_TABLE):
         return None
-    found = connection.scalar(text(f"SELECT max(version_num) FROM {VERSION_TABLE}"))
-    return None if found is None else str(found)
+    revision = connection.scalar(text(f"SELECT max(version_num) FROM {VERSION_TABLE}"))
+    return None if revision is None else str(revision)
 
 
 def check_revision(location: str, revision: str, *, upgradable: bool) -> None:

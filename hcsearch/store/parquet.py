@@ -76,15 +76,15 @@ def _typed(rows: Rows, folder: Path) -> Iterator[tuple[list[str], Iterator[Seque
     if None not in rows.kinds:
         yield [_KINDS[kind] for kind in rows.kinds if kind is not None], rows.chunks
         return
-    # A file has one type a column, and the last row may be the first that tells; so the rows wait on the disk.
+    # A file has one type a column, and its type may depend on the last row; so the rows wait on the disk.
     with TemporaryFile(dir=folder) as spool:
-        found: list[set[type]] = [set() for _ in rows.columns]
+        types_of: list[set[type]] = [set() for _ in rows.columns]
         for chunk in rows.chunks:
-            for types, values in zip(found, zip(*chunk, strict=True), strict=True):
+            for types, values in zip(types_of, zip(*chunk, strict=True), strict=True):
                 types.update(map(_type, values))
             pickle.dump(chunk, spool)
         spool.seek(0)
-        yield [_TYPES.get(frozenset(types - {type(None)}), "string") for types in found], _spooled(spool)
+        yield [_TYPES.get(frozenset(types - {type(None)}), "string") for types in types_of], _spooled(spool)
 
 
 def _type(value: Any) -> type:

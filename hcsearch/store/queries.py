@@ -164,8 +164,8 @@ def find_design(database: Database, text: str) -> dict[str, Any]:
     if key is None:
         raise _unknown(database, text)
     queries = {"designs": f"id={key}", "foldings": f"design_id={key}", "deployments": f"design_id={key}"}
-    found = {view: _for_people(select(database, query, view=view)) for view, query in queries.items()}
-    return found.pop("designs")[0] | found
+    rows = {view: _for_people(select(database, query, view=view)) for view, query in queries.items()}
+    return rows.pop("designs")[0] | rows
 
 
 def _for_people(result: Result) -> list[dict[str, Any]]:
@@ -175,10 +175,10 @@ def _for_people(result: Result) -> list[dict[str, Any]]:
 
 def _spellings(text: str) -> list[str]:
     """A circuit's notation as it is written, and the canonical one where it can be read."""
-    found = [text.encode(errors="replace").decode()]
+    spellings = [text.encode(errors="replace").decode()]
     with suppress(HcsearchError):
-        found.append(Circuit.from_notation(text).canonical().notation)
-    return found
+        spellings.append(Circuit.from_notation(text).canonical().notation)
+    return spellings
 
 
 def _unknown(database: Database, text: str) -> QueryError:

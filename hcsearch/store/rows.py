@@ -43,7 +43,7 @@ class Result:
 class Rows:
     """A result while it is read: its chunks come once, and only while the query is open.
 
-    kinds : of the columns; None where only the values can tell.
+    kinds : of the columns; None where it is not known before the values are read.
     """
 
     columns: tuple[str, ...]

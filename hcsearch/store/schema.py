@@ -54,6 +54,19 @@ def _status(name: str, *values: str) -> CheckConstraint:
     return CheckConstraint(f"{name} IN ({', '.join(repr(value) for value in values)})", name=name)
 
 
+def _folding_key() -> tuple[Column[int], Column[int]]:
+    """The columns that name a folding, at the head of the key of a table with rows for foldings."""
+    return (
+        Column("design_id", _ID, primary_key=True, autoincrement=False),
+        Column("crease", Integer, primary_key=True, autoincrement=False),
+    )
+
+
+def _of_folding(crease: str) -> ForeignKeyConstraint:
+    """Delete a row with the folding of its `design_id` and of its first flat crease, a column of this name."""
+    return ForeignKeyConstraint(["design_id", crease], ["folding.design_id", "folding.crease"], ondelete="CASCADE")
+
+
 _VERDICTS = ("deploys", "undecided", "collides", "locked")
 _JUDGED = ("deploys", "movable", "undecided", "locked")
 
@@ -127,7 +140,7 @@ outcome = Table(
     Column("best_crease", Integer, nullable=False),
     Column("status", _TEXT, nullable=False),
     # A verdict goes with the folding that it is drawn from.
-    ForeignKeyConstraint(["design_id", "best_crease"], ["folding.design_id", "folding.crease"], ondelete="CASCADE"),
+    _of_folding("best_crease"),
     _status("status", *_JUDGED),
     sqlite_strict=True,
     sqlite_with_rowid=False,
@@ -136,13 +149,12 @@ outcome = Table(
 verdict = Table(
     "verdict",
     metadata,
-    Column("design_id", _ID, primary_key=True, autoincrement=False),
-    Column("crease", Integer, primary_key=True, autoincrement=False),
+    *_folding_key(),
     Column("scene", _TEXT, ForeignKey("scene.name", ondelete="CASCADE"), primary_key=True),
     Column("status", _TEXT, nullable=False),
     Column("min_clearance", _REAL),
     Column("deploy_time", _REAL),
-    ForeignKeyConstraint(["design_id", "crease"], ["folding.design_id", "folding.crease"], ondelete="CASCADE"),
+    _of_folding("crease"),
     _status("status", *_JUDGED),
     sqlite_strict=True,
     sqlite_with_rowid=False,
@@ -152,8 +164,7 @@ verdict = Table(
 motion = Table(
     "motion",
     metadata,
-    Column("design_id", _ID, primary_key=True, autoincrement=False),
-    Column("crease", Integer, primary_key=True, autoincrement=False),
+    *_folding_key(),
     Column("scene", _TEXT, ForeignKey("scene.name", ondelete="CASCADE"), primary_key=True),
     Column("flat_pairs", _TEXT),
     Column("needed_margin", _REAL),
@@ -163,7 +174,7 @@ motion = Table(
     Column("reason", _TEXT, nullable=False),
     # Fold angles of the states (rad), doubles, little-endian, row by row, compressed by zlib; NULL without a path.
     Column("path", LargeBinary),
-    ForeignKeyConstraint(["design_id", "crease"], ["folding.design_id", "folding.crease"], ondelete="CASCADE"),
+    _of_folding("crease"),
     _status("flat_pairs", "rigid", "hinged", "merged"),
     sqlite_strict=True,
     sqlite_with_rowid=False,
@@ -182,8 +193,7 @@ score = Table(
 deployment = Table(
     "deployment",
     metadata,
-    Column("design_id", _ID, primary_key=True, autoincrement=False),
-    Column("crease", Integer, primary_key=True, autoincrement=False),
+    *_folding_key(),
     # `scene` is what was simulated: `base`, whose verdict it serves, or that with other springs or pairs.
     Column("base", _TEXT, primary_key=True),
     Column("scene", _TEXT, primary_key=True),
@@ -196,7 +206,7 @@ deployment = Table(
     Column("deploy_time", _REAL),
     Column("energy_error", _REAL),
     Column("closure_error", _REAL),
-    ForeignKeyConstraint(["design_id", "crease"], ["folding.design_id", "folding.crease"], ondelete="CASCADE"),
+    _of_folding("crease"),
     _status("status", *_VERDICTS),
     sqlite_strict=True,
     sqlite_with_rowid=False,
@@ -275,7 +285,7 @@ unit = Table(
     Column("closure_error", _REAL),
     Column("contact", Integer),
     Column("known", _TEXT, nullable=False),
-    # Names the element and where its copies lie; a search that is run again finds the same.
+    # Names the element and where its copies lie; a search that is run again gives the same.
     Column("key", _TEXT, nullable=False),
     UniqueConstraint("key"),
     CheckConstraint("copies > 1 AND panels > 0 AND hinges > 0", name="copies"),
@@ -294,7 +304,7 @@ evaluation = Table(
     Column("setting", _TEXT, primary_key=True),
     Column("springs", _TEXT, primary_key=True),
     Column("outcome", _TEXT, nullable=False),
-    # NULL where it cannot be told; so are numbers that overflowed.
+    # NULL where it is not decided, as are numbers that overflowed.
     Column("clear", Integer),
     Column("end_time", _REAL, nullable=False),
     Column("collision_time", _REAL),

@@ -22,10 +22,10 @@ def schema_sql() -> str:
     engine = create_engine("sqlite://")
     with engine.begin() as connection:
         upgrade(connection, "in memory")
-        found = connection.exec_driver_sql(
+        texts = connection.exec_driver_sql(
             "SELECT sql FROM sqlite_schema WHERE sql IS NOT NULL ORDER BY type = 'view', type = 'index', name"
         ).scalars()
-        statements = ["\n".join(line.rstrip() for line in text.splitlines()) for text in found]
+        statements = ["\n".join(line.rstrip() for line in text.splitlines()) for text in texts]
     engine.dispose()
     statements.append(f"INSERT INTO {VERSION_TABLE} VALUES ('{REVISION}')")
     return _HEADER + "".join(f"\n{statement};\n" for statement in statements)

@@ -77,8 +77,8 @@ def _look(path: Path, mode: str, timeout: float) -> FirstLook:
         tables = {name for (name,) in connection.execute("SELECT name FROM sqlite_schema")}
         version = None
         if ours and VERSION_TABLE in tables:
-            found = connection.execute(f"SELECT max(version_num) FROM {VERSION_TABLE}").fetchone()[0]
-            version = None if found is None else str(found)
+            newest = connection.execute(f"SELECT max(version_num) FROM {VERSION_TABLE}").fetchone()[0]
+            version = None if newest is None else str(newest)
         return FirstLook(version, not tables)
     finally:
         connection.close()
@@ -130,7 +130,7 @@ def tidy(path: Path) -> None:
         # A log with content is what a killed writer left: moving it into the file is up to the next writer.
         if log.stat().st_size > 0 or not os.access(path, os.W_OK):
             return
-        # Who closes the file last removes them, if allowed to write; SQLite's locks tell who that is.
+        # The last connection to close the file removes them, if it may write; SQLite knows by its locks which is last.
         with closing(connect(path, "rw", timeout=0)) as connection:
             connection.execute("SELECT name FROM sqlite_schema").fetchone()
 

@@ -11,18 +11,18 @@ from hcsearch.store.database import Database
 from hcsearch.store.schema import unit
 from hcsearch.store.upsert import insert_rows
 
-_TELLS = ("circuit", "crease", "alpha", "shape", "merged", "placements")
+_KEY_COLUMNS = ("circuit", "crease", "alpha", "shape", "merged", "placements")
 
 
 def record_units(database: Database, units: Sequence[Mapping[str, Any]]) -> int:
     """Store units, given as the columns of the view `units` by name, without ids; return how many are new.
 
-    A unit is known by its element and where the copies lie: the search finds the same each time.
+    A unit is known by its element and where the copies lie: a search that is run again gives the same.
     """
     if not units:
         return 0
     names = [column.name for column in unit.columns if column.name not in ("id", "key")]
-    keys = [" ".join(str(row[name]) for name in _TELLS) for row in units]
+    keys = [" ".join(str(row[name]) for name in _KEY_COLUMNS) for row in units]
     with database.writing() as connection:
         known = set(connection.execute(select(unit.c.key).where(unit.c.key.in_(keys))).scalars())
         first = (connection.execute(select(func.max(unit.c.id))).scalar() or 0) + 1

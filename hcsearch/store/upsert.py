@@ -32,7 +32,7 @@ def insert_rows(connection: Connection, table: Table, columns: Columns, changed:
         compiled = statement.compile(dialect=connection.dialect, column_keys=list(columns))
         assert compiled.positiontup is not None
         return _insert_tuples(connection, str(compiled), [columns[name] for name in compiled.positiontup])
-    from sqlalchemy.dialects import postgresql  # noqa: PLC0415 - who has a file needs none of it
+    from sqlalchemy.dialects import postgresql  # noqa: PLC0415 - databases in files need none of it
 
     staged = stage_rows(connection, table, _last_of_each(keys, columns) if changed else columns)
     rows_in_order = select(*staged.c).order_by(*(staged.c[key] for key in keys))

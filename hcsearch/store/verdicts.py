@@ -36,8 +36,8 @@ def record_scene(database: Database, name: str, values: str) -> None:
 def find_scene(database: Database, name: str) -> str | None:
     """The values of a stored scene as a TOML file; None where there is none of the name."""
     with database.reading() as connection:
-        found: str | None = connection.execute(select(scene.c.scene_values).where(scene.c.name == name)).scalar()
-    return found
+        values: str | None = connection.execute(select(scene.c.scene_values).where(scene.c.name == name)).scalar()
+    return values
 
 
 def scene_names(database: Database) -> list[str]:
@@ -75,8 +75,8 @@ def _insert(connection: Connection, database: Database, name: str, verdicts: Ver
         connection.execute(delete(deployment).where(deployment.c.base == name, deployment.c.design_id.in_(some)))
         connection.execute(delete(motion).where(motion.c.scene == name, motion.c.design_id.in_(some)))
     _insert_motions(connection, rows, verdicts.motion)
-    found = verdicts.deployment
-    clearance, time = ([], []) if found is None else (found.clearance.tolist(), found.time.tolist())
+    deployments = verdicts.deployment
+    clearance, time = ([], []) if deployments is None else (deployments.clearance.tolist(), deployments.time.tolist())
     none = [None] * len(designs)
     rows |= {
         "status": verdicts.folding_status,
@@ -84,35 +84,35 @@ def _insert(connection: Connection, database: Database, name: str, verdicts: Ver
         "deploy_time": [_number(seconds) for seconds in time] or none,
     }
     insert_rows(connection, verdict, rows, ("status", "min_clearance", "deploy_time"))
-    if found is not None and found.trials:
-        trials = _trial_columns(found, rows, name)
+    if deployments is not None and deployments.trials:
+        trials = _trial_columns(deployments, rows, name)
         changed = [column for column in trials if column not in ("design_id", "crease", "base", "scene")]
         insert_rows(connection, deployment, trials, changed)
 
 
-def _insert_motions(connection: Connection, foldings: Columns, found: MotionBatch) -> None:
+def _insert_motions(connection: Connection, foldings: Columns, motions: MotionBatch) -> None:
     """Store the motions of the foldings that were looked at; the others have none."""
-    kept = [i for i, reason in enumerate(found.reason) if reason is not None]
+    kept = [i for i, reason in enumerate(motions.reason) if reason is not None]
     if not kept:
         return
     columns: Columns = {name: [values[i] for i in kept] for name, values in foldings.items()}
     columns |= {
-        "flat_pairs": [found.flat_pairs[i] for i in kept],
-        "needed_margin": [_number(1e3 * float(found.margin[i])) for i in kept],
-        "least_gap": [_number(1e3 * float(found.gap[i])) for i in kept],
-        "slack": [_number(1e3 * float(found.slack[i])) for i in kept],
-        "states": [0 if (path := found.paths[i]) is None else len(path) for i in kept],
-        "reason": [found.reason[i] for i in kept],
+        "flat_pairs": [motions.flat_pairs[i] for i in kept],
+        "needed_margin": [_number(1e3 * float(motions.margin[i])) for i in kept],
+        "least_gap": [_number(1e3 * float(motions.gap[i])) for i in kept],
+        "slack": [_number(1e3 * float(motions.slack[i])) for i in kept],
+        "states": [0 if (path := motions.paths[i]) is None else len(path) for i in kept],
+        "reason": [motions.reason[i] for i in kept],
         "path": [
-            None if (path := found.paths[i]) is None else zlib.compress(path.astype("<f8").tobytes()) for i in kept
+            None if (path := motions.paths[i]) is None else zlib.compress(path.astype("<f8").tobytes()) for i in kept
         ],
     }
     insert_rows(connection, motion, columns, [name for name in columns if name not in foldings])
 
 
-def _trial_columns(found: DeploymentBatch, foldings: Columns, name: str) -> Columns:
+def _trial_columns(deployments: DeploymentBatch, foldings: Columns, name: str) -> Columns:
     """The rows of `deployment`; lengths in millimetres, as its columns have them."""
-    trials = found.trials
+    trials = deployments.trials
     columns: Columns = {key: [foldings[key][trial.folding] for trial in trials] for key in ("design_id", "crease")}
     columns |= {key: [getattr(t, key) for t in trials] for key in ("scene", "formulation", "status", "reason")}
     columns |= {key: [getattr(t, key) for t in trials] for key in ("first_contact", "deploy_time")}

@@ -80,16 +80,16 @@ def finished_batches(database: Database, work: WorkKey, versions: Mapping[str, i
     versions : stage -> its current version; the results of a batch come in this order.
     """
     wanted = select(batch).where(_of(work), batch.c.stage.in_(versions))
-    found: dict[str, dict[str, StageResult]] = {}
+    by_prefix: dict[str, dict[str, StageResult]] = {}
     with database.reading() as connection:
         for row in connection.execute(wanted):
             if row.version == versions[row.stage]:
                 check_values(database.location, row._fields, [_KINDS.get(name) for name in row._fields], [row])
                 result = StageResult(row.stage, row.version, row.passed, row.n_fixed, row.seconds)
-                found.setdefault(row.prefix, {})[row.stage] = result
+                by_prefix.setdefault(row.prefix, {})[row.stage] = result
     return {
         prefix: [results[stage] for stage in versions]
-        for prefix, results in found.items()
+        for prefix, results in by_prefix.items()
         if len(results) == len(versions)
     }
 
@@ -99,8 +99,8 @@ def record_batches(
 ) -> None:
     """Store batches in one transaction: designs and foldings, and that these stages are done for the search prefix.
 
-    The same batch twice adds nothing. A design that was there before gets the columns of the stages that ran; what
-    other stages found about it stays.
+    The same batch twice adds nothing. A design that was there before gets the columns of the stages that ran; the
+    columns of other stages stay.
     """
     with database.writing() as connection:
         for prefix, designs, results in batches:
@@ -111,17 +111,17 @@ def record_batches(
 def count_arrays(database: Database, work: WorkKey, *, designs: int = 0) -> int:
     """Count the distinct arrays of the stored designs that this work keeps, also those that other work stored.
 
-    designs : how many designs the finished batches of this work gave. DatabaseError when fewer are found: SQLite does
+    designs : how many designs the finished batches of this work gave. DatabaseError when fewer are stored: SQLite does
     not notice all damage to a file.
     """
-    wanted = select(func.count(distinct(design.c.array)), func.count())
-    found = wanted.where(design.c.grid == work.grid, design.c.n == work.n)
+    counts = select(func.count(distinct(design.c.array)), func.count())
+    counts = counts.where(design.c.grid == work.grid, design.c.n == work.n)
     if work.target:
-        found = found.where(design.c.array == work.target)
+        counts = counts.where(design.c.array == work.target)
     if work.keep != "all":
-        found = found.where({"two-stack": design.c.n_foldings, "untwisted": design.c.n_untwisted}[work.keep] > 0)
+        counts = counts.where({"two-stack": design.c.n_foldings, "untwisted": design.c.n_untwisted}[work.keep] > 0)
     with database.reading() as connection:
-        arrays, stored = connection.execute(found).one()
+        arrays, stored = connection.execute(counts).one()
     if stored < designs:
         raise DatabaseError(
             f"database {database.location} is damaged, it holds {stored} of {designs} designs: restore a copy, or "
@@ -143,14 +143,14 @@ def insert_results(
     key = {name: getattr(work, name) for name in ("grid", "n", "target", "keep", "scene")} | {"prefix": prefix}
     columns: dict[str, list[Any]] = {name: [value] * len(results) for name, value in key.items()}
     columns["stage"] = [result.stage for result in results]
-    found: dict[str, list[Any]] = {
+    values: dict[str, list[Any]] = {
         "version": [result.version for result in results],
         "passed": [int(result.passed) for result in results],
         "n_fixed": [int(result.n_fixed) for result in results],
         "seconds": [float(result.seconds) for result in results],
         "run_id": [run_id] * len(results),
     }
-    insert_rows(connection, batch, columns | found, tuple(found))
+    insert_rows(connection, batch, columns | values, tuple(values))
 
 
 def _now() -> str:

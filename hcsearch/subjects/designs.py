@@ -27,10 +27,12 @@ def folding_named(name: str, db: str) -> Folding:
     circuit, _ = design_named(text, db)
     if crease is not None:
         return folding_of(circuit, crease)
-    found = foldings(circuit)
-    if not found:
+    candidates = foldings(circuit)
+    if not candidates:
         raise HcsearchError(f"{text} does not fold into two stacks: choose among hcsearch query 'two_stack'")
-    if len(found) > 1:
-        creases = ", ".join(str(folding.crease) for folding in found)
-        raise HcsearchError(f"{text} has {len(found)} foldings: name one as {text}:CREASE; its creases are {creases}")
-    return found[0]
+    if len(candidates) > 1:
+        creases = ", ".join(str(folding.crease) for folding in candidates)
+        raise HcsearchError(
+            f"{text} has {len(candidates)} foldings: name one as {text}:CREASE; its creases are {creases}"
+        )
+    return candidates[0]

@@ -41,16 +41,17 @@ class Freedoms:
 
 def freedoms_of(folding: Folding, panel: PanelSize) -> list[Freedoms]:
     """The freedoms of a folding with hinged flat pairs and, where it has mirror pairs, with those merged."""
-    found = [_freedoms("flat pairs hinged", Linkage(folding.pattern(panel, hinged=True)))]
+    freedoms = [_freedoms("flat pairs hinged", Linkage(folding.pattern(panel, hinged=True)))]
     if folding.mirror_pairs:
         pairs = ", ".join(f"{a} {b}" for a, b in folding.mirror_pairs)
-        found.append(_freedoms(f"panels {pairs} merged", Linkage(folding.pattern(panel, merged=True))))
-    return found
+        freedoms.append(_freedoms(f"panels {pairs} merged", Linkage(folding.pattern(panel, merged=True))))
+    return freedoms
 
 
 def _freedoms(joined: str, linkage: Linkage) -> Freedoms:
     ranks = (generic_rank(linkage), rank_at(linkage, linkage.folded), rank_at(linkage, linkage.flat))
-    return Freedoms(joined, *(rank.nullity for rank in ranks), linkage.pattern.kutzbach)
+    moving, folded, flat = (rank.nullity for rank in ranks)
+    return Freedoms(joined, moving, folded, flat, linkage.pattern.kutzbach)
 
 
 def lock_sentences(folding: Folding, panel: PanelSize) -> list[list[str]]:
@@ -64,14 +65,14 @@ def lock_sentences(folding: Folding, panel: PanelSize) -> list[list[str]]:
 
 def _locks(end: str, ways: dict[str, tuple[Linkage, Reals]]) -> list[list[str]]:
     """An end with rigid, and if that is locked with hinged flat pairs: hinged ones move more."""
-    found = []
+    sentences: list[list[str]] = []
     for pairs, (linkage, angles) in ways.items():
         lock = lock_at(linkage, angles)
         if not lock.locked:
             said = "rigid or hinged" if pairs == "rigid" else pairs
-            return [*found, [f"{end}, flat pairs {said}: not proved locked, {lock.reason}"]]
+            return [*sentences, [f"{end}, flat pairs {said}: not proved locked, {lock.reason}"]]
         proof = "exact" if lock.exact else "numerical"
         tight = tightness(linkage, angles)
         sentence = f"{end}, flat pairs {pairs}: locked ({proof} proof), {lock.reason}"
-        found.append([sentence] if tight is None else [sentence, tight.sentence])
-    return found
+        sentences.append([sentence] if tight is None else [sentence, tight.sentence])
+    return sentences

@@ -14,7 +14,7 @@ from hcsearch.errors import HcsearchError
 LENGTHS = ("base", "thickness", "side", "width")
 
 
-def parameters_of(found: Assembly, given: Mapping[str, Any]) -> Parameters:
+def parameters_of(assembly: Assembly, given: Mapping[str, Any]) -> Parameters:
     """The assembly's own parameters, with those changed that are given: degrees, millimetres, columns x rows."""
     changes: dict[str, Any] = {}
     for name, value in given.items():
@@ -27,10 +27,10 @@ def parameters_of(found: Assembly, given: Mapping[str, Any]) -> Parameters:
         else:
             changes[name] = math.radians(float(value)) if name == "alpha" else 1e-3 * float(value)
     for name in changes:
-        if name not in found.uses:
+        if name not in assembly.uses:
             option = "SIZE" if name == "size" else f"--{name}"
-            raise HcsearchError(f"{found.name} does not depend on {option}: leave it out")
-    return replace(found.defaults, **changes)
+            raise HcsearchError(f"{assembly.name} does not depend on {option}: leave it out")
+    return replace(assembly.defaults, **changes)
 
 
 def _size(text: str) -> tuple[int, int]:

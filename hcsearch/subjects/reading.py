@@ -69,45 +69,45 @@ class Subject:
 
 def read_subject(request: Request) -> Subject:
     """What a name or a file stands for, in its scene."""
-    found: dict[str, Any] = {}
+    content: dict[str, Any] = {}
     name = request.name
     if name.endswith(".toml"):
-        found = read_file(name)
-        if not {"design", "assembly"} & set(found):
+        content = read_file(name)
+        if not {"design", "assembly"} & set(content):
             raise SceneError(f"{name} must name a design or an assembly: write design = 'hex:0234550132:4'")
-        name = found["design"] if "design" in found else found["assembly"]
-    scene, parts = _scene(found, request)
-    parameters = dict(found.get("parameters", {}))
+        name = content["design"] if "design" in content else content["assembly"]
+    scene, parts = _scene(content, request)
+    parameters = dict(content.get("parameters", {}))
     if name in ASSEMBLIES:
         sized = request.panel or request.across or scene.panel
-        if sized or request.merge or request.flat_pairs or "panel_mm" in found or parts:
+        if sized or request.merge or request.flat_pairs or "panel_mm" in content or parts:
             raise HcsearchError(
                 f"{name} is an assembly with sizes of its own: leave out --panel, --across, --flat-pairs, --merge"
             )
-        return replace(_assembly(name, parameters, scene, found.get("formulation")), drives=_drives(found))
+        return replace(_assembly(name, parameters, scene, content.get("formulation")), drives=_drives(content))
     if parameters:
         raise HcsearchError(f"{name} is a design, which has no parameters: leave out [parameters], or name an assembly")
-    subject = _design(folding_named(name, request.db), scene, parts, request, found.get("formulation"))
-    return replace(subject, drives=_drives(found))
+    subject = _design(folding_named(name, request.db), scene, parts, request, content.get("formulation"))
+    return replace(subject, drives=_drives(content))
 
 
 def read_folding(request: Request) -> tuple[Folding, Scene]:
     """The folding that a name or a file stands for, and its scene, in which panels are settled and flat pairs open."""
-    found: dict[str, Any] = {}
+    content: dict[str, Any] = {}
     name = request.name
     if name.endswith(".toml"):
-        found = read_file(name)
-        if "design" not in found:
+        content = read_file(name)
+        if "design" not in content:
             raise SceneError(f"{name} must name a design: write design = 'hex:0234550132:4'")
-        if "drive" in found:
+        if "drive" in content:
             raise SceneError(f"{name} has a drive: give it to hcsearch deploy, or leave out its table [drive]")
-        if found.get("formulation", "constrained") != "constrained":
-            raise SceneError(f"{name} has formulation = {found['formulation']!r}: drives need 'constrained'")
-        name = found["design"]
+        if content.get("formulation", "constrained") != "constrained":
+            raise SceneError(f"{name} has formulation = {content['formulation']!r}: drives need 'constrained'")
+        name = content["design"]
     if name in ASSEMBLIES:
         raise HcsearchError(f"{name} is an assembly, which has no packed state in stacks: name DESIGN:CREASE")
     folding = folding_named(name, request.db)
-    return folding, _open_scene(found, request, folding.circuit.grid.name)
+    return folding, _open_scene(content, request, folding.circuit.grid.name)
 
 
 def read_scene_of(request: Request, grid: str) -> Scene:
@@ -115,16 +115,16 @@ def read_scene_of(request: Request, grid: str) -> Scene:
     return _open_scene({}, request, grid)
 
 
-def _open_scene(found: dict[str, Any], request: Request, grid: str) -> Scene:
-    scene, parts = _scene(found, request)
+def _open_scene(content: dict[str, Any], request: Request, grid: str) -> Scene:
+    scene, parts = _scene(content, request)
     if parts:
         raise SceneError(f"{parts[-1]!r} is a way to try a scene: name a scene alone, and --flat-pairs or --merge")
     scene = with_size(scene, request.panel, request.across, grid)
     return replace(scene, panel=panel_of(scene, grid))
 
 
-def _drives(found: dict[str, Any]) -> Drives | None:
-    return drives_in(found["drive"]) if "drive" in found else None
+def _drives(content: dict[str, Any]) -> Drives | None:
+    return drives_in(content["drive"]) if "drive" in content else None
 
 
 def _assembly(name: str, parameters: dict[str, Any], scene: Scene, formulation: Formulation | None) -> Subject:
@@ -156,7 +156,7 @@ def _design(
     return Subject(linkage, scene, formulation, {"design": folding.notation})
 
 
-def _scene(found: dict[str, Any], request: Request) -> tuple[Scene, list[str]]:
+def _scene(content: dict[str, Any], request: Request) -> tuple[Scene, list[str]]:
     """The scene of a file or by its name, with what the options change, and parts of the name that say how to look."""
     base, parts = None, []
     if (text := request.scene) is not None and text.strip():
@@ -167,7 +167,7 @@ def _scene(found: dict[str, Any], request: Request) -> tuple[Scene, list[str]]:
         base = read_scene(", ".join(named) or DEFAULT, request.db)
     elif text is not None:
         base = read_scene(text, request.db)
-    scene = scene_in(found, base=base)
+    scene = scene_in(content, base=base)
     values = dict(request.values)
     if request.flat_pairs is not None:
         values["flat_pairs"] = request.flat_pairs

@@ -101,14 +101,14 @@ def _of_file(path: str) -> Scene:
     from hcsearch.deployment.looks import look_parts
     from hcsearch.deployment.scene_files import read_file, scene_in
 
-    found = read_file(path)
+    content = read_file(path)
     for key in ("design", "assembly"):
-        if key in found:
+        if key in content:
             raise SceneError(
                 f"{path} names what is deployed, {key}: give it to hcsearch deploy, or leave that line out"
             )
-    scene = scene_in(found)
-    scene = replace(scene, name=check_name(found.get("name", Path(path).stem)))
+    scene = scene_in(content)
+    scene = replace(scene, name=check_name(content.get("name", Path(path).stem)))
     if look_parts([scene.name]) != (None, ""):
         raise SceneError(f"{path} has the name {scene.name!r}, which means a way to try a scene: write name = 'solar'")
     if scene.name in SCENES and scene != SCENES[scene.name]:

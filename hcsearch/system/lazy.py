@@ -1,4 +1,4 @@
-"""Names of a package that are imported from their modules only when somebody asks for them."""
+"""Names of a package that are imported from their modules on first use."""
 
 from __future__ import annotations
 

@@ -18,8 +18,8 @@ def catalogue_levels(springs: Sequence[float], upper: float) -> tuple[float, ...
     if not springs or not all(0.0 < spring <= upper for spring in springs):
         raise HcsearchError(f"a catalogue has springs above 0 and up to {upper:g} N m/rad: write --catalogue 0.07,0.10")
     pairs = (one + two for one, two in combinations_with_replacement(springs, 2))
-    found = {0.0, *springs, *(round(pair, 12) for pair in pairs)}
-    return tuple(sorted(level for level in found if level <= upper * (1.0 + 1e-9)))
+    stiffnesses = {0.0, *springs, *(round(pair, 12) for pair in pairs)}
+    return tuple(sorted(level for level in stiffnesses if level <= upper * (1.0 + 1e-9)))
 
 
 def nearest_levels(stiffnesses: Sequence[float] | Reals, levels: Sequence[float]) -> Levels:

@@ -21,7 +21,7 @@ from hcsearch.typing import Reals
 STAGES = ((8, 4), (3, 8))
 """Sets that are compared by samples of the tolerances, and how many samples each gets: the few best get more."""
 STARTS = 31
-"""Sets, beside the best, that are rounded to catalogue springs to begin the search for those with."""
+"""Sets, beside the best, that are rounded to catalogue springs, where the search of catalogue springs begins."""
 TRIES = 6
 """Sets that are simulated precisely until one is confirmed."""
 HARDENING = (8, 4)
@@ -44,7 +44,7 @@ class SpringSet:
 
     @property
     def value(self) -> float:
-        """The objective, whatever the loops give way."""
+        """The objective, with no slack for loops that give way."""
         return objective(self.check, 0.0, self.scales)
 
     @property
@@ -64,7 +64,7 @@ class Finder:
     def choose(self, sets: Sequence[Reals], begin: SpringSet) -> None:
         """Set `best` to the one of these that is confirmed and the least likely to fail, once hardened.
 
-        It is none worse than what the search began with, once that is confirmed.
+        It is never worse than the set that the search began with, once that one is confirmed.
         """
         best = self._chosen([*self._hardened(sets), *sets])
         self.best = min(best, self.sampled(begin) if begin.confirmed else best, key=_risk)
@@ -86,7 +86,7 @@ class Finder:
         begin = np.log([clear[first][hinges[0]] for hinges in tied])
         rng = np.random.default_rng([seed, 1_000_000])
         strategy = strategy_from(begin, 0.04, self.search.bounds, HARDENING[0], rng)
-        found: list[tuple[float, int, Reals]] = []
+        trials: list[tuple[float, int, Reals]] = []
         least, idle = math.inf, 0
         generations = max(1, self.search.budget // (2 * HARDENING[0] * HARDENING[1]))
         for k in range(generations):
@@ -94,13 +94,13 @@ class Finder:
             near = [spread_out(np.exp(point), tied) for point in points]
             means = self._means(near)
             strategy.tell(list(points), means)
-            found += [(mean, len(found) + n, one) for n, (mean, one) in enumerate(zip(means, near, strict=True))]
+            trials += [(mean, len(trials) + n, one) for n, (mean, one) in enumerate(zip(means, near, strict=True))]
             self.search.progress(self.search.budget, self.search.budget, f"hardening, {k + 1} of {generations}")
             least, idle = (min(means), 0) if min(means) < least - MORE else (least, idle + 1)
             if strategy.stop() or idle == 2:
                 break
         middle = spread_out(np.exp(strategy.result.xfavorite), tied)
-        return [middle, *(one for _, _, one in sorted(found)[: STAGES[0][0] // 2])]
+        return [middle, *(one for _, _, one in sorted(trials)[: STAGES[0][0] // 2])]
 
     def _means(self, sets: Sequence[Reals]) -> list[float]:
         """Mean objective of each set over the same few samples."""
@@ -117,7 +117,7 @@ class Finder:
         """Catalogue springs near the best set."""
         assert self.best is not None
         tied = self.search.tied
-        # sets that were found further off may round to better ones
+        # sets further from the best one may round to better ones
         near = [np.array(self.best.stiffnesses), *self.search.candidates()[:STARTS]]
         starts = [nearest_levels([one[hinges[0]] for hinges in tied], levels) for one in near]
 
@@ -125,9 +125,9 @@ class Finder:
             return [spread_out([levels[level] for level in one], tied) for one in chosen]
 
         def costs(chosen: list[Levels]) -> list[float]:
-            found = [self.evaluator.value(check) for check in self.evaluator.of_springs(sets(chosen))]
+            values = [self.evaluator.value(check) for check in self.evaluator.of_springs(sets(chosen))]
             self.search.progress(self.search.budget, self.search.budget, f"catalogue springs, {len(chosen)} sets")
-            return found
+            return values
 
         seen = descend(starts, len(levels), costs, budget=self.search.budget // 4)
         ranked = sorted(seen, key=lambda chosen: (seen[chosen], chosen))
@@ -167,8 +167,8 @@ class Finder:
             return place
         total = self.search.budget
         self.search.progress(total, total, "drawing samples")
-        (found,) = robustness(self.evaluator, [place.stiffnesses], self.spread, self.samples, self.search.seed)
-        return replace(place, robustness=found)
+        (chance,) = robustness(self.evaluator, [place.stiffnesses], self.spread, self.samples, self.search.seed)
+        return replace(place, robustness=chance)
 
 
 def _risk(one: SpringSet) -> tuple[bool, int]:

@@ -28,10 +28,10 @@ TOLERANCES: Mapping[Formulation, float] = {"constrained": 1e-4, "compliant": 3e-
 """Errors of a step while springs are searched for."""
 STRICT = 0.75
 """Share of the scene's margin by which panels are shrunk on every face while springs are searched for: less than what
-is asked for in the end, so that what is found is clear in the scene itself, too."""
+is asked for in the end, so that a set that is clear in the search is clear in the scene itself, too."""
 SOFT = {"cut_damping": 1e4, "stop_stiffness": 100.0, "stop_damping": 0.1}
 """Of compliant scenes while springs are searched for: stops give way by 0.2 degrees at most, loops as in the scene, and
-steps are ten times longer. What is found is confirmed in the scene itself."""
+steps are ten times longer. What is chosen is confirmed in the scene itself."""
 
 
 class Key(NamedTuple):
@@ -47,8 +47,8 @@ class Memory(Protocol):
     def recall(self, keys: Sequence[Key]) -> Mapping[Key, Check]:
         """Those of the keys that are known."""
 
-    def record(self, found: Mapping[Key, Check]) -> None:
-        """Keep more, all or none."""
+    def record(self, checks: Mapping[Key, Check]) -> None:
+        """Keep more checks, all of them or none."""
 
 
 class Own:
@@ -61,9 +61,9 @@ class Own:
         """Those of the keys that are known."""
         return {key: self._known[key] for key in keys if key in self._known}
 
-    def record(self, found: Mapping[Key, Check]) -> None:
-        """Keep more."""
-        self._known |= found
+    def record(self, checks: Mapping[Key, Check]) -> None:
+        """Keep more checks."""
+        self._known |= checks
 
 
 class Evaluator:
@@ -134,9 +134,9 @@ class Evaluator:
         missing = {key: scene for key, scene in zip(keys, scenes, strict=True) if key not in known}
         if missing:
             fresh = self._run([compiled(scene) for scene in missing.values()], whole)
-            found = dict(zip(missing, fresh, strict=True))
-            self._memory.record(found)
-            known |= found
+            checks = dict(zip(missing, fresh, strict=True))
+            self._memory.record(checks)
+            known |= checks
         return [known[key] for key in keys]
 
     def _run(self, scenes: Sequence[Compiled], whole: bool) -> list[Check]:

@@ -24,10 +24,10 @@ class Ledger:
         """Those of the keys that are known."""
         return {key: self._known[key] for key in keys if key in self._known}
 
-    def record(self, found: Mapping[Key, Check]) -> None:
-        """Store more, in one transaction."""
-        record_evaluations(self._database, [self.row(self._subject, key, check) for key, check in found.items()])
-        self._known |= found
+    def record(self, checks: Mapping[Key, Check]) -> None:
+        """Store more checks, in one transaction."""
+        record_evaluations(self._database, [self.row(self._subject, key, check) for key, check in checks.items()])
+        self._known |= checks
 
     @staticmethod
     def row(subject: str, key: Key, check: Check) -> dict[str, Any]:

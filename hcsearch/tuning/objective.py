@@ -34,7 +34,7 @@ def objective(check: Check, slack: float = 0.0, scales: Scales = DEFAULT) -> flo
 
     - flat and clear: -q (d_p - slack), not less than -1, as gaps above `AMPLE` count as that, and less than 1: what
       is certain of the gap, which impacts that open the loops lessen;
-    - else 1 + the mean fold angle over pi that is left when panels come together (or cannot be told apart), or where it
+    - else 1 + the mean fold angle over pi that is left when panels come together (or may do so), or where it
       is clear at the end, so that what gets further is better; what comes after a collision counts for nothing. To that
       p v_a, and 1 where the simulation gave up.
     """

@@ -36,9 +36,10 @@ SPREADS = tuple(field.name for field in fields(Spread))
 
 @dataclass(frozen=True)
 class Robustness:
-    """What became of random samples: how many there were, collided (or could not be told apart), and failed.
+    """What became of random samples.
 
-    failures : those that did not come flat and clear.
+    samples : how many there were. collisions : those that collided, or of which that is undecided. failures : those
+        that did not come flat and clear.
     """
 
     samples: int
@@ -64,19 +65,19 @@ class Robustness:
 def _interval(count: int, samples: int) -> tuple[float, float]:
     from scipy.stats import binomtest  # noqa: PLC0415 - takes longer to load than a check
 
-    found = binomtest(count, samples).proportion_ci(CONFIDENCE, method="exact")
-    return float(found.low), float(found.high)
+    ends = binomtest(count, samples).proportion_ci(CONFIDENCE, method="exact")
+    return float(ends.low), float(ends.high)
 
 
 def sampled(scene: Scene, stiffnesses: Sequence[float] | Reals, spread: Spread, samples: int, seed: int) -> list[Scene]:
     """Scenes within the tolerances of one, the same for the same seed.
 
     Relative values are lognormal, so that none is negative; what is 0 stays 0. Where samples of two spring sets have
-    one seed, they differ from their middle alike, so that few samples tell which is better.
+    one seed, they differ from their middle alike, so that few samples show which is better.
     """
     rng = np.random.default_rng(seed)
     base = np.asarray(stiffnesses, float)
-    found = []
+    scenes = []
     for _ in range(samples):
         springs = base * np.exp(spread.stiffness * rng.standard_normal(len(base)))
         damping, mass = np.exp([spread.damping, spread.mass] * rng.standard_normal(2))
@@ -88,8 +89,8 @@ def sampled(scene: Scene, stiffnesses: Sequence[float] | Reals, spread: Spread, 
             damping=None if scene.damping is None else scene.damping * float(damping),
             start=float(start),
         )
-        found.append(scene_springs(changed, springs))
-    return found
+        scenes.append(scene_springs(changed, springs))
+    return scenes
 
 
 def robustness(
@@ -113,12 +114,12 @@ def most_robust(
     stages : how many sets get how many samples, fewer sets and more samples each time: most sets are out after a few.
     """
     left = list(range(len(sets)))
-    found: dict[int, Robustness] = {}
+    chances: dict[int, Robustness] = {}
     for kept, samples in stages:
         left = left[:kept]
-        found = dict(zip(left, robustness(evaluator, [sets[k] for k in left], spread, samples, seed), strict=True))
-        left = sorted(left, key=lambda k, of=found: (of[k].failures, k))  # type: ignore[misc]
-    return [(k, found[k]) for k in left]
+        chances = dict(zip(left, robustness(evaluator, [sets[k] for k in left], spread, samples, seed), strict=True))
+        left = sorted(left, key=lambda k, of=chances: (of[k].failures, k))  # type: ignore[misc]
+    return [(k, chances[k]) for k in left]
 
 
 def counted(checks: Sequence[Check]) -> Robustness:

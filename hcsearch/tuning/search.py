@@ -36,10 +36,21 @@ GOOD = -0.999
 
 def spread_out(values: Sequence[float] | Reals, tied: Sequence[tuple[int, ...]]) -> Reals:
     """Stiffnesses of all hinges from those of the tied groups, to four digits: nobody makes springs more precisely."""
-    found = np.empty(sum(map(len, tied)))
+    stiffnesses = np.empty(sum(map(len, tied)))
     for value, hinges in zip(values, tied, strict=True):
-        found[list(hinges)] = float(f"{value:.4g}")
-    return found
+        stiffnesses[list(hinges)] = float(f"{value:.4g}")
+    return stiffnesses
+
+
+def first_generation(start: Reals, tied: Sequence[tuple[int, ...]], seed: int, bounds: tuple[float, float]) -> Reals:
+    """Logarithms of stiffnesses, (GENERATION, len(tied)): the start, and a Latin hypercube within the bounds."""
+    from scipy.stats import qmc  # noqa: PLC0415 - takes longer to load than many checks
+
+    low, high = np.log(bounds)
+    points = qmc.LatinHypercube(len(tied), rng=seed).random(GENERATION)
+    logarithms: Reals = low + (high - low) * points
+    logarithms[0] = np.log([start[hinges[0]] for hinges in tied])
+    return logarithms
 
 
 class SpentError(Exception):
@@ -57,7 +68,7 @@ class Place:
 
 
 class SpringSearch:
-    """The search for springs: starts of CMA-ES until one finds what comes flat and clear, or evaluations are spent."""
+    """The search for springs: starts of CMA-ES until a set comes flat and clear, or evaluations are spent."""
 
     def __init__(
         self, evaluator: Evaluator, tied: Sequence[tuple[int, ...]], budget: int, seed: int, progress: Progress
@@ -65,7 +76,7 @@ class SpringSearch:
         self.evaluator, self.tied, self.budget, self.seed, self.progress = evaluator, tied, budget, seed, progress
         self.spent = 0
         self.best: Place | None = None
-        self.found: list[Place] = []
+        self.clear: list[Place] = []
         self.success = False
         self._own: Place | None = None
         low, high = range_of(evaluator.scene)
@@ -85,7 +96,7 @@ class SpringSearch:
     def candidates(self) -> list[Reals]:
         """Sets that came flat and clear, the best first, without those that hardly differ; else the best of all."""
         kept: list[Reals] = []
-        for place in sorted(self.found, key=lambda place: place.value):
+        for place in sorted(self.clear, key=lambda place: place.value):
             if all(np.abs(np.log(place.stiffnesses / other)).max() > APART for other in kept):
                 kept.append(place.stiffnesses)
         return kept or ([self.best.stiffnesses] if self.best else [])
@@ -101,7 +112,7 @@ class SpringSearch:
             Place(point, stiffnesses, check, self.evaluator.value(check))
             for point, stiffnesses, check in zip(inside, sets, self.evaluator.of_springs(sets), strict=True)
         ]
-        self.found += [place for place in places if place.check.deploys]
+        self.clear += [place for place in places if place.check.deploys]
         least = min(places, key=lambda place: place.value)
         if self.best is None or least.value < self.best.value:
             self.best = least
@@ -116,14 +127,14 @@ class SpringSearch:
         """One start of CMA-ES, and from the best set, where that comes flat and clear, up to its largest gap."""
         rng = np.random.default_rng([self.seed, number])
         self._own = None
-        known = len(self.found)
+        known = len(self.clear)
         begin = start if number == 0 else rng.uniform(self.low, self.high, len(self.tied))
         own = self._evolve(begin, rng)
         if own.check.deploys:
             self.success = True
             self._descend(own.point)
             # the middle of the sets that do is further from those that do not
-            self.values(np.mean([place.point for place in self.found[known:]], axis=0)[None])
+            self.values(np.mean([place.point for place in self.clear[known:]], axis=0)[None])
 
     def _evolve(self, start: Reals, rng: np.random.Generator) -> Place:
         """The best set of one start."""

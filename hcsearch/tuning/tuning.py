@@ -17,17 +17,17 @@ from hcsearch.tuning.choice import Finder, SpringSet
 from hcsearch.tuning.evaluation import TOLERANCES, Evaluator, Memory
 from hcsearch.tuning.objective import Scales
 from hcsearch.tuning.robustness import Spread
-from hcsearch.tuning.search import GENERATION, Place, Progress, SpringSearch, spread_out
+from hcsearch.tuning.search import Place, Progress, SpringSearch, first_generation, spread_out
 from hcsearch.typing import Reals
 from hcsearch.vocabulary import Formulation
 
 EVALUATIONS, SAMPLES = 500, 64
-"""Spring sets that a search tries, and samples of the tolerances that are drawn for what it found."""
+"""Spring sets that a search tries, and samples of the tolerances that are drawn for a set that is confirmed."""
 
 
 @dataclass(frozen=True)
 class Tuning:
-    """What a tuning found.
+    """The result of a tuning.
 
     scene : that it was tuned in, settled. start : the springs it began with. best : the confirmed set least likely to
         collide, or else the one of the least objective. rounded : the same of catalogue springs; None where none were
@@ -64,9 +64,9 @@ def tune(
 
     formulation : unless given `constrained`, or `compliant` where only so any set comes flat at first. catalogue :
     stiffnesses of what can be bought (N m/rad). evaluations : spring sets tried, in all but the rounding; half as many
-    samples may be drawn to harden what was found. samples : drawn of the tolerances in `spread`. memory : takes and
+    samples may be drawn to harden the best sets. samples : drawn of the tolerances in `spread`. memory : takes and
     gives evaluations, so that the same tuning again goes on where it stopped.
-    The same arguments find the same springs. The springs of the scene are the start; softer ones count as the softest.
+    The same arguments give the same springs. The springs of the scene are the start; softer ones count as the softest.
     Errors: HcsearchError for stiffer or negative ones, for a floating scene, and for other formulations.
     """
     if formulation is not None and formulation not in TOLERANCES:
@@ -83,7 +83,7 @@ def tune(
             f"{stiffest:g}: give some within, or none, or another --spring-range"
         )
     start = spread_out([np.clip(given[list(hinges)].mean(), softest, stiffest) for hinges in tied], tied)
-    first = _first_generation(start, tied, seed, (softest, stiffest))
+    first = first_generation(start, tied, seed, (softest, stiffest))
     evaluator = _evaluator(linkage, scene, formulation, first, memory)
     search = SpringSearch(evaluator, tied, evaluations, seed, progress or _silent)
     finder = Finder(search, scene, samples, spread or Spread())
@@ -91,7 +91,7 @@ def tune(
     rounded = None
     begin = SpringSet(tuple(start.tolist()), evaluator.of_springs([start])[0], scales=evaluator.scales)
     try:
-        # checks shrink panels by less and are coarse: what is too near to tell for them may be certain
+        # checks shrink panels by less and are coarse: the precise simulation may decide what they leave open
         begin = finder.precise(begin)
         search.run(start, first)
         finder.choose(search.candidates(), begin)
@@ -111,17 +111,6 @@ def _silent(done: int, total: int, note: str) -> None:
 
 def _seen(place: Place, scales: Scales) -> SpringSet:
     return SpringSet(tuple(place.stiffnesses.tolist()), place.check, scales=scales)
-
-
-def _first_generation(start: Reals, tied: Sequence[tuple[int, ...]], seed: int, bounds: tuple[float, float]) -> Reals:
-    """Logarithms of stiffnesses, (GENERATION, len(tied)): the start, and a Latin hypercube within the bounds."""
-    from scipy.stats import qmc  # noqa: PLC0415 - takes longer to load than many checks
-
-    low, high = np.log(bounds)
-    points = qmc.LatinHypercube(len(tied), rng=seed).random(GENERATION)
-    found: Reals = low + (high - low) * points
-    found[0] = np.log([start[hinges[0]] for hinges in tied])
-    return found
 
 
 def _evaluator(

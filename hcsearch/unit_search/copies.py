@@ -113,10 +113,10 @@ class Sheet:
     @cached_property
     def codes(self) -> Whole:
         """Codes of the creases between facets, shape (n_facets, n_facets)."""
-        found = np.full((len(self.centres),) * 2, SLIT)
+        codes = np.full((len(self.centres),) * 2, SLIT)
         for (i, j), crease in self.pattern.creases.items():
-            found[i, j] = found[j, i] = code_of(crease)
-        return found
+            codes[i, j] = codes[j, i] = code_of(crease)
+        return codes
 
     @cached_property
     def creases(self) -> list[tuple[complex, complex, int]]:

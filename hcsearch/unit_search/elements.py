@@ -98,10 +98,10 @@ def _rigid_pair(folding: Folding | None, crease: int, half: int) -> RigidPair:
 def elements_of(folding: Folding) -> list[Element]:
     """The element of a folding on its regular grid, and the one with mirror pairs merged where there are some."""
     size = default_panel(folding.circuit.grid.name)
-    found = [Element(folding, False, folding.pattern(size))]
+    variants = [Element(folding, False, folding.pattern(size))]
     if folding.mirror_pairs:
-        found.append(Element(folding, True, folding.pattern(size, merged=True)))
-    return found
+        variants.append(Element(folding, True, folding.pattern(size, merged=True)))
+    return variants
 
 
 def elements(grid: str, n: int) -> Iterator[Element]:
@@ -114,11 +114,11 @@ def elements(grid: str, n: int) -> Iterator[Element]:
 
 def untwisted(grid: str, n: int) -> Iterator[Folding]:
     """The untwisted foldings of all designs of n panels."""
-    found = grid_named(grid)
+    tiling = grid_named(grid)
     if n % 2 or n < 4:
         raise SizeError(f"{n} panels do not fold into two stacks: give an even number from 4 up")
-    search = PolygonSearch(found, n) if n < 14 else search_all(found, n, "untwisted")
+    search = PolygonSearch(tiling, n) if n < 14 else search_all(tiling, n, "untwisted")
     for batch in search.batches():
         for word in batch.words.tolist():
-            circuit = Circuit(found, tuple(word))
+            circuit = Circuit(tiling, tuple(word))
             yield from (folding for folding in foldings(circuit) if not twist(folding))

@@ -33,29 +33,29 @@ SAME = 1e-9
 def isosceles_elements(n: int, alpha: float) -> Iterator[Element]:
     """Elements of all untwisted foldings of n triangles that isosceles ones make with closed slits.
 
-    alpha : base angle in degrees. The shape of an element tells its outer panels and where the apex lies: a rhombus
-        has it across from the flat crease, a parallelogram or a kite on its right or on its left.
+    alpha : base angle in degrees. The shape of an element names its outer panels and the place of the apex: across from
+        the flat crease in a rhombus, on its right or on its left in a parallelogram or a kite.
     """
     for folding in untwisted("triangle", n):
         for shape, kind, angles in isosceles_shapes(alpha):
             pattern = with_triangles(folding, angles, kind)
             if pattern is None:
                 continue
-            found = [Element(folding, False, pattern, shape, alpha)]
+            variants = [Element(folding, False, pattern, shape, alpha)]
             if folding.mirror_pairs:
                 merged = with_triangles(folding, angles, kind, merged=True)
-                found += [] if merged is None else [Element(folding, True, merged, shape, alpha)]
-            yield from (element for element in found if element.linkage.n_hinges and closes(element.linkage))
+                variants += [] if merged is None else [Element(folding, True, merged, shape, alpha)]
+            yield from (element for element in variants if element.linkage.n_hinges and closes(element.linkage))
 
 
 def isosceles_shapes(alpha: float) -> list[tuple[str, str, Angles]]:
     """The five ways to give the base triangles an apex: name, kind of outer panels, angles in rad."""
     check_base_angle(alpha)
     a, c = math.radians(alpha), math.radians(180 - 2 * alpha)
-    found = [("rhombus", PARALLELOGRAM, (a, a, c))]
+    shapes = [("rhombus", PARALLELOGRAM, (a, a, c))]
     for kind in (PARALLELOGRAM, KITE):
-        found += [(f"{kind} right", kind, (c, a, a)), (f"{kind} left", kind, (a, c, a))]
-    return found
+        shapes += [(f"{kind} right", kind, (c, a, a)), (f"{kind} left", kind, (a, c, a))]
+    return shapes
 
 
 def with_triangles(folding: Folding, angles: Angles, kind: str, *, merged: bool = False) -> Pattern | None:
@@ -93,12 +93,14 @@ def unfold(folding: Folding, angles: Angles, kind: str) -> list[dict[Corner, com
     edge = [corner for corner in regular[first[0]] if corner in regular[second[0]]]
     start = _first(regular[first[0]], edge, angles)
     beside = _beside(start, edge, regular[second[0]], kind)
-    found: list[dict[Corner, complex]] = [{} for _ in range(n)]
+    triangles: list[dict[Corner, complex]] = [{} for _ in range(n)]
     for stack, triangle in ((first, start), (second, beside)):
-        found[stack[0]] = triangle
+        triangles[stack[0]] = triangle
         for below, panel in pairwise(stack):
-            found[panel] = _reflected(found[below], regular[panel])
-    return [{corner: triangle[corner] for corner in corners} for corners, triangle in zip(regular, found, strict=True)]
+            triangles[panel] = _reflected(triangles[below], regular[panel])
+    return [
+        {corner: triangle[corner] for corner in corners} for corners, triangle in zip(regular, triangles, strict=True)
+    ]
 
 
 def _first(corners: list[Corner], edge: list[Corner], angles: Angles) -> dict[Corner, complex]:

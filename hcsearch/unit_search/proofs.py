@@ -41,10 +41,10 @@ class UnitProof:
     dof, dof_folded, dof_flat : nullity at a generic state of the motion and at its ends; None undecided.
     rank_gap : least singular value that counts over the noise, at the generic state.
     deployment_ratio : flat area over footprint of the folded package; overlap : volume that panels fill twice (m^3).
-    ways : finite motions found out of the folded state within the stops.
-    path : `flat` where one smooth motion leads from folded to flat; `stopped` where those found out of the folded state
+    ways : number of finite motions out of the folded state, within the stops, that the search reports.
+    path : `flat` where one smooth motion leads from folded to flat; `stopped` where those out of the folded state
         come to stops, from where others may go on; `stepwise` where springs find a way that is no smooth motion; `none`
-        where nothing was found; `locked` where nothing moves.
+        where the search reports nothing; `locked` where nothing moves.
     path_dof : nullities between its ends, each once. closure_error : greatest residual on it (rad, or gap over size).
     contact : whether panels cut through each other at a state of it; None without such a motion.
     """
@@ -65,7 +65,7 @@ class UnitProof:
     def verdict(self) -> str:
         """`unit` where it moves from folded to flat with one degree of freedom all the way, else what is against it.
 
-        `no motion found` proves nothing; `stopped` and `several motions` prove it as far as all motions were found.
+        `no motion found` proves nothing; `stopped` and `several motions` prove it unless a motion was missed.
         """
         if self.dof != 1:
             return "undecided" if self.dof is None else f"{self.dof} degrees of freedom"
@@ -126,7 +126,7 @@ def locked(linkage: Linkage) -> bool:
 def prove(pattern: Pattern) -> UnitProof:
     """Rank, package and motion of a pattern; PatternError where it has no folded state.
 
-    The motion is looked for where it would be one of a single-DoF unit, and the package has no two panels in one place.
+    The motion is searched only with one degree of freedom at a generic state, and no two panels in one place folded.
     """
     linkage = Linkage(pattern)
     if not closes(linkage):
@@ -150,17 +150,17 @@ def prove(pattern: Pattern) -> UnitProof:
 
 
 def _motion(linkage: Linkage) -> _Motion:
-    """The motion out of the folded state; where no branch is found or followed to its end, one that springs find."""
+    """The motion out of the folded state; where no branch leads to the flat state, one that springs find."""
     if locked(linkage):
         return _Motion(0, "locked")
     paths = [follow(linkage, linkage.folded, way, limits=Limits(goal="flat")) for way in _ways(linkage)]
     for path in paths:
         if path.outcome == "flat":
             return _followed(len(paths), "flat", path)
-    found = _searched(linkage, len(paths))
+    sprung = _searched(linkage, len(paths))
     # the search for branches may have missed one, so springs are tried even where all come to a stop
     stopped = bool(paths) and all(path.outcome == "stopped" for path in paths)
-    return replace(found, path="stopped", residual=None, states=None) if stopped and found.path != "flat" else found
+    return replace(sprung, path="stopped", residual=None, states=None) if stopped and sprung.path != "flat" else sprung
 
 
 def _ways(linkage: Linkage) -> list[Reals]:
@@ -171,12 +171,12 @@ def _ways(linkage: Linkage) -> list[Reals]:
         opening = np.where(linkage.folded > 0.0, -only, only)
         senses = ((only, opening), (-only, -opening))
         return [velocity for velocity, opens in senses if opens.min() > -1e-9]
-    found = branches(linkage, linkage.folded, stops=True).finite
-    return [way.direction for way in found if way.within]
+    finite = branches(linkage, linkage.folded, stops=True).finite
+    return [way.direction for way in finite if way.within]
 
 
 def _searched(linkage: Linkage, ways: int) -> _Motion:
-    """A motion found by springs, and followed both ways from its middle where it is one motion and not several."""
+    """A motion that springs make, and followed both ways from its middle where it is one motion and not several."""
     springs = find_motion(linkage).path
     if springs.outcome != "flat":
         return _Motion(ways, "none", _between(springs))
@@ -190,11 +190,11 @@ def _searched(linkage: Linkage, ways: int) -> _Motion:
 
 def _denser(linkage: Linkage, states: Reals) -> Reals:
     """The states of a motion with closed ones between them."""
-    found = [states[-1]]
+    denser = [states[-1]]
     for one, two in pairwise(states):
-        found.append(one)
-        found += [close(linkage, one + share * (two - one)).angles for share in BETWEEN]
-    return np.array(found)
+        denser.append(one)
+        denser += [close(linkage, one + share * (two - one)).angles for share in BETWEEN]
+    return np.array(denser)
 
 
 def _followed(ways: int, outcome: str, *paths: Path) -> _Motion:

@@ -41,8 +41,8 @@ class Rings:
     def own(self) -> list[Placement]:
         """Motions that carry the element onto itself."""
         n = len(self.sheet.centres)
-        found = (motion for motion in self.sheet.placements() if self._whole(motion, n))
-        return [STILL, *(motion for motion in found if motion.key != STILL.key)]
+        symmetries = (motion for motion in self.sheet.placements() if self._whole(motion, n))
+        return [STILL, *(motion for motion in symmetries if motion.key != STILL.key)]
 
     def _whole(self, motion: Placement, n: int) -> bool:
         overlap = self.sheet.overlap(motion)
@@ -51,12 +51,12 @@ class Rings:
     @cached_property
     def placements(self) -> list[Placement]:
         """Where a second copy can lie so that hinges merge, those that the element's symmetry makes equal once."""
-        found: dict[int, Placement] = {}
+        distinct: dict[int, Placement] = {}
         for motion in self.sheet.placements():
             key = self.key(motion)
-            if key not in found and self._joins(motion):
-                found[key] = motion
-        return list(found.values())
+            if key not in distinct and self._joins(motion):
+                distinct[key] = motion
+        return list(distinct.values())
 
     def key(self, motion: Placement) -> int:
         """The number of a copy: the same for motions that differ by a symmetry of the element."""
@@ -88,7 +88,7 @@ class Rings:
             yield STILL, motion
 
     def rings(self) -> Iterator[tuple[Placement, ...]]:
-        """Four copies A, B, C, D, the first where the element is; B and D are not told apart."""
+        """Four copies A, B, C, D, the first where the element is; B and D may be exchanged."""
         across: dict[int, tuple[Placement, list[int]]] = {}
         for b, first in enumerate(self.placements):
             for second in self.placements:
@@ -107,13 +107,13 @@ class Rings:
 
     def marks(self, copies: Iterable[Placement]) -> list[Mark]:
         """Facets and creases of a union, each once."""
-        found: dict[tuple[int, int, int], Mark] = {}
+        distinct: dict[tuple[int, int, int], Mark] = {}
         for motion in copies:
             for place, code in self._own_marks:
                 image = motion.plane(place)
                 seen = code if code == _FACET else motion.exchange * code
-                found[_rounded(image, seen)] = (image, seen)
-        return list(found.values())
+                distinct[_rounded(image, seen)] = (image, seen)
+        return list(distinct.values())
 
     @cached_property
     def _own_marks(self) -> list[Mark]:
@@ -136,7 +136,7 @@ def least_kutzbach(marks: Sequence[Mark]) -> int:
 
 
 def congruence_key(marks: Sequence[Mark]) -> Key:
-    """What congruent unions have in common and no others: facets and creases seen from the farthest facets."""
+    """The same for congruent unions, also inverted ones, and for no others: their marks seen from a farthest facet."""
     places = np.array([place for place, _ in marks])
     codes = np.array([code for _, code in marks])
     facets = codes == _FACET

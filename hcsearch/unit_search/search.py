@@ -28,7 +28,7 @@ Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
-class UnitFound:
+class Unit:
     """Copies of one element that move together from folded to flat with one degree of freedom, and what shows it.
 
     copies : where each lies, the first where the element is. pattern : their union.
@@ -107,8 +107,8 @@ class Searched:
     tried: int = 0
     folding: int = 0
     single: int = 0
-    units: tuple[UnitFound, ...] = ()
-    refuted: tuple[UnitFound, ...] = ()
+    units: tuple[Unit, ...] = ()
+    refuted: tuple[Unit, ...] = ()
     skipped: str = ""
     complete: bool = True
     seconds: float = 0.0
@@ -138,7 +138,7 @@ def search_units(
 
 
 def search_elements(
-    found: Iterable[Element],
+    elements: Iterable[Element],
     *,
     max_dof: int | None = None,
     copies: tuple[int, ...] = (2, 4),
@@ -150,7 +150,7 @@ def search_elements(
     max_dof : elements with more degrees of freedom are left out.
     """
     known: dict[Key, str] = {}
-    for element in found:
+    for element in elements:
         skipped = _reason(element, max_dof, known)
         if skipped:
             yield Searched(element, skipped=skipped)
@@ -191,8 +191,8 @@ class _Search:
         unions, complete = self._unions(rings, copies)
         light = [(key, ring) for key, (ring, marks) in unions.items() if least_kutzbach(marks) <= 1]
         known = _known_units(self.element.alpha)
-        found: list[UnitFound] = []
-        refuted: list[UnitFound] = []
+        units: list[Unit] = []
+        refuted: list[Unit] = []
         tried = folding = 0
         for number, (key, ring) in enumerate(light):
             if self._late():
@@ -207,8 +207,8 @@ class _Search:
                 continue
             folding += 1
             if freedom(pattern) == 1:
-                unit = UnitFound(self.element, copies_there, pattern, prove(pattern), known.get(key, ""))
-                (found if unit.proof.holds else refuted).append(unit)
+                unit = Unit(self.element, copies_there, pattern, prove(pattern), known.get(key, ""))
+                (units if unit.proof.holds else refuted).append(unit)
         return Searched(
             self.element,
             len(rings.placements),
@@ -216,8 +216,8 @@ class _Search:
             len(light),
             tried,
             folding,
-            len(found) + len(refuted),
-            tuple(found),
+            len(units) + len(refuted),
+            tuple(units),
             tuple(refuted),
             complete=complete,
             seconds=time.monotonic() - self.began,
@@ -230,18 +230,18 @@ class _Search:
         self, rings: Rings, copies: tuple[int, ...]
     ) -> tuple[dict[Key, tuple[tuple[Placement, ...], list[Mark]]], bool]:
         """One arrangement of each class of congruent unions, and whether the list is complete."""
-        found: dict[Key, tuple[tuple[Placement, ...], list[Mark]]] = {}
+        unions: dict[Key, tuple[tuple[Placement, ...], list[Mark]]] = {}
         seen = set()
         for ring in _arrangements(rings, copies):
             keys = frozenset(map(rings.key, ring))
             if keys in seen:
                 continue
             seen.add(keys)
-            if len(found) >= self.limits.unions or self._late():
-                return found, False
+            if len(unions) >= self.limits.unions or self._late():
+                return unions, False
             marks = rings.marks(ring)
-            found.setdefault(congruence_key(marks), (ring, marks))
-        return found, True
+            unions.setdefault(congruence_key(marks), (ring, marks))
+        return unions, True
 
     def _folding(self, sheet: Sheet, ring: tuple[Placement, ...]) -> Pattern | None:
         """The union, where it is a pattern, its loops close when folded, and no two panels lie in one place then."""
@@ -265,10 +265,10 @@ def _arrangements(rings: Rings, copies: tuple[int, ...]) -> Iterator[tuple[Place
 def _known_units(alpha: float | None) -> dict[Key, str]:
     """Congruence keys of the units that have a name; regular triangles are those of 60 degrees."""
     parameters = Parameters(alpha=math.radians(60.0 if alpha is None else alpha))
-    found = {}
+    names = {}
     for name, build in (("unit-i", unit_i), ("unit-ii", unit_ii), ("unit-iii", unit_iii)):
-        found[congruence_key(marks_of(Sheet(build(parameters), lattice=False)))] = name
-    return found
+        names[congruence_key(marks_of(Sheet(build(parameters), lattice=False)))] = name
+    return names
 
 
 def _directions(pattern: Pattern) -> int:

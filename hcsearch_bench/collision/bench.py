@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import ClassVar
 
@@ -10,12 +9,13 @@ import numpy as np
 
 from hcsearch.kernels.collision.distances import closest_of_pairs
 from hcsearch.typing import Reals, Whole
-from hcsearch_bench.collision.deployments import DEPLOYMENTS, FAR, QUICK_DEPLOYMENTS, DeploymentRow, deployment_row
+from hcsearch_bench.collision.deployments import DEPLOYMENTS, FAR, QUICK_DEPLOYMENTS, ProximityRow, proximity_row
 from hcsearch_bench.collision.pairs import FAMILIES, Family, Sample
 from hcsearch_bench.collision.proofs import settle
 from hcsearch_bench.peers import coal_distances as coal
+from hcsearch_bench.run.goals import Goal
 from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
 from hcsearch_bench.run.timing import Stopwatch, median_time
 
@@ -58,36 +58,22 @@ class PairRow:
 
 
 @dataclass(frozen=True)
-class GoalRow:
-    """A goal and what was measured."""
-
-    goal: str
-    at_most: float
-    measured: float
-    met: str
-
-
-@dataclass(frozen=True)
-class CollisionReport(Report):
+class CollisionReport(BenchReport):
     """All that one run of the bench measured."""
 
     page: ClassVar[str] = "collision"
-    heading: ClassVar[str] = "# Bench: collision"
 
     pairs: list[PairRow]
-    deployments: list[DeploymentRow]
+    deployments: list[ProximityRow]
 
     @property
-    def goals(self) -> list[GoalRow]:
+    def goals(self) -> list[Goal]:
         """The goals, by what was measured."""
         worst = max(row.pair_us for row in self.deployments)
         share = max(row.distances_ms / row.dynamics_ms for row in self.deployments)
         return [
-            GoalRow(goal, at_most, measured, "yes" if measured <= at_most else "no")
-            for goal, at_most, measured in (
-                ("microseconds a pair and state, all distances exact, slowest deployment", GOAL, worst),
-                ("of the time of the dynamics, slowest deployment", 1.0, share),
-            )
+            Goal("microseconds a pair and state, all distances exact, slowest deployment", worst, at_most=GOAL),
+            Goal("of the time of the dynamics, slowest deployment", share, at_most=1.0),
         ]
 
     @property
@@ -112,16 +98,22 @@ class CollisionReport(Report):
                 "Distances of all pairs that no hinge joins, at all states of a deployment and two between each, from "
                 "fold angles to the dataset D. `touch`, `collide`: shares of pairs and states. `pair_us`: a pair of "
                 "panels and state, all distances exact; `facet_us`: the same a pair of facets; `near_us`: distances "
-                "beyond the thickness told by a bound. `coal_facet_us`: coal through Pinocchio, placed and asked at "
+                "beyond the thickness by a lower bound. `coal_facet_us`: coal through Pinocchio, placed and asked at "
                 f"once, a pair of facets. `difference` (m): greatest between both; `beyond`: more than {FAR:g} m, of "
                 "which `ours` is right, `theirs` is, by exact arithmetic. Processor time, medians of `runs`.",
                 self.deployments,
             ),
-            Table("goals", "Goals", "Processor time, medians.", self.goals),
+            Table(
+                "goals",
+                "Goals",
+                "Processor time, medians.",
+                self.goals,
+                columns=("goal", "at_most", "measured", "met"),
+            ),
         ]
 
 
-def measure(*, quick: bool = False, repeats: int = 3, say: Callable[[str], None] = print) -> CollisionReport:
+def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> CollisionReport:
     """Run the whole bench: minutes; `quick`: a fiftieth of the pairs, two deployments."""
     machine = this_machine(("coal", "pin"))
     repeats = 1 if quick else repeats
@@ -132,7 +124,7 @@ def measure(*, quick: bool = False, repeats: int = 3, say: Callable[[str], None]
     deployments = []
     for name in QUICK_DEPLOYMENTS if quick else DEPLOYMENTS:
         say(f"deployment of {name}")
-        deployments.append(deployment_row(name, repeats))
+        deployments.append(proximity_row(name, repeats))
     return CollisionReport(machine, rows, deployments)
 
 
@@ -149,17 +141,17 @@ def pair_row(family: Family, n: int, repeats: int, seed: int) -> PairRow:
     """Ask for n distances of a kind."""
     sample = family.make(np.random.default_rng(seed), n)
     solids, counts = sample.vertices(), sample.counts
-    found, cold, runs = _search(solids, counts, None, repeats)
-    _, warm, _ = _search(solids, counts, found, repeats)
+    answers, cold, runs = _search(solids, counts, None, repeats)
+    _, warm, _ = _search(solids, counts, answers, repeats)
     row = dict.fromkeys(("difference", "beyond", "ours", "theirs", "coal_us", "coal_warm_us", "coal_loop_us"))
     if coal.installed():
-        row |= _beside_coal(sample, solids, counts, found, repeats)
+        row |= _beside_coal(sample, solids, counts, answers, repeats)
     return PairRow(
         kind=family.name,
         what=family.what,
         pairs=n,
-        meet=float((found.gaps <= 0.0).mean()),
-        exhaustive=int((found.corners[:, 0] < 0).sum()),
+        meet=float((answers.gaps <= 0.0).mean()),
+        exhaustive=int((answers.corners[:, 0] < 0).sum()),
         cold_us=1e6 * cold / n,
         warm_us=1e6 * warm / n,
         runs=runs,
@@ -170,24 +162,26 @@ def pair_row(family: Family, n: int, repeats: int, seed: int) -> PairRow:
 def _search(solids: Reals, counts: Whole, start: _Answers | None, repeats: int) -> tuple[_Answers, float, int]:
     """Answers, from nowhere or from others, median processor seconds, and how many runs there were."""
     n = len(counts[0])
-    found = _Answers(np.empty(n), np.empty((n, 3)), np.empty((n, 4), np.int64))
+    answers = _Answers(np.empty(n), np.empty((n, 3)), np.empty((n, 4), np.int64))
 
     def run() -> float:
-        found.ways[:] = 0.0 if start is None else start.ways
-        found.corners[:] = -1 if start is None else start.corners
+        answers.ways[:] = 0.0 if start is None else start.ways
+        answers.corners[:] = -1 if start is None else start.corners
         watch = Stopwatch()
         with watch:
-            closest_of_pairs(solids[0], counts[0], solids[1], counts[1], found.ways, found.corners, found.gaps)
+            closest_of_pairs(solids[0], counts[0], solids[1], counts[1], answers.ways, answers.corners, answers.gaps)
         return watch.cpu
 
     run()  # compiled
-    return found, *median_time(run, repeats)
+    return answers, *median_time(run, repeats)
 
 
-def _beside_coal(sample: Sample, solids: Reals, counts: Whole, found: _Answers, repeats: int) -> dict[str, float | int]:
+def _beside_coal(
+    sample: Sample, solids: Reals, counts: Whole, answers: _Answers, repeats: int
+) -> dict[str, float | int]:
     """What coal says and takes, and who is right where it differs."""
     theirs, seconds = coal.one_by_one(sample.shapes, sample.which, sample.turns, sample.shifts)
-    ours = np.maximum(found.gaps, 0.0)
+    ours = np.maximum(answers.gaps, 0.0)
     apart = np.abs(ours - theirs) / sample.width
     beyond = np.flatnonzero(apart > SAME)
     hulls = [(solids[0, k, : counts[0, k]], solids[1, k, : counts[1, k]]) for k in beyond]

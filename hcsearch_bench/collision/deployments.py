@@ -32,7 +32,7 @@ FAR = 1e-9
 
 
 @dataclass(frozen=True)
-class DeploymentRow:
+class ProximityRow:
     """A deployment, and the distances at its states.
 
     pairs : of panels; facet_pairs : of their facets. dynamics_ms, distances_ms : the simulation, and all distances.
@@ -60,13 +60,13 @@ class DeploymentRow:
     runs: int
 
 
-def deployment_row(name: str, repeats: int) -> DeploymentRow:
+def proximity_row(name: str, repeats: int) -> ProximityRow:
     """Deploy with uniform springs until flat or 1 s, and ask for the distances of all pairs that no hinge joins."""
     linkage = design(name) if ":" in name else assembly(name)
     compiled = compile_scene(linkage, SCENE)
-    found = run(compiled, certified=False)
+    deployment = run(compiled, certified=False)
     dynamics, _ = median_time(_watched(lambda: run(compiled, certified=False)), repeats)
-    motion = found.motion
+    motion = deployment.motion
     times = np.append(np.linspace(motion.times[:-1], motion.times[1:], 3, endpoint=False).T.ravel(), motion.times[-1])
     states, _ = compiled.of_hinges(motion.at(times), np.zeros((len(times), motion.q.shape[1])))
     proximity = proximal_distances(linkage, states)
@@ -78,9 +78,9 @@ def deployment_row(name: str, repeats: int) -> DeploymentRow:
     beside = dict.fromkeys(("coal_facet_us", "difference", "beyond", "ours", "theirs"))
     if coal.installed():
         beside |= _beside_coal(linkage, states, proximity, facets, repeats)
-    return DeploymentRow(
+    return ProximityRow(
         deployment=name,
-        outcome=found.outcome,
+        outcome=deployment.outcome,
         panels=linkage.n_panels,
         pairs=len(proximity.pairs),
         facet_pairs=len(facets),
@@ -112,13 +112,13 @@ def _watched(call: Callable[[], object]) -> Callable[[], float]:
 def facet_pairs(linkage: Linkage, pairs: Whole) -> Whole:
     """The pairs of facets of pairs of panels, (q, 3): the facets, and the number of the pair of panels."""
     panels = np.array(linkage.pattern.panel_of)
-    found = [
+    numbered = [
         (one, two, number)
         for number, (i, j) in enumerate(pairs)
         for one in np.flatnonzero(panels == i)
         for two in np.flatnonzero(panels == j)
     ]
-    return np.array(found, np.int64)
+    return np.array(numbered, np.int64)
 
 
 def _beside_coal(
@@ -144,11 +144,11 @@ def _beside_coal(
             # the facets that coal, or we, take for the nearest
             of_pair = np.flatnonzero(facets[:, 2] == p)
             now = [solid.reshape(-1, 3) for solid in linkage.solids(states[k])]
-            found = [max(search(now[one], now[two])[0], 0.0) for one, two, _ in facets[of_pair]]
-            q = int(np.argmin(found if min(found) < least[p] else distances[of_pair]))
+            gaps = [max(search(now[one], now[two])[0], 0.0) for one, two, _ in facets[of_pair]]
+            q = int(np.argmin(gaps if min(gaps) < least[p] else distances[of_pair]))
             one, two, _ = facets[of_pair[q]]
             hulls.append((now[one], now[two]))
-            ours.append(found[q])
+            ours.append(gaps[q])
             theirs.append(distances[of_pair[q]])
     right = settle(hulls, np.array(ours), np.array(theirs), linkage.pattern.size)
     return {"coal_facet_us": 1e6 * seconds / (len(facets) * len(states)), "difference": worst, **asdict(right)}

@@ -41,11 +41,11 @@ class Sample:
         table = np.zeros((len(self.shapes), max(map(len, self.shapes)), 3))
         for row, shape in zip(table, self.shapes, strict=True):
             row[: len(shape)] = shape
-        found = np.empty((2, len(self.which), *table.shape[1:]))
+        corners = np.empty((2, len(self.which), *table.shape[1:]))
         for side in range(2):
             moved = table[self.which[:, side]] @ self.turns[:, side].transpose(0, 2, 1)
-            found[side] = moved + self.shifts[:, side, None]
-        return found
+            corners[side] = moved + self.shifts[:, side, None]
+        return corners
 
 
 @dataclass(frozen=True)

@@ -68,7 +68,7 @@ def bounds(first: Reals, second: Reals, way: Reals, corners: Sequence[int]) -> t
 
 
 def _shares(points: list[Exact]) -> Exact:
-    """Those of the point nearest to the origin in the flat through some points; points that say nothing new get 0."""
+    """Those of the point nearest to the origin in the flat through some points; redundant points get 0."""
     edges: list[Exact] = []
     of: list[int] = []
     rows: list[Exact] = []
@@ -92,10 +92,10 @@ def _shares(points: list[Exact]) -> Exact:
 def _determinant(rows: list[Exact]) -> Fraction:
     if not rows:
         return Fraction(1)
-    found = Fraction(0)
+    total = Fraction(0)
     for j, first in enumerate(rows[0]):
-        found += (-1) ** j * first * _determinant([[*row[:j], *row[j + 1 :]] for row in rows[1:]])
-    return found
+        total += (-1) ** j * first * _determinant([[*row[:j], *row[j + 1 :]] for row in rows[1:]])
+    return total
 
 
 def _dot(a: Exact, b: Exact) -> Fraction:

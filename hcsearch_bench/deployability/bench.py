@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import ClassVar
 
@@ -23,7 +23,7 @@ from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch, Mobili
 from hcsearch.scenes import SCENES
 from hcsearch.stages.mobility import mobility
 from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
 from hcsearch_bench.subjects.foldings import packed, untwisted
 
@@ -56,7 +56,7 @@ class DeployabilityRow:
     untwisted : how many there are. foldings : how many were looked at, evenly over the list.
     default : certified clear to flat in the scene `default`; hinged : in none before, but so with hinged flat pairs;
     merged : with mirror pairs made one; graded, spread : with such springs. movable : of the rest, those with a proved
-    path. tight : of all with a path, those that need no more play than the least of the ladder. locked : of the rest,
+    path. tight : of all with a path, those within the least play of `PLAYS`. locked : of the rest,
     those proved so with rigid, hinged and merged flat pairs. designs : of the foldings; deployable : those
     of which a folding deploys or is movable. best : the folding that deploys, else moves, with the least play (mm), the
     lowest crease and the first circuit; empty without one.
@@ -83,7 +83,7 @@ class DeployabilityRow:
 
 
 @dataclass(frozen=True)
-class DeployabilityReport(Report):
+class DeployabilityReport(BenchReport):
     """What one run of the bench measured."""
 
     page: ClassVar[str] = "tables"
@@ -115,7 +115,7 @@ class DeployabilityReport(Report):
         ]
 
 
-def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> DeployabilityReport:
+def measure(*, quick: bool = False, say: Say = print) -> DeployabilityReport:
     """Check everything, and say each row when it is finished: half an hour, or seconds when `quick`."""
     rows = []
     for named in _searches(quick):
@@ -147,12 +147,12 @@ def _row(grid: str, cells: str, search: Search) -> DeployabilityRow:
     for circuits, foldings in packed(untwisted(search, max(1, math.ceil(total / limit)))):
         known = mobility(circuits, foldings, np.zeros(len(foldings), np.int16))
         moves = motions(circuits, foldings, (known.locked, known.locked_hinged), SCENE, threads=2)
-        found = verdicts(circuits, foldings, known.locked, moves.met, SCENE, threads=2)
-        tally.update(_helped(found, moves, known))
+        judged = verdicts(circuits, foldings, known.locked, moves.met, SCENE, threads=2)
+        tally.update(_helped(judged, moves, known))
         tally["tight"] += int((moves.margin <= PLAYS[0]).sum())
-        able = found.deploys | moves.moves
+        able = judged.deploys | moves.moves
         tally.update({"designs": len(np.unique(foldings.row)), "deployable": len(np.unique(foldings.row[able]))})
-        best += _able(circuits, foldings, found, moves)
+        best += _able(circuits, foldings, judged, moves)
     counts = {name: tally[name] for name in (*HELPS, "movable", "undecided", "locked")}
     _, play, crease, name = min(best, default=(False, math.inf, 0, ""))
     return DeployabilityRow(
@@ -175,18 +175,18 @@ _Best = tuple[bool, float, int, str]
 
 
 def _able(
-    circuits: CircuitBatch, foldings: FoldingBatch, found: DeploymentBatch, moves: MotionBatch
+    circuits: CircuitBatch, foldings: FoldingBatch, judged: DeploymentBatch, moves: MotionBatch
 ) -> Iterator[_Best]:
     """The foldings that deploy or move."""
     play = np.nan_to_num(moves.margin, nan=math.inf)
-    for i in np.flatnonzero(found.deploys | moves.moves).tolist():
+    for i in np.flatnonzero(judged.deploys | moves.moves).tolist():
         folding = folding_at(circuits, foldings, i)
-        yield not found.deploys[i], float(play[i]), folding.crease, folding.circuit.notation
+        yield not judged.deploys[i], float(play[i]), folding.crease, folding.circuit.notation
 
 
-def _helped(found: DeploymentBatch, moves: MotionBatch, known: MobilityBatch) -> Iterator[str]:
+def _helped(judged: DeploymentBatch, moves: MotionBatch, known: MobilityBatch) -> Iterator[str]:
     """For each folding what helped it, or its status."""
-    helped = {trial.folding: trial.scene for trial in found.trials if trial.status == "deploys"}
+    helped = {trial.folding: trial.scene for trial in judged.trials if trial.status == "deploys"}
     for i, movable in enumerate(moves.moves.tolist()):
         if (scene := helped.get(i)) is not None:
             yield _help(scene)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
 from hcsearch.unit_search.elements import untwisted
+from hcsearch_bench.dynamics.case_rows import LEVELS, OUTPUTS, CaseRow, ReferenceRow, seconds_at, subject_rows
 from hcsearch_bench.dynamics.deployments import (
     BOUNCE,
     COMPARED,
@@ -16,16 +17,14 @@ from hcsearch_bench.dynamics.deployments import (
     deployment_rows,
     quick_row,
 )
-from hcsearch_bench.dynamics.scale import ScaleRow, scale_rows
-from hcsearch_bench.dynamics.work import LEVELS, OUTPUTS, ReferenceRow, WorkRow, seconds_at, subject_rows
+from hcsearch_bench.dynamics.evaluations import EvaluationRow, evaluation_rows
 from hcsearch_bench.run.figures import plot_work
+from hcsearch_bench.run.goals import Goal
 from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
-from hcsearch_bench.run.work import OURS, QUICK_PATIENCE, seconds_of
+from hcsearch_bench.run.work_precision import OURS, QUICK_PATIENCE, fastest_by, seconds_of
 from hcsearch_bench.subjects.deployments import LOOP, WHOLE, subjects
-
-Say = Callable[[str], None]
 
 PEERS = ("scipy", "mujoco", "pin", "exudyn")
 PATIENCE = 5.0
@@ -37,7 +36,7 @@ CHECKED, QUICK_CHECKED = (("hex", 10), ("hex", 12), ("square", 12)), (("hex", 8)
 
 
 @dataclass(frozen=True)
-class BestRow:
+class FastestCaseRow:
     """The fastest run of a formulation, engine and method that reaches a level.
 
     times_ours : its time over that of our fastest constrained one.
@@ -56,37 +55,24 @@ class BestRow:
 
 
 @dataclass(frozen=True)
-class GoalRow:
-    """A goal, what was measured, and what is to be known about it."""
-
-    goal: str
-    at_least: float | None
-    at_most: float | None
-    measured: float | None
-    met: str
-    note: str
-
-
-@dataclass(frozen=True)
-class DynamicsReport(Report):
+class DynamicsReport(BenchReport):
     """All that one run of the bench measured."""
 
     page: ClassVar[str] = "dynamics"
-    heading: ClassVar[str] = "# Bench: dynamics"
 
-    work: list[WorkRow]
+    work: list[CaseRow]
     references: list[ReferenceRow]
     deployments: list[DeploymentRow]
-    scale: list[ScaleRow]
+    scale: list[EvaluationRow]
     quick: list[QuickRow]
 
     @property
-    def best(self) -> list[BestRow]:
+    def best(self) -> list[FastestCaseRow]:
         """The fastest runs at each level."""
         return best_of(self.work)
 
     @property
-    def goals(self) -> list[GoalRow]:
+    def goals(self) -> list[Goal]:
         """The goals, by what was measured."""
         return goals_of(self.work, self.deployments, self.scale, self.quick)
 
@@ -141,7 +127,13 @@ class DynamicsReport(Report):
                 "clearance. `tenth_ms`: one tenth takes longer.",
                 self.quick,
             ),
-            Table("goals", "Goals", f"Ratios of run times at an error of {ERROR:g} rad.", self.goals),
+            Table(
+                "goals",
+                "Goals",
+                f"Ratios of run times at an error of {ERROR:g} rad.",
+                self.goals,
+                columns=("goal", "at_least", "at_most", "measured", "met", "note"),
+            ),
         ]
 
     def draw(self, folder: Path) -> None:
@@ -158,19 +150,19 @@ def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> Dynam
     """Run the whole bench: minutes; `quick`: two subjects, few settings, a tenth of a deployment."""
     machine = this_machine(PEERS)
     repeats, patience = (1, QUICK_PATIENCE) if quick else (repeats, PATIENCE)
-    work: list[WorkRow] = []
+    work: list[CaseRow] = []
     references: list[ReferenceRow] = []
     deployments: list[DeploymentRow] = []
     for subject in subjects()[: 2 if quick else None]:
         say(f"{subject.name}: {subject.what}")
-        rows, found = subject_rows(subject, quick, repeats, patience)
+        rows, compared = subject_rows(subject, quick, repeats, patience)
         work += rows
-        references += found
+        references += compared
         say(f"{subject.name}: whole deployments")
         stiffer = subject.name == LOOP and not quick
         deployments += deployment_rows(subject, 0.05 if quick else 1.0, stiffer=stiffer)
     say("cost of an evaluation")
-    scale = scale_rows(QUICK_SIZES if quick else SIZES, 3 * repeats)
+    scale = evaluation_rows(QUICK_SIZES if quick else SIZES, 3 * repeats)
     checked = []
     for grid, n in QUICK_CHECKED if quick else CHECKED:
         say(f"the quick check: {grid} n = {n}")
@@ -178,60 +170,59 @@ def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> Dynam
     return DynamicsReport(machine, work, references, deployments, scale, checked)
 
 
-def best_of(rows: Sequence[WorkRow]) -> list[BestRow]:
-    """A row a level, formulation, engine and method that reaches it; motions without inertia are compared to none."""
-    found = []
+def best_of(rows: Sequence[CaseRow]) -> list[FastestCaseRow]:
+    """A row a level, formulation, engine and method that reaches it, all but quasistatic ones."""
+    best = []
     for subject in dict.fromkeys(row.subject for row in rows):
+        own = [row for row in rows if row.subject == subject and row.formulation != "quasistatic"]
         for level, limit in LEVELS[1::-1]:
-            fastest: dict[tuple[str, str, str], WorkRow] = {}
-            for row in rows:
-                if row.subject == subject and row.formulation != "quasistatic" and _within(row, limit):
-                    key = (row.formulation, row.engine, row.method)
-                    if key not in fastest or seconds_of(row) < seconds_of(fastest[key]):
-                        fastest[key] = row
+            precise = (row for row in own if _within(row, limit))
+            fastest = fastest_by(lambda row: (row.formulation, row.engine, row.method), precise)
             ours = min((seconds_of(r) for r in fastest.values() if _is_ours(r)), default=None)
             for (formulation, engine, method), row in fastest.items():
                 assert row.error is not None
                 ratio = None if ours is None else seconds_of(row) / ours
-                found.append(
-                    BestRow(
+                best.append(
+                    FastestCaseRow(
                         *(subject, level, formulation, engine, method, row.tolerance, row.step, row.error),
                         *(seconds_of(row), ratio),
                     )
                 )
-    return found
+    return best
 
 
-def _within(row: WorkRow, limit: float) -> bool:
+def _within(row: CaseRow, limit: float) -> bool:
     return row.error is not None and row.error <= limit and row.seconds is not None
 
 
-def _is_ours(row: WorkRow) -> bool:
+def _is_ours(row: CaseRow) -> bool:
     return (row.engine, row.formulation) == (OURS, "constrained")
 
 
 def goals_of(
-    work: Sequence[WorkRow],
+    work: Sequence[CaseRow],
     deployments: Sequence[DeploymentRow],
-    scale: Sequence[ScaleRow],
+    scale: Sequence[EvaluationRow],
     quick: Sequence[QuickRow],
-) -> list[GoalRow]:
+) -> list[Goal]:
     """The goals of speed, each by what this run measured."""
     slopes = {row.kind: row.slope for row in scale}
-    median = next((row for row in quick if row.designs == "hex n = 12"), None)
+    twelve = next((row for row in quick if row.designs == "hex n = 12"), None)
     return [
         *(_faster(work, *goal) for goal in FASTER),
         *_whole_deployment(deployments),
-        *(
-            _between(f"cost of an evaluation, {kind}: power of n", 0.9, 1.1, slope, "")
-            for kind, slope in slopes.items()
-        ),
-        _between(
+        *(Goal(f"cost of an evaluation, {kind}: power of n", slope, 0.9, 1.1) for kind, slope in slopes.items()),
+        Goal(
             "quick check of one design of 12 panels, median ms",
-            *(None, 50.0, None if median is None else median.median_ms),
-            "" if median is None else f"simulation {median.simulation_ms:.0f}, clearance {median.clearance_ms:.0f} ms",
+            None if twelve is None else twelve.median_ms,
+            at_most=50.0,
+            note="" if twelve is None else _parts(twelve),
         ),
     ]
+
+
+def _parts(row: QuickRow) -> str:
+    return f"simulation {row.simulation_ms:.0f}, clearance {row.clearance_ms:.0f} ms"
 
 
 FASTER = (
@@ -242,7 +233,7 @@ FASTER = (
 """Formulation, engine and method, and how many times faster than it we are to be."""
 
 
-def _faster(work: Sequence[WorkRow], formulation: str, engine: str, method: str, at_least: float) -> GoalRow:
+def _faster(work: Sequence[CaseRow], formulation: str, engine: str, method: str, at_least: float) -> Goal:
     """The goal against one method, on the loop, of the scene as it is compiled; the whole array in the note."""
     loop = [row for row in work if row.subject == LOOP]
     theirs = [row for row in loop if (row.formulation, row.engine, row.method) == (formulation, engine, method)]
@@ -257,19 +248,19 @@ def _faster(work: Sequence[WorkRow], formulation: str, engine: str, method: str,
     if ratios[WHOLE]:
         notes.append(f"nothing left out: {ratios[WHOLE]:.3g}")
     name = f"{formulation if engine == OURS else engine}, {method}"
-    return _between(
-        f"{LOOP} at {ERROR:g} rad: times faster than {name}", at_least, None, ratios["constrained"], "; ".join(notes)
+    return Goal(
+        f"{LOOP} at {ERROR:g} rad: times faster than {name}", ratios["constrained"], at_least, note="; ".join(notes)
     )
 
 
-def _fastest(rows: Sequence[WorkRow], formulation: str) -> float | None:
+def _fastest(rows: Sequence[CaseRow], formulation: str) -> float | None:
     """Our least seconds at the error, over all methods."""
     ours = [row for row in rows if (row.engine, row.formulation) == (OURS, formulation)]
     times = [seconds_at([row for row in ours if row.method == m], ERROR) for m in {row.method for row in ours}]
     return min((time for time in times if time is not None), default=None)
 
 
-def _whole_deployment(rows: Sequence[DeploymentRow]) -> list[GoalRow]:
+def _whole_deployment(rows: Sequence[DeploymentRow]) -> list[Goal]:
     """The goals of the loop's whole deployment: run times, and whether events come at equal times.
 
     They do where the thesis's springs are so stiff that what they give way matters no more.
@@ -278,25 +269,19 @@ def _whole_deployment(rows: Sequence[DeploymentRow]) -> list[GoalRow]:
     ours = next((row for row in loop if row.restitution == BOUNCE), None)
     if ours is None:
         return []
-    found = []
+    goals = []
     for row in (row for row in loop if row.formulation == "penalty"):
         name = f"{LOOP}, whole deployment, springs of {row.cut:.0e} N/m"
         ends = f"ours {ours.outcome} at {ours.end:.4g} s, theirs {row.outcome} at {row.end:.4g} s"
         apart = abs(ours.end - row.end) / ours.end if ours.outcome == row.outcome == "flat" else None
-        found += [
-            _between(f"{name}: times faster than the thesis's method", 50.0, None, row.seconds / ours.seconds, ends),
-            _between(f"{name}: first {COMPARED} arrivals apart, as a share", None, 1e-3, row.apart, ""),
-            _between(f"{name}: flat times apart, as a share", None, 0.01, apart, ends),
+        goals += [
+            Goal(f"{name}: times faster than the thesis's method", row.seconds / ours.seconds, 50.0, note=ends),
+            Goal(f"{name}: first {COMPARED} arrivals apart, as a share", row.apart, at_most=1e-3),
+            Goal(f"{name}: flat times apart, as a share", apart, at_most=0.01, note=ends),
         ]
-    return found
+    return goals
 
 
-def _between(goal: str, least: float | None, most: float | None, measured: float | None, note: str) -> GoalRow:
-    met = measured is not None and (least is None or measured >= least) and (most is None or measured <= most)
-    word = "not measured" if measured is None else "yes" if met else "no"
-    return GoalRow(goal, least, most, measured, word, note)
-
-
-def _curve(row: WorkRow) -> str:
-    """What a curve is called: formulations are ours."""
+def _curve(row: CaseRow) -> str:
+    """Label of a row's curve; only ours have several formulations."""
     return f"{row.engine}, {row.method}" + (f", {row.formulation}" if row.engine == OURS else "")

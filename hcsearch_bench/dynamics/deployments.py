@@ -15,7 +15,7 @@ from hcsearch.deployment.arrivals import Arrival, arrivals
 from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.deploying import Deployment, deploy, run
 from hcsearch.flat_pairs import folding_linkage
-from hcsearch_bench.dynamics.work import gap_of
+from hcsearch_bench.dynamics.case_rows import gap_of
 from hcsearch_bench.subjects.deployments import SCENE, Case, DeploymentSubject
 
 if TYPE_CHECKING:
@@ -110,21 +110,21 @@ def _deployed(subject: DeploymentSubject, formulation: str, scene: Scene, second
     return run(compiled, method=method, tolerance=tolerance, certified=False, max_steps=steps)
 
 
-def _row(subject: DeploymentSubject, found: Deployment, ours: Deployment | None) -> DeploymentRow:
-    compiled, scene = found.compiled, found.compiled.scene
+def _row(subject: DeploymentSubject, deployment: Deployment, ours: Deployment | None) -> DeploymentRow:
+    compiled, scene = deployment.compiled, deployment.compiled.scene
     springs = compiled.formulation == "penalty"
-    arrived = arrivals(found)
+    arrived = arrivals(deployment)
     return DeploymentRow(
         *(subject.name, compiled.formulation, *METHODS[compiled.formulation]),
         *(None if springs else scene.restitution, scene.cut_stiffness if springs else None),
-        *(found.outcome, float(found.motion.times[-1])),
+        *(deployment.outcome, float(deployment.motion.times[-1])),
         arrivals=" ".join(f"{'+'.join(map(str, a.hinges))}@{1e3 * a.time:.2f}" for a in arrived[:ORDER]),
         apart=None if ours is None else arrivals_apart(arrivals(ours), arrived),
-        events=len(found.motion.events),
-        energy=compiled.factor * found.motion.drift,
-        gap=gap_of(Case(subject.name, compiled.formulation, compiled, compiled.seconds), found.motion.q),
-        steps=found.motion.steps,
-        seconds=found.seconds,
+        events=len(deployment.motion.events),
+        energy=compiled.factor * deployment.motion.drift,
+        gap=gap_of(Case(subject.name, compiled.formulation, compiled, compiled.seconds), deployment.motion.q),
+        steps=deployment.motion.steps,
+        seconds=deployment.seconds,
     )
 
 
@@ -149,13 +149,17 @@ def quick_row(name: str, designs: Sequence[Folding]) -> QuickRow:
         linkage = folding_linkage(folding)
         compiled = compile_scene(linkage, SCENE)
         built = time.perf_counter()
-        found = run(compiled, tolerance=QUICK_TOLERANCE)
+        deployment = run(compiled, tolerance=QUICK_TOLERANCE)
         end = time.perf_counter()
         whole.append(1e3 * (end - begin))
-        simulation.append(1e3 * found.seconds)
-        clearance.append(1e3 * (end - built - found.seconds))
-        kind = "" if found.clearance is None or found.clearance.kind == "clear" else f", {found.clearance.kind}"
-        outcomes[found.outcome + kind] += 1
+        simulation.append(1e3 * deployment.seconds)
+        clearance.append(1e3 * (end - built - deployment.seconds))
+        kind = (
+            ""
+            if deployment.clearance is None or deployment.clearance.kind == "clear"
+            else f", {deployment.clearance.kind}"
+        )
+        outcomes[deployment.outcome + kind] += 1
     summary = "; ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common())
     return QuickRow(
         *(name, len(designs), float(np.median(whole)), float(np.quantile(whole, 0.9)), max(whole)),

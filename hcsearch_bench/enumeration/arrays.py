@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 
 from hcsearch.errors import HcsearchError
-from hcsearch_bench.peers.engines import ENGINES, OURS, Engine
-from hcsearch_bench.run.job import OWN_LIMIT, Outcome, run_job
+from hcsearch_bench.peers.engines import ENGINES, Engine
+from hcsearch_bench.run.job import OWN_LIMIT, JobResult, run_job
 from hcsearch_bench.run.machine import MISSING
+from hcsearch_bench.run.report import Say
+from hcsearch_bench.run.work_precision import OURS
 
 # by number of circuits, so that a peer past its limit need not be tried on what follows
 ARRAYS = (
@@ -71,7 +73,7 @@ def measure_arrays(
     *,
     limit: float,
     repeats: int,
-    say: Callable[[str], None],
+    say: Say,
     engines: Sequence[Engine] = ENGINES,
 ) -> list[ArrayRow]:
     """One row an array and engine. Raises HcsearchError when two engines find different numbers of circuits.
@@ -81,15 +83,15 @@ def measure_arrays(
     rows: list[ArrayRow] = []
     beaten: set[Engine] = set()
     for grid, spec in arrays:
-        found = []
+        own = []
         for engine in engines:
             say(f"{grid} {spec}: {engine.name}, {engine.task}")
             row = _measure(grid, spec, engine, limit=limit, repeats=repeats, beaten=engine in beaten)
             if row.note and engine.peer:
                 beaten.add(engine)
-            found.append(row)
-        _check_counts(found)
-        rows += _with_ratios(found)
+            own.append(row)
+        _check_counts(own)
+        rows += _with_ratios(own)
     return rows
 
 
@@ -100,12 +102,12 @@ def _measure(grid: str, spec: str, engine: Engine, *, limit: float, repeats: int
     if beaten:
         return replace(row, note="not tried")
     allowed = limit if engine.peer else OWN_LIMIT
-    outcome = run_job(engine.job, allowed, grid=grid, spec=spec, repeats=repeats)
-    return _filled(row, outcome)
+    result = run_job(engine.job, allowed, grid=grid, spec=spec, repeats=repeats)
+    return _filled(row, result)
 
 
-def _filled(row: ArrayRow, outcome: Outcome) -> ArrayRow:
-    row = replace(row, peak_mib=outcome.peak_mib, note=outcome.note, **outcome.row)
+def _filled(row: ArrayRow, result: JobResult) -> ArrayRow:
+    row = replace(row, peak_mib=result.peak_mib, note=result.note, **result.row)
     if row.listed and row.answer_s:
         row = replace(row, listed_per_s=row.listed / row.answer_s)
     return row

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -10,7 +9,7 @@ from typing import ClassVar
 from hcsearch_bench.enumeration import arrays, counting, listing
 from hcsearch_bench.enumeration.plots import plot_arrays, plot_growth
 from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
 
 PEERS = ("graphillion", "networkx")
@@ -20,11 +19,10 @@ _TIMES = "Times are processor seconds on one core, medians of `runs`"
 
 
 @dataclass(frozen=True)
-class EnumerationReport(Report):
+class EnumerationReport(BenchReport):
     """All that one run of the bench measured."""
 
     page: ClassVar[str] = "enumeration"
-    heading: ClassVar[str] = "# Bench: enumeration"
 
     limit: float
     one_array: list[arrays.ArrayRow]
@@ -78,7 +76,7 @@ class EnumerationReport(Report):
 
 
 def measure(
-    *, quick: bool = False, repeats: int = 3, limit: float | None = None, say: Callable[[str], None] = print
+    *, quick: bool = False, repeats: int = 3, limit: float | None = None, say: Say = print
 ) -> EnumerationReport:
     """Run the whole bench: minutes, or seconds when `quick`. Raises HcsearchError when counts disagree.
 

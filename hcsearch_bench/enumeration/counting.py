@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hcsearch_bench.enumeration.arrays import ArrayRow, measure_arrays
 from hcsearch_bench.peers.engines import ENGINES
 from hcsearch_bench.run.job import OWN_LIMIT, run_job
+from hcsearch_bench.run.report import Say
 from hcsearch_bench.run.timing import Row
 
 SIZES = ("8x8", "10x10", "12x12", "14x14")
@@ -39,7 +40,7 @@ def count_states(spec: str) -> Row:
     return {"states": 0 if sweep is None else sum(size for _, size in frontier_layers(sweep))}
 
 
-def measure_counting(specs: Sequence[str], *, limit: float, repeats: int, say: Callable[[str], None]) -> list[CountRow]:
+def measure_counting(specs: Sequence[str], *, limit: float, repeats: int, say: Say) -> list[CountRow]:
     """One row an array and engine. Raises HcsearchError when the numbers differ."""
     engines = [engine for engine in ENGINES if engine.kind == "count"]
     arrays = [("square", spec) for spec in specs]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from hcsearch.errors import HcsearchError
 from hcsearch_bench.run.job import OWN_LIMIT, run_job
+from hcsearch_bench.run.report import Say
 from hcsearch_bench.subjects.polygons import list_polygons
 
 SIZES: dict[str, tuple[int, ...]] = {
@@ -60,27 +61,25 @@ class GrowthRow:
     seconds_factor: float
 
 
-def measure_listing(
-    sizes: Mapping[str, Sequence[int]], *, repeats: int, say: Callable[[str], None]
-) -> list[ListingRow]:
+def measure_listing(sizes: Mapping[str, Sequence[int]], *, repeats: int, say: Say) -> list[ListingRow]:
     """One row a grid and n; HcsearchError when one does not finish."""
     rows = []
     for grid, ns in sizes.items():
         for n in ns:
             say(f"{grid} n={n}: list, fold, twist")
-            outcome = run_job(list_polygons, OWN_LIMIT, grid=grid, n=n, repeats=repeats)
-            if outcome.note:
+            result = run_job(list_polygons, OWN_LIMIT, grid=grid, n=n, repeats=repeats)
+            if result.note:
                 raise HcsearchError(
-                    f"listing {grid} n={n}: {outcome.note}; take smaller sizes with --quick, and report this"
+                    f"listing {grid} n={n}: {result.note}; take smaller sizes with --quick, and report this"
                 )
-            row = outcome.row
+            row = result.row
             rows.append(
                 ListingRow(
                     grid=grid,
                     n=n,
                     circuits_per_s=row["free"] / row["list_s"],
                     fold_twist_us=1e6 * (row["fold_s"] + row["twist_s"]) / row["free"],
-                    peak_mib=outcome.peak_mib,
+                    peak_mib=result.peak_mib,
                     **row,
                 )
             )

@@ -1,13 +1,13 @@
 """The bench `experiment`: the thesis's deployment of the 4x4 array (4.5), with what its text does not fix.
 
-Gravity has a direction that the text does not tell, and an aluminium frame holds a panel that it does not name. The
+The text does not say which way gravity acts, nor which panel the aluminium frame holds. The
 array, its springs and the bounds of these are those of Tables 4.1 and 4.3.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -19,7 +19,7 @@ from hcsearch.tuning.choice import SpringSet
 from hcsearch.tuning.tuning import EVALUATIONS, SAMPLES, Tuning, tune
 from hcsearch.vocabulary import Formulation
 from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
 
 G = 9.81
@@ -58,7 +58,7 @@ class UniformRow:
 
 @dataclass(frozen=True)
 class TunedRow:
-    """What a tuning found.
+    """Springs of one tuning, and how the array deploys with them.
 
     springs : `uniform`, `tuned` or `catalogue`. stiffness : of hinges 0 to 6 (the others are their mirror images),
     N m/rad. verdict : of the precise simulation; of the quick check where there was none. collides : of the samples
@@ -85,8 +85,8 @@ class Claim:
 
 
 @dataclass(frozen=True)
-class ExperimentReport(Report):
-    """All that one run of the bench found."""
+class ExperimentReport(BenchReport):
+    """All that one run of the bench measured."""
 
     page: ClassVar[str] = "experiment"
     heading: ClassVar[str] = "# Bench: the thesis's experiment"
@@ -121,7 +121,7 @@ class ExperimentReport(Report):
         ]
 
 
-def measure(*, quick: bool = False, say: Callable[[str], None]) -> ExperimentReport:
+def measure(*, quick: bool = False, say: Say) -> ExperimentReport:
     """Run the bench; quick: exact closure alone for equal springs, and one tuning, without samples."""
     linkage = Linkage((assembly := ASSEMBLIES["thesis-4x4"]).build(assembly.defaults))
     uniform = list(_uniform(linkage, quick, say))
@@ -136,16 +136,16 @@ def measure(*, quick: bool = False, say: Callable[[str], None]) -> ExperimentRep
     return ExperimentReport(this_machine(), claims(uniform, tuned), uniform, tuned)
 
 
-def _uniform(linkage: Linkage, quick: bool, say: Callable[[str], None]) -> list[UniformRow]:
+def _uniform(linkage: Linkage, quick: bool, say: Say) -> list[UniformRow]:
     formulations: tuple[Formulation, ...] = ("constrained",) if quick else ("constrained", "compliant")
-    found = []
+    rows = []
     for held in (0, 5, 7):
         for gravity, vector in GRAVITIES.items():
             say(f"equal springs, gravity {gravity}, panel {held} held")
             for formulation in formulations:
                 scene = Scene(gravity=vector, held=held)
-                found.append(_uniform_row(gravity, held, deploy(linkage, scene, formulation)))
-    return found
+                rows.append(_uniform_row(gravity, held, deploy(linkage, scene, formulation)))
+    return rows
 
 
 def _uniform_row(gravity: str, held: int, deployment: Deployment) -> UniformRow:
@@ -187,7 +187,7 @@ def _row(gravity: str, name: str, one: SpringSet, seconds: float) -> TunedRow:
 
 
 def claims(uniform: Sequence[UniformRow], tuned: Sequence[TunedRow]) -> list[Claim]:
-    """The thesis's statements beside what the tables tell."""
+    """The thesis's statements beside the numbers of the tables."""
     held = [row for row in uniform if row.held == 0]
     hits = [row for row in held if row.clearance != "clear"]
     times = [row.collision_s for row in hits if row.collision_s is not None]

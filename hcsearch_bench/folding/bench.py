@@ -9,9 +9,9 @@ from typing import ClassVar
 
 from hcsearch.errors import HcsearchError
 from hcsearch_bench.run.figures import save_figure
-from hcsearch_bench.run.job import Outcome, run_job
+from hcsearch_bench.run.job import JobResult, run_job
 from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
 from hcsearch_bench.run.timing import Row
 from hcsearch_bench.subjects.polygons import count_polygons, join_polygons, list_polygons
@@ -27,7 +27,7 @@ LIMIT, QUICK_LIMIT = 180.0, 60.0
 
 
 @dataclass(frozen=True)
-class FoldingRow:
+class FoldableRow:
     """All designs of n panels that fold, or all untwisted ones, three ways; None where one takes too long.
 
     filter_s : list all circuits, fold and twist them. join_s : join half-chains, fold and twist the circuits: the
@@ -51,14 +51,13 @@ class FoldingRow:
 
 
 @dataclass(frozen=True)
-class FoldingReport(Report):
+class FoldingReport(BenchReport):
     """All that one run of the bench measured; limit : seconds on the wall for a process."""
 
     page: ClassVar[str] = "folding"
-    heading: ClassVar[str] = "# Bench: folding"
 
     limit: float
-    rows: list[FoldingRow]
+    rows: list[FoldableRow]
 
     @property
     def tables(self) -> list[Table]:
@@ -89,23 +88,21 @@ class _Ways:
         self.grid, self.limit, self.repeats = grid, limit, repeats
         self._late: set[tuple[str, ...]] = set()
 
-    def run(self, job: Callable[..., Row], n: int, **keep: str) -> Outcome | None:
+    def run(self, job: Callable[..., Row], n: int, **keep: str) -> JobResult | None:
         """What a job gives; None when it takes too long, or did before. HcsearchError when it fails."""
         way = (job.__name__, *keep.values())
         if way in self._late:
             return None
-        outcome = run_job(job, self.limit, grid=self.grid, n=n, repeats=self.repeats, **keep)
-        if outcome.late:
+        result = run_job(job, self.limit, grid=self.grid, n=n, repeats=self.repeats, **keep)
+        if result.late:
             self._late.add(way)
             return None
-        if outcome.note:
-            raise HcsearchError(f"{job.__name__} {self.grid} n={n}: {outcome.note}; report this")
-        return outcome
+        if result.note:
+            raise HcsearchError(f"{job.__name__} {self.grid} n={n}: {result.note}; report this")
+        return result
 
 
-def measure(
-    *, quick: bool = False, repeats: int = 3, limit: float | None = None, say: Callable[[str], None] = print
-) -> FoldingReport:
+def measure(*, quick: bool = False, repeats: int = 3, limit: float | None = None, say: Say = print) -> FoldingReport:
     """Run the whole bench: a quarter of an hour, or seconds when `quick`; HcsearchError when numbers differ.
 
     limit : seconds on the wall for each process.
@@ -116,9 +113,7 @@ def measure(
     return FoldingReport(machine, limit, rows)
 
 
-def measure_folding(
-    sizes: Mapping[str, Sequence[int]], *, limit: float, repeats: int, say: Callable[[str], None]
-) -> list[FoldingRow]:
+def measure_folding(sizes: Mapping[str, Sequence[int]], *, limit: float, repeats: int, say: Say) -> list[FoldableRow]:
     """One row a grid, n and keep, as far as one of the ways is in time."""
     rows = []
     for grid, ns in sizes.items():
@@ -134,24 +129,24 @@ def measure_folding(
 
 
 def _row(
-    grid: str, n: int, keep: str, listed: Outcome | None, joined: Outcome | None, counted: Outcome | None
-) -> FoldingRow | None:
-    found = [outcome.row["designs"] for outcome in (joined, counted) if outcome is not None]
+    grid: str, n: int, keep: str, listed: JobResult | None, joined: JobResult | None, counted: JobResult | None
+) -> FoldableRow | None:
+    designs = [result.row["designs"] for result in (joined, counted) if result is not None]
     filter_s = None
     if listed is not None:
-        found.append(listed.row[keep.replace("-", "_")])
+        designs.append(listed.row[keep.replace("-", "_")])
         filter_s = sum(listed.row[stage] for stage in ("list_s", "fold_s", "twist_s"))
-    if not found:
+    if not designs:
         return None
-    if len(set(found)) > 1:
-        raise HcsearchError(f"{grid} n={n} {keep}: joined, counted or listed, designs are {found}; report this")
-    join_s, count_s = (None if outcome is None else float(outcome.row["seconds"]) for outcome in (joined, counted))
-    ways = [outcome for outcome in (listed, joined, counted) if outcome is not None]
-    return FoldingRow(
+    if len(set(designs)) > 1:
+        raise HcsearchError(f"{grid} n={n} {keep}: joined, counted or listed, designs are {designs}; report this")
+    join_s, count_s = (None if result is None else float(result.row["seconds"]) for result in (joined, counted))
+    ways = [result for result in (listed, joined, counted) if result is not None]
+    return FoldableRow(
         grid=grid,
         n=n,
         keep=keep,
-        designs=found[0],
+        designs=designs[0],
         filter_s=filter_s,
         join_s=join_s,
         count_s=count_s,
@@ -160,19 +155,19 @@ def _row(
         filter_mib=_memory(listed),
         join_mib=_memory(joined),
         count_mib=_memory(counted),
-        runs=min(outcome.row["runs"] for outcome in ways),
+        runs=min(result.row["runs"] for result in ways),
     )
 
 
-def _memory(outcome: Outcome | None) -> float | None:
-    return None if outcome is None else outcome.peak_mib
+def _memory(result: JobResult | None) -> float | None:
+    return None if result is None else result.peak_mib
 
 
 def _ratio(seconds: float | None, less: float | None) -> float | None:
     return seconds / less if seconds and less else None
 
 
-def plot_folding(rows: Sequence[FoldingRow], path: Path) -> None:
+def plot_folding(rows: Sequence[FoldableRow], path: Path) -> None:
     """Seconds of the three ways to designs that fold against n, a picture a grid."""
     from matplotlib.figure import Figure
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
@@ -22,7 +22,7 @@ from hcsearch.identification.vibration import identify_modes
 from hcsearch_bench.identification.rig import MOST_ANGLE, Rig, pairs
 from hcsearch_bench.run.figures import save_figure
 from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
 
 NOISES = (0.0, 1e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.2, 0.3)
@@ -37,10 +37,11 @@ RECORDS, QUICK = 100, 8
 
 @dataclass(frozen=True)
 class DampingRow:
-    """Free vibrations at one level of noise: relative errors, rms over the records in which the swing was found.
+    """Free vibrations at one level of noise: relative errors, rms over the records in which the swing was recognised.
 
-    told_error : standard error of the damping coefficient as identification tells it, rms. within_2 : share of records
-    whose coefficient is within two of those. false_modes : told, but not there. ms : of one record, median.
+    found : records in which the swing was recognised. told_error : standard error of the damping coefficient that
+    identification reports, rms. within_2 : share of records whose coefficient is within two of those. false_modes :
+    reported, but not there. ms : of one record, median.
     """
 
     noise: float
@@ -72,11 +73,10 @@ class SpringRow:
 
 
 @dataclass(frozen=True)
-class IdentificationReport(Report):
+class IdentificationReport(BenchReport):
     """All that one run of the bench measured."""
 
     page: ClassVar[str] = "identification"
-    heading: ClassVar[str] = "# Bench: identification"
 
     damping: list[DampingRow]
     springs: list[SpringRow]
@@ -92,8 +92,8 @@ class IdentificationReport(Report):
                 "under a frame that rings at 33.7 and 89.6 Hz; two accelerometers, five seconds at 200 Hz. `noise` is "
                 "a standard deviation as a share of the swing's amplitude at the start. Errors are relative, rms over "
                 "the records in which the swing was `found`; `told_error` is the standard error of the coefficient "
-                "that comes with it, `within_2` the share of coefficients within two of those; `false_modes` were told "
-                "and are not there.",
+                "that comes with it, `within_2` the share of coefficients within two of those; `false_modes` were "
+                "reported and are not there.",
                 self.damping,
             ),
             Table(
@@ -111,7 +111,7 @@ class IdentificationReport(Report):
         plot_identification(self.damping, self.springs, folder / "identification.png")
 
 
-def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> IdentificationReport:
+def measure(*, quick: bool = False, say: Say = print) -> IdentificationReport:
     """Run the whole bench: some minutes, or seconds when `quick`."""
     machine = this_machine(("scipy",))
     records = QUICK if quick else RECORDS
@@ -125,7 +125,7 @@ def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> Ident
     return IdentificationReport(machine, damping, springs)
 
 
-def measure_damping(noise: float, seeds: Sequence[int], *, say: Callable[[str], None]) -> DampingRow:
+def measure_damping(noise: float, seeds: Sequence[int], *, say: Say) -> DampingRow:
     """A row from a record of the rig for each seed."""
     say(f"free vibration, noise {noise:g}")
     rig = Rig()
@@ -165,8 +165,8 @@ def measure_springs(kind: str, text: str, noise: float, seeds: Sequence[int]) ->
         chosen = identify_spring(*measured).chosen
         times.append(time.perf_counter() - begun)
         recognised += chosen.kind == kind
-        found = np.array([chosen.law.straight.moment(angle) for angle in angles])
-        errors.append(_rms((found - moments) / abs(moments).max()))
+        by_law = np.array([chosen.law.straight.moment(angle) for angle in angles])
+        errors.append(_rms((by_law - moments) / abs(moments).max()))
     return SpringRow(text, noise, len(seeds), recognised, _rms(errors), 1e3 * median(times))
 
 
@@ -179,7 +179,7 @@ def _rms(values: Sequence[float] | np.ndarray) -> float:
 
 
 def plot_identification(damping: Sequence[DampingRow], springs: Sequence[SpringRow], path: Path) -> None:
-    """Errors against noise, of the damping test and of springs; what the program itself tells of them dashed."""
+    """Errors against noise, of the damping test and of springs; the standard error that the program reports dashed."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11, 4.5), layout="constrained")
@@ -192,7 +192,7 @@ def plot_identification(damping: Sequence[DampingRow], springs: Sequence[SpringR
         ("tab:green", "coefficient", "damping coefficient c"),
     ):
         left.plot(noise, [getattr(row, f"{name}_error") for row in rows], "o-", color=colour, label=label)
-    left.plot(noise, [row.told_error for row in rows], "k--", label="standard error of c as told")
+    left.plot(noise, [row.told_error for row in rows], "k--", label="standard error of c as reported")
     left.set(xlabel="noise, share of the swing's amplitude", ylabel="relative error, rms", title="Free vibration")
     for k, law in enumerate(dict.fromkeys(row.law for row in springs)):
         own = [row for row in springs if row.law == law and row.noise > 0.0]

@@ -47,13 +47,13 @@ class Rig:
         random = np.random.default_rng(seed)
         time = np.arange(round(self.rate * self.seconds)) / self.rate
         modes = ((self.frequency, self.ratio, 1.0, 0.02), (33.72, 0.01, 0.2, 0.1), (89.64, 0.008, 0.1, 0.08))
-        found = np.tile(random.uniform(-0.1, 0.1, (2, 1)), len(time))
+        accelerations = np.tile(random.uniform(-0.1, 0.1, (2, 1)), len(time))
         for frequency, ratio, block, frame in modes:
             omega = 2.0 * math.pi * frequency
             wave = np.exp(-ratio * omega * time)
             wave *= np.cos(omega * math.sqrt(1.0 - ratio**2) * time + random.uniform(0.0, 2.0 * math.pi))
-            found += np.outer([block, frame], wave)
-        return np.asarray(found + noise * random.standard_normal(found.shape))
+            accelerations += np.outer([block, frame], wave)
+        return np.asarray(accelerations + noise * random.standard_normal(accelerations.shape))
 
 
 def pairs(law: Law, noise: float, seed: int) -> tuple[Reals, Reals]:

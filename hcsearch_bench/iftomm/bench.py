@@ -2,30 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 
-from hcsearch_bench.iftomm.problems import problems
-from hcsearch_bench.iftomm.work import (
+from hcsearch_bench.iftomm.problem_rows import (
     LEVELS,
     OUTPUTS,
-    WorkRow,
+    ProblemRow,
     our_rows,
     our_settings,
     peer_rows,
 )
+from hcsearch_bench.iftomm.problems import problems
 from hcsearch_bench.peers.multibody import peers
 from hcsearch_bench.run.figures import plot_work
 from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
-from hcsearch_bench.run.work import OURS, PATIENCE, QUICK_PATIENCE, seconds_of
-
-Say = Callable[[str], None]
+from hcsearch_bench.run.work_precision import OURS, PATIENCE, QUICK_PATIENCE, fastest_by, seconds_of
 
 PEERS = ("scipy", "mujoco", "pin", "exudyn")
 BRICARD = {"error": 1e-6, "seconds": 10e-3, "closure": 1e-12, "energy": 1e-9}
@@ -33,7 +31,7 @@ BRICARD = {"error": 1e-6, "seconds": 10e-3, "closure": 1e-12, "energy": 1e-9}
 
 
 @dataclass(frozen=True)
-class BestRow:
+class FastestProblemRow:
     """The fastest run of an engine on a problem that reaches a level; times_ours: its time over our fastest."""
 
     problem: str
@@ -49,7 +47,7 @@ class BestRow:
 
 
 @dataclass(frozen=True)
-class GoalRow:
+class BricardRow:
     """A goal for A04 over 10 s, and what the fastest run that keeps the other goals of precision has.
 
     over : time that was simulated, s.
@@ -65,15 +63,14 @@ class GoalRow:
 
 
 @dataclass(frozen=True)
-class IftommReport(Report):
+class IftommReport(BenchReport):
     """All that one run of the bench measured."""
 
     page: ClassVar[str] = "iftomm"
-    heading: ClassVar[str] = "# Bench: iftomm"
 
-    work: list[WorkRow]
-    best: list[BestRow]
-    goals: list[GoalRow]
+    work: list[ProblemRow]
+    best: list[FastestProblemRow]
+    goals: list[BricardRow]
 
     @property
     def tables(self) -> list[Table]:
@@ -119,7 +116,7 @@ def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> Iftom
     """Run the whole bench: minutes; `quick`: a tenth of each time, and few settings."""
     machine = this_machine(PEERS)
     repeats, patience = (1, QUICK_PATIENCE) if quick else (repeats, PATIENCE)
-    rows: list[WorkRow] = []
+    rows: list[ProblemRow] = []
     for whole in problems():
         problem = replace(whole, end=whole.end / 10) if quick else whole
         times = np.linspace(0.0, problem.end, OUTPUTS + 1)
@@ -133,47 +130,43 @@ def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> Iftom
     return IftommReport(machine, rows, best_of(rows), goals_of(rows, 1.0 if quick else 10.0))
 
 
-def best_of(rows: Sequence[WorkRow]) -> list[BestRow]:
+def best_of(rows: Sequence[ProblemRow]) -> list[FastestProblemRow]:
     """Two levels a problem, a row an engine that reaches it."""
-    found = []
+    best = []
     for problem in dict.fromkeys(row.problem for row in rows):
         for level, verdicts in (("high", ("precise", "high")), ("precise", ("precise",))):
-            fastest: dict[str, WorkRow] = {}
-            for row in rows:
-                if row.problem == problem and row.verdict in verdicts:
-                    known = fastest.get(row.engine)
-                    if known is None or seconds_of(row) < seconds_of(known):
-                        fastest[row.engine] = row
+            precise = (row for row in rows if row.problem == problem and row.verdict in verdicts)
+            fastest = fastest_by(lambda row: row.engine, precise)
             ours = seconds_of(fastest[OURS]) if OURS in fastest else None
             for engine, row in fastest.items():
                 assert row.error is not None
-                found.append(
-                    BestRow(
+                best.append(
+                    FastestProblemRow(
                         *(problem, level, engine, row.method, row.tolerance, row.step, row.error, row.energy),
                         *(seconds_of(row), None if ours is None else seconds_of(row) / ours),
                     )
                 )
-    return found
+    return best
 
 
-def goals_of(rows: Sequence[WorkRow], over: float) -> list[GoalRow]:
+def goals_of(rows: Sequence[ProblemRow], over: float) -> list[BricardRow]:
     """The goals for both variants of A04, by our fastest run that is precise enough, or our most precise one."""
-    found = []
+    goals = []
     for problem in ("A04 thin", "A04 square"):
         ours = [row for row in rows if (row.problem, row.engine) == (problem, OURS) and row.error is not None]
         precise = [row for row in ours if all(_kept(row, goal) for goal in ("error", "closure", "energy"))]
         row = min(precise, key=seconds_of) if precise else min(ours, key=lambda row: row.error or 0.0, default=None)
         for goal, limit in BRICARD.items():
-            found.append(
-                GoalRow(
+            goals.append(
+                BricardRow(
                     *(problem, over, goal, limit, None if row is None else getattr(row, goal)),
                     "-" if row is None else f"{row.method}, {row.tolerance:g}",
                     "yes" if row is not None and _kept(row, goal) else "no",
                 )
             )
-    return found
+    return goals
 
 
-def _kept(row: WorkRow, goal: str) -> bool:
+def _kept(row: ProblemRow, goal: str) -> bool:
     value = getattr(row, goal)
     return value is not None and value <= BRICARD[goal]

@@ -39,7 +39,7 @@ class Problem:
     end: float
     body: int
     point: Reals
-    reference: references.Way
+    reference: references.Solution
     length: float = 1.0
 
     @property
@@ -108,8 +108,8 @@ def squeezer() -> Problem:
 
     def at(x: float, y: float, angle: float, origin: Reals) -> Reals:
         c, s = math.cos(angle), math.sin(angle)
-        found: Reals = origin + np.array([c * x - s * y, s * x + c * y, 0.0])
-        return found
+        place: Reals = origin + np.array([c * x - s * y, s * x + c * y, 0.0])
+        return place
 
     def body(number: int, centre: Reals) -> Body:
         return Body(data[f"m{number}"], centre, np.diag([1.0, 1.0, 1.0]) * data[f"i{number}"])

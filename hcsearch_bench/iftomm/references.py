@@ -15,7 +15,8 @@ import numpy as np
 
 from hcsearch.typing import Reals
 
-Way = Callable[[Reals], Reals]
+Solution = Callable[[Reals], Reals]
+"""Values, one row a time, at times (k,), s."""
 
 GRAVITY = 9.81
 _NEXT, _LAST = [1, 2, 0], [2, 0, 1]
@@ -93,7 +94,7 @@ def four_bars(loops: int, times: Reals) -> Reals:
 
 
 @cache
-def _four_bars(loops: int, end: float) -> Way:
+def _four_bars(loops: int, end: float) -> Solution:
     inertia, moment = (loops + 1) / 3 + loops, (loops + 1) / 2 + loops
     rate = GRAVITY * moment / inertia
     return solved(lambda _, y: (y[1], rate * math.sin(y[0])), [0.0, 1.0], end)
@@ -111,7 +112,7 @@ def squeezer_angles(times: Reals) -> Reals:
 
 
 @cache
-def _squeezer(end: float) -> Way:
+def _squeezer(end: float) -> Solution:
     return solved(_squeezer_rate, [*SQUEEZER_START, *7 * [0.0]], end, tolerance=1e-12)
 
 
@@ -168,8 +169,8 @@ def _squeezer_rate(_: float, y: Reals) -> Reals:
     )
     rows = np.vstack([row.real, row.imag])
     whole = np.block([[mass, rows.T], [rows, np.zeros((6, 6))]])
-    found = np.linalg.solve(whole, np.concatenate([force, -bias.real, -bias.imag]))
-    return np.concatenate([y[7:], found[:7]])
+    solution = np.linalg.solve(whole, np.concatenate([force, -bias.real, -bias.imag]))
+    return np.concatenate([y[7:], solution[:7]])
 
 
 def _ray(angle: float) -> complex:
@@ -178,12 +179,12 @@ def _ray(angle: float) -> complex:
 
 def bricard(section: float, times: Reals) -> Reals:
     """A04: the third corner; accelerations within the null space of the closure, whose rank is 4 always."""
-    found = _bricard(section, float(times[-1]))(times)
-    return np.array([_bricard_chain(y[:5], y[5:])[0][2] for y in found])
+    states = _bricard(section, float(times[-1]))(times)
+    return np.array([_bricard_chain(y[:5], y[5:])[0][2] for y in states])
 
 
 @cache
-def _bricard(section: float, end: float) -> Way:
+def _bricard(section: float, end: float) -> Solution:
     return solved(lambda _, y: _bricard_rate(section, y), np.zeros(10), end, tolerance=1e-12)
 
 
@@ -245,7 +246,7 @@ def governor(times: Reals) -> Reals:
 
 
 @cache
-def _governor(end: float) -> Way:
+def _governor(end: float) -> Solution:
     d, m = GOVERNOR, GOVERNOR.rod
     cube = d.density * d.cube**3
     half, along, across = d.length / 2, m * d.section**2 / 6, m * (d.length**2 + d.section**2) / 12
@@ -280,14 +281,14 @@ def solved(
     start: Reals | list[float],
     end: float,
     tolerance: float = 1e-13,
-) -> Way:
+) -> Solution:
     """States (k, n) at times (k,) from 0 to the end, by DOP853 of SciPy."""
     from scipy.integrate import solve_ivp
 
-    found = solve_ivp(rate, (0.0, end), start, "DOP853", dense_output=True, rtol=tolerance, atol=tolerance).sol
+    solution = solve_ivp(rate, (0.0, end), start, "DOP853", dense_output=True, rtol=tolerance, atol=tolerance).sol
 
     def states(times: Reals) -> Reals:
-        at_times: Reals = found(times).T
+        at_times: Reals = solution(times).T
         return at_times
 
     return states

@@ -10,8 +10,8 @@ from hcsearch.typing import Reals
 
 @lean
 def accelerate_often(
-    mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, scale: float, times: int, work: Work, found: Reals
+    mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, scale: float, times: int, work: Work, a: Reals
 ) -> None:
     """Evaluate the accelerations of one state so many times, as the stages of a step do; after `accelerate`."""
     for _ in range(times):
-        accelerate(mechanism, hold, q, v, scale, False, work, found)
+        accelerate(mechanism, hold, q, v, scale, False, work, a)

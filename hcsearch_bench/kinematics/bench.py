@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -12,14 +12,13 @@ from typing import ClassVar
 import numpy as np
 
 from hcsearch_bench.kinematics.extremes import ACCURATE, ExtremeRow, measure_extremes
-from hcsearch_bench.kinematics.following import (
+from hcsearch_bench.kinematics.path_methods import (
     PANELS,
     QUICK_PANELS,
     UNITS,
     CostRow,
-    Known,
+    KnownUnit,
     PathRow,
-    Say,
     SlopeRow,
     fit_costs,
     measure_costs,
@@ -27,7 +26,7 @@ from hcsearch_bench.kinematics.following import (
 )
 from hcsearch_bench.run.figures import save_figure
 from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
 
 PEERS = ("scipy",)
@@ -80,11 +79,10 @@ class DescentRow:
 
 
 @dataclass(frozen=True)
-class KinematicsReport(Report):
+class KinematicsReport(BenchReport):
     """All that one run of the bench measured."""
 
     page: ClassVar[str] = "kinematics"
-    heading: ClassVar[str] = "# Bench: kinematics"
 
     paths: list[PathRow]
     branches: list[BranchRow]
@@ -144,7 +142,7 @@ class KinematicsReport(Report):
         plot_paths(self.paths, folder / "paths.png")
 
 
-def measure(*, quick: bool = False, repeats: int = 3, say: Callable[[str], None] = print) -> KinematicsReport:
+def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> KinematicsReport:
     """Run the whole bench: minutes, or seconds when `quick`; HcsearchError when a scene claims more than is true."""
     machine = this_machine(PEERS)
     paths = measure_paths(UNITS[1:] if quick else UNITS, quick=quick, repeats=1 if quick else repeats, say=say)
@@ -161,26 +159,26 @@ def measure_branches(*, say: Say) -> list[BranchRow]:
 
     rows = []
     for name in UNITS:
-        linkage = Known(name).linkage
+        linkage = KnownUnit(name).linkage
         for state in ("folded", "flat"):
             for stops in (False, True):
                 say(f"branches of unit {name}, {state}{', with stops' if stops else ''}")
                 begin = time.perf_counter()
-                found = branches(linkage, getattr(linkage, state), stops=stops)
+                search = branches(linkage, getattr(linkage, state), stops=stops)
                 seconds = time.perf_counter() - begin
-                dimensions = [branch.dimension for branch in found.branches]
+                dimensions = [branch.dimension for branch in search.branches]
                 rows.append(
                     BranchRow(
                         f"unit {name}",
                         state,
                         "yes" if stops else "no",
-                        found.nullity,
-                        found.stresses,
+                        search.nullity,
+                        search.stresses,
                         dimensions.count(0),
                         ", ".join(map(str, sorted(set(dimensions) - {0}))) or "-",
-                        len(found.branches),
-                        len(found.finite),
-                        sum(branch.within for branch in found.finite),
+                        len(search.branches),
+                        len(search.finite),
+                        sum(branch.within for branch in search.finite),
                         seconds,
                     )
                 )
@@ -234,7 +232,7 @@ def plot_paths(rows: Sequence[PathRow], path: Path) -> None:
     colours = {name: f"C{k}" for k, name in enumerate(dict.fromkeys(row.method for row in rows))}
     for method, colour in colours.items():
         for corrections, style in styles.items():
-            found = [
+            shown = [
                 row
                 for row in rows
                 if (row.unit, row.method, row.corrections) == (unit, method, corrections)
@@ -243,7 +241,7 @@ def plot_paths(rows: Sequence[PathRow], path: Path) -> None:
             ]
             label = method if corrections == "closed" else None
             for axes, column in zip(pictures, ("off_path", "residual"), strict=True):
-                points = sorted((row.seconds, getattr(row, column)) for row in found)
+                points = sorted((row.seconds, getattr(row, column)) for row in shown)
                 axes.plot([s for s, _ in points], [e for _, e in points], "o" + style, color=colour, ms=4, label=label)
     pictures[0].set(ylabel="error off the path (rad)", title=f"Unit {unit}, fixed steps")
     pictures[1].set(ylabel="closure residual", title="dotted: uncorrected; dashed: corrected once; solid: closed")

@@ -13,7 +13,8 @@ import numpy as np
 
 from hcsearch.errors import HcsearchError
 from hcsearch.typing import Reals
-from hcsearch_bench.kinematics.following import Known, Say, ring
+from hcsearch_bench.kinematics.path_methods import KnownUnit, ring
+from hcsearch_bench.run.report import Say
 
 if TYPE_CHECKING:
     from hcsearch.linkage import Linkage
@@ -142,15 +143,15 @@ def scenes(*, quick: bool) -> Iterator[ExtremeScene]:
 
 def _shapes(quick: bool) -> Iterator[ExtremeScene]:
     for thickness in (1e-9, 1e-3, 1.0) if quick else (1e-9, 1e-6, 1e-3, 0.1, 1.0):
-        unit = Known("II", thickness=thickness * BASE)
+        unit = KnownUnit("II", thickness=thickness * BASE)
         yield _known("thickness", f"unit II, {thickness:g} of the base", unit)
     for degrees in (0.1, 45.0, 89.9) if quick else (0.1, 1.0, 44.9, 45.0, 89.0, 89.9):
         for name in ("II",) if quick else ("I", "II"):
-            unit = Known(name, alpha=math.radians(degrees))
+            unit = KnownUnit(name, alpha=math.radians(degrees))
             yield _known("base angle", f"unit {name}, {degrees:g} degrees", unit)
 
 
-def _known(group: str, name: str, unit: Known) -> ExtremeScene:
+def _known(group: str, name: str, unit: KnownUnit) -> ExtremeScene:
     """A unit that opens from its folded state."""
     from hcsearch.paths.following import follow
 
@@ -220,20 +221,20 @@ def _starts() -> Iterator[ExtremeScene]:
     element = Linkage(eight_r(Parameters()))
     subjects: list[tuple[str, Linkage, Callable[[Path], float] | None]] = [("8R", element, None)]
     for name in ("I", "II"):
-        unit = Known(name)
+        unit = KnownUnit(name)
         subjects.append((f"unit {name}", unit.linkage, unit.path_error))
     for name, linkage, error in subjects:
         for state in ("folded", "flat"):
             start = getattr(linkage, state)
 
-            def found(linkage: Linkage = linkage, start: Reals = start) -> Path:
+            def along_branch(linkage: Linkage = linkage, start: Reals = start) -> Path:
                 ways = [b.direction for b in branches(linkage, start, stops=True).finite if b.within]
                 return follow(linkage, start, ways[0])
 
             def straight(linkage: Linkage = linkage, start: Reals = start, state: str = state) -> Path:
                 return follow(linkage, start, limits=Limits(goal="flat" if state == "folded" else "folded"))
 
-            yield ExtremeScene("singular start", f"{name} {state}, direction found", linkage, found, error)
+            yield ExtremeScene("singular start", f"{name} {state}, direction found", linkage, along_branch, error)
             yield ExtremeScene("singular start", f"{name} {state}, no direction given", linkage, straight, error)
 
 
@@ -243,7 +244,7 @@ def _nearly(quick: bool) -> Iterator[ExtremeScene]:
     from hcsearch.linkage import Linkage
     from hcsearch.paths.following import follow
 
-    unit = Known("II")
+    unit = KnownUnit("II")
     element = eight_r(Parameters())
     for share in (1e-12, 1e-6) if quick else (1e-12, 1e-10, 1e-8, 1e-6):
         for name, pattern in (("8R", element), ("unit II", unit.pattern)):
@@ -262,8 +263,8 @@ def _folding(element: Linkage) -> Reals:
     from hcsearch.assemblies.assembly import Parameters
 
     parts = np.arange(element.n_hinges) % 2
-    found: Reals = np.where(parts == 1, math.cos(Parameters().alpha), 1.0)
-    return found
+    velocity: Reals = np.where(parts == 1, math.cos(Parameters().alpha), 1.0)
+    return velocity
 
 
 def shaken(pattern: Pattern, distance: float) -> Pattern:
@@ -283,5 +284,5 @@ def shaken(pattern: Pattern, distance: float) -> Pattern:
 
 def _scales() -> Iterator[ExtremeScene]:
     for scale in (1e-6, 1e6):
-        unit = Known("II", base=scale * BASE, thickness=scale * 0.01)
+        unit = KnownUnit("II", base=scale * BASE, thickness=scale * 0.01)
         yield _known("units of length", f"unit II, times {scale:g}", unit)

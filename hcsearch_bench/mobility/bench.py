@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
 from hcsearch_bench.mobility.measuring import LISTED, QUICK, SIZES, LockRow, SpeedRow, TightRow, measure_mobility
 from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
 
 
 @dataclass(frozen=True)
-class MobilityReport(Report):
+class MobilityReport(BenchReport):
     """All that one run of the bench measured."""
 
     page: ClassVar[str] = "mobility"
-    heading: ClassVar[str] = "# Bench: mobility"
 
     speed: list[SpeedRow]
     locks: list[LockRow]
@@ -64,7 +62,7 @@ class MobilityReport(Report):
         ]
 
 
-def measure(*, quick: bool = False, repeats: int = 3, say: Callable[[str], None] = print) -> MobilityReport:
+def measure(*, quick: bool = False, repeats: int = 3, say: Say = print) -> MobilityReport:
     """Run the whole bench: some minutes, or seconds when `quick`."""
     machine = this_machine()
     return MobilityReport(

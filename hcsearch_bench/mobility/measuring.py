@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
 
@@ -19,6 +19,7 @@ from hcsearch.records import CircuitBatch, FoldingBatch
 from hcsearch.scenes import PanelSize, default_panel
 from hcsearch.stages.mobility import mobility
 from hcsearch.twisting import twist_batch
+from hcsearch_bench.run.report import Say
 
 SIZES: dict[str, tuple[int, ...]] = {
     "hex": (6, 8, 10, 12, 14, 16),
@@ -109,7 +110,7 @@ class TightRow:
 
 
 def measure_mobility(
-    sizes: Mapping[str, Sequence[int]], *, repeats: int, say: Callable[[str], None]
+    sizes: Mapping[str, Sequence[int]], *, repeats: int, say: Say
 ) -> tuple[list[SpeedRow], list[LockRow], list[TightRow]]:
     """A row of each kind for each grid and n; of locked ends one each where they are not many."""
     speed, locks, tight = [], [], []
@@ -153,13 +154,13 @@ def _stage_times(circuits: CircuitBatch, foldings: FoldingBatch, repeats: int) -
 
 def _locks(circuits: CircuitBatch, foldings: FoldingBatch) -> tuple[LockRow, list[TightRow]]:
     grid, n = circuits.grid, circuits.words.shape[1]
-    found = mobility(circuits, foldings, np.zeros(len(foldings), np.int16))
+    stage = mobility(circuits, foldings, np.zeros(len(foldings), np.int16))
     panel = default_panel(grid)
-    locked = [folding_at(circuits, foldings, i) for i in np.flatnonzero(found.locked).tolist()]
+    locked = [folding_at(circuits, foldings, i) for i in np.flatnonzero(stage.locked).tolist()]
     ends = [_ends(folding, panel) for folding in locked]
-    free = np.bincount(foldings.row[~found.locked], minlength=len(circuits)) > 0
+    free = np.bincount(foldings.row[~stage.locked], minlength=len(circuits)) > 0
     tried = locked[:MOST_LOCKED]
-    mirrored = [folding_at(circuits, foldings, i) for i in np.flatnonzero(found.merged_panels > 0).tolist()]
+    mirrored = [folding_at(circuits, foldings, i) for i in np.flatnonzero(stage.merged_panels > 0).tolist()]
     thin, thick = (
         sum(_is_locked(_ends(folding, (panel[0], panel[1], factor * panel[2]))) for folding in tried)
         for factor in THICKNESSES
@@ -207,12 +208,12 @@ def _merged(mirrored: list[Folding], panel: PanelSize) -> str:
 def _tight(folding: Folding, panel: PanelSize, *, hinged: bool) -> list[TightRow]:
     """The locked ends of a folding, and how tight they are."""
     linkage = Linkage(folding.pattern(panel, hinged=hinged))
-    found = []
+    rows = []
     for end, lock in _ends(folding, panel, hinged=hinged).items():
         measured = tightness(linkage, getattr(linkage, end)) if lock.order is not None else None
         if lock.order is not None and measured is not None:
-            found.append(_tight_row(folding, end, "hinged" if hinged else "rigid", lock, measured))
-    return found
+            rows.append(_tight_row(folding, end, "hinged" if hinged else "rigid", lock, measured))
+    return rows
 
 
 def _tight_row(folding: Folding, end: str, pairs: str, lock: Lock, measured: Tightness) -> TightRow:

@@ -61,17 +61,17 @@ def one_by_one(shapes: list[Reals], which: Whole, turns: Reals, shifts: Reals) -
     places = [[coal.Transform3s(r, t) for r, t in zip(turns[:, k], shifts[:, k], strict=True)] for k in range(2)]
     request, result = coal.DistanceRequest(), coal.DistanceResult()
     _set(request, warm=False)
-    found = np.empty(len(which))
+    distances = np.empty(len(which))
     begin = time.process_time()
     for k, (call, one, two) in enumerate(zip(chosen, *places, strict=True)):
         result.clear()
-        found[k] = call(one, two, request, result)
+        distances[k] = call(one, two, request, result)
     seconds = time.process_time() - begin
-    return np.maximum(found, 0.0), seconds
+    return np.maximum(distances, 0.0), seconds
 
 
 class CoalScene:
-    """Solids that are placed freely, and pairs of them of which all distances are asked at once."""
+    """Solids that are placed freely, and pairs of them whose distances are all computed at once."""
 
     def __init__(self, solids: list[Reals], pairs: Whole, *, moving: bool) -> None:
         import pinocchio as pin
@@ -82,36 +82,36 @@ class CoalScene:
             self.shapes.addGeometryObject(pin.GeometryObject(f"s{k}", joint, joint, pin.SE3.Identity(), convex(solid)))
         for i, j in pairs:
             self.shapes.addCollisionPair(pin.CollisionPair(int(i), int(j)))
-        self.data, self.found = self.model.createData(), self.shapes.createData()
+        self.data, self.geometry = self.model.createData(), self.shapes.createData()
 
     def place(self, turns: Reals, shifts: Reals) -> None:
         """Where the solids are, of a scene that does not move: (k, 3, 3), (k, 3)."""
         for shape, turn, shift in zip(self.shapes.geometryObjects, turns, shifts, strict=True):
             shape.placement = self.pin.SE3(turn, shift)
-        self.pin.updateGeometryPlacements(self.model, self.data, self.shapes, self.found, np.zeros(0))
+        self.pin.updateGeometryPlacements(self.model, self.data, self.shapes, self.geometry, np.zeros(0))
 
     def coordinates(self, turns: Reals, shifts: Reals) -> Reals:
-        """What a scene that moves is placed by."""
+        """Coordinates that place the solids of a scene that moves."""
         places = [self.pin.SE3(turn, shift) for turn, shift in zip(turns, shifts, strict=True)]
         return np.concatenate([self.pin.SE3ToXYZQUAT(place) for place in places])
 
     def seconds(self, *, warm: bool) -> float:
-        """Processor seconds of asking for all distances; warm : each search begins where the last one ended."""
-        for request in self.found.distanceRequests:
+        """Processor seconds of computing all distances; warm : each search begins where the last one ended."""
+        for request in self.geometry.distanceRequests:
             _set(request, warm=warm)
         begin = time.process_time()
-        self.pin.computeDistances(self.shapes, self.found)
+        self.pin.computeDistances(self.shapes, self.geometry)
         return time.process_time() - begin
 
     def follow(self, states: list[Reals]) -> float:
-        """Processor seconds of placing the solids and asking for all distances at one state after the other, warm."""
-        for request in self.found.distanceRequests:
+        """Processor seconds of placing the solids and computing all distances at one state after the other, warm."""
+        for request in self.geometry.distanceRequests:
             _set(request, warm=True)
         begin = time.process_time()
         for state in states:
-            self.pin.computeDistances(self.model, self.data, self.shapes, self.found, state)
+            self.pin.computeDistances(self.model, self.data, self.shapes, self.geometry, state)
         return time.process_time() - begin
 
     def distances(self) -> Reals:
-        """What was found last, 0 where they meet."""
-        return np.maximum([result.min_distance for result in self.found.distanceResults], 0.0)
+        """The distances of the last computation, 0 where solids meet."""
+        return np.maximum([result.min_distance for result in self.geometry.distanceResults], 0.0)

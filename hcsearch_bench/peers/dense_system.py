@@ -1,7 +1,7 @@
 """Any system without struts by dense matrices in plain NumPy, integrated by SciPy: accelerations of another origin.
 
-Nothing is shared with the compiled recursions. The least change by kinetic energy from the free accelerations that
-closes the loops is found by singular values, so that rows which say nothing new do no harm (Udwadia and Kalaba 1992).
+Nothing is shared with the compiled recursions. The change of the free accelerations that closes the
+loops, least by kinetic energy, comes from singular values: redundant rows do no harm (Udwadia and Kalaba 1992).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from hcsearch.dynamics.system import System
 from hcsearch.dynamics.trees import GROUND
 from hcsearch.typing import Reals
 from hcsearch_bench.peers.states import TURNS, Places, Trajectory, lines_of, places
-from hcsearch_bench.run.work import UnableError
+from hcsearch_bench.run.work_precision import UnableError
 
 CUT = 1e-6
 """Rows count whose singular value is above this share of the largest: those that closure makes redundant are off by
@@ -49,11 +49,11 @@ class Dense:
     def accelerations(self, q: Reals, v: Reals) -> Reals:
         """Joint accelerations of one state, (n_joints,)."""
         self.evaluations += 1
-        found = places(self.system, q, v)
-        turn, spin = found.turn[0], found.spin[0]
-        centre = found.place[0] + (arms := np.einsum("ijk,ik->ij", turn, self.arms))
-        drift = found.speed[0] + np.cross(spin, arms)
-        turns, moves, own_turns, own_moves = self._columns(found, v, centre, drift, self.above)
+        placed = places(self.system, q, v)
+        turn, spin = placed.turn[0], placed.spin[0]
+        centre = placed.place[0] + (arms := np.einsum("ijk,ik->ij", turn, self.arms))
+        drift = placed.speed[0] + np.cross(spin, arms)
+        turns, moves, own_turns, own_moves = self._columns(placed, v, centre, drift, self.above)
         inertia = turn @ self.inertias @ turn.transpose(0, 2, 1)
         mass = np.einsum("iaj,iab,ibk->jk", turns, inertia, turns)
         mass += np.einsum("i,iaj,iak->jk", self.masses, moves, moves)
@@ -65,20 +65,20 @@ class Dense:
         root = np.linalg.cholesky(mass)
         free = np.linalg.solve(root, forces)  # in coordinates where the inertia is the identity
         if self.system.welds:
-            rows, wanted = self._rows(found, v)
+            rows, wanted = self._rows(placed, v)
             ways = np.linalg.solve(root, rows.T).T
             change, *_ = np.linalg.lstsq(ways, wanted - ways @ free, rcond=CUT)
             free = free + change
         return np.asarray(np.linalg.solve(root.T, free), np.float64)
 
     def _columns(
-        self, found: Places, v: Reals, points: Reals, speeds: Reals, above: NDArray[np.bool_]
+        self, placed: Places, v: Reals, points: Reals, speeds: Reals, above: NDArray[np.bool_]
     ) -> tuple[Reals, Reals, Reals, Reals]:
         """Jacobians (k, 3, n) of turns and of points (k, 3) of k bodies, and accelerations (k, 3) at constant v."""
-        axes = np.einsum("nij,nj->ni", found.turn[0], self.axes)
-        swings = np.cross(found.spin[0], axes)
-        arms = points[:, None] - found.place[0]
-        arm_rates = speeds[:, None] - found.speed[0]
+        axes = np.einsum("nij,nj->ni", placed.turn[0], self.axes)
+        swings = np.cross(placed.spin[0], axes)
+        arms = points[:, None] - placed.place[0]
+        arm_rates = speeds[:, None] - placed.speed[0]
         turning = (above & self.turning)[..., None]
         turns = turning * axes
         moves = np.where(turning, np.cross(axes, arms), above[..., None] * axes)
@@ -91,15 +91,15 @@ class Dense:
             np.einsum("kna,n->ka", move_rates, v),
         )
 
-    def _rows(self, found: Places, v: Reals) -> tuple[Reals, Reals]:
+    def _rows(self, placed: Places, v: Reals) -> tuple[Reals, Reals]:
         """Rows of the welds, (m, n), and what their accelerations must be, (m,)."""
         rows, wanted = [], []
         for weld in self.system.welds:
-            spin = np.zeros(3) if weld.first == GROUND else found.spin[0, weld.first]
-            ways = weld.frame @ found.turned(weld.first)[0].T
+            spin = np.zeros(3) if weld.first == GROUND else placed.spin[0, weld.first]
+            ways = weld.frame @ placed.turned(weld.first)[0].T
             # the first body carries its frame to where the second's point is, however far along free directions
-            place, _ = found.point(weld.second, weld.point)
-            one, two = (self._end(found, v, body, place) for body in (weld.first, weld.second))
+            place, _ = placed.point(weld.second, weld.point)
+            one, two = (self._end(placed, v, body, place) for body in (weld.first, weld.second))
             for kind in weld.kinds:
                 way = ways[kind % 3]
                 k, size = (0, 1.0) if kind in TURNS else (1, self.system.size)
@@ -108,14 +108,14 @@ class Dense:
                 wanted.append(-(way @ (two[k + 2] - one[k + 2]) + swing @ (two[k] - one[k]) @ v) / size)
         return np.array(rows), np.array(wanted)
 
-    def _end(self, found: Places, v: Reals, body: int, place: Reals) -> tuple[Reals, Reals, Reals, Reals]:
+    def _end(self, placed: Places, v: Reals, body: int, place: Reals) -> tuple[Reals, Reals, Reals, Reals]:
         """As `_columns`, of that point of one body which is at a place (1, 3)."""
         if body == GROUND:
             above, speed = np.zeros((1, len(v)), bool), np.zeros((1, 3))
         else:
             above = self.above[body, None]
-            speed = found.speed[:, body] + np.cross(found.spin[:, body], place - found.place[:, body])
-        turns, moves, own_turns, own_moves = self._columns(found, v, place, speed, above)
+            speed = placed.speed[:, body] + np.cross(placed.spin[:, body], place - placed.place[:, body])
+        turns, moves, own_turns, own_moves = self._columns(placed, v, place, speed, above)
         return turns[0], moves[0], own_turns[0], own_moves[0]
 
 
@@ -131,10 +131,10 @@ def run(
         return np.concatenate([y[n:], dense.accelerations(y[:n], y[n:])])
 
     begin = time.perf_counter()
-    found = solve_ivp(
+    solution = solve_ivp(
         rate, (times[0], times[-1]), np.concatenate([q, v]), method, times, rtol=tolerance, atol=tolerance
     )
     seconds = time.perf_counter() - begin
-    if not found.success or not np.isfinite(found.y).all():
-        raise UnableError(f"SciPy stopped: {found.message}")
-    return Trajectory(times, found.y[:n].T, found.y[n:].T, seconds, dense.evaluations)
+    if not solution.success or not np.isfinite(solution.y).all():
+        raise UnableError(f"SciPy stopped: {solution.message}")
+    return Trajectory(times, solution.y[:n].T, solution.y[n:].T, seconds, dense.evaluations)

@@ -1,7 +1,8 @@
 """Programs that count or list the Hamiltonian circuits of one array, each as a job for a process of its own.
 
-A job is given the array and returns the circuits found, the classes (None where it does not know them), what it
-listed, and two times: `build` until its data structure stands, `answer` for the number or for going through the list.
+A job takes the array and returns how many circuits and classes there are (None where it does not know the latter), how
+many it listed, and two times: `build_s` until its data structure stands, `answer_s` for the number or for going through
+the list.
 """
 
 from __future__ import annotations
@@ -11,8 +12,7 @@ from dataclasses import dataclass
 
 from hcsearch_bench.peers.backtracker import hamiltonian_circuits
 from hcsearch_bench.run.timing import Row, Stopwatch, repeated, timed
-
-OURS = "hcsearch"
+from hcsearch_bench.run.work_precision import OURS
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,8 @@ def ours_count(grid: str, spec: str, repeats: int) -> Row:
         with build:
             array = parse_array(grid_named(grid), spec)
         with answer:
-            found = count_array(array)
-        return _row(build, answer, found.circuits, found.classes, None)
+            numbers = count_array(array)
+        return _row(build, answer, numbers.circuits, numbers.classes, None)
 
     run("p4x4")  # load the compiled kernels first
     return repeated(run, repeats)
@@ -109,9 +109,9 @@ def _graphillion(grid: str, spec: str, repeats: int, *, listing: bool) -> Row:
         with build:
             # row by row; its default order, 'greedy', took up to forty times longer on these arrays
             GraphSet.set_universe(edges, traversal="as-is")
-            found = GraphSet.cycles(is_hamilton=True)
+            cycles = GraphSet.cycles(is_hamilton=True)
         with answer:
-            circuits = _length(found) if listing else int(found.len())
+            circuits = _length(cycles) if listing else int(cycles.len())
         return _row(build, answer, circuits, None, circuits if listing else None)
 
     return repeated(run, repeats)

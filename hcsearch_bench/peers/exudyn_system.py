@@ -11,7 +11,7 @@ import numpy as np
 from hcsearch.dynamics.trees import GROUND
 from hcsearch.typing import Reals
 from hcsearch_bench.peers.states import GAPS, Trajectory, lines_of
-from hcsearch_bench.run.work import UnableError
+from hcsearch_bench.run.work_precision import UnableError
 
 if TYPE_CHECKING:
     from hcsearch.dynamics.system import System
@@ -28,7 +28,7 @@ def run(
     """Follow a system in steps of about `step` (s), which must fit into equal spaces between the times.
 
     integrator : a name of exudyn.DynamicSolverType; explicit ones (RK44, RK67) for systems without welds.
-    Where the solver fails, one follows that looks for rows that say nothing new; its time is what counts then.
+    Where the solver fails, a second one that looks for redundant rows is tried, and its time is the one reported.
     """
     try:
         import exudyn
@@ -37,9 +37,9 @@ def run(
     exudyn.config.printToConsole = False
     solvers = ["EXUdense" if system.n_joints <= SMALL else "EigenSparse"] + (["EigenDense"] if system.welds else [])
     for solver in solvers:
-        found = _solved(exudyn, system, q, v, times, step, integrator, solver)
-        if found is not None:
-            return found
+        motion = _solved(exudyn, system, q, v, times, step, integrator, solver)
+        if motion is not None:
+            return motion
     raise UnableError("the solver failed")
 
 
@@ -136,13 +136,13 @@ def _build(exudyn: Any, system: System, q: Reals, v: Reals, model: Any) -> list[
         place = np.eye(4)
         place[:3, :3], place[:3, 3] = frame.T, point
         if body == GROUND:
-            found = model.AddMarker(items.MarkerBodyRigid(bodyNumber=ground, localHT=place))
+            number = model.AddMarker(items.MarkerBodyRigid(bodyNumber=ground, localHT=place))
         else:
             own = frames[body].T
             place[:3] = own @ place[:3]
             place[:3, 3] -= own @ system.joints[body].point
-            found = model.AddMarker(items.MarkerKinematicTreeRigid(objectNumber=tree, linkNumber=body, localHT=place))
-        return int(found)
+            number = model.AddMarker(items.MarkerKinematicTreeRigid(objectNumber=tree, linkNumber=body, localHT=place))
+        return int(number)
 
     for strut in system.struts:
         model.AddObject(

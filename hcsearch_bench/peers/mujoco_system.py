@@ -11,7 +11,7 @@ import numpy as np
 from hcsearch.dynamics.trees import GROUND
 from hcsearch.typing import Reals
 from hcsearch_bench.peers.states import Trajectory, common_points, depth_first, lines_of
-from hcsearch_bench.run.work import UnableError
+from hcsearch_bench.run.work_precision import UnableError
 
 if TYPE_CHECKING:
     from hcsearch.dynamics.system import System
@@ -58,7 +58,7 @@ def _silent(_: str) -> None:
 
 
 def _warned(mujoco: Any, data: Any) -> bool:
-    """Whether MuJoCo met numbers that are none and began anew, which it says in the data only."""
+    """Whether MuJoCo met numbers that are not finite and reset the state, which only its data show."""
     kinds = mujoco.mjtWarning
     wrong = (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC)
     return any(data.warning[int(kind)].number for kind in wrong)

@@ -56,14 +56,14 @@ class Peer:
 
     def measured(self, task: Task, times: Reals, setting: float, repeats: int) -> tuple[Trajectory, float, int]:
         """What it gives, the median of the seconds of its integration, and how many runs there were."""
-        found: list[Trajectory] = []
+        last: list[Trajectory] = []
 
         def run() -> float:
-            found[:] = [self.follow(task, times, setting)]
-            return found[0].seconds
+            last[:] = [self.follow(task, times, setting)]
+            return last[0].seconds
 
         seconds, runs = median_time(run, repeats)
-        return found[0], seconds, runs
+        return last[0], seconds, runs
 
 
 def peers(quick: bool, outputs: int) -> list[Peer]:

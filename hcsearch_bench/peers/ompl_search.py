@@ -15,7 +15,7 @@ from hcsearch.kernels.planning.trees import StateTree, new_tree
 from hcsearch.planning.planner import CAPACITY, STARTS, TRIES, Planner
 from hcsearch.typing import Reals
 from hcsearch_bench.run.machine import MISSING
-from hcsearch_bench.run.work import UnableError
+from hcsearch_bench.run.work_precision import UnableError
 
 TOLERANCE, STEPS = 1e-6, 50
 """Closure residual of its states, and steps of a projection; proofs close states to rounding."""
@@ -65,8 +65,8 @@ class _Rules:
 
     def project(self, angles: Reals) -> Reals | None:
         """The nearest closed angles within the stops, or None."""
-        found: Reals = np.array(angles)
-        return found if close(self.space.loops, found, TOLERANCE, 0.0, STEPS, self.work) else None
+        closed: Reals = np.array(angles)
+        return closed if close(self.space.loops, closed, TOLERANCE, 0.0, STEPS, self.work) else None
 
     def closed(self, angles: Reals) -> bool:
         """Whether angles are closed."""
@@ -92,8 +92,8 @@ def _problem(base: Any, rules: _Rules, ends: list[list[Reals]]) -> Any:
     information.setStateValidityChecker(_checker(base, rules, information))
     information.setup()
     problem, goal = base.ProblemDefinition(information), base.GoalStates(information)
-    for found, put in zip(ends, (problem.addStartState, goal.addState), strict=True):
-        for end in found:
+    for side, put in zip(ends, (problem.addStartState, goal.addState), strict=True):
+        for end in side:
             state = information.allocState()
             state.copy(end.tolist())
             put(state)
@@ -106,10 +106,10 @@ def _closure(base: Any, rules: _Rules) -> Any:
 
     class Closure(base.Constraint):  # type: ignore[misc]
         def project(self, x: Reals) -> bool:
-            found = rules.project(x)
-            if found is not None:
-                x[:] = found
-            return found is not None
+            closed = rules.project(x)
+            if closed is not None:
+                x[:] = closed
+            return closed is not None
 
         def isSatisfied(self, x: Reals) -> bool:  # noqa: N802 - OMPL's name
             return rules.closed(x)
@@ -151,7 +151,7 @@ def _outer(tree: StateTree) -> list[Reals]:
 def _branch(tree: StateTree, state: Reals) -> Reals:
     """The states of a tree from the one before a state to the root."""
     node = int(np.abs(tree.angles[: int(tree.size[0])] - state).max(axis=1).argmin())
-    found = []
+    states = []
     while (node := int(tree.parents[node])) >= 0:
-        found.append(tree.angles[node])
-    return np.array(found)
+        states.append(tree.angles[node])
+    return np.array(states)

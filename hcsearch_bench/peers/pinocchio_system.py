@@ -10,7 +10,7 @@ import numpy as np
 from hcsearch.dynamics.trees import GROUND
 from hcsearch.typing import Reals
 from hcsearch_bench.peers.states import Trajectory, common_points, depth_first, lines_of
-from hcsearch_bench.run.work import UnableError
+from hcsearch_bench.run.work_precision import UnableError
 
 if TYPE_CHECKING:
     from hcsearch.dynamics.system import System
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 PROXIMAL, ITERATIONS = 1e-6, 10
 """Proximal term as a share of the inverse of the mean mass, and steps that take its error away.
 
-Without it rows that say nothing new make the accelerations wrong as soon as rounding opens the loops."""
+Without it redundant rows make the accelerations wrong as soon as rounding opens the loops."""
 BAUMGARTE = 30.0
 """1/s: gaps die out with this rate, by which Pinocchio does not project."""
 
@@ -33,7 +33,7 @@ class _Forces:
         self.model = model = pin.Model()
         model.gravity.linear = np.array(system.gravity)
         numbers = [0] * system.n_joints
-        for i in depth_first(system):  # in another order its recursions go wrong without a word
+        for i in depth_first(system):  # in another order its recursions are silently wrong
             joint, body = system.joints[i], system.bodies[i]
             kind = pin.JointModelPrismaticUnaligned if joint.slides else pin.JointModelRevoluteUnaligned
             parent, origin = (
@@ -85,15 +85,15 @@ class _Forces:
         if self.system.struts:
             torques += self._struts(q, v)
         if len(self.constraints):
-            found: Reals = self.pin.constraintDynamics(
+            rates: Reals = self.pin.constraintDynamics(
                 self.model, self.data, q, v, torques, self.constraints, self.contacts, self.settings
             )
         else:
-            found = self.pin.aba(self.model, self.data, q, v, torques)
-        return np.array(found)
+            rates = self.pin.aba(self.model, self.data, q, v, torques)
+        return np.array(rates)
 
     def _struts(self, q: Reals, v: Reals) -> Reals:
-        pin, found = self.pin, np.zeros(len(q))
+        pin, torques = self.pin, np.zeros(len(q))
         pin.computeJointJacobians(self.model, self.data, q)
         for strut in self.system.struts:
             way, slope = np.zeros(3), np.zeros((3, len(q)))
@@ -109,8 +109,8 @@ class _Forces:
                 slope += sign * (jacobian[:3] - pin.skew(here - placed.translation) @ jacobian[3:])
             length = float(np.linalg.norm(way))
             by_joint = way @ slope / length
-            found -= (strut.stiffness * (length - strut.rest) + strut.damping * (by_joint @ v)) * by_joint
-        return found
+            torques -= (strut.stiffness * (length - strut.rest) + strut.damping * (by_joint @ v)) * by_joint
+        return torques
 
 
 def _prepare(pin: Any, model: Any, data: Any, constraints: Any, contacts: Any) -> None:
@@ -149,8 +149,8 @@ def run(
         return np.concatenate([y[n:], forces.accelerations(y[:n], y[n:])])
 
     begin = time.perf_counter()
-    found = solve_ivp(rate, (times[0], times[-1]), start, method, times, rtol=tolerance, atol=tolerance)
+    solution = solve_ivp(rate, (times[0], times[-1]), start, method, times, rtol=tolerance, atol=tolerance)
     seconds = time.perf_counter() - begin
-    if not found.success or not np.isfinite(found.y).all():
-        raise UnableError(f"SciPy stopped: {found.message}")
-    return Trajectory(times, found.y[order].T, found.y[n + order].T, seconds, forces.evaluations)
+    if not solution.success or not np.isfinite(solution.y).all():
+        raise UnableError(f"SciPy stopped: {solution.message}")
+    return Trajectory(times, solution.y[order].T, solution.y[n + order].T, seconds, forces.evaluations)

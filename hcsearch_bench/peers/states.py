@@ -13,7 +13,7 @@ from hcsearch.dynamics.laws import Law
 from hcsearch.dynamics.system import JointDrive, System
 from hcsearch.dynamics.trees import GROUND, Weld
 from hcsearch.typing import Reals
-from hcsearch_bench.run.work import UnableError
+from hcsearch_bench.run.work_precision import UnableError
 
 TURNS, GAPS = (0, 1, 2), (3, 4, 5)
 
@@ -63,19 +63,19 @@ def places(system: System, q: Reals, v: Reals | None = None) -> Places:
     q = np.atleast_2d(q)
     v = np.zeros_like(q) if v is None else np.atleast_2d(v)
     k, n = q.shape
-    found = Places(system, np.empty((k, n, 3, 3)), *(np.empty((k, n, 3)) for _ in range(3)))
+    placed = Places(system, np.empty((k, n, 3, 3)), *(np.empty((k, n, 3)) for _ in range(3)))
     for i, joint in enumerate(system.joints):
-        above = found.turned(joint.parent)
-        place, speed = found.point(joint.parent, np.asarray(joint.point, float))
-        spin = np.zeros((k, 3)) if joint.parent == GROUND else found.spin[:, joint.parent]
+        above = placed.turned(joint.parent)
+        place, speed = placed.point(joint.parent, np.asarray(joint.point, float))
+        spin = np.zeros((k, 3)) if joint.parent == GROUND else placed.spin[:, joint.parent]
         axis = above @ joint.axis
         if joint.slides:
             way = axis * q[:, i, None]
             place, speed = place + way, speed + np.cross(spin, way) + axis * v[:, i, None]
         else:
             above, spin = above @ rotations(joint.axis, q[:, i]), spin + axis * v[:, i, None]
-        found.turn[:, i], found.place[:, i], found.spin[:, i], found.speed[:, i] = above, place, spin, speed
-    return found
+        placed.turn[:, i], placed.place[:, i], placed.spin[:, i], placed.speed[:, i] = above, place, spin, speed
+    return placed
 
 
 def rotations(axis: Reals, angles: Reals) -> Reals:
@@ -90,17 +90,17 @@ def rotations(axis: Reals, angles: Reals) -> Reals:
 def energies(system: System, q: Reals, v: Reals) -> Reals:
     """Energy of motion, of linear laws, struts and gravity, J, (k,)."""
     q, v = np.atleast_2d(q), np.atleast_2d(v)
-    found = places(system, q, v)
+    placed = places(system, q, v)
     total = np.zeros(len(q))
     for i, (body, drive) in enumerate(zip(system.bodies, system.drives, strict=True)):
-        centre, speed = found.point(i, body.centre)
-        own = np.einsum("kji,kj->ki", found.turn[:, i], found.spin[:, i])
+        centre, speed = placed.point(i, body.centre)
+        own = np.einsum("kji,kj->ki", placed.turn[:, i], placed.spin[:, i])
         total += 0.5 * body.mass * (speed**2).sum(1) + 0.5 * np.einsum("ki,ij,kj->k", own, body.inertia, own)
         total -= body.mass * (centre @ np.array(system.gravity))
         preload, stiffness = line_of(drive.law)
         total += q[:, i] * (preload + 0.5 * stiffness * q[:, i])
     for strut in system.struts:
-        way = found.point(strut.second, strut.second_point)[0] - found.point(strut.first, strut.first_point)[0]
+        way = placed.point(strut.second, strut.second_point)[0] - placed.point(strut.first, strut.first_point)[0]
         total += 0.5 * strut.stiffness * (np.linalg.norm(way, axis=1) - strut.rest) ** 2
     return total
 
@@ -117,11 +117,11 @@ def closure(system: System, q: Reals) -> float:
     """Greatest gap of welds, m; turns count times the system's size."""
     if not system.welds:
         return 0.0
-    found = places(system, q)
+    placed = places(system, q)
     worst = 0.0
     for weld in system.welds:
-        here, there = found.turned(weld.first), found.turned(weld.second)
-        gap = found.point(weld.second, weld.point)[0] - found.point(weld.first, weld.point)[0]
+        here, there = placed.turned(weld.first), placed.turned(weld.second)
+        gap = placed.point(weld.second, weld.point)[0] - placed.point(weld.first, weld.point)[0]
         turn = 0.5 * np.cross(here, there, axis=1).sum(2)
         ways = here @ weld.frame.T  # columns: the weld's directions
         rows = np.hstack([system.size * np.einsum("kij,ki->kj", ways, turn), np.einsum("kij,ki->kj", ways, gap)])
@@ -157,16 +157,16 @@ def depth_first(system: System) -> list[int]:
     children: dict[int, list[int]] = {}
     for i, joint in enumerate(system.joints):
         children.setdefault(joint.parent, []).append(i)
-    found: list[int] = []
+    order: list[int] = []
     waiting = children.get(GROUND, [])[::-1]
     while waiting:
-        found.append(waiting.pop())
-        waiting += children.get(found[-1], [])[::-1]
-    return found
+        order.append(waiting.pop())
+        waiting += children.get(order[-1], [])[::-1]
+    return order
 
 
 def common_points(system: System, weld: Weld) -> list[Reals]:
-    """Points that keep a weld closed when the bodies share them, for engines that know no more; m.
+    """Points (m) that keep a weld closed when both bodies share them, for engines that can only join points.
 
     One for a spherical joint, two on the axis of a hinge, three for a full weld. A planar pin is a spherical joint
     where all joints turn about one direction; UnableError for other kinds.

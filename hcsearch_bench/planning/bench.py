@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -11,30 +11,30 @@ import numpy as np
 
 from hcsearch.system.outputs import write_output
 from hcsearch.typing import Reals
-from hcsearch_bench.planning.beside_ompl import PeerRow, Subject, peer_rows
+from hcsearch_bench.planning.beside_ompl import JoinedFolding, PeerRow, peer_rows
 from hcsearch_bench.planning.foldings import (
+    BudgetRow,
     FoldingRow,
     Group,
     GroupRow,
     MarginRow,
     ThicknessRow,
-    WorkRow,
+    budget_rows,
     group_row,
     margin_rows,
     settle,
     thickness_row,
-    work_rows,
 )
 from hcsearch_bench.run.figures import save_figure
 from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table, frame
 
 GROUPS = (Group("hex", "12", 4), Group("hex", "10", 2), Group("square", "6x5", 12))
 QUICK = (Group("hex", "8"), Group("triangle", "10"), Group("square", "4x3"))
 THICKNESSES, QUICK_THICKNESSES = (0.0015, 0.003, 0.012, 0.024), (0.003,)
 """Beside 6 mm, m."""
-SUBJECTS: tuple[Subject, ...] = (
+SUBJECTS: tuple[JoinedFolding, ...] = (
     ("hex:0234550132:4", "hinged"),
     ("square:012233230011:4", "rigid"),
     ("triangle:012343454505012321:3", "hinged"),
@@ -49,14 +49,13 @@ PEERS = ("ompl",)
 
 
 @dataclass(frozen=True)
-class PlanningReport(Report):
+class PlanningReport(BenchReport):
     """All that one run of the bench measured; rows : of single foldings, which are saved and not shown."""
 
     page: ClassVar[str] = "planning"
-    heading: ClassVar[str] = "# Bench: planning"
 
     groups: list[GroupRow]
-    work: list[WorkRow]
+    work: list[BudgetRow]
     margins: list[MarginRow]
     thicknesses: list[ThicknessRow]
     peers: list[PeerRow]
@@ -121,7 +120,7 @@ class PlanningReport(Report):
         plot_planning(self, folder / "planning.png")
 
 
-def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> PlanningReport:
+def measure(*, quick: bool = False, say: Say = print) -> PlanningReport:
     """Run the whole bench: five minutes, or seconds when `quick`."""
     machine = this_machine(PEERS)
     groups = QUICK if quick else GROUPS
@@ -144,7 +143,7 @@ def measure(*, quick: bool = False, say: Callable[[str], None] = print) -> Plann
     return PlanningReport(
         machine,
         shown,
-        [row for own in rows for row in work_rows(own)],
+        [row for own in rows for row in budget_rows(own)],
         [row for own in rows for row in margin_rows(own)],
         [row for sweep in sweeps for row in sorted(map(thickness_row, sweep), key=lambda row: row.thickness_mm)],
         peers,

@@ -17,10 +17,10 @@ from hcsearch.typing import Reals
 from hcsearch.vocabulary import Way
 from hcsearch_bench.peers import ompl_search
 from hcsearch_bench.run.timing import Stopwatch
-from hcsearch_bench.run.work import OURS, UnableError
+from hcsearch_bench.run.work_precision import OURS, UnableError
 
-Search = Callable[[Planner, int, float], tuple[Reals | None, float]]
-Subject = tuple[str, Way]
+PathSearch = Callable[[Planner, int, float], tuple[Reals | None, float]]
+JoinedFolding = tuple[str, Way]
 """A folding, and how its flat pairs are joined."""
 
 ROUNDS = 80
@@ -46,7 +46,7 @@ class PeerRow:
 
 
 def ours(planner: Planner, seed: int, limit: float) -> tuple[Reals | None, float]:
-    """Search for a path with our planner until it meets one, or so many processor seconds are over."""
+    """PathSearch for a path with our planner until it meets one, or so many processor seconds are over."""
     watch, again = Stopwatch(), 0
     while watch.cpu < limit:
         with watch:
@@ -57,10 +57,10 @@ def ours(planner: Planner, seed: int, limit: float) -> tuple[Reals | None, float
     return None, watch.cpu
 
 
-ENGINES: dict[str, Search] = {OURS: ours, "OMPL RRT-Connect": ompl_search.search}
+ENGINES: dict[str, PathSearch] = {OURS: ours, "OMPL RRT-Connect": ompl_search.search}
 
 
-def peer_rows(subject: Subject, searches: int, limit: float) -> Iterator[PeerRow]:
+def peer_rows(subject: JoinedFolding, searches: int, limit: float) -> Iterator[PeerRow]:
     """Ask every engine for paths of a folding, each so often, with so many processor seconds a search."""
     name, way = subject
     folding = Folding.from_notation(name)
@@ -69,12 +69,12 @@ def peer_rows(subject: Subject, searches: int, limit: float) -> Iterator[PeerRow
     planner.plan(1)  # compiled
     for engine, search in ENGINES.items():
         try:
-            found = [search(planner, seed, limit) for seed in range(searches)]
+            results = [search(planner, seed, limit) for seed in range(searches)]
         except UnableError as error:
             yield PeerRow(name, way, engine, 0, note=str(error))
             continue
-        paths = [states for states, _ in found if states is not None]
-        times = [seconds for states, seconds in found if states is not None]
+        paths = [states for states, _ in results if states is not None]
+        times = [seconds for states, seconds in results if states is not None]
         yield PeerRow(
             folding=name,
             flat_pairs=way,

@@ -86,7 +86,7 @@ class GroupRow:
 
 
 @dataclass(frozen=True)
-class WorkRow:
+class BudgetRow:
     """What is settled where a folding is given up after some seconds; spent_s : on all foldings of the set."""
 
     group: str
@@ -175,27 +175,27 @@ def group_row(rows: Sequence[FoldingRow]) -> GroupRow:
     )
 
 
-def work_rows(rows: Sequence[FoldingRow], budgets: Sequence[float] = BUDGETS) -> list[WorkRow]:
+def budget_rows(rows: Sequence[FoldingRow], budgets: Sequence[float] = BUDGETS) -> list[BudgetRow]:
     """What budgets (s) for each folding of a set would have settled, and spent.
 
     A search does not depend on its budget: one that is cut off is the beginning of the longer one.
     """
-    found = []
+    counts = []
     for budget in budgets:
         settled = sum(row.settled and row.seconds <= budget for row in rows)
         spent = sum(min(row.seconds, budget) for row in rows)
-        found.append(WorkRow(rows[0].group, budget, settled, settled / len(rows), spent))
-    return found
+        counts.append(BudgetRow(rows[0].group, budget, settled, settled / len(rows), spent))
+    return counts
 
 
 def margin_rows(rows: Sequence[FoldingRow]) -> list[MarginRow]:
     """What is settled of a set within each margin that paths are certified at."""
-    found = []
+    counts = []
     for margin in map(_mm, PLAYS):
         movable = sum(row.margin_mm is not None and row.margin_mm <= margin for row in rows)
         locked = _count(rows, "locked")
-        found.append(MarginRow(rows[0].group, margin, movable, locked, (movable + locked) / len(rows)))
-    return found
+        counts.append(MarginRow(rows[0].group, margin, movable, locked, (movable + locked) / len(rows)))
+    return counts
 
 
 def thickness_row(rows: Sequence[FoldingRow]) -> ThicknessRow:

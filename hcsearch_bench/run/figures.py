@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hcsearch.system.outputs import replacing
-from hcsearch_bench.run.work import OURS
+from hcsearch_bench.run.work_precision import OURS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -18,10 +18,10 @@ _ONE_CORE = {"OMP_NUM_THREADS": "1"}
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What a job gave: its row, and the most memory its process held; `note` says why there is no row.
+class JobResult:
+    """The row that a job gave, and the most memory its process held; note : why there is no row.
 
-    late : whether it took longer than it was allowed.
+    late : whether the job took longer than it was allowed.
     """
 
     peak_mib: float
@@ -30,13 +30,13 @@ class Outcome:
     late: bool = False
 
 
-def run_job(job: Callable[..., Row], limit: float, **arguments: Any) -> Outcome:
-    """Run a function for at most `limit` seconds on the wall; one that fails or takes longer is an outcome too."""
+def run_job(job: Callable[..., Row], limit: float, **arguments: Any) -> JobResult:
+    """Run a function for at most `limit` seconds on the wall; one that fails or takes longer has a result too."""
     command = [sys.executable, "-m", worker.__name__, job.__module__, job.__qualname__, json.dumps(arguments)]
     done = run_measured(command, limit, _ONE_CORE)
     if done.status is None:
-        return Outcome(done.peak_mib, f"over {limit:g} s", late=True)
+        return JobResult(done.peak_mib, f"over {limit:g} s", late=True)
     if done.status:
         last = (done.error.strip().splitlines() or [f"exit code {done.status}"])[-1]
-        return Outcome(done.peak_mib, f"failed: {last}")
-    return Outcome(done.peak_mib, row=json.loads(done.output.splitlines()[-1]))
+        return JobResult(done.peak_mib, f"failed: {last}")
+    return JobResult(done.peak_mib, row=json.loads(done.output.splitlines()[-1]))

@@ -1,4 +1,4 @@
-"""What measured: processor, cores, memory and the versions of this program, of its libraries and of its peers."""
+"""The machine that measures: processor, cores, memory, and versions of this program, its libraries and its peers."""
 
 from __future__ import annotations
 

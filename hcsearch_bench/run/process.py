@@ -69,7 +69,7 @@ def run_measured(command: list[str], limit: float, environment: dict[str, str] |
 
 
 def peak_memory(pid: int | str = "self") -> float:
-    """Most memory that a running process has held so far, in MiB; 0 where the system does not tell."""
+    """Most memory that a running process has held so far, in MiB; 0 where the system does not report it."""
     try:
         text = Path(f"/proc/{pid}/status").read_text(encoding="utf-8")
     except OSError:

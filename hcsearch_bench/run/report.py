@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -11,19 +11,22 @@ from typing import ClassVar
 from hcsearch_bench.run.machine import Machine
 from hcsearch_bench.run.tables import Table, save
 
+Say = Callable[[str], None]
+"""Called with the name of each step of a bench when it begins."""
+
 
 @dataclass(frozen=True)
-class Report(ABC):
+class BenchReport(ABC):
     """All that one run of a bench measured, on a machine.
 
-    page : name of the Markdown file; heading : begins with a title `# ...`. data : folder of CSV files, below that of
-        the page.
+    page : name of the Markdown file. heading : its beginning, a title `# ...`; `# Bench: PAGE` unless given. data :
+        folder of CSV files, below that of the page.
     """
 
     machine: Machine
 
     page: ClassVar[str]
-    heading: ClassVar[str]
+    heading: ClassVar[str] = ""
     data: ClassVar[str] = "."
 
     @property
@@ -36,5 +39,6 @@ class Report(ABC):
 
     def save(self, folder: Path) -> None:
         """Write the tables, the machine and the pictures into a folder."""
-        save(self.tables, self.machine, folder, self.page, self.heading, data=self.data)
+        heading = self.heading or f"# Bench: {self.page}"
+        save(self.tables, self.machine, folder, self.page, heading, data=self.data)
         self.draw(folder)

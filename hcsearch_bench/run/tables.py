@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 class Table:
     """Rows of one kind (frozen dataclasses), with what a reader must know about them.
 
-    name : also of its CSV file; hidden : columns that are saved but not shown.
+    name : also of its CSV file. hidden : columns that are saved but not shown. columns : attributes of a row that are
+        saved, in order; all its fields unless given.
     """
 
     name: str
@@ -29,10 +30,13 @@ class Table:
     about: str
     rows: Sequence[Any]
     hidden: tuple[str, ...] = ()
+    columns: tuple[str, ...] = ()
 
     def records(self) -> list[dict[str, Any]]:
         """The rows as plain dictionaries."""
-        return [asdict(row) for row in self.rows]
+        if not self.columns:
+            return [asdict(row) for row in self.rows]
+        return [{name: getattr(row, name) for name in self.columns} for row in self.rows]
 
 
 def frame(table: Table) -> pd.DataFrame:

@@ -52,16 +52,16 @@ def repeated(run: Callable[[], Row], repeats: int) -> Row:
     begin = time.perf_counter()
     while len(rows) < repeats and (not rows or time.perf_counter() - begin < ENOUGH):
         rows.append(run())
-    found: Row = {}
+    medians: Row = {}
     for name, value in rows[0].items():
         values = [row[name] for row in rows]
         if isinstance(value, float):
-            found[name] = statistics.median(values)
+            medians[name] = statistics.median(values)
         elif any(other != value for other in values):
             raise AssertionError(f"repeated runs differ in {name}: {values}")
         else:
-            found[name] = value
-    return found | {"runs": len(rows)}
+            medians[name] = value
+    return medians | {"runs": len(rows)}
 
 
 def median_time(run: Callable[[], float], repeats: int) -> tuple[float, int]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import statistics
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -16,7 +16,7 @@ from hcsearch.errors import HcsearchError
 from hcsearch_bench.run.job import OWN_LIMIT
 from hcsearch_bench.run.machine import MISSING, this_machine
 from hcsearch_bench.run.process import Finished, run_measured
-from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
 from hcsearch_bench.scale import cluster
 from hcsearch_bench.scale.databases import Maker, Variables, new_postgresql, new_sqlite, nowhere
@@ -90,11 +90,10 @@ QUICK_DRY, QUICK_STORED = (ScaleJob("hex", 12, "all"),), ScaleJob("hex", 12, "un
 
 
 @dataclass(frozen=True)
-class ScaleReport(Report):
+class ScaleReport(BenchReport):
     """All that one run of the bench measured."""
 
     page: ClassVar[str] = "scale"
-    heading: ClassVar[str] = "# Bench: scale"
 
     rows: list[ScaleRow]
 
@@ -118,9 +117,7 @@ class ScaleReport(Report):
         ]
 
 
-def measure(
-    *, quick: bool = False, repeats: int = 3, postgresql: str | None = None, say: Callable[[str], None] = print
-) -> ScaleReport:
+def measure(*, quick: bool = False, repeats: int = 3, postgresql: str | None = None, say: Say = print) -> ScaleReport:
     """Run the whole bench: half an hour, or half a minute when `quick`; HcsearchError when a command fails.
 
     postgresql : URL of a server on which databases may be made and dropped.
@@ -165,7 +162,7 @@ def ways_to_store(postgresql: str | None) -> list[RunWay]:
     return ways if postgresql is not None else [*ways, server]
 
 
-def measure_job(job: ScaleJob, ways: Sequence[RunWay], *, repeats: int, say: Callable[[str], None]) -> list[ScaleRow]:
+def measure_job(job: ScaleJob, ways: Sequence[RunWay], *, repeats: int, say: Say) -> list[ScaleRow]:
     """One row a way, run by turns; all must find the same number of designs."""
     done: dict[RunWay, list[Finished]] = {way: [] for way in ways}
     measured = [way for way in ways if not way.note]
@@ -216,15 +213,15 @@ def _row(
 
 
 def _designs(job: ScaleJob, runs: Sequence[Finished]) -> int:
-    """The number that all runs print; HcsearchError when one failed or found another."""
+    """The number that all runs print; HcsearchError when one failed or printed another."""
     label = _COUNTS[job.keep]
-    found = set()
+    numbers = set()
     for run in runs:
         match = re.search(rf"^ +{label} +([\d,]+)$", run.output, re.MULTILINE)
         if match is None:
             lines = run.error.strip().splitlines() or ["it took too long"]
             raise HcsearchError(f"enumerate {job.grid} n={job.n} {job.keep} failed: {lines[-1]}")
-        found.add(int(match[1].replace(",", "")))
-    if len(found) != 1:
-        raise HcsearchError(f"enumerate {job.grid} n={job.n} {job.keep} found {sorted(found)} designs; report this")
-    return found.pop()
+        numbers.add(int(match[1].replace(",", "")))
+    if len(numbers) != 1:
+        raise HcsearchError(f"enumerate {job.grid} n={job.n} {job.keep} found {sorted(numbers)} designs; report this")
+    return numbers.pop()

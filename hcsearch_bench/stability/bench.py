@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
 from hcsearch_bench.run.figures import save_figure
 from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
 from hcsearch_bench.stability.judging import (
     ALLOWED,
@@ -18,25 +18,22 @@ from hcsearch_bench.stability.judging import (
     SAFETY,
     VERDICTS,
     StabilityRow,
-    count,
     judge,
+    tally,
 )
 from hcsearch_bench.stability.processors import CORES, ProcessorRow, measure_processors
 from hcsearch_bench.stability.sweeps import cases
 from hcsearch_bench.stability.truths import STATES
-
-Say = Callable[[str], None]
 
 PEERS = ("scipy",)
 COLOURS = {"accurate": "#7fc97f", "degraded": "#ffd54a", "refused": "#b8c4d0", "wrong": "#e8342a"}
 
 
 @dataclass(frozen=True)
-class StabilityReport(Report):
+class StabilityReport(BenchReport):
     """All that one run of the bench measured."""
 
     page: ClassVar[str] = "stability"
-    heading: ClassVar[str] = "# Bench: stability"
 
     rows: list[StabilityRow]
     processors: list[ProcessorRow]
@@ -50,7 +47,7 @@ class StabilityReport(Report):
                 "Verdicts",
                 "`wrong`: a simulation that claims success and is off by more than its bound, or whose numbers are not "
                 "finite. `worst`: greatest error of those that are accurate or degraded.",
-                count(self.rows),
+                tally(self.rows),
             ),
             Table(
                 "stability",

@@ -34,7 +34,7 @@ class StabilityRow:
     """One simulation and the verdict on it.
 
     error : greatest distance of a fold angle from `truth`, or the closure residual where that is greater (rad);
-        of `energy`, share of the largest energy. bound : what a rougher simulation tells of the error; None where the
+        of `energy`, share of the largest energy. bound : of the error, from a rougher simulation; None where the
         error is within the tolerance. energy : error of the balance, share of the largest. gap : closure residual of
         the fold angles (rad, or gap over size).
     """
@@ -58,7 +58,7 @@ class StabilityRow:
 
 
 @dataclass(frozen=True)
-class CountRow:
+class TallyRow:
     """How many simulations of a sweep got each verdict; worst : greatest error of accurate and degraded ones."""
 
     sweep: str
@@ -75,34 +75,34 @@ def judge(case: SweepCase) -> StabilityRow:
     """Simulate a case and give the verdict."""
     begin = time.perf_counter()
     try:
-        found = simulated(case)
+        deployment = simulated(case)
     except HcsearchError as refusal:
         return _row(case, "refused", str(refusal), time.perf_counter() - begin)
     seconds = time.perf_counter() - begin
-    if found.outcome in REFUSED:
-        return _row(case, "refused", f"{found.outcome}: {found.reason}", seconds, found)
-    if not finite(found):
-        return _row(case, "wrong", "a number is not finite", seconds, found)
-    return _compared(case, found, seconds)
+    if deployment.outcome in REFUSED:
+        return _row(case, "refused", f"{deployment.outcome}: {deployment.reason}", seconds, deployment)
+    if not finite(deployment):
+        return _row(case, "wrong", "a number is not finite", seconds, deployment)
+    return _compared(case, deployment, seconds)
 
 
-def _compared(case: SweepCase, found: Deployment, seconds: float) -> StabilityRow:
+def _compared(case: SweepCase, deployment: Deployment, seconds: float) -> StabilityRow:
     """The verdict on a simulation that claims an answer."""
-    error = known_error(case, found)
+    error = known_error(case, deployment)
     allowed = ALLOWED * case.tolerance + ROUNDING
     if error is not None and error <= allowed:
-        return _row(case, "accurate", "", seconds, found, error)
-    bound = bound_of(case, found, allowed)
+        return _row(case, "accurate", "", seconds, deployment, error)
+    bound = bound_of(case, deployment, allowed)
     if error is None:  # nothing to compare to: fold angles cannot leave the stops
         bound = math.pi if bound is None else bound
-        return _row(case, "degraded", f"within {bound:.1e}; no finer simulation ends", seconds, found, None, bound)
+        return _row(case, "degraded", f"within {bound:.1e}; no finer simulation ends", seconds, deployment, None, bound)
     if bound is None or not error <= bound:
-        return _row(case, "wrong", f"off by more than it tells; {found.reason}", seconds, found, error, bound)
-    return _row(case, "degraded", f"within {bound:.1e}", seconds, found, error, bound)
+        return _row(case, "wrong", f"off by more than it tells; {deployment.reason}", seconds, deployment, error, bound)
+    return _row(case, "degraded", f"within {bound:.1e}", seconds, deployment, error, bound)
 
 
 def simulated(case: SweepCase) -> Deployment:
-    """The deployment of a case; what starts flat is no deployment and does not end there."""
+    """The deployment of a case; a case that starts flat is simulated to its end, without stopping at flat."""
     from hcsearch.deployment.compiling import OMISSIONS, compile_scene
     from hcsearch.deployment.deploying import judged, run
     from hcsearch.dynamics.simulation import simulate
@@ -151,7 +151,7 @@ def gap_of(deployment: Deployment) -> float:
 
 
 def bound_of(case: SweepCase, deployment: Deployment, allowed: float) -> float | None:
-    """What the distance to another simulation tells of the error; None where none comes to an answer."""
+    """A bound of the error by the distance to another simulation; None where none comes to an answer."""
     rough = next(filter(None, (_answer(other) for other in (case.rougher, case.stiffer) if other is not None)), None)
     if rough is None:
         return None
@@ -165,10 +165,10 @@ def bound_of(case: SweepCase, deployment: Deployment, allowed: float) -> float |
 def _answer(case: SweepCase) -> Deployment | None:
     """A simulation that comes to an answer."""
     try:
-        found = simulated(case)
+        deployment = simulated(case)
     except HcsearchError:
         return None
-    return None if found.outcome in REFUSED or not finite(found) else found
+    return None if deployment.outcome in REFUSED or not finite(deployment) else deployment
 
 
 def _row(
@@ -176,11 +176,11 @@ def _row(
     verdict: str,
     reason: str,
     seconds: float,
-    found: Deployment | None = None,
+    deployment: Deployment | None = None,
     error: float | None = None,
     bound: float | None = None,
 ) -> StabilityRow:
-    known = found is not None and finite(found)
+    known = deployment is not None and finite(deployment)
     return StabilityRow(
         sweep=case.sweep,
         value=case.value,
@@ -192,23 +192,25 @@ def _row(
         error=error,
         bound=bound,
         truth=case.truth.name,
-        energy=found.motion.drift / largest_energy(found.motion) if found is not None and known else None,
-        gap=gap_of(found) if found is not None and known else None,
-        outcome=found.outcome if found is not None else "-",
-        steps=found.motion.steps if found is not None else None,
+        energy=deployment.motion.drift / largest_energy(deployment.motion)
+        if deployment is not None and known
+        else None,
+        gap=gap_of(deployment) if deployment is not None and known else None,
+        outcome=deployment.outcome if deployment is not None else "-",
+        steps=deployment.motion.steps if deployment is not None else None,
         seconds=seconds,
         reason=reason,
     )
 
 
-def count(rows: Sequence[StabilityRow]) -> list[CountRow]:
+def tally(rows: Sequence[StabilityRow]) -> list[TallyRow]:
     """A row a sweep, and one for all."""
-    found = []
+    tallies = []
     for sweep in (*dict.fromkeys(row.sweep for row in rows), "all"):
         ours = [row for row in rows if sweep in {row.sweep, "all"}]
         numbers = {verdict: sum(row.verdict == verdict for row in ours) for verdict in VERDICTS}
         errors = [row.error for row in ours if row.error is not None and row.verdict in VERDICTS[:2]]
-        found.append(
-            CountRow(sweep, len(ours), **numbers, worst=max(errors, default=None), seconds=sum(r.seconds for r in ours))
+        tallies.append(
+            TallyRow(sweep, len(ours), **numbers, worst=max(errors, default=None), seconds=sum(r.seconds for r in ours))
         )
-    return found
+    return tallies

@@ -1,4 +1,4 @@
-"""The sweep over processors of the bench `stability`: the same questions to the kernels that OpenBLAS has for others.
+"""The sweep over processors of the bench `stability`: the same questions with OpenBLAS kernels for others.
 
 NumPy and SciPy call OpenBLAS, which takes other kernels on another processor: other roundings, and other bases where
 a decomposition is free to choose. OPENBLAS_CORETYPE makes it take those of an older processor.
@@ -20,6 +20,7 @@ from typing import Any
 
 from hcsearch.errors import HcsearchError
 from hcsearch_bench.run.process import Finished, run_measured
+from hcsearch_bench.run.report import Say
 
 Answer = list[dict[str, Any]]
 
@@ -52,7 +53,7 @@ class ProcessorRow:
     note: str = ""
 
 
-def measure_processors(*, quick: bool, say: Callable[[str], None]) -> list[ProcessorRow]:
+def measure_processors(*, quick: bool, say: Say) -> list[ProcessorRow]:
     """Ask everything with this machine's own kernels, then with those for others; quick: hexagons of 10 cells."""
     own = kernels_for(None)
     if not own:
@@ -67,13 +68,13 @@ def measure_processors(*, quick: bool, say: Callable[[str], None]) -> list[Proce
     for question, ask in questions.items():
         say(f"stability: {question}, own kernels")
         first[question] = ask(None)
-    found = []
+    rows = []
     for core in CORES:
         taken = kernels_for(core)
         if taken in {own, ""}:
             note = "this machine's own" if core.lower() in own.lower() else "not taken on this machine"
             note = note if taken else "instructions that this machine lacks"
-            found.append(ProcessorRow(core, taken or "-", "-", None, None, None, None, note))
+            rows.append(ProcessorRow(core, taken or "-", "-", None, None, None, None, note))
             continue
         for question, ask in questions.items():
             say(f"stability: {question}, kernels for {core}")
@@ -81,8 +82,8 @@ def measure_processors(*, quick: bool, say: Callable[[str], None]) -> list[Proce
             answer = ask(core)
             seconds = time.perf_counter() - begin
             differ, off = compared(first[question], answer)
-            found.append(ProcessorRow(core, taken, question, len(answer), differ, off, seconds))
-    return found
+            rows.append(ProcessorRow(core, taken, question, len(answer), differ, off, seconds))
+    return rows
 
 
 def compared(first: Sequence[Mapping[str, Any]], second: Sequence[Mapping[str, Any]]) -> tuple[int, float]:
@@ -170,7 +171,7 @@ def branches_of_assemblies() -> Answer:
     from hcsearch.linkage import Linkage
     from hcsearch.paths.branches import branches
 
-    found: Answer = []
+    answer: Answer = []
     for name in SUBJECTS:
         linkage = Linkage(ASSEMBLIES[name].build(ASSEMBLIES[name].defaults))
         for state in ("folded", "flat"):
@@ -178,11 +179,11 @@ def branches_of_assemblies() -> Answer:
                 result = branches(linkage, getattr(linkage, state), stops=stops)
                 families = sorted({branch.dimension for branch in result.branches} - {0})
                 search = {"subject": name, "state": state, "stops": stops}
-                found.append(search | {"nullity": result.nullity, "families": families})
+                answer.append(search | {"nullity": result.nullity, "families": families})
                 for branch in (branch for branch in result.branches if not branch.dimension):
                     direction = [round(float(x), ROUNDED) + 0.0 for x in branch.direction]
-                    found.append(search | {"direction": direction, "status": branch.status, "within": branch.within})
-    return found
+                    answer.append(search | {"direction": direction, "status": branch.status, "within": branch.within})
+    return answer
 
 
 if __name__ == "__main__":

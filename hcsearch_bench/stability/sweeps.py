@@ -1,4 +1,4 @@
-"""The sweeps of the bench `stability`: scenes over many decades of one quantity, and what errors are seen against.
+"""The sweeps of the bench `stability`: scenes over many decades of one quantity, and what errors are measured from.
 
 What does not vary is as in the scene `default`, but stops do not bounce.
 """
@@ -58,14 +58,14 @@ class SweepCase:
 
     @property
     def rougher(self) -> SweepCase:
-        """The simulation that tells a bound of the error."""
+        """A rougher simulation, whose distance bounds the error."""
         if self.rough is not None:
             return replace(self, scene=self.rough)
         return replace(self, tolerance=min(10.0 * self.tolerance, 0.1))
 
     @property
     def stiffer(self) -> SweepCase | None:
-        """What tells it of springs that close loops, where a tenth of their stiffness is too little."""
+        """The same with ten times the stiffness of springs that close loops, where a tenth of it is too little."""
         if self.rough is None:
             return None
         return replace(self, scene=replace(self.scene, cut_stiffness=10.0 * self.scene.cut_stiffness))
@@ -140,7 +140,7 @@ def strip_truth(scene: Scene, panels: int, stiffness: Reals | None = None, rest:
 
 
 def _stiffness_ratios(quick: bool) -> Iterator[SweepCase]:
-    """Over other hinges: the middle one of a strip, which starts unloaded; the first of the loop, which is wound."""
+    """Of one hinge over the others: the middle one of a strip, unloaded at the start; the first of the loop, wound."""
     for ratio in _decades(0, 12, quick):
         begin = 0.5 * math.pi
         springs = ((1, spring(STIFFNESS * ratio, begin)),)
@@ -167,7 +167,7 @@ def _closure_stiffnesses(quick: bool) -> Iterator[SweepCase]:
 
 
 def _dampings(quick: bool) -> Iterator[SweepCase]:
-    """Over what is critical for two panels; far beyond, the loop is compared to motion without inertia."""
+    """Damping over what is critical for two panels; far beyond, the loop is compared to motion without inertia."""
     critical = 2.0 * math.sqrt(STIFFNESS * hinge_inertia(SCENE))
     for share in (0.0, *_decades(-3, 6, quick)):
         damping = share * critical
@@ -186,7 +186,7 @@ def _dampings(quick: bool) -> Iterator[SweepCase]:
 
 
 def _thicknesses(quick: bool) -> Iterator[SweepCase]:
-    """With the mass of a panel as it is."""
+    """Thickness over width, with the mass of a panel unchanged."""
     for ratio in _decades(-6, 0, quick):
         scene = replace(SCENE, density=SCENE.density * THICK / ratio, seconds=0.1)
         pair = StabilitySubject("strip", ratio=ratio)
@@ -197,7 +197,7 @@ def _thicknesses(quick: bool) -> Iterator[SweepCase]:
 
 
 def _masses(quick: bool) -> Iterator[SweepCase]:
-    """Of a floating cube of 0.1 m over that of a panel."""
+    """Mass of a floating cube of 0.1 m over that of a panel."""
     for ratio in _decades(0, 6, quick):
         mass = ratio * panel_mass(SCENE)
         inertia = mass * 0.1**2 / 6.0
@@ -280,7 +280,7 @@ def _tolerances(quick: bool) -> Iterator[SweepCase]:
 
 
 def _restitutions(quick: bool) -> Iterator[SweepCase]:
-    """Two panels that springs drive against their folded stop; loops by their books."""
+    """Two panels that springs drive against their folded stop; loops by their energy balance."""
     for restitution in _some((0.0, 0.1, 0.5, 0.9, 0.99, 0.999, 1.0), quick):
         springs = {"spring": spring(STIFFNESS, 5.0), "start": 0.9, "damping": 0.0}
         pair = replace(SCENE, restitution=restitution, seconds=0.3, **springs)  # type: ignore[arg-type]

@@ -36,7 +36,7 @@ SLOW = 1e-2
 
 @dataclass(frozen=True)
 class Truth:
-    """What an error is seen against.
+    """What a simulation is compared with.
 
     name : what it is. error : of a deployment; rad, or a share of the largest energy. HcsearchError where it is not
         known.
@@ -47,7 +47,7 @@ class Truth:
 
 
 def states(deployment: Deployment, last: float = math.inf) -> tuple[Reals, Reals]:
-    """Times up to one and fold angles there, at the ends of steps."""
+    """Times at the ends of steps, up to `last`, and the fold angles there."""
     times, angles = deployment.motion.times, deployment.angles
     if deployment.outcome == "at rest":  # it says that nothing moves until the end
         times, angles = np.append(times, deployment.compiled.seconds), np.vstack([angles, angles[-1]])
@@ -78,17 +78,17 @@ class Oscillator:
         fast = -half - root
         slow = square / fast  # not -half + root, of which nothing is left where damping is great
         away = (fast * np.exp(slow * times) - slow * np.exp(fast * times)) / (fast - slow)
-        found: Reals = self.rest + (self.start - self.rest) * away.real
-        return found
+        angles: Reals = self.rest + (self.start - self.rest) * away.real
+        return angles
 
     def bounces(self, stop: float, restitution: float, times: Reals) -> Reals:
         """Fold angles where the rest lies beyond a stop from which it bounces; without damping, times rising."""
         rate = math.sqrt(self.stiffness / self.inertia)
         first, at_stop = self.start - self.rest, stop - self.rest
-        found = np.full(len(times), stop)
+        angles = np.full(len(times), stop)
         begin, end = 0.0, math.acos(at_stop / first) / rate
         inside = times <= end
-        found[inside] = self.rest + first * np.cos(rate * times[inside])
+        angles[inside] = self.rest + first * np.cos(rate * times[inside])
         speed = rate * math.sqrt(first**2 - at_stop**2)
         while speed > SLOW and end < times[-1]:
             speed *= restitution
@@ -96,8 +96,8 @@ class Oscillator:
             inside = (times > begin) & (times <= end)
             phase = rate * (times[inside] - begin)
             away = math.copysign(speed / rate, first)
-            found[inside] = self.rest + at_stop * np.cos(phase) + away * np.sin(phase)
-        return found
+            angles[inside] = self.rest + at_stop * np.cos(phase) + away * np.sin(phase)
+        return angles
 
 
 @dataclass(frozen=True)
@@ -131,8 +131,8 @@ class Strip:
         np.fill_diagonal(arms, 0.5 * self.side + 1j * (0.5 * self.thickness - into))
         arms[:, 0] = 0.5 * self.side + 1j * (out[0] - 0.5 * self.thickness)  # from the centre of the first panel
         arms[0, 0] = 0.0
-        found: Reals = arms
-        return found
+        matrix: Reals = arms
+        return matrix
 
     def angles(self, start: Reals, times: Reals) -> Reals:
         """Fold angles (k, panels - 1) at times that rise from 0, from rest."""
@@ -145,7 +145,7 @@ class Strip:
 
         n = self.panels
         turns = np.append(0.0, np.cumsum(self._senses * start))
-        found = solve_ivp(
+        solution = solve_ivp(
             self._rates,
             (0.0, end),
             np.append(turns, np.zeros(n)),
@@ -154,11 +154,11 @@ class Strip:
             rtol=tolerance,
             atol=tolerance,
         )
-        if not found.success:
-            raise HcsearchError(f"SciPy does not solve the strip: {found.message}")
+        if not solution.success:
+            raise HcsearchError(f"SciPy does not solve the strip: {solution.message}")
 
         def angles(times: Reals) -> Reals:
-            result: Reals = self._senses * np.diff(found.sol(times)[:n].T, axis=1)
+            result: Reals = self._senses * np.diff(solution.sol(times)[:n].T, axis=1)
             return result
 
         return angles
@@ -213,7 +213,7 @@ class Strip:
 
 
 def analytic(name: str, way: Callable[[Reals], Reals]) -> Truth:
-    """Fold angles by times, (k,) or (k, n_hinges), that are known all the way."""
+    """A truth by fold angles, (k,) or (k, n_hinges), that are known at all times."""
 
     def error(deployment: Deployment) -> float:
         times, angles = states(deployment)

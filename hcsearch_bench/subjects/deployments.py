@@ -56,8 +56,8 @@ class DeploymentSubject:
 
     def horizon(self, formulation: str) -> float:
         """Until when motions are compared, s: before the first event of a tight run, and before `until`."""
-        found = run(self.compiled(formulation), tolerance=TIGHT, certified=False).motion
-        first = found.events[0].time if found.events else found.times[-1]
+        motion = run(self.compiled(formulation), tolerance=TIGHT, certified=False).motion
+        first = motion.events[0].time if motion.events else motion.times[-1]
         return min(SHARE * float(first), self.until)
 
     def case(self, formulation: str, end: float) -> Case:
@@ -103,8 +103,8 @@ LOOP = "loop of 14"
 def subjects() -> list[DeploymentSubject]:
     """All of them.
 
-    Which loop of 14 panels the goals were first measured on is not recorded. Ours has what is told of it: 16 cells,
-    two pairs on the mirror axis merged, one untwisted loop, symmetric, flat in the end. Among the foldings of 16
+    Which loop of 14 panels the goals were first measured on is not recorded. Ours has the properties that are: 16
+    cells, two pairs on the mirror axis merged, one untwisted loop, symmetric, flat in the end. Among the foldings of 16
     squares on which nothing happens for 12 ms it is the only such one; its first hit is at 0.12 s.
     Unit I comes by a nearly singular state at 0.078 s, where steps become short and errors grow: the comparison ends
     before.
@@ -123,8 +123,8 @@ def subjects() -> list[DeploymentSubject]:
 
 def assembly(name: str) -> Linkage:
     """An assembly by its name, as the thesis has it."""
-    found = ASSEMBLIES[name]
-    return Linkage(found.build(found.defaults))
+    entry = ASSEMBLIES[name]
+    return Linkage(entry.build(entry.defaults))
 
 
 def design(text: str, *, merged: bool = False) -> Linkage:

@@ -1,4 +1,4 @@
-"""The untwisted foldings of a search: all of them, or so many of them evenly over the list."""
+"""The untwisted foldings of a search: all of them, or a part evenly over the list."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Batches = Iterable[tuple[CircuitBatch, FoldingBatch]]
 
 
 def untwisted(search: Search, every: int = 1) -> Iterator[tuple[CircuitBatch, FoldingBatch]]:
-    """The first of each so many untwisted foldings, in the batches of circuits of a search."""
+    """Every so many-th untwisted folding, in the batches of circuits of a search."""
     seen = 0
     for circuits in search.batches():
         foldings = fold(circuits)
@@ -26,7 +26,7 @@ def untwisted(search: Search, every: int = 1) -> Iterator[tuple[CircuitBatch, Fo
 
 
 def packed(batches: Batches) -> Iterator[tuple[CircuitBatch, FoldingBatch]]:
-    """All foldings of some batches in one, with their circuits alone; none where there are no foldings."""
+    """All foldings of some batches in one batch, with only their circuits; nothing where there are no foldings."""
     words, symmetry, creases = [], [], []
     grid = ""
     for circuits, foldings in batches:

@@ -71,7 +71,7 @@ def count_polygons(grid: str, n: int, keep: str, repeats: int) -> Row:
         watch = Stopwatch()
         with watch:
             search = _search(grid, n, keep)
-            designs = sum(search.count(unit)[0] for unit in search.counting_units)
+            designs = sum(search.count(shard)[0] for shard in search.counting_shards)
         return {"designs": designs, "seconds": watch.cpu}
 
     run(10)

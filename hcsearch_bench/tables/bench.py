@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
 from hcsearch_bench.run.machine import this_machine
-from hcsearch_bench.run.report import Report
+from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
 from hcsearch_bench.tables import funnels, one_array
 
@@ -22,7 +21,7 @@ The numbers are exact, and the same on every machine; CSV files of them are in t
 
 
 @dataclass(frozen=True)
-class TablesReport(Report):
+class TablesReport(BenchReport):
     """All that one run of the bench counted; limit : seconds for a search, beyond which there is no number."""
 
     page: ClassVar[str] = "tables"
@@ -61,7 +60,7 @@ class TablesReport(Report):
                 "`circuits` of the array, `classes` of them up to the symmetries of the array (8 on a square one, "
                 "else 4), and how many of these are two-stack, untwisted and without a folding, `unfolded`. Published "
                 "are the circuits: OEIS A003763 (square arrays; A209077 up to symmetry), A321172 (all); both numbers "
-                "were found by listing and, without it, by frontier states. All foldings of full rectangles are "
+                "come from listing and, without it, from frontier states. All foldings of full rectangles are "
                 f"untwisted (`theory.md`, 13). {limit}",
                 self.rectangles,
             ),
@@ -83,7 +82,7 @@ def measure(
     *,
     quick: bool = False,
     limit: float | None = None,
-    say: Callable[[str], None] = print,
+    say: Say = print,
 ) -> TablesReport:
     """Count everything, in this process: half an hour, or seconds when `quick`.
 

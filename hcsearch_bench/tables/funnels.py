@@ -13,6 +13,7 @@ from hcsearch.errors import HcsearchError
 from hcsearch.folding import divisible
 from hcsearch.grid import Grid, grid_named
 from hcsearch.pipeline import Crew, Funnel, Plan, count_designs, run_dry
+from hcsearch_bench.run.report import Say
 
 T = TypeVar("T")
 Progress = Callable[[int, int, str], None]
@@ -72,9 +73,7 @@ class Patience:
             return None
 
 
-def measure_funnels(
-    sizes: Mapping[str, tuple[int, int, int]], *, limit: float, say: Callable[[str], None]
-) -> list[FunnelRow]:
+def measure_funnels(sizes: Mapping[str, tuple[int, int, int]], *, limit: float, say: Say) -> list[FunnelRow]:
     """One row a grid and n, in this process; HcsearchError when a law is broken.
 
     limit : seconds for each of a row's searches; one that takes longer is not tried on larger n.
@@ -82,7 +81,7 @@ def measure_funnels(
     return [row for name, (first, full, last) in sizes.items() for row in _grid(name, first, full, last, limit, say)]
 
 
-def _grid(name: str, first: int, full: int, last: int, limit: float, say: Callable[[str], None]) -> Iterator[FunnelRow]:
+def _grid(name: str, first: int, full: int, last: int, limit: float, say: Say) -> Iterator[FunnelRow]:
     patience = Patience(limit)
     for n in range(first, last + 1, 1 if name == "hex" else 2):
         grid = grid_named(name)
@@ -93,16 +92,16 @@ def _grid(name: str, first: int, full: int, last: int, limit: float, say: Callab
 
 def _funnel(grid: Grid, n: int, patience: Patience) -> FunnelRow | None:
     """All columns; None when that takes too long."""
-    found = patience.run("all", partial(_run, PolygonSearch(grid, n), "all"))
-    if found is None:
+    funnel = patience.run("all", partial(_run, PolygonSearch(grid, n), "all"))
+    if funnel is None:
         return None
     row = FunnelRow(
-        *(grid.name, n, found.fixed_circuits, found.circuits),
-        *(found.arrays, None, None, found.two_stack, found.untwisted, None),
+        *(grid.name, n, funnel.fixed_circuits, funnel.circuits),
+        *(funnel.arrays, None, None, funnel.two_stack, funnel.untwisted, None),
     )
     divide = None if n % 2 else patience.run("divisible", partial(_divisible, PolygonSearch(grid, n)))
     if divide is not None:
-        row = replace(row, divisible=divide, share=divide / found.circuits if found.circuits else None)
+        row = replace(row, divisible=divide, share=divide / funnel.circuits if funnel.circuits else None)
     kept = patience.run("untwisted arrays", partial(_run, search_all(grid, n, "untwisted"), "untwisted"))
     if kept is not None:
         row = replace(row, untwisted_arrays=kept.arrays)
@@ -113,11 +112,11 @@ def _funnel(grid: Grid, n: int, patience: Patience) -> FunnelRow | None:
 
 def _divisible(search: PolygonSearch, progress: Progress) -> int:
     """List all circuits once more, for those whose T is divisible."""
-    found = 0
+    number = 0
     for done, batch in enumerate(search.batches()):
-        found += int(divisible(batch).sum())
+        number += int(divisible(batch).sum())
         progress(done, 0, "")
-    return found
+    return number
 
 
 def _counted(grid: Grid, n: int, patience: Patience) -> FunnelRow:

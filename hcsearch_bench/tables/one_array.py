@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import partial
 
@@ -13,9 +13,10 @@ from hcsearch.errors import HcsearchError
 from hcsearch.folding import divisible, fold
 from hcsearch.grid import GRIDS, Array, parse_array
 from hcsearch.twisting import twist_batch
+from hcsearch_bench.run.report import Say
 from hcsearch_bench.tables.funnels import Patience, Progress
 
-# beside all sides of 2 or more with up to 56 cells: those that docs/theory.md tells about
+# beside all sides of 2 or more with up to 56 cells: those that docs/theory.md is about
 LARGE_RECTANGLES = ("12x5", "10x6", "20x3", "16x4", "8x8", "9x8", "16x5")
 
 
@@ -64,9 +65,7 @@ class _Designs:
     least_twist: int | None
 
 
-def measure_rectangles(
-    cells: int, more: Iterable[str], *, limit: float, say: Callable[[str], None]
-) -> list[RectangleRow]:
+def measure_rectangles(cells: int, more: Iterable[str], *, limit: float, say: Say) -> list[RectangleRow]:
     """One row a rectangle with an even number of cells and sides of 2 or more, up to `cells`, and those named more.
 
     limit : seconds for an array; one that takes longer has no numbers, and what is larger is not tried.
@@ -78,23 +77,23 @@ def measure_rectangles(
     for a, b in sorted({*small, *named}, key=lambda sides: (sides[0] * sides[1], sides)):
         spec = f"{a}x{b}"
         say(f"square {spec}")
-        found = patience.run("rectangle", partial(_designs, parse_array(GRIDS["square"], spec)))
-        if found is not None and found.untwisted != found.two_stack:
+        numbers = patience.run("rectangle", partial(_designs, parse_array(GRIDS["square"], spec)))
+        if numbers is not None and numbers.untwisted != numbers.two_stack:
             raise HcsearchError(
-                f"square {spec}: {found}, but all foldings of a full rectangle are untwisted; report this"
+                f"square {spec}: {numbers}, but all foldings of a full rectangle are untwisted; report this"
             )
         rows.append(
             RectangleRow(spec, a * b)
-            if found is None
+            if numbers is None
             else RectangleRow(
-                *(spec, a * b, found.circuits, found.classes),
-                *(found.two_stack, found.untwisted, found.classes - found.two_stack),
+                *(spec, a * b, numbers.circuits, numbers.classes),
+                *(numbers.two_stack, numbers.untwisted, numbers.classes - numbers.two_stack),
             )
         )
     return rows
 
 
-def measure_hexagon_rows(cells: int, *, say: Callable[[str], None]) -> list[HexagonRow]:
+def measure_hexagon_rows(cells: int, *, say: Say) -> list[HexagonRow]:
     """One row an array of two to five rows of hexagons that has a circuit, of at most `cells`, by number of cells."""
     seen: set[Array] = set()
     rows = []
@@ -103,16 +102,16 @@ def measure_hexagon_rows(cells: int, *, say: Callable[[str], None]) -> list[Hexa
         if array.canonical() in seen:
             continue
         seen.add(array.canonical())
-        found = _designs(array, lambda *_: None)
-        if found.circuits:
-            rows.append(HexagonRow("-".join(map(str, lengths)), array.n, array.symmetry, **vars(found)))
+        numbers = _designs(array, lambda *_: None)
+        if numbers.circuits:
+            rows.append(HexagonRow("-".join(map(str, lengths)), array.n, array.symmetry, **vars(numbers)))
     say(f"{len(rows)} arrays of hexagons in rows")
     return rows
 
 
 def row_lengths(cells: int) -> list[tuple[int, ...]]:
     """Lengths of two to five rows, each by at most one different from the next, with `cells` cells or fewer."""
-    found: list[tuple[int, ...]] = []
+    lists: list[tuple[int, ...]] = []
     longest: list[tuple[int, ...]] = [(length,) for length in range(1, cells)]
     for _ in range(4):
         longest = [
@@ -121,8 +120,8 @@ def row_lengths(cells: int) -> list[tuple[int, ...]]:
             for length in range(max(1, rows[-1] - 1), rows[-1] + 2)
             if sum(rows) + length <= cells
         ]
-        found += longest
-    return sorted(found, key=lambda rows: (sum(rows), len(rows), rows))
+        lists += longest
+    return sorted(lists, key=lambda rows: (sum(rows), len(rows), rows))
 
 
 def _designs(array: Array, progress: Progress) -> _Designs:

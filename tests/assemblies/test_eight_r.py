@@ -21,7 +21,6 @@ from hcsearch.assemblies.eight_r import (
     slit_distance,
     ten_triangles,
 )
-from hcsearch.assemblies.joining import congruent
 from hcsearch.assemblies.packages import flat_overlap, package
 from hcsearch.assemblies.units import unit_i
 from hcsearch.circuit import Circuit
@@ -32,6 +31,7 @@ from hcsearch.grid import GRIDS
 from hcsearch.kinematics.dh import dh_loop
 from hcsearch.kinematics.rank import rank_at
 from hcsearch.linkage import Linkage
+from tests.linkages import congruent
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "thesis_assemblies.json").read_text("utf-8"))
 
@@ -79,14 +79,14 @@ def test_denavit_hartenberg_parameters(values, first):
     pattern = eight_r(values)
     linkage = Linkage(pattern)
     signs = [-sign for sign in golden["dtheta_by_dphi"]]
-    found = dh_loop(linkage, linkage.loops[0], skew_symmetric(pattern, values.alpha, first), signs)
+    loop = dh_loop(linkage, linkage.loops[0], skew_symmetric(pattern, values.alpha, first), signs)
     side = equal_side(values.alpha, values.base)
-    assert found.lengths == pytest.approx(values.thickness * np.array(golden["lengths"]), abs=1e-12)
-    assert found.twists == pytest.approx(np.array(golden["twists"]) @ [values.alpha, math.pi])
-    assert found.offsets == pytest.approx(np.array(golden["offsets"]) @ [side, values.base], abs=1e-12)
+    assert loop.lengths == pytest.approx(values.thickness * np.array(golden["lengths"]), abs=1e-12)
+    assert loop.twists == pytest.approx(np.array(golden["twists"]) @ [values.alpha, math.pi])
+    assert loop.offsets == pytest.approx(np.array(golden["offsets"]) @ [side, values.base], abs=1e-12)
     second = second_angle(values.alpha, first)
     thetas = [math.pi - first, second, -first, second, first - math.pi, -second, first, -second]  # eq. 5.2
-    assert found.variables == pytest.approx(thetas)
+    assert loop.variables == pytest.approx(thetas)
 
 
 @given(parameters, st.floats(0, math.pi))
@@ -146,9 +146,9 @@ def test_equilateral_triangles_are_the_only_design_of_ten_triangles():
     words = [word for batch in PolygonSearch(GRIDS["triangle"], 10).batches() for word in batch.words.tolist()]
     (word,) = words
     values = Parameters(alpha=math.pi / 3)
-    found = foldings(Circuit(GRIDS["triangle"], tuple(word)))
-    assert found
-    for folding in found:
+    folded = foldings(Circuit(GRIDS["triangle"], tuple(word)))
+    assert folded
+    for folding in folded:
         size = (values.base, values.base, values.thickness)
         assert congruent(ten_triangles(values), folding.pattern(size, hinged=True))
         assert congruent(eight_r(values), folding.pattern(size))
@@ -158,9 +158,9 @@ def test_equilateral_triangles_are_the_only_design_of_ten_triangles():
 @given(parameters)
 @settings(max_examples=20)
 def test_package_of_five_layers_on_two_triangles(values):
-    found = package(eight_r(values))
-    assert (found.whole_ratio, found.n_layers, found.stepped) == ("5:1", 5, False)
-    assert found.void_volume == found.overlap_volume == 0
+    folded = package(eight_r(values))
+    assert (folded.whole_ratio, folded.n_layers, folded.stepped) == ("5:1", 5, False)
+    assert folded.void_volume == folded.overlap_volume == 0
 
 
 @pytest.mark.parametrize("alpha", [0.0, -1.0, math.pi / 2, math.nan])

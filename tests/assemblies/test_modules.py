@@ -58,22 +58,22 @@ def footprint(pattern):
 def test_published_facts(name):
     facts = GOLDEN[name] | DEPARTURES.get(name, {})
     pattern = ASSEMBLIES[name].build(SIZE)
-    found = package(pattern)
+    folded = package(pattern)
     assert dof(pattern) == facts["dof"] == 1
-    assert found.void_volume == found.overlap_volume == 0
+    assert folded.void_volume == folded.overlap_volume == 0
     if "footprint" in facts:
         assert footprint(pattern) == facts["footprint"]
     if "area" in facts:
         assert squares(pattern.area) == pytest.approx(facts["area"])
     if "deployment_ratio" in facts:
-        assert found.whole_ratio == facts["deployment_ratio"]
+        assert folded.whole_ratio == facts["deployment_ratio"]
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_packages_are_cuboids_but_for_module_iii(name):
-    found = package(ASSEMBLIES[name].build(SIZE))
-    assert found.stepped == ("iii" in name)
-    assert ("iii" in name) or len(found.heights) == 1
+    folded = package(ASSEMBLIES[name].build(SIZE))
+    assert folded.stepped == ("iii" in name)
+    assert ("iii" in name) or len(folded.heights) == 1
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -222,7 +222,7 @@ def module_letters(dx=0, dy=0):
 
 
 def test_two_modules_i_fold_onto_one_square_in_two_ways_one_of_which_shares_diagonals():
-    found = {}
+    counts = {}
     for dx, dy in product(range(-2, 3), repeat=2):
         if (dx, dy) <= (0, 0):
             continue
@@ -232,8 +232,8 @@ def test_two_modules_i_fold_onto_one_square_in_two_ways_one_of_which_shares_diag
         pattern = drawn(union)
         if footprint(pattern) == 1 and overlap(pattern) == 0 and dof(pattern) == 1:
             shared = sum(one[place] == two[place] == "/" for place in one.keys() & two.keys())
-            found[dx, dy] = (shared, round(squares(pattern.area)))
-    assert found == {(1, -1): (2, 12), (1, -2): (0, 14), (2, -1): (0, 14)}
+            counts[dx, dy] = (shared, round(squares(pattern.area)))
+    assert counts == {(1, -1): (2, 12), (1, -2): (0, 14), (2, -1): (0, 14)}
     pair = m.modules_i_pair(SIZE)
     assert squares(pair.area) == pytest.approx(12)
     assert len(pair.panels) == len(drawn(module_letters() | module_letters(1, -1)).panels) + 1 == 26
@@ -255,7 +255,7 @@ def blocks(places):
 
 
 @pytest.mark.parametrize(
-    ("places", "found"),
+    ("places", "expected"),
     [
         (((0, 0), (1, 0), (0, -1), (1, -1)), (1, 0, 4)),  # a block around the corner of a whole square: (b)
         (((0, 0), (1, 0), (2, 0), (3, 0)), (1, 0, 4)),  # a row: (c)
@@ -268,9 +268,9 @@ def blocks(places):
         (((0, 0), (1, 0), (2, 0), (3, 0), (4, 0)), (1, 8, 4)),  # a fifth one in the row comes to the first one's place
     ],
 )
-def test_mirror_images_of_module_i_that_fold_onto_four_squares(places, found):
+def test_mirror_images_of_module_i_that_fold_onto_four_squares(places, expected):
     pattern = blocks(places)
-    assert (dof(pattern), overlap(pattern), footprint(pattern)) == found
+    assert (dof(pattern), overlap(pattern), footprint(pattern)) == expected
 
 
 def test_block_and_row_are_those_of_the_named_assemblies():
@@ -360,16 +360,16 @@ def test_embedded_module_ii_shares_six_panels_and_six_joints_with_each_of_four()
 
 
 @pytest.mark.parametrize(
-    ("size", "found"),
+    ("size", "expected"),
     [
         ((1, 2), (2, 0, 4)),  # nothing embedded: modules that hang together nowhere
         ((2, 3), (1, 0, 4)),  # more rows
         ((3, 2), (1, 32, 4)),  # a third column folds into the place of the first
     ],
 )
-def test_only_rows_can_be_added_to_modules_ii(size, found):
+def test_only_rows_can_be_added_to_modules_ii(size, expected):
     pattern = m.modules_ii(Parameters(side=SIDE, thickness=THICK, size=size))
-    assert (dof(pattern), overlap(pattern), footprint(pattern)) == found
+    assert (dof(pattern), overlap(pattern), footprint(pattern)) == expected
 
 
 # module III
@@ -393,12 +393,12 @@ def diagonals(columns, rows, width, height):
 
 
 def test_of_two_creases_each_way_in_16_squares_only_module_iii_moves():
-    found = []
+    moving = []
     for columns, rows in product(combinations(range(1, 4), 2), repeat=2):
         letters = diagonals(columns, rows, 4, 4)
         if dof(sheet(letters, SIDE, THICK, (columns, rows))) is not None:
-            found.append((columns, rows, letters))
-    assert found == [((1, 3), (1, 3), ["././", "/./.", "././", "/./."])]
+            moving.append((columns, rows, letters))
+    assert moving == [((1, 3), (1, 3), ["././", "/./.", "././", "/./."])]
 
 
 def test_folded_vertices_of_module_iii_that_share_no_diagonal_coincide_eight_panels_high():
@@ -426,16 +426,16 @@ def test_folded_vertices_of_module_iii_that_share_no_diagonal_coincide_eight_pan
 
 def test_another_outline_of_module_iii_does_fold_16_squares_onto_four():
     pattern = m.module_iii_4_1(SIZE)
-    found = package(pattern)
+    folded = package(pattern)
     assert (squares(pattern.area), footprint(pattern)) == (pytest.approx(16), 4)
-    assert found.whole_ratio == GOLDEN["module-iii"]["deployment_ratio"]
-    assert found.heights == (1, 4, 6, 8)
-    assert found.void_volume == found.overlap_volume == 0
+    assert folded.whole_ratio == GOLDEN["module-iii"]["deployment_ratio"]
+    assert folded.heights == (1, 4, 6, 8)
+    assert folded.void_volume == folded.overlap_volume == 0
     assert dof(pattern) == 1
 
 
 @pytest.mark.parametrize(
-    ("size", "found"),
+    ("size", "expected"),
     [
         ((2, 1), (1, 0, 4, 24)),
         ((3, 1), (1, 0, 4, 32)),
@@ -444,16 +444,16 @@ def test_another_outline_of_module_iii_does_fold_16_squares_onto_four():
         ((2, 2), (1, 4, 4, 36)),  # a row added to two columns
     ],
 )
-def test_modules_iii_can_be_added_along_one_direction(size, found):
+def test_modules_iii_can_be_added_along_one_direction(size, expected):
     pattern = m.modules_iii(Parameters(side=SIDE, thickness=THICK, size=size))
-    assert (dof(pattern), overlap(pattern), footprint(pattern), round(squares(pattern.area))) == found
+    assert (dof(pattern), overlap(pattern), footprint(pattern), round(squares(pattern.area))) == expected
 
 
 def test_pair_of_modules_iii_is_stepped():
-    found = package(m.modules_iii(SIZE))
-    assert found.stepped
-    assert found.heights == (4, 8)
-    assert found.whole_ratio == "6:1"
+    folded = package(m.modules_iii(SIZE))
+    assert folded.stepped
+    assert folded.heights == (4, 8)
+    assert folded.whole_ratio == "6:1"
 
 
 def test_angles_are_refused_without_diagonals():

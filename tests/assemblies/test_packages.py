@@ -30,11 +30,11 @@ def naive_column(pattern, point):
     linkage = Linkage(pattern)
     solids = linkage.solids(linkage.folded)
     lowest = min(solid[..., 2].min() for solid in solids)
-    found = []
+    layers = []
     for solid in solids:
         if shapely.Polygon(solid[0, :, :2]).contains(shapely.Point(point)):
-            found.append(round((solid[..., 2].min() - lowest) / pattern.thickness))
-    return tuple(sorted(found))
+            layers.append(round((solid[..., 2].min() - lowest) / pattern.thickness))
+    return tuple(sorted(layers))
 
 
 @given(circuits(even=True), st.booleans(), st.floats(0.001, 0.05))
@@ -43,27 +43,27 @@ def test_two_stacks_are_full(circuit, hinged, thickness):
     width = 0.04 if circuit.grid.name == "rectangle" else 0.05
     for folding in foldings(circuit):
         pattern = folding.pattern((0.05, width, thickness), hinged=hinged)
-        found = package(pattern)
+        folded = package(pattern)
         n = circuit.n
-        assert found.whole_ratio == f"{n // 2}:1"
-        assert [(column.layers, column.panels) for column in found.columns] == [(tuple(range(n // 2)), n // 2)]
-        assert found.footprint_area == pytest.approx(2 * pattern.area / n)
-        assert found.height == pytest.approx(n // 2 * thickness)
-        assert not found.stepped
-        assert found.void_volume == found.overlap_volume == 0
+        assert folded.whole_ratio == f"{n // 2}:1"
+        assert [(column.layers, column.panels) for column in folded.columns] == [(tuple(range(n // 2)), n // 2)]
+        assert folded.footprint_area == pytest.approx(2 * pattern.area / n)
+        assert folded.height == pytest.approx(n // 2 * thickness)
+        assert not folded.stepped
+        assert folded.void_volume == folded.overlap_volume == 0
 
 
 @pytest.mark.parametrize("build", [unit_i, unit_ii, ten_triangles])
 def test_columns_as_a_naive_twin_finds_them(build):
     pattern = build(Parameters(alpha=math.radians(63)))
-    found = package(pattern)
+    folded = package(pattern)
     linkage = Linkage(pattern)
     corners = np.concatenate([solid[0, :, :2] for solid in linkage.solids(linkage.folded)])
     low, high = corners.min(axis=0), corners.max(axis=0)
     chance = random.Random(5)
     points = [[chance.uniform(a, b) for a, b in zip(low, high, strict=True)] for _ in range(400)]
     columns = [naive_column(pattern, point) for point in points]
-    areas = {column.layers: column.area for column in found.columns}
+    areas = {column.layers: column.area for column in folded.columns}
     assert set(columns) - {()} == set(areas)
     box = float(np.prod(high - low))
     for layers, area in areas.items():
@@ -73,28 +73,28 @@ def test_columns_as_a_naive_twin_finds_them(build):
 @given(st.floats(0.01, 0.5), st.floats(-3, 3), st.booleans())
 def test_a_package_does_not_depend_on_where_the_pattern_lies(thickness, turn, over):
     pattern = unit_ii(Parameters(thickness=thickness))
-    found, moved = package(pattern), package(pattern.moved(turn, (1.0, 2.0), over=over))
-    assert found.whole_ratio == moved.whole_ratio
-    assert found.heights == moved.heights
-    assert found.footprint_area == pytest.approx(moved.footprint_area)
+    folded, moved = package(pattern), package(pattern.moved(turn, (1.0, 2.0), over=over))
+    assert folded.whole_ratio == moved.whole_ratio
+    assert folded.heights == moved.heights
+    assert folded.footprint_area == pytest.approx(moved.footprint_area)
 
 
 def test_volume_is_kept_where_nothing_is_empty_or_shared():
     for build in (unit_i, unit_ii):
         pattern = build(Parameters())
-        found = package(pattern)
-        filled = sum(column.panels * column.area for column in found.columns) * pattern.thickness
+        folded = package(pattern)
+        filled = sum(column.panels * column.area for column in folded.columns) * pattern.thickness
         assert filled == pytest.approx(pattern.area * pattern.thickness)
 
 
 def test_a_stair():
     flat = Crease("top", closes=False)
-    found = package(strip([VALLEY, flat]))
+    folded = package(strip([VALLEY, flat]))
     # the first panel lies on the second, and the third beside them
-    assert sorted((column.panels, round(column.area, 9)) for column in found.columns) == [(1, 1.0), (2, 1.0)]
-    assert found.stepped
-    assert found.heights == (1, 2)
-    assert found.whole_ratio == "3:2"
+    assert sorted((column.panels, round(column.area, 9)) for column in folded.columns) == [(1, 1.0), (2, 1.0)]
+    assert folded.stepped
+    assert folded.heights == (1, 2)
+    assert folded.whole_ratio == "3:2"
 
 
 def test_voids_and_overlaps():
@@ -114,8 +114,8 @@ def test_a_ratio_that_is_none_of_whole_numbers():
 
 
 def test_a_rigid_sheet_is_its_own_package():
-    found = package(strip([RIGID, RIGID]))
-    assert (found.whole_ratio, found.n_layers, found.heights, found.stepped) == ("1:1", 1, (1,), False)
+    folded = package(strip([RIGID, RIGID]))
+    assert (folded.whole_ratio, folded.n_layers, folded.heights, folded.stepped) == ("1:1", 1, (1,), False)
 
 
 def test_no_folded_state():

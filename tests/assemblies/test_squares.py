@@ -114,22 +114,22 @@ def test_nullity_of_the_4x4_array_and_rank_of_its_cut_hinge():
     linkage = Linkage(thesis_4x4(ARRAY))
     between = close(linkage, np.random.default_rng(3).uniform(0.8, 2.2, 12))
     assert between.success
-    found = []
+    ranks = []
     for angles in (linkage.flat, between.angles, linkage.folded):
         rank = rank_at(linkage, angles)
         assert rank_of_cut_hinge(linkage, angles, 7) == rank.rank - 1
-        found.append((rank.nullity, rank.rank))
+        ranks.append((rank.nullity, rank.rank))
     # six equations of the loop: 4 flat, 5 folded; five of the cut hinge: 3 flat, 4 folded
-    assert found == [(8, 4), (6, 6), (7, 5)]
+    assert ranks == [(8, 4), (6, 6), (7, 5)]
 
 
 @settings(max_examples=15, deadline=None)
 @given(lengths, lengths, st.floats(1e-4, 0.2))
 def test_4x4_array_folds_for_any_size(side, width, thickness):
     pattern = thesis_4x4(Parameters(side=side, width=width, thickness=thickness))
-    found = package(pattern)
-    assert found.heights == (8,)
-    assert found.whole_ratio == "8:1"
+    folded = package(pattern)
+    assert folded.heights == (8,)
+    assert folded.whole_ratio == "8:1"
     assert [rank_at(Linkage(pattern), state).nullity for state in (Linkage(pattern).flat, Linkage(pattern).folded)] == [
         8,
         7,
@@ -176,13 +176,13 @@ def test_array_of_four_6r_elements_has_the_published_area_and_ratio():
     cells = [len(panel) for panel in pattern.panels]
     assert (cells.count(1), cells.count(2)) == (facts["squares"], facts["rectangles"])
     assert pattern.area / SQUARES.side**2 == pytest.approx(facts["area"])
-    found = package(pattern)
-    assert found.footprint_area / SQUARES.side**2 == pytest.approx(facts["footprint"])
-    assert found.whole_ratio == facts["deployment_ratio"]
-    assert found.void_volume == found.overlap_volume == 0
+    folded = package(pattern)
+    assert folded.footprint_area / SQUARES.side**2 == pytest.approx(facts["footprint"])
+    assert folded.whole_ratio == facts["deployment_ratio"]
+    assert folded.void_volume == folded.overlap_volume == 0
     # no cuboid: seven layers on one half of the footprint, four on the other
-    assert found.heights == (4, 7)
-    assert [(column.panels, round(column.area / SQUARES.side**2)) for column in found.columns] == [
+    assert folded.heights == (4, 7)
+    assert [(column.panels, round(column.area / SQUARES.side**2)) for column in folded.columns] == [
         (7, 2),
         (4, 1),
         (4, 1),
@@ -199,10 +199,10 @@ def test_dof_of_arrays_are_their_rows_at_first_and_their_columns_then(columns, r
     # a lone row can fold along each vertical line as well; then the state between the stages is the singular one
     assert dof(pattern, stepwise(pattern, [0.0] * rows, [0.0] * columns)) == (1 + columns if rows == 1 else rows)
     assert dof(pattern, stepwise(pattern, [math.pi] * rows, [0.0] * columns)) == rows + 2 * columns
-    found = package(pattern)
+    folded = package(pattern)
     assert pattern.area / SQUARES.side**2 == pytest.approx(3 * columns * rows + 3 * columns + 2 * rows)
-    assert found.footprint_area / SQUARES.side**2 == pytest.approx(columns + rows)
-    assert found.void_volume == found.overlap_volume == 0
+    assert folded.footprint_area / SQUARES.side**2 == pytest.approx(columns + rows)
+    assert folded.void_volume == folded.overlap_volume == 0
 
 
 def test_elements_of_a_column_share_their_creases():

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from hcsearch.assemblies import ASSEMBLIES, Parameters
 from hcsearch.assemblies.eight_r import eight_r, skew_symmetric
-from hcsearch.assemblies.joining import congruent, neighbours
+from hcsearch.assemblies.joining import neighbours
 from hcsearch.assemblies.packages import flat_overlap, package
 from hcsearch.assemblies.tessellations import ASSEMBLIES as TESSELLATIONS
 from hcsearch.assemblies.tessellations import ways
@@ -19,20 +19,21 @@ from hcsearch.errors import PatternError
 from hcsearch.kinematics.rank import rank_at
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import overlay
+from tests.linkages import congruent
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "thesis_assemblies.json").read_text("utf-8"))["assemblies"]
 
 EQUILATERAL = Parameters(alpha=math.pi / 3)
 UNITS = {"I": unit_i(EQUILATERAL), "II": unit_ii(EQUILATERAL)}
 
-tessellations = pytest.mark.parametrize("assembly", TESSELLATIONS, ids=lambda found: found.name)
+tessellations = pytest.mark.parametrize("assembly", TESSELLATIONS, ids=lambda entry: entry.name)
 parameters = st.builds(
     Parameters, alpha=st.floats(20, 84).map(math.radians), base=st.floats(0.01, 0.5), thickness=st.floats(0.002, 0.05)
 )
 
 
 @pytest.fixture(scope="module")
-def found():
+def layings():
     """All ways to lay two units together, with equilateral triangles."""
     pairs = (("I", "I"), ("II", "II"), ("II", "I"))
     return {pair: list(ways(UNITS[pair[0]], UNITS[pair[1]], EQUILATERAL.alpha)) for pair in pairs}
@@ -92,18 +93,18 @@ def test_every_base_angle_will_do(assembly, values, first):
     assert folded.void_volume == folded.overlap_volume == 0
 
 
-def test_the_search_finds_those_of_two_units(found):
+def test_the_search_finds_those_of_two_units(layings):
     names = {"I": ("5.10a", "5.10a-other", "5.10b"), "II": ("5.11a", "5.11a-other", "5.11b")}
     for unit, known in names.items():
         for name in known:
             pattern = built(f"fig-{name}")
-            same = [way for way in found[unit, unit] if len(way.union.facets) == len(pattern.facets)]
+            same = [way for way in layings[unit, unit] if len(way.union.facets) == len(pattern.facets)]
             assert any(alike(way.union, pattern) for way in same), name
 
 
-def test_what_the_published_numbers_force(found):
+def test_what_the_published_numbers_force(layings):
     """Forced: the one class of 44 triangles with 11:1, and of 38 with 38:5. Two classes each merge four or three."""
-    ones, twos = found["I", "I"], found["II", "II"]
+    ones, twos = layings["I", "I"], layings["II", "II"]
     (only,) = classes([way for way in ones if len(way.union.facets) == 44])
     assert (merged(only), only.package.whole_ratio) == (8, "11:1")
     (only,) = classes([way for way in twos if len(way.union.facets) == 38])
@@ -119,9 +120,9 @@ def test_what_the_published_numbers_force(found):
     assert (merged(other), dict(other.areas), other.package.whole_ratio) == (8, {1: 24, 2: 10}, "11:1")
 
 
-def test_a_unit_ii_between_two_units_i(found):
+def test_a_unit_ii_between_two_units_i(layings):
     """The two ways that merge most joints, which are alike; together they make Fig. 5.12."""
-    beside = found["II", "I"]
+    beside = layings["II", "I"]
     most = [way for way in beside if merged(way) == max(map(merged, beside))]
     assert [merged(way) for way in most] == [8, 8]
     assert len(classes(most)) == 1
@@ -138,10 +139,10 @@ def test_an_inverted_unit_is_a_turned_one():
         assert congruent(unit, unit.inverted())
 
 
-def test_some_unions_move_but_cannot_fold_for_panels_in_one_place(found):
+def test_some_unions_move_but_cannot_fold_for_panels_in_one_place(layings):
     """Units I and II overlap in more ways than fold: those that fold merge eight joints at most."""
     unions = [union for _, _, union in neighbours(UNITS["II"], UNITS["I"])]
-    assert min(len(union.facets) for union in unions) < min(len(way.union.facets) for way in found["II", "I"]) == 46
+    assert min(len(union.facets) for union in unions) < min(len(way.union.facets) for way in layings["II", "I"]) == 46
 
 
 def test_neighbours_as_a_naive_twin_finds_them():
@@ -165,8 +166,8 @@ def test_neighbours_as_a_naive_twin_finds_them():
             continue
         if len(union.facets) > 10 and hinged(union) < 2 * hinged(still):
             expected.add(key(union))
-    found = list(neighbours(still, still))
-    assert {key(union) for _, _, union in found} == expected
-    for placement, merged_creases, union in found:
+    layings = list(neighbours(still, still))
+    assert {key(union) for _, _, union in layings} == expected
+    for placement, merged_creases, union in layings:
         assert key(overlay([still, still.placed(placement)])) == key(union)
         assert len(merged_creases) == 2 * hinged(still) - hinged(union)

@@ -9,13 +9,14 @@ from hypothesis import strategies as st
 
 from hcsearch.assemblies import Parameters
 from hcsearch.assemblies.eight_r import eight_r, second_angle, skew_symmetric
-from hcsearch.assemblies.joining import congruent, join, joinings, placements
+from hcsearch.assemblies.joining import join, joinings, placements
 from hcsearch.assemblies.packages import flat_overlap, package
 from hcsearch.assemblies.units import UNIT_I, UNIT_II, UNIT_III, assemble, matches, unit_i, unit_ii, unit_iii
 from hcsearch.errors import PatternError
 from hcsearch.kinematics.dh import dh_closure_jacobian
 from hcsearch.kinematics.rank import decide_rank, rank_at
 from hcsearch.linkage import Linkage
+from tests.linkages import congruent
 
 A16 = json.loads((Path(__file__).parents[1] / "golden" / "thesis_a16.json").read_text("utf-8"))["singular_values"]
 
@@ -26,9 +27,9 @@ units = pytest.mark.parametrize("unit", [unit_i, unit_ii, unit_iii])
 
 
 def in_millimetres(jacobian):
-    found = jacobian.copy()
-    found[3::4] *= 1e3
-    return found
+    scaled = jacobian.copy()
+    scaled[3::4] *= 1e3
+    return scaled
 
 
 @units
@@ -49,12 +50,12 @@ def test_panels_and_joints(unit, values):
 @given(parameters)
 @settings(max_examples=15)
 def test_folded_on_two_triangles_and_a_parallelogram(unit, values):
-    found = package(unit(values))
-    assert found.whole_ratio == "7:1"
-    assert found.heights == (5, 9)
-    assert found.stepped
-    assert found.void_volume == found.overlap_volume == 0
-    assert found.height == pytest.approx(9 * values.thickness)
+    folded = package(unit(values))
+    assert folded.whole_ratio == "7:1"
+    assert folded.heights == (5, 9)
+    assert folded.stepped
+    assert folded.void_volume == folded.overlap_volume == 0
+    assert folded.height == pytest.approx(9 * values.thickness)
 
 
 @units
@@ -105,8 +106,8 @@ def test_both_forms_of_the_jacobian_have_one_rank(unit, values, first):
     angles = skew_symmetric(linkage.pattern, values.alpha, first)
     jacobian = dh_closure_jacobian(linkage, angles)
     jacobian[3::4] /= linkage.pattern.size
-    found = decide_rank(np.linalg.svd(jacobian, compute_uv=False), linkage.n_hinges)
-    assert found.rank == rank_at(linkage, angles).rank == 23
+    rank = decide_rank(np.linalg.svd(jacobian, compute_uv=False), linkage.n_hinges)
+    assert rank.rank == rank_at(linkage, angles).rank == 23
 
 
 @pytest.mark.parametrize(("unit", "steps"), [(unit_i, UNIT_I), (unit_ii, UNIT_II), (unit_iii, UNIT_III)])

@@ -25,10 +25,10 @@ def sample(name, n=300):
     return family.make(np.random.default_rng(1), n)
 
 
-def gaps(found):
-    solids, counts = found.vertices(), found.counts
+def gaps(pairs):
+    solids, counts = pairs.vertices(), pairs.counts
     return np.array(
-        [search(solids[0, k, : counts[0, k]], solids[1, k, : counts[1, k]])[0] for k in range(len(found.which))]
+        [search(solids[0, k, : counts[0, k]], solids[1, k, : counts[1, k]])[0] for k in range(len(pairs.which))]
     )
 
 
@@ -37,40 +37,40 @@ def read(folder):
     assert CliRunner().invoke(hcsearch, arguments, catch_exceptions=False).exit_code == 0
     names = {path.name for path in folder.iterdir()}
     assert names == {f"{name}.csv" for name in TABLES} | {"all.json", "collision.md", "machine.json"}
-    found = json.loads((folder / "all.json").read_text())
-    assert set(found) == TABLES | {"machine"}
-    return found
+    data = json.loads((folder / "all.json").read_text())
+    assert set(data) == TABLES | {"machine"}
+    return data
 
 
 def test_the_command_without_coal(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "coal", None)
     monkeypatch.setattr(collision, "QUICK_PAIRS", 50)
     monkeypatch.setattr(collision, "QUICK_DEPLOYMENTS", collision_deployments.DEPLOYMENTS[1:2])
-    found = read(tmp_path)
-    assert [row["kind"] for row in found["pairs"]] == [family.name for family in FAMILIES]
-    for row in found["pairs"]:
+    data = read(tmp_path)
+    assert [row["kind"] for row in data["pairs"]] == [family.name for family in FAMILIES]
+    for row in data["pairs"]:
         assert row["exhaustive"] == 0
         assert row["cold_us"] > 0
         assert row["warm_us"] > 0
         assert row["difference"] is row["coal_us"] is row["coal_loop_us"] is row["beyond"] is None
-    (row,) = found["deployments"]
+    (row,) = data["deployments"]
     assert (row["outcome"], row["panels"], row["pairs"], row["facet_pairs"]) == ("flat", 10, 35, 50)
     assert row["difference"] is None
     assert 0 < row["collide"] < 0.1
-    assert [goal["at_most"] for goal in found["goals"]] == [0.2, 1.0]
+    assert [goal["at_most"] for goal in data["goals"]] == [0.2, 1.0]
 
 
 def test_each_kind_of_pairs_is_what_it_is_called():
     assert len({family.name for family in FAMILIES}) == len(FAMILIES)
     for family in FAMILIES:
-        found = family.make(np.random.default_rng(2), 40)
-        identity = found.turns @ found.turns.transpose(0, 1, 3, 2)
+        pairs = family.make(np.random.default_rng(2), 40)
+        identity = pairs.turns @ pairs.turns.transpose(0, 1, 3, 2)
         assert identity == pytest.approx(np.broadcast_to(np.eye(3), identity.shape), abs=1e-14)
-        assert np.linalg.det(found.turns) == pytest.approx(np.ones((40, 2)))
+        assert np.linalg.det(pairs.turns) == pytest.approx(np.ones((40, 2)))
         # sides as wide as is said
-        solids = found.vertices()
+        solids = pairs.vertices()
         assert np.linalg.norm(solids[:, :, 1] - solids[:, :, 0], axis=-1) == pytest.approx(
-            np.full((2, 40), found.width)
+            np.full((2, 40), pairs.width)
         )
     assert (gaps(sample("hinged")) < 1e-15).all()
     assert (gaps(sample("corners")) < 1e-15).all()
@@ -79,12 +79,12 @@ def test_each_kind_of_pairs_is_what_it_is_called():
     assert (parallel > 0).any()
     assert parallel.min() < 1e-12
     for name in ("stacked", "coplanar", "edges"):
-        found = gaps(sample(name))
-        assert (found < 1e-14).sum() > 40
-        assert (found > 1e-3).sum() > 10
+        apart = gaps(sample(name))
+        assert (apart < 1e-14).sum() > 40
+        assert (apart > 1e-3).sum() > 10
     for name in ("random", "thin", "tiny"):
-        found = gaps(sample(name))
-        assert 0 < (found <= 0).sum() < 100
+        apart = gaps(sample(name))
+        assert 0 < (apart <= 0).sum() < 100
 
 
 def test_exact_bounds_hold_and_meet_where_the_answer_is_right():
@@ -106,10 +106,10 @@ def test_exact_bounds_hold_and_meet_where_the_answer_is_right():
     assert bounds(BOX, near, way, corners) == pytest.approx((2.0**-50, 2.0**-50), rel=1e-12)
 
 
-def test_who_is_right_is_told():
+def test_who_is_right_is_decided():
     pairs = [(BOX, BOX + np.array([3.0, 0.0, 0.0]))] * 3
-    found = settle(pairs, np.array([2.0, 2.1, 2.0]), np.array([2.1, 2.0, 2.2]), 1.0)
-    assert (found.beyond, found.ours, found.theirs) == (3, 2, 1)
+    verdict = settle(pairs, np.array([2.0, 2.1, 2.0]), np.array([2.1, 2.0, 2.2]), 1.0)
+    assert (verdict.beyond, verdict.ours, verdict.theirs) == (3, 2, 1)
     nothing = settle([], np.empty(0), np.empty(0), 1.0)
     assert (nothing.beyond, nothing.ours, nothing.theirs) == (0, 0, 0)
 
@@ -132,10 +132,10 @@ def test_coal_finds_the_same_distance_of_a_million_pairs_or_is_proved_wrong(numb
 
 @pytest.mark.extra
 def test_the_whole_bench(tmp_path):
-    found = read(tmp_path)
-    assert all(row["ours"] == row["beyond"] and row["theirs"] == 0 for row in found["pairs"])
-    assert all(row["coal_us"] > 0 and row["coal_warm_us"] > 0 and row["coal_loop_us"] > 0 for row in found["pairs"])
-    for row in found["deployments"]:
+    data = read(tmp_path)
+    assert all(row["ours"] == row["beyond"] and row["theirs"] == 0 for row in data["pairs"])
+    assert all(row["coal_us"] > 0 and row["coal_warm_us"] > 0 and row["coal_loop_us"] > 0 for row in data["pairs"])
+    for row in data["deployments"]:
         assert row["difference"] < 1e-7
         assert row["ours"] == row["beyond"]
         assert row["coal_facet_us"] > 0

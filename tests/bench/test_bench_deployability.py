@@ -16,9 +16,9 @@ def report():
 
 
 def test_every_folding_is_counted_once(report):
-    found, said = report
-    assert len(said) == len(found.rows)
-    for row, line in zip(found.rows, said, strict=True):
+    table, said = report
+    assert len(said) == len(table.rows)
+    for row, line in zip(table.rows, said, strict=True):
         assert line.startswith(
             f"{row.grid} {row.cells}: untwisted {row.untwisted}, foldings {row.foldings}, default {row.default}, "
         )

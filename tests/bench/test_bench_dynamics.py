@@ -14,6 +14,7 @@ from hcsearch.dynamics.simulation import simulate
 from hcsearch.unit_search.elements import untwisted
 from hcsearch_bench.dynamics import bench as dynamics
 from hcsearch_bench.dynamics.bench import best_of, goals_of
+from hcsearch_bench.dynamics.case_rows import LEVELS, CaseRow, gap_of, reference_of, seconds_at
 from hcsearch_bench.dynamics.deployments import (
     BOUNCE,
     DeploymentRow,
@@ -22,13 +23,12 @@ from hcsearch_bench.dynamics.deployments import (
     deployment_rows,
     quick_row,
 )
-from hcsearch_bench.dynamics.scale import ScaleRow, slope_of, strip
-from hcsearch_bench.dynamics.work import LEVELS, WorkRow, gap_of, reference_of, seconds_at
+from hcsearch_bench.dynamics.evaluations import EvaluationRow, slope_of, strip
 from hcsearch_bench.iftomm.problems import bricard, governor
 from hcsearch_bench.peers import pinocchio_system
 from hcsearch_bench.peers.dense_system import Dense
 from hcsearch_bench.peers.states import closure, depth_first
-from hcsearch_bench.run.work import OURS, UnableError, level_of
+from hcsearch_bench.run.work_precision import OURS, UnableError, level_of
 from hcsearch_bench.subjects.deployments import LOOP, WHOLE, subjects
 from tests.dynamics.naive_dynamics import Twin, random_system
 
@@ -37,8 +37,8 @@ NAMES = ["thesis-4x4", LOOP, "12 hexagons", "10x6 squares", "unit-i"]
 
 
 def subject(name):
-    (found,) = [own for own in subjects() if own.name == name]
-    return found
+    (match,) = [own for own in subjects() if own.name == name]
+    return match
 
 
 def read(folder):
@@ -46,45 +46,45 @@ def read(folder):
     assert CliRunner().invoke(hcsearch, arguments, catch_exceptions=False).exit_code == 0
     names = {path.name for path in folder.iterdir()}
     assert names == {f"{name}.csv" for name in TABLES} | {"all.json", "dynamics.md", "machine.json", "work.png"}
-    found = json.loads((folder / "all.json").read_text())
-    assert set(found) == TABLES | {"machine"}
-    return found
+    data = json.loads((folder / "all.json").read_text())
+    assert set(data) == TABLES | {"machine"}
+    return data
 
 
 def test_the_command_without_other_engines(tmp_path, monkeypatch):
     monkeypatch.setattr(dynamics, "subjects", lambda: [replace(subject(LOOP), until=0.002)])
     for package in ("mujoco", "pinocchio", "exudyn"):
         monkeypatch.setitem(sys.modules, package, None)
-    found = read(tmp_path)
-    ours = [row for row in found["work"] if row["engine"] == OURS]
+    data = read(tmp_path)
+    ours = [row for row in data["work"] if row["engine"] == OURS]
     assert {row["formulation"] for row in ours} == {"constrained", WHOLE, "penalty", "quasistatic"}
     assert all(row["error"] < 1e-5 for row in ours if row["formulation"].startswith("constrained"))
     assert all(row["gap"] < 1e-12 for row in ours if row["formulation"] != "penalty")
     assert all(0.0 < row["gap"] < 1e-4 for row in ours if row["formulation"] == "penalty")
-    others = {row["engine"]: row["note"] for row in found["work"] if row["engine"] != OURS}
+    others = {row["engine"]: row["note"] for row in data["work"] if row["engine"] != OURS}
     assert others == {"SciPy": "", "MuJoCo": "not installed", "Pinocchio": "not installed", "Exudyn": "not installed"}
-    (reference, slow) = found["references"]
+    (reference, slow) = data["references"]
     assert reference["apart"] < 1e-8
     assert reference["whole_apart"] < 1e-10
     assert slow["formulation"] == "quasistatic"
-    assert {row["formulation"] for row in found["deployments"]} == {"constrained", "penalty"}
-    assert {row["kind"] for row in found["scale"]} == {"loop", "chain"}
-    assert found["quick"][0]["outcomes"]
-    met = {row["goal"]: row["met"] for row in found["goals"]}
+    assert {row["formulation"] for row in data["deployments"]} == {"constrained", "penalty"}
+    assert {row["kind"] for row in data["scale"]} == {"loop", "chain"}
+    assert data["quick"][0]["outcomes"]
+    met = {row["goal"]: row["met"] for row in data["goals"]}
     assert [word for goal, word in met.items() if "MuJoCo" in goal or "Pinocchio" in goal] == ["not measured"] * 2
 
 
 @pytest.mark.extra
 def test_the_whole_bench(tmp_path):
-    found = read(tmp_path)
-    assert {row["subject"] for row in found["work"]} == set(NAMES[:2])
+    data = read(tmp_path)
+    assert {row["subject"] for row in data["work"]} == set(NAMES[:2])
     for name in NAMES[:2]:
-        mine = [row for row in found["work"] if row["subject"] == name]
+        mine = [row for row in data["work"] if row["subject"] == name]
         assert {row["engine"] for row in mine if row["error"] is not None} == {
             *(OURS, "SciPy", "MuJoCo", "Pinocchio", "Exudyn"),
         }
-    assert all(row["error"] is not None or row["note"] for row in found["work"])
-    assert all(row["apart"] < 1e-7 for row in found["references"] if row["formulation"] == "constrained")
+    assert all(row["error"] is not None or row["note"] for row in data["work"])
+    assert all(row["apart"] < 1e-7 for row in data["references"] if row["formulation"] == "constrained")
 
 
 def test_subjects_have_what_is_said_of_them():
@@ -110,7 +110,7 @@ def test_nothing_comes_to_a_stop_before_the_end(name):
 
 def test_a_subject_that_does_not_end_has_no_reference(monkeypatch):
     case = subject(LOOP).case("constrained", 0.01)
-    monkeypatch.setattr("hcsearch_bench.dynamics.work.MAX_STEPS", {"constrained": 3})
+    monkeypatch.setattr("hcsearch_bench.dynamics.case_rows.MAX_STEPS", {"constrained": 3})
     with pytest.raises(UnableError, match="no reference: steps at"):
         reference_of(case)
 
@@ -127,11 +127,11 @@ def unstopped(seed):
 def test_dense_accelerations_are_those_of_the_twin():
     checked = 0
     for seed in range(30):
-        found = unstopped(seed)
+        closed = unstopped(seed)
         # near singular states, and with two turns closed, the twin's rows are others
-        if found is None or any(sum(k < 3 for k in w.kinds) in (1, 2) for w in found[0].system.welds):
+        if closed is None or any(sum(k < 3 for k in w.kinds) in (1, 2) for w in closed[0].system.welds):
             continue
-        twin, q, v = found
+        twin, q, v = closed
         sizes = np.linalg.svd(twin.rows(q), compute_uv=False)
         if np.any((sizes > 1e-9) & (sizes < 1e-2)):
             continue
@@ -163,7 +163,7 @@ def test_pinocchio_has_the_accelerations_of_a_tree_with_branches(name):
 
 
 def work(engine, method, error, seconds, formulation="constrained"):
-    return WorkRow(LOOP, formulation, engine, method, 1e-6, None, level_of(error, LEVELS), error, seconds=seconds)
+    return CaseRow(LOOP, formulation, engine, method, 1e-6, None, level_of(error, LEVELS), error, seconds=seconds)
 
 
 def test_seconds_at_an_error_are_between_two_runs():
@@ -210,17 +210,17 @@ def test_goals():
         work("MuJoCo", "RK4", 2e-5, 9e-2, WHOLE),
         work("Pinocchio", "SciPy DOP853", 2e-5, 3e-1, WHOLE),
     ]
-    scale = [ScaleRow("loop", 10, 1, 1.0, 0.1, 1.3, 1.2)]
+    scale = [EvaluationRow("loop", 10, 1, 1.0, 0.1, 1.3, 1.2)]
     quick = [QuickRow("hex n = 12", 1, 30.0, 40.0, 50.0, 20.0, 10.0, "1 flat")]
     ours = [
         deployment("constrained", 0.2, 1.0, restitution=0.0),
         deployment("constrained", 0.3, 0.1, restitution=BOUNCE),
     ]
     deployments = [*ours, deployment("penalty", 0.33, 20.0, apart=1e-4)]
-    found = goals_of(rows, deployments, scale, quick)
-    assert [row.measured for row in found] == pytest.approx([300.0, 9.0, 30.0, 200.0, 1e-4, 0.1, 1.2, 30.0])
-    assert [row.met for row in found] == ["yes", "no", "yes", "yes", "yes", "no", "no", "yes"]
-    assert found[0].note == "it never comes to 2e-05: 0.001 rad in 3 s; nothing left out: 150"
+    goals = goals_of(rows, deployments, scale, quick)
+    assert [row.measured for row in goals] == pytest.approx([300.0, 9.0, 30.0, 200.0, 1e-4, 0.1, 1.2, 30.0])
+    assert [row.met for row in goals] == ["yes", "no", "yes", "yes", "yes", "no", "no", "yes"]
+    assert goals[0].note == "it never comes to 2e-05: 0.001 rad in 3 s; nothing left out: 150"
     jammed = goals_of(rows, [*ours, deployment("penalty", 0.33, 20.0, "jammed", apart=2e-3)], scale, quick)
     assert [row.met for row in jammed][3:6] == ["yes", "no", "not measured"]
     assert {row.met for row in goals_of([], [], [], [])} == {"not measured"}
@@ -241,7 +241,7 @@ def test_slopes_are_powers():
     assert slope_of([1, 4], [1.0, 2.0]) == pytest.approx(0.5)
 
 
-def test_arrivals_are_told_of_both_formulations():
+def test_arrivals_are_listed_for_both_formulations():
     own = subject("thesis-4x4")
     exact, bouncing, springs = deployment_rows(own, 0.13, stiffer=False)
     assert [row.formulation for row in (exact, bouncing, springs)] == ["constrained", "constrained", "penalty"]

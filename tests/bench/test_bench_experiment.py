@@ -1,4 +1,4 @@
-"""The bench `experiment`: its claims are those of its tables, and its tunings are told as they came out."""
+"""The bench `experiment`: its claims are those of its tables, and its rows of tunings say how these came out."""
 
 from dataclasses import replace
 
@@ -20,15 +20,15 @@ def test_claims_are_counted_from_the_rows():
         replace(HIT, held=5, collision_s=0.01),
     ]
     tuned = [TUNED, replace(TUNED, gravity="+x", verdict="collides"), replace(TUNED, springs="catalogue")]
-    told = {claim.thesis: claim.here for claim in claims(uniform, tuned)}
-    assert told["equal springs collide"] == "in 2 of 3 simulations with panel 0 held"
-    assert told["at 0.30 s, by eye from a film"] == "0.166 to 0.2 s"
-    assert told["the large middle panel, with the back of the top one"] == "panels 0 and 7; 2 and 7"
-    assert told["tuned springs do not"] == "certified clear for 1 of 2 gravities: none"
-    assert told["catalogue springs do not"] == "certified clear for 1 of 1 gravities: none"
+    here = {claim.thesis: claim.here for claim in claims(uniform, tuned)}
+    assert here["equal springs collide"] == "in 2 of 3 simulations with panel 0 held"
+    assert here["at 0.30 s, by eye from a film"] == "0.166 to 0.2 s"
+    assert here["the large middle panel, with the back of the top one"] == "panels 0 and 7; 2 and 7"
+    assert here["tuned springs do not"] == "certified clear for 1 of 2 gravities: none"
+    assert here["catalogue springs do not"] == "certified clear for 1 of 1 gravities: none"
 
 
-def test_a_set_is_told_with_its_verdict_and_its_chance():
+def test_a_set_has_its_verdict_and_its_chance():
     row = _row("none", "tuned", SpringSet((0.1,) * 12, GOOD, None, Robustness(64, 3, 5)), 10.0)
     assert (row.verdict, row.flat_s) == ("not certified", None)
     assert (row.collides, row.chance) == ("3 of 64", "1% to 13%")

@@ -6,7 +6,7 @@ from click.testing import CliRunner
 from hcsearch.cli import hcsearch
 from hcsearch.errors import HcsearchError
 from hcsearch_bench.folding import bench as folding
-from hcsearch_bench.run.job import Outcome
+from hcsearch_bench.run.job import JobResult
 from hcsearch_bench.subjects.polygons import count_polygons, join_polygons, list_polygons
 from tests import golden
 
@@ -29,7 +29,7 @@ def test_a_way_that_is_late_is_not_tried_again(monkeypatch):
     def run_job(job, limit, *, n, **_):
         tried.append((job, n))
         designs = {"designs": 5, "seconds": 1.0, "runs": 1}
-        return Outcome(100.0, "over 1 s", late=True) if job is list_polygons else Outcome(50.0, row=designs)
+        return JobResult(100.0, "over 1 s", late=True) if job is list_polygons else JobResult(50.0, row=designs)
 
     monkeypatch.setattr(folding, "run_job", run_job)
     rows = folding.measure_folding({"hex": (10, 12)}, limit=1, repeats=1, say=silent)
@@ -39,12 +39,12 @@ def test_a_way_that_is_late_is_not_tried_again(monkeypatch):
     assert [n for job, n in tried if job is list_polygons] == [10]
 
 
-@pytest.mark.parametrize("outcome", [Outcome(1.0, row={"designs": 6}), Outcome(1.0, "failed: KeyError")])
-def test_wrong_numbers_and_failed_jobs_are_errors(monkeypatch, outcome):
-    counted = Outcome(1.0, row={"designs": 5, "seconds": 1.0, "runs": 1})
-    late = Outcome(1.0, "over 1 s", late=True)
-    outcomes = {list_polygons: late, join_polygons: outcome, count_polygons: counted}
-    monkeypatch.setattr(folding, "run_job", lambda job, *_, **__: outcomes[job])
+@pytest.mark.parametrize("result", [JobResult(1.0, row={"designs": 6}), JobResult(1.0, "failed: KeyError")])
+def test_wrong_numbers_and_failed_jobs_are_errors(monkeypatch, result):
+    counted = JobResult(1.0, row={"designs": 5, "seconds": 1.0, "runs": 1})
+    late = JobResult(1.0, "over 1 s", late=True)
+    results = {list_polygons: late, join_polygons: result, count_polygons: counted}
+    monkeypatch.setattr(folding, "run_job", lambda job, *_, **__: results[job])
     with pytest.raises(HcsearchError, match=r"hex n=10.*; report this"):
         folding.measure_folding({"hex": (10,)}, limit=1, repeats=1, say=silent)
 

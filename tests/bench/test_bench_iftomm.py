@@ -11,13 +11,13 @@ from hcsearch.dynamics.laws import Law, LawBranch, linear
 from hcsearch.dynamics.system import JointDrive, System
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
 from hcsearch_bench.iftomm import bench as iftomm
-from hcsearch_bench.iftomm import work as iftomm_work
+from hcsearch_bench.iftomm import problem_rows
 from hcsearch_bench.iftomm.bench import best_of, goals_of
+from hcsearch_bench.iftomm.problem_rows import LEVELS, ProblemRow, peer_rows
 from hcsearch_bench.iftomm.problems import X, Y, Z, bricard, four_bars, pendulum, squeezer
-from hcsearch_bench.iftomm.work import LEVELS, WorkRow, peer_rows
 from hcsearch_bench.peers.multibody import Peer, peers
 from hcsearch_bench.peers.states import Trajectory, closure, common_points, line_of, lines_of, places
-from hcsearch_bench.run.work import OURS, UnableError, level_of
+from hcsearch_bench.run.work_precision import OURS, UnableError, level_of
 
 TABLES = {"work", "best", "goals"}
 TIMES = np.linspace(0.0, 1.0, 11)
@@ -31,16 +31,16 @@ def test_the_command_without_other_engines(tmp_path, monkeypatch):
     assert CliRunner().invoke(hcsearch, arguments, catch_exceptions=False).exit_code == 0
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {f"{name}.csv" for name in TABLES} | {"all.json", "iftomm.md", "machine.json", "work.png"}
-    found = json.loads((tmp_path / "all.json").read_text())
-    assert set(found) == TABLES | {"machine"}
-    ours = [row for row in found["work"] if row["engine"] == OURS]
+    data = json.loads((tmp_path / "all.json").read_text())
+    assert set(data) == TABLES | {"machine"}
+    ours = [row for row in data["work"] if row["engine"] == OURS]
     assert len(ours) == 6
     assert all(row["verdict"] in {"precise", "high"} and row["error"] < 1e-4 and row["runs"] == 1 for row in ours)
     assert all(row["closure"] < 1e-8 and row["energy"] < 1e-4 and row["evaluations"] > 0 for row in ours)
-    others = [row for row in found["work"] if row["engine"] != OURS]
+    others = [row for row in data["work"] if row["engine"] != OURS]
     assert {(row["verdict"], row["note"]) for row in others} == {("none", "not installed")}
     assert {row["engine"] for row in others} == {"MuJoCo", "Pinocchio", "Exudyn"}
-    goals = {(row["problem"], row["goal"]): row["met"] for row in found["goals"]}
+    goals = {(row["problem"], row["goal"]): row["met"] for row in data["goals"]}
     assert goals["A04 thin", "error"] == goals["A04 thin", "closure"] == goals["A04 thin", "energy"] == "yes"
     assert goals["A04 square", "error"] == "no"  # not measured
 
@@ -49,8 +49,8 @@ def test_the_command_without_other_engines(tmp_path, monkeypatch):
 def test_the_whole_bench(tmp_path):
     arguments = ["bench", "iftomm", "--quick", "--output", str(tmp_path), "--json", str(tmp_path / "all.json")]
     assert CliRunner().invoke(hcsearch, arguments, catch_exceptions=False).exit_code == 0
-    found = json.loads((tmp_path / "all.json").read_text())
-    rows = found["work"]
+    data = json.loads((tmp_path / "all.json").read_text())
+    rows = data["work"]
     assert len({row["problem"] for row in rows}) == 7
     assert all(row["verdict"] in {"precise", "high"} for row in rows if row["engine"] == OURS)
     for problem in {row["problem"] for row in rows}:
@@ -63,7 +63,7 @@ def refused(*_, **__):
     raise UnableError("no")
 
 
-def test_what_an_engine_cannot_do_is_told():
+def test_what_an_engine_cannot_do_is_reported():
     problem = pendulum()
     peer = Peer("some", "method", (0.1, 0.01), refused)
     rows = list(peer_rows(problem, TIMES, problem.reference(TIMES), peer, 1, 15.0))
@@ -86,8 +86,8 @@ def test_what_would_take_too_long_is_not_tried():
 
 def test_a_motion_that_stops_early_is_refused(monkeypatch):
     problem = pendulum()
-    monkeypatch.setattr(iftomm_work, "MAX_STEPS", 3)
-    row = iftomm_work.measure_ours(problem, "dormand-prince", 1e-8, TIMES, problem.reference(TIMES))
+    monkeypatch.setattr(problem_rows, "MAX_STEPS", 3)
+    row = problem_rows.measure_ours(problem, "dormand-prince", 1e-8, TIMES, problem.reference(TIMES))
     assert (row.verdict, row.error) == ("none", None)
     assert row.note.startswith("refused: steps at ")
 
@@ -104,13 +104,13 @@ def test_verdicts_are_seen_against_the_length():
 
 def row(engine, error, seconds, **more):
     verdict = level_of(error, LEVELS, pendulum().length)
-    return WorkRow("A04 thin", engine, "m", 1e-6, None, verdict, error=error, seconds=seconds, **more)
+    return ProblemRow("A04 thin", engine, "m", 1e-6, None, verdict, error=error, seconds=seconds, **more)
 
 
 def test_the_fastest_of_each_engine():
     rows = [row(OURS, 1e-4, 1.0), row(OURS, 1e-7, 2.0), row("A", 1e-7, 4.0), row("A", 1e-8, 5.0), row("B", 0.5, 0.1)]
-    found = [(best.level, best.engine, best.seconds, best.times_ours) for best in best_of(rows)]
-    assert found == [
+    fastest = [(best.level, best.engine, best.seconds, best.times_ours) for best in best_of(rows)]
+    assert fastest == [
         ("high", OURS, 1.0, 1.0),
         ("high", "A", 4.0, 4.0),
         ("precise", OURS, 2.0, 1.0),

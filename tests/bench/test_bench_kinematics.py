@@ -10,8 +10,8 @@ from hcsearch.cli import hcsearch
 from hcsearch.errors import HcsearchError
 from hcsearch.linkage import Linkage
 from hcsearch.paths.following import TO_THE_END, Limits, follow
-from hcsearch_bench.kinematics import extremes, following
-from hcsearch_bench.kinematics.following import CostRow, Known, fit_costs, measure_costs, ring
+from hcsearch_bench.kinematics import extremes, path_methods
+from hcsearch_bench.kinematics.path_methods import CostRow, KnownUnit, fit_costs, measure_costs, ring
 
 
 def silent(_):
@@ -19,7 +19,7 @@ def silent(_):
 
 
 def test_known_motions_are_closed_and_of_their_length():
-    unit = Known("II")
+    unit = KnownUnit("II")
     states = [unit.at(first) for first in np.linspace(0.3, 2.0, 400)]
     assert max(np.abs(unit.linkage.closure(state)[0]).max() for state in states) < 1e-13
     chords = np.linalg.norm(np.diff(states, axis=0), axis=1).sum()
@@ -29,16 +29,16 @@ def test_known_motions_are_closed_and_of_their_length():
 
 
 def test_opening_and_folding_are_first_order_motions():
-    unit = Known("I")
+    unit = KnownUnit("I")
     for state, way in ((unit.linkage.folded, unit.opening()), (unit.linkage.flat, unit.folding())):
         assert np.abs(unit.linkage.closure(state)[1] @ way).max() < 1e-13
 
 
 def test_a_path_row_has_its_errors(monkeypatch):
-    monkeypatch.setattr(following, "METHODS", ("hermite",))
-    monkeypatch.setattr(following, "QUICK_STEPS", (0.8,))
-    monkeypatch.setattr(following, "QUICK_TOLERANCES", (1e-2,))
-    rows = following.measure_paths(["II"], quick=True, repeats=1, say=silent)
+    monkeypatch.setattr(path_methods, "METHODS", ("hermite",))
+    monkeypatch.setattr(path_methods, "QUICK_STEPS", (0.8,))
+    monkeypatch.setattr(path_methods, "QUICK_TOLERANCES", (1e-2,))
+    rows = path_methods.measure_paths(["II"], quick=True, repeats=1, say=silent)
     closed = [row for row in rows if row.corrections == "closed"]
     assert [row.method for row in closed] == ["hermite", "increment", "hermite"]
     assert all(row.off_path < 1e-9 and row.residual < 1e-12 for row in closed)
@@ -62,7 +62,7 @@ def test_rings_fold_into_two_stacks():
 
 
 def test_corners_are_shaken_as_one():
-    unit = Known("II")
+    unit = KnownUnit("II")
     shaken = extremes.shaken(unit.pattern, 1e-6)
     assert len(shaken.hinges) == len(unit.pattern.hinges)
     moved = np.array([c for facet in shaken.facets for c in facet])
@@ -72,7 +72,7 @@ def test_corners_are_shaken_as_one():
 
 
 def scene(error, limits=TO_THE_END):
-    unit = Known("II")
+    unit = KnownUnit("II")
     return extremes.ExtremeScene(
         "some",
         "scene",
@@ -126,6 +126,6 @@ def test_the_whole_bench(tmp_path):
     tables = {"paths", "branches", "descents", "costs", "slopes", "extremes"}
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {f"{name}.csv" for name in tables} | {"all.json", "kinematics.md", "machine.json", "paths.png"}
-    found = json.loads((tmp_path / "all.json").read_text())
-    assert set(found) == tables | {"machine"}
-    assert all(row["within"] == 1 for row in found["branches"] if row["stops"] == "yes")
+    data = json.loads((tmp_path / "all.json").read_text())
+    assert set(data) == tables | {"machine"}
+    assert all(row["within"] == 1 for row in data["branches"] if row["stops"] == "yes")

@@ -17,8 +17,8 @@ from tests import golden, naive
 
 
 def engine(job):
-    (found,) = [engine for engine in engines.ENGINES if engine.job is job]
-    return found
+    (match,) = [engine for engine in engines.ENGINES if engine.job is job]
+    return match
 
 
 def silent(_):
@@ -28,12 +28,12 @@ def silent(_):
 @pytest.mark.parametrize(("grid", "spec"), [("square", "4x4"), ("square", "5x4"), ("hex", "3-4-3"), ("hex", "p3x3")])
 def test_backtracker_finds_every_circuit_once(grid, spec):
     array = parse_array(GRIDS[grid], spec)
-    found = [
+    circuits = [
         frozenset(map(frozenset, zip(path, (*path[1:], path[0]), strict=True)))
         for path in hamiltonian_circuits(array.n, [(u, v) for u, v, _ in array.edges()])
     ]
-    assert len(set(found)) == len(found)
-    assert set(found) == naive.hamiltonian_circuits(array)
+    assert len(set(circuits)) == len(circuits)
+    assert set(circuits) == naive.hamiltonian_circuits(array)
 
 
 @pytest.mark.parametrize("spec", ["3x3", "5x1"])

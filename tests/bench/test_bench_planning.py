@@ -24,14 +24,14 @@ from hcsearch_bench.planning.foldings import (
     SCENE,
     FoldingRow,
     Group,
+    budget_rows,
     group_row,
     margin_rows,
     settle,
     thickness_row,
-    work_rows,
 )
 from hcsearch_bench.run.machine import MISSING
-from hcsearch_bench.run.work import OURS, UnableError
+from hcsearch_bench.run.work_precision import OURS, UnableError
 from tests.planned import joined
 
 SUBJECT = ("square:012233230011:4", "rigid")
@@ -74,7 +74,7 @@ def test_foldings_are_those_of_direct_calls():
 
 def test_every_so_many_th_folding_is_taken_over_all_batches(monkeypatch):
     group = Group("hex", "10")
-    monkeypatch.setattr("hcsearch_bench.planning.foldings._settle", lambda _g, _c, found, _s: found.crease.tolist())
+    monkeypatch.setattr("hcsearch_bench.planning.foldings._settle", lambda _g, _c, kept, _s: kept.crease.tolist())
     whole = list(settle(group))
     assert len(whole) == 40
     pieces = SimpleNamespace(batches=lambda: PolygonSearch(grid_named("hex"), 10).batches(25))
@@ -87,7 +87,7 @@ def test_counts_of_known_foldings():
     counted = group_row(ROWS)
     assert (counted.foldings, counted.movable, counted.locked, counted.undecided) == (5, 3, 1, 1)
     assert (counted.share, counted.total_s, counted.median_s, counted.most_s) == (0.8, pytest.approx(7.01), 0.3, 5.0)
-    assert [(row.settled, row.spent_s) for row in work_rows(ROWS, (0.01, 1.0, 10.0))] == [
+    assert [(row.settled, row.spent_s) for row in budget_rows(ROWS, (0.01, 1.0, 10.0))] == [
         (1, pytest.approx(0.05)),
         (3, pytest.approx(2.51)),
         (4, pytest.approx(7.01)),
@@ -102,7 +102,7 @@ def test_counts_of_known_foldings():
     budgets, shares, spent = curve(ROWS)
     assert shares.tolist() == [0.2, 0.4, 0.6, 0.8, 0.8]
     assert spent[-1] == pytest.approx(7.01)
-    assert [work_rows(ROWS, [budget])[0].spent_s for budget in budgets] == pytest.approx(spent.tolist())
+    assert [budget_rows(ROWS, [budget])[0].spent_s for budget in budgets] == pytest.approx(spent.tolist())
 
 
 def test_shares_rise_with_work_and_margin(report):
@@ -136,12 +136,12 @@ def test_it_is_saved_with_its_foldings(report, tmp_path):
 
 def test_a_set_of_which_nothing_is_settled_is_drawn(report, tmp_path):
     rows = [row("undecided", 1.0)]
-    tables = ([group_row(rows)], work_rows(rows), margin_rows(rows), [thickness_row(rows)], [])
+    tables = ([group_row(rows)], budget_rows(rows), margin_rows(rows), [thickness_row(rows)], [])
     plot_planning(PlanningReport(report.machine, *tables, rows), tmp_path / "nothing.png")
     assert (tmp_path / "nothing.png").exists()
 
 
-def test_a_peer_that_is_missing_is_told(monkeypatch):
+def test_a_peer_that_is_missing_is_reported(monkeypatch):
     monkeypatch.setitem(sys.modules, "ompl", None)
     own, peer = peer_rows(SUBJECT, 1, 5.0)
     assert (own.engine, own.searches, own.met, own.proved) == (OURS, 1, 1, 1)

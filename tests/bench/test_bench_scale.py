@@ -28,7 +28,7 @@ def finished(output, error="", wall=2.0):
     return Finished(0 if output else 2, output, error, wall=wall, cpu=1.0, peak_mib=100.0)
 
 
-def found(designs):
+def printed(designs):
     return f"  two-stack                {designs:>15,}\n  untwisted                {designs:>15,}\n"
 
 
@@ -45,7 +45,7 @@ def test_speed_up_is_that_of_the_work_done(monkeypatch):
 
     def run(job, way):
         wall = 1.0 if job.n == 10 else walls[way.how]
-        return [finished(found(3000), wall=wall)] * way.at_once
+        return [finished(printed(3000), wall=wall)] * way.at_once
 
     monkeypatch.setattr(scale, "_run", run)
     rows = scale.measure_job(scale.ScaleJob("hex", 20, "untwisted"), scale.ways_to_list(None), repeats=3, say=silent)
@@ -57,16 +57,16 @@ def test_speed_up_is_that_of_the_work_done(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("runs", "told"),
+    ("runs", "message"),
     [
-        ([finished(found(5)), finished(found(6))], r"found \[5, 6\] designs; report this"),
+        ([finished(printed(5)), finished(printed(6))], r"found \[5, 6\] designs; report this"),
         ([finished("", "hcsearch: no room\n")], "failed: hcsearch: no room"),
         ([finished("")], "failed: it took too long"),
     ],
 )
-def test_failed_commands_and_different_numbers_are_errors(monkeypatch, runs, told):
+def test_failed_commands_and_different_numbers_are_errors(monkeypatch, runs, message):
     monkeypatch.setattr(scale, "_run", lambda *_: runs)
-    with pytest.raises(HcsearchError, match=told):
+    with pytest.raises(HcsearchError, match=message):
         scale.measure_job(SMALL, [scale.RunWay("--jobs 1", ())], repeats=1, say=silent)
 
 

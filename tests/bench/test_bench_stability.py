@@ -15,7 +15,7 @@ from hcsearch_bench.stability import bench as stability
 from hcsearch_bench.stability import judging
 from hcsearch_bench.stability import processors as stability_processors
 from hcsearch_bench.stability.bench import COLOURS, plot_heat
-from hcsearch_bench.stability.judging import VERDICTS, StabilityRow, count, judge, simulated
+from hcsearch_bench.stability.judging import VERDICTS, StabilityRow, judge, simulated, tally
 from hcsearch_bench.stability.processors import compared, kernels, kernels_for, measure_processors
 from hcsearch_bench.stability.subjects import SIDE, THICK, StabilitySubject
 from hcsearch_bench.stability.sweeps import (
@@ -119,7 +119,7 @@ def test_a_ring_moves_as_a_strip():
 
 def case(error=0.0, **changes):
     scene = replace(SCENE, seconds=0.01)
-    given = {"scene": scene, "truth": Truth("told", lambda _: error)} | changes
+    given = {"scene": scene, "truth": Truth("given", lambda _: error)} | changes
     return SweepCase("some", 1.0, StabilitySubject("strip"), **given)
 
 
@@ -149,15 +149,15 @@ def test_numbers_that_are_not_finite_are_wrong(monkeypatch):
     real = simulated
 
     def broken(case):
-        found = real(case)
-        return replace(found, angles=np.full_like(found.angles, math.nan))
+        deployment = real(case)
+        return replace(deployment, angles=np.full_like(deployment.angles, math.nan))
 
     monkeypatch.setattr(judging, "simulated", broken)
     row = judge(case())
     assert (row.verdict, row.reason, row.energy, row.gap) == ("wrong", "a number is not finite", None, None)
 
 
-def test_without_a_truth_the_bound_is_what_rougher_simulations_tell(monkeypatch):
+def test_without_a_truth_the_bound_is_from_rougher_simulations(monkeypatch):
     unknown = finer(StabilitySubject("strip"), replace(SCENE, seconds=0.01), ("dormand-prince", 1e-300))
     row = judge(case(truth=unknown))
     assert (row.verdict, row.error) == ("degraded", None)
@@ -176,24 +176,24 @@ def test_the_bound_of_the_penalty_is_from_softer_springs():
 
 def test_what_says_that_it_rests_is_compared_at_the_end():
     scene = replace(SCENE, spring=spring(STIFFNESS, 1.0), start=1.0 / math.pi, seconds=2.0)
-    found = simulated(case(scene=scene))
-    assert found.outcome == "at rest"
-    times, angles = states(found)
+    deployment = simulated(case(scene=scene))
+    assert deployment.outcome == "at rest"
+    times, angles = states(deployment)
     assert times[-1] == 2.0
-    assert (angles[-1] == found.angles[-1]).all()
-    assert states(found, 0.0)[0].tolist() == [0.0]
+    assert (angles[-1] == deployment.angles[-1]).all()
+    assert states(deployment, 0.0)[0].tolist() == [0.0]
 
 
 def test_gains_of_energy_are_errors():
-    found = simulated(case())
-    assert energy_of_impacts(found) < 1e-6
-    motion = replace(found.motion, lost=-np.linspace(0.0, 0.1, len(found.motion.lost)))
-    assert energy_of_impacts(replace(found, motion=motion)) > 0.1
+    deployment = simulated(case())
+    assert energy_of_impacts(deployment) < 1e-6
+    motion = replace(deployment.motion, lost=-np.linspace(0.0, 0.1, len(deployment.motion.lost)))
+    assert energy_of_impacts(replace(deployment, motion=motion)) > 0.1
 
 
 def row(sweep, value, verdict, error=None):
     return StabilityRow(
-        *(sweep, value, "strip of 2", "constrained", "implicit", 1e-6, verdict, error, None, "told", 0.0, 0.0),
+        *(sweep, value, "strip of 2", "constrained", "implicit", 1e-6, verdict, error, None, "given", 0.0, 0.0),
         *("flat", 3, 0.5, ""),
     )
 
@@ -202,8 +202,8 @@ def test_counts_and_heat_map(tmp_path):
     rows = [row("a", 1.0, "accurate", 1e-7), row("a", 2.0, "degraded", 1e-3), row("b", 1.0, "refused")]
     rows += [row("b", 2.0, "wrong", 1.0)]
     assert len({stability._line(r) for r in rows}) == 2
-    found = count(rows)
-    assert [(c.sweep, c.scenes, c.accurate, c.degraded, c.refused, c.wrong, c.worst) for c in found] == [
+    tallies = tally(rows)
+    assert [(c.sweep, c.scenes, c.accurate, c.degraded, c.refused, c.wrong, c.worst) for c in tallies] == [
         ("a", 2, 1, 1, 0, 0, 1e-3),
         ("b", 2, 0, 0, 1, 1, None),
         ("all", 4, 1, 1, 1, 1, 1e-3),
@@ -215,9 +215,9 @@ def test_counts_and_heat_map(tmp_path):
 
 def test_sweeps_cover_their_ranges():
     for quick in (False, True):
-        found = list(cases(quick=quick))
-        ranges = {s: [c.value for c in found if c.sweep == s] for s in SWEEPS}
-        assert {c.sweep for c in found} == SWEEPS
+        every = list(cases(quick=quick))
+        ranges = {s: [c.value for c in every if c.sweep == s] for s in SWEEPS}
+        assert {c.sweep for c in every} == SWEEPS
         ends = {s: (min(v), max(v)) for s, v in ranges.items()}
         assert ends["stiffness ratio"] == (1.0, 1e12)
         assert ends["closure stiffness"] == (1e2, 1e12)
@@ -249,10 +249,10 @@ def test_a_machine_without_openblas_has_nothing_to_compare(monkeypatch):
     assert only.note == "no OpenBLAS here whose kernels could be chosen: not tried"
 
 
-def test_kernels_that_are_not_taken_are_told(monkeypatch):
+def test_kernels_that_are_not_taken_are_reported(monkeypatch):
     taken = {None: "SkylakeX", "Haswell": "Haswell", "SkylakeX": "SkylakeX", "Prescott": ""}
     monkeypatch.setattr(stability_processors, "kernels_for", lambda core: taken.get(core, "SkylakeX"))
-    monkeypatch.setattr(stability_processors, "_branches_for", lambda core: [{"found": core or "Haswell"}])
+    monkeypatch.setattr(stability_processors, "_branches_for", lambda core: [{"kernels": core or "Haswell"}])
     monkeypatch.setattr(stability_processors, "_verdicts_for", lambda core, n: [{"n": n, "t": 2.0 if core else 1.0}])
     rows = measure_processors(quick=True, say=lambda _: None)
     assert [(r.core, r.differ, r.off, r.note) for r in rows] == [
@@ -286,14 +286,14 @@ def test_the_whole_bench(tmp_path):
     names = {path.name for path in tmp_path.iterdir()}
     tables = {"counts.csv", "processors.csv", "stability.csv"}
     assert names == {"all.json", "heat.png", "machine.json", "stability.md"} | tables
-    found = json.loads((tmp_path / "all.json").read_text())
-    assert set(found) == {"machine", "counts", "stability", "processors"}
-    assert all((r["rows"] is None) == bool(r["note"]) for r in found["processors"])
-    rows = found["stability"]
+    data = json.loads((tmp_path / "all.json").read_text())
+    assert set(data) == {"machine", "counts", "stability", "processors"}
+    assert all((r["rows"] is None) == bool(r["note"]) for r in data["processors"])
+    rows = data["stability"]
     assert {r["sweep"] for r in rows} == SWEEPS
     assert [r for r in rows if r["verdict"] not in {"accurate", "degraded", "refused"}] == []
     assert all((r["verdict"] == "degraded") == (r["bound"] is not None) for r in rows)
     assert all(r["error"] is None or r["bound"] is None or r["error"] <= r["bound"] for r in rows)
     assert all(bool(r["reason"]) == (r["verdict"] != "accurate") for r in rows)
-    assert {c["sweep"] for c in found["counts"]} == SWEEPS | {"all"}
+    assert {c["sweep"] for c in data["counts"]} == SWEEPS | {"all"}
     assert sum(r["verdict"] == "accurate" for r in rows) > len(rows) / 2

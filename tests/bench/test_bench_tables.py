@@ -67,11 +67,11 @@ def test_circuits_are_the_published_ones(designs):
 def test_t_is_always_divisible_but_on_hexagons(designs):
     counted = {(row["grid"], row["n"]): (row["divisible"], row["free"]) for row in designs if row["n"] % 2 == 0}
     assert all(divisible == free for (grid, _), (divisible, free) in counted.items() if grid != "hex")
-    found = {}
+    by_words = {}
     for n in (4, 6, 8, 10):
         turns = [Circuit(GRIDS["hex"], word).turns for word in words("hex", n)]
-        found[n] = sum((sum(t[::2]) - sum(t[1::2])) % 6 == 0 for t in turns), len(turns)
-    assert found == {n: counted["hex", n] for n in found}
+        by_words[n] = sum((sum(t[::2]) - sum(t[1::2])) % 6 == 0 for t in turns), len(turns)
+    assert by_words == {n: counted["hex", n] for n in by_words}
     assert all(row["divisible"] is row["share"] is None for row in designs if row["n"] % 2)
 
 

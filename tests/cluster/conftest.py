@@ -28,10 +28,16 @@ class Cluster:
 
     def __init__(self, folder: Path, workers: int = 2):
         dask = [sys.executable, "-m", "dask"]
-        told = folder / "scheduler.json"
-        words = ["--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(told)]
+        address_file = folder / "scheduler.json"
+        words = ["--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(address_file)]
         self.scheduler = subprocess.Popen([*dask, "scheduler", *words], cwd=folder, start_new_session=True, **QUIET)
-        self.address = until(lambda: told.exists() and told.stat().st_size and json.loads(told.read_text())["address"])
+        self.address = until(
+            lambda: (
+                address_file.exists()
+                and address_file.stat().st_size
+                and json.loads(address_file.read_text())["address"]
+            )
+        )
         self.worker = None
         if workers:
             words = [self.address, "--nworkers", str(workers), "--nthreads", "1", "--no-dashboard"]
@@ -39,10 +45,10 @@ class Cluster:
 
     def working(self):
         """Process ids of the workers themselves, children of the one that was started."""
-        found = subprocess.run(
+        listed = subprocess.run(
             ["pgrep", "-P", str(self.worker.pid), "-f", "spawn_main"], check=False, capture_output=True, text=True
         )
-        return [int(line) for line in found.stdout.split()]
+        return [int(line) for line in listed.stdout.split()]
 
     def stop(self):
         for process in (self.worker, self.scheduler):

@@ -55,11 +55,11 @@ def test_nobody_and_no_such_name():
 
 
 @pytest.mark.parametrize(
-    ("address", "found"),
+    ("address", "expected"),
     [("tcp://host:8786", ("host", 8786)), ("10.0.0.1:1", ("10.0.0.1", 1)), ("tcp://[::1]:65535", ("::1", 65535))],
 )
-def test_addresses_are_split(address, found):
-    assert host_and_port(address) == found
+def test_addresses_are_split(address, expected):
+    assert host_and_port(address) == expected
 
 
 @pytest.mark.parametrize(

@@ -88,7 +88,7 @@ def test_a_lost_scheduler_is_one_line_and_finished_batches_stay(tmp_path, cluste
 
 
 def test_results_that_are_ready_when_the_scheduler_dies_are_not_waited_for(cluster):
-    work = Crew(scheduler=cluster.address).work(int, [str(unit) for unit in range(8)])
+    work = Crew(scheduler=cluster.address).work(int, [str(item) for item in range(8)])
     assert next(work) == ("0", 0)
     os.killpg(cluster.scheduler.pid, signal.SIGKILL)
     with pytest.raises(ClusterError, match="lost its scheduler"):

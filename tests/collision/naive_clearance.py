@@ -95,19 +95,19 @@ def shrunk_solids(linkage, angles, margin):
 
 def distance(one, two):
     """Distance of two hulls; the direction that comes with it proves that it is no less."""
-    found, *way = proximity(one, len(one), two, len(two), (0.0, 0.0, 0.0))
+    least, *way = proximity(one, len(one), two, len(two), (0.0, 0.0, 0.0))
     gap = (two @ way).min() - (one @ way).max()
-    assert found == max(gap, 0.0) or abs(found - gap) < 1e-15
-    return found
+    assert least == max(gap, 0.0) or abs(least - gap) < 1e-15
+    return least
 
 
 def gaps(linkage, states, pairs, margin=0.0):
     """Distances of pairs of facets at some states, shape (n_states, n_pairs)."""
-    found = np.empty((len(states), len(pairs)))
+    gaps = np.empty((len(states), len(pairs)))
     for i, angles in enumerate(states):
         solids = shrunk_solids(linkage, angles, margin)
-        found[i] = [distance(solids[f], solids[g]) for f, g in pairs]
-    return found
+        gaps[i] = [distance(solids[f], solids[g]) for f, g in pairs]
+    return gaps
 
 
 def smallest_dip(table, marked, rise):

@@ -82,23 +82,23 @@ def nearest_at(linkage, course, time, panels, margin=MARGIN):
     return min(distance(a, b) for a in one for b in two)
 
 
-def agrees_with_sampling(linkage, course, found, count, apart=None):
+def agrees_with_sampling(linkage, course, clearance, count, apart=None):
     times, states = moments(course, count)
-    number, overlapping = first_sample_that_overlaps(linkage, states, found.margin, apart)
-    if found.kind == "clear":
+    number, overlapping = first_sample_that_overlaps(linkage, states, clearance.margin, apart)
+    if clearance.kind == "clear":
         assert number < 0
-        assert found.time is found.panels is None
+        assert clearance.time is clearance.panels is None
         return
-    assert found.gap is None
-    assert nearest_at(linkage, course, found.time, found.panels, found.margin) < 1e-6
+    assert clearance.gap is None
+    assert nearest_at(linkage, course, clearance.time, clearance.panels, clearance.margin) < 1e-6
     if number >= 0:
-        assert found.time <= times[number] + 1e-9
-        if number == 0 or times[number - 1] < found.time - 1e-9:
-            assert found.panels in overlapping
-    if found.kind == "collides":
-        k = int(np.searchsorted(times, found.time - 1e-9))
-        assert number >= 0 or times[k - 1] < found.time
-    assert number < 0 or number >= np.searchsorted(times, found.time - 1e-9)
+        assert clearance.time <= times[number] + 1e-9
+        if number == 0 or times[number - 1] < clearance.time - 1e-9:
+            assert clearance.panels in overlapping
+    if clearance.kind == "collides":
+        k = int(np.searchsorted(times, clearance.time - 1e-9))
+        assert number >= 0 or times[k - 1] < clearance.time
+    assert number < 0 or number >= np.searchsorted(times, clearance.time - 1e-9)
 
 
 @settings(max_examples=150)
@@ -106,10 +106,10 @@ def agrees_with_sampling(linkage, course, found, count, apart=None):
 @example((LINKAGES[3], 2366, 2, False, 2.0))  # at the end of the shortest interval the panels are 1e-12 m apart
 def test_the_verdict_is_that_of_two_thousand_states_a_step(motion):
     linkage, course = drawn(motion)
-    found = certified(linkage, course, measured=False)
-    agrees_with_sampling(linkage, course, found, 2000)
-    assert found.kind != "undecided"  # rounding alone does not make it so
-    assert found.looks > 0
+    clearance = certified(linkage, course, measured=False)
+    agrees_with_sampling(linkage, course, clearance, 2000)
+    assert clearance.kind != "undecided"  # rounding alone does not make it so
+    assert clearance.looks > 0
 
 
 @pytest.mark.parametrize("linkage", LINKAGES)
@@ -121,21 +121,21 @@ def test_random_motions_are_clear_as_well_as_not(linkage):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_deployments_agree_with_their_states(name):
-    found = deploy(linkage_named(name), SCENES["default"], tolerance=1e-6)
-    linkage, motion = found.compiled.linkage, found.motion
-    accelerations = np.ascontiguousarray(motion.a[:, found.compiled.joint_of])
-    course = Course(motion.times, found.angles.copy(), found.rates.copy(), accelerations, False)
-    exact = certify(linkage, course, apart=found.compiled.apart)
-    agrees_with_sampling(linkage, course, exact, 40, found.compiled.apart)
-    assert exact.kind == found.clearance.kind
+    deployment = deploy(linkage_named(name), SCENES["default"], tolerance=1e-6)
+    linkage, motion = deployment.compiled.linkage, deployment.motion
+    accelerations = np.ascontiguousarray(motion.a[:, deployment.compiled.joint_of])
+    course = Course(motion.times, deployment.angles.copy(), deployment.rates.copy(), accelerations, False)
+    exact = certify(linkage, course, apart=deployment.compiled.apart)
+    agrees_with_sampling(linkage, course, exact, 40, deployment.compiled.apart)
+    assert exact.kind == deployment.clearance.kind
     if exact.kind == "collides":
-        assert found.clearance.panels == exact.panels
+        assert deployment.clearance.panels == exact.panels
         # what the loops leave open delays when it is sure
-        assert exact.time <= found.clearance.time < exact.time + 5e-3
+        assert exact.time <= deployment.clearance.time < exact.time + 5e-3
         return
     times, states = moments(course, 10)
     marked = np.isin(times, course.times)
-    table = gaps(linkage, states, pairs_looked_at(linkage, found.compiled.apart))
+    table = gaps(linkage, states, pairs_looked_at(linkage, deployment.compiled.apart))
     check_gap(exact.gap, table, marked)
 
 
@@ -152,13 +152,13 @@ def test_smallest_gaps_of_random_motions():
     for turn in range(40):
         linkage = LINKAGES[turn % len(LINKAGES)]
         course = random_course(rng, linkage, 8, size=0.2, cubic=bool(turn % 2))
-        found = certified(linkage, course)
-        if found.kind != "clear":
+        clearance = certified(linkage, course)
+        if clearance.kind != "clear":
             continue
         times, states = moments(course, 80)
         table = gaps(linkage, states, pairs_looked_at(linkage, hinged(linkage)))
-        check_gap(found.gap, table, np.isin(times, course.times))
-        seen.append(found.gap)
+        check_gap(clearance.gap, table, np.isin(times, course.times))
+        seen.append(clearance.gap)
     assert sum(gap is not None for gap in seen) > 10
     assert len({gap for gap in seen if gap is not None}) > 10
 
@@ -175,11 +175,11 @@ def test_panels_that_pass_through_each_other_between_two_states_are_found():
     linkage, course = swinging([0.0, 1e-3], [2.7, 2.7], [0.3, 3.0])
     for angles in course.angles:
         assert gaps(linkage, [angles], [(0, 2)])[0, 0] > 1e-3
-    found = certified(linkage, course)
-    assert (found.kind, found.panels) == ("collides", (0, 2))
+    clearance = certified(linkage, course)
+    assert (clearance.kind, clearance.panels) == ("collides", (0, 2))
     times, states = moments(course, 20_000)
     number, _ = first_sample_that_overlaps(linkage, states)
-    assert times[number - 1] <= found.time <= times[number]
+    assert times[number - 1] <= clearance.time <= times[number]
     # the way round the other side is free
     assert certified(*swinging([0.0, 1e-3], [2.7, 2.7], [0.3, -3.0])).kind == "clear"
 
@@ -190,9 +190,9 @@ def test_a_way_there_and_back_within_one_step_is_followed():
     course.rates[:, 1] = 1200.0, -1200.0
     middle = polynomial(course, 0)(0.005)
     assert 2.4 < middle[1] < 4.5
-    found = certified(linkage, course)
-    assert found.kind == "collides"
-    assert 0.0 < found.time < 0.005
+    clearance = certified(linkage, course)
+    assert clearance.kind == "collides"
+    assert 0.0 < clearance.time < 0.005
 
 
 @pytest.mark.parametrize("name", ["thesis-4x4", "hex:0234550132:4", "unit-i"])
@@ -203,8 +203,8 @@ def test_touching_stacks_are_clear(name):
         still = np.zeros_like(states)
         course = Course(np.array([0.0, 1.0]), states, still, still, False)
         assert gaps(linkage, states[:1], pairs_looked_at(linkage, hinged(linkage))).min() < 1e-12
-        found = certified(linkage, course)
-        assert (found.kind, found.gap) == ("clear", None)
+        clearance = certified(linkage, course)
+        assert (clearance.kind, clearance.gap) == ("clear", None)
         # nothing is nearer than two margins
         assert certified(linkage, course, slack=1.999 * MARGIN).kind == "clear"
         assert certified(linkage, course, slack=2.001 * MARGIN).kind == "undecided"
@@ -281,10 +281,10 @@ def test_only_deeper_overlaps_than_the_slack_collide():
     sure = 2.0 * brentq(lambda more: gap(lowest, more), 0.0, 1e-3)
     assert sure == pytest.approx(4.7e-5, rel=0.02)
     slacks = (0.0, 1e-6, 2e-5, sure * (1 - 1e-6), sure * (1 + 1e-6), 1e-4, 1e-3)
-    found = [certified(linkage, course, slack=slack) for slack in slacks]
-    assert [each.panels for each in found] == [(0, 2)] * 7
-    assert [each.kind for each in found] == ["collides"] * 4 + ["undecided"] * 3
-    times = [each.time for each in found]
+    verdicts = [certified(linkage, course, slack=slack) for slack in slacks]
+    assert [each.panels for each in verdicts] == [(0, 2)] * 7
+    assert [each.kind for each in verdicts] == ["collides"] * 4 + ["undecided"] * 3
+    times = [each.time for each in verdicts]
     assert times[:4] == sorted(times[:4])  # the wider the slack, the later it is sure
     assert times[4:] == sorted(times[4:], reverse=True)  # and the earlier too near
     assert times[4] < times[0] < times[3]
@@ -335,14 +335,14 @@ def reversed_order(linkage):
 @given(motions)
 def test_it_does_not_matter_how_one_looks(motion):
     linkage, course = drawn(motion)
-    found = certified(linkage, course)
+    clearance = certified(linkage, course)
     for other in (
         Linkage(linkage.pattern.moved(0.7, (0.3, -0.2)), base=linkage.base),
         Linkage(linkage.pattern.moved(2.0, over=True), base=linkage.base),
         Linkage(linkage.pattern, base=linkage.n_panels - 1),
         mirrored(linkage),
     ):
-        same_verdict(found, certified(other, course), linkage, course)
+        same_verdict(clearance, certified(other, course), linkage, course)
     other = reversed_order(linkage)
     n = linkage.n_panels - 1
     number = {(hinge.first, hinge.second): k for k, hinge in enumerate(linkage.pattern.hinges)}
@@ -351,7 +351,7 @@ def test_it_does_not_matter_how_one_looks(motion):
     tables = (np.ascontiguousarray(table[:, order]) for table in course[1:4])
     last = certified(other, Course(course.times, *tables, course.cubic))
     last = replace(last, panels=last.panels and (n - last.panels[1], n - last.panels[0]))
-    same_verdict(found, last, linkage, course)
+    same_verdict(clearance, last, linkage, course)
 
 
 def same_verdict(one, two, linkage, course, tolerance=1e-9):
@@ -424,8 +424,8 @@ def test_nothing_is_looked_at_without_pairs_or_steps():
     linkage = LINKAGES[0]
     course = random_course(np.random.default_rng(1), linkage, 3)
     everything = {(0, 1), (0, 2), (1, 2)}
-    found = certify(linkage, course, apart=everything)
-    assert (found.kind, found.gap, found.looks) == ("clear", None, 0)
+    clearance = certify(linkage, course, apart=everything)
+    assert (clearance.kind, clearance.gap, clearance.looks) == ("clear", None, 0)
     one = Course(*(table[:1] for table in course[:4]), False)
     assert certified(linkage, one).looks == 0
 
@@ -435,18 +435,18 @@ def test_slack_of_each_step_is_between_the_least_and_the_most(motion, slacks):
     linkage, seed, steps, cubic, size = motion
     course = random_course(np.random.default_rng(seed), linkage, steps, cubic=cubic, size=size)
     slack = np.array(slacks)[: len(course.times) - 1]
-    found = certified(linkage, course, slack=slack)
+    clearance = certified(linkage, course, slack=slack)
     least, most = (certified(linkage, course, slack=float(one)) for one in (slack.min(), slack.max()))
     if most.kind != "undecided":
-        assert found.kind == most.kind
-    if found.kind == "clear":
+        assert clearance.kind == most.kind
+    if clearance.kind == "clear":
         assert least.kind == "clear"
-        assert (found.gap is None) == (least.gap is None)
-        if found.gap:
-            assert found.gap == pytest.approx(least.gap + slack.min() - slack.max(), abs=1e-11)
-    if found.kind == "collides":
+        assert (clearance.gap is None) == (least.gap is None)
+        if clearance.gap:
+            assert clearance.gap == pytest.approx(least.gap + slack.min() - slack.max(), abs=1e-11)
+    if clearance.kind == "collides":
         assert least.kind == "collides"
-        assert least.time <= found.time
+        assert least.time <= clearance.time
     even = certified(linkage, course, slack=np.full(len(slack), slack[0]))
     one = certified(linkage, course, slack=float(slack[0]))
     assert (even.kind, even.time, even.panels) == (one.kind, one.time, one.panels)
@@ -478,8 +478,8 @@ def test_the_same_motion_gives_the_same_bits():
 def test_no_panel_is_further_from_its_place_than_the_slack(name, tolerance):
     """Placed by trees from other panels, which break the loops elsewhere, panels lie within the slack."""
     scene = replace(SCENES["default"], seconds=0.3)
-    found = deploy(linkage_named(name), scene, tolerance=tolerance, certified=False)
-    compiled, motion = found.compiled, found.motion
+    deployment = deploy(linkage_named(name), scene, tolerance=tolerance, certified=False)
+    compiled, motion = deployment.compiled, deployment.motion
     own = compiled.linkage
     tree = compiled.system.mechanism.tree
     gap = opening(tree, (motion.times, motion.q, motion.v, motion.a), motion.cubic, work_for(tree))

@@ -38,12 +38,12 @@ def test_a_course_passes_through_both_states(seed, cubic):
     course = random_course(np.random.default_rng(seed), LINKAGES["6 panels"], 1, cubic=cubic)
     table, h = written(course)
     own = polynomial(course, 0)
-    found = np.empty(len(table))
+    values = np.empty(len(table))
     for x in (0.0, 0.1, 0.5, 0.9, 1.0):
-        follow(table, x, found)
-        assert found == pytest.approx(own(x * h), rel=1e-10, abs=1e-10)
-        rates_at(table, x, h, found)
-        assert found == pytest.approx(own.derivative()(x * h), rel=1e-9, abs=1e-9 / h)
+        follow(table, x, values)
+        assert values == pytest.approx(own(x * h), rel=1e-10, abs=1e-10)
+        rates_at(table, x, h, values)
+        assert values == pytest.approx(own.derivative()(x * h), rel=1e-9, abs=1e-9 / h)
     shares = table[:, ::-1]
     for degree, row in enumerate((course.angles, course.rates, course.accelerations)[: 2 if cubic else 3]):
         for x in (0.0, 1.0):
@@ -76,11 +76,11 @@ def test_bounds_are_sharp_where_acceleration_is_constant(q, v, a, h):
 
 def seen_from(linkage, states, f, g):
     """Places of the corners of facet g as the panel of facet f sees them, shape (n_states, n_corners, 3)."""
-    found = []
+    corners = []
     for angles in states:
         pose = linkage.poses(angles)[linkage.pattern.panel_of[f]]
-        found.append((linkage.solids(angles)[g].reshape(-1, 3) - pose[:, 3]) @ pose[:, :3])
-    return np.array(found)
+        corners.append((linkage.solids(angles)[g].reshape(-1, 3) - pose[:, 3]) @ pose[:, :3])
+    return np.array(corners)
 
 
 @pytest.mark.parametrize("back", [False, True])

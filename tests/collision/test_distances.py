@@ -25,8 +25,8 @@ NO_WAY = (0.0, 0.0, 0.0)
 
 
 def search(one, two, guess=NO_WAY, corners=NOWHERE):
-    gap, way, found = closest(one, len(one), two, len(two), guess, corners)
-    return gap, np.array(way), found
+    gap, way, corner = closest(one, len(one), two, len(two), guess, corners)
+    return gap, np.array(way), corner
 
 
 def gap_of(one, two, way):
@@ -185,10 +185,10 @@ def test_pairs_are_searched_one_by_one_and_remembered():
     ways, corners, gaps = np.zeros((50, 3)), np.full((50, 4), -1), np.empty(50)
     closest_of_pairs(solids[0], counts[0], solids[1], counts[1], ways, corners, gaps)
     for k in range(50):
-        gap, way, found = search(solids[0, k, : counts[0, k]], solids[1, k, : counts[1, k]])
+        gap, way, nearest = search(solids[0, k, : counts[0, k]], solids[1, k, : counts[1, k]])
         assert gaps[k] == gap
         assert tuple(ways[k]) == tuple(way)
-        assert tuple(corners[k]) == found
+        assert tuple(corners[k]) == nearest
     again = np.empty(50)
     closest_of_pairs(solids[0], counts[0], solids[1], counts[1], ways, corners, again)
     assert again == pytest.approx(gaps, abs=1e-14)
@@ -203,7 +203,7 @@ def subject(name):
 
 def naive_gaps(linkage, angles, pairs, allowed):
     solids, panels = [solid.reshape(-1, 3) for solid in linkage.solids(angles)], linkage.pattern.panel_of
-    found = []
+    gaps = []
     for i, j in pairs:
         least, depth = math.inf, 0.0
         for one in (solid for solid, panel in zip(solids, panels, strict=True) if panel == i):
@@ -211,8 +211,8 @@ def naive_gaps(linkage, angles, pairs, allowed):
                 overlap = overlap_along_all(one, two)
                 depth = max(depth, overlap)
                 least = min(least, feature_distance(one, two)) if overlap < 0.0 else 0.0
-        found.append(-depth if depth > allowed else least)
-    return np.array(found)
+        gaps.append(-depth if depth > allowed else least)
+    return np.array(gaps)
 
 
 def swinging(linkage, n, most, seed):
@@ -227,32 +227,34 @@ def swinging(linkage, n, most, seed):
 def test_gaps_of_panels_are_those_of_their_facets(name):
     linkage = subject(name)
     states = swinging(linkage, 8, 1.0, len(name))
-    found = proximal_distances(linkage, states)
+    proximity = proximal_distances(linkage, states)
     hinged = {(hinge.first, hinge.second) for hinge in linkage.pattern.hinges}
-    assert not hinged & set(map(tuple, found.pairs))
-    assert len(found.pairs) + len(hinged) == math.comb(linkage.n_panels, 2)
+    assert not hinged & set(map(tuple, proximity.pairs))
+    assert len(proximity.pairs) + len(hinged) == math.comb(linkage.n_panels, 2)
     size = linkage.pattern.size
     for k, angles in enumerate(states):
-        assert found.gaps[:, k] == pytest.approx(naive_gaps(linkage, angles, found.pairs, 1e-6 * size), abs=1e-12)
-    assert (found.gaps > 0).any()
-    assert (found.gaps < 0).any()
-    assert found.collision == np.flatnonzero((found.gaps < 0).any(axis=0))[0]
-    assert (found.distances == np.where(found.gaps > 0, found.gaps, 0)).all()
+        assert proximity.gaps[:, k] == pytest.approx(
+            naive_gaps(linkage, angles, proximity.pairs, 1e-6 * size), abs=1e-12
+        )
+    assert (proximity.gaps > 0).any()
+    assert (proximity.gaps < 0).any()
+    assert proximity.collision == np.flatnonzero((proximity.gaps < 0).any(axis=0))[0]
+    assert (proximity.distances == np.where(proximity.gaps > 0, proximity.gaps, 0)).all()
 
 
 @pytest.mark.parametrize("name", ["thesis-4x4", "hex:02234400:1"])
 def test_packed_and_flat_panels_touch_and_do_not_collide(name):
     linkage = subject(name)
     states = np.array([linkage.folded, linkage.flat, linkage.folded])
-    found = proximal_distances(linkage, states)
-    assert found.collision is None
-    assert not approach_speeds(found, np.arange(3.0)).any()
-    touching = found.gaps < 1e-12
+    proximity = proximal_distances(linkage, states)
+    assert proximity.collision is None
+    assert not approach_speeds(proximity, np.arange(3.0)).any()
+    touching = proximity.gaps < 1e-12
     assert touching[:, 0].sum() > 3
     assert (touching[:, 0] == touching[:, 2]).all()
     for k in range(2):
-        expected = naive_gaps(linkage, states[k], found.pairs, 1e-9)
-        assert found.gaps[:, k] == pytest.approx(expected, abs=1e-12)
+        expected = naive_gaps(linkage, states[k], proximity.pairs, 1e-9)
+        assert proximity.gaps[:, k] == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.parametrize("name", ["thesis-4x4", "hex:02234400:1"])
@@ -261,11 +263,11 @@ def test_within_reach_gaps_are_exact_and_beyond_it_bounds(name):
     states = swinging(linkage, 60, 1.0, 5)
     exact = proximal_distances(linkage, states).gaps
     for reach in (1e-3, 2e-2, 1e-1):
-        found = proximal_distances(linkage, states, reach=reach).gaps
+        gaps = proximal_distances(linkage, states, reach=reach).gaps
         near = exact < reach
-        assert found[near] == pytest.approx(exact[near], abs=1e-13)
-        assert (found[~near] >= reach - 1e-13).all()
-        assert (found[~near] <= exact[~near] + 1e-13).all()
+        assert gaps[near] == pytest.approx(exact[near], abs=1e-13)
+        assert (gaps[~near] >= reach - 1e-13).all()
+        assert (gaps[~near] <= exact[~near] + 1e-13).all()
         assert near.any()
         assert not near.all()
 
@@ -287,33 +289,33 @@ def test_panels_of_several_facets_with_different_numbers_of_corners():
     linkage = Linkage(Pattern((square, middle, triangle, last), creases, thickness=0.1))
     assert linkage.n_panels == 3
     states = np.array([(a, b) for a in (-0.3, 0.5, 2.5) for b in (-2.9, 1.0, 3.0)])
-    found = proximal_distances(linkage, states)
-    assert found.pairs.tolist() == [[0, 2]]
+    proximity = proximal_distances(linkage, states)
+    assert proximity.pairs.tolist() == [[0, 2]]
     for k, angles in enumerate(states):
-        assert found.gaps[:, k] == pytest.approx(naive_gaps(linkage, angles, found.pairs, 1e-6), abs=1e-12)
+        assert proximity.gaps[:, k] == pytest.approx(naive_gaps(linkage, angles, proximity.pairs, 1e-6), abs=1e-12)
     assert proximal_distances(linkage, states, {(0, 2)}).gaps.shape == (0, 9)
 
 
 def test_what_is_allowed_only_touches():
     linkage = subject("thesis-4x4")
     states = swinging(linkage, 30, 0.5, 2)
-    found = proximal_distances(linkage, states, allowed=0.0)
-    deepest = -found.gaps.min()
+    proximity = proximal_distances(linkage, states, allowed=0.0)
+    deepest = -proximity.gaps.min()
     assert 0 < deepest < 0.1
-    assert deepest == pytest.approx(-min(found.gaps[:, k].min() for k in range(30)))
+    assert deepest == pytest.approx(-min(proximity.gaps[:, k].min() for k in range(30)))
     less = proximal_distances(linkage, states, allowed=0.5 * deepest)
     assert less.gaps.min() == pytest.approx(-deepest)
-    cut = less.gaps[found.gaps < 0]
+    cut = less.gaps[proximity.gaps < 0]
     assert set(np.unique(cut < 0)) == {False, True}
-    assert (cut[found.gaps[found.gaps < 0] > -0.5 * deepest] == 0).all()
+    assert (cut[proximity.gaps[proximity.gaps < 0] > -0.5 * deepest] == 0).all()
     most = proximal_distances(linkage, states, allowed=1.1 * deepest)
     assert most.collision is None
 
 
 def test_datasets_of_a_deployment():
     linkage = subject("thesis-4x4")
-    found = deploy(linkage, SCENES["default"], certified=False, tolerance=1e-4)
-    times, states = found.motion.times, found.angles
+    deployment = deploy(linkage, SCENES["default"], certified=False, tolerance=1e-4)
+    times, states = deployment.motion.times, deployment.angles
     proximity = proximal_distances(linkage, states)
     first = next(k for k in range(len(states)) if (proximity.gaps[:, k] < 0).any())
     assert proximity.collision == first > 2

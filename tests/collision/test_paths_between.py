@@ -68,14 +68,14 @@ def test_no_corner_is_further_from_a_hinge_than_its_reach(name):
         for p, (f, g) in enumerate(pairs.prisms):
             way = pairs.hinges[p, : pairs.lengths[p]]
             for side, facet in enumerate((g, f)):
-                found = greatest[side, p, : len(way)]
-                np.maximum(found, away[way, facet], out=found)
+                distances = greatest[side, p, : len(way)]
+                np.maximum(distances, away[way, facet], out=distances)
     on_the_way = np.arange(pairs.beyond.shape[1]) < pairs.lengths[:, None]
-    for found, reach, last in ((greatest[0], pairs.beyond, pairs.lengths - 1), (greatest[1], pairs.before, 0)):
-        assert (found <= reach * (1 + 1e-12))[on_the_way].all()
+    for distances, reach, last in ((greatest[0], pairs.beyond, pairs.lengths - 1), (greatest[1], pairs.before, 0)):
+        assert (distances <= reach * (1 + 1e-12))[on_the_way].all()
         # of the hinge next to the prism it is exact
         rows = np.arange(len(reach))
-        assert found[rows, last] == pytest.approx(reach[rows, last], rel=1e-12)
+        assert distances[rows, last] == pytest.approx(reach[rows, last], rel=1e-12)
         assert (reach[~on_the_way] == 0.0).all()
 
 

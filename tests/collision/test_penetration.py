@@ -33,13 +33,13 @@ def depth_of(one, two):
 def depths(linkage, angles, apart=()):
     """Depths of all pairs of panels that cut into each other."""
     solids, panels = linkage.solids(angles), linkage.pattern.panel_of
-    found = {}
+    depths = {}
     for i in range(len(solids)):
         for j in range(i + 1, len(solids)):
             pair = tuple(sorted((panels[i], panels[j])))
             if pair[0] != pair[1] and pair not in apart:
-                found[pair] = max(found.get(pair, 0.0), depth_of(solids[i], solids[j]))
-    return found
+                depths[pair] = max(depths.get(pair, 0.0), depth_of(solids[i], solids[j]))
+    return depths
 
 
 @pytest.mark.parametrize("name", [*NAMES, "hex:02234400:1", "triangle:0123434501:1", "square:01222300:0"])
@@ -53,12 +53,12 @@ def test_the_deepest_cut_is_that_along_all_directions(name):
         for apart in ((), hinged):
             expected = depths(linkage, angles, apart)
             worst = max(expected.values())
-            found = first_cut(linkage, angles[None], 0.0, apart)
-            if found is None:
+            cut = first_cut(linkage, angles[None], 0.0, apart)
+            if cut is None:
                 assert worst <= 1e-12
                 continue
-            assert found.depth == pytest.approx(worst, abs=1e-12)
-            assert expected[found.panels] == pytest.approx(worst, abs=1e-12)
+            assert cut.depth == pytest.approx(worst, abs=1e-12)
+            assert expected[cut.panels] == pytest.approx(worst, abs=1e-12)
             seen += 1
     assert seen >= 5
 
@@ -71,9 +71,9 @@ def test_the_first_of_many_states_is_the_first_that_cuts_too_deep(name):
     swings = np.sin(np.arange(200) / 5)[:, None] * np.arange(200)[:, None] / 100 * rng.normal(size=linkage.n_hinges)
     allowed = 1e-3
     expected = next(k for k, angles in enumerate(swings) if max(depths(linkage, angles).values()) > allowed)
-    found = first_cut(linkage, swings, allowed)
-    assert found.state == expected > 0
-    assert found.depth == pytest.approx(max(depths(linkage, swings[expected]).values()))
+    cut = first_cut(linkage, swings, allowed)
+    assert cut.state == expected > 0
+    assert cut.depth == pytest.approx(max(depths(linkage, swings[expected]).values()))
     assert first_cut(linkage, swings[:expected], allowed) is None
     assert cuts_through(linkage, swings)
 

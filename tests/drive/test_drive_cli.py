@@ -29,30 +29,30 @@ def written(tmp_path_factory):
 
 
 def test_it_says_what_is_driven_and_how_hard(written):
-    told = written[0]
-    assert (told["verdict"], told["clearance"]) == ("deploys", "clear")
-    assert len(told["driven"]) == told["freedoms"] == len(told["torque_N_m"])
-    assert told["path_play_mm"] <= told["margin_mm"]
-    assert told["missed_rad"] < 0.002
-    assert told["greatest_rate_rad_s"] == pytest.approx(4.0, rel=0.01)
-    assert told["energy_imbalance"] < 1e-5
-    assert 0.0 < told["least_singular_value"] < 1.0
+    printed = written[0]
+    assert (printed["verdict"], printed["clearance"]) == ("deploys", "clear")
+    assert len(printed["driven"]) == printed["freedoms"] == len(printed["torque_N_m"])
+    assert printed["path_play_mm"] <= printed["margin_mm"]
+    assert printed["missed_rad"] < 0.002
+    assert printed["greatest_rate_rad_s"] == pytest.approx(4.0, rel=0.01)
+    assert printed["energy_imbalance"] < 1e-5
+    assert 0.0 < printed["least_singular_value"] < 1.0
 
 
 def test_the_files_hold_the_course_and_what_deploy_takes(written):
-    told, toml, csv, svg = written
+    printed, toml, csv, svg = written
     course = pd.read_csv(csv)
-    n = told["hinges"]
+    n = printed["hinges"]
     assert list(course)[:2] == ["time_s", "angle_0_rad"]
-    assert [name for name in course if name.startswith("torque")] == [f"torque_{k}_N_m" for k in told["driven"]]
-    assert len(list(course)) == 1 + 2 * n + len(told["driven"])
-    assert course["time_s"].iloc[-1] == pytest.approx(told["seconds"])
+    assert [name for name in course if name.startswith("torque")] == [f"torque_{k}_N_m" for k in printed["driven"]]
+    assert len(list(course)) == 1 + 2 * n + len(printed["driven"])
+    assert course["time_s"].iloc[-1] == pytest.approx(printed["seconds"])
     assert "<svg" in svg.read_text(encoding="utf-8")[:1000]
     result = CliRunner().invoke(deploy, [str(toml), "--json"], catch_exceptions=False)
     again = json.loads(result.stdout)
     assert result.exit_code == 0
-    assert again["flat_time_s"] == pytest.approx(told["flat_time_s"], abs=1e-4)
-    assert again["drive_torque_N_m"] == pytest.approx(max(told["torque_N_m"]), rel=0.01)
+    assert again["flat_time_s"] == pytest.approx(printed["flat_time_s"], abs=1e-4)
+    assert again["drive_torque_N_m"] == pytest.approx(max(printed["torque_N_m"]), rel=0.01)
     for command, words, word in (
         (deploy, ["--formulation", "penalty"], "exact closure"),
         (deploy, ["--explain"], "nothing is left out"),
@@ -128,11 +128,11 @@ def test_a_file_that_says_how_to_drive_is_refused(tmp_path, line, word):
 def test_a_drive_faster_than_its_controller_does_not_come_flat():
     result = CliRunner().invoke(drive, [QUICK[0], "--rate", "1e6", "--acceleration", "1e6"], catch_exceptions=False)
     assert result.exit_code == 1
-    told = dict(line.rsplit(maxsplit=1) for line in result.stdout.splitlines()[:27])
-    assert told["verdict"] == "collides"
-    assert told["flat time s"] == "-"
+    printed = dict(line.rsplit(maxsplit=1) for line in result.stdout.splitlines()[:27])
+    assert printed["verdict"] == "collides"
+    assert printed["flat time s"] == "-"
     assert "rad: drive it more slowly" in result.stdout
-    assert float(told["seconds"]) < 0.02  # ten periods
+    assert float(printed["seconds"]) < 0.02  # ten periods
 
 
 def test_assemblies_and_rates_of_nothing_are_refused_in_one_line():

@@ -43,44 +43,44 @@ def folding_named(name):
 
 
 @pytest.fixture(scope="module")
-def found():
+def machine():
     folding, scene = folding_named("hex:0234435011:1"), SCENES["default"]
     return driving.drive(folding, scene, driving.find_motion(folding, scene), QUICK)
 
 
 @pytest.fixture(scope="module")
-def on_earth(found):
-    compiled = compile_driven(found.linkage, replace(found.scene, gravity=(0.0, 3.0, -9.81)), None)
-    return compiled, torques_along(compiled, found.timed, found.choice, 500)
+def on_earth(machine):
+    compiled = compile_driven(machine.linkage, replace(machine.scene, gravity=(0.0, 3.0, -9.81)), None)
+    return compiled, torques_along(compiled, machine.timed, machine.choice, 500)
 
 
-def test_it_comes_flat_under_control_certified_clear(found):
-    assert found.deployment.deploys
-    assert found.deployment.clearance.margin == found.scene.margin == pytest.approx(1e-4)
-    assert found.play <= 1.0001e-4
-    assert found.missed < 2e-3
-    assert found.choice.freedoms == len(found.drives.hinges) == 4
-    assert (found.greatest > 0.0).all()
-    driven = found.deployment.driven
+def test_it_comes_flat_under_control_certified_clear(machine):
+    assert machine.deployment.deploys
+    assert machine.deployment.clearance.margin == machine.scene.margin == pytest.approx(1e-4)
+    assert machine.play <= 1.0001e-4
+    assert machine.missed < 2e-3
+    assert machine.choice.freedoms == len(machine.drives.hinges) == 4
+    assert (machine.greatest > 0.0).all()
+    driven = machine.deployment.driven
     assert driven.drift < 1e-3 * np.ptp(driven.motion.stored)
 
 
-def test_the_path_is_closed_and_smooth(found):
-    path = found.timed.path
+def test_the_path_is_closed_and_smooth(machine):
+    path = machine.timed.path
     assert path.opening < 1e-6
     assert path.beyond <= 5e-4
     places = np.linspace(0.0, path.length, 997)
     angles, slopes, bends = path.at(places)
-    assert max(np.abs(found.linkage.closure(state)[0]).max() for state in angles[::50]) < 1e-6
+    assert max(np.abs(machine.linkage.closure(state)[0]).max() for state in angles[::50]) < 1e-6
     step = places[1]
     assert np.gradient(angles, step, axis=0)[1:-1] == pytest.approx(slopes[1:-1], abs=1e-3)
     assert np.gradient(slopes, step, axis=0)[1:-1] == pytest.approx(bends[1:-1], abs=0.05 * np.abs(bends).max())
 
 
-def test_the_least_singular_value_is_that_of_the_reduced_jacobian(found):
-    angles = found.timed.path.at(np.linspace(0.0, found.timed.path.length, 40))[0]
-    frames, values = frames_at(found.linkage, angles)
-    rank, n = values.shape[1], found.linkage.n_hinges
+def test_the_least_singular_value_is_that_of_the_reduced_jacobian(machine):
+    angles = machine.timed.path.at(np.linspace(0.0, machine.timed.path.length, 40))[0]
+    frames, values = frames_at(machine.linkage, angles)
+    rank, n = values.shape[1], machine.linkage.n_hinges
     sets = np.array(list(combinations(range(n), n - rank)))[::7]
     direct = np.linalg.svd(frames[:, sets, rank:], compute_uv=False)[..., -1].T
     assert least_values(frames, n - rank, sets) == pytest.approx(direct, abs=1e-12)
@@ -90,21 +90,21 @@ def test_the_least_singular_value_is_that_of_the_reduced_jacobian(found):
         assert least_values(frames, n - rank, wide) == pytest.approx(direct, abs=1e-7)
 
 
-def test_driven_hinges_are_the_best_but_for_monotone_ones(found):
-    angles = found.timed.path.at(np.linspace(0.0, found.timed.path.length, 80))[0]
-    choice = choose(found.linkage, angles, firm=0.0)
-    frames, _ = frames_at(found.linkage, angles)
-    sets = np.array(list(combinations(range(found.linkage.n_hinges), choice.freedoms)))
+def test_driven_hinges_are_the_best_but_for_monotone_ones(machine):
+    angles = machine.timed.path.at(np.linspace(0.0, machine.timed.path.length, 80))[0]
+    choice = choose(machine.linkage, angles, firm=0.0)
+    frames, _ = frames_at(machine.linkage, angles)
+    sets = np.array(list(combinations(range(machine.linkage.n_hinges), choice.freedoms)))
     best = least_values(frames, choice.freedoms, sets).min(axis=1).max()
     assert len(choice.hinges) == choice.freedoms
     assert choice.least >= 0.45 * best
     steady = monotone_hinges(angles)
     assert choice.monotone == tuple(hinge for hinge in choice.hinges if steady[hinge])
-    assert len(choose(found.linkage, angles, firm=0.9).hinges) > choice.freedoms
+    assert len(choose(machine.linkage, angles, firm=0.9).hinges) > choice.freedoms
 
 
-def test_rates_and_accelerations_keep_their_bounds(found):
-    course = timed(found.timed.path, 2.0, 7.0)
+def test_rates_and_accelerations_keep_their_bounds(machine):
+    course = timed(machine.timed.path, 2.0, 7.0)
     times = np.linspace(0.0, course.seconds, 3001)
     angles, rates, accelerations = course.at(times)
     assert np.abs(rates).max() <= 2.0 * 1.002
@@ -116,19 +116,19 @@ def test_rates_and_accelerations_keep_their_bounds(found):
     assert np.gradient(angles, times[1], axis=0) == pytest.approx(rates, abs=2e-2)
 
 
-def test_a_rate_that_is_no_bound_leaves_an_even_pace(found):
+def test_a_rate_that_is_no_bound_leaves_an_even_pace(machine):
     """From rest to rest over half a turn: 2 sqrt(pi / 7) s at the least."""
-    path = found.timed.path
+    path = machine.timed.path
     assert timed(path, 1e6, 7.0).seconds == timed(path, 50.0, 7.0).seconds < 6 * math.sqrt(math.pi / 7.0)
 
 
-def test_torques_balance_the_energy(found, on_earth):
-    for torques in (found.torques, on_earth[1]):
-        assert np.ptp(torques.height) > 0.0 or torques is found.torques
+def test_torques_balance_the_energy(machine, on_earth):
+    for torques in (machine.torques, on_earth[1]):
+        assert np.ptp(torques.height) > 0.0 or torques is machine.torques
         assert torques.imbalance < 1e-5 * np.ptp(torques.stored)
 
 
-def test_forward_dynamics_give_the_motion_that_torques_are_for(found, on_earth):
+def test_forward_dynamics_give_the_motion_that_torques_are_for(machine, on_earth):
     compiled, torques = on_earth
     for k in (100, 250, 400):
         drives = [replace(drive, lower=-math.inf, upper=math.inf) for drive in compiled.system.drives]
@@ -143,25 +143,25 @@ def test_forward_dynamics_give_the_motion_that_torques_are_for(found, on_earth):
         assert motion.a[0] == pytest.approx(a, abs=1e-3 * np.abs(torques.accelerations).max())
 
 
-def test_springs_that_push_ask_for_stiff_control_and_none_for_nothing(found):
-    compiled = compile_driven(found.linkage, found.scene, None)
-    slow = timed(found.timed.path, 0.2, 0.5)
-    needed = stability(compiled, torques_along(compiled, slow, found.choice, 300))
-    free = compile_driven(found.linkage, replace(found.scene, spring="linear:0.0001", damping=0.004), None)
-    less = stability(free, torques_along(free, slow, found.choice, 300))
+def test_springs_that_push_ask_for_stiff_control_and_none_for_nothing(machine):
+    compiled = compile_driven(machine.linkage, machine.scene, None)
+    slow = timed(machine.timed.path, 0.2, 0.5)
+    needed = stability(compiled, torques_along(compiled, slow, machine.choice, 300))
+    free = compile_driven(machine.linkage, replace(machine.scene, spring="linear:0.0001", damping=0.004), None)
+    less = stability(free, torques_along(free, slow, machine.choice, 300))
     assert less.stiffness < 0.1 * needed.stiffness
     assert needed.time < 0.2 * slow.seconds  # by the packed state closure bends most
-    assert (found.drives.stiffness >= 2.0 * needed.stiffness).all()
+    assert (machine.drives.stiffness >= 2.0 * needed.stiffness).all()
 
 
-def test_a_file_holds_the_drive(found):
-    again = drives_in(tomllib.loads(drives_text(found.drives))["drive"])
-    assert again.hinges == found.drives.hinges
-    assert np.array_equal(again.start, found.drives.start)
-    assert again.angles == pytest.approx(found.drives.angles, abs=1e-9)
-    deployment = deploy(found.linkage, found.scene, drives=again)
+def test_a_file_holds_the_drive(machine):
+    again = drives_in(tomllib.loads(drives_text(machine.drives))["drive"])
+    assert again.hinges == machine.drives.hinges
+    assert np.array_equal(again.start, machine.drives.start)
+    assert again.angles == pytest.approx(machine.drives.angles, abs=1e-9)
+    deployment = deploy(machine.linkage, machine.scene, drives=again)
     assert deployment.deploys
-    assert deployment.flat_time == pytest.approx(found.deployment.flat_time, abs=1e-4)
+    assert deployment.flat_time == pytest.approx(machine.deployment.flat_time, abs=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -179,16 +179,16 @@ def test_a_file_holds_the_drive(found):
         ({"speed": 1}, "'speed'"),
     ],
 )
-def test_tables_that_hold_no_drive_are_refused(found, change, word):
+def test_tables_that_hold_no_drive_are_refused(machine, change, word):
     with pytest.raises(SceneError, match=word):
-        drives_in(tomllib.loads(drives_text(found.drives))["drive"] | change)
+        drives_in(tomllib.loads(drives_text(machine.drives))["drive"] | change)
 
 
-def test_drives_of_other_panels_are_refused(found):
+def test_drives_of_other_panels_are_refused(machine):
     with pytest.raises(SceneError, match="does not start from a closed state"):
-        deploy(found.linkage, found.scene, drives=replace(found.drives, start=found.drives.start[::-1] * 0.9))
+        deploy(machine.linkage, machine.scene, drives=replace(machine.drives, start=machine.drives.start[::-1] * 0.9))
     with pytest.raises(HcsearchError, match="exact closure"):
-        deploy(found.linkage, found.scene, "penalty", drives=found.drives)
+        deploy(machine.linkage, machine.scene, "penalty", drives=machine.drives)
 
 
 @pytest.mark.extra
@@ -213,13 +213,13 @@ def test_moments_of_joints_are_those_of_pinocchio(on_earth):
 def test_ten_foldings_and_6x5_come_flat_clear(name):
     folding, scene = folding_named(name), SCENES["default"]
     motion = driving.find_motion(folding, scene)
-    found = driving.drive(folding, scene, motion, replace(QUICK, period=0.002))
-    assert found.deployment.deploys, found.deployment.reason
-    assert found.missed < 5e-3
-    assert found.torques.imbalance < 1e-4 * np.ptp(found.torques.stored)
+    machine = driving.drive(folding, scene, motion, replace(QUICK, period=0.002))
+    assert machine.deployment.deploys, machine.deployment.reason
+    assert machine.missed < 5e-3
+    assert machine.torques.imbalance < 1e-4 * np.ptp(machine.torques.stored)
 
 
-def test_smoothing_refuses_ends_that_leave_nothing(found):
-    motion = driving.find_motion(found.folding, SCENES["default"])
+def test_smoothing_refuses_ends_that_leave_nothing(machine):
+    motion = driving.find_motion(machine.folding, SCENES["default"])
     with pytest.raises(HcsearchError, match="smaller --near"):
-        smooth_path(found.linkage, motion.proof.motion, (4.0, 4.0))
+        smooth_path(machine.linkage, motion.proof.motion, (4.0, 4.0))

@@ -30,10 +30,10 @@ def test_latched_hinges_stay_until_they_are_let_go():
     linkage = linkage_joined(folding, default_panel("square"), "hinged")
     compiled = compile_driven(linkage, settled(replace(SCENES["default"], flat_pairs="hinged"), linkage), None)
     latches = (Latch(7, 6, 2.53), Latch(9, 6, 2.15))
-    found = release(compiled, latches)
+    deployment = release(compiled, latches)
     start = compiled.start[compiled.joint_of]
     for latch in latches:
-        let_go = int((found.angles[:, latch.waits_for] <= latch.angle).argmax())
+        let_go = int((deployment.angles[:, latch.waits_for] <= latch.angle).argmax())
         assert let_go > 0
-        assert (found.angles[:let_go, latch.hinge] >= start[latch.hinge] - 1e-9).all()
-        assert found.angles[let_go:, latch.hinge].min() < start[latch.hinge] - 0.1
+        assert (deployment.angles[:let_go, latch.hinge] >= start[latch.hinge] - 1e-9).all()
+        assert deployment.angles[let_go:, latch.hinge].min() < start[latch.hinge] - 0.1

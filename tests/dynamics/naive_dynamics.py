@@ -30,7 +30,7 @@ class Twin:
     def poses(self, q):
         if q.tobytes() in self.known:
             return self.known[q.tobytes()]
-        found = []
+        placed = []
         for joint, x in zip(self.system.joints, q, strict=True):
             own = np.eye(4)
             if joint.slides:
@@ -38,9 +38,9 @@ class Twin:
             else:
                 own[:3, :3] = rotation(x * joint.axis)
                 own[:3, 3] = joint.point - own[:3, :3] @ joint.point
-            found.append((found[joint.parent] if joint.parent >= 0 else np.eye(4)) @ own)
-        self.known[q.tobytes()] = found
-        return found
+            placed.append((placed[joint.parent] if joint.parent >= 0 else np.eye(4)) @ own)
+        self.known[q.tobytes()] = placed
+        return placed
 
     def point(self, q, body, point):
         pose = self.poses(q)[body] if body >= 0 else np.eye(4)
@@ -48,26 +48,26 @@ class Twin:
 
     def jacobian(self, q, body, point):
         """Angular velocity of a body and velocity of its point, (6, n)."""
-        poses, place, found = self.poses(q), self.point(q, body, point), np.zeros((6, self.n))
+        poses, place, columns = self.poses(q), self.point(q, body, point), np.zeros((6, self.n))
         while body >= 0:
             joint, pose = self.system.joints[body], poses[body]
             axis = pose[:3, :3] @ joint.axis
             if joint.slides:
-                found[3:, body] = axis
+                columns[3:, body] = axis
             else:
-                found[:3, body] = axis
-                found[3:, body] = np.cross(axis, place - (pose[:3, :3] @ joint.point + pose[:3, 3]))
+                columns[:3, body] = axis
+                columns[3:, body] = np.cross(axis, place - (pose[:3, :3] @ joint.point + pose[:3, 3]))
             body = joint.parent
-        return found
+        return columns
 
     def masses(self, q):
         """Mass matrix, (n, n)."""
-        found = np.zeros((self.n, self.n))
+        masses = np.zeros((self.n, self.n))
         for i, body in enumerate(self.system.bodies):
             jacobian, turn = self.jacobian(q, i, body.centre), self.poses(q)[i][:3, :3]
-            found += jacobian[:3].T @ turn @ body.inertia @ turn.T @ jacobian[:3]
-            found += body.mass * jacobian[3:].T @ jacobian[3:]
-        return found
+            masses += jacobian[:3].T @ turn @ body.inertia @ turn.T @ jacobian[:3]
+            masses += body.mass * jacobian[3:].T @ jacobian[3:]
+        return masses
 
     def drift(self, q, v, body, point):
         """Accelerations of a body that velocities alone cause, (6,)."""
@@ -75,20 +75,20 @@ class Twin:
 
     def forces(self, q, v):
         """Joint forces less what velocities ask for, (n,)."""
-        found = np.zeros(self.n)
+        forces = np.zeros(self.n)
         for i, (body, drive) in enumerate(zip(self.system.bodies, self.system.drives, strict=True)):
             jacobian, turn = self.jacobian(q, i, body.centre), self.poses(q)[i][:3, :3]
             inertia, drift = turn @ body.inertia @ turn.T, self.drift(q, v, i, body.centre)
             spin = jacobian[:3] @ v
-            found -= jacobian[:3].T @ (inertia @ drift[:3] + np.cross(spin, inertia @ spin))
-            found += body.mass * jacobian[3:].T @ (self.system.gravity - drift[3:])
-            found[i] -= drive.damping * v[i] + self.system.stop_stiffness * beyond(drive, q[i])
-            found[i] -= self.system.stop_damping * v[i] if beyond(drive, q[i]) else 0.0
+            forces -= jacobian[:3].T @ (inertia @ drift[:3] + np.cross(spin, inertia @ spin))
+            forces += body.mass * jacobian[3:].T @ (self.system.gravity - drift[3:])
+            forces[i] -= drive.damping * v[i] + self.system.stop_stiffness * beyond(drive, q[i])
+            forces[i] -= self.system.stop_damping * v[i] if beyond(drive, q[i]) else 0.0
         slope = gradient(self.stored, q)
         for strut in self.system.struts:
             growth = gradient(lambda x, s=strut: self.length(x, s), q)
-            found -= strut.damping * growth * (growth @ v)
-        return found - slope
+            forces -= strut.damping * growth * (growth @ v)
+        return forces - slope
 
     def length(self, q, strut):
         ends = (strut.first, strut.first_point), (strut.second, strut.second_point)
@@ -96,10 +96,10 @@ class Twin:
 
     def stored(self, q):
         """Energy of laws and struts; the laws are of one cubic from angle 0."""
-        found = 0.0
+        energy = 0.0
         for x, drive in zip(q, self.system.drives, strict=True):
-            found += sum(c * x ** (k + 1) / (k + 1) for k, c in enumerate(drive.law.straight.cubics[0]))
-        return found + sum(0.5 * s.stiffness * (self.length(q, s) - s.rest) ** 2 for s in self.system.struts)
+            energy += sum(c * x ** (k + 1) / (k + 1) for k, c in enumerate(drive.law.straight.cubics[0]))
+        return energy + sum(0.5 * s.stiffness * (self.length(q, s) - s.rest) ** 2 for s in self.system.struts)
 
     def height(self, q):
         bodies = enumerate(self.system.bodies)
@@ -111,15 +111,15 @@ class Twin:
         return sum(0.5 * self.system.stop_stiffness * way**2 for way in ways)
 
     def lost_power(self, q, v):
-        found = 0.0
+        power = 0.0
         for drive, x, speed in zip(self.system.drives, q, v, strict=True):
-            found += (drive.damping + (self.system.stop_damping if beyond(drive, x) else 0.0)) * speed**2
+            power += (drive.damping + (self.system.stop_damping if beyond(drive, x) else 0.0)) * speed**2
         growths = [(s, gradient(lambda x, s=s: self.length(x, s), q) @ v) for s in self.system.struts]
-        return found + sum(s.damping * growth**2 for s, growth in growths)
+        return power + sum(s.damping * growth**2 for s, growth in growths)
 
     def errors(self, q):
         """Closure residuals of all rows."""
-        found, poses = [], [pose[:3, :3] for pose in self.poses(q)]
+        errors, poses = [], [pose[:3, :3] for pose in self.poses(q)]
         for weld in self.system.welds:
             one, two = (poses[body] if body >= 0 else np.eye(3) for body in (weld.first, weld.second))
             free = [axis for kind, axis in enumerate(weld.frame) if kind not in weld.kinds]
@@ -130,12 +130,12 @@ class Twin:
             gap = self.point(q, weld.second, weld.point) - self.point(q, weld.first, weld.point)
             for kind in weld.kinds:
                 way = one @ weld.frame[kind % 3]
-                found.append(way @ turn if kind < 3 else way @ gap / self.system.size)
-        return np.array(found)
+                errors.append(way @ turn if kind < 3 else way @ gap / self.system.size)
+        return np.array(errors)
 
     def rows(self, q):
         """Relative velocities along the rows by joint velocities, (m, n)."""
-        found = []
+        rows = []
         for weld in self.system.welds:
             one = self.poses(q)[weld.first][:3, :3] if weld.first >= 0 else np.eye(3)
             second = self.jacobian(q, weld.second, weld.point)
@@ -145,8 +145,8 @@ class Twin:
                 relative = second - self.jacobian(q, weld.first, pose[:3, :3].T @ (at - pose[:3, 3]))
             for kind in weld.kinds:
                 way = one @ weld.frame[kind % 3]
-                found.append(way @ (relative[:3] if kind < 3 else relative[3:] / self.system.size))
-        return np.array(found).reshape(-1, self.n)
+                rows.append(way @ (relative[:3] if kind < 3 else relative[3:] / self.system.size))
+        return np.array(rows).reshape(-1, self.n)
 
     def accelerations(self, q, v, held):
         """Accelerations, and what holds held joints, from the dense equations with multipliers; the state is closed."""
@@ -156,20 +156,20 @@ class Twin:
         m, k = len(rows), free.sum()
         matrix = np.block([[masses[np.ix_(free, free)], rows[:, free].T], [rows[:, free], np.zeros((m, m))]])
         solution = np.linalg.pinv(matrix, rcond=1e-10) @ np.concatenate([forces[free], wanted])
-        found = np.zeros(self.n)
-        found[free] = solution[:k]
+        accelerations = np.zeros(self.n)
+        accelerations[free] = solution[:k]
         # the multipliers may not be the kernel's, but what they do in joints is, unless the held joints alone close
-        holding = masses @ found + rows.T @ solution[k:] - forces
-        return found, holding[held]
+        holding = masses @ accelerations + rows.T @ solution[k:] - forces
+        return accelerations, holding[held]
 
     def closing_step(self, q, held, unwanted):
         """The change, smallest by the masses, that takes away what is unwanted of each row."""
         free = ~held
         inverse = np.linalg.inv(self.masses(q)[np.ix_(free, free)])
         rows = self.rows(q)[:, free]
-        found = np.zeros(self.n)
-        found[free] = -inverse @ rows.T @ np.linalg.pinv(rows @ inverse @ rows.T, rcond=1e-9) @ unwanted
-        return found
+        change = np.zeros(self.n)
+        change[free] = -inverse @ rows.T @ np.linalg.pinv(rows @ inverse @ rows.T, rcond=1e-9) @ unwanted
+        return change
 
     def closed(self, q, v, held=None):
         """A closed state near another, and the nearest velocities that keep it closed."""

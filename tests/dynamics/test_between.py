@@ -24,8 +24,8 @@ def own_opening(system, states, cubic=False):
 
 @pytest.mark.parametrize("name", ["hex:0234550132:4", "hex:022344440011:1", "hex:0233340501:3"])
 def test_closed_states_come_between_where_loops_open(name):
-    found = deployed(name, 1e-4)
-    system, motion, linkage = found.compiled.system, found.motion, found.compiled.linkage
+    deployment = deployed(name, 1e-4)
+    system, motion, linkage = deployment.compiled.system, deployment.motion, deployment.compiled.linkage
     before = own_opening(system, (motion.times, motion.q, motion.v, motion.a))
     (times, q, v, a), gaps = closed_between(system, motion)
     after = gaps.max()
@@ -43,7 +43,7 @@ def test_closed_states_come_between_where_loops_open(name):
     exact = deployed(name, 1e-9).motion
     early = new[times[new] < 0.5 * min([event.time for event in motion.events], default=times[-1])]
     for k in new:
-        angles, rates = found.compiled.of_hinges(q[k : k + 1], v[k : k + 1])
+        angles, rates = deployment.compiled.of_hinges(q[k : k + 1], v[k : k + 1])
         residual, jacobian = linkage.closure(angles[0])
         assert np.abs(residual).max() < 1e-11
         assert np.abs(jacobian @ rates[0]).max() < 1e-9 * max(1.0, np.abs(rates).max())
@@ -51,20 +51,20 @@ def test_closed_states_come_between_where_loops_open(name):
 
 
 def test_motions_whose_loops_stay_closed_stay_as_they_are():
-    found = deployed("hex:0234550132:4", 1e-9)
-    (times, q, v, a), gaps = closed_between(found.compiled.system, found.motion)
+    deployment = deployed("hex:0234550132:4", 1e-9)
+    (times, q, v, a), gaps = closed_between(deployment.compiled.system, deployment.motion)
     assert gaps.max() < OPEN
     for table, own in zip((times, q, v, a), ("times", "q", "v", "a"), strict=True):
-        assert table.tobytes() == getattr(found.motion, own).tobytes()
+        assert table.tobytes() == getattr(deployment.motion, own).tobytes()
 
 
 def test_springs_across_the_loops_close_them_as_they_do():
-    found = deployed("hex:0234550132:4", 1e-3, "compliant")
-    motion, system = found.motion, found.compiled.system
+    deployment = deployed("hex:0234550132:4", 1e-3, "compliant")
+    motion, system = deployment.motion, deployment.compiled.system
     (times, *_), gaps = closed_between(system, motion)
     assert times.tobytes() == motion.times.tobytes()
     assert gaps.max() > OPEN
-    # what a step opens is told with its neighbours, and never less than it is
+    # what a step opens is computed with its neighbours, and never less than it is
     own = [
         own_opening(system, tuple(t[k : k + 2] for t in (motion.times, motion.q, motion.v, motion.a))) for k in range(5)
     ]

@@ -12,8 +12,8 @@ from hcsearch.dynamics.simulation import simulate
 from hcsearch.dynamics.system import JointDrive, Strut, System
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
 from hcsearch_bench.iftomm import references as iftomm_references
+from hcsearch_bench.iftomm.problem_rows import OUTPUTS, measure_ours
 from hcsearch_bench.iftomm.problems import problems, rod
-from hcsearch_bench.iftomm.work import OUTPUTS, measure_ours
 from hcsearch_bench.peers import exudyn_system, mujoco_system, pinocchio_system
 from hcsearch_bench.peers.states import closure, energies, places
 
@@ -99,31 +99,31 @@ def test_our_engine_keeps_its_bounds(name):
 def test_our_engine_passes_the_printed_points(name):
     problem = PROBLEMS[name]
     times, way = golden(name)
-    found, _ = places(problem.system, motion(name).at(times)).point(problem.body, problem.point)
-    assert np.abs(found - way).max() < BOUNDS[name]
+    path, _ = places(problem.system, motion(name).at(times)).point(problem.body, problem.point)
+    assert np.abs(path - way).max() < BOUNDS[name]
 
 
 def test_bricard_moves_all_the_time():
     problem = PROBLEMS["A04 thin"]
-    found, _ = places(problem.system, motion("A04 thin").q).point(problem.body, problem.point)
-    assert np.ptp(found[:, 0]) == pytest.approx(2.0, abs=1e-2)
+    path, _ = places(problem.system, motion("A04 thin").q).point(problem.body, problem.point)
+    assert np.ptp(path[:, 0]) == pytest.approx(2.0, abs=1e-2)
 
 
 def test_tolerance_is_what_the_error_follows():
     errors = []
     problem = PROBLEMS["A04 square"]
     for tolerance in (1e-4, 1e-6, 1e-8):
-        found = motion(problem.name, tolerance, "dormand-prince")
-        way = places(problem.system, found.q).point(problem.body, problem.point)[0]
-        errors.append(np.abs(way - problem.reference(found.times)).max())
+        computed = motion(problem.name, tolerance, "dormand-prince")
+        way = places(problem.system, computed.q).point(problem.body, problem.point)[0]
+        errors.append(np.abs(way - problem.reference(computed.times)).max())
     assert errors[0] > 10 * errors[1] > 100 * errors[2]
 
 
 @pytest.mark.parametrize("name", [name for name in PROBLEMS if name != "A05"])
 def test_books_agree_with_plain_energies(name):
-    found = motion(name)
-    plain = energies(PROBLEMS[name].system, found.q, found.v)
-    assert found.kinetic + found.stored + found.height == pytest.approx(plain, abs=1e-11 * len(found.q[0]))
+    computed = motion(name)
+    plain = energies(PROBLEMS[name].system, computed.q, computed.v)
+    assert computed.kinetic + computed.stored + computed.height == pytest.approx(plain, abs=1e-11 * len(computed.q[0]))
 
 
 def open_chain():
@@ -199,5 +199,5 @@ def test_problems_move_as_in(engine, name):
     options = {"method": "dormand-prince", "tolerance": 1e-10, "max_steps": 200_000}
     ours = simulate(problem.system, problem.q, problem.v, end=end, **options).at(times)
     theirs = ENGINES[engine](problem.system, problem.q, problem.v, times).q
-    found, way = (places(problem.system, q).point(problem.body, problem.point)[0] for q in (theirs, ours))
-    assert np.abs(found - way).max() < (1e-5 if engine == "exudyn" or name == "A02 N=2" else 1e-7)
+    their_way, way = (places(problem.system, q).point(problem.body, problem.point)[0] for q in (theirs, ours))
+    assert np.abs(their_way - way).max() < (1e-5 if engine == "exudyn" or name == "A02 N=2" else 1e-7)

@@ -32,9 +32,9 @@ class Case:
         sweeps.move(self.tree, self.v, self.work)
 
     def accelerations(self):
-        found = np.empty(self.n)
-        assert motion.accelerate(self.mechanism, self.hold, self.q, self.v, self.scale, True, self.work, found)
-        return found
+        accelerations = np.empty(self.n)
+        assert motion.accelerate(self.mechanism, self.hold, self.q, self.v, self.scale, True, self.work, accelerations)
+        return accelerations
 
 
 def closed_state(seed, hold, **options):
@@ -55,12 +55,12 @@ def closed_state(seed, hold, **options):
 def test_accelerations_and_holding_forces_are_those_of_the_dense_equations(seed):
     case = Case(seed, hold=0.2)
     expected, holding = case.twin.accelerations(case.q, case.v, case.held)
-    found = case.accelerations()
+    accelerations = case.accelerations()
     size = max(1.0, np.abs(expected).max())
-    assert found[~case.held] == pytest.approx(expected[~case.held], rel=1e-7, abs=1e-7 * size)
+    assert accelerations[~case.held] == pytest.approx(expected[~case.held], rel=1e-7, abs=1e-7 * size)
     rows = case.twin.rows(case.q)
     if np.linalg.matrix_rank(rows[:, ~case.held], 1e-6) == np.linalg.matrix_rank(rows, 1e-6):
-        assert found[case.held] == pytest.approx(holding, rel=1e-7, abs=1e-7 * size)
+        assert accelerations[case.held] == pytest.approx(holding, rel=1e-7, abs=1e-7 * size)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -130,11 +130,11 @@ def test_energies_and_losses_are_those_of_plain_sums(seed):
     case = Case(seed)
     case.move()
     twin, mechanism, q, v = case.twin, case.mechanism, case.q, case.v
-    found = np.empty(4)
-    energies(case.tree, mechanism.hinges, mechanism.struts, case.hold.branches, q, case.work, found)
+    parts = np.empty(4)
+    energies(case.tree, mechanism.hinges, mechanism.struts, case.hold.branches, q, case.work, parts)
     expected = [0.5 * v @ twin.masses(q) @ v, twin.stored(q), twin.height(q), twin.in_stops(q)]
-    assert found == pytest.approx(expected, rel=1e-10, abs=1e-10)
-    assert kinetic(case.tree, case.work) == found[0]
+    assert parts == pytest.approx(expected, rel=1e-10, abs=1e-10)
+    assert kinetic(case.tree, case.work) == parts[0]
     lost = lost_power(mechanism.hinges, mechanism.struts, q, v, case.work)
     assert lost == pytest.approx(twin.lost_power(q, v), rel=1e-8)
 
@@ -182,8 +182,8 @@ def test_closure_springs_pull_as_in_the_dense_equations(seed):
     rows, gaps, free = case.twin.rows(q), case.twin.errors(q), ~case.held
     forces = case.twin.forces(q, v) - rows.T @ (stiffness * gaps + damping * rows @ v)
     expected = np.linalg.solve(case.twin.masses(q)[np.ix_(free, free)], forces[free])
-    found = case.accelerations()[free]
-    assert found == pytest.approx(expected, rel=1e-6, abs=1e-6 * max(1.0, np.abs(expected).max(initial=0.0)))
+    accelerations = case.accelerations()[free]
+    assert accelerations == pytest.approx(expected, rel=1e-6, abs=1e-6 * max(1.0, np.abs(expected).max(initial=0.0)))
     case.move()
     stored, lost = motion.closure_energy(case.mechanism, case.work)
     assert stored == pytest.approx(0.5 * stiffness * gaps @ gaps, rel=1e-9)
@@ -197,8 +197,8 @@ def test_closure_springs_ahead_yield_as_in_the_dense_equations(seed):
     mechanism = case.mechanism._replace(closure_stiffness=stiffness, closure_damping=damping)
     motion.view(mechanism, case.hold, case.q, case.v, case.work)
     joint_torques(mechanism.hinges, case.hold.branches, case.q, case.v, case.work.torques)
-    found = np.empty(case.n)
-    motion.solve_ahead(mechanism, case.hold, h, case.work, found)
+    accelerations = np.empty(case.n)
+    motion.solve_ahead(mechanism, case.hold, h, case.work, accelerations)
     rows, free = case.twin.rows(case.q), ~case.held
     drift = along(lambda x: case.twin.rows(x) @ case.v, case.q, case.v)
     # gap and rate are 0 now, so that both are h^2 and h times the rows' acceleration then
@@ -206,4 +206,6 @@ def test_closure_springs_ahead_yield_as_in_the_dense_equations(seed):
     matrix = case.twin.masses(case.q) + soft * rows.T @ rows
     forces = case.twin.forces(case.q, case.v) - soft * rows.T @ drift
     expected = np.linalg.solve(matrix[np.ix_(free, free)], forces[free])
-    assert found[free] == pytest.approx(expected, rel=1e-6, abs=1e-6 * max(1.0, np.abs(expected).max(initial=0.0)))
+    assert accelerations[free] == pytest.approx(
+        expected, rel=1e-6, abs=1e-6 * max(1.0, np.abs(expected).max(initial=0.0))
+    )

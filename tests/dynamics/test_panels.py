@@ -56,10 +56,10 @@ def test_all_panels_but_the_held_one_hang_in_the_tree_once(linkage):
     mass = DENSITY * linkage.pattern.thickness * linkage.pattern.area
     assert sum(panel.mass for panel in panels) == pytest.approx(mass)
     loose = joined(panel for k, panel in enumerate(panels) if k != linkage.base)
-    found = joined(tree.bodies)
-    assert found.mass == pytest.approx(loose.mass)
-    assert found.centre == pytest.approx(loose.centre, abs=1e-12)
-    assert found.inertia == pytest.approx(loose.inertia, rel=1e-9, abs=1e-15)
+    body = joined(tree.bodies)
+    assert body.mass == pytest.approx(loose.mass)
+    assert body.centre == pytest.approx(loose.centre, abs=1e-12)
+    assert body.inertia == pytest.approx(loose.inertia, rel=1e-9, abs=1e-15)
     assert tree.body_of[linkage.base] == GROUND
     assert (np.sort(tree.joint_of) == np.arange(linkage.n_hinges)).all()
     assert len(tree.welds) == len(linkage.loops)

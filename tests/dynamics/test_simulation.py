@@ -187,14 +187,14 @@ def test_two_bodies_that_float_keep_their_momentum():
     twin = Twin(system)
 
     def momentum(q, v):
-        found = np.zeros(6)
+        momentum = np.zeros(6)
         for i in (5, 6):
             body, turn = system.bodies[i], twin.poses(q)[i][:3, :3]
             motion = twin.jacobian(q, i, body.centre) @ v
             push = body.mass * motion[3:]
-            found[:3] += push
-            found[3:] += turn @ body.inertia @ turn.T @ motion[:3] + np.cross(twin.point(q, i, body.centre), push)
-        return found
+            momentum[:3] += push
+            momentum[3:] += turn @ body.inertia @ turn.T @ motion[:3] + np.cross(twin.point(q, i, body.centre), push)
+        return momentum
 
     motion = simulate(system, np.zeros(7), 0.3 * rng.normal(size=7), end=2.0, tolerance=1e-10)
     assert motion.ending == "time"

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 from xml.etree import ElementTree as Xml
 
 import numpy as np
@@ -11,8 +12,12 @@ from hcsearch.dynamics.laws import law_named
 from hcsearch.dynamics.panels import panel_bodies
 from hcsearch.errors import HcsearchError
 from hcsearch.export.cut_trees import cut_tree, line_of
-from hcsearch.export.mjcf import mjcf_of
+from hcsearch.export.mjcf import mjcf_of, write
+from hcsearch.export.settings import Settings
 from hcsearch.export.urdf import urdf_of
+from hcsearch.flat_pairs import folding_linkage
+from hcsearch.folding import Folding
+from hcsearch.labels import labels_of
 from hcsearch.scenes import SCENES
 from tests.export.cases import NAMES, case, merged
 
@@ -82,10 +87,21 @@ def test_mjcf_lets_panels_collide_where_they_should_but_never_at_a_hinge():
     assert Xml.fromstring(mjcf_of(linkage, labels, DEFAULT)).find("default/geom").get("contype") == "0"
 
 
-def test_steps_of_mjcf_follow_the_time_of_the_scene():
-    linkage, labels = case("thesis-4x4")
-    root = Xml.fromstring(mjcf_of(linkage, labels, replace(DEFAULT, seconds=5.0)))
-    assert float(root.find("option").get("timestep")) == pytest.approx(1e-4)
+def option_of(panel, **changes):
+    linkage = folding_linkage(Folding.from_notation("hex:0234550132:4"), panel)
+    text = mjcf_of(linkage, labels_of(linkage, design=True), replace(DEFAULT, **changes))
+    return Xml.fromstring(text).find("option").attrib
+
+
+def test_steps_of_mjcf_follow_the_natural_time_of_the_panels():
+    small, large = option_of((0.05, 0.05, 0.006), seconds=9.0), option_of((1.0, 1.0, 0.02))
+    assert (float(small["timestep"]), small["integrator"]) == (pytest.approx(2e-5), "RK4")
+    assert float(large["timestep"]) > 100 * float(small["timestep"])
+
+
+def test_light_panels_are_damped_implicitly_as_runge_kutta_steps_would_be_unstable():
+    assert option_of((0.005, 0.005, 0.0006))["integrator"] == "implicitfast"
+    assert option_of((0.005, 0.005, 0.0006), damping=0.0)["integrator"] == "RK4"
 
 
 def test_laws_that_are_no_lines_are_refused_with_a_linear_one():
@@ -143,3 +159,9 @@ def test_open_chains_need_no_closure():
     tree = cut_tree(*merged(), DEFAULT)
     assert tree.closures == ()
     assert all(link.whole for link in tree.links)
+
+
+def test_subjects_with_drives_are_refused_as_models_of_mujoco():
+    subject = SimpleNamespace(drives=object())
+    with pytest.raises(HcsearchError, match=r"leave out the table \[drive\]"):
+        write(SimpleNamespace(subject=subject), Settings())

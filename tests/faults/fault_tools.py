@@ -134,7 +134,7 @@ class Running:
 
 def members(group):
     """The processes of a group that are alive, by /proc; one that is dead and not yet buried does not count."""
-    found = []
+    numbers = []
     for entry in Path("/proc").iterdir():
         if entry.name.isdigit():
             try:
@@ -142,8 +142,8 @@ def members(group):
             except OSError:
                 continue  # ended meanwhile
             if int(fields[2]) == group and fields[0] not in "ZX":
-                found.append(int(entry.name))
-    return found
+                numbers.append(int(entry.name))
+    return numbers
 
 
 def wait_until(condition, seconds, pause=0.003):
@@ -188,7 +188,7 @@ def look(path, *, rows=True):
     """The state of a database that nobody writes to, as the next one to open it will find it. It must be sound."""
     if not Path(path).exists():
         return State()
-    with copied(path) as found, closing(sqlite3.connect(found)) as connection:
+    with copied(path) as copy, closing(sqlite3.connect(copy)) as connection:
         assert connection.execute("PRAGMA integrity_check").fetchall() == [("ok",)]
         assert connection.execute("PRAGMA foreign_key_check").fetchall() == []
         if not connection.execute("SELECT 1 FROM sqlite_schema").fetchone():

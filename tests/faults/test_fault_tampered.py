@@ -33,12 +33,12 @@ def made(tmp_path_factory):
     path = tmp_path_factory.mktemp("tampered") / "designs.sqlite"
     assert CliRunner().invoke(hcsearch, [*ENUMERATE.split(), str(path)]).exit_code == 0
     with closing(sqlite3.connect(path)) as connection:
-        found = connection.execute(
+        values = connection.execute(
             "SELECT t.name, c.name, c.type FROM sqlite_schema AS t, pragma_table_info(t.name) AS c"
             " WHERE t.type = 'table' AND t.name NOT LIKE 'sqlite%'"
         ).fetchall()
         folding = connection.execute("SELECT design_id FROM folding WHERE twist = 0").fetchone()[0]
-    return path, found, folding
+    return path, values, folding
 
 
 def tampered(made, folder, table, column, value):

@@ -20,13 +20,13 @@ COPYING = 0.1  # seconds: an upgrade takes about as long after it has begun to w
 
 
 def version(path):
-    with copied(path) as found, closing(sqlite3.connect(found)) as connection:
+    with copied(path) as copy, closing(sqlite3.connect(copy)) as connection:
         return connection.execute("SELECT max(version_num) FROM hcsearch_version").fetchone()[0]
 
 
 def designs(path):
     """The columns of each design, by circuit."""
-    with copied(path) as found, closing(sqlite3.connect(found)) as connection:
+    with copied(path) as copy, closing(sqlite3.connect(copy)) as connection:
         connection.row_factory = sqlite3.Row
         return {row["circuit"]: dict(row) for row in connection.execute("SELECT * FROM designs")}
 
@@ -62,8 +62,8 @@ def test_upgrade_that_is_killed_leaves_the_old_or_the_new(tmp_path, reference, l
             _, _, err = running.end(signal.SIGKILL)
             assert err == ""
         assert version(path) in (REVISION, NEXT)
-        found = look(path)
-        assert found.finished == state.finished
-        assert found.rows == state.rows
+        left = look(path)
+        assert left.finished == state.finished
+        assert left.rows == state.rows
     law("SIGKILL in an upgrade", path, MANY, injected=kills, before=state.finished, program=ahead)
     assert version(path) == NEXT

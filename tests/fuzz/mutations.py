@@ -52,9 +52,9 @@ def is_message(text: str) -> bool:
 def judge(text, read, again=None) -> bool:
     """Whether a text is read; it reads back as the same, or is refused in one line."""
     start = time.perf_counter()
-    found = refusal = None
+    value = refusal = None
     try:
-        found = read(text)
+        value = read(text)
     except HcsearchError as error:
         refusal = str(error)
     except Exception as error:
@@ -62,7 +62,7 @@ def judge(text, read, again=None) -> bool:
         raise
     assert refusal is None or is_message(refusal), (text[:300], refusal)
     if refusal is None and again is not None:
-        assert again(found) == found, text
+        assert again(value) == value, text
     assert time.perf_counter() - start < SLOWEST, text[:300]
     return refusal is None
 

@@ -69,7 +69,7 @@ def test_the_simplest_law_that_suffices_is_chosen(text, kind, noise):
     moments = [(law.straight.moment(angle), chosen.law.straight.moment(angle)) for angle in ANGLES]
     greatest = max(abs(true) for true, _ in moments)
     bound = 0.01 if kind == "table" else 0.0
-    assert max(abs(true - found) for true, found in moments) <= (bound + 1e-5 + noise) * greatest
+    assert max(abs(true - fitted) for true, fitted in moments) <= (bound + 1e-5 + noise) * greatest
 
 
 def test_a_spring_that_stiffens_at_large_angles_is_no_line():

@@ -20,8 +20,8 @@ def sinusoid(frequency, ratio, phase, time):
     return np.exp(-ratio * omega * time) * np.cos(omega * math.sqrt(1 - ratio**2) * time + phase)
 
 
-def poles(found):
-    return [value for mode in found.modes for value in (mode.frequency, mode.damping)]
+def poles(vibration):
+    return [value for mode in vibration.modes for value in (mode.frequency, mode.damping)]
 
 
 frequencies = st.floats(1.0, 60.0)
@@ -95,17 +95,17 @@ def test_records_that_are_too_long_are_cut_and_thinned():
 @pytest.mark.parametrize("noise", [1e-4, 1e-3, 1e-2, 0.1])
 def test_errors_grow_no_faster_than_the_noise_and_are_told(noise):
     rig = Rig()
-    errors, told = [], []
+    errors, stated = [], []
     for seed in range(12):
-        found = identify_modes(rig.record(noise, seed), rig.rate)
-        mode = found.modes[0]
+        vibration = identify_modes(rig.record(noise, seed), rig.rate)
+        mode = vibration.modes[0]
         errors.append((mode.frequency / rig.frequency - 1, mode.damping / rig.ratio - 1))
-        told.append((mode.frequency_error / rig.frequency, mode.damping_error / rig.ratio))
-        assert found.noise == pytest.approx(noise, rel=0.1)
-    errors, told = np.sqrt(np.mean(np.square(errors), axis=0)), np.mean(told, axis=0)
+        stated.append((mode.frequency_error / rig.frequency, mode.damping_error / rig.ratio))
+        assert vibration.noise == pytest.approx(noise, rel=0.1)
+    errors, stated = np.sqrt(np.mean(np.square(errors), axis=0)), np.mean(stated, axis=0)
     assert (errors < np.array([0.06, 0.6]) * noise).all()
-    assert (errors < 1.6 * told).all()
-    assert (told < np.array([0.05, 0.5]) * noise).all()
+    assert (errors < 1.6 * stated).all()
+    assert (stated < np.array([0.05, 0.5]) * noise).all()
 
 
 def test_no_mode_but_those_of_the_rig_is_told():
@@ -142,9 +142,9 @@ def test_the_swing_is_found_through(disturbance):
 
 
 def test_shares_are_of_the_energy():
-    found = identify_modes(Rig().record(0.001, 7), RATE)
-    assert sum(mode.share for mode in found.modes) == pytest.approx(1.0, abs=0.05)
-    assert found.modes[0].share > 0.8
+    vibration = identify_modes(Rig().record(0.001, 7), RATE)
+    assert sum(mode.share for mode in vibration.modes) == pytest.approx(1.0, abs=0.05)
+    assert vibration.modes[0].share > 0.8
 
 
 def test_a_fitted_sinusoid_says_the_same():

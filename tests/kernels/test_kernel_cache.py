@@ -1,4 +1,4 @@
-"""Compiled kernels are made once, found again anywhere, and made again exactly when what they run has changed."""
+"""Compiled kernels are made once, read again anywhere, and made again exactly when what they run has changed."""
 
 import importlib
 import os
@@ -153,13 +153,13 @@ def test_an_edit_changes_the_stamps_of_what_it_touches_and_of_what_calls_that(lo
 
 
 def test_every_kernel_has_a_stamp_of_its_own():
-    found = {}
+    stamps = {}
     for module in pkgutil.walk_packages(hcsearch.kernels.__path__, "hcsearch.kernels."):
         for kernel in vars(importlib.import_module(module.name)).values():
             if isinstance(kernel, Dispatcher) and kernel.__module__ == module.name:
-                found[kernel] = stamp(kernel)
-    assert len(found) > 200
-    assert len(set(found.values())) == len(found)
+                stamps[kernel] = stamp(kernel)
+    assert len(stamps) > 200
+    assert len(set(stamps.values())) == len(stamps)
 
 
 def test_a_stamp_is_that_of_versions_and_settings_too(load, monkeypatch):
@@ -382,7 +382,7 @@ def test_what_is_under_way_counts_the_kernels_that_one_reaches(folder, load, mon
 
     monkeypatch.setattr(kernel_cache, "write", writing)
     assert module.through(1.0) == 3.0
-    assert [(found.done, found.total) for found in seen] == [(0, 2), (1, 2)]
+    assert [(progress.done, progress.total) for progress in seen] == [(0, 2), (1, 2)]
     assert seen[0].name == "between"
     assert under_way.under_way() is None
     assert not under_way.missing([module.through])
@@ -468,14 +468,14 @@ def test_where_the_folder_is(monkeypatch, tmp_path):
     monkeypatch.setattr(numba.config, "CACHE_DIR", "")
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path / "local"))
-    found = {}
+    folders = {}
     for system in ("linux", "darwin", "win32"):
         monkeypatch.setattr(sys, "platform", system)
         monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
         own = cache_folder.wanted_folder()
         monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
-        found[system] = [str(place.relative_to(tmp_path)) for place in (own, cache_folder.wanted_folder())]
-    assert found == {
+        folders[system] = [str(place.relative_to(tmp_path)) for place in (own, cache_folder.wanted_folder())]
+    assert folders == {
         "linux": [".cache/hcsearch/kernels", "xdg/hcsearch/kernels"],
         "darwin": ["Library/Caches/hcsearch/kernels"] * 2,
         "win32": ["local/hcsearch/kernels"] * 2,

@@ -1,4 +1,4 @@
-"""What is found does not hang on the basis that a decomposition returns, on numbering, or on the last bit."""
+"""Results do not depend on the basis that a decomposition returns, on numbering, or on the last bit."""
 
 import math
 from dataclasses import replace
@@ -43,12 +43,12 @@ def alike(result, other, places=slice(None), senses=(1.0,)):
     """
     kinds = [(r.nullity, r.stresses, {b.dimension for b in r.branches}) for r in (result, other)]
     ours, theirs = ([b for b in r.branches if not b.dimension] for r in (result, other))
-    found = [
+    matches = [
         [i for i, t in enumerate(theirs) if np.abs(b.direction - sense * t.direction[places]).max() < 1e-6]
         for b in ours
         for sense in senses
     ]
-    pairs = [(b, theirs[i]) for b, (i,) in zip(ours, [f for f in found if f], strict=True)]
+    pairs = [(b, theirs[i]) for b, (i,) in zip(ours, [f for f in matches if f], strict=True)]
     verdicts = all((b.status, b.within) == (t.status, t.within) for b, t in pairs)
     return kinds[0] == kinds[1] and len(ours) == len(theirs) and verdicts
 
@@ -77,12 +77,12 @@ def test_branches_are_the_same_in_every_basis(name, state, stops, monkeypatch):
     for seed in range(2):
 
         def basis(local, seed=seed):
-            found = real(local)
-            return found @ orthogonal(found.shape[1], seed)
+            returned = real(local)
+            return returned @ orthogonal(returned.shape[1], seed)
 
         def forms(local, basis, seed=seed):
-            found = second_order(local, basis)
-            return np.einsum("kl,lij->kij", orthogonal(len(found), seed), found)
+            returned = second_order(local, basis)
+            return np.einsum("kl,lij->kij", orthogonal(len(returned), seed), returned)
 
         monkeypatch.setattr(Local, "null_space", basis)
         monkeypatch.setattr(branching, "second_order_forms", forms)
@@ -134,8 +134,8 @@ def test_distances_that_closure_blurs_say_nothing(distances, power, monkeypatch)
         return Closed(line + next(left) * np.eye(len(line))[0], 0.0, 1, True)
 
     monkeypatch.setattr(branching, "close", closed)
-    found, _ = branching._nudged(local_at(it, it.flat), np.full(it.n_hinges, it.n_hinges**-0.5))
-    assert found == pytest.approx(power, abs=1e-9)
+    fitted, _ = branching._nudged(local_at(it, it.flat), np.full(it.n_hinges, it.n_hinges**-0.5))
+    assert fitted == pytest.approx(power, abs=1e-9)
 
 
 def test_proofs_of_locks_are_as_good_in_every_basis(monkeypatch):
@@ -146,8 +146,8 @@ def test_proofs_of_locks_are_as_good_in_every_basis(monkeypatch):
     for seed in range(3):
 
         def basis(matrix, seed=seed, **options):
-            found = real(matrix, **options)
-            return found @ orthogonal(found.shape[1], seed)
+            returned = real(matrix, **options)
+            return returned @ orthogonal(returned.shape[1], seed)
 
         monkeypatch.setattr(scipy.linalg, "null_space", basis)
         assert lock_at(it, it.folded).margin == pytest.approx(lock.margin, rel=1e-6)
@@ -172,9 +172,9 @@ def planted(m, seed):
 def test_no_common_point_is_missed(m, seed):
     forms, vectors = planted(m, seed)
     solutions, reach = solve_quadrics(forms)
-    found = np.array([solution.vector for solution in solutions])
-    apart = 1.0 - np.abs(vectors @ found.T).max(axis=1)
-    # what is part of a family is near one that is told
+    listed = np.array([solution.vector for solution in solutions])
+    apart = 1.0 - np.abs(vectors @ listed.T).max(axis=1)
+    # what is part of a family is near one that is listed
     family = np.array([solution.dimension for solution in solutions]).max() > 0
     assert apart.max() < (0.05 if family else 1e-12)
     assert reach <= FINE or family

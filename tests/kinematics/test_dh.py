@@ -288,8 +288,8 @@ def test_closure_is_the_product_of_exponentials(data):
         signs = data.draw(st.lists(st.sampled_from([-1, 1]), min_size=len(walk), max_size=len(walk)))
         frame = first_frame(flat_lines(linkage, walk, signs))
         steps = [exponential(s * linkage.directions[h], linkage.points[h], angles[h]) for h, s in walk]
-        found = closure_matrix(dh_loop(linkage, walk, angles, signs))
-        assert found == pytest.approx(np.linalg.inv(frame) @ reduce(np.matmul, steps) @ frame, abs=1e-12)
+        matrix = closure_matrix(dh_loop(linkage, walk, angles, signs))
+        assert matrix == pytest.approx(np.linalg.inv(frame) @ reduce(np.matmul, steps) @ frame, abs=1e-12)
         flat = dh_loop(linkage, walk, linkage.flat, signs)
         assert gap(flat) < 1e-13
 
@@ -307,9 +307,9 @@ def test_jacobian_is_the_derivative(data):
 
 def screws(linkage, angles):
     """The screw Jacobian with its velocities in metres, loop by loop."""
-    found = linkage.closure(angles)[1].reshape(-1, 6, linkage.n_hinges)
-    found[:, 3:] *= linkage.pattern.size
-    return found.reshape(-1, linkage.n_hinges)
+    jacobian = linkage.closure(angles)[1].reshape(-1, 6, linkage.n_hinges)
+    jacobian[:, 3:] *= linkage.pattern.size
+    return jacobian.reshape(-1, linkage.n_hinges)
 
 
 @given(st.data())
@@ -320,8 +320,8 @@ def test_jacobian_is_an_image_of_the_screw_jacobian(data):
     for k, walk in enumerate(linkage.loops):
         frame = first_frame(flat_lines(linkage, walk))
         to_dh = screw_map(frame, closure_matrix(dh_loop(linkage, walk, angles)))
-        found, expected = stacked[12 * k : 12 * k + 12], to_dh @ columns[6 * k : 6 * k + 6]
-        assert found == pytest.approx(expected, abs=1e-12)
+        jacobian, expected = stacked[12 * k : 12 * k + 12], to_dh @ columns[6 * k : 6 * k + 6]
+        assert jacobian == pytest.approx(expected, abs=1e-12)
         assert np.linalg.matrix_rank(to_dh) == 6
 
 
@@ -340,8 +340,8 @@ def test_closed_loops_have_one_null_space_in_both_forms(data):
 
 
 def test_map_at_closed_states_doubles_rotations_and_keeps_velocities():
-    found = screw_map(np.eye(4))
-    assert (found.T @ found).tolist() == np.diag([2.0, 2, 2, 1, 1, 1]).tolist()
+    matrix = screw_map(np.eye(4))
+    assert (matrix.T @ matrix).tolist() == np.diag([2.0, 2, 2, 1, 1, 1]).tolist()
 
 
 @given(st.data())
@@ -353,10 +353,10 @@ def test_signs_of_hinges_change_no_singular_value(data):
         signs = data.draw(st.lists(st.sampled_from([-1, 1]), min_size=len(walk), max_size=len(walk)))
         loops.append(dh_loop(linkage, walk, angles, signs))
         walks.append(tuple((hinge, sign) for (hinge, _), sign in zip(walk, signs, strict=True)))
-    found = stacked_jacobian(loops, walks, linkage.n_hinges)
+    jacobian = stacked_jacobian(loops, walks, linkage.n_hinges)
     # reversing z_1 turns frame 1 by half a turn, and reversing the others does nothing
-    assert np.abs(found) == pytest.approx(np.abs(dh_closure_jacobian(linkage, angles)), abs=1e-12)
-    values, plain = (np.linalg.svd(m, compute_uv=False) for m in (found, dh_closure_jacobian(linkage, angles)))
+    assert np.abs(jacobian) == pytest.approx(np.abs(dh_closure_jacobian(linkage, angles)), abs=1e-12)
+    values, plain = (np.linalg.svd(m, compute_uv=False) for m in (jacobian, dh_closure_jacobian(linkage, angles)))
     assert values == pytest.approx(plain, abs=1e-12)
 
 

@@ -43,11 +43,11 @@ def designs(name):
         for batch in search.batches()
         for row in sorted(set(fold(batch).row.tolist()))
     ]
-    found = []
+    chosen = []
     for twisted in (False, True):
         kind = [f for circuit in circuits for f in foldings(circuit) if bool(twist(f)) is twisted]
-        found += kind[:: max(1, math.ceil(len(kind) / FEW))]
-    return [Linkage(f.pattern(SIZES[search.grid.name], hinged=True)) for f in found]
+        chosen += kind[:: max(1, math.ceil(len(kind) / FEW))]
+    return [Linkage(f.pattern(SIZES[search.grid.name], hinged=True)) for f in chosen]
 
 
 def vertices(columns, rows):
@@ -86,11 +86,11 @@ def tree(linkage):
             near, body, sense = ends[0], f"copy{k}", 1
             pairs.append((ends[1], body))
         children.setdefault(near, []).append((body, near, k, sense))
-    found, waiting = [], [*reversed(children[linkage.base])]
+    branches, waiting = [], [*reversed(children[linkage.base])]
     while waiting:
-        found.append(waiting.pop())
-        waiting += reversed(children.get(found[-1][0], []))
-    return found, pairs
+        branches.append(waiting.pop())
+        waiting += reversed(children.get(branches[-1][0], []))
+    return branches, pairs
 
 
 def in_pinocchio(linkage, angles):

@@ -11,15 +11,15 @@ from hcsearch.kernels.linkage.lines import whole_rank
 def rank(rows):
     """Rank by Gauss elimination over the rationals."""
     left = [[Fraction(int(entry)) for entry in row] for row in rows]
-    found = 0
+    count = 0
     for column in range(5):
         pivot = next((row for row in left if row[column]), None)
         if pivot is None:
             continue
-        found += 1
+        count += 1
         left.remove(pivot)
         left = [[a - row[column] / pivot[column] * b for a, b in zip(row, pivot, strict=True)] for row in left]
-    return found
+    return count
 
 
 @pytest.mark.parametrize("n", [10, 1000, 60_000])

@@ -95,7 +95,7 @@ def test_brackets_are_skew_and_bilinear(folding, seed):
 def by_hand(equations, n):
     """Extreme rays as the positive solutions of least support, one for every support there is."""
     matrix = np.array(equations, float).reshape(-1, n)
-    found = []
+    rays = []
     for size in range(1, n + 1):
         for support in combinations(range(n), size):
             _, s, vt = np.linalg.svd(matrix[:, support])
@@ -103,8 +103,8 @@ def by_hand(equations, n):
             if len(kernel) == 1 and (kernel[0] * np.sign(kernel[0, 0]) > 1e-9).all():
                 ray = np.zeros(n)
                 ray[list(support)] = kernel[0] / kernel[0].sum()
-                found.append(ray)
-    return found
+                rays.append(ray)
+    return rays
 
 
 @given(st.integers(2, 7), st.integers(1, 4), st.data())
@@ -248,9 +248,9 @@ def test_locks_with_rigid_and_with_hinged_flat_pairs_are_two_statements():
     creases = np.array([folding.crease for folding in TEN], np.int16)
     circuits = CircuitBatch("hex", words, np.ones(len(TEN), np.int16))
     batch = FoldingBatch(np.arange(len(TEN), dtype=np.int32), creases)
-    found = mobility(circuits, batch, np.zeros(len(TEN), np.int16))
+    freedoms = mobility(circuits, batch, np.zeros(len(TEN), np.int16))
     hinged = [any(lock_at(*end).locked for end in both_ends(folding, hinged=True)) for folding in TEN]
-    assert found.locked_hinged.tolist() == hinged
-    assert (found.locked.sum(), found.locked_hinged.sum()) == (14, 2)
-    assert locked_with(found, "rigid").tolist() == found.locked.tolist()
-    assert locked_with(found, "hinged").tolist() == locked_with(found, "either").tolist() == hinged
+    assert freedoms.locked_hinged.tolist() == hinged
+    assert (freedoms.locked.sum(), freedoms.locked_hinged.sum()) == (14, 2)
+    assert locked_with(freedoms, "rigid").tolist() == freedoms.locked.tolist()
+    assert locked_with(freedoms, "hinged").tolist() == locked_with(freedoms, "either").tolist() == hinged

@@ -44,8 +44,8 @@ def drawn(text, creases, thickness=0.1):
     beside = [(p, q) for p in places for q in places if p < q and abs(p[0] - q[0]) + abs(p[1] - q[1]) == 1]
     joined = {(p, q): RIGID for p, q in beside if rows[p[1]][p[0]] == rows[q[1]][q[0]]} | creases
     number = {place: k for k, place in enumerate(places)}
-    found = {tuple(sorted((number[p], number[q]))): crease for (p, q), crease in joined.items()}
-    pattern = Pattern(facets, found, thickness)
+    numbered = {tuple(sorted((number[p], number[q]))): crease for (p, q), crease in joined.items()}
+    pattern = Pattern(facets, numbered, thickness)
     assert flat_overlap(pattern) == 0
     assert package(pattern).overlap_volume < 1e-9
     return Linkage(pattern)
@@ -67,11 +67,11 @@ def ring():
 
 
 def all_touching(linkage):
-    """Every facet that lies on one of another panel, those across a crease too, found pair by pair."""
+    """Every facet that lies on one of another panel, those across a crease too, pair by pair."""
     import shapely
 
     solids, panel, size = linkage.solids(linkage.folded), linkage.pattern.panel_of, linkage.pattern.size
-    found = []
+    touching = []
     for i, one in enumerate(solids):
         for j, two in enumerate(solids):
             if panel[i] == panel[j] or abs(two[..., 2].min() - one[..., 2].max()) > 0.1 * linkage.pattern.thickness:
@@ -79,8 +79,8 @@ def all_touching(linkage):
             shadows = [shapely.Polygon(solid[0, :, :2] / size) for solid in (one, two)]
             area = shapely.convex_hull(shapely.intersection(*shadows, grid_size=1e-12))
             if area.area > 1e-6:
-                found.append(Contact(i, j, np.array(area.exterior.coords)[:-1] * size))
-    return found
+                touching.append(Contact(i, j, np.array(area.exterior.coords)[:-1] * size))
+    return touching
 
 
 def loops(linkage):
@@ -121,14 +121,14 @@ def test_rows_are_velocities(name):
     fastest = 0.0
     for x in rng.normal(size=(5, len(free))) @ free:
         ahead, back = (np.concatenate([heights(linkage, s * x, it) for it in touching]) for s in (1e-5, -1e-5))
-        found = (ahead - back) / 2e-5 / linkage.pattern.size
-        assert rows @ x == pytest.approx(found, abs=1e-7)
-        fastest = max(fastest, np.abs(found).max())
+        velocities = (ahead - back) / 2e-5 / linkage.pattern.size
+        assert rows @ x == pytest.approx(velocities, abs=1e-7)
+        fastest = max(fastest, np.abs(velocities).max())
     assert fastest > 0.1
 
 
-@pytest.mark.parametrize(("grid", "n", "found"), [("hex", 10, {None, 1, 2}), ("square", 12, {None})])
-def test_stops_imply_the_contacts_of_two_stacks(grid, n, found):
+@pytest.mark.parametrize(("grid", "n", "expected"), [("hex", 10, {None, 1, 2}), ("square", 12, {None})])
+def test_stops_imply_the_contacts_of_two_stacks(grid, n, expected):
     """Statement 26, with every contact, and with each row altered by what loops make zero."""
     rng = np.random.default_rng(6)
     orders = set()
@@ -148,7 +148,7 @@ def test_stops_imply_the_contacts_of_two_stacks(grid, n, found):
         altered = rows + rng.normal(size=(len(rows), linkage.n_rows)) @ loops(linkage)
         assert altered.min() < -0.1
         assert lock_at(linkage, linkage.folded, altered).order == order
-    assert orders == found
+    assert orders == expected
 
 
 @pytest.mark.parametrize("name", MOVING)

@@ -40,8 +40,8 @@ def test_ten_hexagons_have_fourteen_locked_foldings_of_forty():
 
 @pytest.mark.parametrize("folding", TEN, ids=str)
 def test_proofs_hold_what_they_say(folding):
-    linkage, found = ends(folding)
-    for angles, lock in found:
+    linkage, locks = ends(folding)
+    for angles, lock in locks:
         _, jacobian = linkage.closure(angles)
         senses = np.where(angles > 1.0, -1.0, 1.0)
         power = lock.wrench @ (jacobian * senses) if lock.locked else np.zeros(linkage.n_hinges)
@@ -60,7 +60,7 @@ def test_proofs_hold_what_they_say(folding):
 
 
 def _motions(columns, rng):
-    """Some velocities x >= 0 with A x = 0, found without the module's own rays."""
+    """Some velocities x >= 0 with A x = 0, computed without the module's own rays."""
     from scipy.optimize import linprog
 
     n = columns.shape[1]
@@ -73,7 +73,7 @@ def _motions(columns, rng):
 
 
 def least_gap(linkage, angles, opening):
-    """Least closure residual found when the hinges leave their stops by `opening` (rad) in all."""
+    """Least closure residual of a search, when the hinges leave their stops by `opening` (rad) in all."""
     senses = np.where(angles > 1.0, -1.0, 1.0)
     rng = np.random.default_rng(3)
 
@@ -85,15 +85,15 @@ def least_gap(linkage, angles, opening):
 
     starts = (opening * rng.dirichlet(np.ones(linkage.n_hinges)) for _ in range(3))
     sharp = {"ftol": 1e-15, "xtol": 1e-15, "gtol": 1e-15, "max_nfev": 1000}
-    found = (least_squares(gap, start, slope, bounds=(0.0, math.pi), **sharp) for start in starts)
-    return min(math.sqrt(2 * outcome.cost) for outcome in found)
+    outcomes = (least_squares(gap, start, slope, bounds=(0.0, math.pi), **sharp) for start in starts)
+    return min(math.sqrt(2 * outcome.cost) for outcome in outcomes)
 
 
 @pytest.mark.parametrize("folding", [f for f in TEN if any(lock.locked for _, lock in ends(f)[1])][::2], ids=str)
 def test_what_is_locked_cannot_be_moved_by_force(folding):
     """Held a little open with stops kept, the loops stay apart in proportion to the (square of the) opening."""
-    linkage, found = ends(folding)
-    for angles, lock in found:
+    linkage, locks = ends(folding)
+    for angles, lock in locks:
         if lock.locked:
             assert least_gap(linkage, angles, 0.05) > 1e-4 * 0.05**lock.order
 
@@ -106,8 +106,8 @@ def test_what_moves_is_not_called_locked_and_closes_when_forced():
         for angles in (linkage.folded, linkage.flat):
             assert not lock_at(linkage, angles).locked, name
     for folding in untwisted("triangle", 10):
-        linkage, found = ends(folding)
-        for angles, _ in found:
+        linkage, locks = ends(folding)
+        for angles, _ in locks:
             assert least_gap(linkage, angles, 0.05) < 1e-8
 
 
@@ -121,9 +121,9 @@ def test_a_lock_by_a_hair_is_a_lock():
 
 @given(st.sampled_from(TEN), st.floats(1e-4, 10.0), st.floats(1e-3, 1e3))
 def test_first_order_locks_depend_neither_on_thickness_nor_on_the_unit(folding, thickness, unit):
-    _, found = ends(folding)
+    _, locks = ends(folding)
     _, scaled = ends(folding, (unit, unit, unit * thickness))
-    for (_, one), (_, two) in zip(found, scaled, strict=True):
+    for (_, one), (_, two) in zip(locks, scaled, strict=True):
         # where the wrench's margin sinks below what is taken for proved, nothing is claimed
         assert (one.order == 1) == (two.order == 1) or min(thickness, 1 / thickness) < 1e-2
 

@@ -18,11 +18,11 @@ def built(notation, crease, size=SIZE, **options):
 def test_a_lock_that_a_hundredth_of_a_millimetre_undoes():
     """Measured before at 0.013 mm, as closure residual times the size of the pattern, with rigid flat pairs."""
     linkage = built("hex:023224534000", 3)
-    found = tightness(linkage, linkage.folded)
-    assert found.opening == pytest.approx(1.00e-5, rel=0.02)
-    assert found.least == pytest.approx(found.opening, rel=0.02)
-    assert 0.2 < found.turn < 0.3 < found.closed < 0.5
-    assert "0.01 mm" in found.sentence
+    measured = tightness(linkage, linkage.folded)
+    assert measured.opening == pytest.approx(1.00e-5, rel=0.02)
+    assert measured.least == pytest.approx(measured.opening, rel=0.02)
+    assert 0.2 < measured.turn < 0.3 < measured.closed < 0.5
+    assert "0.01 mm" in measured.sentence
     loops = _Loops(linkage, linkage.folded)
     loops.weights = linkage.pattern.size * np.eye(6)
     assert max(map(loops.opening, _there(loops, 0.006))) == pytest.approx(1.3e-5, rel=0.02)
@@ -36,10 +36,10 @@ def test_the_way_out_ends_closed_and_keeps_the_stops():
     assert way.max() <= np.pi
     assert (np.diff(way.sum(axis=1)) > 0).all()
     assert np.abs(linkage.closure(linkage.folded - way[-1])[0]).max() < 1e-7
-    found = tightness(linkage, linkage.folded)
-    assert found.least <= found.opening
-    assert found.least > 1e-3
-    assert found.opening < 3e-3
+    measured = tightness(linkage, linkage.folded)
+    assert measured.least <= measured.opening
+    assert measured.least > 1e-3
+    assert measured.opening < 3e-3
 
 
 def test_openings_are_lengths():
@@ -58,15 +58,15 @@ def test_openings_are_lengths():
 
 def test_it_does_not_matter_which_panel_stays():
     linkage = built("hex:023224534000", 3)
-    found = [tightness(it, it.folded) for it in (linkage, Linkage(linkage.pattern, base=4))]
-    assert found[0].opening == pytest.approx(found[1].opening, rel=0.02)
+    measured = [tightness(it, it.folded) for it in (linkage, Linkage(linkage.pattern, base=4))]
+    assert measured[0].opening == pytest.approx(measured[1].opening, rel=0.02)
 
 
 def test_a_lock_that_holds_is_given_up_at_the_thickness():
     linkage = built("hex:0223435501", 2)
-    found = tightness(linkage, linkage.flat)
-    assert (found.opening, found.closed) == (0.006, None)
-    assert "more than 6 mm" in found.sentence
+    measured = tightness(linkage, linkage.flat)
+    assert (measured.opening, measured.closed) == (0.006, None)
+    assert "more than 6 mm" in measured.sentence
 
 
 def test_what_is_not_locked_opens_by_nothing_and_open_chains_have_no_loops():

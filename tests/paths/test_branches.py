@@ -29,7 +29,7 @@ def linkage(name):
 
 
 @cache
-def found(name, state, stops):
+def branches_at(name, state, stops):
     it = linkage(name)
     return branches(it, getattr(it, state), stops=stops)
 
@@ -60,7 +60,7 @@ def laws(it, state, result):
 @pytest.mark.parametrize("state", ["folded", "flat"])
 @pytest.mark.parametrize("stops", [False, True])
 def test_branches_obey_the_equations_of_first_and_second_order(name, state, stops):
-    result = found(name, state, stops)
+    result = branches_at(name, state, stops)
     assert result.branches
     laws(linkage(name), getattr(linkage(name), state), result)
 
@@ -96,12 +96,12 @@ BILATERAL = {
 @pytest.mark.parametrize(("name", "state"), BILATERAL)
 def test_finite_mechanisms_at_the_ends_of_the_units(name, state):
     isolated, families, finite = BILATERAL[name, state]
-    free = found(name, state, False)
+    free = branches_at(name, state, False)
     assert (free.nullity, free.stresses) == (4, 4)
     assert [b.dimension for b in free.branches].count(0) == isolated
     assert sorted({b.dimension for b in free.branches} - {0}) == families
     assert len(free.finite) == (len(free.branches) if finite is None else finite)
-    held = found(name, state, True)
+    held = branches_at(name, state, True)
     (only,) = held.branches
     assert (only.status, only.within) == ("finite", True)
     assert only.direction == pytest.approx(skew(name, state), abs=1e-6)
@@ -110,7 +110,7 @@ def test_finite_mechanisms_at_the_ends_of_the_units(name, state):
 
 def test_other_branches_of_unit_ii_are_motions_with_panels_through_each_other():
     it = linkage("II")
-    for branch in found("II", "folded", False).finite:
+    for branch in branches_at("II", "folded", False).finite:
         for sign in (1, -1):
             path = follow(
                 it,
@@ -127,7 +127,7 @@ def test_other_branches_of_unit_ii_are_motions_with_panels_through_each_other():
 
 def test_an_infinitesimal_motion_leads_nowhere():
     it = linkage("I")
-    (lost,) = [b for b in found("I", "folded", False).branches if b.status == "infinitesimal"]
+    (lost,) = [b for b in branches_at("I", "folded", False).branches if b.status == "infinitesimal"]
     path = follow(it, it.folded, lost.direction, limits=Limits(stops=False, goal="none"))
     assert path.outcome == "lost closure"
     assert "no motion" in path.sentence
@@ -135,7 +135,7 @@ def test_an_infinitesimal_motion_leads_nowhere():
 
 def test_the_8r_element_has_two_degrees_of_freedom_at_its_ends():
     for state in ("folded", "flat"):
-        result = found("8R", state, True)
+        result = branches_at("8R", state, True)
         assert (result.nullity, result.stresses) == (3, 1)
         assert {b.dimension for b in result.branches} == {1}
         assert all(b.status == "finite" for b in result.branches)
@@ -143,7 +143,7 @@ def test_the_8r_element_has_two_degrees_of_freedom_at_its_ends():
 
 def test_the_6r_element_leaves_its_flat_state_in_two_ways():
     # rows fold first, or columns: two motions within the stops (thesis 6.1 has two stages)
-    result = found("6R", "flat", True)
+    result = branches_at("6R", "flat", True)
     assert len(result.finite) == len(result.branches) == 2
     assert abs(result.branches[0].direction @ result.branches[1].direction) < 1e-9
 

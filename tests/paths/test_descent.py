@@ -53,10 +53,10 @@ def connected(linkage, path, pieces=8):
     for one, two in zip(path.angles, path.angles[1:], strict=False):
         before = one
         for share in np.arange(1, pieces) / pieces:
-            found, _ = close_within(linkage, before + (two - before) / (pieces - share * pieces + 1))
-            assert found is not None
-            assert np.linalg.norm(found.angles - before) <= 3 / pieces * np.linalg.norm(two - one)
-            before = found.angles
+            closed, _ = close_within(linkage, before + (two - before) / (pieces - share * pieces + 1))
+            assert closed is not None
+            assert np.linalg.norm(closed.angles - before) <= 3 / pieces * np.linalg.norm(two - one)
+            before = closed.angles
         assert np.linalg.norm(two - before) <= 3 / pieces * np.linalg.norm(two - one)
 
 
@@ -125,13 +125,13 @@ def test_a_locked_folding_stays_folded():
     assert (path.outcome, path.steps) == ("stuck", 0)
     laws(path)
     search = find_motion(linkage, random=1)
-    assert not search.found
+    assert not search.success
     assert {how for _, how in search.tried} == {"stuck"}
 
 
 def test_a_search_goes_on_to_other_springs_and_then_backwards():
     search = find_motion(designed("square:012233230011", 0))
-    assert search.found
+    assert search.success
     assert search.backwards
     assert search.tried[0] == ("uniform", "stuck")
     name, how = search.tried[-1]
@@ -197,14 +197,14 @@ def test_the_least_energy_is_that_of_a_general_solver(seed):
     def energy(v):
         return 0.5 * springs @ (angles + v) ** 2
 
-    found = least_energy(basis, springs, angles, low, high)
-    assert (found >= low).all()
-    assert (found <= high).all()
-    assert np.abs(found - basis @ (basis.T @ found)).max() < 1e-7
+    velocity = least_energy(basis, springs, angles, low, high)
+    assert (velocity >= low).all()
+    assert (velocity <= high).all()
+    assert np.abs(velocity - basis @ (basis.T @ velocity)).max() < 1e-7
     walls = [
         {"type": "ineq", "fun": lambda z: basis @ z - low},
         {"type": "ineq", "fun": lambda z: high - basis @ z},
     ]
     other = minimize(lambda z: energy(basis @ z), np.zeros(m), constraints=walls, method="SLSQP", tol=1e-12)
     if other.success:
-        assert energy(found) <= other.fun + 1e-7
+        assert energy(velocity) <= other.fun + 1e-7

@@ -161,10 +161,10 @@ def test_predictions_are_of_their_order(method):
     errors = []
     for h in (0.2, 0.1):
         back = Walker(linkage, PREDICTORS["runge-kutta"]).advance(None, Step(local, -tangent, 0.0), h).step
-        found = Walker(linkage, PREDICTORS[method]).advance(Step(back.local, -back.tangent, -back.length), last, h)
-        assert found.order == ORDERS[method]
-        errors.append(found.error)
-    assert math.log2(errors[0] / errors[1]) == pytest.approx(found.order + 1, abs=0.7)
+        advance = Walker(linkage, PREDICTORS[method]).advance(Step(back.local, -back.tangent, -back.length), last, h)
+        assert advance.order == ORDERS[method]
+        errors.append(advance.error)
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(advance.order + 1, abs=0.7)
 
 
 def test_higher_order_is_nearer_without_correction():
@@ -207,12 +207,12 @@ def exact_singular_states(it):
 
     grid = np.linspace(0.02, math.pi - 0.02, 600)
     values = [least(first) for first in grid]
-    found = []
+    lengths = []
     for k in range(1, len(grid) - 1):
         if values[k] < min(values[k - 1], values[k + 1]):
             turn = minimize_scalar(least, bounds=(grid[k - 1], grid[k + 1]), method="bounded", options={"xatol": 1e-12})
-            found += [turn.x] if turn.fun < 1e-7 else []
-    return found
+            lengths += [turn.x] if turn.fun < 1e-7 else []
+    return lengths
 
 
 @pytest.mark.parametrize(("name", "number"), [("I", 2), ("II", 3)])

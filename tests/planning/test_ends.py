@@ -34,24 +34,24 @@ def departures(name):
 
 def opened(linkage, angles):
     """Twists of T - 1, about the middles of an end's loops."""
-    found = []
+    twists = []
     for loop in linkage.loops:
-        found.append(around_the_loop(linkage.directions, linkage.points / linkage.pattern.size, loop, angles))
-    return found
+        twists.append(around_the_loop(linkage.directions, linkage.points / linkage.pattern.size, loop, angles))
+    return twists
 
 
 def middles(linkage, end):
     """The point and the unit of length of each loop, from its screws there."""
     _, jacobian = linkage.closure(end.angles)
-    found = []
+    centres = []
     for number, loop in enumerate(linkage.loops):
         own = jacobian[6 * number : 6 * number + 6, [h for h, _ in loop]]
         middle, moments = np.zeros(3), own[3:].T
         for _ in range(6):
             shift = np.cross(own[:3].T, moments).mean(axis=0)
             middle, moments = middle + shift, moments - np.cross(shift, own[:3].T)
-        found.append((middle, math.sqrt((moments**2).sum(axis=1).mean())))
-    return found
+        centres.append((middle, math.sqrt((moments**2).sum(axis=1).mean())))
+    return centres
 
 
 def closure(linkage, end, angles):
@@ -137,9 +137,9 @@ def test_the_bound_of_the_rest_is_near_it_for_steps_as_they_are():
 
 def test_an_end_off_the_lattice_is_known_but_for_rounding():
     linkage = linkage_named("element-8r")
-    found = End(linkage, linkage.flat)
-    assert not found.exact
-    assert found.sound
+    end = End(linkage, linkage.flat)
+    assert not end.exact
+    assert end.sound
     moved = linkage.flat.copy()
     moved[0] = 1e-6
     assert not End(linkage, moved).sound

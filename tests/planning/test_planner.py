@@ -70,9 +70,9 @@ def test_a_way_that_cannot_be_has_no_motion():
     folding = next(
         f for word in words("hex", 10) for f in foldings(Circuit(GRIDS["hex"], word)) if not can_be(f, "merged")
     )
-    found = motion_of(folding, default_panel("hex"), ("merged",))
-    assert (found.way, found.states, found.proof, found.margin, found.growths) == (None, None, None, None, ())
-    assert reason_of(found) == "no path was searched for: the folding has no mirror pairs of panels to merge"
+    motion = motion_of(folding, default_panel("hex"), ("merged",))
+    assert (motion.way, motion.states, motion.proof, motion.margin, motion.growths) == (None, None, None, None, ())
+    assert reason_of(motion) == "no path was searched for: the folding has no mirror pairs of panels to merge"
 
 
 def test_a_margin_that_leaves_nothing_of_a_panel_is_refused():
@@ -98,14 +98,14 @@ def test_a_search_can_be_interrupted():
 def hopeless(folding):
     """The ways in which a folding has no path: all of a twisted one, and those in which an end is locked."""
     panel = default_panel(folding.circuit.grid.name)
-    found = []
+    linkages = []
     for way in WAYS:
         if can_be(folding, way):
             linkage = linkage_joined(folding, panel, way)
             locked = any(lock_at(linkage, angles).order is not None for angles in (linkage.folded, linkage.flat))
             if twist(folding) or locked:
-                found.append((way, linkage))
-    return found
+                linkages.append((way, linkage))
+    return linkages
 
 
 @cache

@@ -30,10 +30,10 @@ def moments(sample, count):
 def closed_beside(linkage, states):
     """The nearest closed states, by Newton."""
     loops = loops_of(linkage)
-    work, found = new_closing(loops), states.copy()
-    for state in found:
+    work, closed = new_closing(loops), states.copy()
+    for state in closed:
         assert close(loops, state, 1e-13, 1.0, 40, work)
-    return found
+    return closed
 
 
 @pytest.mark.parametrize("name", SAMPLES)
@@ -54,14 +54,14 @@ def test_every_sample_is_proved_from_packed_to_flat(name):
 def test_ten_thousand_moments_are_closed_within_the_slack_and_the_stops(name):
     sample = planned(name)
     states = moments(sample, 10_000)
-    found = closed_beside(sample.linkage, states)
+    closed = closed_beside(sample.linkage, states)
     # the nearest closed state is no further than the one that is proved to be there
-    assert np.linalg.norm(found - states, axis=1).max() <= sample.wander
-    assert max(-found.min(), found.max() - math.pi) <= sample.proof.give
-    assert max(open_by(sample.linkage, state) for state in found[::500]) < 1e-12
+    assert np.linalg.norm(closed - states, axis=1).max() <= sample.wander
+    assert max(-closed.min(), closed.max() - math.pi) <= sample.proof.give
+    assert max(open_by(sample.linkage, state) for state in closed[::500]) < 1e-12
     chain, prisms = sample.linkage.chain, prisms_of(sample.linkage, sample.proof.margin)
     pairs = pairs_of(sample.linkage, prisms_of(sample.linkage), kept_apart(sample.linkage)).prisms
-    assert deepest_overlap(chain, prisms, np.ascontiguousarray(pairs), found) == 0
+    assert deepest_overlap(chain, prisms, np.ascontiguousarray(pairs), closed) == 0
 
 
 @pytest.mark.extra
@@ -80,7 +80,7 @@ def test_coal_finds_shrunk_panels_apart_at_ten_thousand_moments(name):
     scene.follow(places[:1])
     gaps = []
     for place in places:
-        scene.pin.computeDistances(scene.model, scene.data, scene.shapes, scene.found, place)
+        scene.pin.computeDistances(scene.model, scene.data, scene.shapes, scene.geometry, place)
         gaps.append(scene.distances().min())
     assert min(gaps) > 0
 
@@ -120,9 +120,9 @@ def test_a_state_off_closure_beyond_a_stop_or_another_begin_is_refused(name):
     nowhere = states.copy()
     nowhere[k] = math.nan
     for path in (off, elsewhere, beyond, nowhere, states[1:], states[:-1], states[::-1], states[:1], states[:0]):
-        found = prover.prove(path, PLAYS)
-        assert found.margin is None
-        assert not found.closed
+        proof = prover.prove(path, PLAYS)
+        assert proof.margin is None
+        assert not proof.closed
     assert sample.proof.margin is not None
 
 

@@ -154,6 +154,18 @@ def test_a_drag_turns_the_picture_and_all_of_it_stays_in_the_frame(tab, tmp_path
     assert differ(before, picture(tab)) > 0.02
 
 
+def test_a_drag_with_shift_shifts_the_picture(tab, tmp_path):
+    show(tab, player_html(replay_of(FOLDING)), tmp_path)
+    before = picture(tab)[..., 3] > 0.5
+    tab.mouse("mousePressed", 600, 250, button="left", clickCount=1, modifiers=8)
+    tab.mouse("mouseMoved", 500, 210, button="left", buttons=1, modifiers=8)
+    tab.mouse("mouseReleased", 500, 210, button="left", clickCount=1, modifiers=8)
+    tab.value(TWO_FRAMES)
+    after = picture(tab)[..., 3] > 0.5
+    middles = [np.argwhere(cover).mean(axis=0) for cover in (before, after)]
+    assert middles[1] - middles[0] == pytest.approx([-40, -100], abs=25)
+
+
 def test_two_fingers_zoom_and_the_wheel_does_where_the_picture_has_the_focus(tab, tmp_path):
     show(tab, player_html(replay_of(FOLDING)), tmp_path)
 

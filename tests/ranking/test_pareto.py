@@ -20,14 +20,14 @@ def tables(draw, values=VALUES):
     return rows, draw(st.lists(st.sampled_from(["higher", "lower"]), min_size=width, max_size=width))
 
 
-def found(rows, better):
+def front_of(rows, better):
     return pareto_front(np.array(rows, float).reshape(len(rows), len(better)), better).tolist()
 
 
 @given(tables())
 def test_front_is_that_of_all_pairs(table):
     rows, better = table
-    assert found(rows, better) == front(rows, better)
+    assert front_of(rows, better) == front(rows, better)
 
 
 @given(tables(), st.randoms(use_true_random=False))
@@ -36,8 +36,8 @@ def test_order_of_rows_and_of_criteria_changes_nothing(table, chance):
     order, places = list(range(len(rows))), list(range(len(better)))
     chance.shuffle(order)
     chance.shuffle(places)
-    shuffled = found([[rows[i][k] for k in places] for i in order], [better[k] for k in places])
-    whole = found(rows, better)
+    shuffled = front_of([[rows[i][k] for k in places] for i in order], [better[k] for k in places])
+    whole = front_of(rows, better)
     assert shuffled == [whole[i] for i in order]
 
 
@@ -45,7 +45,7 @@ def test_order_of_rows_and_of_criteria_changes_nothing(table, chance):
 def test_unit_of_a_criterion_changes_nothing(table, unit):
     rows, better = table
     scaled = [[None if row[0] is None else row[0] * unit, *row[1:]] for row in rows]
-    assert found(scaled, better) == found(rows, better)
+    assert front_of(scaled, better) == front_of(rows, better)
 
 
 @given(tables())
@@ -53,13 +53,13 @@ def test_other_direction_is_the_negative(table):
     rows, better = table
     negated = [[None if value is None else -value for value in row] for row in rows]
     other = [{"higher": "lower", "lower": "higher"}[way] for way in better]
-    assert found(negated, other) == found(rows, better)
+    assert front_of(negated, other) == front_of(rows, better)
 
 
 @given(tables())
 def test_whoever_is_not_on_the_front_is_dominated_by_one_who_is(table):
     rows, better = table
-    on_front = found(rows, better)
+    on_front = front_of(rows, better)
     assert any(on_front) == bool(rows)
     best = [row for row, there in zip(rows, on_front, strict=True) if there]
     assert all(
@@ -68,9 +68,9 @@ def test_whoever_is_not_on_the_front_is_dominated_by_one_who_is(table):
 
 
 def test_a_missing_value_is_worse_than_any():
-    assert found([[1.0, None], [1.0, -np.inf], [None, None]], ["higher", "higher"]) == [False, True, False]
-    assert found([[None], [None]], ["lower"]) == [True, True]
-    assert found([[2.0, None], [1.0, 5.0]], ["higher", "higher"]) == [True, True]
+    assert front_of([[1.0, None], [1.0, -np.inf], [None, None]], ["higher", "higher"]) == [False, True, False]
+    assert front_of([[None], [None]], ["lower"]) == [True, True]
+    assert front_of([[2.0, None], [1.0, 5.0]], ["higher", "higher"]) == [True, True]
 
 
 @pytest.mark.parametrize("shape", [(0, 3), (4, 0)])

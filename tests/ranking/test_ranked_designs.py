@@ -40,15 +40,15 @@ def test_ranks_scores_and_front_are_those_of_the_plain_formulas(reader):
     weights = {"dof": 3, "symmetry": 0.5}
     ranked = rank_designs(reader, "n=10", weights)
     rows = as_dicts(ranked)
-    found = [[row[name] for name in NAMES] for row in rows]
-    assert len(found) == len(select(reader, "untwisted status!=locked").rows) > 10
+    values = [[row[name] for name in NAMES] for row in rows]
+    assert len(values) == len(select(reader, "untwisted status!=locked").rows) > 10
     assert {row["min_clearance"] is None for row in rows} == {True, False}
     # what is movable without springs has a margin, and no clearance
     kinds = {(row["needed_margin"] is None, row["min_clearance"] is None) for row in rows}
     assert kinds == {(True, True), (False, True), (False, False)}
     shares = [weights.get(name, 1) for name in NAMES]
-    assert [row["score"] for row in rows] == pytest.approx([score(row, shares, BETTER, HALVES) for row in found])
-    assert [row["pareto"] for row in rows] == front(found, BETTER)
+    assert [row["score"] for row in rows] == pytest.approx([score(row, shares, BETTER, HALVES) for row in values])
+    assert [row["pareto"] for row in rows] == front(values, BETTER)
     scores = [row["score"] for row in rows]
     assert scores == sorted(scores, reverse=True)
     assert [row["rank"] for row in rows] == [1 + sum(other > mine for other in scores) for mine in scores]

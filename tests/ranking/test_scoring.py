@@ -47,8 +47,8 @@ def test_criteria_are_those_that_designs_are_ranked_by():
 
 
 def test_a_criterion_has_one_unit_and_one_direction_in_all_views():
-    told = {(q.name, q.unit, q.better) for view in VIEWS.values() for q in view if q.name in NAMES}
-    assert told == {(quantity.name, quantity.unit, quantity.better) for quantity in CRITERIA}
+    listed = {(q.name, q.unit, q.better) for view in VIEWS.values() for q in view if q.name in NAMES}
+    assert listed == {(quantity.name, quantity.unit, quantity.better) for quantity in CRITERIA}
 
 
 @given(rows_of(VALUES), WEIGHTS)
@@ -75,9 +75,9 @@ def test_a_dominated_row_never_scores_more(rows, weights):
         for row in rows
     ]
     everyone = rows + better_by_a_bit
-    found = scores(everyone, weights)
-    for a, p in zip(everyone, found, strict=True):
-        for b, q in zip(everyone, found, strict=True):
+    totals = scores(everyone, weights)
+    for a, p in zip(everyone, totals, strict=True):
+        for b, q in zip(everyone, totals, strict=True):
             if dominates(a, b, BETTER):
                 assert p >= q
 
@@ -96,9 +96,9 @@ def test_only_ratios_of_weights_count(rows, weights, power):
 
 @given(rows_of(EXTREMES), WEIGHTS)
 def test_scores_lie_between_zero_and_one_and_do_not_depend_on_other_rows(rows, weights):
-    found = scores(rows, weights)
-    assert all(0.0 <= value <= 1.0 for value in found)
-    assert [scores([row], weights)[0] for row in rows] == found
+    shares = scores(rows, weights)
+    assert all(0.0 <= value <= 1.0 for value in shares)
+    assert [scores([row], weights)[0] for row in rows] == shares
 
 
 def test_a_weight_of_zero_leaves_a_criterion_out():

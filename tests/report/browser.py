@@ -37,10 +37,9 @@ def driven(page: Path, driver: str, name: str = "driven.html", **options: str) -
     text, barred = re.subn(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", page.read_text(encoding="utf-8"))
     assert barred == 1
     listen = "<script>window.failures = []; window.onerror = (text) => { window.failures.push(text); };</script>"
-    place = (
-        'const place = document.createElement("pre"); place.id = "probe"; place.textContent = JSON.stringify(probe);'
-    )
-    script = f"(async () => {{ const probe = {{}}; {driver}\nprobe.errors = window.failures; {place} document.body.append(place); }})();"
+    left = 'const place = document.createElement("pre"); place.id = "probe"; place.textContent = JSON.stringify(probe);'
+    script = f"(async () => {{ const probe = {{}}; {driver}\nprobe.errors = window.failures; {left}"
+    script += " document.body.append(place); })();"
     text = text.replace("<head>", f"<head>{listen}").replace("</body>", f"<script>{script}</script></body>")
     copy = page.with_name(name)
     copy.write_text(text, encoding="utf-8")

@@ -5,7 +5,6 @@ import re
 import pytest
 from matplotlib.image import imread
 
-from hcsearch.circuit import Circuit
 from hcsearch.drawing import draw_circuit
 from hcsearch.enumeration import enumerate_circuits
 from hcsearch.errors import HcsearchError
@@ -24,8 +23,12 @@ HELPERS = """
 const cards = () => [...document.querySelectorAll(".gallery .card")];
 const ids = () => cards().map((card) => Number(card.querySelector("h3").textContent.slice(1)));
 const byId = (name) => document.getElementById(name);
-const type = (text) => { byId("find").value = text; byId("find").dispatchEvent(new Event("input", {bubbles: true})); };
-const sort = (name) => { byId("column").value = name; byId("column").dispatchEvent(new Event("input", {bubbles: true})); };
+const set = (name, value) => {
+  byId(name).value = value;
+  byId(name).dispatchEvent(new Event("input", {bubbles: true}));
+};
+const type = (text) => set("find", text);
+const sort = (name) => set("column", name);
 """
 
 # Sorts, filters, scrolls and chooses foldings as a reader would.
@@ -40,20 +43,23 @@ box.click(); probe.untwisted = byId("state").textContent; box.click();
 type("#7"); probe.number = ids();
 type("no hex"); probe.words = byId("state").textContent;
 type("min_twist<=1 n_foldings>=2"); probe.numeric = byId("state").textContent;
-type("doff<=6"); probe.wrong = [byId("wrong").textContent, byId("find").getAttribute("aria-invalid"), byId("state").textContent];
+type("doff<=6");
+probe.wrong = [byId("wrong").textContent, byId("find").getAttribute("aria-invalid"), byId("state").textContent];
 type("nothing like it"); probe.none = !byId("none").hidden; type("");
 scrollTo(0, document.body.scrollHeight); dispatchEvent(new Event("scroll"));
 probe.last = ids().at(-1); probe.made = cards().length;
 scrollTo(0, 0); dispatchEvent(new Event("scroll"));
 type("n_foldings>=3");
-probe.chips = cards().map((card) => [...card.querySelectorAll(".fold")].map((chip) => [chip.className, chip.getAttribute("aria-pressed")]));
+const said = (chip) => [chip.className, chip.getAttribute("aria-pressed")];
+probe.chips = cards().map((card) => [...card.querySelectorAll(".fold")].map(said));
 const path = (card) => card.querySelector(".mountain").getAttribute("d");
 const before = path(cards()[0]);
 cards()[0].querySelector(".fold[aria-pressed=false]").click();
 probe.redrawn = [path(cards()[0]) !== before, cards()[0].querySelectorAll("[aria-pressed=true]").length];
 cards()[0].querySelector(".thumb").click();
 const large = byId("large");
-probe.large = [large.open, large.querySelectorAll(".numbers text").length, large.querySelectorAll(".foldings tbody tr").length];
+const count = (what) => large.querySelectorAll(what).length;
+probe.large = [large.open, count(".numbers text"), count(".foldings tbody tr")];
 large.querySelector(".close").click(); probe.closed = !large.open;
 dispatchEvent(new Event("beforeprint")); probe.printed = cards().length;
 dispatchEvent(new Event("afterprint"));
@@ -153,14 +159,14 @@ def test_another_folding_can_be_chosen_and_a_design_enlarged(probe):
 def run_modules(folder, modules: tuple[str, ...], setup: object, code: str) -> object:
     """What a script made of some modules of the page computes; `setup` is what it is given as `given`."""
     (folder / "given.js").write_text(f"const given = {json.dumps(setup)};\n", encoding="utf-8")
-    script = joined_script(modules).removesuffix("})();\n") + f"probe.found = {code};\n}})();"
+    script = joined_script(modules).removesuffix("})();\n") + f"probe.computed = {code};\n}})();"
     page = folder / "modules.html"
     page.write_text(
         '<!DOCTYPE html><head><meta http-equiv="Content-Security-Policy" content=""></head><body><svg></svg>'
         '<script src="given.js"></script></body>',
         encoding="utf-8",
     )
-    return driven(page, script)["found"]
+    return driven(page, script)["computed"]
 
 
 def test_pictures_are_those_that_python_draws(tmp_path):
@@ -225,8 +231,8 @@ def test_the_box_understands_queries_as_the_database_does(database_file, tmp_pat
       const table = Table.read(given.data);
       try { return Conditions.selected(table, query).map((i) => table.designs.id[i]); } catch { return null; }
     })"""
-    found = run_modules(tmp_path, ("grammar", "conditions", "table"), given, code)
-    wrong = {query: (a, b) for query, a, b in zip(queries, found, expected, strict=True) if a != b}
+    chosen = run_modules(tmp_path, ("grammar", "conditions", "table"), given, code)
+    wrong = {query: (a, b) for query, a, b in zip(queries, chosen, expected, strict=True) if a != b}
     assert not wrong
     assert sum(ids is None for ids in expected) > 10
     assert len({tuple(ids) for ids in expected if ids}) > 20

@@ -20,9 +20,9 @@ circuits = st.sampled_from(CIRCUITS)
 
 def pieces(svg: str, kind: str) -> list[list[tuple[float, float]]]:
     """Corners of the subpaths of one class, as a browser reads them."""
-    found = re.search(rf'class="{kind}"[^>]* d="([^"]*)"', svg)
+    match = re.search(rf'class="{kind}"[^>]* d="([^"]*)"', svg)
     lines = []
-    for part in re.findall(r"M[^M]+", found[1] if found else ""):
+    for part in re.findall(r"M[^M]+", match[1] if match else ""):
         numbers = list(map(int, re.findall(r"-?\d+", part)))
         x, y = numbers[:2]
         line = [(x, y)]

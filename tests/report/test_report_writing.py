@@ -46,8 +46,8 @@ def test_stages_that_have_not_run_are_not_known(database):
 
 
 def test_twisted_designs_alone_are_known_not_to_deploy(database):
-    found = counts(fetch(database, "grid=hex n=8 untwisted=0", limit=None))
-    assert (found["movable"], found["deployable by springs"]) == (0, 0)
+    funnel = counts(fetch(database, "grid=hex n=8 untwisted=0", limit=None))
+    assert (funnel["movable"], funnel["deployable by springs"]) == (0, 0)
 
 
 def test_the_best_designs_come_first_with_their_foldings(database):
@@ -98,20 +98,20 @@ def scenes(database_file, tmp_path):
 
 
 def test_a_report_shows_the_verdicts_of_its_scene(scenes, tmp_path):
-    found = {scene: fetch(scenes, "grid=hex n=8", limit=1, scene=scene) for scene in ("default", "driven", "flat")}
-    told = {
+    reports = {scene: fetch(scenes, "grid=hex n=8", limit=1, scene=scene) for scene in ("default", "driven", "flat")}
+    shown = {
         scene: [data.designs[0][name] for name in ("status", "deploy_time", "needed_margin")]
         + [counts(data)[name] for name in ("movable", "deployable by springs")]
-        for scene, data in found.items()
+        for scene, data in reports.items()
     }
-    assert told == {
+    assert shown == {
         "default": ["deploys", 1.25, 0.01, 1, 1],
         "driven": ["movable", None, 0.01, 1, 0],
         "flat": ["undecided", None, None, 0, 0],
     }
-    statuses = [{row["status"] for rows in data.foldings.values() for row in rows} for data in found.values()]
+    statuses = [{row["status"] for rows in data.foldings.values() for row in rows} for data in reports.values()]
     assert [words - {"twisted"} for words in statuses] == [{"deploys"}, {"movable"}, {"undecided"}]
-    assert [dict(data.meta)["scene"] for data in found.values()] == ["default", "driven", "flat"]
+    assert [dict(data.meta)["scene"] for data in reports.values()] == ["default", "driven", "flat"]
     assert fetch(scenes, "deployable", limit=None).total == 1
     assert fetch(scenes, "deployable", limit=None, scene="driven").total == 1
     assert fetch(scenes, "deployable", limit=None, scene="flat").total == 0

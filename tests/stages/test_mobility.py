@@ -33,16 +33,16 @@ def run(search):
 
 
 def stages(batch):
-    found = fold(batch)
-    twists = twist_batch(batch, found)
-    return batch, found, twists, mobility.mobility(batch, found, twists)
+    folded = fold(batch)
+    twists = twist_batch(batch, folded)
+    return batch, folded, twists, mobility.mobility(batch, folded, twists)
 
 
 @pytest.mark.parametrize(("grid", "n"), [("hex", 8), ("hex", 10), ("square", 12), ("triangle", 14), ("rectangle", 10)])
 def test_batches_agree_with_one_linkage_at_a_time(grid, n):
-    batch, found, twists, freedoms = run(PolygonSearch(GRIDS[grid], n))
+    batch, folded, twists, freedoms = run(PolygonSearch(GRIDS[grid], n))
     panel = default_panel(grid)
-    for i, (row, crease, twist) in enumerate(zip(found.row, found.crease, twists, strict=True)):
+    for i, (row, crease, twist) in enumerate(zip(folded.row, folded.crease, twists, strict=True)):
         folding = Folding(Circuit(GRIDS[grid], tuple(batch.words[row].tolist())), int(crease))
         hinged = Linkage(folding.pattern(panel, hinged=True))
         assert freedoms.kutzbach == hinged.pattern.kutzbach
@@ -74,15 +74,15 @@ def test_batches_agree_with_one_linkage_at_a_time(grid, n):
 @pytest.mark.parametrize(("grid", "n"), [("hex", 10), ("square", 12)])
 @pytest.mark.parametrize("thickness", [1e-3, 0.02])
 def test_locks_with_other_panels(grid, n, thickness):
-    batch, found, _, freedoms = run(PolygonSearch(GRIDS[grid], n))
+    batch, folded, _, freedoms = run(PolygonSearch(GRIDS[grid], n))
     locks = freedoms.locked, freedoms.locked_hinged
-    assert mobility.locks_of(batch, found, locks, default_panel(grid)) == locks
+    assert mobility.locks_of(batch, folded, locks, default_panel(grid)) == locks
     other = (*default_panel(grid)[:2], thickness)
     orders = []
-    for hinged, (before, own) in enumerate(zip(locks, mobility.locks_of(batch, found, locks, other), strict=True)):
+    for hinged, (before, own) in enumerate(zip(locks, mobility.locks_of(batch, folded, locks, other), strict=True)):
         assert not (own & ~before).any()
         for i in np.flatnonzero(before).tolist():
-            folding = folding_at(batch, found, i)
+            folding = folding_at(batch, folded, i)
             known = Linkage(folding.pattern(default_panel(grid), hinged=bool(hinged)))
             order = min(lock_at(known, angles).order or 3 for angles in (known.folded, known.flat))
             assert own[i] or order == 2  # locks of first order do not depend on the size of panels
@@ -121,8 +121,8 @@ def test_the_cut_hinge_of_the_thesis_4x4():
 )
 def test_how_many_foldings_are_locked(grid, n, untwisted, locked, hinged):
     _, _, twists, freedoms = run(FoldedSearch(GRIDS[grid], n, untwisted=True))
-    found = (twists == 0, freedoms.locked, freedoms.locked_hinged)
-    assert tuple(int(flags.sum()) for flags in found) == (untwisted, locked, hinged)
+    counted = (twists == 0, freedoms.locked, freedoms.locked_hinged)
+    assert tuple(int(flags.sum()) for flags in counted) == (untwisted, locked, hinged)
 
 
 @given(st.data())
@@ -131,16 +131,18 @@ def test_freedoms_and_locks_do_not_depend_on_the_way_a_circuit_is_given(data):
     moved = data.draw(congruences(circuit))
     outcomes = []
     for one in (circuit, moved):
-        _, _, twists, found = stages(CircuitBatch(one.grid.name, np.array([one.word], np.int8), np.ones(1, np.int16)))
+        _, _, twists, freedoms = stages(
+            CircuitBatch(one.grid.name, np.array([one.word], np.int8), np.ones(1, np.int16))
+        )
         columns = (
-            found.dof,
-            found.dof_merged,
-            found.dof_folded,
-            found.dof_flat,
-            found.merged_panels,
-            found.kutzbach_merged,
-            found.locked,
-            found.locked_hinged,
+            freedoms.dof,
+            freedoms.dof_merged,
+            freedoms.dof_folded,
+            freedoms.dof_flat,
+            freedoms.merged_panels,
+            freedoms.kutzbach_merged,
+            freedoms.locked,
+            freedoms.locked_hinged,
             twists,
         )
         outcomes.append(sorted(zip(*(column.tolist() for column in columns), strict=True)))
@@ -154,7 +156,7 @@ def test_an_empty_batch_has_no_rows():
 
 def test_best_foldings_have_the_lowest_dof_then_crease():
     """Four circuits: a tie, an undecided dof, a twisted folding with the lowest dof, and no untwisted one."""
-    found = FoldingBatch(np.array([0, 0, 0, 1, 1, 2, 2, 3]), np.array([5, 3, 1, 0, 2, 0, 4, 0]))
+    folded = FoldingBatch(np.array([0, 0, 0, 1, 1, 2, 2, 3]), np.array([5, 3, 1, 0, 2, 0, 4, 0]))
     twists = np.array([0, 0, 0, 0, 0, 1, 0, 2], np.int16)
     dof = np.array([4, 4, 5, NONE, 6, 1, 7, 1])
     columns = {field.name: dof for field in fields(MobilityBatch)} | {
@@ -164,5 +166,5 @@ def test_best_foldings_have_the_lowest_dof_then_crease():
     }
     words = np.zeros((4, 8), np.int8)
     circuits = CircuitBatch("hex", words, np.ones(4, np.int16))
-    best = best_foldings(StagedDesigns(circuits, np.ones(4), found, twists, MobilityBatch(**columns)))
+    best = best_foldings(StagedDesigns(circuits, np.ones(4), folded, twists, MobilityBatch(**columns)))
     assert best.tolist() == [1, 4, 6, -1]

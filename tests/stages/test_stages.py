@@ -6,7 +6,7 @@ import pytest
 from hcsearch.enumeration import PolygonSearch
 from hcsearch.errors import StageError
 from hcsearch.grid import GRIDS
-from hcsearch.pipeline.units import run_unit
+from hcsearch.pipeline.shards import run_shard
 from hcsearch.scenes import DEFAULT, SCENES
 from hcsearch.stages.circuits import listed
 from hcsearch.stages.order import STAGES, check_keep, numbers, stage_keeping, stages_until
@@ -43,7 +43,7 @@ def test_what_is_dropped_on_the_way_changes_nothing_for_the_rest(keep):
     (prefix,) = search.prefixes
     stages = stages_until("mobility")
     every, whole = run_stages(listed(search, prefix), stages, SCENE)
-    kept, results = run_unit(search, prefix, stages, keep)
+    kept, results = run_shard(search, prefix, stages, keep)
     assert [(one.stage, one.passed, one.n_fixed) for one in results] == [
         (one.stage, one.passed, one.n_fixed) for one in whole
     ]

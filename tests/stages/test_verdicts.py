@@ -22,7 +22,7 @@ from hcsearch.folding import Folding, folding_at
 from hcsearch.grid import GRIDS
 from hcsearch.pipeline.judging import PIECE_SECONDS, Judge, Piece, pieces, seconds_of, unfinished
 from hcsearch.pipeline.rows import design_rows
-from hcsearch.pipeline.units import candidates_of, run_unit
+from hcsearch.pipeline.shards import candidates_of, run_shard
 from hcsearch.planning.batches import motions
 from hcsearch.records import (
     NONE,
@@ -42,16 +42,16 @@ STOPS = frozenset({"stops"})
 IN_A_SCENE = tuple(stage for stage in STAGES.values() if stage.in_a_scene)
 
 
-def unit_of(grid, n, until="mobility"):
+def shard_of(grid, n, until="mobility"):
     search = PolygonSearch(GRIDS[grid], n)
     (prefix,) = search.prefixes
-    return search, run_unit(search, prefix, stages_until(until), "all")[0]
+    return search, run_shard(search, prefix, stages_until(until), "all")[0]
 
 
 @pytest.fixture(scope="module")
 def tens():
     """The untwisted foldings of ten hexagons, their motions, and their deployments."""
-    own = candidates_of(unit_of("hex", 10)[1])
+    own = candidates_of(shard_of("hex", 10)[1])
     locks = own.mobility.locked, own.mobility.locked_hinged
     motion = motions(own.circuits, own.foldings, locks, DEFAULT, threads=2)
     return own, motion, verdicts(own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT, threads=2)
@@ -61,13 +61,15 @@ def tens():
     ("grid", "n", "twisted"), [pytest.param("hex", 12, 251, marks=pytest.mark.long), ("square", 14, 66)]
 )
 def test_no_twisted_folding_deploys(grid, n, twisted):
-    _, unit = unit_of(grid, n, "twist")
-    found = np.flatnonzero(unit.twists != 0).tolist()
-    assert len(found) == twisted
-    scenes = [compile_scene(folding_linkage(folding_at(unit.circuits, unit.foldings, i)), DEFAULT) for i in found]
+    _, shard = shard_of(grid, n, "twist")
+    numbers = np.flatnonzero(shard.twists != 0).tolist()
+    assert len(numbers) == twisted
+    scenes = [compile_scene(folding_linkage(folding_at(shard.circuits, shard.foldings, i)), DEFAULT) for i in numbers]
     rows = check(scenes, tolerance=1e-5, threads=2)
     assert not [
-        folding_at(unit.circuits, unit.foldings, i).notation for i, row in zip(found, rows, strict=True) if row.deploys
+        folding_at(shard.circuits, shard.foldings, i).notation
+        for i, row in zip(numbers, rows, strict=True)
+        if row.deploys
     ]
     # the check did follow them: most move, and what comes flat collides on the way
     assert sum(row.evaluations > 100 for row in rows) > 0.3 * twisted
@@ -75,42 +77,42 @@ def test_no_twisted_folding_deploys(grid, n, twisted):
 
 
 def test_verdicts_of_ten_hexagons(tens):
-    own, motion, found = tens
-    deploys = found.deploys
+    own, motion, deployments = tens
+    deploys = deployments.deploys
     assert len(deploys) == len(own.foldings) == 40
     assert not deploys[own.mobility.locked_hinged].any()
     assert 6 <= deploys.sum() <= 25
-    assert (np.isfinite(found.time) == deploys).all()
-    assert (np.isfinite(found.clearance) == deploys).all()
-    assert (found.time[deploys] > 0.05).all()
-    assert (found.time[deploys] <= PATIENT).all()
+    assert (np.isfinite(deployments.time) == deploys).all()
+    assert (np.isfinite(deployments.clearance) == deploys).all()
+    assert (deployments.time[deploys] > 0.05).all()
+    assert (deployments.time[deploys] <= PATIENT).all()
     assert motion.met[deploys].all()  # what springs bring flat has a path, which need not be proved
     assert motion.moves[deploys].mean() > 0.5
 
 
 def test_without_a_path_a_folding_gets_the_first_look_alone(tens):
-    own, motion, found = tens
-    for trial in found.trials:
+    own, motion, deployments = tens
+    for trial in deployments.trials:
         assert motion.met[trial.folding] or trial.scene == "default"
     none = np.zeros(len(own.foldings), bool)
     brief = verdicts(own.circuits, own.foldings, own.mobility.locked, none, DEFAULT, threads=2)
-    first = tuple(trial for trial in found.trials if trial.scene == "default")
+    first = tuple(trial for trial in deployments.trials if trial.scene == "default")
     assert brief.trials == first
     assert np.flatnonzero(brief.deploys).tolist() == [trial.folding for trial in first if trial.status == "deploys"]
-    assert brief.deploys.sum() < found.deploys.sum()
+    assert brief.deploys.sum() < deployments.deploys.sum()
 
 
 def test_each_trial_tells_what_it_was(tens):
-    own, _, found = tens
-    first = {trial.folding: trial for trial in found.trials if trial.scene == "default"}
+    own, _, deployments = tens
+    first = {trial.folding: trial for trial in deployments.trials if trial.scene == "default"}
     assert sorted(first) == np.flatnonzero(~own.mobility.locked).tolist()
-    for trial in found.trials:
+    for trial in deployments.trials:
         assert trial.status in {"deploys", "collides", "undecided"}
         assert (trial.first_contact is not None) == (trial.status == "collides")
         if trial.status == "deploys":
-            assert found.deploys[trial.folding]
-            assert found.clearance[trial.folding] == trial.clearance
-            assert found.time[trial.folding] == trial.deploy_time
+            assert deployments.deploys[trial.folding]
+            assert deployments.clearance[trial.folding] == trial.clearance
+            assert deployments.time[trial.folding] == trial.deploy_time
         else:
             assert trial.scene == "default" or trial.reason.startswith("branch-singular: ")
             assert trial.deploy_time is None
@@ -122,8 +124,8 @@ def test_each_trial_tells_what_it_was(tens):
 
 
 def test_what_deploys_in_a_trial_does_so_when_it_is_simulated_alone(tens):
-    own, _, found = tens
-    chosen = [trial for trial in found.trials if trial.status == "deploys"]
+    own, _, deployments = tens
+    chosen = [trial for trial in deployments.trials if trial.status == "deploys"]
     graded_ones = [trial for trial in chosen if "first" in trial.scene]
     assert graded_ones
     for trial in (chosen[0], graded_ones[0], graded_ones[-1]):
@@ -140,18 +142,18 @@ def test_what_deploys_in_a_trial_does_so_when_it_is_simulated_alone(tens):
 
 def test_a_motion_along_singular_states_is_no_deployment(tens):
     """One that comes flat at 1e-6 and diverges at 1e-8 is undecided; other springs deploy the folding."""
-    own, _, found = tens
+    own, _, deployments = tens
     names = [folding_at(own.circuits, own.foldings, i).notation for i in range(len(own.foldings))]
-    one, two = (trial for trial in found.trials if names[trial.folding] == "hex:0223335500:0")
+    one, two = (trial for trial in deployments.trials if names[trial.folding] == "hex:0223335500:0")
     assert [one.status, two.status] == ["undecided", "deploys"]
     assert one.reason.startswith("branch-singular: flat ")
     assert (one.clearance, one.deploy_time) == (None, None)
-    assert found.time[two.folding] == two.deploy_time == float(f"{two.deploy_time:.3e}")
+    assert deployments.time[two.folding] == two.deploy_time == float(f"{two.deploy_time:.3e}")
 
 
 def test_what_deploys_at_one_tolerance_only_is_undecided(tens, monkeypatch):
-    own, _, found = tens
-    one = next(trial.folding for trial in found.trials if trial.status == "deploys" and trial.scene != "default")
+    own, _, deployments = tens
+    one = next(trial.folding for trial in deployments.trials if trial.status == "deploys" and trial.scene != "default")
     alone = FoldingBatch(own.foldings.row[one : one + 1], own.foldings.crease[one : one + 1])
 
     def jams(checks, tolerances):
@@ -167,54 +169,54 @@ def test_what_deploys_at_one_tolerance_only_is_undecided(tens, monkeypatch):
 
 
 def test_threads_and_how_many_are_held_in_memory_change_nothing(tens, monkeypatch):
-    own, motion, found = tens
+    own, motion, deployments = tens
     monkeypatch.setattr("hcsearch.deployment.verdicts.TOGETHER", 7)
     again = verdicts(own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT)
-    assert again.deploys.tolist() == found.deploys.tolist()
-    assert again.trials == found.trials
+    assert again.deploys.tolist() == deployments.deploys.tolist()
+    assert again.trials == deployments.trials
 
 
 def test_looks_end_after_so_much_work_on_any_number_of_threads(tens, monkeypatch):
-    own, motion, found = tens
+    own, motion, deployments = tens
     monkeypatch.setattr("hcsearch.deployment.verdicts.WORK", 20_000)
     given = own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT
     one, two = (verdicts(*given, threads=threads) for threads in (1, 2))
     assert one.trials == two.trials
-    assert not (one.deploys & ~found.deploys).any()
-    assert 0 < one.deploys.sum() < found.deploys.sum()
+    assert not (one.deploys & ~deployments.deploys).any()
+    assert 0 < one.deploys.sum() < deployments.deploys.sum()
 
 
 def test_a_design_has_the_best_verdict_of_its_foldings():
-    search, unit = unit_of("hex", 8)
-    rows = design_rows(search, unit)
+    search, shard = shard_of("hex", 8)
+    rows = design_rows(search, shard)
     for row, word in enumerate(rows.status):
         own = [rows.folding_status[i] for i in np.flatnonzero(rows.folding_row == row)]
         known = [other for other in own if other is not None]
         assert word == (min(known, key=STATUSES.index) if known else None)
-    own = candidates_of(unit)
-    (piece,) = pieces("unit", own)
-    found = Judge(DEFAULT, IN_A_SCENE)(piece)
-    told = found.verdicts
-    assert told.folding_crease.tolist() == own.foldings.crease.tolist()
-    assert told.circuit == [Circuit(GRIDS["hex"], tuple(word)).notation for word in own.circuits.words.tolist()]
-    assert_best_first(own, told)
-    for i, word in enumerate(told.folding_status):
-        known = [told.deployment.deploys[i], told.motion.moves[i], not own.mobility.locked_hinged[i]]
+    own = candidates_of(shard)
+    (piece,) = pieces("shard", own)
+    verdict = Judge(DEFAULT, IN_A_SCENE)(piece)
+    judged = verdict.verdicts
+    assert judged.folding_crease.tolist() == own.foldings.crease.tolist()
+    assert judged.circuit == [Circuit(GRIDS["hex"], tuple(word)).notation for word in own.circuits.words.tolist()]
+    assert_best_first(own, judged)
+    for i, word in enumerate(judged.folding_status):
+        known = [judged.deployment.deploys[i], judged.motion.moves[i], not own.mobility.locked_hinged[i]]
         assert word == next(name for name, holds in zip(STATUSES, [*known, True], strict=True) if holds)
-    planned, simulated = found.results
+    planned, simulated = verdict.results
     assert (planned.stage, planned.version) == ("motion", STAGES["motion"].number)
     assert (simulated.stage, simulated.version) == ("deployment", STAGES["deployment"].number)
-    assert planned.passed == sum(word in ("deploys", "movable") for word in told.status)
-    assert simulated.passed == told.status.count("deploys")
+    assert planned.passed == sum(word in ("deploys", "movable") for word in judged.status)
+    assert simulated.passed == judged.status.count("deploys")
     for result, words in ((planned, ("deploys", "movable")), (simulated, ("deploys",))):
         assert result.n_fixed == sum(
-            count for count, word in zip(own.n_fixed.tolist(), told.status, strict=True) if word in words
+            count for count, word in zip(own.n_fixed.tolist(), judged.status, strict=True) if word in words
         )
 
 
 def test_until_motion_nothing_is_simulated():
-    own = candidates_of(unit_of("hex", 8)[1])
-    (piece,) = pieces("unit", own)
+    own = candidates_of(shard_of("hex", 8)[1])
+    (piece,) = pieces("shard", own)
     whole, brief = Judge(DEFAULT, IN_A_SCENE)(piece), Judge(DEFAULT, IN_A_SCENE[:1])(piece)
     assert brief.verdicts.deployment is None
     assert [result.stage for result in brief.results] == ["motion"]
@@ -223,13 +225,13 @@ def test_until_motion_nothing_is_simulated():
     assert brief.verdicts.folding_status == as_planned
 
 
-def assert_best_first(own, told):
+def assert_best_first(own, judged):
     """The best folding of each design is that of the best status, then least play, lowest dof, lowest crease."""
-    margin = np.nan_to_num(told.motion.margin, nan=np.inf)
+    margin = np.nan_to_num(judged.motion.margin, nan=np.inf)
     dof = np.where(own.mobility.dof == NONE, np.inf, own.mobility.dof)
-    for row, best in enumerate(zip(told.status, told.best_crease, strict=True)):
+    for row, best in enumerate(zip(judged.status, judged.best_crease, strict=True)):
         members = np.flatnonzero(own.foldings.row == row).tolist()
-        rank = [(STATUSES.index(told.folding_status[i]), margin[i], dof[i], own.foldings.crease[i]) for i in members]
+        rank = [(STATUSES.index(judged.folding_status[i]), margin[i], dof[i], own.foldings.crease[i]) for i in members]
         place, *_, crease = min(rank)
         assert best == (STATUSES[place], crease)
 
@@ -278,29 +280,29 @@ def test_best_foldings_by_status_play_dof_and_crease(monkeypatch, scene, deploys
     none = np.zeros(len(dof), int)
     mobility = MobilityBatch(0, dof, none, none, none, none, none, locked, hinged)
     own = StagedDesigns(circuits, np.arange(1, 6), FoldingBatch(rows, creases), None, mobility)
-    found = Judge(replace(DEFAULT, **scene), IN_A_SCENE[: 1 + deploys])(Piece("p#0/1", own))
-    told = found.verdicts
-    assert [f"{word} {crease}" for word, crease in zip(told.status, told.best_crease, strict=True)] == expected
-    assert_best_first(own, told)
-    counts = [(result.stage, result.passed, result.n_fixed) for result in found.results]
+    verdict = Judge(replace(DEFAULT, **scene), IN_A_SCENE[: 1 + deploys])(Piece("p#0/1", own))
+    judged = verdict.verdicts
+    assert [f"{word} {crease}" for word, crease in zip(judged.status, judged.best_crease, strict=True)] == expected
+    assert_best_first(own, judged)
+    counts = [(result.stage, result.passed, result.n_fixed) for result in verdict.results]
     assert counts == [("motion", 3, 6), ("deployment", 1, 1)][: 1 + deploys]
 
 
 def test_pieces_are_small_whole_and_the_same_each_time():
-    _, unit = unit_of("hex", 10)
-    own = candidates_of(unit)
-    found = list(pieces("unit", own))
-    assert [piece.key for piece in found] == [f"unit#{k}/{len(found)}" for k in range(len(found))]
-    assert len(found) > 1
-    assert sum(len(piece.candidates.foldings) for piece in found) == len(own.foldings)
-    words = np.concatenate([piece.candidates.circuits.words for piece in found])
+    _, shard = shard_of("hex", 10)
+    own = candidates_of(shard)
+    parts = list(pieces("shard", own))
+    assert [piece.key for piece in parts] == [f"shard#{k}/{len(parts)}" for k in range(len(parts))]
+    assert len(parts) > 1
+    assert sum(len(piece.candidates.foldings) for piece in parts) == len(own.foldings)
+    words = np.concatenate([piece.candidates.circuits.words for piece in parts])
     assert (words == own.circuits.words).all()
-    for piece in found:
+    for piece in parts:
         small = piece.candidates
         assert seconds_of(len(small.foldings), 10) <= PIECE_SECONDS or len(small.circuits) == 1
         assert set(small.foldings.row.tolist()) == set(range(len(small.circuits)))
-    assert unfinished(["unit", "other"], [piece.key for piece in found]) == ["other"]
-    assert unfinished(["unit"], [piece.key for piece in found[1:]]) == ["unit"]
+    assert unfinished(["shard", "other"], [piece.key for piece in parts]) == ["other"]
+    assert unfinished(["shard"], [piece.key for piece in parts[1:]]) == ["shard"]
     (empty,) = pieces("none", own.take(np.zeros(len(own), bool)))
     assert (empty.key, len(empty.candidates.circuits)) == ("none#0/1", 0)
     results = Judge(DEFAULT, IN_A_SCENE)(empty).results
@@ -314,22 +316,22 @@ def test_pieces_are_small_whole_and_the_same_each_time():
 def test_graded_springs_run_between_both_bounds(grade):
     folding = Folding.from_notation("hex:0234435011:1")
     compiled = compile_scene(folding_linkage(folding), DEFAULT, keep=STOPS)
-    found = springs_of(folding, compiled, grade)
-    assert found.shape == (compiled.system.n_joints,)
-    assert found.min() >= STIFFEST / GRADED * (1 - 1e-12)
-    assert found.max() <= STIFFEST * (1 + 1e-12)
-    assert found.max() > 2.0 * found.min()
+    stiffnesses = springs_of(folding, compiled, grade)
+    assert stiffnesses.shape == (compiled.system.n_joints,)
+    assert stiffnesses.min() >= STIFFEST / GRADED * (1 - 1e-12)
+    assert stiffnesses.max() <= STIFFEST * (1 + 1e-12)
+    assert stiffnesses.max() > 2.0 * stiffnesses.min()
 
 
 def test_spread_springs_differ_and_stay_within_the_bounds():
     folding = Folding.from_notation("hex:0234435011:1")
     compiled = compile_scene(folding_linkage(folding, hinged=True), DEFAULT, keep=STOPS)
-    found = np.array([springs_of(folding, compiled, name) for name in SPREAD])
-    assert found.shape == (len(SPREAD), compiled.system.n_joints)
-    assert found.min() >= SOFTEST
-    assert found.max() <= STIFFEST
+    stiffnesses = np.array([springs_of(folding, compiled, name) for name in SPREAD])
+    assert stiffnesses.shape == (len(SPREAD), compiled.system.n_joints)
+    assert stiffnesses.min() >= SOFTEST
+    assert stiffnesses.max() <= STIFFEST
     # eight points of a Sobol sequence lie one in each eighth of every coordinate
-    eighths = np.floor(8 * np.log(found / SOFTEST) / np.log(STIFFEST / SOFTEST))
+    eighths = np.floor(8 * np.log(stiffnesses / SOFTEST) / np.log(STIFFEST / SOFTEST))
     assert (np.sort(eighths, axis=0) == np.arange(8)[:, None]).all()
 
 
@@ -337,9 +339,9 @@ def test_stops_that_seem_to_pull_in_a_singular_state_do_not_halt_the_motion():
     folding = Folding.from_notation("hex:023234340000:3")
     compiled = compile_scene(folding_linkage(folding, hinged=True), DEFAULT, keep=STOPS)
     scenes = [with_springs(compiled, springs_of(folding, compiled, name)) for name in SPREAD]
-    for found in check(scenes, tolerance=1e-5):
-        assert found.outcome != "out of steps"
-        assert found.evaluations < 20_000
+    for checked in check(scenes, tolerance=1e-5):
+        assert checked.outcome != "out of steps"
+        assert checked.evaluations < 20_000
 
 
 def test_springs_set_later_are_those_of_a_scene_compiled_with_them():
@@ -358,11 +360,11 @@ def test_springs_set_later_are_those_of_a_scene_compiled_with_them():
 
 def test_a_verdict_has_a_reason():
     linkage = folding_linkage(Folding.from_notation("hex:02234400:1"))
-    (found,) = check([compile_scene(linkage, DEFAULT)])
-    assert found.verdict == "collides"
-    assert found.reason == f"panels 3 and 5 collide at {found.collision[0]:.4g} s"
-    still = replace(found, clear=True, collision=None, outcome="at rest", end_time=0.25)
+    (checked,) = check([compile_scene(linkage, DEFAULT)])
+    assert checked.verdict == "collides"
+    assert checked.reason == f"panels 3 and 5 collide at {checked.collision[0]:.4g} s"
+    still = replace(checked, clear=True, collision=None, outcome="at rest", end_time=0.25)
     assert (still.verdict, still.reason) == ("undecided", "at rest at 0.25 s, clear until then")
     assert replace(still, outcome="flat").verdict == "deploys"
-    wild = replace(found, outcome="diverged", end_time=0.25)
+    wild = replace(checked, outcome="diverged", end_time=0.25)
     assert (wild.verdict, wild.reason) == ("undecided", "diverged at 0.25 s, so nothing that it shows is certain")

@@ -27,13 +27,13 @@ def circuits(start, count):
 def sample(names, until="twist", creases=CREASES, twists=TWISTS):
     """A batch of these circuits; number k has the foldings of CREASES[k % 3]."""
     n_designs = len(names)
-    found = [creases[k % len(creases)] for k in range(n_designs)]
+    chosen = [creases[k % len(creases)] for k in range(n_designs)]
     turns = [twists[k % len(twists)] for k in range(n_designs)]
     columns = {}
     if until in ("foldings", "twist"):
-        columns["n_foldings"] = np.array([len(c) for c in found], np.int16)
+        columns["n_foldings"] = np.array([len(c) for c in chosen], np.int16)
         columns["folding_row"] = np.repeat(np.arange(n_designs), columns["n_foldings"])
-        columns["folding_crease"] = np.array([c for cs in found for c in cs], np.int8)
+        columns["folding_crease"] = np.array([c for cs in chosen for c in cs], np.int8)
     if until == "twist":
         columns["folding_twist"] = np.array([t for ts in turns for t in ts], np.int16)
         columns["n_untwisted"] = np.array([ts.count(0) for ts in turns], np.int16)

@@ -40,11 +40,11 @@ def test_evaluations_come_back_as_they_were_stored(database):
 
 def test_the_view_tells_gaps_in_millimetres(database):
     record_evaluations(database, [row()])
-    found = select(database, view="evaluations")
-    assert found.columns == column_names("evaluations")
-    told = dict(zip(found.columns, found.rows[0], strict=True))
-    assert told.pop("clearance") == pytest.approx(2.0)
-    assert told == {name: value for name, value in row().items() if name != "gap"}
+    selected = select(database, view="evaluations")
+    assert selected.columns == column_names("evaluations")
+    row_shown = dict(zip(selected.columns, selected.rows[0], strict=True))
+    assert row_shown.pop("clearance") == pytest.approx(2.0)
+    assert row_shown == {name: value for name, value in row().items() if name != "gap"}
 
 
 def test_the_same_again_adds_nothing(database):

@@ -35,8 +35,8 @@ def saved(path, result, kinds=None, chunk=2):
     import pyarrow.parquet
 
     save_rows(as_rows(result, kinds, chunk), "parquet", path)
-    found = pyarrow.parquet.read_table(path)
-    return found, [tuple(row.values()) for row in found.to_pylist()]
+    table = pyarrow.parquet.read_table(path)
+    return table, [tuple(row.values()) for row in table.to_pylist()]
 
 
 @pytest.fixture(scope="module")
@@ -48,10 +48,10 @@ def place(tmp_path_factory):
 @settings(max_examples=60)
 def test_round_trip_of_known_kinds(place, table, chunk):
     result, kinds = table
-    found, rows = saved(place, result, kinds, chunk)
+    stored, rows = saved(place, result, kinds, chunk)
     assert rows == list(result.rows)
     types = {"integer": "int64", "boolean": "int64", "real": "double", "text": "string"}
-    assert [str(kind) for kind in found.schema.types] == [types[kind] for kind in kinds]
+    assert [str(kind) for kind in stored.schema.types] == [types[kind] for kind in kinds]
 
 
 @given(st.lists(st.tuples(INTEGERS, REALS, TEXTS, BYTES, st.none()), max_size=9), st.integers(1, 4))
@@ -59,12 +59,12 @@ def test_round_trip_of_known_kinds(place, table, chunk):
 def test_round_trip_of_kinds_to_be_found(place, rows, chunk):
     """As after --sql: a column that begins with NULLs, or is nothing else."""
     result = Result(("i", "r", "t", "b", "n"), tuple(rows))
-    found, back = saved(place, result, None, chunk)
+    table, back = saved(place, result, None, chunk)
     assert back == rows
     expected = ("int64", "double", "string", "binary")
-    for kind, name, at in zip(found.schema.types, expected, range(4), strict=False):
+    for kind, name, at in zip(table.schema.types, expected, range(4), strict=False):
         assert str(kind) == ("null" if all(row[at] is None for row in rows) else name)
-    assert str(found.schema.types[4]) == "null"
+    assert str(table.schema.types[4]) == "null"
 
 
 @pytest.mark.parametrize(
@@ -78,8 +78,8 @@ def test_round_trip_of_kinds_to_be_found(place, rows, chunk):
     ],
 )
 def test_mixtures(place, values, kind, expected):
-    found, rows = saved(place, Result(("x",), tuple((value,) for value in values)), None, 1)
-    assert str(found.schema.types[0]) == kind
+    table, rows = saved(place, Result(("x",), tuple((value,) for value in values)), None, 1)
+    assert str(table.schema.types[0]) == kind
     assert [value for (value,) in rows] == expected
 
 
@@ -109,12 +109,12 @@ def test_a_query_and_sql_give_the_same_file(reader, tmp_path):
         save_rows(rows, "parquet", tmp_path / "a.parquet")
     with stream_sql(reader, "SELECT * FROM designs ORDER BY id") as rows:
         save_rows(rows, "parquet", tmp_path / "b.parquet")
-    found = [pyarrow.parquet.read_table(tmp_path / name) for name in ("a.parquet", "b.parquet")]
-    assert [tuple(row.values()) for row in found[0].to_pylist()] == list(select(reader).rows)
-    assert found[0].to_pylist() == found[1].to_pylist()
-    assert found[0].schema.names == [quantity.name for quantity in DESIGNS]
+    both = [pyarrow.parquet.read_table(tmp_path / name) for name in ("a.parquet", "b.parquet")]
+    assert [tuple(row.values()) for row in both[0].to_pylist()] == list(select(reader).rows)
+    assert both[0].to_pylist() == both[1].to_pylist()
+    assert both[0].schema.names == [quantity.name for quantity in DESIGNS]
     # The first chunks have no foldings: NULL there, integers after them.
-    assert str(found[1].schema.field("n_foldings").type) == "int64"
+    assert str(both[1].schema.field("n_foldings").type) == "int64"
 
 
 def test_columns_of_one_name_are_refused(place):

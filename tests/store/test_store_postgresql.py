@@ -16,7 +16,7 @@ from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from store_samples import VERSIONS, WORK, begin, circuits, record, sample
 from test_store_processes import context, create, record_and_hang, record_own, record_same, run_together
-from test_store_verdicts import COLLIDES, CUT, DEPLOYS, FLAT, LOCKED, MOVES, PATH, list_designs, told, trial
+from test_store_verdicts import COLLIDES, CUT, DEPLOYS, FLAT, LOCKED, MOVES, PATH, list_designs, row_of, trial
 
 from hcsearch.enumeration import ArraySearch, PolygonSearch
 from hcsearch.errors import DatabaseError, HcsearchError, QueryError
@@ -47,13 +47,13 @@ CLOCKS = {"started", "finished", "stage_times", "seconds"}
 
 def everything(database):
     """All rows of all tables, ids included, but for what a clock says."""
-    found = {}
+    contents = {}
     for name, table in schema.metadata.tables.items():
         columns = [column for column in table.c if column.name not in CLOCKS]
         with database.reading() as connection:
             rows = connection.execute(sqlalchemy.select(*columns).order_by(*table.primary_key)).all()
-        found[name] = [tuple(row) for row in rows]
-    return found
+        contents[name] = [tuple(row) for row in rows]
+    return contents
 
 
 def refusal(opener, *args, **options):
@@ -132,7 +132,7 @@ def test_ranks_and_scores(both):
         ranked.append((rank_designs(database), rank_designs(database, scene="solar")))
         save_ranks(database, ranked[-1][0])
     assert ranked[0] == ranked[1]
-    assert all(found.result.rows for found in ranked[0])
+    assert all(one.result.rows for one in ranked[0])
     stored = [everything(database) for database in both]
     for table in ("design", "outcome", "verdict", "motion", "score"):
         assert stored[0][table] == stored[1][table]
@@ -141,33 +141,33 @@ def test_ranks_and_scores(both):
 
 def test_verdicts_are_stored_made_anew_and_deleted_alike(both):
     """In two scenes, with their deployments, whole or not at all, and gone with their designs."""
-    found = []
+    states = []
     for database in both:
         list_designs(database)
         judge(database, [FLAT], trials=[COLLIDES, DEPLOYS])
         judge(database, [MOVES], "solar", [trial("solar", "collides")])
         judge(database, [CUT], "dim")
         judge(database, [LOCKED], "dark")
-        found.append([everything(database)])
+        states.append([everything(database)])
         judge(database, [MOVES], trials=[COLLIDES])
-        found[-1].append(everything(database))
+        states[-1].append(everything(database))
         with pytest.raises(HcsearchError, match="another scene 'solar'"):
             record_scene(database, "solar", "density = 600.0\n")
         for wrong in (("hex:z", 3, "movable", None, None), ("hex:c", 2, "movable", None, None)):
             # in a piece of its own run, which stays
             with pytest.raises(Exception, match=r"lacks 1 designs|cannot store|foreign key|FOREIGN KEY"):
                 judge(database, [FLAT, wrong])
-        assert {**everything(database), "run": found[-1][1]["run"]} == found[-1][1]
-        found[-1].append([told(database, scene) for scene in ("default", "solar", "dim", "dark")])
+        assert {**everything(database), "run": states[-1][1]["run"]} == states[-1][1]
+        states[-1].append([row_of(database, scene) for scene in ("default", "solar", "dim", "dark")])
         with database.writing() as connection:
             connection.execute(schema.design.delete().where(schema.design.c.circuit == "hex:c"))
-        found[-1].append(everything(database))
-    assert found[0] == found[1]
-    before, after, shown, left = found[0]
+        states[-1].append(everything(database))
+    assert states[0] == states[1]
+    before, after, shown, left = states[0]
     assert before != after
     assert shown[:2] == [["movable", 1, None, None, *PATH]] * 2
     assert [row[:2] + row[4:] for row in shown[2:]] == [[*CUT[2:4], *[None] * 3], ["locked", 0, *[None] * 3]]
-    assert [len(found["motion"]) for found in (before, after)] == [3, 3]
+    assert [len(state["motion"]) for state in (before, after)] == [3, 3]
     assert [left[name] for name in ("outcome", "verdict", "motion", "deployment")] == [[], [], [], []]
     assert left["scene"] == after["scene"]
 
@@ -368,8 +368,8 @@ def test_recording_the_same_batches_at_once(url, path):
     with open_readonly(url) as reader, open_database(str(path), create=True) as alone:
         for k in range(20):
             record(alone, circuits(1 + 9 * k, 9), prefix=str(k))
-        found = [sorted(select(d, columns="circuit,array,n_foldings,min_twist").rows) for d in (reader, alone)]
-        assert found[0] == found[1]
+        both = [sorted(select(d, columns="circuit,array,n_foldings,min_twist").rows) for d in (reader, alone)]
+        assert both[0] == both[1]
         sums = [select_sql(d, "SELECT count(*), sum(twist) FROM foldings").rows for d in (reader, opened(path))]
         assert sums[0] == sums[1]
         assert finished_batches(reader, WORK, VERSIONS) == finished_batches(alone, WORK, VERSIONS)

@@ -72,9 +72,9 @@ def holds(row, name, sign, value):
 
 
 def test_the_example_of_the_manual(reader):
-    found = select(reader, "grid=hex n=12 untwisted dof<=6", columns="id").rows
+    selected = select(reader, "grid=hex n=12 untwisted dof<=6", columns="id").rows
     expected = [r["id"] for r in rows(reader) if r["grid"] == "hex" and r["untwisted"] and r["dof"] is not None]
-    assert [row[0] for row in found] == expected
+    assert [row[0] for row in selected] == expected
     assert expected
 
 
@@ -165,9 +165,9 @@ def naive(row, tree):
         return None if inner is None else not inner
     if tree[0] not in ("and", "or"):
         return None if row[tree[0]] is None else holds(row, *tree)
-    found = [naive(row, part) for part in tree[1]]
+    truths = [naive(row, part) for part in tree[1]]
     decided = tree[0] == "or"
-    return decided if decided in found else None if None in found else not decided
+    return decided if decided in truths else None if None in truths else not decided
 
 
 def test_and_or_not_and_brackets_agree_with_a_naive_reading(reader):
@@ -261,8 +261,8 @@ def test_array_specifications_find_congruent_arrays(stored_arrays, query, grid, 
 def test_arrays_on_any_grid_and_all_others(stored_arrays, tmp_path):
     table = rows(stored_arrays)
     both = {"square:f.f", parse_array(GRIDS["rectangle"], "4x2").canonical().notation}
-    found = {row[0] for row in select(stored_arrays, "array=4x2", columns="array").rows}
-    assert found == both
+    selected = {row[0] for row in select(stored_arrays, "array=4x2", columns="array").rows}
+    assert selected == both
     others = select(stored_arrays, "array!=4x2", columns="id").rows
     assert len(others) == sum(row["array"] not in both for row in table)
     (tmp_path / "cells.txt").write_text("".join(f"{x} {y}\n" for x in (5, 6) for y in range(4)))
@@ -330,10 +330,10 @@ def test_arrays_and_circuits_that_cannot_be_read_are_refused(stored_arrays, quer
 @settings(max_examples=200)
 def test_any_text_is_a_query_or_a_refusal(reader, text):
     try:
-        found = select(reader, text).rows
+        selected = select(reader, text).rows
     except HcsearchError:
-        found = ()
-    assert len(found) in (0, 45) or text.split()
+        selected = ()
+    assert len(selected) in (0, 45) or text.split()
 
 
 @given(st.text(st.characters(exclude_categories=["Z", "C"], exclude_characters="()"), max_size=30))
@@ -447,15 +447,15 @@ def naive_order(table, sort, identity):
     "sort", ["score", "-score", "-score,n_foldings", "array,-score", "-status,-id", "dof", "-dof,array"]
 )
 def test_order_with_null_last_and_ties_by_id(reader, sort):
-    found = [row[0] for row in select(reader, columns="id", sort=sort).rows]
-    assert found == [row["id"] for row in naive_order(rows(reader), sort, ["id"])]
+    ids = [row[0] for row in select(reader, columns="id", sort=sort).rows]
+    assert ids == [row["id"] for row in naive_order(rows(reader), sort, ["id"])]
 
 
 @pytest.mark.parametrize("sort", ["twist", "-twist,crease", "-design_id"])
 def test_order_of_foldings(reader, sort):
-    found = select(reader, columns="design_id,crease", sort=sort, view="foldings").rows
+    selected = select(reader, columns="design_id,crease", sort=sort, view="foldings").rows
     ordered = naive_order(rows(reader, "foldings"), sort, ["design_id", "crease"])
-    assert found == tuple((row["design_id"], row["crease"]) for row in ordered)
+    assert selected == tuple((row["design_id"], row["crease"]) for row in ordered)
 
 
 def test_columns_and_limit(reader):

@@ -39,9 +39,9 @@ def row(**changes):
 
 def test_units_come_back_as_they_were_stored(database):
     assert record_units(database, [row(), row(alpha=70.0, known="")]) == 2
-    found = select(database, view="units")
-    assert found.columns == column_names("units") == ("id", *row())
-    assert found.rows == ((1, *row().values()), (2, *row(alpha=70.0, known="").values()))
+    selected = select(database, view="units")
+    assert selected.columns == column_names("units") == ("id", *row())
+    assert selected.rows == ((1, *row().values()), (2, *row(alpha=70.0, known="").values()))
 
 
 def test_the_same_units_again_add_nothing(database):

@@ -67,12 +67,12 @@ BEST_FOLDING = ("kutzbach", "dof", "merged_panels", "kutzbach_merged", "dof_merg
 
 def views(connection):
     """The rows of the views of the older schema, as dicts."""
-    found = {}
+    rows = {}
     for view in ("designs", "foldings", "deployments", "runs", "units", "evaluations"):
         cursor = connection.execute(f"SELECT * FROM {view}")
         names = [column[0] for column in cursor.description]
-        found[view] = [dict(zip(names, row, strict=True)) for row in cursor]
-    return found
+        rows[view] = [dict(zip(names, row, strict=True)) for row in cursor]
+    return rows
 
 
 @pytest.fixture
@@ -83,8 +83,8 @@ def before(path):
         for number, (untwisted, crease, status, score) in DESIGNS.items():
             values = (number, f"hex:{number}", f"hex:a{number}", 2, untwisted, crease, status, score)
             connection.execute("INSERT INTO design VALUES (?, 'hex', 12, ?, ?, 12, 1, 12, ?, ?, 0, ?, ?, ?)", values)
-        for number, crease, twist, dof, *found in FOLDINGS:
-            values = (number, crease, crease + 6, twist, dof, *found)
+        for number, crease, twist, dof, *others in FOLDINGS:
+            values = (number, crease, crease + 6, twist, dof, *others)
             connection.execute("INSERT INTO folding VALUES (?, ?, ?, ?, 6, ?, 7, 6, 0, NULL, NULL, ?, ?, ?)", values)
         for number, crease, scene, status, clearance, time in DEPLOYMENTS:
             values = (number, crease, scene, json.dumps(VALUES), status, clearance, time)
@@ -95,9 +95,9 @@ def before(path):
         done = "INSERT INTO batch VALUES ('hex', 12, '', 'all', '', 'p', ?, 1, 1, 10, 0.5, 1)"
         connection.executemany(done, [("mobility",), ("deployment",)])
         connection.commit()
-        found = views(connection)
-    assert {row["status"] for row in found["designs"]} >= {"deploys", "undecided", "locked", "collides", "twisted"}
-    return found
+        shown = views(connection)
+    assert {row["status"] for row in shown["designs"]} >= {"deploys", "undecided", "locked", "collides", "twisted"}
+    return shown
 
 
 @pytest.fixture
@@ -157,13 +157,13 @@ def test_verdicts_and_scores_are_in_the_scene_that_they_were_of(before, upgraded
     ]
     verdicts = "SELECT design_id, crease, scene, status, min_clearance, deploy_time FROM verdict ORDER BY 1, 2"
     assert sql(upgraded, verdicts) == [
-        (number, crease, "default", "undecided" if word == "collides" else word, *found)
-        for number, crease, twist, _, word, *found in FOLDINGS
+        (number, crease, "default", "undecided" if word == "collides" else word, *values)
+        for number, crease, twist, _, word, *values in FOLDINGS
         if number in (4, 5, 8) and not twist
     ]
     assert sql(upgraded, "SELECT design_id, scene, score FROM score ORDER BY design_id") == [
         (3, "default", 0.5),
-        *((number, "default", found[3]) for number, found in DESIGNS.items() if found[3] is not None),
+        *((number, "default", values[3]) for number, values in DESIGNS.items() if values[3] is not None),
     ]
     # before a deployment, these are undecided
     known = dict(sql(upgraded, "SELECT id, status FROM design WHERE id > 3"))
@@ -181,10 +181,10 @@ def test_what_was_simulated_is_read_as_a_scene(upgraded):
     shown = select(upgraded, "design_id=4", view="deployments", columns="crease,scene,scene_values").rows
     assert [row[:2] for row in shown] == [(1, "default"), (4, "default"), (4, "hinged, spread 3")]
     for crease, name, text in shown:
-        found = read_text(text, name)
-        assert found["design"] == f"hex:4:{crease}"
-        assert found["formulation"] == "constrained"
-        scene = scene_in(found)
+        content = read_text(text, name)
+        assert content["design"] == f"hex:4:{crease}"
+        assert content["formulation"] == "constrained"
+        scene = scene_in(content)
         assert (scene.name, scene.panel, scene.margin) == (name, (0.05, 0.05, 0.006), 1e-4)
         assert (scene.flat_pairs, scene.merge, scene.gravity) == ("rigid", False, (0.0, 0.0, -9.81))
         assert (scene.springs, scene.seconds) == (((0, "linear:0.1"), (4, "free")), 1.0)
@@ -196,8 +196,8 @@ def test_the_default_scene_of_an_older_database_is_run_again(upgraded):
     record_scene(upgraded, "default", "")
     judge(upgraded, [("hex:4", 4, "movable", None, None), ("hex:7", 2, "deploys", 0.5, 1.0)])
     save_scores(upgraded, {4: None})
-    found = select(upgraded, "id>3 id!=9", columns="id,status,score,needed_margin").rows
-    assert found == (
+    selected = select(upgraded, "id>3 id!=9", columns="id,status,score,needed_margin").rows
+    assert selected == (
         (4, "movable", None, 0.01),
         (5, "undecided", None, None),
         (6, "locked", None, None),
@@ -210,8 +210,8 @@ def opened_from(path, version):
     """The views of an old database, and it opened by this program."""
     with closing(sqlite3.connect(path)) as connection:
         connection.executescript((OLD / f"{version}.sql").read_text())
-        found = views(connection)
-    return found, open_database(str(path), create=False)
+        shown = views(connection)
+    return shown, open_database(str(path), create=False)
 
 
 def assert_readable(database):
@@ -246,8 +246,8 @@ def test_verdicts_of_two_scenes_have_no_motions_yet(path):
         outcomes = "SELECT scene, best_crease, status FROM outcome ORDER BY 1"
         assert sql(database, outcomes) == [("default", 3, "deploys"), ("solar", 3, "undecided")]
         judge(database, [("hex:023757", 3, "movable", None, None)], "new")
-        found = select(database, "id=3", columns="status,needed_margin", scene="new").rows
-        assert found == (("movable", 0.01),)
+        selected = select(database, "id=3", columns="status,needed_margin", scene="new").rows
+        assert selected == (("movable", 0.01),)
 
 
 @pytest.mark.parametrize("table", ["outcome", "verdict"])

@@ -68,7 +68,7 @@ NO_PATH = [None] * 3
 LOCKED = ("hex:c", 3, "locked", None, None)
 
 
-def told(database, scene="default"):
+def row_of(database, scene="default"):
     """What both views say of the third design; they must agree."""
     names = "status,deployable,min_clearance,deploy_time,flat_pairs,needed_margin,least_gap"
     (row,) = select(database, "untwisted", columns=names, scene=scene).rows
@@ -78,13 +78,13 @@ def told(database, scene="default"):
 
 def everything(database):
     """The rows of all tables, but for those that say who worked when."""
-    found = {}
+    contents = {}
     with database.reading() as connection:
         for name, table in schema.metadata.tables.items():
             columns = [column for column in table.c if column.name != "run_id"]
             if name != "run":
-                found[name] = sorted(map(repr, connection.execute(table.select().with_only_columns(*columns))))
-    return found
+                contents[name] = sorted(map(repr, connection.execute(table.select().with_only_columns(*columns))))
+    return contents
 
 
 @pytest.fixture
@@ -95,7 +95,7 @@ def listed(database):
 
 def test_a_verdict_is_stored_with_its_deployments(listed):
     judge(listed, [FLAT], trials=[COLLIDES, DEPLOYS])
-    assert told(listed) == ["deploys", 1, 1.5, 0.5, *PATH]
+    assert row_of(listed) == ["deploys", 1, 1.5, 0.5, *PATH]
     rows = select(listed, view="deployments", columns="crease,scene,status,clearance,first_contact,deploy_time").rows
     assert rows == ((3, "default", "collides", None, 0.25, None), (3, "hinged", "deploys", 1.5, None, 0.5))
     errors = select(listed, view="deployments", columns="base,energy_error,closure_error", limit=1).rows
@@ -107,7 +107,7 @@ def test_a_verdict_is_stored_with_its_deployments(listed):
 
 def test_a_motion_is_stored_with_its_path(listed):
     judge(listed, [MOVES])
-    assert told(listed) == ["movable", 1, None, None, *PATH]
+    assert row_of(listed) == ["movable", 1, None, None, *PATH]
     (row,) = select(listed, view="motions").rows
     assert row == (3, 3, "default", *PATH, pytest.approx(1e-5), 2, "a reason for movable")
     with listed.reading() as connection:
@@ -117,7 +117,7 @@ def test_a_motion_is_stored_with_its_path(listed):
 
 def test_without_a_path_a_motion_has_a_reason_and_no_numbers(listed):
     judge(listed, [CUT])
-    assert told(listed) == ["undecided", None, None, None, *NO_PATH]
+    assert row_of(listed) == ["undecided", None, None, None, *NO_PATH]
     (row,) = select(listed, view="motions").rows
     assert row == (3, 3, "default", None, None, None, None, 0, "a reason for undecided")
     with listed.reading() as connection:
@@ -131,9 +131,9 @@ def test_what_is_proved_locked_has_no_motion(listed):
     judge(listed, [MOVES])
     judge(listed, [MOVES], "solar")
     judge(listed, [LOCKED])
-    assert told(listed) == ["locked", 0, None, None, *NO_PATH]
+    assert row_of(listed) == ["locked", 0, None, None, *NO_PATH]
     assert select(listed, view="motions", columns="scene").rows == (("solar",),)
-    assert told(listed, "solar") == ["movable", 1, None, None, *PATH]
+    assert row_of(listed, "solar") == ["movable", 1, None, None, *PATH]
 
 
 def test_motions_are_stored_where_no_deployment_was_simulated(listed):
@@ -144,7 +144,7 @@ def test_motions_are_stored_where_no_deployment_was_simulated(listed):
         verdicts = replace(verdicts_of([judged]), deployment=None)
         record_verdicts(listed, begin(listed, WORK), scenic, "p#0/1", verdicts, RESULTS[:1])
         path = PATH if judged is MOVES else NO_PATH
-        assert told(listed) == [judged[2], 1 if judged is MOVES else None, None, None, *path]
+        assert row_of(listed) == [judged[2], 1 if judged is MOVES else None, None, None, *path]
     assert list(finished_batches(listed, scenic, {"motion": 1})) == ["p#0/1"]
     assert finished_batches(listed, scenic, {"motion": 1, "deployment": 1}) == {}
     assert select(listed, view="deployments").rows == ()
@@ -154,35 +154,35 @@ def test_motions_are_stored_where_no_deployment_was_simulated(listed):
 def test_a_later_run_of_earlier_stages_leaves_the_verdicts(listed, judged):
     judge(listed, [judged], trials=[COLLIDES])
     judge(listed, [MOVES], "solar", [trial("solar", "collides")])
-    before = everything(listed), told(listed), told(listed, "solar")
+    before = everything(listed), row_of(listed), row_of(listed, "solar")
     assert (before[1][0], before[2][0]) == (judged[2], "movable")
     assert [len(before[0][name]) for name in ("motion", "verdict", "outcome", "deployment")] == [2] * 4
     list_designs(listed)
-    assert (everything(listed), told(listed), told(listed, "solar")) == before
+    assert (everything(listed), row_of(listed), row_of(listed, "solar")) == before
 
 
 def test_a_proof_of_a_lock_takes_the_place_of_a_verdict_with_the_next_one(listed):
     """A newer stage `mobility` makes the batches of later stages older, so that the next run does all of them."""
     judge(listed, [CUT], trials=[COLLIDES])
     list_designs(listed, locked=True)
-    assert told(listed)[:2] == [CUT[2], None]
+    assert row_of(listed)[:2] == [CUT[2], None]
     judge(listed, [LOCKED])
-    assert told(listed) == ["locked", 0, None, None, *NO_PATH]
+    assert row_of(listed) == ["locked", 0, None, None, *NO_PATH]
 
 
 def test_what_deploys_with_hinged_pairs_may_be_locked_with_rigid_ones(database):
     list_designs(database, locked=True)
-    assert told(database) == ["locked", 0, None, None, *NO_PATH]
+    assert row_of(database) == ["locked", 0, None, None, *NO_PATH]
     judge(database, [FLAT], trials=[DEPLOYS])
-    assert told(database) == ["deploys", 1, 1.5, 0.5, *PATH]
+    assert row_of(database) == ["deploys", 1, 1.5, 0.5, *PATH]
 
 
 def test_newer_deployments_take_the_place_of_older_ones_of_their_scene_alone(listed):
     judge(listed, [FLAT], trials=[COLLIDES, DEPLOYS])
     judge(listed, [FLAT], "solar", [trial("solar", "collides"), replace(DEPLOYS, scene="solar, hinged")])
     judge(listed, [CUT], trials=[replace(COLLIDES, status="undecided")])
-    assert told(listed) == ["undecided", None, None, None, *NO_PATH]
-    assert told(listed, "solar") == ["deploys", 1, 1.5, 0.5, *PATH]
+    assert row_of(listed) == ["undecided", None, None, None, *NO_PATH]
+    assert row_of(listed, "solar") == ["deploys", 1, 1.5, 0.5, *PATH]
     rows = select(listed, view="deployments", columns="base,scene,status").rows
     assert rows == (
         ("default", "default", "undecided"),
@@ -199,19 +199,19 @@ def test_the_same_piece_twice_changes_nothing(listed):
 
 
 def test_a_verdict_comes_after_mobility(listed):
-    assert told(listed) == ["undecided", None, None, None, *NO_PATH]
+    assert row_of(listed) == ["undecided", None, None, None, *NO_PATH]
     judge(listed, [FLAT], trials=[COLLIDES, DEPLOYS])
-    assert told(listed) == ["deploys", 1, 1.5, 0.5, *PATH]
+    assert row_of(listed) == ["deploys", 1, 1.5, 0.5, *PATH]
 
 
 def test_verdicts_of_two_scenes_live_beside_each_other(listed):
     judge(listed, [FLAT], trials=[COLLIDES, DEPLOYS])
     judge(listed, [MOVES], "solar", [trial("solar", "collides", contact=0.125)])
     judge(listed, [CUT], "dim")
-    assert told(listed) == ["deploys", 1, 1.5, 0.5, *PATH]
-    assert told(listed, "solar") == ["movable", 1, None, None, *PATH]
+    assert row_of(listed) == ["deploys", 1, 1.5, 0.5, *PATH]
+    assert row_of(listed, "solar") == ["movable", 1, None, None, *PATH]
     assert select(listed, "deployable", columns="circuit").rows == (("hex:c",),)
-    assert told(listed, "dim") == ["undecided", None, None, None, *NO_PATH]
+    assert row_of(listed, "dim") == ["undecided", None, None, None, *NO_PATH]
     assert select(listed, "deployable", columns="circuit", scene="solar").rows == (("hex:c",),)
     assert select(listed, "deployable", columns="circuit", scene="dim").rows == ()
     assert select(listed, "status=movable", columns="circuit", scene="solar").rows == (("hex:c",),)
@@ -290,8 +290,8 @@ def test_the_default_scene_may_be_asked_about_before_it_was_run(listed):
 @pytest.mark.parametrize("name", ["o'brien", "a :b", "%s", "100%", '"', "\\", "'; DROP TABLE design; --"])
 def test_any_name_of_a_scene_is_a_value(listed, name):
     judge(listed, [FLAT], name)
-    assert told(listed, name) == ["deploys", 1, 1.5, 0.5, *PATH]
-    assert told(listed) == ["undecided", None, None, None, *NO_PATH]
+    assert row_of(listed, name) == ["deploys", 1, 1.5, 0.5, *PATH]
+    assert row_of(listed) == ["undecided", None, None, None, *NO_PATH]
 
 
 def test_another_scene_under_a_taken_name_is_refused(listed):
@@ -328,14 +328,14 @@ def test_a_piece_is_stored_whole_or_not_at_all(listed, broken):
     with pytest.raises(Exception, match=r"constraint failed|cannot store"):
         record_verdicts(listed, run_id, replace(WORK, scene="default"), "q#0/1", verdicts, RESULTS)
     assert everything(listed) == before
-    assert told(listed) == ["deploys", 1, 1.5, 0.5, *PATH]
+    assert row_of(listed) == ["deploys", 1, 1.5, 0.5, *PATH]
 
 
 def test_a_piece_without_designs_is_work_done(listed):
     judge(listed, [], key="q#0/1")
     stages = {"motion": 1, "deployment": 1}
     assert list(finished_batches(listed, replace(WORK, scene="default"), stages)) == ["q#0/1"]
-    assert told(listed) == ["undecided", None, None, None, *NO_PATH]
+    assert row_of(listed) == ["undecided", None, None, None, *NO_PATH]
 
 
 def test_a_piece_of_many_designs_is_stored(database):
@@ -396,4 +396,4 @@ def test_scenes_survive_closing(path):
         list_designs(database)
         judge(database, [FLAT], "solar")
     with open_database(str(path), create=False) as database:
-        assert told(database, "solar") == ["deploys", 1, 1.5, 0.5, *PATH]
+        assert row_of(database, "solar") == ["deploys", 1, 1.5, 0.5, *PATH]

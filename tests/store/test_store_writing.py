@@ -96,14 +96,14 @@ def test_overlapping_batches_in_both_orders(tmp_path, monkeypatch, chunk):
     monkeypatch.setattr(designs, "CHUNK", chunk)
     names = circuits(1, 9)
     batches = [(names[:6], "twist"), (names[3:], "twist")]
-    found = []
+    orders = []
     for number, order in enumerate(itertools.permutations(batches)):
         with open_database(str(tmp_path / f"{number}.sqlite"), create=True) as database:
             for part, until in order:
                 record(database, part, until=until)
-            found.append([(row["circuit"], row["n_foldings"], row["foldings"]) for row in contents(database)])
-    assert found[0] == found[1]
-    assert len(found[0]) == 9
+            orders.append([(row["circuit"], row["n_foldings"], row["foldings"]) for row in contents(database)])
+    assert orders[0] == orders[1]
+    assert len(orders[0]) == 9
 
 
 @pytest.mark.parametrize("order", list(itertools.permutations(["circuits", "foldings", "twist"])))
@@ -231,8 +231,8 @@ def test_runs(database):
     assert finished["started"].endswith("+00:00")
     assert json.loads(finished["arguments"]) == {"n": None, "jobs": 2}
     assert json.loads(finished["stage_times"]) == {"circuits": 0.5}
-    told = ["grid", "n", "target", "keep", "until", "panel", *schema.FUNNEL, "batches_done", "batches_reused"]
-    assert [finished[name] for name in told] == [
+    names = ["grid", "n", "target", "keep", "until", "panel", *schema.FUNNEL, "batches_done", "batches_reused"]
+    assert [finished[name] for name in names] == [
         *("square", 24, "square:6x4", "two-stack", "twist", "50x40x6"),
         *(2**40, 37, 1, None, None, None, None, 3, 4),
     ]

@@ -43,24 +43,24 @@ def run(*words, code=0):
 
 def test_a_tuning_is_told_stored_and_replayed(folder):
     words = ("tune", DESIGN, *QUICK, "--catalogue", "0.07,0.10", "--output", "found.toml", "--json")
-    found = json.loads(run(*words))
-    assert found["formulation"] == "constrained"
-    assert not found["interrupted"]
+    printed = json.loads(run(*words))
+    assert printed["formulation"] == "constrained"
+    assert not printed["interrupted"]
     for name in ("best", "rounded"):
-        one = found[name]
+        one = printed[name]
         assert one["confirmed"]
         assert one["certified"] == "clear"
         assert one["samples"] == 4
         low, high = one["collision_interval_95"]
         assert low <= one["collision_probability"] <= high
     again = json.loads(run(*words))
-    assert again["known_before"] == again["evaluations"] == found["evaluations"]
-    assert again["best"] == found["best"]
+    assert again["known_before"] == again["evaluations"] == printed["evaluations"]
+    assert again["best"] == printed["best"]
     replayed = json.loads(run("deploy", "found.toml", "--json"))
     assert replayed["outcome"] == "flat"
     assert replayed["clearance"] == "clear"
     # printed with the digits that several tolerances agree on
-    assert replayed["flat_time_s"] == pytest.approx(found["rounded"]["flat_time_s"], rel=1e-3)
+    assert replayed["flat_time_s"] == pytest.approx(printed["rounded"]["flat_time_s"], rel=1e-3)
     with open_readonly(str(folder / "hcsearch.sqlite")) as database:
         rows = select(database, "outcome=flat clear", columns="subject,springs,clearance", view="evaluations").rows
     assert rows
@@ -88,16 +88,16 @@ def test_files_give_the_scene_and_the_formulation():
     Path("scene.toml").write_text(
         f'design = "{DESIGN}"\nformulation = "compliant"\n[scene]\nseconds = 0.05\nspring = "linear:0.05"\n'
     )
-    found = json.loads(run("tune", "scene.toml", "--evaluations", "4", "--samples", "0", "--json", code=1))
-    assert found["formulation"] == "compliant"
-    assert set(found["start"]["stiffness_N_m_rad"]) == {0.05}
-    assert not found["best"]["confirmed"]
-    assert found["use"].startswith("none: no set that was tried comes flat, certified clear")
-    assert found["seconds"] == 0.05
-    assert found["spring_range_N_m_rad"] == [0.0005, 0.1]
+    printed = json.loads(run("tune", "scene.toml", "--evaluations", "4", "--samples", "0", "--json", code=1))
+    assert printed["formulation"] == "compliant"
+    assert set(printed["start"]["stiffness_N_m_rad"]) == {0.05}
+    assert not printed["best"]["confirmed"]
+    assert printed["use"].startswith("none: no set that was tried comes flat, certified clear")
+    assert printed["seconds"] == 0.05
+    assert printed["spring_range_N_m_rad"] == [0.0005, 0.1]
 
 
-def told(confirmed, failures, samples=64):
+def advised(confirmed, failures, samples=64):
     """What `tune` says first of a set with some failures among its samples."""
     chance = None if samples is None else Robustness(samples, failures, failures)
     check = Check("flat", 0.2, True, None, None, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1, 1, 1)
@@ -106,20 +106,20 @@ def told(confirmed, failures, samples=64):
 
 
 def test_a_verdict_in_doubt_does_not_shine():
-    assert told(True, 0) == "tuned springs: flat, certified clear, in all 64 samples too"
-    assert told(True, 0, None) == "tuned springs: flat, certified clear"
-    assert told(True, 9).startswith("tuned springs, with care: 9 of 64 samples within the tolerances fail")
-    assert told(True, 55).startswith("none as built: 55 of 64 samples within the tolerances fail")
-    assert told(False, 0).startswith("none: no set that was tried")
+    assert advised(True, 0) == "tuned springs: flat, certified clear, in all 64 samples too"
+    assert advised(True, 0, None) == "tuned springs: flat, certified clear"
+    assert advised(True, 9).startswith("tuned springs, with care: 9 of 64 samples within the tolerances fail")
+    assert advised(True, 55).startswith("none as built: 55 of 64 samples within the tolerances fail")
+    assert advised(False, 0).startswith("none: no set that was tried")
 
 
 def test_the_range_of_springs_can_be_given():
     words = ("tune", DESIGN, "--evaluations", "4", "--samples", "0", "--json", "--spring-range", "0.05,0.15")
     result = CliRunner().invoke(hcsearch, words, catch_exceptions=False)
-    found = json.loads(result.stdout)
-    assert result.exit_code == (0 if found["best"]["confirmed"] else 1)
-    assert found["spring_range_N_m_rad"] == [0.05, 0.15]
-    assert all(0.05 <= value <= 0.15 for value in found["best"]["stiffness_N_m_rad"])
+    printed = json.loads(result.stdout)
+    assert result.exit_code == (0 if printed["best"]["confirmed"] else 1)
+    assert printed["spring_range_N_m_rad"] == [0.05, 0.15]
+    assert all(0.05 <= value <= 0.15 for value in printed["best"]["stiffness_N_m_rad"])
 
 
 @pytest.mark.parametrize(
@@ -174,11 +174,11 @@ def test_ctrl_c_ends_it_as_other_commands_and_tells_what_was_found(folder):
         assert time.monotonic() < deadline
         time.sleep(0.05)
     process.send_signal(signal.SIGINT)
-    told, said = process.communicate(timeout=60)
+    printed, said = process.communicate(timeout=60)
     assert process.returncode == 130
     assert said.splitlines()[-1].startswith("hcsearch: interrupted; work that is kept in a database")
     assert "Traceback" not in said
-    lines = told.splitlines()
+    lines = printed.splitlines()
     assert any(line.startswith("tuned") for line in lines)
     assert len(lines[lines.index("") + 1 :]) == 1 + 8
 
@@ -203,9 +203,9 @@ def test_ctrl_c_before_the_first_sets_are_known_tells_the_start(monkeypatch):
     monkeypatch.setattr(SpringSearch, "run", pressed)
     result = CliRunner().invoke(hcsearch, ["tune", DESIGN, *QUICK, "--json"], standalone_mode=False)
     assert isinstance(result.exception, click.Abort)
-    found = json.loads(result.stdout)
-    assert found["interrupted"]
-    assert found["best"] == found["start"]
+    printed = json.loads(result.stdout)
+    assert printed["interrupted"]
+    assert printed["best"] == printed["start"]
 
 
 def test_ctrl_c_leaves_what_was_found(monkeypatch):
@@ -213,9 +213,9 @@ def test_ctrl_c_leaves_what_was_found(monkeypatch):
 
     record, calls = Ledger.record, []
 
-    def pressed(self, found):
-        record(self, found)
-        calls.append(found)
+    def pressed(self, checks):
+        record(self, checks)
+        calls.append(checks)
         if len(calls) == 4:
             raise KeyboardInterrupt
 
@@ -225,5 +225,5 @@ def test_ctrl_c_leaves_what_was_found(monkeypatch):
     assert "tuned" in result.stdout
     monkeypatch.setattr(Ledger, "record", record)
     assert json.loads(run("deploy", "found.toml", "--json"))["outcome"] == "flat"
-    found = json.loads(run("tune", DESIGN, *QUICK, "--json"))
-    assert found["known_before"] >= sum(map(len, calls))
+    printed = json.loads(run("tune", DESIGN, *QUICK, "--json"))
+    assert printed["known_before"] >= sum(map(len, calls))

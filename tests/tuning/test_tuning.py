@@ -16,7 +16,7 @@ from hcsearch.tuning import tuning
 from hcsearch.tuning.evaluation import Evaluator, Own
 from hcsearch.tuning.objective import objective
 from hcsearch.tuning.robustness import Spread
-from hcsearch.tuning.search import APART, SpringSearch, spread_out, summary
+from hcsearch.tuning.search import APART, SpringSearch, first_generation, spread_out, summary
 from hcsearch.tuning.tuning import tune
 from tests.linkages import linkage_named
 
@@ -27,40 +27,40 @@ QUICK = {"evaluations": 60, "samples": 6}
 
 
 @pytest.fixture(scope="module")
-def found():
+def tuned():
     return tune(linkage_named(NAME), DEFAULT, catalogue=(0.07, 0.10), **QUICK)
 
 
-def test_what_is_found_comes_flat_certified_clear(found):
+def test_what_is_found_comes_flat_certified_clear(tuned):
     linkage = linkage_named(NAME)
-    for one in (found.best, found.rounded):
+    for one in (tuned.best, tuned.rounded):
         assert one.confirmed
         assert one.check.deploys
-        again = deploy(linkage, scene_springs(DEFAULT, one.stiffnesses), found.formulation, tolerance=1e-6)
+        again = deploy(linkage, scene_springs(DEFAULT, one.stiffnesses), tuned.formulation, tolerance=1e-6)
         assert (again.outcome, again.clearance.kind) == ("flat", "clear")
         assert one.deployment.flat_time == again.flat_time
         assert one.robustness.samples == 6
-    assert found.formulation == "constrained"
-    assert not found.interrupted
+    assert tuned.formulation == "constrained"
+    assert not tuned.interrupted
 
 
-def test_springs_keep_to_bounds_symmetry_and_catalogue(found):
-    for hinges in found.tied:
-        assert len({found.best.stiffnesses[hinge] for hinge in hinges}) == 1
-    assert min(found.best.stiffnesses) >= SOFTEST
-    assert max(found.best.stiffnesses) <= STIFFEST
-    assert set(np.round(found.rounded.stiffnesses, 9)) <= {0.0, 0.07, 0.1, 0.14, 0.17, 0.2}
+def test_springs_keep_to_bounds_symmetry_and_catalogue(tuned):
+    for hinges in tuned.tied:
+        assert len({tuned.best.stiffnesses[hinge] for hinge in hinges}) == 1
+    assert min(tuned.best.stiffnesses) >= SOFTEST
+    assert max(tuned.best.stiffnesses) <= STIFFEST
+    assert set(np.round(tuned.rounded.stiffnesses, 9)) <= {0.0, 0.07, 0.1, 0.14, 0.17, 0.2}
 
 
-def test_the_same_arguments_find_the_same(found):
+def test_the_same_arguments_find_the_same(tuned):
     again = tune(linkage_named(NAME), DEFAULT, catalogue=(0.07, 0.10), **QUICK)
-    assert again.best.stiffnesses == found.best.stiffnesses
-    assert again.rounded.stiffnesses == found.rounded.stiffnesses
-    assert again.best.robustness == found.best.robustness
-    assert again.evaluations == found.evaluations
+    assert again.best.stiffnesses == tuned.best.stiffnesses
+    assert again.rounded.stiffnesses == tuned.rounded.stiffnesses
+    assert again.best.robustness == tuned.best.robustness
+    assert again.evaluations == tuned.evaluations
 
 
-def test_a_tuning_that_was_stopped_goes_on(found, monkeypatch):
+def test_a_tuning_that_was_stopped_goes_on(tuned, monkeypatch):
     memory = Stopping(after=4)
     linkage = linkage_named(NAME)
     stopped = tune(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
@@ -69,11 +69,11 @@ def test_a_tuning_that_was_stopped_goes_on(found, monkeypatch):
     known = len(memory.known)
     memory.after = 10**9
     whole = tune(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
-    assert whole.best.stiffnesses == found.best.stiffnesses
+    assert whole.best.stiffnesses == tuned.best.stiffnesses
     assert whole.recalled >= known > 0
     monkeypatch.setattr("hcsearch.tuning.evaluation.check", None)
     again = tune(linkage, DEFAULT, catalogue=(0.07, 0.10), memory=memory, **QUICK)
-    assert again.best.stiffnesses == found.best.stiffnesses
+    assert again.best.stiffnesses == tuned.best.stiffnesses
     assert again.recalled == again.evaluations
 
 
@@ -84,9 +84,9 @@ class Stopping(Own):
         super().__init__()
         self.after, self.known = after, {}
 
-    def record(self, found):
-        super().record(found)
-        self.known |= found
+    def record(self, checks):
+        super().record(checks)
+        self.known |= checks
         self.after -= 1
         if self.after == 0:
             raise KeyboardInterrupt
@@ -97,11 +97,11 @@ class Stopping(Own):
 @pytest.mark.parametrize("scene", ["thesis", "default"])
 def test_the_array_of_the_thesis_comes_flat_certified_clear(scene):
     linkage = linkage_named("thesis-4x4")
-    found = tune(linkage, SCENES[scene], samples=4)
-    assert found.start.check.clear is False
-    assert found.formulation == "compliant"
-    assert found.best.confirmed
-    again = deploy(linkage, scene_springs(SCENES[scene], found.best.stiffnesses), found.formulation)
+    tuned = tune(linkage, SCENES[scene], samples=4)
+    assert tuned.start.check.clear is False
+    assert tuned.formulation == "compliant"
+    assert tuned.best.confirmed
+    again = deploy(linkage, scene_springs(SCENES[scene], tuned.best.stiffnesses), tuned.formulation)
     assert (again.outcome, again.clearance.kind) == ("flat", "clear")
 
 
@@ -147,7 +147,7 @@ def searched(budget, seed=0, least=(0.02, 0.004, 0.15, 0.02)):
     bowl, notes = Bowl(least), []
     search = SpringSearch(bowl, TIED, budget, seed, lambda *note: notes.append(note))
     start = np.full(4, 0.1)
-    search.run(start, tuning._first_generation(start, TIED, seed, (SOFTEST, STIFFEST)))
+    search.run(start, first_generation(start, TIED, seed, (SOFTEST, STIFFEST)))
     return bowl, search, notes
 
 
@@ -189,7 +189,7 @@ def test_tied_groups_are_spread_out_to_four_digits():
 
 def test_exact_closure_gives_way_where_it_keeps_arrays_shut():
     linkage = linkage_named("thesis-4x4")
-    first = tuning._first_generation(np.full(12, 0.1), tied_hinges(linkage, DEFAULT), 0, (SOFTEST, STIFFEST))
+    first = first_generation(np.full(12, 0.1), tied_hinges(linkage, DEFAULT), 0, (SOFTEST, STIFFEST))
     chosen = tuning._evaluator(linkage, DEFAULT, None, first[:3], None)
     assert chosen.formulation == "compliant"
     assert tuning._evaluator(linkage, DEFAULT, "constrained", first, None).formulation == "constrained"
@@ -203,10 +203,10 @@ def test_checks_are_told_in_a_few_words():
 
 
 def test_a_set_without_samples_is_told_without_a_probability():
-    found = tune(linkage_named(NAME), DEFAULT, evaluations=20, samples=0, spread=Spread(0.1))
-    assert found.best.confirmed
-    assert found.best.robustness is None
-    assert found.rounded is None
+    tuned = tune(linkage_named(NAME), DEFAULT, evaluations=20, samples=0, spread=Spread(0.1))
+    assert tuned.best.confirmed
+    assert tuned.best.robustness is None
+    assert tuned.rounded is None
 
 
 def test_deploys_wants_flat_and_clear():
@@ -218,9 +218,9 @@ def test_deploys_wants_flat_and_clear():
 
 def test_nothing_worse_than_the_start_is_told():
     # its quick check, of a coarse simulation, cannot tell; precisely it comes flat and clear
-    found = tune(linkage_named("hex:0223335500:3"), DEFAULT, "constrained", evaluations=16, samples=0)
-    assert found.start.confirmed
-    assert found.best.confirmed
+    tuned = tune(linkage_named("hex:0223335500:3"), DEFAULT, "constrained", evaluations=16, samples=0)
+    assert tuned.start.confirmed
+    assert tuned.best.confirmed
 
 
 @pytest.mark.parametrize("evaluations", [1, 5, 16, 40])
@@ -228,20 +228,20 @@ def test_evaluations_are_counted_once_and_kept_to(evaluations):
     class Counting(Own):
         stored = 0
 
-        def record(self, found):
-            self.stored += len(found)
-            super().record(found)
+        def record(self, checks):
+            self.stored += len(checks)
+            super().record(checks)
 
     memory = Counting()
-    found = tune(
+    tuned = tune(
         linkage_named("square:0123:0"), DEFAULT, "constrained", evaluations=evaluations, samples=0, memory=memory
     )
-    assert found.evaluations == memory.stored <= evaluations
-    assert found.recalled == 0
+    assert tuned.evaluations == memory.stored <= evaluations
+    assert tuned.recalled == 0
     again = tune(
         linkage_named("square:0123:0"), DEFAULT, "constrained", evaluations=evaluations, samples=0, memory=memory
     )
-    assert again.recalled == again.evaluations == found.evaluations
+    assert again.recalled == again.evaluations == tuned.evaluations
 
 
 @pytest.mark.parametrize(

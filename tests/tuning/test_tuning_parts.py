@@ -92,13 +92,13 @@ def test_catalogue_levels_are_none_one_or_two_springs():
 
 @given(st.lists(st.integers(0, 4), min_size=1, max_size=4).map(tuple))
 def test_neighbours_are_one_level_off(chosen):
-    found = neighbours(chosen, 5)
+    around = neighbours(chosen, 5)
     naive = [
         other
         for other in itertools.product(range(5), repeat=len(chosen))
         if sum(abs(a - b) for a, b in zip(chosen, other, strict=True)) == 1
     ]
-    assert sorted(found) == sorted(naive)
+    assert sorted(around) == sorted(naive)
 
 
 def test_a_descent_finds_the_least_of_a_bowl_and_keeps_to_its_budget():
@@ -143,11 +143,11 @@ def test_samples_are_spread_as_told_and_the_same_for_a_seed():
 
 
 def test_samples_are_counted_by_what_became_of_them():
-    found = counted([GOOD, HIT, replace(GOOD, clear=None), replace(GOOD, outcome="moving")])
-    assert (found.samples, found.collisions, found.failures) == (4, 2, 3)
-    assert found.probability == 0.5
-    assert found.interval[0] < 0.5 < found.interval[1]
-    assert found.failure_interval[1] > found.interval[1]
+    chance = counted([GOOD, HIT, replace(GOOD, clear=None), replace(GOOD, outcome="moving")])
+    assert (chance.samples, chance.collisions, chance.failures) == (4, 2, 3)
+    assert chance.probability == 0.5
+    assert chance.interval[0] < 0.5 < chance.interval[1]
+    assert chance.failure_interval[1] > chance.interval[1]
 
 
 class Sure:
@@ -167,8 +167,8 @@ class Sure:
 def test_few_samples_tell_which_sets_get_more():
     evaluator, sets = Sure(), [[0.9], [0.5], [0.1], [0.7]]
     still = Spread(0.0, 0.0, 0.0, 0.0)
-    found = most_robust(evaluator, sets, still, ((4, 10), (2, 20)), seed=0)
-    assert [(k, chance.failures) for k, chance in found] == [(2, 2), (1, 10)]
+    chances = most_robust(evaluator, sets, still, ((4, 10), (2, 20)), seed=0)
+    assert [(k, chance.failures) for k, chance in chances] == [(2, 2), (1, 10)]
     assert evaluator.asked == 4 * 10 + 2 * 20
 
 
@@ -233,11 +233,11 @@ def test_what_is_stored_is_not_computed_again(tmp_path, monkeypatch):
     linkage, scene = linkage_named(SMALL), replace(DEFAULT, seconds=0.05)
     sets = [[0.1] * linkage.n_hinges, [0.05] * linkage.n_hinges]
     with open_database(str(tmp_path / "a.sqlite"), create=True) as database:
-        found = Evaluator(linkage, scene, "constrained", Ledger(database, "small")).of_springs(sets)
+        checks = Evaluator(linkage, scene, "constrained", Ledger(database, "small")).of_springs(sets)
         assert len(select(database, view="evaluations").rows) == 2
         monkeypatch.setattr("hcsearch.tuning.evaluation.check", None)
         again = Evaluator(linkage, scene, "constrained", Ledger(database, "small"))
-        assert again.of_springs(sets[::-1]) == found[::-1]
+        assert again.of_springs(sets[::-1]) == checks[::-1]
         assert again.recalled == 2
         for changed in (replace(scene, seconds=0.04), replace(scene, gravity=(0.0, 0.0, 1.0))):
             with pytest.raises(TypeError, match="not callable"):
@@ -273,11 +273,11 @@ def test_files_read_back_to_the_same_scene(tmp_path, name):
     facts = {"design": "hex:0234550132:4"}
     path = tmp_path / "found.toml"
     path.write_text(file_text(facts, "compliant", scene))
-    found = read_file(str(path))
-    assert scene_in(found) == scene
-    assert found.pop("scene")["restitution"] == 0.25
+    content = read_file(str(path))
+    assert scene_in(content) == scene
+    assert content.pop("scene")["restitution"] == 0.25
     kept = {"panel_mm": "50x50x6", "flat_pairs": "hinged", "merge": True, "formulation": "compliant"}
-    assert found == facts | kept | ({} if name == "default" else {"name": name})
+    assert content == facts | kept | ({} if name == "default" else {"name": name})
     path.write_text(file_text({"assembly": "unit-i", "parameters": {"alpha": 65.0}}, "constrained", Scene()))
     assert read_file(str(path)) == {"assembly": "unit-i", "formulation": "constrained", "parameters": {"alpha": 65.0}}
 
@@ -292,5 +292,5 @@ def test_a_file_with_an_unknown_formulation_is_refused(tmp_path):
 def test_with_springs_of_one_joint_for_two_hinges_is_that_of_both():
     linkage = linkage_named("thesis-4x4")
     compiled = compile_scene(linkage, DEFAULT, keep=frozenset({"stops"}))
-    found = with_springs(compiled, np.full(compiled.system.n_joints, 0.05))
-    assert stiffnesses_of(linkage, found.scene) == pytest.approx(np.full(12, 0.05))
+    sprung = with_springs(compiled, np.full(compiled.system.n_joints, 0.05))
+    assert stiffnesses_of(linkage, sprung.scene) == pytest.approx(np.full(12, 0.05))

@@ -146,6 +146,6 @@ def rotation(axis: Vector, angle: float) -> tuple[Vector, Vector, Vector]:
 
 @lean
 def turn_row(r: Vector, columns: tuple[Vector, Vector, Vector]) -> Vector:
-    """A row of a rotation that is followed, in its own axes, by another, of which `rotation` tells the columns."""
+    """A row of a rotation that is followed, in its own axes, by another, whose columns `rotation` gives."""
     x, y, z = columns
     return r[0] + dot(r, x), r[1] + dot(r, y), r[2] + dot(r, z)

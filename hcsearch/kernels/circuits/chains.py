@@ -67,7 +67,7 @@ def _walk(
     bit: NDArray[np.int16],
     blocked: NDArray[np.uint8],
     sizes: NDArray[np.int64],
-    found: Chains,
+    chains: Chains,
 ) -> int:
     """Walk the half-chains that begin at home, in ascending order of their codes; return how many there are.
 
@@ -80,7 +80,7 @@ def _walk(
     directions = len(moves)
     flip = directions // 2
     n_turns = len(turns)
-    words = len(found.masks)
+    words = len(chains.masks)
     letters = np.zeros(h + 1, np.int64)
     heading = np.zeros(h + 1, np.int64)
     face = np.zeros(h + 1, np.int64)
@@ -150,16 +150,16 @@ def _walk(
         reverse = np.uint64(n_turns - 1 - last)
         for t in range(h - 1, 0, -1):
             reverse = (reverse << width) | np.uint64(n_turns - 1 - letters[t])
-        found.codes[written] = (code[k] << width) | np.uint64(letter)
-        found.back[written] = reverse
-        found.sums[written] = total[k] + (turn if k % 2 == 0 else -turn) + (leaving if h % 2 == 0 else -leaving)
+        chains.codes[written] = (code[k] << width) | np.uint64(letter)
+        chains.back[written] = reverse
+        chains.sums[written] = total[k] + (turn if k % 2 == 0 else -turn) + (leaving if h % 2 == 0 else -leaving)
         for t in range(1, h):
-            found.steps[written, t - 1] = heading[t]
-        found.steps[written, h - 1] = d
+            chains.steps[written, t - 1] = heading[t]
+        chains.steps[written, h - 1] = d
         for w in range(words):
-            found.masks[w, written] = mask[h - 1, w]
+            chains.masks[w, written] = mask[h - 1, w]
         if bit[to] >= 0:
-            found.masks[bit[to] >> 6, written] |= one << np.uint64(bit[to] & 63)
+            chains.masks[bit[to] >> 6, written] |= one << np.uint64(bit[to] & 63)
         written += 1
     return written
 
@@ -205,9 +205,9 @@ def _list(plane: Plane, end: int, exit_face: int, n_chains: int, bit: NDArray[np
             toward[place] = away
     blocked[plane.home + plane.moves[0]] = 1
     blocked[end + plane.moves[exit_face]] = 1
-    found = _room(n_chains, plane.h, words)
-    _walk(plane, exit_face, toward, bit, blocked, np.empty((0, 0), np.int64), found)
-    return found
+    chains = _room(n_chains, plane.h, words)
+    _walk(plane, exit_face, toward, bit, blocked, np.empty((0, 0), np.int64), chains)
+    return chains
 
 
 @lean

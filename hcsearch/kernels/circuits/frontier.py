@@ -1,6 +1,6 @@
 """Hamiltonian cycles of any graph by frontier states, edge after edge.
 
-Edges are decided one by one, out or in. What the decided edges mean for the rest of the graph is told by the vertices
+Edges are decided one by one, out or in. What the decided edges mean for the rest of the graph shows in the vertices
 that have both decided and open edges, the frontier. Each holds a slot; its value is 0 for degree 0, 1 for degree 2,
 and 2 + s for the end of a path whose other end is in slot s. A state is two words of 12 slots with 5 bits each, and
 the parity of marked edges in a bit above. Fixed slots make the value unique, so equal states are equal words.
@@ -250,16 +250,16 @@ def list_masks(
     tails: NDArray[np.uint64],
     tail_images: NDArray[np.uint64],
     rank: NDArray[np.int64],
-    found: NDArray[np.uint64],
+    edge_sets: NDArray[np.uint64],
     symmetry: NDArray[np.int16],
 ) -> int:
     """Write the edge sets of cycles number rank[0] .. rank[1] - 1 that are least among their images; return how many.
 
     Every cycle is a walk of decided edges down to `layer` and one of the tails of the state it reaches, so there are
-    no dead ends. Stops early, with rank[0] moved on, when `found` might not hold the next state's tails.
+    no dead ends. Stops early, with rank[0] moved on, when `edge_sets` might not hold the next state's tails.
     permutations : shape (n_permutations, n_edges), the symmetries but for the identity, acting on edges.
     """
-    words = found.shape[1]
+    words = edge_sets.shape[1]
     n_images = len(permutations)
     head = np.zeros(words, np.uint64)
     images = np.zeros((n_images, words), np.uint64)
@@ -281,10 +281,10 @@ def list_masks(
         state = node[layer]
         first, last = start[state] + skip, start[state + 1]
         last = min(last, first + rank[1] - rank[0])
-        if written + last - first > len(found):
+        if written + last - first > len(edge_sets):
             if written > 0:
                 return written
-            last = first + len(found)
+            last = first + len(edge_sets)
         head[:] = 0
         images[:] = 0
         for e in range(layer):
@@ -310,7 +310,7 @@ def list_masks(
                 ties += order == 0
             if least:
                 for word in range(words):
-                    found[written, word] = head[word] | tails[tail, word]
+                    edge_sets[written, word] = head[word] | tails[tail, word]
                 symmetry[written] = ties
                 written += 1
         rank[0] += last - first

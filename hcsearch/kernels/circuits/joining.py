@@ -1,4 +1,4 @@
-"""Circuits that fold, found as pairs of half-chains; each class is written once, from its least rooted word.
+"""Circuits that fold, joined from pairs of half-chains; each class is written once, from its least rooted word.
 
 A circuit can be rooted at either end of any of its foldings, at either half-chain, in two orientations. Its least
 pair of codes (first half-chain, second half-chain) is the one that is written; as many roots attain it as the circuit

@@ -80,10 +80,10 @@ def walk_polygons(
     period: NDArray[np.int64],
     visited: NDArray[np.uint8],
     state: NDArray[np.int64],
-    found: NDArray[np.int8],
+    words: NDArray[np.int8],
     symmetry: NDArray[np.int16],
 ) -> int:
-    """Go on with a walk until it ends or `found` is full; return how many words were written.
+    """Go on with a walk until it ends or `words` is full; return how many words were written.
 
     letters[k] is the turn before step k (k >= 1), as an index into `turns`; letters[0] is unused and the closing
     turn is letters[n]. With `trap` or more steps left the walk looks for its way home, which costs less than a walk
@@ -94,7 +94,7 @@ def walk_polygons(
     queue = np.empty(len(distance), np.int64)
     stamp = 0
     n_turns = len(turns)
-    capacity = len(found)
+    capacity = len(words)
     written = 0
     k = state[0]
     fresh = state[1]
@@ -175,7 +175,7 @@ def walk_polygons(
         if rank > 0:
             continue
         for i in range(n):
-            found[written, i] = heading[i]
+            words[written, i] = heading[i]
         symmetry[written] = (n // p) * (2 if rank == 0 else 1)
         written += 1
     state[0] = k

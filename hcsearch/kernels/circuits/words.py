@@ -66,7 +66,7 @@ def _least_rotations(ahead: NDArray[np.int8], back: NDArray[np.int8], n: int) ->
 
 @compiled
 def canonicalise(
-    words: NDArray[np.int8], directions: int, classes: int, found: NDArray[np.int8], symmetry: NDArray[np.int16]
+    words: NDArray[np.int8], directions: int, classes: int, canonical: NDArray[np.int8], symmetry: NDArray[np.int16]
 ) -> None:
     """Write the canonical form of each word and the order of its symmetry group.
 
@@ -115,7 +115,7 @@ def canonicalise(
         best, begin = (ahead, start) if order <= 0 else (back, mirrored)
         d = first
         for k in range(n):
-            found[row, k] = d
+            canonical[row, k] = d
             d -= best[begin + k]
             if d < 0:
                 d += directions
@@ -231,8 +231,8 @@ def write_rows(
 
 
 @lean
-def fingerprint_rows(rows: NDArray[np.uint64], heights: NDArray[np.int64], found: NDArray[np.uint64]) -> None:
-    """Write a 128-bit fingerprint of each canonical array; found : shape (n, 2).
+def fingerprint_rows(rows: NDArray[np.uint64], heights: NDArray[np.int64], fingerprints: NDArray[np.uint64]) -> None:
+    """Write a 128-bit fingerprint of each canonical array; fingerprints : shape (n, 2).
 
     Two different arrays share one with probability 2^-128, so a hundred million of them collide with odds under 2^-74.
     """
@@ -246,11 +246,11 @@ def fingerprint_rows(rows: NDArray[np.uint64], heights: NDArray[np.int64], found
                 h ^= h >> np.uint64(27)
                 h *= np.uint64(0x94D049BB133111EB) + np.uint64(2 * half)
                 h ^= h >> np.uint64(31)
-            found[i, half] = h
+            fingerprints[i, half] = h
 
 
 @compiled
-def insert_fingerprints(found: NDArray[np.uint64], table: NDArray[np.uint64]) -> int:
+def insert_fingerprints(fingerprints: NDArray[np.uint64], table: NDArray[np.uint64]) -> int:
     """Put fingerprints into a hash table (0, 0 is a free place; room for all); return how many were not there.
 
     Free places among them, as in an old table, are passed over. A large table is far from the processor: looking a
@@ -260,21 +260,21 @@ def insert_fingerprints(found: NDArray[np.uint64], table: NDArray[np.uint64]) ->
     block = 32
     known = np.empty(block, np.bool_)
     fresh = 0
-    for start in range(0, len(found), block):
-        stop = min(start + block, len(found))
+    for start in range(0, len(fingerprints), block):
+        stop = min(start + block, len(fingerprints))
         for i in range(start, stop):
-            at = found[i, 0] & mask
-            known[i - start] = (table[at, 0] == found[i, 0]) & (table[at, 1] == found[i, 1])
+            at = fingerprints[i, 0] & mask
+            known[i - start] = (table[at, 0] == fingerprints[i, 0]) & (table[at, 1] == fingerprints[i, 1])
         for i in range(start, stop):
-            if known[i - start] or (found[i, 0] == 0 and found[i, 1] == 0):
+            if known[i - start] or (fingerprints[i, 0] == 0 and fingerprints[i, 1] == 0):
                 continue
-            at = found[i, 0] & mask
+            at = fingerprints[i, 0] & mask
             while table[at, 0] != 0 or table[at, 1] != 0:
-                if table[at, 0] == found[i, 0] and table[at, 1] == found[i, 1]:
+                if table[at, 0] == fingerprints[i, 0] and table[at, 1] == fingerprints[i, 1]:
                     break
                 at = (at + np.uint64(1)) & mask
             else:
-                table[at, 0] = found[i, 0]
-                table[at, 1] = found[i, 1]
+                table[at, 0] = fingerprints[i, 0]
+                table[at, 1] = fingerprints[i, 1]
                 fresh += 1
     return fresh

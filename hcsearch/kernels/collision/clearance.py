@@ -1,6 +1,6 @@
 """Certified clearance: whether prisms stay apart at all times of a motion, and how near they come.
 
-An interval in which no direction tells two panels apart is halved, until one does, or it is shorter than can matter.
+An interval in which no direction separates two panels is halved, until one does or it is shorter than can matter.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from hcsearch.kernels.linkage.reaches import Pairs
 from hcsearch.typing import Reals, Whole
 
 CLEAR, COLLIDES, UNDECIDED = 0, 1, 2
-"""Verdicts: apart at all times; overlapping at a time; too near to tell."""
+"""Verdicts: apart at all times; overlapping at a time; too near to decide."""
 ROUNDING = 1e-12
 """What panels may be elsewhere by rounding, m."""
 
@@ -39,10 +39,10 @@ class Exactness(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """What was found. All entries are written; each table has one.
+    """What a search reports. All entries are written; each table has one.
 
     times : s, when a pair collides or comes too near. pairs : which. gaps : m, the smallest to which a pair comes back,
-        infinite without one. looks : intervals times pairs looked at.
+        infinite without one. looks : how often the gap of a pair was bounded.
     """
 
     times: Reals
@@ -91,7 +91,7 @@ def judge(
 
 @compiled
 def search(chain: Chain, prisms: Prisms, pairs: Pairs, course: Course, slack: float, answer: Answer) -> int:
-    """Follow all pairs through a motion; CLEAR, or what is found at the first time at which no gap is above a slack."""
+    """Follow all pairs through a motion; CLEAR, or the verdict at the first time at which no gap is above a slack."""
     book = book_for(chain, prisms, pairs, course)
     for k in range(len(course.times) - 1):
         h = begin(chain, pairs, course, k, slack, book)

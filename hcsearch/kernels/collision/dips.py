@@ -40,7 +40,10 @@ class _Dips(NamedTuple):
 def smallest_dip(
     chain: Chain, prisms: Prisms, pairs: Pairs, course: Course, rise: float, resolution: float
 ) -> tuple[float, int]:
-    """What no gap in a dip of some rise comes below, to a resolution (m), infinite without one; and how many looks."""
+    """What no gap in a dip of some rise comes below, to a resolution (m), infinite without one.
+
+    Also returns how often the gap of a pair was bounded.
+    """
     book = book_for(chain, prisms, pairs, course)
     count = len(pairs.prisms)
     dips = _Dips(np.full(count, -math.inf), np.full(count, math.inf), np.full(count, math.inf), np.full(2, math.inf))

@@ -148,12 +148,12 @@ def _row(points: Reals, k: int) -> Vector:
 @inlined
 def _outermost(points: Reals, n: int, way: Vector) -> int:
     """The point that is furthest along a direction."""
-    found, most = 0, -math.inf
+    best, most = 0, -math.inf
     for k in range(n):
         far = points[k, 0] * way[0] + points[k, 1] * way[1] + points[k, 2] * way[2]
         if far > most:
-            found, most = k, far
-    return found
+            best, most = k, far
+    return best
 
 
 @inlined

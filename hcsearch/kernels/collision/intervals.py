@@ -44,8 +44,8 @@ class Book(NamedTuple):
     low, high, lows, highs : ends of the interval as shares of the step, and poses there. lists, counts : its pairs.
     ways, keepers : of each pair, the direction that last separated it, fixed to its first panel (0) or second (1) and
         pointing away from that. corners : of each pair, where the last search of its distance ended. spare : of each
-        pair a lower bound of its gap, at the end of the interval in which it was looked at last; less the way by which
-        both panels may have come nearer since then. After the last interval of a step it holds at the step's end.
+        pair a lower bound of its gap: at the end of the last interval in which it was computed, less what its panels
+        may have come nearer since. After the last interval of a step it holds at the end of the step.
     bends, speeds : of the step, |x''| / 8 as seen from either panel, and |x'|.
     course, rates, accelerations : polynomials of the fold angles in the step, and bounds. seen : (2, 3, 4), poses of
         the second panel from the first at both ends. points : corners of the second prism from the first panel.
@@ -103,7 +103,7 @@ def book_for(chain: Chain, prisms: Prisms, pairs: Pairs, course: Course) -> Book
 def begin(chain: Chain, pairs: Pairs, course: Course, k: int, need: float, book: Book) -> float:
     """Begin the step from state k, with the pairs whose gap may come down to what is needed in it.
 
-    The others had more to spare when they were last looked at than they can have come nearer since. Returns the length
+    The others had a gap, when it was last computed, that they cannot have lost since. Returns the length
     of the step (s), 0 where two states are of one time.
     """
     h = course.times[k + 1] - course.times[k]
@@ -149,12 +149,12 @@ def halve(chain: Chain, left: int, top: int, book: Book) -> None:
 
 
 @lean
-def _copy(poses: Reals, found: Reals) -> None:
+def _copy(poses: Reals, into: Reals) -> None:
     """Copy poses, entry by entry: the assignment of a table to another would look for memory that they share."""
     for k in range(len(poses)):
         for i in range(3):
             for j in range(4):
-                found[k, i, j] = poses[k, i, j]
+                into[k, i, j] = poses[k, i, j]
 
 
 @lean
@@ -163,7 +163,7 @@ def bound(
 ) -> tuple[float, float, float]:
     """What the gap of a pair does not come below in an interval, a time `wait` long, and at its ends.
 
-    Where the first is no more than needed, the others are the gaps at the ends; else no more is looked for.
+    Where the first is no more than needed, the others are the gaps at the ends; else they are not computed.
     """
     relate(prisms, pairs, p, book.lows[top], book.seen[0])
     low = spheres(prisms, pairs, p, book.seen[0]) - book.speeds[p] * wait
@@ -171,16 +171,14 @@ def bound(
         book.spare[p] = low
         return low, low, low
     relate(prisms, pairs, p, book.highs[top], book.seen[1])
-    low, first, second = _tell_apart(prisms, pairs, p, need, wait, book)
+    low, first, second = _separate(prisms, pairs, p, need, wait, book)
     book.spare[p] = second
     return low, first, second
 
 
 @lean
-def _tell_apart(
-    prisms: Prisms, pairs: Pairs, p: int, need: float, wait: float, book: Book
-) -> tuple[float, float, float]:
-    """What the gap of a pair does not come below in an interval, and at its ends; the best found where that is less.
+def _separate(prisms: Prisms, pairs: Pairs, p: int, need: float, wait: float, book: Book) -> tuple[float, float, float]:
+    """What the gap of a pair does not come below in an interval, by the best direction tried, and its gap at the ends.
 
     The direction that separated the pair before is tried first, then those of the shortest way at either end.
     """
@@ -196,9 +194,9 @@ def _tell_apart(
             first = distance
         for keeper in range(2):
             own = times(-1.0, _turned_back(book.seen[end], way)) if keeper else way
-            found, _, _ = _gap(prisms, pairs, p, keeper, own, wait, book)
-            if found > low:
-                low = found
+            gap, _, _ = _gap(prisms, pairs, p, keeper, own, wait, book)
+            if gap > low:
+                low = gap
                 book.keepers[p] = keeper
                 put(book.ways, p, 0, own)
     return low, first, second

@@ -72,8 +72,8 @@ def overlap(prisms: Prisms, one: int, two: int, enough: float, last: Whole, pair
         return least
     a, b = prisms.counts[one, 1], prisms.counts[two, 1]
     for number in range(a + b + a * b):
-        found = _along(prisms, one, two, number)
-        least = min(least, found)
+        depth = _along(prisms, one, two, number)
+        least = min(least, depth)
         if least <= enough:
             last[pair] = number
             return least

@@ -120,8 +120,8 @@ def _refined(a: Vector, b: Vector, c: Vector, d: Vector, shares: Shares) -> Shar
     if whole == 0.0:
         return shares
     t, u, v = dot(off, cross(y, z)) / whole, dot(off, cross(z, x)) / whole, dot(off, cross(x, y)) / whole
-    found = (shares[0] + t + u + v, shares[1] - t, shares[2] - u, shares[3] - v)
-    return found if found[0] > 0.0 and found[1] > 0.0 and found[2] > 0.0 and found[3] > 0.0 else shares
+    shifted = (shares[0] + t + u + v, shares[1] - t, shares[2] - u, shares[3] - v)
+    return shifted if shifted[0] > 0.0 and shifted[1] > 0.0 and shifted[2] > 0.0 and shifted[3] > 0.0 else shares
 
 
 @lean

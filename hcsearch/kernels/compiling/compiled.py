@@ -36,7 +36,7 @@ def inlined(function: Kernel) -> Kernel:
 def _compiled(function: Kernel, *, counting: bool, **options: bool) -> Kernel:
     """A kernel whose machine code is kept on disk."""
     # the flag is passed on to kernels that are compiled on the way, unless they say themselves
-    njit: Any = numba.njit  # has options that its types do not tell
+    njit: Any = numba.njit  # has options that its types do not name
     kernel = njit(nogil=True, no_cfunc_wrapper=True, _nrt=counting, **options)(function)
     if isinstance(kernel, Dispatcher):  # and not the function itself, where numba is switched off
         KernelCache.attach(kernel)

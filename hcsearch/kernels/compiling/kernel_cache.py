@@ -85,13 +85,13 @@ class KernelCache(NullCache):
         flags.no_cpython_wrapper = KernelCache._depth > 1
         return flags
 
-    def add_overload(self, found: Any) -> None:
+    def add_overload(self, result: Any) -> None:
         """Hand a compile result to those who call: kernels, and Python where it can."""
         if KernelCache._depth > 1:
-            self._bare.add(found.signature.args)
-            self._kernel.overloads[found.signature.args] = found
+            self._bare.add(result.signature.args)
+            self._kernel.overloads[result.signature.args] = result
         else:
-            self._add(found)
+            self._add(result)
 
     @property
     def cache_path(self) -> str:
@@ -113,14 +113,14 @@ class KernelCache(NullCache):
         """The compile result of a signature; None where this process is to compile it."""
         target_context.refresh()
         name = self._file(sig, target_context.codegen())
-        found = _read(wanted_folder(), name, target_context)
-        folder = None if found is not None else writable_folder()
-        if found is None:
+        result = _read(wanted_folder(), name, target_context)
+        folder = None if result is not None else writable_folder()
+        if result is None:
             under_way.at(self._kernel)
             if KernelCache._depth == 1:
                 under_way.begin(self._kernel)
         if folder is None:
-            return found
+            return result
         with suppress(OSError):  # without locks, two processes may do the same work
             cache_locks.claim(folder, name)
             self._claims.append((folder, name))
@@ -168,17 +168,17 @@ def _read(folder: Path, name: str, target_context: Any) -> Any:
             if symbol not in _APART:
                 raise ValueError("made for other code than there is now")
         target_context.codegen()._engine._defined_symbols.update(apart)
-        found = _Result._rebuild(target_context, *reduced)
+        result = _Result._rebuild(target_context, *reduced)
     except Exception:  # whatever is wrong with it, compiling it again is the remedy
         with suppress(OSError):
             path.unlink()
         return None
     if apart:
-        _set_apart(found, name)
+        _set_apart(result, name)
     with suppress(OSError):
         if path.stat().st_mtime < time.time() - _DAY:
             path.touch()  # the order of pruning
-    return found
+    return result
 
 
 _APART: dict[str, tuple[str, Any]] = {}
@@ -187,35 +187,35 @@ _SIZE = 300
 """Instructions above which no compiler would put a kernel into its caller."""
 
 
-def _is_large(found: Any) -> bool:
-    function = found.library.get_function(found.fndesc.llvm_func_name)
+def _is_large(result: Any) -> bool:
+    function = result.library.get_function(result.fndesc.llvm_func_name)
     return sum(1 for block in function.blocks for _ in block.instructions) > _SIZE
 
 
-def _callable(found: Any) -> list[str]:
+def _callable(result: Any) -> list[str]:
     """The functions of a kernel that kernels call, and Python where it can."""
-    names = {found.fndesc.llvm_func_name, found.fndesc.llvm_cpython_wrapper_name}
-    return [function.name for function in found.library.get_defined_functions() if function.name in names]
+    names = {result.fndesc.llvm_func_name, result.fndesc.llvm_cpython_wrapper_name}
+    return [function.name for function in result.library.get_defined_functions() if function.name in names]
 
 
-def _needed(found: Any) -> list[tuple[str, str]]:
+def _needed(result: Any) -> list[tuple[str, str]]:
     """Files and symbols of the kernels that a new one calls where they are."""
-    names = [function.name for function in found.library._final_module.functions if function.is_declaration]
+    names = [function.name for function in result.library._final_module.functions if function.is_declaration]
     return [(_APART[name][0], name) for name in names if name in _APART]
 
 
-def _set_apart(found: Any, name: str) -> None:
+def _set_apart(result: Any, name: str) -> None:
     """Note where a kernel is, which keeps its environment alive."""
-    _APART[found.fndesc.llvm_func_name] = name, found
+    _APART[result.fndesc.llvm_func_name] = name, result
 
 
-def _empty_for_linking(found: Any) -> None:
+def _empty_for_linking(result: Any) -> None:
     """Give those that call a kernel nothing to link: the engine knows where its code is.
 
     The file then holds nothing to link either, which would take most of the time to read it.
     """
-    layout, triple = found.library.codegen.target_data, llvm.get_process_triple()
-    found.library._shared_module = llvm.parse_assembly(f'target datalayout = "{layout}"\ntarget triple = "{triple}"\n')
+    layout, triple = result.library.codegen.target_data, llvm.get_process_triple()
+    result.library._shared_module = llvm.parse_assembly(f'target datalayout = "{layout}"\ntarget triple = "{triple}"\n')
 
 
 def _spelled(signature: Any) -> str:

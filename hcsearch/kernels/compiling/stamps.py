@@ -30,16 +30,16 @@ def stamp(kernel: Any) -> str:
 
     Raises TypeError where a kernel uses a global value that cannot be written down.
     """
-    return _digest("\n".join([_surroundings(), _name(kernel), *sorted(_own(found)[0] for found in reached(kernel))]))
+    return _digest("\n".join([_surroundings(), _name(kernel), *sorted(_own(one)[0] for one in reached(kernel))]))
 
 
 @cache
 def reached(kernel: Any) -> tuple[Any, ...]:
     """A kernel, and those that it calls, and those that they call; they may call each other."""
-    found = [kernel]
-    for one in found:  # which grows meanwhile
-        found += [used for used in _own(one)[1] if not any(used is other for other in found)]
-    return tuple(found)
+    kernels = [kernel]
+    for one in kernels:  # which grows meanwhile
+        kernels += [used for used in _own(one)[1] if not any(used is other for other in kernels)]
+    return tuple(kernels)
 
 
 def _digest(text: str) -> str:

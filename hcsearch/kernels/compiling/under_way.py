@@ -11,7 +11,7 @@ from hcsearch.kernels.compiling.stamps import reached, stamp
 
 
 class Compilation(NamedTuple):
-    """So many kernels of so many that are needed are compiled; the name is that of the next."""
+    """How many kernels are compiled, of how many that are needed, and the name of the next."""
 
     done: int
     total: int
@@ -59,11 +59,11 @@ def is_ready(kernel: Any) -> bool:
 
 def kernels_named(names: Iterable[str]) -> list[Any]:
     """Kernels by the names of their modules, within `hcsearch.kernels`, and their own."""
-    found = []
+    kernels = []
     for name in names:
         module, _, kernel = name.rpartition(".")
-        found.append(getattr(importlib.import_module(f"hcsearch.kernels.{module}"), kernel))
-    return found
+        kernels.append(getattr(importlib.import_module(f"hcsearch.kernels.{module}"), kernel))
+    return kernels
 
 
 def left(stamps: frozenset[str]) -> frozenset[str]:

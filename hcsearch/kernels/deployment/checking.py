@@ -24,7 +24,7 @@ from hcsearch.kernels.multibody.explicit import Method
 from hcsearch.kernels.multibody.hinges import Hinges, Struts
 from hcsearch.kernels.multibody.motion import Hold, Mechanism
 from hcsearch.kernels.multibody.recording import Record
-from hcsearch.kernels.multibody.simulation import FLAT, GOES_ON, TIME_OUT, begin, go_on, pace_for
+from hcsearch.kernels.multibody.simulation import FLAT, GOES_ON, TIME_OUT, Simulation, begin, go_on, pace_for
 from hcsearch.kernels.multibody.steps import StepPlan
 from hcsearch.kernels.multibody.tree import Tree, work_for
 from hcsearch.typing import Reals, Whole
@@ -37,7 +37,7 @@ class SceneTables(NamedTuple):
     """One folding; in a stack every table has a leading axis, and every number is a table.
 
     start : (n_joints,), coordinates, at rest. joint_of : (n_hinges,). prisms, shrunk : of the panels, and with the
-        margin taken off. pairs : among which collisions are looked for. deepest, reach : m, the margin by which a panel
+        margin taken off. pairs : that may collide. deepest, reach : m, the margin by which a panel
         would be gone, and what gaps of closure (over size) are multiplied by for what panels may be elsewhere.
     """
 
@@ -75,7 +75,7 @@ class Findings(NamedTuple):
     """What became of k foldings.
 
     endings : (k,), as of `simulate`. verdicts : (k,), as of `judge`. pairs : (k,), that collide. counts : (k, 4),
-        states, evaluations, rejected steps, pairs looked at. times : (k, 2), of the end, and of the collision (s).
+        states, evaluations, rejected steps, gaps bounded. times : (k, 2), of the end, and of the collision (s).
     gaps : (k,), smallest (m), of those that come flat and clear, else infinite. speeds : (k,), at which the panels come
         together of those that are not clear, m/s. lefts : (k, 3), fold angles over pi: their mean then, or where it is
         clear at the end, their mean at the end, and the greatest at the end. drifts : (k,), of the energy balance, as a
@@ -97,41 +97,41 @@ class Findings(NamedTuple):
 
 
 @compiled
-def check_all(stack: Any, rules: Rules, record: Record, found: Findings) -> None:
+def check_all(stack: Any, rules: Rules, record: Record, findings: Findings) -> None:
     """Check the foldings of a stack one after the other; the record is written anew by each.
 
-    numba compiles into a kernel once more what it calls. So the large kernels are called from here, without others in
-    between, each of which would be compiled as long again.
+    numba compiles all that a kernel calls into it. So the large kernels are called from here: a kernel in between would
+    take as long again to compile.
     """
     cubic = rules.closure_stiffness > 0.0  # stiff springs make accelerations that say nothing of the motion
     plan, method = rules.plan, rules.method
     answer = Answer(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
-    for i in range(len(found.endings)):
+    for i in range(len(findings.endings)):
         subject = _nth(stack, i)
         tree, n = subject.tree, len(subject.start)
         mechanism, hold = _mechanism(subject, rules), _hold(subject)
-        work, pace = work_for(tree), pace_for(n)
-        q, v = subject.start.copy(), np.zeros(n)
+        work, q, v = work_for(tree), subject.start.copy(), np.zeros(n)
+        simulation = Simulation(mechanism, hold, method, plan, q, v, work, pace_for(n), record)
         course = Course(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0)), cubic)
         clear, most, verdict = 0, len(record.times) + 1 if rules.whole else FIRST_PART, CLEAR
-        begin(mechanism, hold, method, plan, q, v, work, pace, record)
+        begin(simulation)
         while verdict != COLLIDES and record.counts[4] == GOES_ON:
-            go_on(mechanism, hold, method, plan, most, q, v, work, pace, record)
+            go_on(simulation, most)
             states, flat = record.counts[0], record.counts[4] == FLAT
             clear = 0 if flat else clear  # a gap may dip across parts
             motion = _states(record, clear, states)
             if not cubic:
                 motion = refined(mechanism, motion, OPEN, work)
-            found.openings[i] = max(found.openings[i], opening(tree, motion, cubic, work))
+            findings.openings[i] = max(findings.openings[i], opening(tree, motion, cubic, work))
             course = _course(subject, motion, cubic)
-            wanted = Exactness(subject.reach * found.openings[i], rules.margin, subject.deepest, rules.resolution)
+            wanted = Exactness(subject.reach * findings.openings[i], rules.margin, subject.deepest, rules.resolution)
             verdict = judge(subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, wanted, flat, answer)
-            found.counts[i, 3] += answer.looks[0]
+            findings.counts[i, 3] += answer.looks[0]
             clear = states - 1 if verdict == CLEAR else clear
             most = states + max(FIRST_PART, int(LONGER * states))
-        found.looses[i] = 0.0 if cubic else loose_share(tree, record.q[: record.counts[0]], work)
-        _tell(record, verdict, answer, found, i)
-        _tell_end(subject, course, verdict, answer, found, i)
+        findings.looses[i] = 0.0 if cubic else loose_share(tree, record.q[: record.counts[0]], work)
+        _report(record, verdict, answer, findings, i)
+        _report_end(subject, course, verdict, answer, findings, i)
 
 
 @compiled
@@ -164,27 +164,27 @@ def _hold(subject: SceneTables) -> Hold:
 
 
 @compiled
-def _tell(record: Record, verdict: int, answer: Answer, found: Findings, i: int) -> None:
+def _report(record: Record, verdict: int, answer: Answer, findings: Findings, i: int) -> None:
     states = record.counts[0]
-    found.endings[i] = TIME_OUT if record.counts[4] == GOES_ON else record.counts[4]
-    found.times[i, 0] = record.times[states - 1]
-    found.drifts[i] = _drift(record, states)
-    found.counts[i, 0], found.counts[i, 1], found.counts[i, 2] = states, record.counts[2], record.counts[3]
-    found.verdicts[i], found.pairs[i], found.times[i, 1] = verdict, answer.pairs[0], answer.times[0]
-    found.gaps[i] = answer.gaps[0]
+    findings.endings[i] = TIME_OUT if record.counts[4] == GOES_ON else record.counts[4]
+    findings.times[i, 0] = record.times[states - 1]
+    findings.drifts[i] = _drift(record, states)
+    findings.counts[i, 0], findings.counts[i, 1], findings.counts[i, 2] = states, record.counts[2], record.counts[3]
+    findings.verdicts[i], findings.pairs[i], findings.times[i, 1] = verdict, answer.pairs[0], answer.times[0]
+    findings.gaps[i] = answer.gaps[0]
 
 
 @compiled
-def _tell_end(subject: SceneTables, course: Course, verdict: int, answer: Answer, found: Findings, i: int) -> None:
+def _report_end(subject: SceneTables, course: Course, verdict: int, answer: Answer, findings: Findings, i: int) -> None:
     """Write how fast panels come together, and how much of the way is left."""
     angles = course.angles[len(course.times) - 1].copy()
-    found.lefts[i, 1], found.lefts[i, 2] = np.abs(angles).mean() / math.pi, np.abs(angles).max() / math.pi
-    found.speeds[i] = 0.0
+    findings.lefts[i, 1], findings.lefts[i, 2] = np.abs(angles).mean() / math.pi, np.abs(angles).max() / math.pi
+    findings.speeds[i] = 0.0
     if verdict != CLEAR and len(course.times) > 1:
         pair, time = answer.pairs[0], answer.times[0]
-        found.speeds[i] = approach(subject.chain, subject.shrunk, subject.pairs, pair, course, time)
+        findings.speeds[i] = approach(subject.chain, subject.shrunk, subject.pairs, pair, course, time)
         angles_at(course, time, angles)
-    found.lefts[i, 0] = np.abs(angles).mean() / math.pi
+    findings.lefts[i, 0] = np.abs(angles).mean() / math.pi
 
 
 @compiled

@@ -21,7 +21,7 @@ MOST_RAYS = 2048
 
 LOCKED, PASSED, OPEN = 1, 2, 0
 """What `settle` finds at an end: locked at first order; not to be locked at second order either, or with too many
-motions to tell; or open, as no motion was found that second order allows."""
+motions to decide; or open, as no motion was found that second order allows."""
 
 
 @lean
@@ -58,15 +58,15 @@ def _join(columns: Reals, chosen: Whole, k: int, q: Reals, r: Reals) -> None:
 
 
 @lean
-def _least_squares(q: Reals, r: Reals, target: Reals, count: int, found: Reals) -> None:
+def _least_squares(q: Reals, r: Reals, target: Reals, count: int, weights: Reals) -> None:
     """Least squares over the columns that are orthogonalised."""
     for i in range(count - 1, -1, -1):
         value = 0.0
         for c in range(len(target)):
             value += q[i, c] * target[c]
         for j in range(i + 1, count):
-            value -= r[i, j] * found[j]
-        found[i] = value / r[i, i]
+            value -= r[i, j] * weights[j]
+        weights[i] = value / r[i, i]
 
 
 @compiled
@@ -80,7 +80,7 @@ def nonnegative(columns: Reals, target: Reals, x: Reals, residual: Reals) -> Non
     residual[:] = target
     chosen = np.empty(min(n, height), np.int64)
     inside = np.zeros(n, np.bool_)
-    found = np.empty(len(chosen))
+    weights = np.empty(len(chosen))
     q, r = np.empty((len(chosen), height)), np.empty((len(chosen), len(chosen)))
     count = ready = 0
     for _ in range(20 * n):
@@ -101,19 +101,19 @@ def nonnegative(columns: Reals, target: Reals, x: Reals, residual: Reals) -> Non
             for k in range(ready, count):
                 _join(columns, chosen, k, q, r)
             ready = count
-            _least_squares(q, r, target, count, found)
+            _least_squares(q, r, target, count, weights)
             step = 1.0
             for i in range(count):
-                if found[i] <= 0.0:
+                if weights[i] <= 0.0:
                     old = x[chosen[i]]
-                    step = min(step, old / (old - found[i]) if old > 0.0 else 0.0)
+                    step = min(step, old / (old - weights[i]) if old > 0.0 else 0.0)
             for i in range(count):
-                x[chosen[i]] += step * (found[i] - x[chosen[i]])
+                x[chosen[i]] += step * (weights[i] - x[chosen[i]])
             if step == 1.0:
                 break
             kept = 0
             for i in range(count):
-                if found[i] > 0.0 or x[chosen[i]] > 1e-14:
+                if weights[i] > 0.0 or x[chosen[i]] > 1e-14:
                     chosen[kept] = chosen[i]
                     kept += 1
                 else:
@@ -176,7 +176,7 @@ def cone_rays(columns: Reals, rays: Reals) -> int:
     new ray where no third has its zeros wherever both have. Those of a face of two dimensions have together at most
     two entries above the number of equations met, so that only such pairs are held against all others. columns : shape
     (n, height), of about unit length, n at most 63. rays : shape (most, n); -1 is returned where there is no room for
-    what is met on the way, or no telling whether an equation depends on those before.
+    what is met on the way, or where rounding hides whether an equation depends on those before.
     """
     n, height = columns.shape
     most = len(rays)
@@ -192,7 +192,7 @@ def cone_rays(columns: Reals, rays: Reals) -> int:
     equations = np.empty((height, n))
     met = 0
     for row in range(height):
-        # orthogonal to the equations before, so that rays found are not spoilt by nearly dependent ones
+        # orthogonal to the equations before, so that rays are not spoilt by nearly dependent ones
         equation = columns[:, row].copy()
         for _ in range(2):
             for before in range(row):

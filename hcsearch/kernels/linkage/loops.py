@@ -170,22 +170,37 @@ def place_panels(chain: Chain, angles: Reals, poses: Reals) -> None:
 
 
 @lean
-def _solve_six(matrix: Reals, right: Reals) -> None:
-    """Solve a symmetric positive definite system of six equations in place (Cholesky)."""
-    for j in range(6):
-        for i in range(j, 6):
-            value = matrix[i, j]
-            for k in range(j):
-                value -= matrix[i, k] * matrix[j, k]
-            matrix[i, j] = math.sqrt(max(value, 1e-300)) if i == j else value / matrix[j, j]
-    for i in range(6):
+def weigh_rows(jacobian: Reals, residual: Reals, damping: float, gram: Reals, weights: Reals) -> bool:
+    """Write the x for which -J^T x is the shortest change of the angles that takes a residual away, to first order.
+
+    Solves (J J^T + d) x = residual by Cholesky, d = `damping` and the residual's square; False where rounding leaves no
+    solution. gram : (r, r), for the factor. The step is that of `kinematics.closing.correction`, but for directions
+    that its singular values rule out: damping alone keeps redundant loops solvable here.
+    """
+    r, m = jacobian.shape
+    for i in range(r):
+        damping += residual[i] * residual[i]
+    for j in range(r):
+        for i in range(j, r):
+            value = row_product(jacobian, i, jacobian, j, m) + (damping if i == j else 0.0)
+            value -= row_product(gram, i, gram, j, j)
+            if i > j:
+                gram[i, j] = value / gram[j, j]
+            elif value > 0.0:
+                gram[j, j] = math.sqrt(value)
+            else:
+                return False
+    for i in range(r):
+        value = residual[i]
         for k in range(i):
-            right[i] -= matrix[i, k] * right[k]
-        right[i] /= matrix[i, i]
-    for i in range(5, -1, -1):
-        for k in range(i + 1, 6):
-            right[i] -= matrix[k, i] * right[k]
-        right[i] /= matrix[i, i]
+            value -= gram[i, k] * weights[k]
+        weights[i] = value / gram[i, i]
+    for i in range(r - 1, -1, -1):
+        value = weights[i]
+        for k in range(i + 1, r):
+            value -= gram[k, i] * weights[k]
+        weights[i] = value / gram[i, i]
+    return True
 
 
 @compiled
@@ -201,26 +216,18 @@ def _close_one(
 ) -> float:
     """Close one loop by damped Newton steps of least length; return the greatest residual that is left."""
     n = len(angles)
-    product = np.empty((6, 6))
-    right, pose = np.empty(6), np.empty((3, 4))
+    gram, weights, pose = np.empty((6, 6)), np.empty(6), np.empty((3, 4))
     worst = 0.0
     for step in range(steps + 1):
         close_loops(directions, points, walk[0], walk[1], walk[2], angles, size, residual, jacobian, pose)
         worst = 0.0
-        damping = 1e-14  # keeps the equations of redundant loops solvable
         for i in range(6):
             worst = max(worst, abs(residual[i]))
-            damping += residual[i] * residual[i]
-        if worst < 1e-13 or step == steps:
+        if worst < 1e-13 or step == steps or not weigh_rows(jacobian, residual, 1e-14, gram, weights):
             break
-        for i in range(6):
-            right[i] = -residual[i]
-            for j in range(6):
-                product[i, j] = row_product(jacobian, i, jacobian, j, n) + (damping if i == j else 0.0)
-        _solve_six(product, right)
         for k in range(n):
             for i in range(6):
-                angles[k] += jacobian[i, k] * right[i]
+                angles[k] -= jacobian[i, k] * weights[i]
     return worst
 
 

@@ -72,6 +72,6 @@ def apart(prisms: Prisms, one: int, two: int) -> float:
 
 
 @inlined
-def _move(pose: Reals, shift: float, vector: Reals, found: Reals) -> None:
+def _move(pose: Reals, shift: float, vector: Reals, moved: Reals) -> None:
     for i in range(3):
-        found[i] = pose[i, 0] * vector[0] + pose[i, 1] * vector[1] + pose[i, 2] * vector[2] + shift * pose[i, 3]
+        moved[i] = pose[i, 0] * vector[0] + pose[i, 1] * vector[1] + pose[i, 2] * vector[2] + shift * pose[i, 3]

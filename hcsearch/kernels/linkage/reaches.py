@@ -62,7 +62,7 @@ def pairs_between(chain: Chain, prisms: Prisms, wanted: Whole) -> Pairs:
 
 
 @lean
-def _reach(chain: Chain, prisms: Prisms, f: int, way: Whole, count: int, sense: int, found: Reals) -> None:
+def _reach(chain: Chain, prisms: Prisms, f: int, way: Whole, count: int, sense: int, reaches: Reals) -> None:
     """Greatest distance of the corners of a prism at one end of a way from the line of each hinge, however it folds.
 
     sense : 1 for the prism at the end, -1 for the one at the beginning.
@@ -75,10 +75,10 @@ def _reach(chain: Chain, prisms: Prisms, f: int, way: Whole, count: int, sense: 
             for c in range(prisms.counts[f, 0]):
                 arm = minus(at(prisms.vertices[f], c, 0), point)
                 across = cross(arm, line)
-                found[k] = max(found[k], math.sqrt(dot(across, across)))
+                reaches[k] = max(reaches[k], math.sqrt(dot(across, across)))
                 reach = max(reach, math.sqrt(dot(arm, arm)))
         else:
             arm = minus(at(chain.points, way[k + sense], 0), point)
             across = cross(arm, line)
-            found[k] = math.sqrt(dot(across, across)) + reach
+            reaches[k] = math.sqrt(dot(across, across)) + reach
             reach += math.sqrt(dot(arm, arm))

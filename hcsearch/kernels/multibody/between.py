@@ -18,7 +18,7 @@ States = tuple[Reals, Reals, Reals, Reals]
 OPEN = 1e-6
 """Closure residual (rad, or gap over size) up to which loops count as closed between states."""
 PLACES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
-"""Where loops are looked at between states, as shares of a step."""
+"""Where the openings of loops are computed between states, as shares of a step."""
 PASSES = 4
 """A step is halved no more often than this."""
 STILL = 1e-9

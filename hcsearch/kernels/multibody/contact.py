@@ -13,10 +13,10 @@ import math
 import numpy as np
 
 from hcsearch.kernels.algebra.rows import divide_row, row_product, subtract_row
-from hcsearch.kernels.algebra.vectors import at, cross, dot, plus, put, times
+from hcsearch.kernels.algebra.vectors import at, cross, dot, plus
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.cones import nonnegative
-from hcsearch.kernels.multibody.sweeps import load
+from hcsearch.kernels.multibody.sweeps import carry, load
 from hcsearch.kernels.multibody.tree import (
     ALONG,
     ARM,
@@ -25,12 +25,10 @@ from hcsearch.kernels.multibody.tree import (
     HEAD_COUPLE,
     HEAD_FORCE,
     LAST,
-    LINE,
     PARENT,
     POWER,
     ROW,
     SHIFTING,
-    SLIDES,
     TURNING,
     Tree,
     Work,
@@ -118,8 +116,8 @@ def push_apart(
         divide_row(columns, k, sizes[k], height)
     target = np.zeros(height)
     target[height - 1] = 1.0
-    found, left = np.zeros(len(which)), np.empty(height)
-    nonnegative(columns, target, found, left)
+    weights, left = np.zeros(len(which)), np.empty(height)
+    nonnegative(columns, target, weights, left)
     if left[height - 1] <= 1e-12:
         return False
     innovations = np.empty(n)
@@ -130,15 +128,15 @@ def push_apart(
         mobile = 0.0
         for j in range(n):
             mobile += (columns[k, j] * sizes[k]) ** 2
-        if found[k] > 0.0 and mobile > SOFT**2:
-            pushed[which[k]] = found[k]
-    _velocities(tree, innovations, work, change)
+        if weights[k] > 0.0 and mobile > SOFT**2:
+            pushed[which[k]] = weights[k]
+    _release(tree, innovations, work, change)
     return True
 
 
 @lean
-def _velocities(tree: Tree, innovations: Reals, work: Work, found: Reals) -> None:
-    """Joint velocities from their innovations."""
+def _release(tree: Tree, innovations: Reals, work: Work, rates: Reals) -> None:
+    """Write the velocities of joints from their innovations, as `sweeps.release` does from forces."""
     b = work.bodies
     for i in range(len(tree.links)):
         p = tree.links[i, PARENT]
@@ -147,13 +145,6 @@ def _velocities(tree: Tree, innovations: Reals, work: Work, found: Reals) -> Non
             turn, shift = at(b, p, TURNING), at(b, p, SHIFTING)
         shift = plus(shift, cross(turn, at(b, i, ARM)))
         root = math.sqrt(b[i, ALONG])
-        found[i] = (
-            innovations[i] - (dot(at(b, i, HEAD_COUPLE), turn) + dot(at(b, i, HEAD_FORCE), shift)) / root
-        ) / root
-        own = times(found[i], at(b, i, LINE))
-        if tree.links[i, SLIDES]:
-            shift = plus(shift, own)
-        else:
-            turn = plus(turn, own)
-        put(b, i, TURNING, turn)
-        put(b, i, SHIFTING, shift)
+        carried = (dot(at(b, i, HEAD_COUPLE), turn) + dot(at(b, i, HEAD_FORCE), shift)) / root
+        rates[i] = (innovations[i] - carried) / root
+        carry(tree, i, rates[i], turn, shift, work)

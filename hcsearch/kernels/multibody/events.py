@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,18 @@ AT_LOWER, AT_UPPER, DOWN, UP = 0, 1, 2, 3
 """What a joint can come to: its stops, and the angles at which its law snaps. Odd ones are passed upwards."""
 
 
+class Span(NamedTuple):
+    """A step of length h (s): coordinates, velocities and accelerations at its start and its end, (n,)."""
+
+    h: float
+    q0: Reals
+    v0: Reals
+    a0: Reals
+    q1: Reals
+    v1: Reals
+    a1: Reals
+
+
 @lean
 def quintic(x: float, h: float, q0: float, v0: float, a0: float, q1: float, v1: float, a1: float) -> float:
     """The polynomial through positions, velocities and accelerations at both ends of a step, at a share x of it."""
@@ -24,6 +37,14 @@ def quintic(x: float, h: float, q0: float, v0: float, a0: float, q1: float, v1: 
     c4 = -15.0 * (q1 - q0) + h * (8.0 * v0 + 7.0 * v1) + 0.5 * h * h * (3.0 * a0 - 2.0 * a1)
     c5 = 6.0 * (q1 - q0) - 3.0 * h * (v0 + v1) - 0.5 * h * h * (a0 - a1)
     return q0 + x * (h * v0 + x * (0.5 * h * h * a0 + x * (c3 + x * (c4 + x * c5))))
+
+
+@lean
+def _coordinate(span: Span, i: int, x: float) -> float:
+    """The coordinate of a joint at a share x of a step."""
+    if x == 1.0:
+        return float(span.q1[i])
+    return quintic(x, span.h, span.q0[i], span.v0[i], span.a0[i], span.q1[i], span.v1[i], span.a1[i])
 
 
 @lean
@@ -41,12 +62,10 @@ def threshold(mechanism: Mechanism, hold: Hold, i: int, kind: int) -> float:
 
 
 @lean
-def first_event(
-    mechanism: Mechanism, hold: Hold, h: float, q0: Reals, v0: Reals, a0: Reals, q1: Reals, v1: Reals, a1: Reals
-) -> tuple[float, int, int]:
+def first_event(mechanism: Mechanism, hold: Hold, span: Span) -> tuple[float, int, int]:
     """Share of the step at which the first joint passes a stop or snap, the joint and the kind; 2 if none does."""
     best, joint, what = 2.0, -1, -1
-    for i in range(len(q0)):
+    for i in range(len(span.q0)):
         for kind in range(4):
             limit = threshold(mechanism, hold, i, kind)
             if math.isinf(limit):
@@ -55,13 +74,11 @@ def first_event(
             before = 0.0
             for k in range(1, 5):
                 x = 0.25 * k
-                q = q1[i] if k == 4 else quintic(x, h, q0[i], v0[i], a0[i], q1[i], v1[i], a1[i])
-                if sign * (q - limit) > BEYOND:
+                if sign * (_coordinate(span, i, x) - limit) > BEYOND:
                     after = x
                     for _ in range(50):
                         x = 0.5 * (before + after)
-                        q = quintic(x, h, q0[i], v0[i], a0[i], q1[i], v1[i], a1[i])
-                        if sign * (q - limit) > 0.0:
+                        if sign * (_coordinate(span, i, x) - limit) > 0.0:
                             after = x
                         else:
                             before = x
@@ -73,17 +90,7 @@ def first_event(
 
 
 @lean
-def first_near(
-    h: float,
-    q0: Reals,
-    v0: Reals,
-    a0: Reals,
-    q1: Reals,
-    v1: Reals,
-    a1: Reals,
-    place: Reals,
-    near: float,
-) -> float:
+def first_near(span: Span, place: Reals, near: float) -> float:
     """Share of the step at which all coordinates are first within `near` of a place; 2 if at none of its quarters.
 
     place : (n,), NaN where a coordinate does not count.
@@ -91,10 +98,10 @@ def first_near(
     before = 0.0
     for k in range(1, 5):
         after = 0.25 * k
-        if _within(after, h, q0, v0, a0, q1, v1, a1, place, near):
+        if _within(after, span, place, near):
             for _ in range(40):
                 x = 0.5 * (before + after)
-                if _within(x, h, q0, v0, a0, q1, v1, a1, place, near):
+                if _within(x, span, place, near):
                     after = x
                 else:
                     before = x
@@ -104,23 +111,11 @@ def first_near(
 
 
 @lean
-def _within(
-    x: float,
-    h: float,
-    q0: Reals,
-    v0: Reals,
-    a0: Reals,
-    q1: Reals,
-    v1: Reals,
-    a1: Reals,
-    place: Reals,
-    near: float,
-) -> bool:
-    for i in range(len(q0)):
-        q = q1[i] if x == 1.0 else quintic(x, h, q0[i], v0[i], a0[i], q1[i], v1[i], a1[i])
-        if abs(q - place[i]) > near:
-            return False
-    return True
+def _within(x: float, span: Span, place: Reals, near: float) -> bool:
+    within = True
+    for i in range(len(span.q0)):
+        within = within and not abs(_coordinate(span, i, x) - place[i]) > near
+    return within
 
 
 @lean

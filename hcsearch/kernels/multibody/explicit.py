@@ -8,7 +8,7 @@ from typing import NamedTuple
 from hcsearch.kernels.compiling.compiled import inlined, lean
 from hcsearch.kernels.multibody.cuts import cut_energy
 from hcsearch.kernels.multibody.hinges import lost_power
-from hcsearch.kernels.multibody.motion import Hold, Mechanism, closure_energy, evaluate
+from hcsearch.kernels.multibody.motion import Hold, Mechanism, Stepper, closure_energy, evaluate
 from hcsearch.kernels.multibody.tree import Work
 from hcsearch.typing import Reals
 
@@ -29,28 +29,17 @@ class Method(NamedTuple):
 
 
 @lean
-def step(
-    mechanism: Mechanism,
-    hold: Hold,
-    method: Method,
-    tolerance: float,
-    floor: float,
-    h: float,
-    scale: float,
-    work: Work,
-    stages: Reals,
-    start: Reals,
-    end: Reals,
-) -> float:
-    """One step from `start` to `end`, states (q, v, energy lost); the first stage is given. Its error."""
+def step(method: Method, stepper: Stepper, h: float) -> float:
+    """One step of length h, whose first stage is given. Its error."""
+    mechanism, hold, work, stages, end = stepper.mechanism, stepper.hold, stepper.work, stepper.stages, stepper.end
     n = len(hold.held)
     s = len(method.b)
-    a, q, v = work.found, end[:n], end[n : 2 * n]
+    a, q, v = work.accelerations, end[:n], end[n : 2 * n]
     for k in range(1, s + 1):
-        _join(method.a[k] if k < s else method.b, k, h, stages, start, end)
-        evaluate(mechanism, hold, q, v, scale, False, work, a)
+        _join(method.a[k] if k < s else method.b, k, h, stages, stepper.start, end)
+        evaluate(mechanism, hold, q, v, stepper.scale, False, work, a)
         write_stage(mechanism, hold, end, a, work, stages[k])
-    return h * _error(method.errors, tolerance, floor, stages, start, end)
+    return h * _error(method.errors, stepper)
 
 
 @lean
@@ -66,8 +55,9 @@ def _join(weights: Reals, count: int, h: float, stages: Reals, start: Reals, end
 
 
 @lean
-def _error(weights: Reals, tolerance: float, floor: float, stages: Reals, start: Reals, end: Reals) -> float:
+def _error(weights: Reals, stepper: Stepper) -> float:
     """Error of a step over what is allowed, and over its length."""
+    stages, start, end = stepper.stages, stepper.start, stepper.end
     first = second = 0.0
     count = len(start) - 1
     for j in range(count):
@@ -75,7 +65,7 @@ def _error(weights: Reals, tolerance: float, floor: float, stages: Reals, start:
         for i in range(len(stages)):
             one += weights[0, i] * stages[i, j]
             two += weights[1, i] * stages[i, j]
-        allowed = floor + tolerance * max(abs(start[j]), abs(end[j]))
+        allowed = stepper.floor + stepper.tolerance * max(abs(start[j]), abs(end[j]))
         first += (one / allowed) ** 2
         second += (two / allowed) ** 2
     if first == 0.0:

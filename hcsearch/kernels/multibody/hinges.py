@@ -164,19 +164,19 @@ def _strut(struts: Struts, s: int, work: Work) -> tuple[Vector, float, float]:
 @lean
 def kinetic(tree: Tree, work: Work) -> float:
     """Energy of motion, J; after `move`."""
-    found = 0.0
+    energy = 0.0
     b = work.bodies
     for i in range(len(tree.links)):
         spin = at(b, i, SPIN)
         speed = plus(at(b, i, SPEED), cross(spin, turned(b, i, TURN, at(tree.bodies, i, CENTRE))))
         own = turned_back(b, i, TURN, spin)
         turning = dot(own, applied(symmetric(tree.bodies, i, INERTIA), own))
-        found += 0.5 * (tree.bodies[i, MASS] * dot(speed, speed) + turning)
-    return found
+        energy += 0.5 * (tree.bodies[i, MASS] * dot(speed, speed) + turning)
+    return energy
 
 
 @compiled
-def joint_momenta(tree: Tree, work: Work, found: Reals) -> None:
+def joint_momenta(tree: Tree, work: Work, momenta: Reals) -> None:
     """Momenta along the joints: the mass matrix times the joint velocities; after `move`."""
     n = len(tree.links)
     b = work.bodies
@@ -190,7 +190,7 @@ def joint_momenta(tree: Tree, work: Work, found: Reals) -> None:
         put(carried, i, 3, momentum)
     for i in range(n - 1, -1, -1):
         turning, momentum = at(carried, i, 0), at(carried, i, 3)
-        found[i] = dot(at(b, i, LINE), momentum if tree.links[i, SLIDES] else turning)
+        momenta[i] = dot(at(b, i, LINE), momentum if tree.links[i, SLIDES] else turning)
         p = tree.links[i, PARENT]
         if p >= 0:
             add(carried, p, 0, plus(turning, cross(at(b, i, ARM), momentum)))
@@ -198,27 +198,27 @@ def joint_momenta(tree: Tree, work: Work, found: Reals) -> None:
 
 
 @lean
-def energies(tree: Tree, hinges: Hinges, struts: Struts, branches: Signs, q: Reals, work: Work, found: Reals) -> None:
+def energies(tree: Tree, hinges: Hinges, struts: Struts, branches: Signs, q: Reals, work: Work, parts: Reals) -> None:
     """Write kinetic energy, energy of laws and struts, of gravity, and of compliant stops; (4,).
 
     After `move`. Their sum falls by what `lost_power` says, and by what snaps and impacts take.
     """
-    found[:] = 0.0
-    found[0] = kinetic(tree, work)
+    parts[:] = 0.0
+    parts[0] = kinetic(tree, work)
     b = work.bodies
     for i in range(len(tree.links)):
         _, stored = moment(hinges, i, branches[i], q[i])
-        found[1] += stored
+        parts[1] += stored
         x, y, z = plus(at(b, i, PLACE), turned(b, i, TURN, at(tree.bodies, i, CENTRE)))
         height = tree.gravity[0] * x + tree.gravity[1] * y + tree.gravity[2] * z
-        found[2] -= tree.bodies[i, MASS] * height
+        parts[2] -= tree.bodies[i, MASS] * height
         if hinges.stop_stiffness > 0.0:
             beyond = min(q[i] - hinges.lower[i], 0.0) + max(q[i] - hinges.upper[i], 0.0)
             if beyond != 0.0:
-                found[3] += 0.5 * hinges.stop_stiffness * beyond * beyond
+                parts[3] += 0.5 * hinges.stop_stiffness * beyond * beyond
     for s in range(len(struts.stiffness)):
         _, _, length = _strut(struts, s, work)
-        found[1] += 0.5 * struts.stiffness[s] * (length - struts.rests[s]) ** 2
+        parts[1] += 0.5 * struts.stiffness[s] * (length - struts.rests[s]) ** 2
 
 
 @lean

@@ -13,7 +13,7 @@ from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.compliance import spring_loss
 from hcsearch.kernels.multibody.cuts import cut_energy
 from hcsearch.kernels.multibody.hinges import joint_torques, lost_power, steepness
-from hcsearch.kernels.multibody.motion import Hold, Mechanism, solve, solve_ahead, view
+from hcsearch.kernels.multibody.motion import Hold, Mechanism, Stepper, solve, solve_ahead, view
 from hcsearch.kernels.multibody.tree import Work
 from hcsearch.typing import Reals
 
@@ -51,31 +51,17 @@ def _part(mechanism: Mechanism, hold: Hold, h: float, scale: float, work: Work, 
 
 
 @lean
-def implicit_step(
-    mechanism: Mechanism,
-    hold: Hold,
-    columns: int,
-    tolerance: float,
-    floor: float,
-    h: float,
-    scale: float,
-    work: Work,
-    table: Reals,
-    start: Reals,
-    end: Reals,
-) -> float:
-    """One step of order `columns` from `start` to `end`, states (q, v, energy lost); its error over the tolerance.
-
-    table : shape (columns, 2 n + 1), overwritten.
-    """
+def implicit_step(columns: int, stepper: Stepper, h: float) -> float:
+    """One step of order `columns` and length h; its error over the tolerance. Overwrites the stages after the first."""
+    hold, work, table, start, end = stepper.hold, stepper.work, stepper.stages[1:], stepper.start, stepper.end
     n = len(hold.held)
-    a = work.found
+    a = work.accelerations
     error = 0.0
     for j in range(columns):
         for i in range(2 * n + 1):
             end[i] = start[i]
         for _ in range(j + 1):
-            _part(mechanism, hold, h / (j + 1), scale, work, a, end)
+            _part(stepper.mechanism, hold, h / (j + 1), stepper.scale, work, a, end)
         # Aitken and Neville: row k of the table holds what parts up to this one make of order k
         for i in range(2 * n + 1):
             value = end[i]
@@ -88,6 +74,6 @@ def implicit_step(
     end[2 * n] = table[columns - 1, 2 * n]
     for i in range(2 * n):
         end[i] = table[columns - 1, i]
-        weight = floor + tolerance * max(abs(start[i]), abs(end[i]))
+        weight = stepper.floor + stepper.tolerance * max(abs(start[i]), abs(end[i]))
         error += ((table[columns - 1, i] - table[columns - 2, i]) / weight) ** 2
     return math.sqrt(error / (2 * n))

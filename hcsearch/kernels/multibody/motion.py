@@ -14,7 +14,7 @@ from hcsearch.kernels.multibody.hinges import Hinges, Struts, joint_torques, pul
 from hcsearch.kernels.multibody.sweeps import gather, load, move, place, release
 from hcsearch.kernels.multibody.tree import CENTRE, PULL_COUPLE, PULL_FORCE, TURN, Tree, Work
 from hcsearch.kernels.multibody.welds import choose, close_rows, factorise, weld_errors, weld_rates
-from hcsearch.typing import Reals, Signs
+from hcsearch.typing import Reals, Signs, Whole
 
 
 class Mechanism(NamedTuple):
@@ -48,6 +48,26 @@ class Hold(NamedTuple):
     cut_branches: Signs
 
 
+class Stepper(NamedTuple):
+    """What steps of a motion are made with.
+
+    scale : the pivot that others are compared to. tolerance, floor : relative and absolute error of a step.
+    stages : (s + 1, 2 n + 1), derivatives of the state (q, v, energy lost) in a step, the last one at its end.
+    start, end : (2 n + 1,), states. counts : of the record.
+    """
+
+    mechanism: Mechanism
+    hold: Hold
+    scale: float
+    tolerance: float
+    floor: float
+    work: Work
+    stages: Reals
+    start: Reals
+    end: Reals
+    counts: Whole
+
+
 def hold_for(mechanism: Mechanism, q: Reals) -> Hold:
     """The discrete state at some coordinates: nothing held, laws bent where they have snapped."""
     hinges, n = mechanism.hinges, len(mechanism.tree.links)
@@ -77,7 +97,7 @@ def view(mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, work: Work) -> No
 
 
 @inlined
-def solve(mechanism: Mechanism, hold: Hold, scale: float, fresh: bool, work: Work, found: Reals) -> bool:
+def solve(mechanism: Mechanism, hold: Hold, scale: float, fresh: bool, work: Work, a: Reals) -> bool:
     """Write the joint accelerations for the joint forces in `work.torques`; after `view`. As `accelerate`."""
     tree = mechanism.tree
     gather(tree, hold.held, work)
@@ -90,18 +110,18 @@ def solve(mechanism: Mechanism, hold: Hold, scale: float, fresh: bool, work: Wor
             choose(work, scale)
         good = factorise(work, scale)
         close_rows(work, work.rates)
-    release(tree, hold.held, True, work, found)
+    release(tree, hold.held, True, work, a)
     return good
 
 
 @lean
-def solve_ahead(mechanism: Mechanism, hold: Hold, h: float, work: Work, found: Reals) -> None:
+def solve_ahead(mechanism: Mechanism, hold: Hold, h: float, work: Work, a: Reals) -> None:
     """Write the joint accelerations with closure springs as they will be after a time h; after `view`, as `solve`."""
     tree = mechanism.tree
     gather(tree, hold.held, work)
     load(tree, hold.held, work.torques, True, work)
     forces_ahead(tree, mechanism.closure_stiffness, mechanism.closure_damping, h, work)
-    release(tree, hold.held, True, work, found)
+    release(tree, hold.held, True, work, a)
 
 
 @lean
@@ -112,7 +132,7 @@ def closure_energy(mechanism: Mechanism, work: Work) -> tuple[float, float]:
 
 @inlined
 def evaluate(
-    mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, scale: float, fresh: bool, work: Work, found: Reals
+    mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, scale: float, fresh: bool, work: Work, a: Reals
 ) -> bool:
     """As `accelerate`, compiled into its caller: for steps, which spend their time here."""
     view(mechanism, hold, q, v, work)
@@ -120,19 +140,19 @@ def evaluate(
     if mechanism.overdamped:
         for i in range(len(work.soft)):
             work.soft[i] = mechanism.hinges.damping[i]
-    return solve(mechanism, hold, scale, fresh, work, found)
+    return solve(mechanism, hold, scale, fresh, work, a)
 
 
 @lean
 def accelerate(
-    mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, scale: float, fresh: bool, work: Work, found: Reals
+    mechanism: Mechanism, hold: Hold, q: Reals, v: Reals, scale: float, fresh: bool, work: Work, a: Reals
 ) -> bool:
     """Write the joint accelerations, at held joints what holds them; whether the chosen rows were independent.
 
     Where motion is overdamped these are velocities, and `v` is 0.
     scale : of `choose`. fresh : whether to choose rows anew. The forces of the rows are left in `work.forces`.
     """
-    return evaluate(mechanism, hold, q, v, scale, fresh, work, found)
+    return evaluate(mechanism, hold, q, v, scale, fresh, work, a)
 
 
 @compiled
@@ -155,8 +175,9 @@ def largest_pivot(mechanism: Mechanism, q: Reals, work: Work) -> float:
 def project(tree: Tree, held: Signs, q: Reals, v: Reals, closed: float, work: Work) -> tuple[float, float]:
     """Move a state to the nearest closed one, by the metric of the masses; the residual and rate that are left.
 
-    Newton with the factor that `work` holds, so near to the state it was made at. closed : residual (and rate) at which
-    to stop; three steps at most.
+    Newton with the factor that `work` holds, so near to the state it was made at. It is another iteration than those
+    that close linkages (`linkage.loops.weigh_rows`): those move angles least, and compute the Jacobian anew.
+    closed : residual (and rate) at which to stop; three steps at most.
     """
     worst = rate = 0.0
     for k in range(4):

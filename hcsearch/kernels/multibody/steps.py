@@ -9,9 +9,8 @@ from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.events import greatest_pull, threshold
 from hcsearch.kernels.multibody.explicit import Method, step, write_stage
 from hcsearch.kernels.multibody.implicit import implicit_step
-from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, project
-from hcsearch.kernels.multibody.tree import Work
-from hcsearch.typing import Reals, Whole
+from hcsearch.kernels.multibody.motion import Stepper, accelerate, project
+from hcsearch.typing import Reals
 
 REACHED = 1e-11
 """A joint is at a stop within this (rad)."""
@@ -54,29 +53,25 @@ class StepPlan(NamedTuple):
 
 
 @lean
-def take_step(
-    mechanism: Mechanism,
-    hold: Hold,
-    method: Method,
-    plan: StepPlan,
-    h: float,
-    scale: float,
-    work: Work,
-    stages: Reals,
-    start: Reals,
-    end: Reals,
-    counts: Whole,
-) -> float:
+def take_step(method: Method, stepper: Stepper, h: float) -> float:
     """One step by the method; its error. The last stage holds the derivative at its end."""
     if not method.columns:
-        counts[2] += len(method.b)
-        return step(mechanism, hold, method, plan.tolerance, plan.floor, h, scale, work, stages, start, end)
-    n, columns = len(hold.held), method.columns
-    counts[2] += columns * (columns + 1) // 2 + 1
-    error = implicit_step(mechanism, hold, columns, plan.tolerance, plan.floor, h, scale, work, stages[1:], start, end)
-    accelerate(mechanism, hold, end[:n], end[n : 2 * n], scale, False, work, work.found)
-    write_stage(mechanism, hold, end, work.found, work, stages[columns])
+        stepper.counts[2] += len(method.b)
+        return step(method, stepper, h)
+    columns, work = method.columns, stepper.work
+    stepper.counts[2] += columns * (columns + 1) // 2 + 1
+    error = implicit_step(columns, stepper, h)
+    _accelerate(stepper, stepper.end, False)
+    write_stage(stepper.mechanism, stepper.hold, stepper.end, work.accelerations, work, stepper.stages[columns])
     return error
+
+
+@lean
+def _accelerate(stepper: Stepper, state: Reals, fresh: bool) -> None:
+    """Write the accelerations at a state; as `accelerate`."""
+    n, work = len(stepper.hold.held), stepper.work
+    q, v = state[:n], state[n : 2 * n]
+    accelerate(stepper.mechanism, stepper.hold, q, v, stepper.scale, fresh, work, work.accelerations)
 
 
 @lean
@@ -97,29 +92,15 @@ def first_step(plan: StepPlan, order: int, q: Reals, v: Reals, a: Reals) -> floa
 
 
 @lean
-def land(
-    mechanism: Mechanism,
-    hold: Hold,
-    method: Method,
-    plan: StepPlan,
-    guess: float,
-    longest: float,
-    joint: int,
-    kind: int,
-    scale: float,
-    work: Work,
-    stages: Reals,
-    start: Reals,
-    end: Reals,
-    counts: Whole,
-) -> float:
+def land(method: Method, stepper: Stepper, guess: float, longest: float, joint: int, kind: int) -> float:
     """Repeat the step so that it ends where the joint has its event; its length, 0 where the joint is there already.
 
-    The last bit of it, over which accelerations hardly change, is a parabola, unless there is no inertia: then nothing
-    tells how velocities change.
+    The last bit of it, over which accelerations hardly change, is a parabola, unless there is no inertia: then
+    accelerations are no rates of the velocities.
     """
-    n = len(hold.held)
-    limit = threshold(mechanism, hold, joint, kind)
+    mechanism, stages, start, end = stepper.mechanism, stepper.stages, stepper.start, stepper.end
+    n = len(stepper.hold.held)
+    limit = threshold(mechanism, stepper.hold, joint, kind)
     sign = 1.0 if kind % 2 else -1.0
     if guess <= AT_ONCE * longest and sign * (start[joint] - limit) >= 0.0:
         for i in range(len(end)):
@@ -129,7 +110,7 @@ def land(
     h = guess
     low, high = 0.0, longest
     for _ in range(12):
-        take_step(mechanism, hold, method, plan, h, scale, work, stages, start, end, counts)
+        take_step(method, stepper, h)
         miss, speed = end[joint] - limit, last[joint]
         if abs(miss) <= REACHED:
             break
@@ -138,7 +119,7 @@ def land(
             more = -(miss + 0.5 * more * more * last[n + joint]) / speed
             left = miss + more * (speed + 0.5 * more * last[n + joint])
             straight = abs(more) <= h and h + more < longest and abs(left) <= REACHED
-            if straight and _parabolic(plan, h, more, stages[0], last, end):
+            if straight and _parabolic(stepper, h, more, last):
                 for j in range(n):
                     end[j] += more * (last[j] + 0.5 * more * last[n + j])
                     end[n + j] += more * last[n + j]
@@ -154,35 +135,22 @@ def land(
 
 
 @lean
-def _parabolic(plan: StepPlan, h: float, more: float, first: Reals, last: Reals, end: Reals) -> bool:
+def _parabolic(stepper: Stepper, h: float, more: float, last: Reals) -> bool:
     """Whether accelerations change so little in a time that what they add to velocities is below the tolerance.
 
-    more : the time (s), beside the step h in which they change from the first to the last.
+    more : the time (s), beside the step h in which they change from the first stage to the last.
     """
+    first, end = stepper.stages[0], stepper.end
     n = len(end) // 2
     for j in range(n, 2 * n):
-        allowed = SURE * (plan.floor + plan.tolerance * abs(end[j]))
+        allowed = SURE * (stepper.floor + stepper.tolerance * abs(end[j]))
         if abs(last[j] - first[j]) * more * more > 2.0 * h * allowed:
             return False
     return True
 
 
 @lean
-def loosen(
-    mechanism: Mechanism,
-    hold: Hold,
-    method: Method,
-    plan: StepPlan,
-    grip: float,
-    firm: bool,
-    longest: float,
-    scale: float,
-    work: Work,
-    stages: Reals,
-    start: Reals,
-    end: Reals,
-    counts: Whole,
-) -> float:
+def loosen(method: Method, stepper: Stepper, closed: float, grip: float, firm: bool, longest: float) -> float:
     """Repeat the step so that it ends where a stop begins to pull, if one does at its end only; its length.
 
     A step across a release would have an error of its own length squared, whatever the tolerance. The factor that is
@@ -190,16 +158,15 @@ def loosen(
     was kept: so the step stands, lest the same pull ends each step after it. Where the pull jumps, it goes on in small
     steps: in singular states rounding decides which forces of stops and loops stand for each other.
     """
-    n = len(hold.held)
     some = False
-    for i in range(n):
-        some = some or hold.held[i] != 0
+    for i in range(len(stepper.hold.held)):
+        some = some or stepper.hold.held[i] != 0
     if not some:
         return longest
-    above = _pull(mechanism, hold, plan, scale, work, end)
+    above = _pull(stepper, closed, stepper.end)
     if not above > grip:
         return longest
-    below = _pull(mechanism, hold, plan, scale, work, start)
+    below = _pull(stepper, closed, stepper.start)
     low, high, h, side, most = 0.0, longest, longest, 0, above
     under, over = below - 2.0 * grip, above - 2.0 * grip
     for k in range(40):
@@ -211,9 +178,9 @@ def loosen(
         # by the secant; the end that stays counts less and less (Anderson and Bjorck 1973)
         share = min(max(-under / (over - under), 0.01), 0.99) if k < SECANTS else 0.5
         h = low + (high - low) * share
-        accelerate(mechanism, hold, start[:n], start[n : 2 * n], scale, True, work, work.found)
-        take_step(mechanism, hold, method, plan, h, scale, work, stages, start, end, counts)
-        pull = _pull(mechanism, hold, plan, scale, work, end)
+        _accelerate(stepper, stepper.start, True)
+        take_step(method, stepper, h)
+        pull = _pull(stepper, closed, stepper.end)
         value = pull - 2.0 * grip
         if pull > grip:
             less = 1.0 - value / over
@@ -226,20 +193,24 @@ def loosen(
     if high <= NOTHING * longest:
         high = LEAST * longest
     if h < high:
-        accelerate(mechanism, hold, start[:n], start[n : 2 * n], scale, True, work, work.found)
-        take_step(mechanism, hold, method, plan, high, scale, work, stages, start, end, counts)
+        _accelerate(stepper, stepper.start, True)
+        take_step(method, stepper, high)
     elif high == longest:  # nothing was repeated, and the factor is one at the start
-        accelerate(mechanism, hold, end[:n], end[n : 2 * n], scale, True, work, work.found)
+        _accelerate(stepper, stepper.end, True)
     return high
 
 
 @lean
-def _pull(mechanism: Mechanism, hold: Hold, plan: StepPlan, scale: float, work: Work, state: Reals) -> float:
-    """By how much a stop would have to pull at most at a state (q, v, energy lost), N m."""
+def _pull(stepper: Stepper, closed: float, state: Reals) -> float:
+    """By how much a stop would have to pull at most at a state (q, v, energy lost), N m.
+
+    closed : residual after projection.
+    """
+    mechanism, hold, work = stepper.mechanism, stepper.hold, stepper.work
     n = len(hold.held)
     q, v = work.trial[0], work.trial[1]
     for i in range(n):
         q[i], v[i] = state[i], state[n + i]
-    project(mechanism.tree, hold.held, q, v, plan.closed, work)
-    accelerate(mechanism, hold, q, v, scale, True, work, work.found)
-    return greatest_pull(hold, work.found)
+    project(mechanism.tree, hold.held, q, v, closed, work)
+    accelerate(mechanism, hold, q, v, stepper.scale, True, work, work.accelerations)
+    return greatest_pull(hold, work.accelerations)

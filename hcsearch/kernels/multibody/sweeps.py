@@ -28,7 +28,7 @@ from hcsearch.kernels.algebra.vectors import (
     turned,
     turned_back,
 )
-from hcsearch.kernels.compiling.compiled import lean
+from hcsearch.kernels.compiling.compiled import inlined, lean
 from hcsearch.kernels.multibody.tree import (
     ABOVE,
     ALONG,
@@ -200,11 +200,9 @@ def _pass_on(i: int, p: int, work: Work) -> None:
     d = symmetric(b, i, FORCES)
     u, v, w = cross(r, (d[0], d[3], d[4])), cross(r, (d[3], d[1], d[5])), cross(r, (d[4], d[5], d[2]))
     x, y, z = at(b, i, CROSSED), at(b, i, CROSSED + 3), at(b, i, CROSSED + 6)
-    x2, y2, z2 = (
-        (x[0] + u[0], x[1] + v[0], x[2] + w[0]),
-        (y[0] + u[1], y[1] + v[1], y[2] + w[1]),
-        (z[0] + u[2], z[1] + v[2], z[2] + w[2]),
-    )
+    x2 = plus(x, (u[0], v[0], w[0]))
+    y2 = plus(y, (u[1], v[1], w[1]))
+    z2 = plus(z, (u[2], v[2], w[2]))
     add(b, p, CROSSED, x2)
     add(b, p, CROSSED + 3, y2)
     add(b, p, CROSSED + 6, z2)
@@ -297,8 +295,7 @@ def load(tree: Tree, held: Signs, torques: Reals, moving: bool, work: Work) -> N
     """Forces left over for acceleration at each joint, and what they do to the rows; after `gather`, once.
 
     rates : the relative accelerations of the welds without the forces that close them.
-    moving : whether velocities, gravity and pulls count; else `torques` are impulses on bodies at rest, and it may be
-        called again.
+    moving : whether velocities, gravity and pulls count; else `torques` are impulses at rest, in one call or several.
     """
     b = work.bodies
     work.rates[:] = 0.0
@@ -366,11 +363,8 @@ def _own_rates(tree: Tree, work: Work) -> None:
 
 
 @lean
-def release(tree: Tree, held: Signs, moving: bool, work: Work, found: Reals) -> None:
-    """Joint accelerations with the row forces in `forces`, or velocities from impulses at rest; after `load`.
-
-    found : (n,); at held joints the force (or impulse) that holds them.
-    """
+def release(tree: Tree, held: Signs, moving: bool, work: Work, rates: Reals) -> None:
+    """Write joint accelerations, (n,), or velocities from impulses; what holds them at held joints; after `load`."""
     b = work.bodies
     for i in range(len(tree.links)):
         p = tree.links[i, PARENT]
@@ -386,14 +380,18 @@ def release(tree: Tree, held: Signs, moving: bool, work: Work, found: Reals) -> 
         for slot in range(tree.links[i, FIRST], tree.links[i, LAST]):
             drive += work.slots[slot, POWER] * work.forces[tree.slots[slot, ROW]]
         drive -= dot(at(b, i, HEAD_COUPLE), turn) + dot(at(b, i, HEAD_FORCE), shift)
-        if held[i]:
-            found[i] = -drive
-        else:
-            found[i] = drive / b[i, ALONG]
-            own = times(found[i], at(b, i, LINE))
-            if tree.links[i, SLIDES]:
-                shift = plus(shift, own)
-            else:
-                turn = plus(turn, own)
-        put(b, i, TURNING, turn)
-        put(b, i, SHIFTING, shift)
+        rate = 0.0 if held[i] else drive / b[i, ALONG]
+        rates[i] = -drive if held[i] else rate
+        carry(tree, i, rate, turn, shift, work)
+
+
+@inlined
+def carry(tree: Tree, i: int, rate: float, turn: Vector, shift: Vector, work: Work) -> None:
+    """Write how a body moves that is carried by a turn and a shift, and moved by its joint at a rate."""
+    own = times(rate, at(work.bodies, i, LINE))
+    if tree.links[i, SLIDES]:
+        shift = plus(shift, own)
+    else:
+        turn = plus(turn, own)
+    put(work.bodies, i, TURNING, turn)
+    put(work.bodies, i, SHIFTING, shift)

@@ -86,8 +86,8 @@ class Work(NamedTuple):
     chosen : (m,), the rows that are independent. chosen_count : (1,), how many.
     pivots : (m,), of rows while they are chosen.
     torques, soft : (n,), joint forces, and what implicit steps add to the joints' own inertia.
-    found, change, still : (n,), accelerations of a stage, what a projection changes, and zeros. trial : (2, n), a state
-        that is looked at.
+    accelerations, change, still : (n,), those of a stage, what a projection changes, and zeros. trial : (2, n), a state
+        that is tried.
     """
 
     bodies: Reals
@@ -104,7 +104,7 @@ class Work(NamedTuple):
     pivots: Reals
     torques: Reals
     soft: Reals
-    found: Reals
+    accelerations: Reals
     change: Reals
     still: Reals
     trial: Reals
@@ -129,7 +129,7 @@ def work_for(tree: Tree) -> Work:
         pivots=np.zeros(m),
         torques=np.zeros(n),
         soft=np.zeros(n),
-        found=np.zeros(n),
+        accelerations=np.zeros(n),
         change=np.zeros(n),
         still=np.zeros(n),
         trial=np.zeros((2, n)),

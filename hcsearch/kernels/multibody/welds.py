@@ -48,7 +48,7 @@ def weld_errors(tree: Tree, work: Work, errors: Reals) -> float:
         way = at(work.ways, r, WAY)
         if kind < 3:
             # half the sum of a_k x b_k over the axes of both bodies is the axis times the sine of the angle between;
-            # where b may turn about one axis, that axis alone tells how it tilts, however far b has turned
+            # where b may turn about one axis, that axis alone says how it tilts, however far b has turned
             free = tree.rows[r, FREE]
             turn = (0.0, 0.0, 0.0)
             for k in range(3):

@@ -15,8 +15,8 @@ OFF = 0.5
 
 
 @lean
-def told_apart(space: Space, one: State, two: State) -> bool:
-    """Whether every pair has a direction, fixed to one of its panels, that tells it apart at both states.
+def separated(space: Space, one: State, two: State) -> bool:
+    """Whether every pair has a direction, fixed to one of its panels, that separates it at both states.
 
     What lies between is left to the proof: this screens.
     """
@@ -24,13 +24,13 @@ def told_apart(space: Space, one: State, two: State) -> bool:
     for p in range(len(space.pairs)):
         if one.gaps[p] + two.gaps[p] > moved:
             continue
-        if not (_tells(space, one, two, p) or _tells(space, two, one, p)):
+        if not (_separates(space, one, two, p) or _separates(space, two, one, p)):
             return False
     return True
 
 
 @lean
-def _tells(space: Space, one: State, two: State, p: int) -> bool:
+def _separates(space: Space, one: State, two: State, p: int) -> bool:
     """Whether the direction of a pair's gap at a state, fixed to either panel, has a gap at another state, too."""
     f, g = space.pairs[p, 0], space.pairs[p, 1]
     way = at(one.ways, p, 0)
@@ -63,7 +63,7 @@ def _gap(space: Space, state: State, f: int, g: int, way: Vector) -> float:
 
 @compiled
 def link(
-    space: Space, one: Reals, two: Reals, longest: float, depth: int, stack: Stack, work: SpaceWork, found: Reals
+    space: Space, one: Reals, two: Reals, longest: float, depth: int, stack: Stack, work: SpaceWork, between: Reals
 ) -> int:
     """Write closed states between two beside the straight piece, in order, without the ends; how many, -1 where not.
 
@@ -76,11 +76,11 @@ def link(
     top, count = 1, 0
     while top > 0:
         right = pick(stack, top)
-        if farthest(left.angles, right.angles) <= longest and told_apart(space, left, right):
+        if farthest(left.angles, right.angles) <= longest and separated(space, left, right):
             if top > 1:
-                if count == len(found):
+                if count == len(between):
                     return -1
-                found[count] = right.angles
+                between[count] = right.angles
                 count += 1
                 copy(right, left)
             top -= 1
@@ -92,7 +92,7 @@ def link(
 
 
 @compiled
-def _half_way(space: Space, left: State, right: State, work: SpaceWork, found: State) -> bool:
+def _half_way(space: Space, left: State, right: State, work: SpaceWork, middle: State) -> bool:
     """Write the closed state half-way between two, and whether it is near its place and panels keep apart there."""
     for h in range(len(work.trial)):
         work.trial[h] = 0.5 * (left.angles[h] + right.angles[h])
@@ -103,4 +103,4 @@ def _half_way(space: Space, left: State, right: State, work: SpaceWork, found: S
         off += (work.trial[h] - 0.5 * (left.angles[h] + right.angles[h])) ** 2
     if off > OFF * OFF * 0.25 * square(left.angles, right.angles):
         return False
-    return place(space, work.trial, space.least, found)
+    return place(space, work.trial, space.least, middle)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hcsearch.kernels.algebra.rows import divide_row, row_product, subtract_row
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.linkage.loops import Chain, close_loops
+from hcsearch.kernels.linkage.loops import Chain, close_loops, weigh_rows
 from hcsearch.typing import Reals, Whole
 
 CLOSED = 1e-10
@@ -104,7 +104,7 @@ def close(loops: Loops, angles: Reals, tolerance: float, give: float, steps: int
         for h in range(m):
             for i in range(len(work.residual) if work.held[h] else 0):
                 work.jacobian[i, h] = 0.0
-        if not _weigh(work):
+        if not weigh_rows(work.jacobian, work.residual, SMALL, work.gram, work.right):
             return False
         for h in range(m):
             if work.held[h]:
@@ -115,36 +115,6 @@ def close(loops: Loops, angles: Reals, tolerance: float, give: float, steps: int
                 angles[h] = min(max(angles[h], -give), math.pi + give)
                 work.held[h] = True
     return open_by(loops, angles, work) < tolerance
-
-
-@lean
-def _weigh(work: Closing) -> bool:
-    """Solve J J^T x = residual, damped, into `right` (Cholesky); False where rounding leaves no solution."""
-    r, m = work.jacobian.shape
-    damping = SMALL
-    for i in range(r):
-        damping += work.residual[i] * work.residual[i]
-    for j in range(r):
-        for i in range(j, r):
-            value = row_product(work.jacobian, i, work.jacobian, j, m) + (damping if i == j else 0.0)
-            value -= row_product(work.gram, i, work.gram, j, j)
-            if i > j:
-                work.gram[i, j] = value / work.gram[j, j]
-            elif value > 0.0:
-                work.gram[j, j] = math.sqrt(value)
-            else:
-                return False
-    for i in range(r):
-        value = work.residual[i]
-        for k in range(i):
-            value -= work.gram[i, k] * work.right[k]
-        work.right[i] = value / work.gram[i, i]
-    for i in range(r - 1, -1, -1):
-        value = work.right[i]
-        for k in range(i + 1, r):
-            value -= work.gram[k, i] * work.right[k]
-        work.right[i] = value / work.gram[i, i]
-    return True
 
 
 @lean

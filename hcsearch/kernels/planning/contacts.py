@@ -22,14 +22,14 @@ FACING = 1.0 - 1e-7
 @lean
 def near_stops(state: State, reach: float, work: SpaceWork) -> int:
     """Write the conditions of stops nearer than `reach` (rad); how many there are."""
-    found, count = work.conditions, 0
+    conditions, count = work.conditions, 0
     for h in range(len(state.angles)):
         for up in range(2):
             spare = math.pi - state.angles[h] if up else state.angles[h]
             if spare < reach:
-                found.panels[count, 0], found.panels[count, 1] = -1, h
-                put(found.ways, count, 0, (-1.0 if up else 1.0, 0.0, 0.0))
-                found.bounds[count] = -spare
+                conditions.panels[count, 0], conditions.panels[count, 1] = -1, h
+                put(conditions.ways, count, 0, (-1.0 if up else 1.0, 0.0, 0.0))
+                conditions.bounds[count] = -spare
                 count += 1
     return count
 
@@ -64,16 +64,16 @@ def _add_pair(space: Space, state: State, p: int, reach: float, count: int, work
     top = -math.inf
     for j in range(space.prisms.counts[own, 0]):
         top = max(top, dot(way, at(state.placed.vertices[own], j, 0)))
-    found = work.conditions
+    conditions = work.conditions
     for j in range(space.prisms.counts[other, 0]):
         corner = at(state.placed.vertices[other], j, 0)
         gap = dot(way, corner) - top
-        if gap > state.gaps[p] + reach or count >= len(found.bounds):
+        if gap > state.gaps[p] + reach or count >= len(conditions.bounds):
             continue
-        found.panels[count, 0], found.panels[count, 1] = space.prisms.panels[own], space.prisms.panels[other]
-        put(found.ways, count, 0, way)
-        put(found.corners, count, 0, corner)
-        found.bounds[count] = SHARE * (space.kept - gap)
+        conditions.panels[count, 0], conditions.panels[count, 1] = space.prisms.panels[own], space.prisms.panels[other]
+        put(conditions.ways, count, 0, way)
+        put(conditions.corners, count, 0, corner)
+        conditions.bounds[count] = SHARE * (space.kept - gap)
         count += 1
     return count
 

@@ -20,12 +20,12 @@ from hcsearch.kernels.algebra.vectors import Vector, cross
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import fold_on
 from hcsearch.kernels.planning.closing import Loops, write_closure
-from hcsearch.typing import Reals
+from hcsearch.typing import Reals, Whole
 
 CONTRACTION = 0.5
 """Greatest factor of a contraction that is asked for: the ball is then twice the Newton step."""
 NODES = 9
-"""Places of a piece at which its loops are looked at (Chebyshev's)."""
+"""Places of a piece at which its loops are computed (Chebyshev's)."""
 LEBESGUE = 2.0 / math.pi * math.log(NODES) + 1.0
 """What an interpolation through them may exceed their values by."""
 ROUNDING = 4e-15
@@ -142,49 +142,57 @@ def _shift(course: Reals, centre: float, half: float, about: Reals) -> None:
 @lean
 def _screws(loops: Loops, tables: Tables) -> float:
     """Write the screws at the angles, about the middle of each loop in its own unit of length; their greatest norm."""
-    jacobian = tables.jacobian
-    write_closure(loops, tables.angles, tables.residual, jacobian, tables.poses[0])
+    write_closure(loops, tables.angles, tables.residual, tables.jacobian, tables.poses[0])
     tables.norms[:] = 0.0
     most = 0.0
     for loop in range(len(loops.starts) - 1):
-        row, count = 6 * loop, loops.starts[loop + 1] - loops.starts[loop]
-        tables.middles[loop] = 0.0
-        for _ in range(CENTRED):
-            _centre(loops, loop, tables)
-        total = 0.0
-        for k in range(loops.starts[loop], loops.starts[loop + 1]):
-            h = loops.hinges[k]
-            for i in range(3):
-                total += jacobian[row + 3 + i, h] ** 2 / count
-        tables.lengths[loop] = max(math.sqrt(total), 1e-3)
-        for k in range(loops.starts[loop], loops.starts[loop + 1]):
-            h = loops.hinges[k]
-            moment = 0.0
-            for i in range(3):
-                jacobian[row + 3 + i, h] /= tables.lengths[loop]
-                moment += jacobian[row + 3 + i, h] ** 2
-            tables.norms[loop, h] = 1.5 + math.sqrt(moment)
+        hinges = loops.hinges[loops.starts[loop] : loops.starts[loop + 1]]
+        tables.lengths[loop] = centre(tables.jacobian, 6 * loop, hinges, tables.middles[loop], tables.norms[loop])
+        for h in hinges:
             most = max(most, tables.norms[loop, h])
     return most
 
 
 @lean
-def _centre(loops: Loops, loop: int, tables: Tables) -> None:
+def centre(jacobian: Reals, row: int, hinges: Whole, middle: Reals, norms: Reals) -> float:
+    """Write the screws of a loop, six rows from one on, about its middle and in its own unit of length, returned.
+
+    That is the root of their mean square moment. hinges : of the loop. middle : (3,), and norms : (m,), of the hinges
+    of the loop, as in `Tables`, written.
+    """
+    count = len(hinges)
+    middle[:] = 0.0
+    for _ in range(CENTRED):
+        _move_middle(jacobian, row, hinges, middle)
+    total = 0.0
+    for h in hinges:
+        for i in range(3):
+            total += jacobian[row + 3 + i, h] ** 2 / count
+    length = max(math.sqrt(total), 1e-3)
+    for h in hinges:
+        moment = 0.0
+        for i in range(3):
+            jacobian[row + 3 + i, h] /= length
+            moment += jacobian[row + 3 + i, h] ** 2
+        norms[h] = 1.5 + math.sqrt(moment)
+    return length
+
+
+@lean
+def _move_middle(jacobian: Reals, row: int, hinges: Whole, middle: Reals) -> None:
     """Move the middle of a loop to the mean of the points of its lines that are nearest to it."""
-    jacobian, row = tables.jacobian, 6 * loop
-    first, last = loops.starts[loop], loops.starts[loop + 1]
+    count = len(hinges)
     x = y = z = 0.0
-    for k in range(first, last):
-        foot = cross(_part(jacobian, row, loops.hinges[k]), _part(jacobian, row + 3, loops.hinges[k]))
-        x, y, z = x + foot[0] / (last - first), y + foot[1] / (last - first), z + foot[2] / (last - first)
-    for k in range(first, last):
-        h = loops.hinges[k]
+    for h in hinges:
+        foot = cross(_part(jacobian, row, h), _part(jacobian, row + 3, h))
+        x, y, z = x + foot[0] / count, y + foot[1] / count, z + foot[2] / count
+    for h in hinges:
         moved = cross((x, y, z), _part(jacobian, row, h))
         for i in range(3):
             jacobian[row + 3 + i, h] -= moved[i]
-    tables.middles[loop, 0] += x
-    tables.middles[loop, 1] += y
-    tables.middles[loop, 2] += z
+    middle[0] += x
+    middle[1] += y
+    middle[2] += z
 
 
 @lean

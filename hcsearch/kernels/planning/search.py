@@ -119,7 +119,7 @@ def search(
         if not keep_new(tree, before):
             if np.random.random() > 0.05:
                 continue
-            tree.size[0] = last  # a tree that finds nothing new looks for the other now and then all the same
+            tree.size[0] = last  # a tree without a new state tries to reach the other now and then all the same
         node = tree.size[0] - 1
         if _reach_end(space, tree, node, goal, stack, work, meeting) or _reach_tree(
             space, tree, other, node, stack, work, meeting

@@ -71,7 +71,7 @@ def _factor(screw: Reals, course: Reals, turn: Reals, slope: Reals) -> None:
 
 
 @lean
-def _add_product(one: Reals, two: Reals, factor: float, found: Reals) -> None:
+def _add_product(one: Reals, two: Reals, factor: float, total: Reals) -> None:
     """Add the product of two series of matrices, times a factor."""
     for n in range(ORDERS):
         for own in range(n + 1):
@@ -80,7 +80,7 @@ def _add_product(one: Reals, two: Reals, factor: float, found: Reals) -> None:
                     value = 0.0
                     for k in range(4):
                         value += one[own, i, k] * two[n - own, k, j]
-                    found[n, i, j] += factor * value
+                    total[n, i, j] += factor * value
 
 
 @lean

@@ -6,7 +6,7 @@ import math
 
 from hcsearch.kernels.algebra.rows import divide_row, row_product
 from hcsearch.kernels.compiling.compiled import lean
-from hcsearch.kernels.planning.chords import told_apart
+from hcsearch.kernels.planning.chords import separated
 from hcsearch.kernels.planning.closing import CLOSED, close, open_by, span, take_off
 from hcsearch.kernels.planning.contacts import move_panels, near_contacts, near_stops, opened_by, write_row
 from hcsearch.kernels.planning.space import Space, SpaceWork, State, farthest, greatest, place
@@ -26,7 +26,7 @@ SHORTEST = 2e-5
 
 
 @lean
-def slide(space: Space, state: State, longest: float, least: float, work: SpaceWork, found: State) -> float:
+def slide(space: Space, state: State, longest: float, least: float, work: SpaceWork, end: State) -> float:
     """Step from a state as `work.want` says, no hinge by more than `longest` (rad); write the state it leads to.
 
     least : singular directions of closure count as free below this. Returns the greatest change of an angle, 0 where
@@ -51,7 +51,7 @@ def slide(space: Space, state: State, longest: float, least: float, work: SpaceW
         if moved < max(1e-3 * longest, SHORTEST):
             return 0.0
         for _ in range(2):
-            far = _take(space, state, work, found)
+            far = _take(space, state, work, end)
             if far > 0.0:
                 return far
             for h in range(m):
@@ -61,7 +61,7 @@ def slide(space: Space, state: State, longest: float, least: float, work: SpaceW
 
 
 @lean
-def _take(space: Space, state: State, work: SpaceWork, found: State) -> float:
+def _take(space: Space, state: State, work: SpaceWork, end: State) -> float:
     """Take the step, and close its end; the greatest change of an angle, 0 where it cannot be taken."""
     for h in range(len(work.trial)):
         work.trial[h] = state.angles[h] + work.step[h]
@@ -74,7 +74,7 @@ def _take(space: Space, state: State, work: SpaceWork, found: State) -> float:
     far = farthest(work.trial, state.angles)
     if off > OFF * OFF * length or far < 0.5 * SHORTEST:
         return 0.0
-    if place(space, work.trial, space.least, found) and told_apart(space, state, found):
+    if place(space, work.trial, space.least, end) and separated(space, state, end):
         return far
     return 0.0
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from hcsearch.kernels.compiling.compiled import compiled
-from hcsearch.kernels.planning.chords import link, told_apart
+from hcsearch.kernels.planning.chords import link, separated
 from hcsearch.kernels.planning.contacts import SHARE, near_contacts, write_row
 from hcsearch.kernels.planning.sliding import slide
 from hcsearch.kernels.planning.space import Space, SpaceWork, Stack, State, copy, farthest, pick, place, square
@@ -115,7 +115,7 @@ def _fits(space: Space, before: State, here: State, after: State) -> bool:
     """Whether the pieces to both neighbours are straight enough and panels keep apart beside them."""
     if max(farthest(before.angles, here.angles), farthest(here.angles, after.angles)) > 1.5 * PIECE:
         return False
-    return told_apart(space, before, here) and told_apart(space, here, after)
+    return separated(space, before, here) and separated(space, here, after)
 
 
 @compiled
@@ -127,7 +127,7 @@ def thin(space: Space, path: Reals, count: int, least: float, stack: Stack) -> i
         if k < count - 1 and farthest(path[k], path[kept]) < least:
             place(space, path[kept], -math.inf, before)
             place(space, path[k + 1], -math.inf, after)
-            if farthest(path[kept], path[k + 1]) < 1.5 * PIECE and told_apart(space, before, after):
+            if farthest(path[kept], path[k + 1]) < 1.5 * PIECE and separated(space, before, after):
                 continue
         kept += 1
         path[kept] = path[k]

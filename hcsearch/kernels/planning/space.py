@@ -77,7 +77,7 @@ class Conditions(NamedTuple):
     panels : (k, 2), one, and the other of which a corner must not come nearer; -1 and the hinge, for a stop.
     ways : (k, 3), the direction of the gap; +1 or -1 and zeros, for a stop: the sense in which the hinge leaves it.
     corners : (k, 3), m. bounds : (k,), what a step must add to the gap at least (m), or to what is left to a stop
-    (rad). order : (k,), in which they are looked at.
+    (rad). order : (k,), in which they are taken in.
     """
 
     panels: Whole
@@ -135,25 +135,25 @@ def pick(stack: Stack, i: int) -> State:
 
 
 @lean
-def copy(state: State, found: State) -> None:
+def copy(state: State, into: State) -> None:
     """Copy a placed state."""
     for h in range(len(state.angles)):
-        found.angles[h] = state.angles[h]
+        into.angles[h] = state.angles[h]
     for panel in range(len(state.poses)):
         for i in range(3):
             for j in range(4):
-                found.poses[panel, i, j] = state.poses[panel, i, j]
+                into.poses[panel, i, j] = state.poses[panel, i, j]
     for f in range(len(state.placed.middles)):
         for i in range(3):
-            found.placed.middles[f, i] = state.placed.middles[f, i]
+            into.placed.middles[f, i] = state.placed.middles[f, i]
             for j in range(state.placed.counts[f, 0]):
-                found.placed.vertices[f, j, i] = state.placed.vertices[f, j, i]
+                into.placed.vertices[f, j, i] = state.placed.vertices[f, j, i]
     for p in range(len(state.gaps)):
-        found.gaps[p] = state.gaps[p]
+        into.gaps[p] = state.gaps[p]
         for i in range(3):
-            found.ways[p, i] = state.ways[p, i]
+            into.ways[p, i] = state.ways[p, i]
         for i in range(4):
-            found.corners[p, i] = state.corners[p, i]
+            into.corners[p, i] = state.corners[p, i]
 
 
 @compiled

@@ -46,10 +46,10 @@ def enclose(loops: Loops, coarse: Track, ends: Reals, limit: float, halvings: in
 
     coarse : closed states and rates that keep loops closed. ends : (2, 1 + m), the share of the first step at which the
     proof begins, and what the fold angles of the state that it is joined to there wander by (rad); the same of the last
-    step. limit : rad, what a
-    step's closed states may wander by. halvings : how often closed states are put into a step, where none is proved.
+    step. limit : rad, what a step's closed states may wander by. halvings : how often closed states are put into a
+    step, where none is proved.
     fine : written, the states that the proof is about. stop : (2,), written: the time at which the proof ends, and the
-    number of pieces that were looked at.
+    number of pieces that were tried.
     """
     work, tables = new_closing(loops), tables_for(loops)
     m = coarse.angles.shape[1]

@@ -4,6 +4,7 @@ const motions = JSON.parse(document.getElementById("data").textContent);
 function mount(place) {
   if (place.dataset.mounted) return;
   place.dataset.mounted = "yes";
+  place.replaceChildren();
   hcsearchPlayer.mount(place, motions[Number(place.dataset.motion)], {});
 }
 

@@ -16,11 +16,11 @@ const Grammar = (() => {
 
   // isFlag : whether a name alone is that of a yes/no column; other names alone are words to look for.
   function tokens(query, isFlag) {
-    const found = [];
+    const read = [];
     for (const word of query.split(/\s+/).filter(Boolean)) {
       for (let left = word; left;) {
         if ("()".includes(left[0])) {
-          found.push(left[0]);
+          read.push(left[0]);
           left = left.slice(1);
           continue;
         }
@@ -29,21 +29,21 @@ const Grammar = (() => {
         if (match && match[2]) {
           const value = beforeBracket(match[3]);
           text = match[1] + match[2] + value;
-          found.push({ kind: "compare", name: match[1], sign: match[2], value, text });
+          read.push({ kind: "compare", name: match[1], sign: match[2], value, text });
         } else if (match && WORDS.includes(match[1].toLowerCase())) {
           text = match[1];
-          found.push(text.toLowerCase());
+          read.push(text.toLowerCase());
         } else if (match && isFlag(match[1])) {
           text = match[1];
-          found.push({ kind: "flag", name: text, text });
+          read.push({ kind: "flag", name: text, text });
         } else {
           text = beforeBracket(left);
-          found.push(/^#\d+$/.test(text) ? { kind: "number", value: Number(text.slice(1)) } : { kind: "text", value: text });
+          read.push(/^#\d+$/.test(text) ? { kind: "number", value: Number(text.slice(1)) } : { kind: "text", value: text });
         }
         left = left.slice(text.length);
       }
     }
-    return found;
+    return read;
   }
 
   // Nodes {kind: all | any, parts}, {kind: not, of}, and the conditions; throws Error with a sentence for people.

@@ -18,7 +18,7 @@ function select() {
   }
   find.removeAttribute("aria-invalid");
   byId("wrong").textContent = "";
-  gallery.show(column.value ? Table.sorted(table, chosen, column.value, down) : chosen);
+  gallery.show(column.value ? Table.sorted(table, chosen, column.value, down) : down ? chosen.reverse() : chosen);
   state.textContent = `${spaced(chosen.length)} of ${spaced(table.total)} designs`;
   byId("none").hidden = chosen.length > 0;
 }

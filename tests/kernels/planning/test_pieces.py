@@ -47,9 +47,9 @@ def around(linkage, loop, angles, dtype=float):
 
 def about(matrix, middle, length):
     """A motion about a point, in another unit of length."""
-    found = matrix.copy()
-    found[:3, 3] = (matrix[:3, 3] + matrix[:3, :3] @ middle - middle) / length
-    return found
+    moved = matrix.copy()
+    moved[:3, 3] = (matrix[:3, 3] + matrix[:3, :3] @ middle - middle) / length
+    return moved
 
 
 def twist(matrix):
@@ -59,20 +59,20 @@ def twist(matrix):
 
 def opened(linkage, tables, angles, dtype=float):
     """F, the twists of T - 1 of all loops about their middles."""
-    found = [
+    twists = [
         twist(about(around(linkage, loop, angles, dtype), tables.middles[k], tables.lengths[k]))
         for k, loop in enumerate(linkage.loops)
     ]
-    return np.concatenate(found)
+    return np.concatenate(twists)
 
 
 def screws(linkage, tables, angles):
     """J at some angles, about the middles."""
-    _, found = linkage.closure(angles)
+    _, screws = linkage.closure(angles)
     for k in range(len(linkage.loops)):
-        own = found[6 * k : 6 * k + 6]
+        own = screws[6 * k : 6 * k + 6]
         own[3:] = (own[3:] - np.cross(tables.middles[k], own[:3].T).T) / tables.lengths[k]
-    return found
+    return screws
 
 
 def derivative(linkage, tables, angles):
@@ -142,8 +142,8 @@ def test_the_product_of_exponentials_at_a_state_closes_the_loop_elsewhere(drawn)
     product = np.eye(4)
     for hinge, _ in linkage.loops[0]:
         product = product @ expm(change[hinge] * hat(jacobian[:6, hinge]))
-    found = product @ around(linkage, linkage.loops[0], state)
-    np.testing.assert_allclose(found, around(linkage, linkage.loops[0], state + change), atol=1e-12)
+    carried = product @ around(linkage, linkage.loops[0], state)
+    np.testing.assert_allclose(carried, around(linkage, linkage.loops[0], state + change), atol=1e-12)
 
 
 @settings(max_examples=12)
@@ -255,5 +255,5 @@ def test_redundant_closure_is_not_proved():
     loops, tables = loops_of(linkage), tables_for(loops_of(linkage))
     course = np.zeros((linkage.n_hinges, 4))
     course[:, 0] = linkage.folded
-    found = prove_piece(loops, course, (0.0, 1.0), np.zeros(linkage.n_hinges), tables)
-    assert found == (math.inf, math.inf)
+    bounds = prove_piece(loops, course, (0.0, 1.0), np.zeros(linkage.n_hinges), tables)
+    assert bounds == (math.inf, math.inf)

@@ -44,9 +44,9 @@ def test_terms_are_those_of_the_product_of_exponentials(m, k, seed):
     count, r, h = 64, 0.4, 1e-5
     around = r * np.exp(2j * np.pi * np.arange(count) / count)
     values = np.array([closure(s) for s in around])
-    found = np.fft.fft(values, axis=0)[:ORDERS] / count / r ** np.arange(ORDERS)[:, None]
-    assert (np.abs(terms - found.real) <= 1e-9 * (1 + np.abs(terms))).all()
+    orders = np.fft.fft(values, axis=0)[:ORDERS] / count / r ** np.arange(ORDERS)[:, None]
+    assert (np.abs(terms - orders.real) <= 1e-9 * (1 + np.abs(terms))).all()
     for j in range(k):
         rise = np.array([closure(s, h * columns[:, j]) - closure(s, -h * columns[:, j]) for s in around]) / (2 * h)
-        found = np.fft.fft(rise, axis=0)[:ORDERS] / count / r ** np.arange(ORDERS)[:, None]
-        assert (np.abs(slopes[:, :, j] - found.real) <= 1e-5 * (1 + np.abs(found).max())).all()
+        orders = np.fft.fft(rise, axis=0)[:ORDERS] / count / r ** np.arange(ORDERS)[:, None]
+        assert (np.abs(slopes[:, :, j] - orders.real) <= 1e-5 * (1 + np.abs(orders).max())).all()

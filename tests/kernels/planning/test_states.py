@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import nnls
 
 from hcsearch.collision.distances import proximal_distances
-from hcsearch.kernels.planning.chords import link, told_apart
+from hcsearch.kernels.planning.chords import link, separated
 from hcsearch.kernels.planning.closing import close, keep_closed, new_closing, open_by, span, take_off
 from hcsearch.kernels.planning.contacts import SHARE, move_panels, near_contacts, near_stops, opened_by, write_row
 from hcsearch.kernels.planning.sliding import FLATTEST, _allow, _ascend, slide
@@ -33,11 +33,11 @@ def state_of(drawn):
 
 def solids_at(linkage, angles, prisms):
     poses = linkage.poses(angles)
-    found = []
+    solids = []
     for f, panel in enumerate(prisms.panels):
         corners = prisms.vertices[f, : prisms.counts[f, 0]]
-        found.append(corners @ poses[panel, :, :3].T + poses[panel, :, 3])
-    return found
+        solids.append(corners @ poses[panel, :, :3].T + poses[panel, :, 3])
+    return solids
 
 
 @settings(max_examples=25)
@@ -47,15 +47,15 @@ def test_closing_ends_at_a_closed_state_within_the_stops(drawn, far):
     loops = loops_of(sample.linkage)
     work = new_closing(loops)
     moved = np.clip(state + far * rng.uniform(-1, 1, len(state)), 0, math.pi)
-    found = moved.copy()
-    if not close(loops, found, 1e-11, 0.0, 40, work):
+    closed = moved.copy()
+    if not close(loops, closed, 1e-11, 0.0, 40, work):
         assert far > 1e-3
         return
-    assert samples.open_by(sample.linkage, found) < 1e-10
-    assert found.min() >= 0
-    assert found.max() <= math.pi
+    assert samples.open_by(sample.linkage, closed) < 1e-10
+    assert closed.min() >= 0
+    assert closed.max() <= math.pi
     # nearest to first order: no further than the closed state that it was moved from
-    assert np.linalg.norm(found - moved) <= 3 * np.linalg.norm(state - moved) + 1e-9
+    assert np.linalg.norm(closed - moved) <= 3 * np.linalg.norm(state - moved) + 1e-9
 
 
 @settings(max_examples=25)
@@ -80,10 +80,10 @@ def test_spans(rows, columns, rank, seed):
     jacobian = rng.normal(size=(rows, rank)) @ rng.normal(size=(rank, columns))
     work = new_closing(loops_of(planned("hex:0234550132:4").linkage))
     work = work._replace(jacobian=jacobian, basis=np.zeros((rows, columns)))
-    found = span(work, 1e-9)
-    assert found == rank
-    basis = work.basis[:found]
-    np.testing.assert_allclose(basis @ basis.T, np.eye(found), atol=1e-12)
+    count = span(work, 1e-9)
+    assert count == rank
+    basis = work.basis[:count]
+    np.testing.assert_allclose(basis @ basis.T, np.eye(count), atol=1e-12)
     np.testing.assert_allclose(jacobian @ basis.T @ basis, jacobian, atol=1e-8)
 
 
@@ -101,9 +101,9 @@ def test_gaps_of_a_placed_state_are_those_of_its_prisms(drawn):
     least = {}
     for (f, g), gap, way in zip(space.pairs.tolist(), state.gaps, state.ways, strict=True):
         assert np.linalg.norm(way) == pytest.approx(1)
-        told = (solids[g] @ way).min() - (solids[f] @ way).max()
+        apart = (solids[g] @ way).min() - (solids[f] @ way).max()
         if gap <= space.near:
-            assert told == pytest.approx(gap, abs=1e-12)  # the direction of a gap shows all of it
+            assert apart == pytest.approx(gap, abs=1e-12)  # the direction of a gap shows all of it
         else:
             assert min(np.linalg.norm(a - b) for a in solids[f] for b in solids[g]) >= gap - 1e-12
         between = tuple(sorted((int(space.prisms.panels[f]), int(space.prisms.panels[g]))))
@@ -246,12 +246,12 @@ def test_a_slide_leads_to_a_closed_state_with_panels_apart(drawn, longest):
     assert there.gaps.min() >= space.least
     assert there.angles.min() >= 0
     assert there.angles.max() <= math.pi
-    assert told_apart(space, here, there)
+    assert separated(space, here, there)
 
 
 @settings(max_examples=12)
 @given(states, st.floats(0, 0.98))
-def test_pairs_are_told_apart_where_one_fixed_direction_does(drawn, to):
+def test_pairs_are_separated_where_one_fixed_direction_does(drawn, to):
     sample, angles, _ = state_of(drawn)
     linkage = sample.linkage
     other = sample.states[int(to * (len(sample.states) - 1))]
@@ -277,7 +277,7 @@ def test_pairs_are_told_apart_where_one_fixed_direction_does(drawn, to):
     far = one.gaps + two.gaps > moved
     expected = (np.array(both) >= space.parted) | far
     if np.abs(np.array(both)[~far] - space.parted).min(initial=1) > 1e-12:
-        assert told_apart(space, one, two) == expected.all()
+        assert separated(space, one, two) == expected.all()
 
 
 @settings(max_examples=12)
@@ -287,12 +287,12 @@ def test_links_are_lines_of_closed_states(drawn, steps):
     path = sample.states
     other = path[min(int(drawn[1] * (len(path) - 1)) + steps, len(path) - 1)]
     space = space_of(sample.linkage, MARGIN)
-    found = np.zeros((200, len(angles)))
-    count = link(space, angles, other, 0.02, 8, new_stack(space, 12), new_work(space), found)
+    between = np.zeros((200, len(angles)))
+    count = link(space, angles, other, 0.02, 8, new_stack(space, 12), new_work(space), between)
     assume(count >= 0)
-    line = np.array([angles, *found[:count], other])
+    line = np.array([angles, *between[:count], other])
     assert np.abs(np.diff(line, axis=0)).max() <= 0.02
-    for state in found[:count]:
+    for state in between[:count]:
         assert samples.open_by(sample.linkage, state) < 1e-8
 
 
@@ -305,11 +305,11 @@ def test_the_nearest_state_of_a_tree():
         target, beyond = rng.normal(size=4), rng.choice([-1.0, 0.5, 2.0, 1e9])
         squares = ((tree.angles[: tree.size[0]] - target) ** 2).sum(axis=1)
         squares[squares <= beyond] = math.inf
-        found, least = nearest(tree, target, beyond)
+        node, least = nearest(tree, target, beyond)
         if beyond > 1e8:
-            assert (found, least) == (-1, math.inf)
+            assert (node, least) == (-1, math.inf)
         else:
-            assert found == squares.argmin()
+            assert node == squares.argmin()
             assert least == pytest.approx(squares.min())
 
 

@@ -16,7 +16,7 @@ export class View {
     }
 
     reset() {
-        Object.assign(this, this.home, { zoom: 1 });
+        Object.assign(this, this.home, { zoom: 1, shift: [0, 0] });
     }
 
     orbit(turn, lift) {
@@ -26,6 +26,11 @@ export class View {
 
     zoomBy(factor) {
         this.zoom = Math.min(8, Math.max(0.4, this.zoom * factor));
+    }
+
+    /** Shift the picture by shares of its height. */
+    pan(right, up) {
+        this.shift = [this.shift[0] + right / this.zoom, this.shift[1] + up / this.zoom];
     }
 
     /** Axes of the picture, where the camera stands, and what lies between the nearest and the farthest depth. */
@@ -63,6 +68,9 @@ export class View {
         const farthest = Math.max(...local.map((point) => point[2]));
         const centre = middle(local, 2);
         const eye = centre + (distance - centre) / this.zoom;
+        const height = 2 * high * (distance - centre);
+        x -= this.shift[0] * height;
+        y -= this.shift[1] * height;
         const position = [0, 1, 2].map((i) => x * right[i] + y * up[i] + eye * back[i]);
         const deepest = Math.min(...local.map((point) => point[2]));
         const span = farthest - deepest;
@@ -83,27 +91,42 @@ function middle(points, i) {
 /** Points of the motion that lie farthest out in some direction. */
 function extremes(motion, solids) {
     const thickness = motion.payload.unit * motion.payload.thickness;
-    const points = [];
-    const point = [0, 0, 0];
-    for (let k = 0; k <= STATES; k++) {
+    const corners = solids.flatMap(({ panel, points }) =>
+        points.flatMap(([x, y]) => [0, thickness].map((z) => [panel, x, y, z])),
+    );
+    const points = new Float64Array(3 * corners.length * (STATES + 1));
+    for (let k = 0, to = 0; k <= STATES; k++) {
         const poses = motion.posesAt(motion.begin + (k / STATES) * (motion.end - motion.begin));
-        for (const solid of solids) {
-            for (const [x, y] of solid.points) {
-                for (const z of [0, thickness]) {
-                    move(poses, 12 * solid.panel, x, y, z, point, 0);
-                    points.push([...point]);
-                }
-            }
+        for (const [panel, x, y, z] of corners) {
+            move(poses, 12 * panel, x, y, z, points, to);
+            to += 3;
         }
     }
     const found = new Set();
-    for (let k = 0; k < DIRECTIONS; k++) {
-        const z = 1 - (2 * k + 1) / DIRECTIONS;
-        const turn = k * Math.PI * (3 - Math.sqrt(5));
-        const direction = [Math.sqrt(1 - z * z) * Math.cos(turn), Math.sqrt(1 - z * z) * Math.sin(turn), z];
-        found.add(points.reduce((best, p) => (dot(p, direction) > dot(best, direction) ? p : best)));
+    for (let k = 0; k < DIRECTIONS; k++) found.add(farthest(points, direction(k)));
+    return Array.from(found, (at) => points.slice(at, at + 3));
+}
+
+/** Direction k of those that lie about evenly on a sphere, along a spiral. */
+function direction(k) {
+    const z = 1 - (2 * k + 1) / DIRECTIONS;
+    const angle = k * Math.PI * (3 - Math.sqrt(5));
+    const across = Math.sqrt(1 - z * z);
+    return [across * Math.cos(angle), across * Math.sin(angle), z];
+}
+
+/** Where the point begins, among points one after the other, that lies farthest in a direction. */
+function farthest(points, [u, v, w]) {
+    let best = 0;
+    let most = -Infinity;
+    for (let at = 0; at < points.length; at += 3) {
+        const far = u * points[at] + v * points[at + 1] + w * points[at + 2];
+        if (far > most) {
+            best = at;
+            most = far;
+        }
     }
-    return [...found];
+    return best;
 }
 
 /** The long side of the flat array runs across the picture, a little aslant. */

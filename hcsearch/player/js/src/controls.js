@@ -11,7 +11,7 @@ const MODES = { stack: 'stack', panel: 'panel', nearest: 'nearest pair' };
 export function controlsOf(motion, does, { colour, numbers }) {
     const { payload } = motion;
     const keys =
-        'Drag to turn, pinch or scroll to zoom. Space plays, arrow keys step, with Shift they turn the picture, ' +
+        'Drag to turn, with Shift or two fingers to shift, pinch or scroll to zoom. Space plays, arrow keys step, with Shift they turn the picture, ' +
         'Home and End jump, plus and minus zoom, 0 resets the view.';
     const canvas = element('canvas', { 'aria-hidden': 'true' });
     const [near, clash] = [element('span'), element('strong')];

@@ -2,7 +2,7 @@
 
 const TURN = Math.PI / 18; // by a key
 
-/** Listen on the stage and on the whole player; `does` : orbit, zoom, toggle, step, jump, reset. */
+/** Listen on the stage and on the whole player; `does` : what each of them calls. */
 export function gestures(stage, root, does) {
     const fingers = new Map();
     let spread = 0;
@@ -17,9 +17,14 @@ export function gestures(stage, root, does) {
         const last = fingers.get(event.pointerId);
         if (!last) return;
         fingers.set(event.pointerId, [event.clientX, event.clientY]);
-        // each of two fingers turns the picture by half
-        const share = -0.009 / fingers.size;
-        does.orbit(share * (event.clientX - last[0]), -share * (event.clientY - last[1]));
+        const [right, down] = [event.clientX - last[0], event.clientY - last[1]];
+        if (fingers.size === 1 && !event.shiftKey && event.buttons !== 2) {
+            does.orbit(-0.009 * right, 0.009 * down);
+            return;
+        }
+        // each of two fingers shifts the picture by half
+        const share = 1 / (fingers.size * stage.clientHeight);
+        does.pan(share * right, -share * down);
         if (fingers.size === 2) {
             const [[x, y], [toX, toY]] = fingers.values();
             const now = Math.hypot(toX - x, toY - y);
@@ -27,6 +32,7 @@ export function gestures(stage, root, does) {
             spread = now;
         }
     });
+    stage.addEventListener('contextmenu', (event) => event.preventDefault());
     for (const end of ['pointerup', 'pointercancel', 'lostpointercapture']) {
         stage.addEventListener(end, (event) => fingers.delete(event.pointerId));
     }

@@ -51,6 +51,10 @@ function mount(place, payload, options = {}) {
             view.orbit(turn, lift);
             redraw();
         },
+        pan: (right, up) => {
+            view.pan(right, up);
+            redraw();
+        },
         zoom: (factor) => {
             view.zoomBy(factor);
             redraw();

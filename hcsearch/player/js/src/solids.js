@@ -8,6 +8,7 @@ const LEAF = 0.05;
 const EDGE = 0.012;
 const SLITS = 0.022;
 const PIN = 0.018;
+const OVERLAP = 0.002;
 
 /**
  * Of each facet its panel, its corners and their middle, how far it reaches around that, and its polygons, each with
@@ -50,15 +51,18 @@ function polygonsOf(points, edges, thickness, size) {
     const polygons = [];
     const n = points.length;
     const bevel = Math.min(CHAMFER * size, 0.2 * thickness);
-    const outline = (top) =>
-        inset(
-            points,
-            edges.map((edge) => (edge.kind === 'inner' || (edge.kind === 'hinge' && edge.top === top) ? 0 : bevel)),
-        );
+    const depth = (edge, top) => {
+        // facets of one panel overlap a little: corners that only nearly meet would leave pinholes
+        if (edge.kind === 'inner') return -OVERLAP * size;
+        return edge.kind === 'hinge' && edge.top === top ? 0 : bevel;
+    };
     for (const top of [true, false]) {
         const z = top ? thickness : 0;
         const low = top ? thickness - bevel : bevel;
-        const rim = outline(top);
+        const rim = inset(
+            points,
+            edges.map((edge) => depth(edge, top)),
+        );
         const widths = edges.map((edge) => {
             if (edge.kind === 'inner') return 0;
             if (edge.kind === 'hinge' && edge.top === top) return LEAF * size;

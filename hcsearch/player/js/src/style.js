@@ -9,7 +9,7 @@ export const STYLE = `
 }
 .dark {
   --ink: var(--text, #e7e9ee); --faint: var(--quiet, #a2a9b6); --rule: var(--line, #343a45); --lead: var(--accent, #63c9a2);
-  --paper: var(--card, #1d2128); --safe: #4fc08d; --clash: #ff6a5e; --mountain: #ff5c5c; --valley: #5b9dff; --flat: #a690f2; --slit: #8d96a5;
+  --paper: var(--card, #1d2128); --safe: #4fc08d; --clash: #ff6a5e; --mountain: #ff5c5c; --valley: #5b9dff; --flat: #a690f2; --slit: #0d0f13;
 }
 * { box-sizing: border-box; }
 [hidden] { display: none !important; }
@@ -48,7 +48,7 @@ input[type="range"]::-moz-range-thumb { width: 12px; height: 12px; border-radius
 .key li { display: flex; align-items: center; gap: 6px; }
 .key i { width: 18px; height: 4px; border-radius: 2px; }
 .key .mountain { background: var(--mountain); } .key .valley { background: var(--valley); } .key .flat { background: var(--flat); }
-.key .slit { background: var(--slit); } .key .safe { background: var(--safe); } .key .clash { background: var(--clash); width: 3px; height: 14px; }
+.key .slit { background: var(--slit); box-shadow: 0 0 0 1px var(--faint); } .key .safe { background: var(--safe); } .key .clash { background: var(--clash); width: 3px; height: 14px; }
 .source { margin: 8px 0 0; color: var(--faint); font-size: 12.5px; max-width: 90ch; overflow-wrap: anywhere; }
 .stills { display: none; }
 @container (max-width: 520px) {

@@ -1,8 +1,8 @@
-"""Runs of rising work: each row takes longer than the one before, until one would take too long."""
+"""Tables of work and precision: runs that take longer each, until one would take too long, and the fastest of them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, Protocol, TypeVar
 
@@ -18,26 +18,30 @@ class UnableError(HcsearchError):
     """An engine is not there, cannot be given a system, or does not get to the end."""
 
 
-class _Measured(Protocol):
-    """A row of a table of work."""
+class WorkRow(Protocol):
+    """A row of a table of work and precision."""
 
     @property
-    def seconds(self) -> float | None: ...
+    def seconds(self) -> float | None:
+        """Seconds of the run; None where there was none."""
+
     @property
-    def note(self) -> str: ...
+    def note(self) -> str:
+        """Why there are no numbers."""
 
 
-Row = TypeVar("Row", bound=_Measured)
+AnyRow = TypeVar("AnyRow", bound=WorkRow)
+Key = TypeVar("Key")
 
 
 def rising(
     settings: Sequence[float],
     patience: float,
-    blank: Callable[[float], Row],
-    measure: Callable[[float], Row],
+    blank: Callable[[float], AnyRow],
+    measure: Callable[[float], AnyRow],
     *,
     by_tolerance: bool,
-) -> Iterator[Row]:
+) -> Iterator[AnyRow]:
     """Rows of rising work, until one would take too long; one with the reason where the engine is unable.
 
     blank : a row without numbers; measure : one with them, or UnableError.
@@ -59,11 +63,11 @@ def rising(
             took, before = row.seconds, setting
 
 
-def noted(row: Row, note: str) -> Row:
+def noted(row: AnyRow, note: str) -> AnyRow:
     """The row with a note."""
     changed: Any = replace(row, note=note)  # type: ignore[type-var]
-    found: Row = changed
-    return found
+    copy: AnyRow = changed
+    return copy
 
 
 def level_of(error: float, levels: Sequence[tuple[str, float]], scale: float = 1.0) -> str:
@@ -71,7 +75,17 @@ def level_of(error: float, levels: Sequence[tuple[str, float]], scale: float = 1
     return next((name for name, limit in levels if error <= limit * scale), "wrong")
 
 
-def seconds_of(row: _Measured) -> float:
+def seconds_of(row: WorkRow) -> float:
     """The seconds of a row that has been measured."""
     assert row.seconds is not None
     return row.seconds
+
+
+def fastest_by(key: Callable[[AnyRow], Key], rows: Iterable[AnyRow]) -> dict[Key, AnyRow]:
+    """Of the rows with each key the one with the least seconds, keys in the order of their first rows."""
+    fastest: dict[Key, AnyRow] = {}
+    for row in rows:
+        known = fastest.get(key(row))
+        if known is None or seconds_of(row) < seconds_of(known):
+            fastest[key(row)] = row
+    return fastest

@@ -1,4 +1,4 @@
-"""The work on one unit of a search: the stages that depend on no scene, in whichever process."""
+"""The work on one shard, a part of a search that is stored as a whole: the stages that depend on no scene."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ class Travelling:
     search: Search
 
     def __getstate__(self) -> dict[str, object]:
-        """Without what the search has worked out for itself: it may be large, and the other side makes it anew."""
+        """Without the tables of the search: they may be large, and the other process computes them again."""
         return self.__dict__ | {"search": replace(self.search)}
 
 
 @dataclass(frozen=True)
-class UnitJob(Travelling):
-    """The work on every unit of a run.
+class ShardJob(Travelling):
+    """The work on every shard of a run.
 
     stages : those to run; keep : which designs to keep.
     rows : whether the rows for the store are wanted, or only the fingerprints of the arrays. candidates : whether the
@@ -43,9 +43,9 @@ class UnitJob(Travelling):
     candidates: bool = False
 
     def __call__(self, prefix: str) -> Output:
-        """Work on one unit."""
+        """Work on one shard."""
         search = warm(self.search)
-        designs, results = run_unit(search, prefix, self.stages, self.keep)
+        designs, results = run_shard(search, prefix, self.stages, self.keep)
         rows = design_rows(search, designs) if self.rows else None
         arrays = None if self.rows else array_fingerprints(search, designs.circuits)
         candidates = candidates_of(designs) if self.candidates else None
@@ -54,13 +54,13 @@ class UnitJob(Travelling):
 
 @lru_cache(maxsize=2)
 def warm(search: Search) -> Search:
-    """The first search equal to this one that came by, which has its tables ready."""
+    """The first search given that equals this one: its tables are computed already."""
     return search
 
 
 @dataclass(frozen=True)
 class Output:
-    """What a unit gives back: the stages' results, how many designs are kept, and either rows or fingerprints.
+    """What a shard gives back: the stages' results, how many designs are kept, and either rows or fingerprints.
 
     candidates : for motions and deployments; None where none are wanted.
     """
@@ -72,10 +72,10 @@ class Output:
     candidates: StagedDesigns | None
 
 
-def run_unit(
+def run_shard(
     search: Search, prefix: str, stages: tuple[Stage, ...], keep: str
 ) -> tuple[StagedDesigns, tuple[StageResult, ...]]:
-    """Run stages on one unit of a search; designs that are not to be kept are dropped on the way."""
+    """Run stages on one shard of a search; designs that are not to be kept are dropped on the way."""
     begun = time.perf_counter()
     return run_stages(listed(search, prefix), stages, SCENES[DEFAULT], keep, begun)
 

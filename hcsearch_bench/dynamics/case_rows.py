@@ -14,7 +14,7 @@ from hcsearch_bench.peers import dense_system
 from hcsearch_bench.peers.multibody import Peer, peers
 from hcsearch_bench.peers.states import closure, energy_error, places
 from hcsearch_bench.run.timing import measured
-from hcsearch_bench.run.work import OURS, UnableError, level_of, rising
+from hcsearch_bench.run.work_precision import OURS, UnableError, level_of, rising
 from hcsearch_bench.subjects.deployments import WHOLE, Case, DeploymentSubject
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ LEVELS = (("precise", 1e-8), ("high", 2e-5), ("low", 1e-2))
 
 
 @dataclass(frozen=True)
-class WorkRow:
+class CaseRow:
     """One subject, formulation, engine, method and tolerance, or step (s).
 
     verdict : of LEVELS, `wrong`, or `none` where there is no motion (`note` says why).
@@ -117,7 +117,7 @@ def scipy_peers(quick: bool) -> list[Peer]:
 
 
 def reference_of(case: Case) -> Reference:
-    """The reference solution of a case: short steps, so that what is read out between them is as good."""
+    """The reference solution of a case: short steps, so that states between them are as precise."""
     times = np.linspace(0.0, case.end, OUTPUTS + 1)
     motion = _simulated(case, REFERENCE, REFERENCE_TOLERANCE, case.end / OUTPUTS)
     if motion.ending != "time":
@@ -141,7 +141,7 @@ def _simulated(case: Case, method: str, tolerance: float, longest: float = np.in
 
 def subject_rows(
     subject: DeploymentSubject, quick: bool, repeats: int, patience: float
-) -> tuple[list[WorkRow], list[ReferenceRow]]:
+) -> tuple[list[CaseRow], list[ReferenceRow]]:
     """All rows of a subject."""
     end = subject.horizon("constrained")
     case, whole = subject.case("constrained", end), subject.case(WHOLE, end)
@@ -185,14 +185,14 @@ def compared(case: Case, whole: Case, reference: Reference, tolerance: float) ->
     part = OUTPUTS if whole.system.n_joints <= 20 else OUTPUTS // 2
     times = reference.times[: part + 1]
     try:
-        found = dense_system.run(whole.system, whole.q, whole.v, times, tolerance=tolerance)
+        motion = dense_system.run(whole.system, whole.q, whole.v, times, tolerance=tolerance)
     except UnableError as error:
         return replace(row, note=str(error))
-    apart = float(np.abs(whole.angles(found.q) - reference.angles[: part + 1]).max())
+    apart = float(np.abs(whole.angles(motion.q) - reference.angles[: part + 1]).max())
     return replace(row, scipy_end=float(times[-1]), apart=apart)
 
 
-def our_rows(case: Case, reference: Reference, quick: bool, repeats: int, patience: float) -> Iterator[WorkRow]:
+def our_rows(case: Case, reference: Reference, quick: bool, repeats: int, patience: float) -> Iterator[CaseRow]:
     """A row a method and tolerance."""
     for method, tolerances in our_settings(quick, case.formulation).items():
         yield from rising(
@@ -204,16 +204,16 @@ def our_rows(case: Case, reference: Reference, quick: bool, repeats: int, patien
         )
 
 
-def _our_blank(case: Case, method: str, tolerance: float) -> WorkRow:
+def _our_blank(case: Case, method: str, tolerance: float) -> CaseRow:
     return blank(case, OURS, method, tolerance, None)
 
 
-def blank(case: Case, engine: str, method: str, tolerance: float | None, step: float | None) -> WorkRow:
+def blank(case: Case, engine: str, method: str, tolerance: float | None, step: float | None) -> CaseRow:
     """A row without numbers."""
-    return WorkRow(case.subject, case.formulation, engine, method, tolerance, step)
+    return CaseRow(case.subject, case.formulation, engine, method, tolerance, step)
 
 
-def _our_row(case: Case, reference: Reference, repeats: int, method: str, tolerance: float) -> WorkRow:
+def _our_row(case: Case, reference: Reference, repeats: int, method: str, tolerance: float) -> CaseRow:
     _simulated(case, method, tolerance, end=1e-4 * case.end)  # compiled, and its tables made
     motion, seconds, runs = measured(lambda: _simulated(case, method, tolerance), repeats)
     row = replace(_our_blank(case, method, tolerance), evaluations=motion.evaluations, seconds=seconds, runs=runs)
@@ -229,7 +229,7 @@ def _our_row(case: Case, reference: Reference, repeats: int, method: str, tolera
     )
 
 
-def peer_rows(case: Case, reference: Reference, peer: Peer, repeats: int, patience: float) -> Iterator[WorkRow]:
+def peer_rows(case: Case, reference: Reference, peer: Peer, repeats: int, patience: float) -> Iterator[CaseRow]:
     """Rows of another engine."""
     return rising(
         peer.settings,
@@ -240,7 +240,7 @@ def peer_rows(case: Case, reference: Reference, peer: Peer, repeats: int, patien
     )
 
 
-def _peer_row(case: Case, reference: Reference, peer: Peer, setting: float, repeats: int) -> WorkRow:
+def _peer_row(case: Case, reference: Reference, peer: Peer, setting: float, repeats: int) -> CaseRow:
     motion, seconds, runs = peer.measured(case, reference.times, setting, repeats)
     error = float(np.abs(case.angles(motion.q) - reference.angles).max())
     return replace(
@@ -259,15 +259,15 @@ def gap_of(case: Case, q: Reals) -> float:
     """Greatest gap of the loops, m; of cut hinges, between the ends of their lines."""
     q = q[:: -(-len(q) // SEEN)]
     worst = closure(case.system, q)
-    found = places(case.system, q)
+    placed = places(case.system, q)
     for cut in case.system.cuts:
         for end in cut.ends:
-            gap = found.point(cut.second, end)[0] - found.point(cut.first, end)[0]
+            gap = placed.point(cut.second, end)[0] - placed.point(cut.first, end)[0]
             worst = max(worst, float(np.linalg.norm(gap, axis=1).max()))
     return worst
 
 
-def seconds_at(rows: Sequence[WorkRow], error: float) -> float | None:
+def seconds_at(rows: Sequence[CaseRow], error: float) -> float | None:
     """Seconds at which a method comes to an error: between two of its runs by powers, else of its fastest below.
 
     None where none of its runs is that precise.

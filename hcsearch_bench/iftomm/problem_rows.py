@@ -13,7 +13,7 @@ from hcsearch_bench.iftomm.problems import Problem
 from hcsearch_bench.peers.multibody import Peer
 from hcsearch_bench.peers.states import closure, energy_error, places
 from hcsearch_bench.run.timing import measured
-from hcsearch_bench.run.work import OURS, level_of, rising
+from hcsearch_bench.run.work_precision import OURS, level_of, rising
 
 if TYPE_CHECKING:
     from hcsearch.dynamics.simulation import Motion
@@ -27,7 +27,7 @@ LEVELS = (("precise", 1e-6), ("high", 1e-3), ("low", 1e-1))
 
 
 @dataclass(frozen=True)
-class WorkRow:
+class ProblemRow:
     """One problem, engine, method and tolerance, or step (s).
 
     verdict : of LEVELS, `wrong`, or `none` where there is no motion (`note` says why).
@@ -68,7 +68,7 @@ def our_settings(quick: bool) -> dict[str, tuple[float, ...]]:
 
 def measure_ours(
     problem: Problem, method: str, tolerance: float, times: Reals, way: Reals, repeats: int = 1
-) -> WorkRow:
+) -> ProblemRow:
     """One run of our engine, repeated."""
     from hcsearch.dynamics.simulation import simulate
 
@@ -78,7 +78,7 @@ def measure_ours(
 
     follow(1e-3 * problem.end)  # compiled, and its tables made
     motion, seconds, runs = measured(lambda: follow(problem.end), repeats)
-    row = WorkRow(
+    row = ProblemRow(
         *(problem.name, OURS, method, tolerance, None), evaluations=motion.evaluations, seconds=seconds, runs=runs
     )
     if motion.ending != "time":
@@ -97,7 +97,7 @@ def measure_ours(
 
 def our_rows(
     problem: Problem, times: Reals, way: Reals, settings: dict[str, tuple[float, ...]], repeats: int
-) -> Iterator[WorkRow]:
+) -> Iterator[ProblemRow]:
     """A row a method and tolerance."""
     for method, tolerances in settings.items():
         for tolerance in tolerances:
@@ -106,22 +106,22 @@ def our_rows(
 
 def peer_rows(
     problem: Problem, times: Reals, way: Reals, peer: Peer, repeats: int, patience: float
-) -> Iterator[WorkRow]:
+) -> Iterator[ProblemRow]:
     """Rows of rising work, until one would take too long; one with the reason where the engine is unable."""
     return rising(
         peer.settings,
         patience,
-        lambda setting: WorkRow(problem.name, peer.engine, peer.method, *peer.sizes(problem, setting)),
+        lambda setting: ProblemRow(problem.name, peer.engine, peer.method, *peer.sizes(problem, setting)),
         lambda setting: _peer_row(problem, times, way, peer, setting, repeats),
         by_tolerance=peer.by_tolerance,
     )
 
 
-def _peer_row(problem: Problem, times: Reals, way: Reals, peer: Peer, setting: float, repeats: int) -> WorkRow:
+def _peer_row(problem: Problem, times: Reals, way: Reals, peer: Peer, setting: float, repeats: int) -> ProblemRow:
     motion, seconds, runs = peer.measured(problem, times, setting, repeats)
     error = _distance(problem, motion.q, way)
     system = problem.system
-    return WorkRow(
+    return ProblemRow(
         *(problem.name, peer.engine, peer.method, *peer.sizes(problem, setting)),
         verdict=level_of(error, LEVELS, problem.length),
         error=error,
@@ -135,5 +135,5 @@ def _peer_row(problem: Problem, times: Reals, way: Reals, peer: Peer, setting: f
 
 def _distance(problem: Problem, q: Reals, way: Reals) -> float:
     """Greatest distance of the measured point from where it should be, m."""
-    found, _ = places(problem.system, q).point(problem.body, problem.point)
-    return float(np.linalg.norm(found - way, axis=1).max())
+    points, _ = places(problem.system, q).point(problem.body, problem.point)
+    return float(np.linalg.norm(points - way, axis=1).max())

@@ -21,7 +21,7 @@ SIDE, THICKNESS, DENSITY = 0.05, 0.006, 547.0
 
 
 @dataclass(frozen=True)
-class ScaleRow:
+class EvaluationRow:
     """A loop or chain of n panels: microseconds an evaluation of the accelerations, also over the panels.
 
     step_us : of a whole step with its projection, books and record, over the evaluations in it. slope : of the
@@ -58,21 +58,21 @@ def strip(n: int, *, closed: bool) -> System:
     return System(tuple(joints), tuple(bodies), (JointDrive(linear(0.1), 0.0043),) * n, welds, size=SIDE)
 
 
-def scale_rows(sizes: Sequence[int], repeats: int) -> list[ScaleRow]:
+def evaluation_rows(sizes: Sequence[int], repeats: int) -> list[EvaluationRow]:
     """A row a size, of loops and of chains."""
-    found = []
+    timed = []
     for kind, closed in (("loop", True), ("chain", False)):
         rows = [_row(kind, strip(n, closed=closed), repeats) for n in sizes]
         slope = slope_of([row.panels for row in rows], [row.evaluation_us for row in rows])
-        found += [replace(row, slope=slope) for row in rows]
-    return found
+        timed += [replace(row, slope=slope) for row in rows]
+    return timed
 
 
-def _row(kind: str, system: System, repeats: int) -> ScaleRow:
+def _row(kind: str, system: System, repeats: int) -> EvaluationRow:
     n = system.n_joints
     evaluations = max(1, EVALUATED // n)
     evaluation = _evaluation_us(system, evaluations, repeats)
-    return ScaleRow(kind, n, evaluations, evaluation, evaluation / n, _step_us(system, repeats), 0.0)
+    return EvaluationRow(kind, n, evaluations, evaluation, evaluation / n, _step_us(system, repeats), 0.0)
 
 
 def _evaluation_us(system: System, evaluations: int, repeats: int) -> float:
@@ -81,13 +81,13 @@ def _evaluation_us(system: System, evaluations: int, repeats: int) -> float:
     from hcsearch_bench.kernels.repeating import accelerate_often
 
     mechanism, still = system.mechanism, np.zeros(system.n_joints)
-    hold, work, found = hold_for(mechanism, still), work_for(mechanism.tree), np.empty(system.n_joints)
+    hold, work, accelerations = hold_for(mechanism, still), work_for(mechanism.tree), np.empty(system.n_joints)
     scale = largest_pivot(mechanism, still, work)
-    accelerate(mechanism, hold, still, still, scale, True, work, found)
+    accelerate(mechanism, hold, still, still, scale, True, work, accelerations)
 
     def run(times: int) -> float:
         begin = time.perf_counter()
-        accelerate_often(mechanism, hold, still, still, scale, times, work, found)
+        accelerate_often(mechanism, hold, still, still, scale, times, work, accelerations)
         return time.perf_counter() - begin
 
     run(1)

@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hcsearch.typing import Reals
+from hcsearch_bench.run.report import Say
 
 if TYPE_CHECKING:
     from hcsearch.linkage import Linkage
     from hcsearch.paths.following import Stepping
     from hcsearch.paths.motions import Path
-
-Say = Callable[[str], None]
 
 UNITS = ("I", "II")
 METHODS = ("euler", "taylor", "adams", "runge-kutta", "hermite")
@@ -75,7 +74,7 @@ class SlopeRow:
     microseconds_a_panel: float
 
 
-class Known:
+class KnownUnit:
     """A unit whose motion is known: thesis (5.24), base angle 70 degrees."""
 
     def __init__(self, unit: str, **parameters: float) -> None:
@@ -98,13 +97,13 @@ class Known:
 
     def opening(self) -> Reals:
         """Velocity of the motion at the folded state."""
-        found: Reals = -np.where(self.legs, 1.0, math.cos(self.parameters.alpha))
-        return found
+        velocity: Reals = -np.where(self.legs, 1.0, math.cos(self.parameters.alpha))
+        return velocity
 
     def folding(self) -> Reals:
         """Velocity of the motion at the flat state."""
-        found: Reals = np.where(self.legs, math.cos(self.parameters.alpha), 1.0)
-        return found
+        velocity: Reals = np.where(self.legs, math.cos(self.parameters.alpha), 1.0)
+        return velocity
 
     def off_path(self, angles: Reals) -> float:
         """How far hinges are from where (5.24) puts them, seen from the first hinge with a base angle (rad)."""
@@ -135,7 +134,7 @@ def measure_paths(units: Sequence[str], *, quick: bool, repeats: int, say: Say) 
     """One row a unit, method and step. Fixed steps begin and end beside the singular ends; adaptive ones at them."""
     rows = []
     for name in units:
-        unit = Known(name)
+        unit = KnownUnit(name)
         for stepping in _steppings(quick):
             say(f"unit {name}: {stepping.method}, {stepping.step or stepping.tolerance}")
             rows.append(_path_row(name, unit, stepping, repeats))
@@ -156,7 +155,7 @@ def _steppings(quick: bool) -> Iterator[Stepping]:
             yield Stepping(method, tolerance=tolerance)
 
 
-def _path_row(name: str, unit: Known, stepping: Stepping, repeats: int) -> PathRow:
+def _path_row(name: str, unit: KnownUnit, stepping: Stepping, repeats: int) -> PathRow:
     from hcsearch.paths.following import Limits, follow
 
     adaptive = stepping.adapts
@@ -193,9 +192,9 @@ def _timed(run: Callable[[], Path], repeats: int) -> tuple[Path, float, int]:
     times: list[float] = []
     while len(times) < repeats and sum(times) < 2.0:
         begin = time.perf_counter()
-        found = run()
+        path = run()
         times.append(time.perf_counter() - begin)
-    return found, float(np.median(times)), len(times)
+    return path, float(np.median(times)), len(times)
 
 
 def ring(columns: int) -> Linkage:
@@ -246,9 +245,9 @@ def fit_costs(rows: Sequence[CostRow]) -> list[SlopeRow]:
     """Log-log slopes of the times over the larger half of the rings."""
     half = rows[len(rows) // 2 :] if len(rows) > 3 else rows
     panels = np.array([row.panels for row in half], float)
-    found = []
+    slopes = []
     for what in ("closure_us", "bend_us", "svd_us"):
         times = np.array([getattr(row, what) for row in half])
         power = float(np.polyfit(np.log(panels), np.log(times), 1)[0])
-        found.append(SlopeRow(what.removesuffix("_us"), power, float(times[-1] / panels[-1])))
-    return found
+        slopes.append(SlopeRow(what.removesuffix("_us"), power, float(times[-1] / panels[-1])))
+    return slopes

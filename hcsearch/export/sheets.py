@@ -1,0 +1,313 @@
+"""Sheets to cut and crease: closed outlines, slits, fold lines, marks and numbers on layers, in millimetres.
+
+The sheet in one piece has its outline, slits and fold lines; panels apart have outlines of their own, and marks beside
+the edges that carry hinges. Numbers are drawn in strokes, as cutters have no fonts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hcsearch.errors import HcsearchError
+from hcsearch.export.digits import strokes
+from hcsearch.export.exported import Exported
+from hcsearch.export.outlines import same_places
+from hcsearch.export.settings import Profile, Settings
+from hcsearch.pattern import SAME, Crease, Pair, Pattern, Point, facet_area
+
+if TYPE_CHECKING:
+    from shapely import Polygon
+
+MARGIN, SPACE = 5.0, 5.0
+"""Around a sheet, and between panels that lie apart, mm."""
+_INSET, _NUMBER_INSET, _PANEL_DIGIT, _HINGE_DIGIT = 0.1, 0.28, 0.32, 0.16
+"""Of marks and numbers of hinges from their edge, and heights of numbers, over the radius of a circle in the panel."""
+_MARK = 0.5
+"""Length of a mark over that of the edge."""
+_GRID = 1e-7
+"""Outlines are joined in coordinates rounded to this, mm."""
+
+LAYERS = ("CUT", "SLIT", "MOUNTAIN", "VALLEY", "HINGE_TOP", "HINGE_BOTTOM", "ENGRAVE")
+
+COLOURS: dict[Profile, dict[str, tuple[str, int]]] = {
+    "laser": {
+        "CUT": ("#ff0000", 1),
+        "SLIT": ("#ff00ff", 6),
+        "MOUNTAIN": ("#00a000", 3),
+        "VALLEY": ("#00c0c0", 4),
+        "HINGE_TOP": ("#ff8000", 30),
+        "HINGE_BOTTOM": ("#808080", 8),
+        "ENGRAVE": ("#0000ff", 5),
+    },
+    "simulator": {
+        "CUT": ("#000000", 7),
+        "SLIT": ("#00ff00", 3),
+        "MOUNTAIN": ("#ff0000", 1),
+        "VALLEY": ("#0000ff", 5),
+        "HINGE_TOP": ("#ff00ff", 6),
+        "HINGE_BOTTOM": ("#ff00ff", 6),
+    },
+}
+"""Colours of layers, and their numbers in AutoCAD's list. Origami Simulator has boundaries black, cuts green, mountains
+red, valleys blue, and creases that it does not drive magenta."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A polyline, mm; of a panel or hinge by its label, or of the whole sheet."""
+
+    points: tuple[Point, ...]
+    closed: bool = False
+    label: str = ""
+
+
+@dataclass
+class Sheet:
+    """Lines on layers, from the lower left corner at (0, 0) to width and height, mm."""
+
+    width: float = 0.0
+    height: float = 0.0
+    lines: dict[str, list[Line]] = field(default_factory=lambda: {name: [] for name in LAYERS})
+
+    def add(self, layer: str, points: Sequence[Point], label: str = "", *, closed: bool = False) -> None:
+        """Add a polyline."""
+        self.lines[layer].append(Line(tuple((float(x), float(y)) for x, y in points), closed, label))
+
+    def write(self, text: str, middle: Point, height: float) -> None:
+        """Add a number, engraved about a point; with a line below where it may be read upside down."""
+        for stroke in strokes(text, middle, height, underlined=bool({"6", "9"} & set(text))):
+            self.add("ENGRAVE", stroke, text)
+
+
+def sheet_of(exported: Exported, settings: Settings) -> Sheet:
+    """The sheet that settings ask for; HcsearchError where they contradict each other."""
+    apart = settings.sheet == "panels"
+    if settings.profile == "simulator" and (apart or settings.kerf_mm):
+        raise HcsearchError("Origami Simulator takes the sheet in one piece, as it is: leave out --sheet and --kerf")
+    if settings.hinge_gap_mm and not apart:
+        raise HcsearchError("a sheet in one piece has no gaps at hinges: leave out --hinge-gap, or add --sheet panels")
+    drawn = _Drawn(exported, settings)
+    sheet = drawn.apart() if apart else drawn.whole()
+    if settings.profile == "simulator":
+        sheet.lines["ENGRAVE"] = []
+    return sheet
+
+
+class _Drawn:
+    """A pattern in millimetres."""
+
+    def __init__(self, exported: Exported, settings: Settings) -> None:
+        self.pattern: Pattern = exported.linkage.pattern
+        self.labels, self.settings = exported.labels, settings
+        self.size = 1e3 * self.pattern.size
+        corners = [(1e3 * x, 1e3 * y) for facet in self.pattern.facets for x, y in facet]
+        place = same_places(corners, 10 * SAME * self.size)
+        ends = np.cumsum([0, *map(len, self.pattern.facets)])
+        self.facets = [[corners[place[k]] for k in range(a, b)] for a, b in pairwise(ends.tolist())]
+        self.radii = [_radius(facet) for facet in self.facets]
+        self.place = dict(zip(corners, (corners[k] for k in place), strict=True))
+
+    def edge(self, pair: Pair) -> tuple[Point, Point]:
+        """The shared edge of two facets, the first on the left."""
+        (x, y), (to_x, to_y) = self.pattern.edges[pair]
+        return self.place[1e3 * x, 1e3 * y], self.place[1e3 * to_x, 1e3 * to_y]
+
+    def whole(self) -> Sheet:
+        """The sheet in one piece."""
+        import shapely  # noqa: PLC0415 - takes longer to load than the sheet to draw
+
+        sheet = Sheet()
+        outline = shapely.union_all([shapely.Polygon(facet) for facet in self.facets], grid_size=_GRID)
+        for ring in _rings(self._grown(outline)):
+            sheet.add("CUT", ring, closed=True)
+        slits = []
+        for pair in self.pattern.edges:
+            crease = self.pattern.creases.get(pair)
+            if crease is not None and crease.face is not None:
+                hinge = self.pattern.hinge_of(pair)
+                sheet.add(_layer(crease), self.edge(pair), self.labels.hinges[hinge])
+                self._number_hinge(sheet, hinge, self.edge(pair), self.radii[pair[0]])
+            elif crease is None and self.pattern.panel_of[pair[0]] != self.pattern.panel_of[pair[1]]:
+                slits.append(self.edge(pair))
+        for chain in chains(slits):
+            sheet.add("SLIT", chain)
+        for panel, polygon in enumerate(self.panels()):
+            self._number_panel(sheet, panel, polygon)
+        return _moved_in(sheet)
+
+    def apart(self) -> Sheet:
+        """The panels in rows, in their order."""
+        import shapely  # noqa: PLC0415 - as above
+
+        parts, marks = [], self._marks()
+        for panel, polygon in enumerate(self.panels(trimmed=True)):
+            part = Sheet()
+            label = self.labels.panels[panel]
+            for ring in _rings(self._grown(polygon)):
+                part.add("CUT", ring, label, closed=True)
+            for layer, hinge, edge, radius in marks[panel]:
+                inset = _INSET * radius + 0.5 * self.settings.hinge_gap_mm
+                part.add(layer, _beside(edge, inset, _MARK), self.labels.hinges[hinge])
+                self._number_hinge(part, hinge, edge, radius)
+            self._number_panel(part, panel, polygon)
+            parts.append(part)
+        area = sum(shapely.box(*_bounds(part)).area for part in parts)
+        return _in_rows(parts, 1.2 * math.sqrt(area))
+
+    def panels(self, *, trimmed: bool = False) -> list[Polygon]:
+        """The panels, perhaps with half of the hinge gap taken off along hinges."""
+        import shapely  # noqa: PLC0415 - as above
+
+        rings = [shapely.Polygon(facet) for facet in self.facets]
+        gap = 0.5 * self.settings.hinge_gap_mm if trimmed else 0.0
+        if gap:
+            for pair, crease in self.pattern.creases.items():
+                for facet, (start, end) in zip(pair, (self.edge(pair), self.edge(pair)[::-1]), strict=True):
+                    if crease.face is not None:
+                        rings[facet] = rings[facet].difference(_strip(start, end, gap, 10 * self.size))
+        found = [shapely.union_all([rings[facet] for facet in panel], grid_size=_GRID) for panel in self.pattern.panels]
+        for label, polygon in zip(self.labels.panels, found, strict=True):
+            if polygon.geom_type != "Polygon" or polygon.is_empty:
+                raise HcsearchError(f"a hinge gap of {2 * gap:g} mm leaves panel {label} not in one piece: give less")
+        return found
+
+    def _grown(self, polygon: Polygon) -> Polygon:
+        kerf = 0.5 * self.settings.kerf_mm
+        return polygon.buffer(kerf, join_style="mitre", mitre_limit=10.0) if kerf else polygon
+
+    def _marks(self) -> dict[int, list[tuple[str, int, tuple[Point, Point], float]]]:
+        """Of each panel the layer, hinge and edge (on its right) of what is to be marked, and the facet's radius."""
+        found: dict[int, list[tuple[str, int, tuple[Point, Point], float]]] = defaultdict(list)
+        for pair, crease in self.pattern.creases.items():
+            if crease.face is not None:
+                layer, hinge = "HINGE_TOP" if crease.face == "top" else "HINGE_BOTTOM", self.pattern.hinge_of(pair)
+                for facet, edge in zip(pair, (self.edge(pair), self.edge(pair)[::-1]), strict=True):
+                    found[self.pattern.panel_of[facet]].append((layer, hinge, edge, self.radii[facet]))
+        return found
+
+    def _number_hinge(self, sheet: Sheet, hinge: int, edge: tuple[Point, Point], radius: float) -> None:
+        """The number of a hinge on the left of its edge, in a facet of a radius."""
+        inset = _NUMBER_INSET * radius + 0.5 * self.settings.hinge_gap_mm
+        (x, y), (to_x, to_y) = _beside(edge, inset, 1.0)
+        sheet.write(self.labels.hinges[hinge], (0.5 * (x + to_x), 0.5 * (y + to_y)), _HINGE_DIGIT * radius)
+
+    def _number_panel(self, sheet: Sheet, panel: int, polygon: Polygon) -> None:
+        """The number of a panel in its middle."""
+        radius = max(self.radii[facet] for facet in self.pattern.panels[panel])
+        sheet.write(self.labels.panels[panel], _middle(polygon), _PANEL_DIGIT * radius)
+
+
+def chains(edges: Sequence[tuple[Point, Point]]) -> list[list[Point]]:
+    """Edges joined to polylines as long as they go without a branch; closed ones end where they begin."""
+    near: dict[Point, list[Point]] = defaultdict(list)
+    for a, b in edges:
+        near[a].append(b)
+        near[b].append(a)
+    left = {frozenset(edge) for edge in edges}
+    found = []
+    starts = [point for point, others in near.items() if len(others) != 2]
+    for start in [*starts, *near]:
+        for first in near[start]:
+            if frozenset((start, first)) not in left:
+                continue
+            chain = [start, first]
+            left.remove(frozenset((start, first)))
+            while len(near[chain[-1]]) == 2:
+                onward = [point for point in near[chain[-1]] if frozenset((chain[-1], point)) in left]
+                if not onward:
+                    break
+                left.remove(frozenset((chain[-1], onward[0])))
+                chain.append(onward[0])
+            found.append(chain)
+    return found
+
+
+def _layer(crease: Crease) -> str:
+    """The layer of a fold line; hinges that stay flat when folded are neither mountain nor valley."""
+    if not crease.closes:
+        return "HINGE_TOP" if crease.face == "top" else "HINGE_BOTTOM"
+    return "VALLEY" if crease.face == "top" else "MOUNTAIN"
+
+
+def _strip(start: Point, end: Point, width: float, far: float) -> Polygon:
+    """What lies left of the line from start to end by no more than a width, and all on its right that is near."""
+    import shapely  # noqa: PLC0415 - as above
+
+    a, b = complex(*start), complex(*end)
+    along = (b - a) / abs(b - a)
+    corners = [a - far * along + 1j * along * width, a - far * along - 1j * along * far]
+    corners += [b + far * along - 1j * along * far, b + far * along + 1j * along * width]
+    return shapely.Polygon([(corner.real, corner.imag) for corner in corners])
+
+
+def _beside(edge: tuple[Point, Point], inset: float, share: float) -> tuple[Point, Point]:
+    """A line on the left of an edge, over a share of its length about the middle."""
+    a, b = complex(*edge[0]), complex(*edge[1])
+    along = (b - a) / abs(b - a)
+    middle, half = 0.5 * (a + b) + 1j * along * inset, 0.5 * share * (b - a)
+    return ((middle - half).real, (middle - half).imag), ((middle + half).real, (middle + half).imag)
+
+
+def _radius(facet: Sequence[Point]) -> float:
+    """The radius of the circle within a facet that touches its sides; about that, where none touches all of them."""
+    return 2.0 * facet_area(facet) / sum(math.dist(a, b) for a, b in pairwise([*facet, facet[0]]))
+
+
+def _middle(polygon: Polygon) -> Point:
+    point = polygon.centroid if polygon.covers(polygon.centroid) else polygon.representative_point()
+    return point.x, point.y
+
+
+def _rings(polygons: Polygon) -> list[list[Point]]:
+    """The outer rings and holes of one or more polygons, without straight corners, the first point not repeated."""
+    import shapely  # noqa: PLC0415 - as above
+
+    parts = shapely.get_parts(polygons.simplify(1e-6))
+    return [list(ring.coords)[:-1] for part in parts for ring in (part.exterior, *part.interiors)]
+
+
+def _bounds(sheet: Sheet) -> tuple[float, float, float, float]:
+    table = np.array([point for lines in sheet.lines.values() for line in lines for point in line.points])
+    low, high = table.min(axis=0), table.max(axis=0)
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
+def _moved_in(sheet: Sheet) -> Sheet:
+    """The sheet with its lower left corner, less the margin, at the origin."""
+    return _in_rows([sheet], math.inf)
+
+
+def _in_rows(parts: Sequence[Sheet], width: float) -> Sheet:
+    """Parts beside each other in rows from the top, as wide as given at most but for one that is wider."""
+    found = Sheet()
+    rows: list[list[tuple[Sheet, float, float, float]]] = []
+    row: list[tuple[Sheet, float, float, float]] = []
+    x = 0.0
+    for part in parts:
+        left, low, right, high = _bounds(part)
+        if row and x + right - left > width:
+            rows.append(row)
+            x, row = 0.0, []
+        row.append((part, x - left, low, high))
+        x += right - left + SPACE
+    rows.append(row)
+    total = sum(max(high - low for _, _, low, high in row) for row in rows) + SPACE * (len(rows) - 1)
+    y = MARGIN + total
+    for row in rows:
+        y -= max(high - low for _, _, low, high in row)
+        for part, shift, low, _ in row:
+            for layer, lines in part.lines.items():
+                for line in lines:
+                    points = [(px + shift + MARGIN, py - low + y) for px, py in line.points]
+                    found.add(layer, points, line.label, closed=line.closed)
+        y -= SPACE
+    _, _, right, _ = _bounds(found)
+    found.width, found.height = right + MARGIN, total + 2 * MARGIN
+    return found
