@@ -32,6 +32,7 @@ bench: $(VENV)/benched
 
 db: $(VENV)/installed
 	$(BIN)/python -m hcsearch.store.schema_dump > db/schema.sql
+	$(BIN)/python -m hcsearch.store.datasette_dump > db/datasette.json
 
 report: $(VENV)/installed
 	$(BIN)/hcsearch report --db $(DB)
