@@ -64,10 +64,12 @@ class Application:
 
     def __init__(self, database: Database, db: str, *, scene: str = DEFAULT, host: str = "127.0.0.1") -> None:
         self.database, self.db, self.scene, self.host = database, db, scene, host
+        self.closed = False
         self.computing, self._counts, self._streams = Computing(), Counts(), Streams()
 
     def close(self) -> None:
         """End what is computed."""
+        self.closed = True
         self.computing.close()
 
     def __call__(self, environ: dict[str, Any], start_response: Callable[..., Any]) -> Iterable[bytes]:

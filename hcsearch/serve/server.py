@@ -72,10 +72,21 @@ def serve(
         channel_timeout=60,
         clear_untrusted_proxy_headers=True,
     )
+    ended = threading.Event()
+
+    def run() -> None:
+        try:
+            server.run()
+        except (OSError, ValueError):
+            if not application.closed:  # else its socket was closed while it waited there
+                raise
+        finally:
+            ended.set()
+
     try:
         # in a thread, as it would swallow an interrupt and wait for those who answer
-        threading.Thread(target=server.run, daemon=True).start()
-        threading.Event().wait()
+        threading.Thread(target=run, daemon=True).start()
+        ended.wait()
     finally:
         logging.getLogger("waitress").setLevel(logging.CRITICAL + 1)  # who is cut off complains
         application.close()
