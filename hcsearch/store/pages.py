@@ -11,7 +11,7 @@ from typing import Any
 from sqlalchemy import ColumnElement, Connection, and_, func, literal_column, or_
 from sqlalchemy import select as sql_select
 
-from hcsearch.errors import QueryError
+from hcsearch.errors import DatabaseError, QueryError
 from hcsearch.scenes import DEFAULT
 from hcsearch.store.columns import column_names
 from hcsearch.store.conditions import find_quantity, parse_query, view_table
@@ -22,6 +22,8 @@ from hcsearch.store.sqlite import STEPS
 
 SECONDS = 10.0
 """How long a statement may take."""
+
+_STOPPED = "57014"  # SQLSTATE of a server that ends a statement at its time limit
 
 
 def select_page(
@@ -98,5 +100,10 @@ def _limited(database: Database, seconds: float) -> Iterator[Connection]:
                 driver.set_progress_handler(lambda: 0, STEPS)  # as `sqlite.connect` sets it
     except KeyboardInterrupt:
         if time.monotonic() > end:  # SQLite was interrupted by the handler here
+            raise too_long from None
+        raise
+    except DatabaseError as error:
+        driver = getattr(error.__cause__, "orig", None)
+        if getattr(driver, "sqlstate", None) == _STOPPED:
             raise too_long from None
         raise
