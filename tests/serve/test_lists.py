@@ -161,3 +161,13 @@ def rows():
     from hcsearch.serve.addresses import Asked
 
     return Asked("designs"), "csv"
+
+
+def test_a_fault_is_told_to_the_terminal_and_not_to_the_page(asking, monkeypatch, capsys):
+    def fails(*_: object) -> None:
+        raise RuntimeError("<b>secret</b>")
+
+    monkeypatch.setattr("hcsearch.serve.application.read_asked", fails)
+    answer = asking("/designs")
+    assert (answer.status, "secret" in answer.text) == (500, False)
+    assert "RuntimeError: <b>secret</b>" in capsys.readouterr().err
