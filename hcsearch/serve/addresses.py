@@ -29,6 +29,7 @@ class AddressError(HcsearchError):
 class Asked:
     """What a list shows: rows of a view that satisfy a query, in an order, from a page on; `shape` is of designs.
 
+    usual : the scene that is shown where an address names none.
     columns, limit : of CSV and JSON alone; all where not given. page : from 1; None for all rows, in CSV and JSON.
     """
 
@@ -37,9 +38,15 @@ class Asked:
     sort: str = ""
     page: int | None = None
     scene: str = DEFAULT
+    usual: str = DEFAULT
     shape: Shape = "cards"
     columns: str = ""
     limit: int | None = None
+
+    @property
+    def named(self) -> str:
+        """The scene as addresses name it: not at all where it is the usual one."""
+        return "" if self.scene == self.usual else self.scene
 
     @property
     def number(self) -> int:
@@ -81,6 +88,7 @@ def read_asked(view: str, pairs: Sequence[tuple[str, str]], scene: str) -> Asked
         sort=given.get("sort", ""),
         page=_whole("page", given["page"], 1) if given.get("page") else None,
         scene=given.get("scene") or scene,
+        usual=scene,
         shape=shapes[shape],
         columns=given.get("columns", ""),
         limit=_whole("limit", given["limit"], 0) if given.get("limit") else None,
@@ -124,18 +132,16 @@ def _conditions(tree: grammar.Tree) -> Iterator[tuple[str, str]]:
 def address_of(asked: Asked, ending: str = "", **changes: Any) -> str:
     """The address of a list, with what is as usual left out. ending : as `.csv`, where all rows are asked for."""
     wanted = replace(asked, **changes)
-    said = {"q": wanted.query, "sort": wanted.sort}
-    if wanted.scene != DEFAULT:
-        said["scene"] = wanted.scene
+    said = {"q": wanted.query, "sort": wanted.sort, "scene": wanted.named}
     if not ending:
         said |= {"page": "" if wanted.number == 1 else str(wanted.number)}
         said |= {"as": "" if wanted.shape == "cards" else wanted.shape}
     return _joined(f"/{wanted.view}{ending}", said)
 
 
-def design_address(number: object, scene: str = DEFAULT, after: str = "", **more: str) -> str:
-    """The address of a design's page, or of what lies below it."""
-    return _joined(f"/designs/{number}{after}", {"scene": "" if scene == DEFAULT else scene} | more)
+def design_address(number: object, named: str = "", after: str = "", **more: str) -> str:
+    """The address of a design's page, or of what lies below it; named : its scene, empty for the usual one."""
+    return _joined(f"/designs/{number}{after}", {"scene": named} | more)
 
 
 def _joined(path: str, said: Mapping[str, str]) -> str:

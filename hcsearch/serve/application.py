@@ -118,7 +118,8 @@ class Application:
         scene = self._scene(parameters(_pairs(request), {"scene": 200}).get("scene", ""))
         circuit = self._circuit(number)
         key = ("design", number, scene, stamp_of(self.database))
-        text = self.computing(key, jobs.design_page, self.db, circuit, number, scene)
+        named = "" if scene == self.scene else scene
+        text = self.computing(key, jobs.design_page, self.db, circuit, number, scene, named)
         return Response(text, mimetype="text/html", headers={"Content-Security-Policy": FRAMED})
 
     def _export(self, request: Request, number: int, ending: str, crease: int | None = None) -> Answer:

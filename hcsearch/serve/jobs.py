@@ -15,7 +15,7 @@ from typing import Any
 from hcsearch.errors import HcsearchError
 from hcsearch.export.formats import FORMATS, Format
 from hcsearch.scenes import DEFAULT
-from hcsearch.serve.addresses import design_address
+from hcsearch.serve.addresses import Asked, address_of, design_address
 from hcsearch.store import open_readonly
 
 
@@ -27,8 +27,8 @@ class Made:
     content: bytes
 
 
-def design_page(db: str, notation: str, number: int, scene: str) -> str:
-    """The page of a design of a database, with its foldings and their motions."""
+def design_page(db: str, notation: str, number: int, scene: str, named: str) -> str:
+    """The page of a design of a database, with its foldings and their motions; named : its scene, in addresses."""
     from hcsearch.circuit import Circuit  # noqa: PLC0415 - the engine
     from hcsearch.folding import foldings  # noqa: PLC0415 - the engine
     from hcsearch.report.design_fetching import design_data  # noqa: PLC0415 - the engine
@@ -37,11 +37,12 @@ def design_page(db: str, notation: str, number: int, scene: str) -> str:
     circuit = Circuit.from_notation(notation)
     with open_readonly(db) as database:
         data = design_data(circuit, foldings(circuit), db, database, number, scene)
-    links = [("all designs", "/designs"), ("its row as JSON", f"/designs.json?q=id={number}")]
-    links += [(f"{form.name} of its array", _export_address(number, form, scene)) for form in _formats("array")]
+    row = Asked("designs", query=f"id={number}", scene=named, usual="")
+    links = [("all designs", address_of(replace(row, query=""))), ("its row as JSON", address_of(row, ".json"))]
+    links += [(f"{form.name} of its array", _export_address(number, form, named)) for form in _formats("array")]
     exports = {
         shown.folding.crease: [
-            (form.name, _export_address(number, form, scene, shown.folding.crease))
+            (form.name, _export_address(number, form, named, shown.folding.crease))
             for form in _formats("pattern", *(() if shown.twist else ("motion",)))
         ]
         for shown in data.foldings
@@ -60,11 +61,11 @@ def _formats(*of: str) -> list[Format]:
     return found
 
 
-def _export_address(number: int, form: Format, scene: str, crease: int | None = None) -> str:
+def _export_address(number: int, form: Format, named: str, crease: int | None = None) -> str:
     below = "" if crease is None else f"/foldings/{crease}"
     twins = [other for other in FORMATS.values() if form.endings[0] in other.endings]
     chosen = {"format": form.name} if len(twins) > 1 else {}
-    return design_address(number, scene, f"{below}/export{form.endings[0]}", **chosen)
+    return design_address(number, named, f"{below}/export{form.endings[0]}", **chosen)
 
 
 def export_file(

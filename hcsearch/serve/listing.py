@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -48,10 +49,10 @@ class Counts:
         return self._kept[key]
 
 
-def stamp_of(database: Database) -> tuple[int, ...] | None:
-    """What changes when a file is written to; None of a server, whose changes nobody sees from here."""
+def stamp_of(database: Database) -> tuple[int, ...]:
+    """What changes when a file is written to; of a server, whose changes nobody sees from here, the minute."""
     if database.path is None:
-        return None
+        return (int(time.monotonic() // 60.0),)
     found: list[int] = []
     for path in (database.path, database.path.with_name(database.path.name + "-wal")):
         if path.exists():
@@ -102,7 +103,7 @@ def render_list(database: Database, asked: Asked, counts: Counts) -> tuple[str, 
     scenes = list(dict.fromkeys((DEFAULT, *scene_names(database))))
     text = render(
         "list.html",
-        asked=asked if asked.scene in scenes else replace(asked, scene=DEFAULT),
+        asked=asked if asked.scene in scenes else replace(asked, scene=asked.usual),
         page=page,
         wrong=wrong,
         most=MOST,
@@ -144,7 +145,7 @@ def _payload(database: Database, asked: Asked, page: Page) -> Markup:
         total=len(ids),
         scene=asked.scene,
         size=size_of(database, asked.scene),
-        pages=design_address("{id}", asked.scene),
+        pages=design_address("{id}", asked.named),
         **known,
     )
     # Trusted: JSON without a mark of HTML in it.

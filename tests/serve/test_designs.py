@@ -30,7 +30,10 @@ def test_the_page_of_a_design_plays_its_motion_and_names_its_files(asking, numbe
 
 
 def test_verdicts_on_the_page_are_those_of_its_scene(asking, number):
-    assert "badge s-locked" in asking(f"/designs/{number}?scene=solar").text
+    solar = asking(f"/designs/{number}?scene=solar").text
+    assert "badge s-locked" in solar
+    assert f'href="/designs/{number}/foldings/1/export.fold?scene=solar"' in solar
+    assert f'href="/designs.json?q=id={number}&amp;scene=solar"' in solar
     assert asking(f"/designs/{number}?scene=lunar").status == 400
     assert asking(f"/designs/{number}?scene=earth").status == 400
 

@@ -171,3 +171,14 @@ def test_a_fault_is_told_to_the_terminal_and_not_to_the_page(asking, monkeypatch
     answer = asking("/designs")
     assert (answer.status, "secret" in answer.text) == (500, False)
     assert "RuntimeError: <b>secret</b>" in capsys.readouterr().err
+
+
+def test_the_scene_of_the_server_is_the_one_that_addresses_leave_out(database, database_file, number):
+    from hcsearch.serve import Application
+
+    asking = Asking(Application(database, str(database_file), scene="solar"))
+    usual, other = asking("/designs"), asking("/designs?scene=default")
+    assert (drawn(usual)["scene"], drawn(usual)["pages"]) == ("solar", "/designs/{id}")
+    assert (drawn(other)["scene"], drawn(other)["pages"]) == ("default", "/designs/{id}?scene=default")
+    assert 'href="/designs?page=2"' in usual.text
+    assert 'href="/designs?scene=default&amp;page=2"' in other.text

@@ -2,7 +2,8 @@
 const form = document.querySelector("form.tools");
 for (const choice of form.querySelectorAll("select")) choice.addEventListener("change", () => form.requestSubmit());
 form.addEventListener("submit", () => {
-  for (const field of form.elements) field.disabled = field.name !== "" && ["", "cards", "default"].includes(field.value);
+  const usual = { q: "", sort: "", as: "cards", scene: form.dataset.usual };
+  for (const field of form.elements) field.disabled = usual[field.name] === field.value;
 });
 addEventListener("pageshow", () => {
   for (const field of form.elements) field.disabled = false;
