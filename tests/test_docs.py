@@ -23,7 +23,9 @@ DOCUMENTS = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md"), ROOT / "d
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
-def test_python_examples(document):
+def test_python_examples(document, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # some make a database
+    monkeypatch.delenv("HCSEARCH_DB", raising=False)
     failed, _ = doctest.testfile(str(document), module_relative=False, optionflags=doctest.NORMALIZE_WHITESPACE)
     assert failed == 0
 
