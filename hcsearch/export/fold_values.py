@@ -33,7 +33,7 @@ class FrameValues:
             raise self.wrong("it has no vertices_coords")
         for k, row in enumerate(rows):
             if not (isinstance(row, list) and len(row) >= 2 and all(map(_is_number, row))):
-                raise self.wrong(f"vertex {k} in vertices_coords is not a point of two or three numbers below {FAR:g}")
+                raise self._unsound(f"vertex {k} in vertices_coords is not two or three numbers below {FAR:g}")
         table = np.array([[*map(float, row), 0.0][:3] for row in rows])
         extent: Reals = np.ptp(table, axis=0)
         if extent[2] > 1e-6 * max(extent[:2]):
@@ -62,7 +62,7 @@ class FrameValues:
             return None
         values, edges = self._listed(key), self._listed("edges_vertices")
         if len(values) != len(edges):
-            raise self.wrong(f"{key} has {len(values)} values for {len(edges)} edges")
+            raise self._unsound(f"{key} has {len(values)} values for {len(edges)} edges")
         return values
 
     def length(self, key: str) -> float | None:
@@ -71,7 +71,7 @@ class FrameValues:
         if value is None:
             return None
         if not _is_number(value) or value <= 0:
-            raise self.wrong(f"{key} is not a length above 0")
+            raise self._unsound(f"{key} is not a length above 0")
         return float(value)
 
     def text(self, key: str) -> str:
@@ -84,28 +84,31 @@ class FrameValues:
         loops = self._listed(key)
         for loop in loops:
             if not (isinstance(loop, list) and all(isinstance(pair, list) and len(pair) == 2 for pair in loop)):
-                raise self.wrong(f"{key} are not lists of pairs of faces")
+                raise self._unsound(f"{key} are not lists of pairs of faces")
         if not all(type(face) is int for loop in loops for pair in loop for face in pair):
-            raise self.wrong(f"{key} are not lists of pairs of faces")
+            raise self._unsound(f"{key} are not lists of pairs of faces")
         return tuple(tuple((i, j) for i, j in loop) for loop in loops)
 
     def wrong(self, what: str) -> InputFileError:
-        """The error for a file in which something is wrong."""
+        """The error for a file whose pattern is wrong."""
         return InputFileError(f"{self._path} is no flat pattern: {what}; draw panels edge to edge, and export anew")
+
+    def _unsound(self, what: str) -> InputFileError:
+        return InputFileError(f"{self._path} is no sound FOLD file: {what}; export it anew")
 
     def _listed(self, key: str) -> list[Any]:
         values = self._frame.get(key)
         if values is None:
             return []
         if not isinstance(values, list):
-            raise self.wrong(f"{key} is not a list")
+            raise self._unsound(f"{key} is not a list")
         if len(values) > MOST:
-            raise self.wrong(f"{key} has more than {MOST} values")
+            raise self._unsound(f"{key} has more than {MOST} values")
         return values
 
     def _vertices(self, row: Any, n_points: int) -> list[int]:
         if not isinstance(row, list):
-            raise self.wrong(f"{row!r} is no list of vertices")
+            raise self._unsound(f"{row!r} is no list of vertices")
         for number in row:
             if type(number) is not int or not 0 <= number < n_points:  # True is no number here
                 raise self.wrong(f"{number!r} is no vertex")

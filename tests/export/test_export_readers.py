@@ -94,7 +94,7 @@ def check_orders(value, found, data):
 
 
 @pytest.mark.parametrize("settings", [Settings(), Settings(sheet="panels", kerf_mm=0.2, hinge_gap_mm=1.0)], ids=str)
-@pytest.mark.parametrize("name", [DESIGN, RING, "unit-ii"])
+@pytest.mark.parametrize("name", [DESIGN, RING, "triangle:012343454545012121:2", "rectangle:012233300121:5", "unit-ii"])
 def test_ezdxf_finds_no_fault_and_every_line_where_it_is(name, settings):
     import ezdxf
 
