@@ -34,4 +34,4 @@ def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:
     return designs.with_folding(designs.motion.moves)
 
 
-STAGE = Stage("motion", 3, _run, _passed, below=mobility.STAGE, in_a_scene=True, counts="movable", they="move")
+STAGE = Stage("motion", 4, _run, _passed, below=mobility.STAGE, in_a_scene=True, counts="movable", they="move")
