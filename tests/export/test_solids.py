@@ -152,12 +152,12 @@ def test_glb_places_panels_at_all_times_as_the_linkage_does(name):
         *((t, np.interp(t, scene.times, places)) for t in middles),
     ]:
         poses = linkage.poses(motion.at_time(np.array([place]))[0])
-        found = scene.vertices(time)
-        assert set(found) == {f"panel {panel}" for panel in labels.panels}
+        corners_of = scene.vertices(time)
+        assert set(corners_of) == {f"panel {panel}" for panel in labels.panels}
         for panel, label in enumerate(labels.panels):
             solid = solid_of(linkage.pattern, panel)
             expected = placed(poses[panel], solid.vertices)
-            apart = np.linalg.norm(found[f"panel {label}"][:, None] - expected, axis=2)
+            apart = np.linalg.norm(corners_of[f"panel {label}"][:, None] - expected, axis=2)
             assert apart.min(axis=1).max() < SINGLE
             assert apart.min(axis=0)[solid.wall[:, 0]].max() < SINGLE
 
