@@ -192,3 +192,17 @@ def test_a_panel_is_named_as_pictures_name_it():
     assert wanted_panels(labels, None) is None
     with pytest.raises(HcsearchError, match=r"there is no panel '4': choose one of 0\+9, 1, 2"):
         wanted_panels(labels, "4")
+
+
+def test_glb_says_where_the_motion_ends_and_where_panels_collide():
+    linkage, labels = case(NAMES[0])
+    motion = replay(NAMES[0], np.linspace(1.0, 0.0, 5)[:, None] * linkage.folded)
+    short = replace(motion, angles=motion.angles + 0.5, collision=(0.25, (0, 2)))
+    documents = [Scene(glb_of(value)).document for value in (motion, short)]
+    assert [document["animations"][0]["name"] for document in documents] == [
+        "packed to flat",
+        "from packed, not as far as flat",
+    ]
+    assert [document["extras"]["ends_flat"] for document in documents] == [True, False]
+    collision = {"at": 0.25, "panels": [labels.panels[0], labels.panels[2]]}
+    assert [document["extras"]["collision"] for document in documents] == [None, collision]
