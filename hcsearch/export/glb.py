@@ -99,7 +99,7 @@ def glb_of(replay: Replay, seconds: float = SECONDS) -> bytes:
         "extras": _facts(replay, seconds),
     }
     if channels:
-        document["animations"] = [{"name": "packed to flat", "channels": channels, "samplers": samplers}]
+        document["animations"] = [{"name": _name(replay), "channels": channels, "samplers": samplers}]
     return _container(document, bytes(buffer.content))
 
 
@@ -189,6 +189,18 @@ def _crease(replay: Replay, hinge: int) -> str:
     return "valley" if replay.linkage.pattern.hinges[hinge].face == "top" else "mountain"
 
 
+def _name(replay: Replay) -> str:
+    return "packed to flat" if replay.ends_flat else "from packed, not as far as flat"
+
+
+def _collision(replay: Replay) -> dict[str, Any] | None:
+    """Where panels collide first, on the axis of the replay, and which."""
+    if replay.collision is None:
+        return None
+    at, panels = replay.collision
+    return {"at": float(at), "panels": [replay.labels.panels[panel] for panel in panels]}
+
+
 def _facts(replay: Replay, seconds: float) -> dict[str, Any]:
     in_tree = set(replay.linkage.chain.hinges.tolist())
     unit = "s" if replay.axis == "time" else "share of the path"
@@ -199,6 +211,8 @@ def _facts(replay: Replay, seconds: float) -> dict[str, Any]:
         "axis_unit": unit,
         "axis_range": _listed(replay.at[[0, -1]]),
         "animation_seconds": seconds,
+        "ends_flat": replay.ends_flat,
+        "collision": _collision(replay),
         "thickness_m": replay.linkage.pattern.thickness,
         "interpolation_error_rad": replay.error,
         # they have no node: both of their panels hang on other ones

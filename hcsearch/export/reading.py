@@ -22,9 +22,9 @@ from hcsearch.vocabulary import STATUSES
 def exported_named(request: Request, wanted: Format, by: By | None = None, state: State = "flat") -> Exported:
     """What a name stands for, as a format takes it.
 
-    by : where the motion comes from (`replay_named`). state : a share of the motion needs one, too. HcsearchError
-    where a motion is asked for that the format has no place for. A design named by its id in a database stands for its
-    folding of the best status there, in the scene `default`.
+    by : where the motion comes from (`replay_named`). state : a share of the motion needs one, too, that ends flat.
+    A design named by its id in a database stands for its folding of the best status there, in the scene `default`.
+    Errors: HcsearchError where there is no such motion, and where one is asked for that the format has no place for.
     """
     if by is not None and by not in get_args(By):
         raise HcsearchError(f"there is no motion {by!r}: choose {' or '.join(get_args(By))}")
@@ -45,6 +45,8 @@ def exported_named(request: Request, wanted: Format, by: By | None = None, state
     folding = Folding.from_notation(subject.facts["design"]) if "design" in subject.facts else None
     replay = replay_named(request, by) if wanted.of == "motion" or by is not None or share else None
     name = str(subject.facts.get("design", subject.facts.get("assembly")))
+    if share and replay is not None and not replay.ends_flat:
+        raise HcsearchError(f"the motion of {name} does not end flat ({replay.source}): write --state flat or folded")
     return Exported(name, None if folding is None else folding.circuit, folding, subject, replay)
 
 

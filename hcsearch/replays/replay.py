@@ -14,6 +14,8 @@ from hcsearch.system.notebooks import notebook_view
 from hcsearch.typing import Reals
 
 Axis = Literal["time", "path"]
+FLAT = 0.02
+"""Greatest fold angle at which a motion counts as flat, rad: springs are simulated until all are below half of it."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,11 @@ class Replay:
 
     def _repr_html_(self) -> str | None:
         return notebook_view(self)
+
+    @property
+    def ends_flat(self) -> bool:
+        """Whether the last state is the flat one, to within `FLAT`: springs may be too slow, or held up."""
+        return bool(np.abs(self.angles[-1] - self.linkage.flat).max(initial=0.0) <= FLAT)
 
     def at_time(self, at: Reals) -> Reals:
         """Fold angles at places of the axis, shape (len(at), n_hinges)."""

@@ -36,13 +36,13 @@ class Scene:
     def table(self, number):
         accessor = self.document["accessors"][number]
         view = self.document["bufferViews"][accessor["bufferView"]]
-        found = np.frombuffer(
+        values = np.frombuffer(
             self.binary,
             KINDS[accessor["componentType"]],
             offset=view["byteOffset"],
             count=accessor["count"] * WIDTHS[accessor["type"]],
         )
-        return found.reshape(accessor["count"], -1).astype(float)
+        return values.reshape(accessor["count"], -1).astype(float)
 
     @property
     def times(self):
@@ -50,7 +50,7 @@ class Scene:
 
     def vertices(self, time, below=0):
         """Name of each mesh's node, to its vertices at a time, as seen from the node `below` the scene."""
-        found = {}
+        places = {}
 
         def walk(number, pose):
             node = self.nodes[number]
@@ -63,12 +63,12 @@ class Scene:
                 parts = [
                     self.table(p["attributes"]["POSITION"]) for p in self.document["meshes"][node["mesh"]]["primitives"]
                 ]
-                found[node["name"]] = np.concatenate(parts) @ pose[:3, :3].T + pose[:3, 3]
+                places[node["name"]] = np.concatenate(parts) @ pose[:3, :3].T + pose[:3, 3]
             for child in node.get("children", ()):
                 walk(child, pose)
 
         walk(below, np.eye(4))
-        return found
+        return places
 
     def _turn(self, number, time):
         if number not in self.tracks:

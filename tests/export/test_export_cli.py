@@ -159,11 +159,11 @@ def test_states_are_ends_or_shares_of_the_motion():
 def test_check_takes_a_file_through_every_stage(run):
     assert run("export", MOVING, "--output", "mine.fold", "--panel", "60x7").exit_code == 0
     result = run("check", "mine.fold", "--json")
-    found = json.loads(result.output)
-    assert (found["circuit"], found["panel_mm"]) == (MOVING.rpartition(":")[0], "60x60x7")
-    assert [folding["folding"] for folding in found["foldings"]] == [MOVING]
-    assert result.exit_code == (0 if found["foldings"][0]["status"] == "deploys" else 1)
-    assert list(found["funnel"].values())[1:5] == [1, 1, 1, 1]
+    report = json.loads(result.output)
+    assert (report["circuit"], report["panel_mm"]) == (MOVING.rpartition(":")[0], "60x60x7")
+    assert [folding["folding"] for folding in report["foldings"]] == [MOVING]
+    assert result.exit_code == (0 if report["foldings"][0]["status"] == "deploys" else 1)
+    assert list(report["funnel"].values())[1:5] == [1, 1, 1, 1]
     again = run("check", "mine.fold", "--json", "--panel", "50x6", "--flat-pairs", "rigid")
     assert json.loads(again.output)["panel_mm"] == "50x50x6"
 

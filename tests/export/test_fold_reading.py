@@ -71,30 +71,33 @@ def drawings(draw):
 @settings(max_examples=80)
 def test_a_drawing_in_any_position_is_recognised_with_its_folding(case):
     circuit, folding, data = case
-    found = recognise(parse_fold(json.dumps(data)))
-    assert found.circuit == circuit
-    assert found.assigned
+    design = recognise(parse_fold(json.dumps(data)))
+    assert design.circuit == circuit
+    assert design.assigned
     # the same folding, up to the symmetries of the circuit
     kinds = sorted(letters_of(folding))
-    assert len(found.creases) == 1
-    assert sorted(letters_of(found.foldings[0])) in (kinds, sorted("".join(kinds).translate(str.maketrans("MV", "VM"))))
+    assert len(design.creases) == 1
+    assert sorted(letters_of(design.foldings[0])) in (
+        kinds,
+        sorted("".join(kinds).translate(str.maketrans("MV", "VM"))),
+    )
 
 
 @given(folded())
 @settings(max_examples=40)
 def test_files_of_this_program_are_recognised_however_flat_pairs_are_joined(value):
     drawing = parse_fold(fold.write(value, Settings()))
-    found = recognise(drawing)
-    assert found.circuit == value.circuit
-    assert [value.folding] == list(found.foldings)
+    design = recognise(drawing)
+    assert design.circuit == value.circuit
+    assert [value.folding] == list(design.foldings)
     panel = "50x40x6" if value.circuit.grid.name == "rectangle" else "50x50x6"
-    assert sized(found, drawing) == panel
+    assert sized(design, drawing) == panel
 
 
 def test_unassigned_creases_allow_every_folding():
     circuit = Circuit.from_notation("hex:0234435011")
-    found = recognise(parse_fold(json.dumps(drawn(circuit, "U" * 10))))
-    assert (found.assigned, found.creases) == (False, (1, 3, 4))
+    design = recognise(parse_fold(json.dumps(drawn(circuit, "U" * 10))))
+    assert (design.assigned, design.creases) == (False, (1, 3, 4))
     data = drawn(circuit, "U" * 10)
     del data["edges_assignment"]
     with pytest.raises(HcsearchError, match=r"panel 1 at \(.*\) has 5 creases, to panels 0, 2, 3, 4, 5"):

@@ -72,10 +72,10 @@ def test_trimesh_reads_the_first_state_of_glb_with_the_panels_in_place(name):
                 scene.graph[node] for node in scene.graph.nodes_geometry if is_of(scene, node, label)
             )
         ]
-        found = np.concatenate(corners)[:, [0, 2, 1]] * [1.0, -1.0, 1.0]  # y is upwards there
+        vertices = np.concatenate(corners)[:, [0, 2, 1]] * [1.0, -1.0, 1.0]  # y is upwards there
         solid = solid_of(linkage.pattern, panel)
         expected = placed(poses[panel], solid.vertices)
-        apart = np.linalg.norm(found[:, None] - expected, axis=2)
+        apart = np.linalg.norm(vertices[:, None] - expected, axis=2)
         assert max(apart.min(axis=1).max(), apart.min(axis=0)[solid.wall[:, 0]].max()) < 1e-6
 
 
@@ -161,7 +161,7 @@ def parts_in_step(path):
         XCAFDoc_ShapeTool.GetComponents_s(roots.Value(1), labels)
     else:
         labels.Append(roots.Value(1))
-    found = {}
+    parts = {}
     for k in range(1, labels.Length() + 1):
         own = labels.Value(k)
         shape = XCAFDoc_ShapeTool.GetShape_s(own)
@@ -173,5 +173,5 @@ def parts_in_step(path):
         BRepGProp.VolumeProperties_s(shape, properties)
         centre = properties.CentreOfMass()
         title = name.Get().ToExtString()
-        found[title] = (BRepCheck_Analyzer(shape).IsValid(), properties.Mass(), (centre.X(), centre.Y(), centre.Z()))
-    return found
+        parts[title] = (BRepCheck_Analyzer(shape).IsValid(), properties.Mass(), (centre.X(), centre.Y(), centre.Z()))
+    return parts

@@ -47,15 +47,15 @@ def greatest_error(of, scene, **options):
     end = motion.events[0].time if motion.events else motion.times[-1]
     mujoco, model, data = model_of(mjcf_of(linkage, labels, scene, **options))
     at = addresses(model, labels)
-    times, found = [0.0], [data.qpos[at].copy()]
+    times, angles = [0.0], [data.qpos[at].copy()]
     while data.time + model.opt.timestep < end:
         mujoco.mj_step(model, data)
         times.append(data.time)
-        found.append(data.qpos[at].copy())
+        angles.append(data.qpos[at].copy())
     assert not any(warning.number for warning in data.warning)
     q = motion.at(np.array(times))
     expected = own.compiled.of_hinges(q, np.zeros_like(q))[0]
-    return np.abs(np.array(found) - expected).max(), np.abs(expected[-1] - expected[0]).max()
+    return np.abs(np.array(angles) - expected).max(), np.abs(expected[-1] - expected[0]).max()
 
 
 @pytest.mark.parametrize("name", BOUNDS)
@@ -102,10 +102,10 @@ def test_mujoco_has_our_masses_and_places_panels_as_the_linkage_does(name):
         for geom in np.flatnonzero(model.geom_bodyid == body):
             mesh = model.geom_dataid[geom]
             own = model.mesh_vert[model.mesh_vertadr[mesh] :][: model.mesh_vertnum[mesh]]
-            found = own @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
+            corners = own @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
             facet = facet_of(mujoco, model, geom)
             expected = prisms.vertices[facet, : prisms.counts[facet, 0]] @ poses[panel, :, :3].T + poses[panel, :, 3]
-            apart = np.linalg.norm(found[:, None] - expected, axis=2)
+            apart = np.linalg.norm(corners[:, None] - expected, axis=2)
             assert max(apart.min(axis=0).max(), apart.min(axis=1).max()) < 1e-6
     mujoco.mj_resetDataKeyframe(model, data, model.key("flat").id)
     assert np.abs(data.qpos).max() == 0.0

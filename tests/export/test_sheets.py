@@ -26,22 +26,22 @@ def drawn(text):
     root = ET.fromstring(text)
     width, height = (float(re.fullmatch(r"([\d.]+)mm", root.get(name))[1]) for name in ("width", "height"))
     assert list(map(float, root.get("viewBox").split())) == [0, 0, width, height]
-    found = defaultdict(list)
+    lines = defaultdict(list)
     for group in root.iter(f"{SVG}g"):
         for path in group.iter(f"{SVG}path"):
             points = [tuple(map(float, pair)) for pair in re.findall(r"(-?[\d.]+) (-?[\d.]+)", path.get("d"))]
             assert all(-1e-9 <= x <= width and -1e-9 <= y <= height for x, y in points)
-            found[group.get("id")].append((points, path.get("d").endswith("Z"), path.get("data-label")))
-    return found
+            lines[group.get("id")].append((points, path.get("d").endswith("Z"), path.get("data-label")))
+    return lines
 
 
 def area_of(lines):
     """The area within closed outlines; holes lie in others."""
     assert all(closed for _, closed, _ in lines)
-    found = shapely.Polygon()
+    covered = shapely.Polygon()
     for points, _, _ in lines:
-        found = found.symmetric_difference(shapely.Polygon(points))
-    return found.area
+        covered = covered.symmetric_difference(shapely.Polygon(points))
+    return covered.area
 
 
 @given(folded(), st.sampled_from((0.0, 0.2, 1.0)))

@@ -147,11 +147,11 @@ def test_urdf_is_a_tree_and_its_closure_file_names_frames_that_coincide_where_lo
 def turned(joint, angle):
     from scipy.spatial.transform import Rotation
 
-    found = np.eye(4)
+    pose = np.eye(4)
     axis = np.array(joint.find("axis").get("xyz").split(), float)
-    found[:3, :3] = Rotation.from_rotvec(angle * axis).as_matrix()
-    found[:3, 3] = np.array(joint.find("origin").get("xyz").split(), float)
-    return found
+    pose[:3, :3] = Rotation.from_rotvec(angle * axis).as_matrix()
+    pose[:3, 3] = np.array(joint.find("origin").get("xyz").split(), float)
+    return pose
 
 
 def test_open_chains_need_no_closure():

@@ -151,12 +151,12 @@ def test_glb_places_panels_at_all_times_as_the_linkage_does(name):
         *((t, np.interp(t, scene.times, places)) for t in middles),
     ]:
         poses = linkage.poses(motion.at_time(np.array([place]))[0])
-        found = scene.vertices(time)
-        assert set(found) == {f"panel {panel}" for panel in labels.panels}
+        corners_of = scene.vertices(time)
+        assert set(corners_of) == {f"panel {panel}" for panel in labels.panels}
         for panel, label in enumerate(labels.panels):
             solid = solid_of(linkage.pattern, panel)
             expected = placed(poses[panel], solid.vertices)
-            apart = np.linalg.norm(found[f"panel {label}"][:, None] - expected, axis=2)
+            apart = np.linalg.norm(corners_of[f"panel {label}"][:, None] - expected, axis=2)
             assert apart.min(axis=1).max() < SINGLE
             assert apart.min(axis=0)[solid.wall[:, 0]].max() < SINGLE
 
@@ -191,3 +191,17 @@ def test_a_panel_is_named_as_pictures_name_it():
     assert wanted_panels(labels, None) is None
     with pytest.raises(HcsearchError, match=r"there is no panel '4': choose one of 0\+9, 1, 2"):
         wanted_panels(labels, "4")
+
+
+def test_glb_says_where_the_motion_ends_and_where_panels_collide():
+    linkage, labels = case(NAMES[0])
+    motion = replay(NAMES[0], np.linspace(1.0, 0.0, 5)[:, None] * linkage.folded)
+    short = replace(motion, angles=motion.angles + 0.5, collision=(0.25, (0, 2)))
+    documents = [Scene(glb_of(value)).document for value in (motion, short)]
+    assert [document["animations"][0]["name"] for document in documents] == [
+        "packed to flat",
+        "from packed, not as far as flat",
+    ]
+    assert [document["extras"]["ends_flat"] for document in documents] == [True, False]
+    collision = {"at": 0.25, "panels": [labels.panels[0], labels.panels[2]]}
+    assert [document["extras"]["collision"] for document in documents] == [None, collision]

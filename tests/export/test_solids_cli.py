@@ -58,6 +58,10 @@ def test_solids_are_written_in_a_state_and_by_panel(written, tmp_path):
     ("words", "message"),
     [
         (("--output", "a.stl", "--part", "99"), "there is no panel '99'"),
+        (
+            ("--output", "a.stl", "--state", "0.5", "--motion", "springs", "--seconds", "1e-3"),
+            f"the motion of {NAME} does not end flat (simulated",
+        ),
         (("--output", "a.xml", "--part", "1"), "mjcf takes no --part"),
         (("--output", "a.stl", "--contact"), "stl takes no --contact"),
         (("--output", "a.stl", "--timestep", "0.1"), "stl takes no --timestep"),

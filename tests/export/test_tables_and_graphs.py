@@ -33,8 +33,8 @@ def test_the_table_of_a_path_reads_back_to_the_last_digit():
 @pytest.mark.extra
 def test_a_table_in_parquet_is_that_in_csv():
     value = exported(MOVING, "csv")
-    found = pd.read_parquet(BytesIO(parquet.write(value, Settings())))
-    pd.testing.assert_frame_equal(found, table_of(value), check_dtype=False)
+    table = pd.read_parquet(BytesIO(parquet.write(value, Settings())))
+    pd.testing.assert_frame_equal(table, table_of(value), check_dtype=False)
 
 
 def test_the_table_of_a_deployment_has_its_times():
