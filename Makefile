@@ -12,7 +12,7 @@ export MYPY_CACHE_DIR ?= $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/hcsearch/mypy
 # commands and tests start many processes: each would compile all modules anew, and uv leaves that to the first
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run test check bench db report clean
+.PHONY: run test check bench db report gallery clean
 
 run: $(VENV)/installed
 	$(BIN)/hcsearch enumerate --grid hex --n 12 --db $(DB)
@@ -35,6 +35,10 @@ db: $(VENV)/installed
 
 report: $(VENV)/installed
 	$(BIN)/hcsearch report --db $(DB)
+
+# the moving picture of the README
+gallery: $(VENV)/installed
+	$(BIN)/hcsearch export hex:012223444500:4 --scene hinged --motion springs --format animation --output reports/gallery/deployment.svg
 
 clean:
 	rm -rf $(VENV) build *.egg-info
