@@ -23,7 +23,8 @@ def verdicts_of(judged: Sequence[Judged], trials: Sequence[Trial] = ()) -> Verdi
     statuses = [status for _, _, status, _, _ in judged]
     moves = [status in ("deploys", "movable") for status in statuses]
     margin = np.where(moves, 1e-5, math.nan)
-    paths = tuple(np.array([[math.pi, 0.5], [0.0, 0.0]]) if move else None for move in moves)
+    hinges = [max(2, len(circuit.partition(":")[2]) - 2) for circuit, *_ in judged]
+    paths = tuple(np.outer([math.pi, 0.0], np.ones(k)) if move else None for k, move in zip(hinges, moves, strict=True))
     reasons = [None if status == "locked" else f"a reason for {status}" for status in statuses]
     ways = ["rigid" if move else None for move in moves]
     motion = MotionBatch(ways, margin, -0.5 * margin, 1e-3 * margin, paths, reasons)

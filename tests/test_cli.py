@@ -336,10 +336,28 @@ def test_show_says_for_which_flat_pairs_an_end_is_locked_and_how_tight(run):
 
 
 @pytest.mark.usefixtures("hexagons")
+def test_show_writes_a_page_of_a_design(run, tmp_path):
+    words = ("query", "circuit=hex:0233534001", "--db", "d.sqlite", "-c", "id", "--format", "json")
+    (row,) = json.loads(run(*words).stdout)
+    done = run("show", f"{row['id']}:2", "--db", "d.sqlite", "--html")
+    assert done.stdout == f"reports/design-{row['id']}-2.html\n"
+    assert "locked" in (tmp_path / done.stdout.strip()).read_text(encoding="utf-8")
+    assert run("show", "hex:0233534001:2", "--html", "--output", "page.html").stdout == "page.html\n"
+    told = run("show", "hex:0233534001", "--output", "page.html", code=2).stderr
+    assert told.strip() == "hcsearch: --output, --scene, --panel and --across are of a page: add --html"
+    told = run("show", "hex:0233534001", "--html", "--scene", "earth", code=2).stderr
+    assert "name the design by its id" in told
+    assert "is a database" in run("show", "hex:0233534001", "--html", "--output", "d.sqlite", code=2).stderr
+
+
+@pytest.mark.usefixtures("hexagons")
 def test_report(run, tmp_path):
     done = run("report", "n=10 two_stack", "--db", "d.sqlite", "--output", "reports/r.html")
     page = (tmp_path / done.stdout.strip()).read_text(encoding="utf-8")
-    assert page.count("<svg") >= 32
+    assert '"count":32,' in page
+    done = run("report", "n=99", "--db", "d.sqlite", "--output", "reports/none.html", code=2)
+    assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "reports" / "none.html").exists()
 
 
 def test_two_enumerations_into_one_new_database_at_the_same_time(tmp_path):

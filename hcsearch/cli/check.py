@@ -67,10 +67,13 @@ def _of_file(request: Request) -> tuple[Circuit, Collection[int] | None, Scene]:
 
 
 def _of_notation(request: Request) -> tuple[Circuit, Collection[int] | None, Scene]:
+    from hcsearch.errors import HcsearchError
     from hcsearch.folding import folding_of, split_crease
     from hcsearch.subjects.designs import design_named
     from hcsearch.subjects.reading import read_scene_of
 
+    if not request.name[:1].isdigit() and ":" not in request.name:
+        raise HcsearchError(f"{request.name!r} is no circuit: name a file .fold, or a notation such as hex:0234435011")
     name, crease = split_crease(request.name)
     circuit, _ = design_named(name, request.db)
     creases = None if crease is None else [folding_of(circuit, crease).crease]

@@ -33,7 +33,7 @@ _SETTINGS = ("state", "sheet", "kerf_mm", "hinge_gap_mm", "profile", "part", "co
 @click.option("--sheet", type=click.Choice(SHEETS), help="The sheet in one piece, or its panels apart.")
 @click.option("--kerf", "kerf_mm", type=Number(min=0.0, max=10.0), metavar="MM", help="Width of a cut.")
 @click.option(
-    "--hinge-gap", "hinge_gap_mm", type=Number(min=0.0), metavar="MM", help="What hinge lines end short of corners by."
+    "--hinge-gap", "hinge_gap_mm", type=Number(min=0.0), metavar="MM", help="Gap between panels apart, along a hinge."
 )
 @click.option("--profile", type=click.Choice(PROFILES), help="Colours for a laser cutter or for Origami Simulator.")
 @click.option("--part", metavar="PANEL", help="Of solids: one panel, by its name.  [default: all]")
@@ -46,9 +46,11 @@ _SETTINGS = ("state", "sheet", "kerf_mm", "hinge_gap_mm", "profile", "part", "co
     help="Time step of MuJoCo, s.  [default: its natural time / 50000]",
 )
 def export(name: str, output: str, format_name: str | None, motion: Any, **options: Any) -> None:
-    """Write a design, a folding or an assembly to a file that other programs read.
+    r"""Write a design, a folding or an assembly to a file that other programs read.
 
-    Formats, by their endings: {formats}.
+    \b
+    Formats, by their endings:
+    {formats}
     """
     from hcsearch.export.formats import format_of
     from hcsearch.export.reading import exported_named
@@ -68,5 +70,6 @@ def export(name: str, output: str, format_name: str | None, motion: Any, **optio
         click.echo(path)
 
 
-_LISTED = "; ".join(f"{' or '.join(form.endings)} ({form.name}), {form.what}" for form in FORMATS.values())
-export.help = (export.help or "").replace("{formats}", _LISTED)
+_LINES = (f"    {' '.join(form.endings):12}{form.what}" for form in FORMATS.values())
+# lines that are kept as they are follow the character \b, and are indented as the docstring is
+export.help = (export.help or "").replace("\\b", "\b").replace("    {formats}", "\n".join(_LINES))

@@ -19,7 +19,7 @@ from hcsearch.system.outputs import check_output
 @scene_options
 @click.option("--output", default="reports/report.html", show_default=True, metavar="FILE", help="File to write.")
 @click.option(
-    "--limit", type=click.IntRange(min=0), default=2000, show_default=True, help="At most this many pictures."
+    "--limit", type=click.IntRange(min=0), default=20_000, show_default=True, help="At most this many designs."
 )
 def report(
     condition: str, db: str, scene: str | None, panel: str | None, across: str | None, output: str, limit: int
@@ -31,4 +31,5 @@ def report(
     check_output(output)
     with open_readonly(db) as database:
         asked = scene_asked_for(database, scene, panel, across)
-        click.echo(printable(str(write_report(database, condition, Path(output), limit=limit, scene=asked))))
+        path = write_report(database, condition, Path(output), limit=limit, scene=asked)
+    click.echo(printable(str(path)))

@@ -8,32 +8,55 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcsearch.cli.options import database_option, default_database
+from hcsearch.cli.scenes import scene_options
+from hcsearch.errors import HcsearchError, printable
+from hcsearch.scenes import DEFAULT
+from hcsearch.system.outputs import check_output
 
 if TYPE_CHECKING:
     from hcsearch.circuit import Circuit
     from hcsearch.folding import Folding
-    from hcsearch.linkage import Linkage
-    from hcsearch.typing import Reals
 
 
-@click.command(epilog="Example: hcsearch show 17:4, or without a database: hcsearch show hex:0234550132")
+@click.command(
+    epilog="Example: hcsearch show 17:4, or without a database: hcsearch show hex:0234550132; as a page: "
+    "hcsearch show hex:0234550132 --html"
+)
 @click.argument("design", metavar="DESIGN[:CREASE]")
 @database_option
-def show(design: str, db: str) -> None:
+@scene_options
+@click.option("--html", "as_html", is_flag=True, help="Write a page with everything known, motions to play, plots.")
+@click.option("--output", metavar="FILE", help="File of the page.  [default: reports/design-DESIGN.html]")
+def show(
+    design: str,
+    db: str,
+    scene: str | None,
+    panel: str | None,
+    across: str | None,
+    as_html: bool,
+    output: str | None,
+) -> None:
     """Print a design, named by its id or its circuit notation, and its foldings (or only the one at CREASE).
 
     Untwisted ones with their degrees of freedom, whether an end of the motion is proved locked, and, of a design named
     by its id, the deployments that are in the database.
 
     A circuit notation needs no database; it may be in any position, order or direction. Creases are numbered in the
-    canonical order that the first lines show.
+    canonical order that the first lines show. A page (--html) has verdicts in a scene, of a design named by its id;
+    of a circuit, motions are planned and let go anew.
     """
+    if not as_html and (output or scene or panel or across):
+        raise HcsearchError("--output, --scene, --panel and --across are of a page: add --html")
     from hcsearch.folding import folding_of, foldings, split_crease
     from hcsearch.subjects.designs import design_named
 
     name, crease = split_crease(design)
     circuit, row = design_named(name, db)
     chosen = foldings(circuit) if crease is None else [folding_of(circuit, crease)]
+    if as_html:
+        asked = _scene_of_page(row, db, scene, panel, across)
+        _write_page(design, circuit, row, chosen, output, db, asked)
+        return
     _print_circuit(circuit, row)
     for folding in chosen:
         _print_folding(folding)
@@ -41,6 +64,19 @@ def show(design: str, db: str) -> None:
             if tried["crease"] == folding.crease:
                 click.echo(f"  deployment, {tried['scene']}: {tried['status']}, {tried['reason']}")
                 click.echo(f"    hcsearch deploy {folding.notation} --scene {shlex.quote(tried['scene'])}{_where(db)}")
+
+
+def _scene_of_page(row: dict[str, Any], db: str, scene: str | None, panel: str | None, across: str | None) -> str:
+    """The name of the scene whose verdicts a page has."""
+    from hcsearch.store import open_readonly
+    from hcsearch.subjects.scenes import scene_asked_for
+
+    if not row:
+        if scene or panel or across:
+            raise HcsearchError("a circuit is shown in the scene default: name the design by its id in a database")
+        return DEFAULT
+    with open_readonly(db) as database:
+        return scene_asked_for(database, scene, panel, across)
 
 
 def _where(db: str) -> str:
@@ -88,41 +124,26 @@ def _print_folding(folding: Folding) -> None:
 
 
 def _print_mechanism(folding: Folding) -> None:
-    from hcsearch.kinematics.generic import generic_rank
-    from hcsearch.kinematics.rank import rank_at
-    from hcsearch.linkage import Linkage
     from hcsearch.scenes import default_panel
+    from hcsearch.subjects.mechanisms import freedoms_of, lock_sentences
 
     panel = default_panel(folding.circuit.grid.name)
-
-    def freedoms(linkage: Linkage) -> str:
-        ranks = (generic_rank(linkage), rank_at(linkage, linkage.folded), rank_at(linkage, linkage.flat))
-        moving, folded, flat = ("undecided" if rank.nullity is None else rank.nullity for rank in ranks)
-        kutzbach = linkage.pattern.kutzbach
-        return f"{moving} moving, {folded} folded, {flat} flat at first order; Kutzbach {kutzbach}"
-
-    click.echo(f"  freedoms, flat pairs hinged: {freedoms(Linkage(folding.pattern(panel, hinged=True)))}")
-    if folding.mirror_pairs:
-        pairs = ", ".join(f"{a} {b}" for a, b in folding.mirror_pairs)
-        click.echo(f"  freedoms, panels {pairs} merged: {freedoms(Linkage(folding.pattern(panel, merged=True)))}")
-    rigid, hinged = Linkage(folding.pattern(panel)), Linkage(folding.pattern(panel, hinged=True))
-    _print_lock("folded", {"rigid": (rigid, rigid.folded), "hinged": (hinged, hinged.folded)})
-    _print_lock("flat", {"rigid": (rigid, rigid.flat), "hinged": (hinged, hinged.flat)})
+    for freedoms in freedoms_of(folding, panel):
+        click.echo(f"  {freedoms.sentence}")
+    for sentence, *more in lock_sentences(folding, panel):
+        click.echo(f"  {sentence}")
+        for exact in more:
+            click.echo(f"    {exact}")
 
 
-def _print_lock(end: str, ways: dict[str, tuple[Linkage, Reals]]) -> None:
-    """Whether an end is locked with rigid, and if so with hinged flat pairs, and how tight: hinged ones move more."""
-    from hcsearch.locks.proofs import lock_at
-    from hcsearch.locks.tightness import tightness
+def _write_page(
+    design: str, circuit: Circuit, row: dict[str, Any], chosen: list[Folding], output: str | None, db: str, scene: str
+) -> None:
+    from pathlib import Path
 
-    for pairs, (linkage, angles) in ways.items():
-        lock = lock_at(linkage, angles)
-        if not lock.locked:
-            said = "rigid or hinged" if pairs == "rigid" else pairs
-            click.echo(f"  {end}, flat pairs {said}: not proved locked, {lock.reason}")
-            return
-        proof = "exact" if lock.exact else "numerical"
-        click.echo(f"  {end}, flat pairs {pairs}: locked ({proof} proof), {lock.reason}")
-        tight = tightness(linkage, angles)
-        if tight is not None:
-            click.echo(f"    {tight.sentence}")
+    from hcsearch.report import write_design
+
+    number = int(row["id"]) if row else None
+    path = Path(output or f"reports/design-{design.replace(':', '-')}.html")
+    check_output(path)
+    click.echo(printable(str(write_design(circuit, chosen, path, db=db, number=number, scene=scene))))

@@ -1,6 +1,7 @@
-"""Files that other programs read: patterns, sheets, solids, mechanisms and motions of designs and assemblies.
+"""Files that other programs read and write: patterns, sheets, solids, mechanisms and motions; and checks of patterns.
 
-`formats.FORMATS` lists the formats, one module each; `writing.export` writes one to a file.
+`FORMATS` lists the formats, a module each; `export` writes one to a file. `read_fold` reads a pattern back,
+`recognise` sees the design in it, and `check_circuit` takes a circuit through every stage.
 """
 
 from __future__ import annotations
@@ -9,11 +10,20 @@ from hcsearch.system.lazy import importing
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from hcsearch.export.checking import check_circuit
+    from hcsearch.export.fold_reading import pattern_of, read_fold
     from hcsearch.export.formats import FORMATS, Format
+    from hcsearch.export.recognition import recognise
     from hcsearch.export.writing import export
 
-_HOMES = {"formats": ("FORMATS", "Format"), "writing": ("export",)}
+_HOMES = {
+    "checking": ("check_circuit",),
+    "fold_reading": ("pattern_of", "read_fold"),
+    "formats": ("FORMATS", "Format"),
+    "recognition": ("recognise",),
+    "writing": ("export",),
+}
 
-__all__ = ["FORMATS", "Format", "export"]
+__all__ = ["FORMATS", "Format", "check_circuit", "export", "pattern_of", "read_fold", "recognise"]
 
 __getattr__ = importing(__name__, _HOMES)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from hcsearch.pattern import Point
 
-WIDE, APART = 0.5, 0.3
-"""Width of a digit, and the space after it, over its height."""
+WIDE, APART, BELOW = 0.5, 0.3, 0.25
+"""Width of a digit, the space after it, and that above a line below, over its height."""
 
-# corners of the seven segments: left and right, at heights 0, 1/2 and 1
+# corners of the seven segments, left and right, at heights 1, 1/2 and 0; X, Y of a plus; G, H, I of a 1
 _PATHS: dict[str, tuple[str, ...]] = {
     "0": ("ABFEA",),
-    "1": ("BDF",),
+    "1": ("GHI",),
     "2": ("ABDCEF",),
     "3": ("ABDFE", "CD"),
     "4": ("ACD", "BDF"),
@@ -30,16 +30,21 @@ _CORNERS: dict[str, Point] = {
     "F": (WIDE, 0.0),
     "X": (0.5 * WIDE, 0.5 - 0.5 * WIDE),
     "Y": (0.5 * WIDE, 0.5 + 0.5 * WIDE),
+    "G": (0.1 * WIDE, 0.8),
+    "H": (0.5 * WIDE, 1.0),
+    "I": (0.5 * WIDE, 0.0),
 }
 
 
-def strokes(text: str, middle: Point, height: float) -> list[list[Point]]:
+def strokes(text: str, middle: Point, height: float, *, underlined: bool = False) -> list[list[Point]]:
     """Polylines of a text of digits and pluses, of a height, about a point."""
     step = WIDE + APART
-    left = middle[0] - 0.5 * height * (step * len(text) - APART)
-    low = middle[1] - 0.5 * height
-    return [
+    wide = step * len(text) - APART
+    left, low = middle[0] - 0.5 * height * wide, middle[1] - 0.5 * height
+    found = [
         [(left + height * (k * step + _CORNERS[c][0]), low + height * _CORNERS[c][1]) for c in path]
         for k, mark in enumerate(text)
         for path in _PATHS[mark]
     ]
+    below = low - BELOW * height
+    return [*found, [(left, below), (left + height * wide, below)]] if underlined else found

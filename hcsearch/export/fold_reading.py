@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -126,7 +126,8 @@ class _Reader:
         if not self.edges and not faces:
             raise self._wrong("it has neither edges nor faces")
         if not self.edges:
-            self.edges = [(a, b) for face in faces for a, b in zip(face, [*face[1:], face[0]], strict=True)]
+            sides = (sorted(side) for face in faces for side in zip(face, [*face[1:], face[0]], strict=True))
+            self.edges = list(dict.fromkeys((a, b) for a, b in sides))
         lengths = [math.dist(self.points[a], self.points[b]) for a, b in self.edges]
         self.place = same_places(self.points, SAME * min((length for length in lengths if length > 0.0), default=1.0))
         self.faces = [[self.place[v] for v in face] for face in faces]
@@ -137,6 +138,7 @@ class _Reader:
         faces = self.faces
         if not faces:
             faces = faces_between([pair for pair in marks if marks[pair].assignment != "J"], self.points)
+            faces = [face for face in faces if not _is_hole(face, marks)]
         else:
             faces = joined_faces(faces, {pair for pair, mark in marks.items() if mark.assignment == "J"})
         points = self.points
@@ -146,10 +148,11 @@ class _Reader:
         sides: dict[Side, int] = {}
         joins: dict[Pair, Join] = {}
         for f, face in enumerate(faces):
-            own = [points[v] for v in face]
-            if not facet_area(own) > 0.0:
-                raise self._wrong(f"face {f} is no polygon that runs counterclockwise")
-            facets.append(tuple(points[v] for v in without_straight_corners(face, points, SAME)))
+            corners = tuple(points[v] for v in without_straight_corners(face, points, SAME))
+            whole = 2 < len(corners) == len(set(corners))
+            if not whole or not facet_area(corners) > SAME * math.dist(corners[0], corners[1]) ** 2:
+                raise self._wrong(f"face {f} is no polygon that runs counterclockwise, or a sliver")
+            facets.append(corners)
             for side in zip(face, [*face[1:], face[0]], strict=True):
                 if side in sides:
                     raise self._wrong(f"faces {sides[side]} and {f} overlap: they lie on one side of an edge")
@@ -191,18 +194,20 @@ class _Reader:
 
     def _marks(self) -> dict[tuple[int, int], Join]:
         """What the file says of each edge, by its two places; of edges that lie on each other they must agree."""
-        letters = self.frame.get("edges_assignment")
-        angles = self.frame.get("edges_foldAngle")
-        hinges = self.frame.get("edges_hcsearch:hingeFace")
+        own = self.frame if self.frame.get("edges_vertices") else {}  # else edges are those of faces, in their order
+        letters = own.get("edges_assignment")
+        angles = own.get("edges_foldAngle")
+        hinges = own.get("edges_hcsearch:hingeFace")
         found: dict[tuple[int, int], Join] = {}
-        for k, edge in enumerate(self.edges):
-            a, b = sorted(self.place[v] for v in edge)
+        ends = [sorted(self.place[v] for v in edge) for edge in self.edges]
+        times = Counter(map(tuple, ends))
+        for k, (a, b) in enumerate(ends):
             if letters is not None:
                 letter = str(letters[k]).upper()
             elif angles is not None and angles[k]:
                 letter = "V" if angles[k] > 0 else "M"
             else:
-                letter = "U"
+                letter = "U" if times[a, b] == 1 else "B"  # an edge that stands there twice is a slit
             if letter not in {"B", "M", "V", "F", "U", "C", "J"}:
                 raise self._wrong(f"edge {k} has the assignment {letter!r}: write B, M, V, F, U, C or J")
             face = hinges[k] if hinges is not None and hinges[k] in {"top", "bottom"} else None
@@ -234,3 +239,9 @@ class _Reader:
 
     def _wrong(self, what: str) -> InputFileError:
         return InputFileError(f"{self.path} is no flat pattern: {what}; draw panels edge to edge, and export anew")
+
+
+def _is_hole(face: Sequence[int], marks: Mapping[tuple[int, int], Join]) -> bool:
+    """Whether a face has borders alone: a panel would hang on nothing."""
+    sides = zip(face, [*face[1:], face[0]], strict=True)
+    return all(marks[min(side), max(side)].assignment in {"B", "C"} for side in sides)

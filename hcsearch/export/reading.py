@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.errors import HcsearchError
 from hcsearch.export.exported import Exported
@@ -11,13 +16,15 @@ from hcsearch.folding import Folding, split_crease
 from hcsearch.replays.sources import By, replay_named
 from hcsearch.subjects.designs import design_named
 from hcsearch.subjects.reading import Request, read_subject
+from hcsearch.vocabulary import STATUSES
 
 
 def exported_named(request: Request, wanted: Format, by: By | None = None, state: State = "flat") -> Exported:
     """What a name stands for, as a format takes it.
 
     by : where the motion comes from (`replay_named`). state : a share of the motion needs one, too. HcsearchError
-    where a motion is asked for that the format has no place for.
+    where a motion is asked for that the format has no place for. A design named by its id in a database stands for its
+    folding of the best status there, in the scene `default`.
     """
     if wanted.of == "array" and by is None and request.name not in ASSEMBLIES and not request.name.endswith(".toml"):
         name, crease = split_crease(request.name)
@@ -28,8 +35,23 @@ def exported_named(request: Request, wanted: Format, by: By | None = None, state
     if by is not None and not (wanted.of == "motion" or wanted.frames or share):
         remedy = ", or give --state SHARE" if "state" in wanted.takes else ""
         raise HcsearchError(f"{wanted.name} holds no motion: leave out --motion{remedy}")
+    if request.name.isascii() and request.name.isdigit():
+        _, row = design_named(request.name, request.db)
+        crease = best_crease(row["foldings"])
+        request = request if crease is None else replace(request, name=f"{request.name}:{crease}")
     subject = read_subject(request)
     folding = Folding.from_notation(subject.facts["design"]) if "design" in subject.facts else None
     replay = replay_named(request, by) if wanted.of == "motion" or by is not None or share else None
     name = str(subject.facts.get("design", subject.facts.get("assembly")))
     return Exported(name, None if folding is None else folding.circuit, folding, subject, replay)
+
+
+def best_crease(foldings: Sequence[Mapping[str, Any]]) -> int | None:
+    """The crease of the best of some rows of the view `foldings`, by status, margin, dof, crease; None without one."""
+    known = [row for row in foldings if row["status"] in STATUSES]
+
+    def place(row: Mapping[str, Any]) -> tuple[float, ...]:
+        values = (STATUSES.index(row["status"]), row["needed_margin"], row["dof"], row["crease"])
+        return tuple(math.inf if value is None else value for value in values)
+
+    return min(known, key=place)["crease"] if known else None

@@ -93,12 +93,27 @@ def _tiled(drawing: Drawing) -> tuple[Grid, list[Place], float, float]:
     turn = sides[first] / (model[(start + 1) % corners] - model[start])
     turn /= abs(turn)
     shift = complex(*own[first]) - turn * model[start]
-    places = [_place(grid, facet, turn, shift, length, width, number) for number, facet in enumerate(drawing.facets)]
+    places = []
+    for number, facet in enumerate(drawing.facets):
+        place = _place(grid, facet, turn, shift, length, width)
+        if place is None:
+            shapes = {3: "triangles", 4: "rectangles", 6: "regular hexagons"}[corners]
+            raise PatternError(
+                f"{_named(drawing, number)} is no cell of the {grid.name} grid that {_named(drawing, 0)} begins: "
+                f"draw equal {shapes} edge to edge"
+            )
+        places.append(place)
     return grid, places, length, width
 
 
-def _place(grid: Grid, facet: Facet, turn: complex, shift: complex, length: float, width: float, number: int) -> Place:
-    """The lattice point of a facet; PatternError where it is no cell of the grid."""
+def _named(drawing: Drawing, panel: int) -> str:
+    """A panel by its number and its middle, as drawings seldom show numbers."""
+    x, y = np.mean(drawing.facets[panel], axis=0)
+    return f"panel {panel} at ({x:.4g}, {y:.4g})"
+
+
+def _place(grid: Grid, facet: Facet, turn: complex, shift: complex, length: float, width: float) -> Place | None:
+    """The lattice point of a facet; None where it is no cell of the grid."""
     corners = [(complex(*corner) - shift) / turn for corner in facet]
     middle = sum(corners) / len(corners)
     basis = np.array([grid.position((1, 0)), grid.position((0, 1))]).T
@@ -108,10 +123,7 @@ def _place(grid: Grid, facet: Facet, turn: complex, shift: complex, length: floa
         cell = [complex(length * x, width * y) for x, y in grid.corners(grid.cell(place))]
         if all(min(abs(corner - other) for other in cell) < 10 * SAME * length for corner in corners):
             return place
-    raise PatternError(
-        f"panel {number} is no cell of the {grid.name} grid that panel 0 begins: draw equal "
-        f"{'triangles' if grid.is_triangle else 'hexagons' if len(facet) == 6 else 'rectangles'} edge to edge"
-    )
+    return None
 
 
 def _circuit(drawing: Drawing, n: int) -> list[int]:
@@ -124,13 +136,13 @@ def _circuit(drawing: Drawing, n: int) -> list[int]:
     for facet, own in enumerate(near):
         if len(own) > 2:
             raise PatternError(
-                f"panel {facet} has {len(own)} creases, to panels {', '.join(map(str, sorted(own)))}: a circuit has "
-                "two at each panel; make the others slits"
+                f"{_named(drawing, facet)} has {len(own)} creases, to panels {', '.join(map(str, sorted(own)))}: "
+                "a circuit has two at each panel; make the others slits"
             )
         if len(own) < 2:
             raise PatternError(
-                f"panel {facet} has {len(own)} crease{'s' * (len(own) != 1)}: a circuit has two at each panel; "
-                "join it to its neighbours"
+                f"{_named(drawing, facet)} has {'one crease' if own else 'no crease'}: a circuit has two at each "
+                "panel; join it to its neighbours"
             )
     walk = [0]
     while len(walk) < 2 or walk[-1] != 0:
@@ -140,7 +152,7 @@ def _circuit(drawing: Drawing, n: int) -> list[int]:
         missed = min(set(range(n)) - set(walk))
         raise PatternError(
             f"the creases are more than one closed walk: one runs through {len(walk) - 1} of {n} panels, and not "
-            f"through panel {missed}; draw one circuit through all"
+            f"through {_named(drawing, missed)}; draw one circuit through all"
         )
     return walk[:-1]
 

@@ -21,7 +21,7 @@ class Settings:
     """Settings of an export; lengths in millimetres, as the files have them.
 
     state : in which solids are written. sheet : the sheet in one piece, or its panels apart. kerf_mm : width of a cut,
-        half of which outlines are moved outwards by. hinge_gap_mm : what hinge lines end short of corners by.
+        half of which outlines are moved outwards by. hinge_gap_mm : between panels apart, along a hinge.
     profile : colours and kinds of lines, of laser cutters or of Origami Simulator.
     part : name of the one panel that is written; all where it is None. contact : whether panels collide in a simulator.
     timestep_s : of a simulator, s; None for one that fits the scene. stem : name of the file without its ending, by

@@ -20,17 +20,17 @@ from hcsearch.export.digits import strokes
 from hcsearch.export.exported import Exported
 from hcsearch.export.outlines import same_places
 from hcsearch.export.settings import Profile, Settings
-from hcsearch.pattern import SAME, Crease, Pair, Pattern, Point
+from hcsearch.pattern import SAME, Crease, Pair, Pattern, Point, facet_area
 
 if TYPE_CHECKING:
     from shapely import Polygon
 
 MARGIN, SPACE = 5.0, 5.0
 """Around a sheet, and between panels that lie apart, mm."""
-_INSET, _NUMBER_INSET, _MARK = 0.05, 0.14, 0.5
-"""Of marks and numbers of hinges from their edge, over the size of a panel; length of a mark over that of the edge."""
-_PANEL_DIGIT, _HINGE_DIGIT = 0.16, 0.08
-"""Heights of numbers over the size of a panel."""
+_INSET, _NUMBER_INSET, _PANEL_DIGIT, _HINGE_DIGIT = 0.1, 0.28, 0.32, 0.16
+"""Of marks and numbers of hinges from their edge, and heights of numbers, over the radius of a circle in the panel."""
+_MARK = 0.5
+"""Length of a mark over that of the edge."""
 _GRID = 1e-7
 """Outlines are joined in coordinates rounded to this, mm."""
 
@@ -81,8 +81,8 @@ class Sheet:
         self.lines[layer].append(Line(tuple((float(x), float(y)) for x, y in points), closed, label))
 
     def write(self, text: str, middle: Point, height: float) -> None:
-        """Add a number, engraved about a point."""
-        for stroke in strokes(text, middle, height):
+        """Add a number, engraved about a point; with a line below where it may be read upside down."""
+        for stroke in strokes(text, middle, height, underlined=bool({"6", "9"} & set(text))):
             self.add("ENGRAVE", stroke, text)
 
 
@@ -111,6 +111,7 @@ class _Drawn:
         place = same_places(corners, 10 * SAME * self.size)
         ends = np.cumsum([0, *map(len, self.pattern.facets)])
         self.facets = [[corners[place[k]] for k in range(a, b)] for a, b in pairwise(ends.tolist())]
+        self.radii = [_radius(facet) for facet in self.facets]
         self.place = dict(zip(corners, (corners[k] for k in place), strict=True))
 
     def edge(self, pair: Pair) -> tuple[Point, Point]:
@@ -123,7 +124,7 @@ class _Drawn:
         import shapely  # noqa: PLC0415 - takes longer to load than the sheet to draw
 
         sheet = Sheet()
-        outline = shapely.union_all(shapely.polygons(self.facets_as_rings()), grid_size=_GRID)
+        outline = shapely.union_all([shapely.Polygon(facet) for facet in self.facets], grid_size=_GRID)
         for ring in _rings(self._grown(outline)):
             sheet.add("CUT", ring, closed=True)
         slits = []
@@ -132,34 +133,33 @@ class _Drawn:
             if crease is not None and crease.face is not None:
                 hinge = self.pattern.hinge_of(pair)
                 sheet.add(_layer(crease), self.edge(pair), self.labels.hinges[hinge])
-                self._number_hinge(sheet, hinge, self.edge(pair))
+                self._number_hinge(sheet, hinge, self.edge(pair), self.radii[pair[0]])
             elif crease is None and self.pattern.panel_of[pair[0]] != self.pattern.panel_of[pair[1]]:
                 slits.append(self.edge(pair))
         for chain in chains(slits):
             sheet.add("SLIT", chain)
-        for label, polygon in zip(self.labels.panels, self.panels(), strict=True):
-            sheet.write(label, _middle(polygon), _PANEL_DIGIT * self.size)
+        for panel, polygon in enumerate(self.panels()):
+            self._number_panel(sheet, panel, polygon)
         return _moved_in(sheet)
 
     def apart(self) -> Sheet:
         """The panels in rows, in their order."""
         import shapely  # noqa: PLC0415 - as above
 
-        parts = []
+        parts, marks = [], self._marks()
         for panel, polygon in enumerate(self.panels(trimmed=True)):
             part = Sheet()
             label = self.labels.panels[panel]
             for ring in _rings(self._grown(polygon)):
                 part.add("CUT", ring, label, closed=True)
-            self._mark_hinges(part, panel)
-            part.write(label, _middle(polygon), _PANEL_DIGIT * self.size)
+            for layer, hinge, edge, radius in marks[panel]:
+                inset = _INSET * radius + 0.5 * self.settings.hinge_gap_mm
+                part.add(layer, _beside(edge, inset, _MARK), self.labels.hinges[hinge])
+                self._number_hinge(part, hinge, edge, radius)
+            self._number_panel(part, panel, polygon)
             parts.append(part)
         area = sum(shapely.box(*_bounds(part)).area for part in parts)
         return _in_rows(parts, 1.2 * math.sqrt(area))
-
-    def facets_as_rings(self) -> list[list[Point]]:
-        """The facets as closed rings."""
-        return [[*facet, facet[0]] for facet in self.facets]
 
     def panels(self, *, trimmed: bool = False) -> list[Polygon]:
         """The panels, perhaps with half of the hinge gap taken off along hinges."""
@@ -182,24 +182,26 @@ class _Drawn:
         kerf = 0.5 * self.settings.kerf_mm
         return polygon.buffer(kerf, join_style="mitre", mitre_limit=10.0) if kerf else polygon
 
-    def _mark_hinges(self, sheet: Sheet, panel: int) -> None:
-        """Marks beside the edges of a panel that carry hinges, on the layer of the face."""
+    def _marks(self) -> dict[int, list[tuple[str, int, tuple[Point, Point], float]]]:
+        """Of each panel the layer, hinge and edge (on its right) of what is to be marked, and the facet's radius."""
+        found: dict[int, list[tuple[str, int, tuple[Point, Point], float]]] = defaultdict(list)
         for pair, crease in self.pattern.creases.items():
-            if crease.face is None:
-                continue
-            for facet, edge in zip(pair, (self.edge(pair), self.edge(pair)[::-1]), strict=True):
-                if self.pattern.panel_of[facet] == panel:
-                    hinge = self.pattern.hinge_of(pair)
-                    inset = _INSET * self.size + 0.5 * self.settings.hinge_gap_mm
-                    layer = "HINGE_TOP" if crease.face == "top" else "HINGE_BOTTOM"
-                    sheet.add(layer, _beside(edge, inset, _MARK), self.labels.hinges[hinge])
-                    self._number_hinge(sheet, hinge, edge)
+            if crease.face is not None:
+                layer, hinge = "HINGE_TOP" if crease.face == "top" else "HINGE_BOTTOM", self.pattern.hinge_of(pair)
+                for facet, edge in zip(pair, (self.edge(pair), self.edge(pair)[::-1]), strict=True):
+                    found[self.pattern.panel_of[facet]].append((layer, hinge, edge, self.radii[facet]))
+        return found
 
-    def _number_hinge(self, sheet: Sheet, hinge: int, edge: tuple[Point, Point]) -> None:
-        """The number of a hinge on the left of its edge."""
-        inset = _NUMBER_INSET * self.size + 0.5 * self.settings.hinge_gap_mm
+    def _number_hinge(self, sheet: Sheet, hinge: int, edge: tuple[Point, Point], radius: float) -> None:
+        """The number of a hinge on the left of its edge, in a facet of a radius."""
+        inset = _NUMBER_INSET * radius + 0.5 * self.settings.hinge_gap_mm
         (x, y), (to_x, to_y) = _beside(edge, inset, 1.0)
-        sheet.write(self.labels.hinges[hinge], (0.5 * (x + to_x), 0.5 * (y + to_y)), _HINGE_DIGIT * self.size)
+        sheet.write(self.labels.hinges[hinge], (0.5 * (x + to_x), 0.5 * (y + to_y)), _HINGE_DIGIT * radius)
+
+    def _number_panel(self, sheet: Sheet, panel: int, polygon: Polygon) -> None:
+        """The number of a panel in its middle."""
+        radius = max(self.radii[facet] for facet in self.pattern.panels[panel])
+        sheet.write(self.labels.panels[panel], _middle(polygon), _PANEL_DIGIT * radius)
 
 
 def chains(edges: Sequence[tuple[Point, Point]]) -> list[list[Point]]:
@@ -251,6 +253,11 @@ def _beside(edge: tuple[Point, Point], inset: float, share: float) -> tuple[Poin
     along = (b - a) / abs(b - a)
     middle, half = 0.5 * (a + b) + 1j * along * inset, 0.5 * share * (b - a)
     return ((middle - half).real, (middle - half).imag), ((middle + half).real, (middle + half).imag)
+
+
+def _radius(facet: Sequence[Point]) -> float:
+    """The radius of the circle within a facet that touches its sides; about that, where none touches all of them."""
+    return 2.0 * facet_area(facet) / sum(math.dist(a, b) for a, b in pairwise([*facet, facet[0]]))
 
 
 def _middle(polygon: Polygon) -> Point:

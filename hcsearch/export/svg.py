@@ -1,42 +1,68 @@
-"""Sheets as SVG in millimetres, a layer a group, which Inkscape shows as layers."""
+"""Sheets as SVG in millimetres, a layer a group, which Inkscape shows as layers.
+
+Older versions of Origami Simulator read no groups and do not close paths: for it, all lines stand alone.
+"""
 
 from __future__ import annotations
 
 from html import escape
+from itertools import pairwise
 
 from hcsearch.export.exported import Exported
 from hcsearch.export.settings import Settings
-from hcsearch.export.sheets import COLOURS, Line, sheet_of
+from hcsearch.export.sheets import COLOURS, Line, Sheet, sheet_of
 
 STROKE = 0.1
 """Width of lines, mm."""
+_LAYER = '\n <g id="{0}" inkscape:groupmode="layer" inkscape:label="{0}">{1}\n </g>'
 
 
 def write(exported: Exported, settings: Settings) -> str:
     """The sheet; every element has its own colour, as some cutters heed no groups."""
-    sheet, colours = sheet_of(exported, settings), COLOURS[settings.profile]
-    groups = []
-    for layer, lines in sheet.lines.items():
-        if not lines:
-            continue
-        look = f'fill="none" stroke="{colours[layer][0]}" stroke-width="{STROKE}"'
-        paths = "".join(f"\n  <path {look}{_named(line)} d={_data(line, sheet.height)}/>" for line in lines)
-        groups.append(f'\n <g id="{layer}" inkscape:groupmode="layer" inkscape:label="{layer}">{paths}\n </g>')
+    sheet = sheet_of(exported, settings)
+    colours = {layer: colour for layer, (colour, _) in COLOURS[settings.profile].items()}
+    body = _alone(sheet, colours) if settings.profile == "simulator" else _layers(sheet, colours)
     width, height = _number(sheet.width), _number(sheet.height)
     return (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" '
         f'width="{width}mm" height="{height}mm" viewBox="0 0 {width} {height}">'
-        f"\n <title>{escape(exported.name)}</title>{''.join(groups)}\n</svg>\n"
+        f"\n <title>{escape(exported.name)}</title>{body}\n</svg>\n"
     )
+
+
+def _layers(sheet: Sheet, colours: dict[str, str]) -> str:
+    """A group for each layer, with a path for each polyline."""
+    groups = []
+    for layer, lines in sheet.lines.items():
+        paths = (f"\n  <path {_look(colours[layer])}{_named(line)} d={_data(line, sheet)}/>" for line in lines)
+        groups.append(_LAYER.format(layer, "".join(paths)) if lines else "")
+    return "".join(groups)
+
+
+def _alone(sheet: Sheet, colours: dict[str, str]) -> str:
+    """An element for each piece of a polyline."""
+    found = []
+    for layer, lines in sheet.lines.items():
+        for line in lines:
+            points = [*line.points, *line.points[:1]] if line.closed else line.points
+            for (x, y), (to_x, to_y) in pairwise(points):
+                ends = f'x1="{_number(x)}" y1="{_number(sheet.height - y)}"'
+                ends += f' x2="{_number(to_x)}" y2="{_number(sheet.height - to_y)}"'
+                found.append(f"\n <line {_look(colours[layer])} {ends}/>")
+    return "".join(found)
+
+
+def _look(colour: str) -> str:
+    return f'fill="none" stroke="{colour}" stroke-width="{STROKE}"'
 
 
 def _named(line: Line) -> str:
     return f' data-label="{escape(line.label)}"' if line.label else ""
 
 
-def _data(line: Line, height: float) -> str:
-    points = " L ".join(f"{_number(x)} {_number(height - y)}" for x, y in line.points)
+def _data(line: Line, sheet: Sheet) -> str:
+    points = " L ".join(f"{_number(x)} {_number(sheet.height - y)}" for x, y in line.points)
     return f'"M {points}{" Z" if line.closed else ""}"'
 
 

@@ -9,7 +9,7 @@ in the even directions, one pointing down in the odd ones.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -131,15 +131,15 @@ class Grid:
         """Cartesian corners of a panel of side 1, counterclockwise; corner i begins the edge to the ith neighbour."""
         point = self.point(cell)
         cx, cy = self.position(point)
-        faces = [d for d, _ in self.neighbours(point)]
+        return [(cx + x, cy + y) for x, y in self.corners_from_centre([d for d, _ in self.neighbours(point)])]
+
+    def corners_from_centre(self, faces: Sequence[int]) -> list[tuple[float, float]]:
+        """The corners of a panel of side 1 about its centre, where it has neighbours in these directions."""
         radius = {3: 1 / math.sqrt(3), 4: math.sqrt(0.5), 6: 1.0}[len(faces)]
         turn = 2 * math.pi / self.directions
         first = math.pi / 6 if self.is_triangle else 0.0
         half = math.pi / len(faces)
-        return [
-            (cx + radius * math.cos(first + turn * d - half), cy + radius * math.sin(first + turn * d - half))
-            for d in faces
-        ]
+        return [(radius * math.cos(first + turn * d - half), radius * math.sin(first + turn * d - half)) for d in faces]
 
 
 _AXIAL: tuple[Point, ...] = ((1, 0), (0, 1), (-1, 1), (-1, 0), (0, -1), (1, -1))

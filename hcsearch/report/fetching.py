@@ -5,17 +5,18 @@ from __future__ import annotations
 import json
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 
-from hcsearch.report.data import FunnelStage, ReportData, Row
+from hcsearch.report.data import FoldingKey, FunnelStage, ReportData, Row
+from hcsearch.report.players import players_of
 from hcsearch.scenes import DEFAULT
-from hcsearch.store import Database, Result, parse_query, select, select_sql, source_in
+from hcsearch.store import Database, Result, best_creases, parse_query, select, select_sql, source_in
 from hcsearch.store.columns import VIEWS
 
-BEST_FIRST = "-untwisted,-two_stack,-score,-deployable"
-"""Order of the designs on the page, so that a limit cuts off the worst; equal ones by id."""
+BEST_FIRST = "-untwisted,-two_stack,-score,-deployable,deploy_time"
+"""Order of the designs on the page, so that a limit cuts off the worst: what springs deploy has a time. Then by id."""
 
 _IDS_AT_ONCE = 5000
 
@@ -44,6 +45,7 @@ def fetch(
     census = f"SELECT n_foldings, min_twist, count(*) FROM {designs}"
     runs = [run for run in _rows(select(database, view="runs")) if (run["grid"], run["n"]) in kinds]
     total = _number(counts["circuits"])
+    ids = [_number(design["id"]) for design in selected]
     return ReportData(
         title=_title(kinds, arrays),
         meta=[
@@ -59,10 +61,15 @@ def fetch(
         funnel=_funnel(counts, total),
         census=list(select_sql(database, f"{census} WHERE {where} GROUP BY 1, 2", ("integer",) * 3).rows),
         designs=selected,
-        foldings=_foldings(database, [_number(design["id"]) for design in selected], scene),
+        foldings=foldings_of(database, ids, scene),
+        best=best_creases(database, ids, scene),
+        motions=motions_of(database, ids, scene),
+        tried=tried_of(database, ids, scene),
+        players=players_of(database, selected, scene),
         total=total,
         notes=_notes(runs),
         size=_size([run for run in runs if json.loads(str(run["arguments"])).get("scene", DEFAULT) == scene] or runs),
+        scene=scene,
     )
 
 
@@ -101,14 +108,37 @@ def _funnel(counts: Row, total: int) -> list[FunnelStage]:
     ]
 
 
-def _foldings(database: Database, ids: Sequence[int], scene: str) -> dict[int, list[Row]]:
+def foldings_of(database: Database, ids: Sequence[int], scene: str) -> dict[int, list[Row]]:
+    """Rows of `foldings` in a scene, by the id of their design."""
     by_design: dict[int, list[Row]] = defaultdict(list)
+    for row in _of_designs(database, "foldings", source_in("foldings", scene), ids, "crease"):
+        by_design[_number(row["design_id"])].append(row)
+    return dict(by_design)
+
+
+def motions_of(database: Database, ids: Sequence[int], scene: str) -> dict[FoldingKey, str]:
+    """The sentence behind each motion that was planned in a scene."""
+    return {
+        (_number(row["design_id"]), _number(row["crease"])): str(row["reason"])
+        for row in _of_designs(database, "motions", "motions", ids, "crease")
+        if row["scene"] == scene
+    }
+
+
+def tried_of(database: Database, ids: Sequence[int], scene: str) -> dict[FoldingKey, list[Row]]:
+    """The deployments of each folding that serve a scene: first in the scene as it stands, then with other springs."""
+    by_folding: dict[FoldingKey, list[Row]] = defaultdict(list)
+    for row in _of_designs(database, "deployments", "deployments", ids, "crease, scene"):
+        if row["base"] == scene:
+            by_folding[_number(row["design_id"]), _number(row["crease"])].append(row)
+    return {key: sorted(rows, key=lambda row: row["scene"] != scene) for key, rows in by_folding.items()}
+
+
+def _of_designs(database: Database, view: str, source: str, ids: Sequence[int], order: str) -> Iterator[Row]:
     for first in range(0, len(ids), _IDS_AT_ONCE):
         listed = ", ".join(map(str, ids[first : first + _IDS_AT_ONCE]))
-        sql = f"SELECT * FROM {source_in('foldings', scene)} WHERE design_id IN ({listed}) ORDER BY design_id, crease"
-        for row in _rows(select_sql(database, sql, [quantity.kind for quantity in VIEWS["foldings"]])):
-            by_design[_number(row["design_id"])].append(row)
-    return dict(by_design)
+        sql = f"SELECT * FROM {source} WHERE design_id IN ({listed}) ORDER BY design_id, {order}"
+        yield from _rows(select_sql(database, sql, [quantity.kind for quantity in VIEWS[view]]))
 
 
 def _title(kinds: Sequence[Sequence[object]], arrays: Sequence[Sequence[object]]) -> str:

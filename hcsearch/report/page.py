@@ -10,64 +10,97 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from hcsearch.drawing import stylesheet
-from hcsearch.report.cards import cards, sortable
+from hcsearch.player import player_script
 from hcsearch.report.data import ReportData
+from hcsearch.report.payload import as_script, page_data
+
+MODULES = ("geometry", "grammar", "conditions", "table", "parts", "card", "gallery", "dialog", "main")
+"""Files of the script, each after those that it uses."""
 
 
 def render(data: ReportData) -> str:
-    """Write the HTML page of a report: no external resource, all text escaped, readable without scripts.
+    """Write the HTML page of a report: no external resource, all text escaped.
 
-    The page's own policy admits its one script by its hash, so that no text in the data could ever run.
+    The page's own policy admits its scripts by their hashes, so that no text in the data could ever run. One is the
+    player, where the data hold motions.
     """
-    script = _source("script.js")
-    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    scripts = [*([player_script()] if data.players else []), joined_script(MODULES)]
     return (
-        _environment()
+        environment()
         .get_template("report.html")
         .render(
             data=data,
-            cards=cards(data),
-            sortable=sortable(data),
             census=census_table(data),
-            # Trusted: files of this package.
-            style=Markup(stylesheet() + "\n" + _source("style.css")),
-            script=Markup(script),
-            digest=digest,
+            only=[quantity for quantity in data.columns if quantity.kind == "boolean" and _tells(data, quantity.name)],
+            # Trusted: JSON without a mark of HTML in it, and files of this package.
+            payload=Markup(as_script(page_data(data))),
+            style=Markup(stylesheet() + "\n" + source("style.css")),
+            scripts=[Markup(script) for script in scripts],
+            digests=[digest_of(script) for script in scripts],
         )
     )
 
 
-def census_table(data: ReportData) -> tuple[list[int | None], list[tuple[int | None, list[int]]]] | None:
+def joined_script(modules: tuple[str, ...]) -> str:
+    """The modules of a script as one, of which nothing is seen from outside."""
+    return '"use strict";\n(() => {\n' + "\n".join(source(f"{name}.js") for name in modules) + "})();\n"
+
+
+def digest_of(script: str) -> str:
+    """The hash by which a policy admits a script."""
+    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+
+
+def _tells(data: ReportData, name: str) -> bool:
+    """Whether a yes/no quantity is worth a box: the two that are always known, and others that some design has."""
+    return name in {"two_stack", "untwisted"} or any(design.get(name) for design in data.designs)
+
+
+Census = tuple[list[str], list[tuple[int | None, list[int]]]]
+
+
+def census_table(data: ReportData) -> Census | None:
     """Count designs by number of foldings (rows) and smallest twist (columns); None before foldings are known."""
     cells = [(foldings, twist, count) for foldings, twist, count in data.census if foldings is not None]
     if not cells:
         return None
-
-    def last(value: int | None) -> tuple[bool, int]:
-        return (value is None, value or 0)
-
-    twists = sorted({twist for _, twist, _ in cells}, key=last)
+    twists = sorted({twist for _, twist, _ in cells if twist is not None})
+    columns = [f"least twist {twist}" for twist in twists]
+    names = [_column(foldings, twist) for foldings, twist, _ in cells]
+    columns += [name for name in ("twist not known", "no folding") if name in names]
+    counts: dict[tuple[int, str], int] = {}
+    for (foldings, _, count), name in zip(cells, names, strict=True):
+        counts[foldings, name] = counts.get((foldings, name), 0) + count
     rows = sorted({foldings for foldings, _, _ in cells})
-    return twists, [(row, [sum(c for f, t, c in cells if (f, t) == (row, twist)) for twist in twists]) for row in rows]
+    return columns, [(row, [counts.get((row, name), 0) for name in columns]) for row in rows]
+
+
+def _column(foldings: int, twist: int | None) -> str:
+    """The column of the census that designs are counted in."""
+    if twist is not None:
+        return f"least twist {twist}"
+    return "twist not known" if foldings else "no folding"
 
 
 @cache
-def _environment() -> Environment:
-    environment = Environment(
+def environment() -> Environment:
+    """Templates with everything escaped."""
+    made = Environment(
         loader=PackageLoader("hcsearch.report"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["grouped"] = _grouped
-    return environment
+    made.filters["grouped"] = _grouped
+    return made
 
 
-def _source(name: str) -> str:
-    loader = _environment().loader
+def source(name: str) -> str:
+    """The text of a file among the templates."""
+    loader = environment().loader
     assert loader is not None
-    return loader.get_source(_environment(), name)[0]
+    return loader.get_source(environment(), name)[0]
 
 
 def _grouped(count: int | None) -> str:

@@ -1,19 +1,24 @@
-"""A report on a query, from the database to a file."""
+"""A report on a query, or the page of a design, from the database to a file."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from hcsearch.circuit import Circuit
 from hcsearch.errors import QueryError
+from hcsearch.folding import Folding
+from hcsearch.report.design_fetching import design_data
+from hcsearch.report.design_page import render_design
 from hcsearch.report.fetching import BEST_FIRST, fetch
 from hcsearch.report.page import render
 from hcsearch.scenes import DEFAULT
-from hcsearch.store import Database
+from hcsearch.store import Database, open_readonly
 from hcsearch.system.outputs import write_output
 
-LIMIT = 2000
-"""Designs on a page by default: more make it slow to search."""
+LIMIT = 20_000
+"""Designs on a page by default: so many are searched and sorted at once."""
 
 
 def write_report(
@@ -38,4 +43,27 @@ def write_report(
         raise QueryError(f"no design satisfies {query!r}: see `hcsearch query` for what there is")
     page = render(replace(data, title=title) if title else data)
     write_output(path, page)
+    return Path(path)
+
+
+def write_design(
+    circuit: Circuit,
+    foldings: Sequence[Folding],
+    path: Path | str,
+    *,
+    db: str,
+    number: int | None = None,
+    scene: str = DEFAULT,
+) -> Path:
+    """Write the page of a design, and return its path.
+
+    foldings : that are shown. db : names the database, which is asked where it has a number for the design.
+    OutputError: the file cannot be written. SceneError: the database has no such scene.
+    """
+    if number is None:
+        data = design_data(circuit, foldings, db, None, 0)
+    else:
+        with open_readonly(db) as database:
+            data = design_data(circuit, foldings, db, database, number, scene)
+    write_output(path, render_design(data))
     return Path(path)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from hcsearch.system.lazy import importing
 
 if TYPE_CHECKING:
+    from hcsearch.store.best import best_creases
     from hcsearch.store.columns import VIEWS, Quantity, column_names, view_names
     from hcsearch.store.database import Database, open_database, open_readonly
     from hcsearch.store.formats import FORMATS, format_rows
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from hcsearch.store.writing import count_arrays, finish_run, finished_batches, record_batches, start_run
 
 _HOMES = {
+    "best": ("best_creases",),
     "columns": ("VIEWS", "Quantity", "column_names", "view_names"),
     "database": ("Database", "open_database", "open_readonly"),
     "formats": ("FORMATS", "format_rows"),
@@ -46,6 +48,7 @@ __all__ = [
     "Result",
     "Rows",
     "StoredPath",
+    "best_creases",
     "column_names",
     "count_arrays",
     "find_design",

@@ -19,6 +19,7 @@ class Quantity(NamedTuple):
     words : all values that a text may have; empty where it may have any.
     better : which values of it make the better design; empty where none do.
     half : for a criterion of ranks, the value that is worth 1/2, in its unit; None for anything else.
+    label : how pages name it, in few words; the name itself, its words apart, where nothing is said.
     """
 
     name: str
@@ -28,6 +29,12 @@ class Quantity(NamedTuple):
     words: tuple[str, ...] = ()
     better: Better = ""
     half: float | None = None
+    label: str = ""
+
+    @property
+    def title(self) -> str:
+        """The name in words."""
+        return self.label or self.name.replace("_", " ")
 
     @property
     def note(self) -> str:
@@ -42,9 +49,22 @@ _PATHS = ("flat", "stopped", "stepwise", "none", "locked")
 # `half` is about what a 4x4 array has, the example of the thesis: 16 panels, 10 degrees of freedom, a mirror, and to be
 # flat after half a second, ten times the least clearance (0.1 mm) away from collisions.
 _MECHANISM = (
-    Quantity("merged_panels", "integer", "", "panel pairs made one on the mirror axis"),
-    Quantity("kutzbach_merged", "integer", "", "Kutzbach count after the mirror merge, flat pairs rigid"),
-    Quantity("dof_merged", "integer", "", "degrees of freedom after the merge, flat pairs rigid", better="lower"),
+    Quantity("merged_panels", "integer", "", "panel pairs made one on the mirror axis", label="merged pairs"),
+    Quantity(
+        "kutzbach_merged",
+        "integer",
+        "",
+        "Kutzbach count after the mirror merge, flat pairs rigid",
+        label="Kutzbach count, merged",
+    ),
+    Quantity(
+        "dof_merged",
+        "integer",
+        "",
+        "degrees of freedom after the merge, flat pairs rigid",
+        better="lower",
+        label="freedoms, merged",
+    ),
 )
 _VERDICT = (
     Quantity("deployable", "boolean", "", "1: deploys or movable; 0: no folding, twisted or locked; null: not known"),
@@ -62,34 +82,47 @@ _VERDICT = (
         *("min_clearance", "real", "mm", "smallest gap to which panels come back, at most a panel's size"),
         better="higher",
         half=1.0,
+        label="clearance",
     ),
     Quantity(
         *("deploy_time", "real", "s", "time from folded to flat, in the digits that tolerances agree on"),
         better="lower",
         half=0.5,
+        label="time to flat",
     ),
 )
 
 DESIGNS = (
     Quantity("id", "integer", "", "number of the design in this database"),
     Quantity("grid", "text", "", "tiling: triangle, square, rectangle or hex", _GRIDS),
-    Quantity("n", "integer", "", "number of panels"),
+    Quantity("n", "integer", "", "number of panels", label="panels"),
     Quantity("array", "text", "", "notation of the array, equal for congruent arrays"),
     Quantity("circuit", "text", "", "notation of the circuit, equal for congruent circuits"),
-    Quantity("array_symmetry", "integer", "", "order of the symmetry group of the array"),
+    Quantity(
+        "array_symmetry", "integer", "", "order of the symmetry group of the array", label="symmetry of the array"
+    ),
     Quantity("symmetry", "integer", "", "order of the symmetry group of the circuit", better="higher", half=2.0),
     Quantity("orbit_size", "integer", "", "circuits on this array congruent to this one, itself included"),
-    Quantity("n_fixed", "integer", "", "circuits up to translation alone that this one stands for"),
-    Quantity("n_foldings", "integer", "", "two-stack foldings"),
-    Quantity("two_stack", "boolean", "", "1 when there is a two-stack folding"),
-    Quantity("n_untwisted", "integer", "", "two-stack foldings without twist"),
+    Quantity(
+        "n_fixed", "integer", "", "circuits up to translation alone that this one stands for", label="fixed copies"
+    ),
+    Quantity("n_foldings", "integer", "", "two-stack foldings", label="foldings"),
+    Quantity("two_stack", "boolean", "", "1 when there is a two-stack folding", label="two-stack"),
+    Quantity("n_untwisted", "integer", "", "two-stack foldings without twist", label="untwisted foldings"),
     Quantity("untwisted", "boolean", "", "1 when there is an untwisted folding"),
-    Quantity("min_twist", "integer", "", "smallest twist of its foldings; null without a folding"),
-    Quantity("kutzbach", "integer", "", "Kutzbach count 6(n-1)-5j of the best untwisted folding, flat pairs hinged"),
+    Quantity("min_twist", "integer", "", "smallest twist of its foldings; null without a folding", label="least twist"),
+    Quantity(
+        "kutzbach",
+        "integer",
+        "",
+        "Kutzbach count 6(n-1)-5j of the best untwisted folding, flat pairs hinged",
+        label="Kutzbach count",
+    ),
     Quantity(
         *("dof", "integer", "", "degrees of freedom at a generic state, flat pairs hinged (n hinges)"),
         better="lower",
         half=10.0,
+        label="degrees of freedom",
     ),
     *_MECHANISM,
     *_VERDICT,
@@ -112,13 +145,22 @@ FOLDINGS = (
     Quantity("opposite", "integer", "", "second flat crease, crease + n/2"),
     Quantity("twist", "integer", "", "|Lk| of the band, in full twists"),
     Quantity("untwisted", "boolean", "", "1 when the twist is zero"),
-    Quantity("kutzbach", "integer", "", "Kutzbach count 6(n-1)-5j, flat pairs hinged"),
+    Quantity("kutzbach", "integer", "", "Kutzbach count 6(n-1)-5j, flat pairs hinged", label="Kutzbach count"),
     Quantity(
         *("dof", "integer", "", "degrees of freedom at a generic state of the motion, flat pairs hinged"),
         better="lower",
+        label="degrees of freedom",
     ),
-    Quantity("dof_folded", "integer", "", "degrees of freedom at first order, folded, flat pairs hinged"),
-    Quantity("dof_flat", "integer", "", "degrees of freedom at first order, flat, flat pairs hinged"),
+    Quantity(
+        "dof_folded",
+        "integer",
+        "",
+        "degrees of freedom at first order, folded, flat pairs hinged",
+        label="freedoms, folded",
+    ),
+    Quantity(
+        "dof_flat", "integer", "", "degrees of freedom at first order, flat, flat pairs hinged", label="freedoms, flat"
+    ),
     *_MECHANISM,
     Quantity("status", "text", "", "deploys, movable, undecided, locked or twisted", (*STATUSES, "twisted")),
     *_VERDICT,

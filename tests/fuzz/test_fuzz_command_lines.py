@@ -49,6 +49,10 @@ COMMANDS = {
     ),
     ("assembly", "unit-ii"): (None, {"--alpha": NUMBERS, "--base": NUMBERS, "--thickness": NUMBERS, "--side": NUMBERS}),
     ("assembly", "array-6r"): (SIZES, {"--side": NUMBERS, "--width": NUMBERS, "--thickness": NUMBERS}),
+    ("export", "--db", "d.sqlite", "--output", "a.g6"): (
+        DESIGNS,
+        {"--output": FILES, "--format": ["graph6", "x"], "--kerf": NUMBERS, "--state": NUMBERS, "--profile": TEXTS},
+    ),
     ("identify", "spring"): (FILES, {}),
     ("identify", "damping", "--inertia", "1"): (
         FILES,
@@ -70,6 +74,7 @@ REFUSED = {
         "--start": NUMBERS,
     },
     ("tune", "hex:0234550132:4", "--spread", "mass=9"): {"--seconds": NUMBERS, "--held": TEXTS, "--samples": WHOLE},
+    ("check", "hex:0234550132:4", "--held", "99"): {"--panel": [*SIZES, *NUMBERS], "--across": SIZES, "--scene": TEXTS},
     ("bench", "enumeration", "--limit", "nan"): {"--repeats": WHOLE},
 }
 """Lines that have something wrong in them: they are refused whatever else is in them."""

@@ -1,10 +1,17 @@
+import json
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from hcsearch.report import FunnelStage, ReportData, render
+from hcsearch.report.packing import packed
+from hcsearch.report.page import census_table
+from hcsearch.report.payload import as_script
+from hcsearch.report.reasons import why
 
 VOID = {"meta", "input", "path", "circle"}
 
@@ -43,46 +50,75 @@ class Page(HTMLParser):
         return sum(element == tag for element, _ in self.elements)
 
 
+def data_of(page: str) -> dict:
+    """The data for the page's script."""
+    return json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)[1])
+
+
+def unpacked(column, count: int) -> list:
+    """A column as `unpack` of table.js reads it."""
+    if isinstance(column, list):
+        return column
+    return [column["words"][at] for at in column["at"]] if "words" in column else [column["all"]] * count
+
+
+def column(data: dict, table: str, name: str) -> list:
+    return unpacked(data[table][name], data["count" if table == "designs" else "folding_count"])
+
+
 def test_every_design_and_folding_is_on_the_page(hex_ten):
-    page = Page(render(hex_ten))
-    assert len(page.with_class("card")) == 120
-    assert len(page.with_class("thumb")) == 120
-    assert page.count("svg") == 120 + 7  # the legend has seven lines
-    assert len(page.with_class("fold")) == sum(map(len, hex_ten.foldings.values()))
-    codes = {text for tag, text in page.texts if tag == "code"}
-    assert {design["circuit"] for design in hex_ten.designs} <= codes
-    assert {design["array"] for design in hex_ten.designs} <= codes
-    titles = {text for tag, text in page.texts if tag == "title"}
-    assert {design["circuit"] for design in hex_ten.designs} <= titles
+    data = data_of(render(hex_ten))
+    assert data["count"] == data["total"] == 120
+    for name in ("id", "circuit", "array", "symmetry", "min_twist", "status"):
+        assert column(data, "designs", name) == [design[name] for design in hex_ten.designs]
+    rows = [(k, row) for k, design in enumerate(hex_ten.designs) for row in hex_ten.foldings[design["id"]]]
+    assert column(data, "foldings", "design") == [k for k, _ in rows]
+    assert column(data, "foldings", "crease") == [row["crease"] for _, row in rows]
+    assert column(data, "foldings", "twist") == [row["twist"] for _, row in rows]
 
 
-def test_filters_find_the_classes_of_the_cards(hex_ten):
-    cards = [attrs["class"].split() for attrs in Page(render(hex_ten)).with_class("card")]
-    assert sum("two-stack" in names for names in cards) == 32
-    assert sum("untwisted" in names for names in cards) == 25
+def test_the_folding_that_the_database_names_is_drawn(hex_ten):
+    named = {design["id"]: rows[-1]["crease"] for design in hex_ten.designs if (rows := hex_ten.foldings[design["id"]])}
+    assert len(named) == 32
+    data = data_of(render(replace(hex_ten, best=named)))
+    assert unpacked(data["best"], 120) == [named.get(design["id"]) for design in hex_ten.designs]
 
 
-def test_the_best_folding_is_shown(hex_ten):
-    page = Page(render(hex_ten))
-    shown = [attrs for attrs in page.with_class("fold") if attrs["aria-pressed"] == "true"]
-    assert len(shown) == 32
-    assert sum("good" in attrs["class"].split() for attrs in shown) == 25
-    for attrs in page.with_class("fold"):
-        crease, opposite = map(int, re.findall(r"\d+", attrs["title"]))
-        assert [k for k, fold in enumerate(attrs["data-letters"]) if fold == "f"] == [crease, opposite]
+def test_without_a_named_folding_the_first_untwisted_one_is_drawn(hex_ten):
+    for design, best in zip(hex_ten.designs, unpacked(data_of(render(hex_ten))["best"], 120), strict=True):
+        rows = hex_ten.foldings[design["id"]]
+        wanted = [row["crease"] for row in rows if row["untwisted"]] or [row["crease"] for row in rows] or [None]
+        assert best == wanted[0]
 
 
-def test_sort_keys_match_the_buttons_and_null_is_empty(hex_ten):
-    page = Page(render(hex_ten))
-    names = [text for tag, text in page.texts if tag == "button"]
-    columns = [attrs for _, attrs in page.elements if "data-column" in attrs]
-    assert [attrs["data-column"] for attrs in columns] == [str(k) for k in range(len(columns))]
-    order = names[: len(columns)]
-    assert order[0] == "id"
-    assert "n" not in order  # all alike
-    for attrs, design in zip(page.with_class("card"), hex_ten.designs, strict=True):
-        keys = attrs["data-keys"].split(",")
-        assert keys == ["" if design[name] is None else str(design[name]) for name in order]
+@pytest.mark.parametrize(
+    ("status", "twist", "motion", "tried", "said"),
+    [
+        (None, 2, None, [], "twist 2: the closed band of panels cannot reach the two stacks"),
+        ("locked", 0, "never shown", [], "proved locked at an end of the motion"),
+        ("deploys", 0, "a path", ["default", "hinged, bottom first"], "flat after 1 s; springs: bottom first"),
+        ("movable", 0, "a path", ["default"], "panels 1 and 5 collide; springs of the scene default"),
+        ("movable", 0, "a path", ["default"], "flat pairs rigid; a path"),
+        ("undecided", 0, "no path", [], "springs were not tried; no path"),
+    ],
+)
+def test_each_folding_says_why_it_has_its_status(status, twist, motion, tried, said):
+    rows = [
+        {
+            "base": "default",
+            "scene": scene,
+            "status": "deploys" if scene != "default" else "collides",
+            "reason": "flat after 1 s" if scene != "default" else "panels 1 and 5 collide",
+            "scene_values": 'flat_pairs = "rigid"\nmerge = false',
+        }
+        for scene in tried
+    ]
+    assert said in why({"status": status, "twist": twist}, motion, rows)
+
+
+@given(st.lists(st.one_of(st.none(), st.integers(-3, 3), st.sampled_from(["deploys", "", "<x>"]))))
+def test_a_packed_column_is_the_column(values):
+    assert unpacked(json.loads(as_script(packed(values))), len(values)) == values
 
 
 def test_the_funnel_has_numbers_shares_and_gaps(hex_ten):
@@ -93,14 +129,20 @@ def test_the_funnel_has_numbers_shares_and_gaps(hex_ten):
 def test_columns_of_later_stages_appear_when_known(hex_ten):
     later = {"dof": 6, "min_clearance": 0.123456, "deploy_time": 0.38, "deployable": 1, "status": "deploys"}
     later |= {"needed_margin": 0.0123456, "least_gap": -0.00625}
-    page = Page(render(replace(hex_ten, designs=[{**hex_ten.designs[0], **later}])))
-    texts = [text for _, text in page.texts]
-    assert {"dof", "6", "min_clearance", "0.1235 mm", "deploy_time", "0.38 s", "deploys"} <= set(texts)
-    assert {"needed_margin", "0.01235 mm", "least_gap", "-0.00625 mm"} <= set(texts)
-    titles = [attrs.get("title") for _, attrs in page.elements]
-    assert "smallest gap to which panels come back, at most a panel's size, mm, higher is better" in titles
-    assert "time from folded to flat, in the digits that tolerances agree on, s, lower is better" in titles
-    assert "deployable" in [attrs.get("value") for _, attrs in page.elements]
+    page = render(replace(hex_ten, designs=[{**hex_ten.designs[0], **later}]))
+    data = data_of(page)
+    assert {name: column(data, "designs", name) for name in later} == {name: [later[name]] for name in later}
+    said = {
+        quantity["name"]: (quantity["label"], quantity["unit"], quantity["note"]) for quantity in data["quantities"]
+    }
+    assert said["deploy_time"] == (
+        "time to flat",
+        "s",
+        "time from folded to flat, in the digits that tolerances agree on, s, lower is better",
+    )
+    assert said["needed_margin"][:2] == ("needed margin", "mm")
+    assert not [label for label, _, _ in said.values() if "_" in label]
+    assert "deployable" in [attrs.get("value") for _, attrs in Page(page).elements]
 
 
 def test_nothing_comes_from_outside_the_file(hex_ten):
@@ -130,23 +172,34 @@ def test_hostile_text_stays_text(hex_ten, hostile):
         designs=[first, second],
     )
     page, plain = Page(render(data)), Page(render(replace(hex_ten, designs=hex_ten.designs[:2])))
-    assert page.count("script") == plain.count("script") == 1
+    assert page.count("script") == plain.count("script") == 2  # the data and the program
     assert page.count("img") == 0
     assert not [name for _, attrs in page.elements for name in attrs if name.startswith("on")]
-    joined = "".join(text for _, text in page.texts)
-    assert joined.count(hostile) >= 9
+    joined = "".join(text for tag, text in page.texts if tag != "script")
+    assert joined.count(hostile) >= 5
+    data = data_of(render(data))
+    assert column(data, "designs", "circuit")[0] == column(data, "designs", "status")[0] == hostile
+    assert unpacked(data["readable"], 2) == [False, True]
 
 
 def test_a_report_without_designs_is_a_page():
-    page = Page(render(ReportData(title="Nothing")))
-    assert not page.with_class("card")
-    assert "No design fits." in [text for _, text in page.texts]
+    page = render(ReportData(title="Nothing"))
+    assert data_of(page)["count"] == 0
+    assert "No design fits." in [text for _, text in Page(page).texts]
 
 
 def test_a_report_without_foldings_draws_plain_circuits(hex_ten):
     unknown = dict.fromkeys(("n_foldings", "two_stack", "n_untwisted", "untwisted", "min_twist", "status"))
     designs = [{**design, **unknown} for design in hex_ten.designs[:3]]
-    page = Page(render(replace(hex_ten, designs=designs, foldings={}, census=[(None, None, 3)])))
-    assert len(page.with_class("hinge")) == 3 + 1  # and the legend's
-    assert not page.with_class("census")
-    assert not page.with_class("chips")
+    text = render(replace(hex_ten, designs=designs, foldings={}, census=[(None, None, 3)]))
+    data = data_of(text)
+    assert (data["folding_count"], unpacked(data["best"], 3)) == (0, [None] * 3)
+    assert not Page(text).with_class("census")
+
+
+def test_designs_without_a_folding_are_not_called_untwisted(hex_ten):
+    table = census_table(replace(hex_ten, census=[(0, None, 936), (1, 0, 59), (1, 2, 18), (2, 1, 68), (2, None, 1)]))
+    assert table == (
+        ["least twist 0", "least twist 1", "least twist 2", "twist not known", "no folding"],
+        [(0, [0, 0, 0, 0, 936]), (1, [59, 0, 18, 0, 0]), (2, [0, 68, 0, 1, 0])],
+    )

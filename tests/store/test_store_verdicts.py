@@ -112,7 +112,7 @@ def test_a_motion_is_stored_with_its_path(listed):
     assert row == (3, 3, "default", *PATH, pytest.approx(1e-5), 2, "a reason for movable")
     with listed.reading() as connection:
         (packed,) = connection.execute(schema.motion.select().with_only_columns(schema.motion.c.path)).scalars()
-    assert np.frombuffer(zlib.decompress(packed), "<f8").reshape(2, 2).tolist() == [[math.pi, 0.5], [0.0, 0.0]]
+    assert np.frombuffer(zlib.decompress(packed), "<f8").reshape(2, 2).tolist() == [[math.pi, math.pi], [0.0, 0.0]]
 
 
 def test_without_a_path_a_motion_has_a_reason_and_no_numbers(listed):

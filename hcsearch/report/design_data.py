@@ -1,0 +1,61 @@
+"""What the page of one design shows, as plain values."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hcsearch.folding import Folding
+from hcsearch.player import Payload
+from hcsearch.report.data import Row
+from hcsearch.report.envelopes import Room
+from hcsearch.report.motion_plots import Plot
+from hcsearch.subjects.mechanisms import Freedoms
+
+
+@dataclass(frozen=True)
+class ShownMotion:
+    """A motion that the page plays and plots; `command` reproduces it."""
+
+    title: str
+    source: str
+    command: str
+    payload: Payload
+    plots: Sequence[Plot]
+
+
+@dataclass(frozen=True)
+class ShownFolding:
+    """A folding with everything known of it.
+
+    row : of the view `foldings`, empty where no database holds it. status : a word, or what the twist says.
+    why : the sentence behind it. tried : rows of `deployments`. locks : sentences on each end, more exact ones after.
+    """
+
+    folding: Folding
+    row: Row
+    twist: int
+    status: str
+    why: str
+    room: Room
+    tried: Sequence[Row] = ()
+    freedoms: Sequence[Freedoms] = ()
+    locks: Sequence[Sequence[str]] = ()
+    motions: Sequence[ShownMotion] = ()
+
+
+@dataclass(frozen=True)
+class DesignData:
+    """Everything on the page; row : of the view `designs`, empty where no database holds it. meta : what it depends on.
+
+    scene : its name, in a few words what it is.
+    """
+
+    title: str
+    notation: str
+    array: str
+    row: Row
+    meta: Sequence[tuple[str, str]]
+    foldings: Sequence[ShownFolding]
+    best: int | None
+    size: tuple[float, float] | None = None

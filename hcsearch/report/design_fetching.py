@@ -1,0 +1,146 @@
+"""The data of a design's page: what a database holds of it, and what is computed anew."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from importlib.metadata import version
+from typing import Any
+
+from hcsearch.circuit import Circuit
+from hcsearch.deployment.deploying import deploy
+from hcsearch.errors import HcsearchError
+from hcsearch.folding import Folding
+from hcsearch.player import payload_of
+from hcsearch.replays.recording import replay_of_deployment
+from hcsearch.replays.replay import Replay
+from hcsearch.replays.sources import replay_named, stored_replays
+from hcsearch.report.data import FoldingKey, Row
+from hcsearch.report.design_data import DesignData, ShownFolding, ShownMotion
+from hcsearch.report.envelopes import room_of
+from hcsearch.report.fetching import foldings_of, motions_of, tried_of
+from hcsearch.report.motion_plots import plots_of
+from hcsearch.report.reasons import best_try, why
+from hcsearch.scenes import DEFAULT, SCENES, Scene, panel_of, panel_text
+from hcsearch.store import Database, best_creases, select
+from hcsearch.subjects.mechanisms import freedoms_of, lock_sentences
+from hcsearch.subjects.reading import Request, read_subject
+from hcsearch.subjects.scenes import stored_scene
+from hcsearch.twisting import twist
+
+NOT_JUDGED = "no stage has judged it in this scene: run `hcsearch enumerate` without --until"
+
+
+def design_data(
+    circuit: Circuit, foldings: Sequence[Folding], db: str, database: Database | None, number: int, scene: str = DEFAULT
+) -> DesignData:
+    """Everything known of a design, whose circuit is in canonical order, and of some of its foldings in a scene.
+
+    database : from `open_readonly`, or None, and then motions are planned and let go anew. number : its id there.
+    db : names the database, for what is looked up by name.
+    """
+    values = SCENES[DEFAULT] if database is None else stored_scene(database, scene)
+    panel = panel_of(values, circuit.grid.name)
+    stored = _Known() if database is None else _known(database, number, circuit, scene)
+    ordered = sorted(foldings, key=lambda folding: (folding.crease != stored.best, folding.crease))
+    shown = [_folding(folding, stored, values, db) for folding in ordered]
+    return DesignData(
+        title=f"Design {number}" if database is not None else f"Design {circuit.notation}",
+        notation=circuit.notation,
+        array=circuit.array.canonical().notation,
+        row=stored.design,
+        meta=[
+            ("circuit", circuit.notation),
+            ("array", circuit.array.canonical().notation),
+            ("panels", f"{circuit.n} of {panel_text(panel)} mm"),
+            ("scene", scene),
+            ("density", f"{values.density_of(panel[2]):.4g} kg/m³"),
+            ("hcsearch", version("hcsearch")),
+            ("made", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
+        ],
+        foldings=shown,
+        best=stored.best,
+        size=(1e3 * panel[0], 1e3 * panel[1]),
+    )
+
+
+@dataclass(frozen=True)
+class _Known:
+    """What a database holds of a design in a scene; the defaults stand for a design that no database holds."""
+
+    number: int = 0
+    scene: str = DEFAULT
+    design: Row = field(default_factory=dict)
+    rows: Mapping[int, Row] = field(default_factory=dict)
+    best: int | None = None
+    motions: Mapping[FoldingKey, str] = field(default_factory=dict)
+    tried: Mapping[FoldingKey, Sequence[Row]] = field(default_factory=dict)
+    paths: Mapping[int, Replay] | None = None
+
+    def path(self, folding: Folding, db: str) -> Replay | None:
+        """The path of a folding: as stored, proved or not; planned where no database holds the design."""
+        if self.paths is not None:
+            return self.paths.get(folding.crease)
+        try:
+            return replay_named(Request(folding.notation, db), by="path")
+        except HcsearchError:
+            return None
+
+
+def _known(database: Database, number: int, circuit: Circuit, scene: str) -> _Known:
+    result = select(database, f"id={number}", scene=scene)
+    return _Known(
+        number,
+        scene,
+        design=dict(zip(result.columns, result.rows[0], strict=True)),
+        rows={int(str(row["crease"])): row for row in foldings_of(database, [number], scene).get(number, [])},
+        best=best_creases(database, [number], scene).get(number),
+        motions=motions_of(database, [number], scene),
+        tried=tried_of(database, [number], scene),
+        paths={path.crease: replay for path, replay in stored_replays(database, {number: circuit}, scene)},
+    )
+
+
+def _folding(folding: Folding, stored: _Known, scene: Scene, db: str) -> ShownFolding:
+    row, turns = stored.rows.get(folding.crease, {}), twist(folding)
+    key = (stored.number, folding.crease)
+    tried, panel = stored.tried.get(key, ()), panel_of(scene, folding.circuit.grid.name)
+    known: dict[str, Any] = {"status": "twisted" if turns else str(row.get("status") or "not_judged")}
+    known["why"] = why({**row, "twist": turns}, stored.motions.get(key), tried)
+    if not turns:
+        known["freedoms"] = freedoms_of(folding, panel)
+        known["locks"] = lock_sentences(folding, panel)
+        known["motions"] = _motions(folding, stored, best_try(tried), db)
+    if not known["why"]:
+        known["why"] = "; ".join(motion.source for motion in known.get("motions", ())) or NOT_JUDGED
+    return ShownFolding(folding=folding, row=row, twist=turns, room=room_of(folding, scene), tried=tried, **known)
+
+
+def _motions(folding: Folding, stored: _Known, best: Row | None, db: str) -> list[ShownMotion]:
+    """The path of a folding, and what the springs of its best deployment do; without a database, those of `default`."""
+    motions = []
+    path = stored.path(folding, db)
+    if path is not None:
+        payload = payload_of(path)
+        command = f"hcsearch drive {folding.notation}{scene_option(stored.scene)}"
+        motions.append(ShownMotion("Path", path.source, command, payload, plots_of(path, payload)))
+    if best is None and stored.rows:
+        return motions
+    name = DEFAULT if best is None else str(best["scene"])
+    try:
+        subject = read_subject(Request(folding.notation, db, scene=name))
+        deployment = deploy(subject.linkage, subject.scene, subject.formulation or "constrained")
+    except HcsearchError:
+        return motions
+    replay = replay_of_deployment(deployment, folding.notation, design=True)
+    payload = payload_of(replay)
+    command = f"hcsearch deploy {folding.notation}{scene_option(name)}"
+    motions.append(ShownMotion("Springs", replay.source, command, payload, plots_of(replay, payload, deployment)))
+    return motions
+
+
+def scene_option(name: str) -> str:
+    """The option that names a scene, where it is not the usual one."""
+    return "" if name == DEFAULT else f" --scene {shlex.quote(name)}"

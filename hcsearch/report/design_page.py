@@ -1,0 +1,97 @@
+"""The page of one design: the template filled with everything known of it. Nothing in it comes from outside."""
+
+from __future__ import annotations
+
+from markupsafe import Markup
+
+from hcsearch.drawing import draw_circuit, stylesheet
+from hcsearch.folding import Folding
+from hcsearch.player import player_script
+from hcsearch.report.design_data import DesignData, ShownFolding
+from hcsearch.report.page import digest_of, environment, joined_script, source
+from hcsearch.report.payload import as_script
+from hcsearch.report.plots import swatch
+from hcsearch.report.words import written
+from hcsearch.store.columns import DESIGNS, FOLDINGS, Quantity
+
+_ELSEWHERE = ("id", "array", "circuit", "grid", "design_id", "crease", "opposite", "twist", "untwisted", "status")
+"""Quantities that the page says in other places."""
+
+
+def render_design(data: DesignData) -> str:
+    """Write the HTML page of a design; all text is escaped, and its policy admits its scripts alone."""
+    payloads = [motion.payload for shown in data.foldings for motion in shown.motions]
+    scripts = [*([player_script()] if payloads else []), joined_script(("design",))]
+    return (
+        environment()
+        .get_template("design.html")
+        .render(
+            data=data,
+            facts=_facts(DESIGNS, data.row),
+            status=data.row.get("status"),
+            folding_facts=folding_facts,
+            picture=lambda folding: _picture(folding, data.size),
+            # Trusted: what the plots wrote escapes its texts itself.
+            drawn=Markup,
+            swatch=lambda k: Markup(swatch(k)),
+            payload=Markup(as_script(payloads)),
+            style=Markup("\n".join((stylesheet(), source("style.css"), source("design.css")))),
+            scripts=[Markup(script) for script in scripts],
+            digests=[digest_of(script) for script in scripts],
+        )
+    )
+
+
+def _picture(folding: Folding, size: tuple[float, float] | None) -> Markup:
+    circuit = folding.circuit
+    svg = draw_circuit(
+        circuit.grid,
+        circuit.cells,
+        folding.assignment,
+        numbers=True,
+        size=size,
+        title=folding.notation,
+        standalone=False,
+    )
+    # Trusted: integers and fixed words, and a title that `draw_circuit` escapes.
+    return Markup(svg)
+
+
+def folding_facts(shown: ShownFolding) -> list[tuple[str, str, str]]:
+    """Name, value and note of each number that is known of a folding."""
+    room, folding = shown.room, shown.folding
+    n = folding.circuit.n
+    flats = ", ".join(f"{k % n} ({folding.hinge_faces[k % n]})" for k in (folding.crease, folding.opposite))
+    made = [
+        ("stowed", room.packed.text, "the smallest upright box around all panels, packed, flat pairs rigid"),
+        ("flat", room.flat.text, "the smallest upright box around all panels, flat"),
+        ("box, packed over flat", f"{room.packed.volume / room.flat.volume:.4g}", "volumes of these boxes"),
+        (
+            "panels over packed box",
+            f"{room.area * room.flat.height / room.packed.volume:.4g}",
+            "volume of the panels over that of the packed box",
+        ),
+        ("mass of the panels", f"{1e3 * room.mass:.4g} g", "density times area times thickness"),
+        ("first stack", " ".join(map(str, folding.stacks[0])), "panels, the lowest first"),
+        ("second stack", " ".join(map(str, folding.stacks[1])), "panels, the lowest first"),
+        ("valley creases", _creases(folding, "valley"), "hinges on the top face"),
+        ("mountain creases", _creases(folding, "mountain"), "hinges on the bottom face"),
+        ("flat creases", flats, "with the face for a hinge, where one is wanted"),
+    ]
+    return _facts(FOLDINGS, shown.row) + made
+
+
+def _creases(folding: Folding, kind: str) -> str:
+    return " ".join(str(k) for k, fold in enumerate(folding.assignment) if fold == kind)
+
+
+def _facts(quantities: tuple[Quantity, ...], row: object) -> list[tuple[str, str, str]]:
+    assert hasattr(row, "get")
+    facts = []
+    for quantity in quantities:
+        value = row.get(quantity.name)
+        if value is None or quantity.name in _ELSEWHERE:
+            continue
+        said = ("yes" if value else "no") if quantity.kind == "boolean" else written(value)
+        facts.append((quantity.title, f"{said} {quantity.unit}".rstrip(), quantity.note))
+    return facts

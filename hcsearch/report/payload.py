@@ -1,0 +1,115 @@
+"""The data of a page for its script: columns of designs and foldings, grids to draw them on, in one JSON text."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+from hcsearch.circuit import Circuit
+from hcsearch.errors import HcsearchError
+from hcsearch.grid import GRIDS, Grid
+from hcsearch.report.data import ReportData, Row
+from hcsearch.report.packing import packed
+from hcsearch.report.reasons import best_try, why
+from hcsearch.store.columns import FOLDINGS, Quantity
+from hcsearch.vocabulary import STATUSES
+
+FOLDING_COLUMNS = tuple(q for q in FOLDINGS if q.name not in ("design_id", "opposite", "untwisted", "deployable"))
+
+
+def page_data(data: ReportData) -> dict[str, Any]:
+    """Everything that the script of a page draws, as JSON takes it.
+
+    Foldings are in the order of their designs; `design` says which one each is of, `best` which crease is drawn first.
+    """
+    rows = [(k, row) for k, design in enumerate(data.designs) for row in data.foldings.get(id_of(design), ())]
+    keys = [(id_of(data.designs[k]), int(str(row["crease"]))) for k, row in rows]
+    tried = [data.tried.get(key, ()) for key in keys]
+    best = [drawn_crease(data, design) for design in data.designs]
+    reasons = [why(row, data.motions.get(key), own) for (_, row), key, own in zip(rows, keys, tried, strict=True)]
+    foldings: dict[str, list[Any]] = {
+        "design": [k for k, _ in rows],
+        **{q.name: [row.get(q.name) for _, row in rows] for q in FOLDING_COLUMNS},
+        "scene": [None if (row := best_try(own)) is None else row["scene"] for own in tried],
+        "why": [reason or None for reason in reasons],
+    }
+    return {
+        "total": data.total,
+        "scene": data.scene,
+        "pages": data.pages,
+        "size": data.size,
+        "grids": {name: _grid(grid) for name, grid in GRIDS.items()},
+        "statuses": [*STATUSES, "twisted", "no_folding"],
+        "quantities": [described(quantity) for quantity in data.columns],
+        "folding_quantities": [described(quantity) for quantity in FOLDING_COLUMNS],
+        "count": len(data.designs),
+        "folding_count": len(rows),
+        "designs": {q.name: packed([design.get(q.name) for design in data.designs]) for q in data.columns},
+        "readable": packed([_is_readable(str(design.get("circuit", ""))) for design in data.designs]),
+        "best": packed(best),
+        "foldings": {name: packed(values) for name, values in foldings.items()},
+        "players": [data.players.get(key) for key in keys] if data.players else [],
+    }
+
+
+def drawn_crease(data: ReportData, design: Row) -> int | None:
+    """The crease of the folding that stands for a design; None without foldings.
+
+    It is the one that the database names. Before any stage has compared them, it is the first untwisted one.
+    """
+    foldings = data.foldings.get(id_of(design), ())
+    creases = [int(str(row["crease"])) for row in foldings]
+    best = data.best.get(id_of(design))
+    if best in creases:
+        return best
+    untwisted = [crease for crease, row in zip(creases, foldings, strict=True) if row.get("untwisted")]
+    return min(untwisted or creases, default=None)
+
+
+def described(quantity: Quantity) -> dict[str, object]:
+    """What a page says of a quantity, and how values of it compare."""
+    return {
+        "name": quantity.name,
+        "label": quantity.title,
+        "kind": quantity.kind,
+        "unit": quantity.unit,
+        "note": quantity.note,
+        "words": list(quantity.words),
+    }
+
+
+def as_script(value: object) -> str:
+    """JSON that may stand within a script element: no `<`, and `&` neither, so that nothing in it ends the element."""
+    text = json.dumps(value, separators=(",", ":"), allow_nan=False)
+    for mark in "<>&":
+        text = text.replace(mark, f"\\u{ord(mark):04x}")
+    return text
+
+
+def id_of(design: Row) -> int:
+    """The id of a design's row."""
+    return int(str(design.get("id", 0)))
+
+
+def _grid(grid: Grid) -> dict[str, Any]:
+    """What drawing takes of a grid; corners about the centre, for each parity of triangles."""
+    starts: Sequence[range] = (
+        [range(d, grid.directions, 2) for d in (0, 1)] if grid.is_triangle else [range(grid.directions)]
+    )
+    return {
+        "directions": grid.directions,
+        "steps": grid.steps,
+        "triangle": grid.is_triangle,
+        "faces": [list(faces) for faces in starts],
+        "corners": [grid.corners_from_centre(list(faces)) for faces in starts],
+        "regular": grid.directions != 4,
+    }
+
+
+def _is_readable(notation: str) -> bool:
+    try:
+        Circuit.from_notation(notation)
+    except HcsearchError:
+        return False
+    return True

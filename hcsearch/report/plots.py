@@ -1,0 +1,180 @@
+"""Small line plots as inline SVG texts: curves that differ in colour and in dashes, marks, an interval on the axis."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#c061a0", "#b58900", "#3a9bdc", "#8c5a3c", "#808080")
+"""After Okabe and Ito, so that colour-blind readers tell them apart; mid tones, for light and dark pages."""
+DASHES = ("", "8 3", "2 3", "10 3 2 3")
+WIDTH, HEIGHT = 640, 260
+_LEFT, _RIGHT, _TOP, _BOTTOM = 62, 12, 12, 40
+_TICKS = 6
+
+Number = float | None
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A line of a plot; it is broken where a value is None."""
+
+    name: str
+    x: Sequence[float]
+    y: Sequence[Number]
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A place on the horizontal axis, with what happens there; `bad` for a collision."""
+
+    at: float
+    text: str
+    bad: bool = False
+
+
+def look(k: int) -> tuple[str, str]:
+    """Colour and dashes of curve k: no two of 32 curves have both in common."""
+    return COLOURS[k % len(COLOURS)], DASHES[(k + k // len(COLOURS)) % len(DASHES)]
+
+
+def plot(
+    curves: Sequence[Curve],
+    title: str,
+    x_label: str,
+    y_label: str,
+    *,
+    marks: Sequence[Mark] = (),
+    spans: Sequence[tuple[float, float]] = (),
+    linear_to: float | None = None,
+) -> str:
+    """Draw curves over a common axis; texts have the colour of the page.
+
+    spans : intervals that are drawn on the horizontal axis. linear_to : size of values beyond which the vertical scale
+    is logarithmic, to either side; linear throughout unless given. Curves need one number at least.
+    """
+    x_scale = _scale([x for curve in curves for x in curve.x], _LEFT, WIDTH - _RIGHT, tight=True)
+    values = [y for curve in curves for y in curve.y if y is not None]
+    y_places = (HEIGHT - _BOTTOM, _TOP)
+    y_scale = _scale(values, *y_places, tight=False) if linear_to is None else _log_scale(values, *y_places, linear_to)
+    body = [_grid(x_scale, y_scale), _labels(x_label, y_label)]
+    base = HEIGHT - _BOTTOM
+    for begin, end in spans:
+        body.append(f'<path class="sure" d="M{x_scale.at(begin):.1f} {base}H{x_scale.at(end):.1f}"/>')
+    body += [_line(curve, *look(k), x_scale, y_scale) for k, curve in enumerate(curves)]
+    for k, mark in enumerate(marks):
+        x, kind = x_scale.at(mark.at), "bad" if mark.bad else "mark"
+        anchor, beside = ("end", -5) if x > 0.6 * WIDTH else ("start", 5)
+        body.append(f'<path class="{kind}" d="M{x:.1f} {_TOP}V{base}"/>')
+        body.append(
+            f'<text class="{kind}" x="{x + beside:.1f}" y="{_TOP + 12 + 15 * k}" text-anchor="{anchor}">'
+            f"{escape(mark.text)}</text>"
+        )
+    return (
+        f'<svg class="plot" role="img" viewBox="0 0 {WIDTH} {HEIGHT}"><title>{escape(title)}</title>'
+        f"{''.join(body)}</svg>"
+    )
+
+
+def swatch(k: int) -> str:
+    """A piece of curve k, for a legend."""
+    colour, dashes = look(k)
+    return (
+        '<svg class="swatch" viewBox="0 0 40 8" aria-hidden="true">'
+        f'<path d="M1 4H39" stroke="{colour}" stroke-width="2.5"{_dashes(dashes)}/></svg>'
+    )
+
+
+@dataclass(frozen=True)
+class _Scale:
+    """From values to places; ticks with their texts."""
+
+    low: float
+    high: float
+    begin: float
+    end: float
+    ticks: tuple[tuple[float, str], ...]
+    linear_to: float | None = None
+
+    def at(self, value: float) -> float:
+        share = (self._moved(value) - self._moved(self.low)) / (self._moved(self.high) - self._moved(self.low))
+        return self.begin + share * (self.end - self.begin)
+
+    def _moved(self, value: float) -> float:
+        """What is drawn in proportion: the value, or beyond `linear_to` one more for each power of ten."""
+        if self.linear_to is None:
+            return value
+        over = abs(value) / self.linear_to
+        return math.copysign(over if over <= 1.0 else 1.0 + math.log10(over), value)
+
+
+def _scale(values: Sequence[float], begin: float, end: float, *, tight: bool) -> _Scale:
+    """A scale around some values: just so, or up to the next tick."""
+    low, high = min(values), max(values)
+    if high - low < 1e-12 * max(1.0, abs(high)):
+        low, high = low - 0.5, high + 0.5
+    step = _step((high - low) / _TICKS)
+    if not tight:
+        low, high = step * math.floor(low / step + 1e-9), step * math.ceil(high / step - 1e-9)
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    ticks = tuple((step * k, f"{step * k:.6g}") for k in range(first, last + 1))
+    return _Scale(low, high, begin, end, ticks)
+
+
+def _log_scale(values: Sequence[float], begin: float, end: float, linear_to: float) -> _Scale:
+    """A scale around 0 and some values, with ticks at 0 and at powers of ten of `linear_to`."""
+
+    def beyond(size: float) -> list[float]:
+        powers = math.ceil(math.log10(max(size / linear_to, 1.0)) - 1e-9) if size > 0.0 else -1
+        return [linear_to * 10.0**k for k in range(powers + 1)]
+
+    places = [*(-value for value in beyond(-min(values))), 0.0, *beyond(max(values))]
+    if len(places) == 1:
+        places.append(linear_to)
+    ticks = tuple((value, f"{value:.6g}") for value in sorted(places))
+    return _Scale(min(places), max(places), begin, end, ticks, linear_to)
+
+
+def _step(least: float) -> float:
+    """The next of 1, 2, 5, 10, ... times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(least))
+    return next(power * k for k in (1, 2, 5, 10) if power * k >= least * (1 - 1e-9))
+
+
+def _grid(x_scale: _Scale, y_scale: _Scale) -> str:
+    base = HEIGHT - _BOTTOM
+    lines = "".join(f"M{_LEFT} {y_scale.at(y):.1f}H{WIDTH - _RIGHT}" for y, _ in y_scale.ticks)
+    lines += "".join(f"M{x_scale.at(x):.1f} {_TOP}V{base}" for x, _ in x_scale.ticks)
+    texts = "".join(
+        f'<text x="{_LEFT - 6}" y="{y_scale.at(y) + 4:.1f}" text-anchor="end">{text}</text>'
+        for y, text in y_scale.ticks
+    )
+    texts += "".join(
+        f'<text x="{x_scale.at(x):.1f}" y="{base + 16}" text-anchor="middle">{text}</text>' for x, text in x_scale.ticks
+    )
+    return f'<path class="grid" d="{lines}"/>{texts}'
+
+
+def _labels(x_label: str, y_label: str) -> str:
+    middle = 0.5 * (_TOP + HEIGHT - _BOTTOM)
+    return (
+        f'<text x="{0.5 * (_LEFT + WIDTH - _RIGHT):.0f}" y="{HEIGHT - 6}" text-anchor="middle">{escape(x_label)}</text>'
+        f'<text x="14" y="{middle:.0f}" text-anchor="middle" transform="rotate(-90 14 {middle:.0f})">'
+        f"{escape(y_label)}</text>"
+    )
+
+
+def _line(curve: Curve, colour: str, dashes: str, x_scale: _Scale, y_scale: _Scale) -> str:
+    data, drawing = [], False
+    for x, y in zip(curve.x, curve.y, strict=True):
+        if y is not None:
+            data.append(f"{'L' if drawing else 'M'}{x_scale.at(x):.1f} {y_scale.at(y):.1f}")
+        drawing = y is not None
+    path = f'<path class="curve" d="{"".join(data)}" stroke="{colour}"{_dashes(dashes)}/>'
+    return f"<g><title>{escape(curve.name)}</title>{path}</g>"
+
+
+def _dashes(dashes: str) -> str:
+    return f' stroke-dasharray="{dashes}"' if dashes else ""

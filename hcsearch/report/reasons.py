@@ -1,0 +1,52 @@
+"""Why a folding has its status: one sentence of what the stages recorded."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+
+from hcsearch.deployment.looks import look_parts
+from hcsearch.report.data import Row
+
+LOCKED = "proved locked at an end of the motion, in every way that the scene may join its flat pairs"
+
+
+def best_try(tried: Sequence[Row]) -> Row | None:
+    """The deployment that counts: the first that deploys, else the first."""
+    return next((row for row in tried if row["status"] == "deploys"), tried[0] if tried else None)
+
+
+def why(folding: Row, motion: str | None, tried: Sequence[Row]) -> str:
+    """The sentence behind the status of a folding; empty where no stage has decided anything.
+
+    motion : the sentence behind the planned motion. tried : its deployments.
+    """
+    status, best = folding.get("status"), best_try(tried)
+    if folding.get("twist"):
+        return f"twist {folding['twist']}: the closed band of panels cannot reach the two stacks"
+    if status == "locked":
+        return LOCKED
+    if status == "deploys" and best is not None:
+        return f"{best['reason']}; {springs_in(best)}"
+    if motion is None and best is None:
+        return ""
+    let_go = "springs were not tried" if best is None else f"{best['reason']}; {springs_in(best)}"
+    return let_go if motion is None else f"{let_go}; {motion}"
+
+
+def springs_in(row: Row) -> str:
+    """The springs and the flat pairs of a deployment."""
+    parts = str(row["scene"]).split(", ")
+    _, springs = look_parts(parts)
+    said = f"springs: {springs}" if springs else f"springs of the scene {row['base']}"
+    pairs = flat_pairs_in(row)
+    return f"{said}, flat pairs {pairs}" if pairs else said
+
+
+def flat_pairs_in(row: Row) -> str:
+    """How the flat pairs of a deployment are joined; empty where its values cannot be read."""
+    try:
+        values = tomllib.loads(str(row.get("scene_values", "")))
+    except tomllib.TOMLDecodeError:
+        return ""
+    return "merged" if values.get("merge") is True else str(values.get("flat_pairs", ""))

@@ -1,0 +1,52 @@
+// One design of the gallery: its picture, its foldings to choose from, its numbers.
+const Card = (() => {
+  const { element } = Parts;
+  const MOST_CHIPS = 6;
+  const SHOWN = new Set(["symmetry", "n_foldings", "dof", "needed_margin", "least_gap", "min_clearance", "deploy_time", "score"]);
+  // Which folding a reader chose to see, by design.
+  const chosen = new Map();
+
+  const drawn = (table, i) => (chosen.has(i) ? chosen.get(i) : table.best[i]);
+
+  // The foldings that fit on a card, the drawn one among them.
+  function listed(table, i) {
+    const rows = table.rows(i), shown = table.row(i, drawn(table, i));
+    if (rows.length <= MOST_CHIPS) return rows;
+    return rows.indexOf(shown) < MOST_CHIPS ? rows.slice(0, MOST_CHIPS) : [...rows.slice(0, MOST_CHIPS - 1), shown];
+  }
+
+  function chips(table, i, rows) {
+    if (!rows.length) return null;
+    const more = table.rows(i).length - rows.length;
+    return element("div", { class: "chips", role: "group", "aria-label": `Foldings of design ${table.designs.id[i]}` },
+      ...rows.map((row) => Parts.chip(table, row, table.foldings.crease[row] === drawn(table, i))),
+      more ? element("button", { type: "button", class: "chip more" }, `${more} more`) : null);
+  }
+
+  // The parts that depend on the folding that is drawn.
+  function fill(table, i, card) {
+    const row = table.row(i, drawn(table, i));
+    const said = row === undefined ? null : table.foldings.why[row];
+    card.replaceChildren(
+      element("header", {}, element("h3", {}, `#${table.designs.id[i]}`), Parts.badge(table.status[i])),
+      element("button", { type: "button", class: "thumb", "aria-label": `Enlarge design ${table.designs.id[i]}` },
+        Parts.picture(table, i, drawn(table, i))),
+      Parts.code("circuit notation", table.designs.circuit[i]),
+      Parts.code("array notation", table.designs.array[i]),
+      ...[chips(table, i, listed(table, i))].filter(Boolean),
+      ...(said ? [element("p", { class: "why", title: said }, said)] : []),
+      Parts.facts(table, i, row, (name) => SHOWN.has(name)),
+    );
+    return card;
+  }
+
+  function make(table, i) {
+    return fill(table, i, element("li", { class: "card", "data-index": i }));
+  }
+
+  function choose(table, row) {
+    chosen.set(table.foldings.design[row], table.foldings.crease[row]);
+  }
+
+  return { make, fill, choose, drawn };
+})();

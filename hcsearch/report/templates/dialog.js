@@ -1,0 +1,62 @@
+// One design enlarged: numbers on its picture, all its foldings, what was tried of each, and its motion.
+const Dialog = (() => {
+  const { element } = Parts;
+  const COLUMNS = ["dof", "flat_pairs", "needed_margin", "least_gap", "min_clearance", "deploy_time"];
+  let player = null;
+
+  function stop() {
+    player?.dispose();
+    player = null;
+  }
+
+  function command(table, i, row) {
+    const { scene, crease } = table.foldings;
+    const named = scene[row] === null || scene[row] === "default" ? "" : ` --scene '${scene[row]}'`;
+    return `hcsearch deploy ${table.designs.circuit[i]}:${crease[row]}${named}`;
+  }
+
+  function foldings(table, i, rows) {
+    const shown = COLUMNS.map((name) => table.folding_quantities.find((q) => q.name === name))
+      .filter((q) => q && rows.some((row) => table.foldings[q.name][row] !== null));
+    const head = element("tr", {}, ...["creases", "status", ...shown.map((q) => q.label + (q.unit && `, ${q.unit}`)), "scene, and why"]
+      .map((text) => element("th", { scope: "col" }, text)));
+    const half = table.designs.circuit[i].split(":")[1].length / 2;
+    const lines = rows.map((row) => element("tr", {},
+      element("th", { scope: "row" }, `${table.foldings.crease[row]}|${table.foldings.crease[row] + half}`),
+      element("td", {}, Parts.badge(Parts.foldingStatus(table, row))),
+      ...shown.map((q) => element("td", {}, table.foldings[q.name][row] === null ? "–" : Parts.written(table.foldings[q.name][row]))),
+      element("td", { class: "reason" }, table.foldings.why[row] || "–")));
+    return element("div", { class: "wide" }, element("table", { class: "foldings" }, element("thead", {}, head), element("tbody", {}, ...lines)));
+  }
+
+  function play(table, row, place) {
+    const payload = row === undefined ? null : table.player(row);
+    place.hidden = !payload || typeof hcsearchPlayer === "undefined";
+    if (!place.hidden) player = hcsearchPlayer.mount(place, payload, {});
+  }
+
+  function show(table, i, dialog) {
+    stop();
+    const rows = table.rows(i), crease = Card.drawn(table, i), row = table.row(i, crease), place = element("div", { class: "player" });
+    const link = table.pages ? element("a", { href: table.pages.replace("{id}", table.designs.id[i]) }, "its own page") : null;
+    const said = row === undefined ? null : table.foldings.why[row];
+    dialog.replaceChildren(element("div", { class: "card", "data-index": i },
+      element("header", {}, element("h3", {}, `#${table.designs.id[i]}`), Parts.badge(table.status[i]), link,
+        element("button", { type: "button", class: "copy close" }, "close")),
+      element("div", { class: "thumb" }, Parts.picture(table, i, crease, true)),
+      rows.length ? element("div", { class: "chips", role: "group", "aria-label": "Foldings" },
+        ...rows.map((k) => Parts.chip(table, k, k === row))) : null,
+      said ? element("p", { class: "why" }, said) : null,
+      place,
+      Parts.code("circuit notation", table.designs.circuit[i]),
+      Parts.code("array notation", table.designs.array[i]),
+      Parts.facts(table, i, row, (name) => name !== "id"),
+      rows.length ? foldings(table, i, rows) : null,
+      row !== undefined && table.foldings.scene[row] !== null ? Parts.code("command", command(table, i, row)) : null,
+      Parts.code("command", `hcsearch show ${table.designs.id[i]} --html`)));
+    if (!dialog.open) dialog.showModal();
+    play(table, row, place);
+  }
+
+  return { show, stop };
+})();

@@ -1,0 +1,77 @@
+const table = Table.read(JSON.parse(document.getElementById("data").textContent));
+const byId = (name) => document.getElementById(name);
+const [tools, find, state, large, column, direction] = ["tools", "find", "state", "large", "column", "direction"].map(byId);
+const gallery = Gallery.open(table, byId("gallery"));
+const spaced = (count) => count.toLocaleString("en");
+let down = false;
+
+function select() {
+  const only = [...tools.querySelectorAll("input[name=only]:checked")].map((box) => box.value);
+  let chosen;
+  try {
+    chosen = Conditions.selected(table, find.value).filter((i) => only.every((name) => table.designs[name][i]));
+  } catch (error) {
+    // What was shown stays, beside what is wrong with the words.
+    find.setAttribute("aria-invalid", "true");
+    byId("wrong").textContent = error.message;
+    return;
+  }
+  find.removeAttribute("aria-invalid");
+  byId("wrong").textContent = "";
+  gallery.show(column.value ? Table.sorted(table, chosen, column.value, down) : down ? chosen.reverse() : chosen);
+  state.textContent = `${spaced(chosen.length)} of ${spaced(table.total)} designs`;
+  byId("none").hidden = chosen.length > 0;
+}
+
+async function copy(button) {
+  const code = button.parentElement.querySelector("code");
+  try {
+    await navigator.clipboard.writeText(code.textContent);
+  } catch {
+    // Pages opened from a file may be refused the clipboard: select the text instead.
+    getSelection().selectAllChildren(code);
+    document.execCommand("copy");
+  }
+  button.textContent = "copied";
+  setTimeout(() => { button.textContent = "copy"; }, 1200);
+}
+
+function chooseFolding(button) {
+  const row = Number(button.dataset.row), i = table.foldings.design[row];
+  Card.choose(table, row);
+  gallery.refresh(i);
+  if (large.open) Dialog.show(table, i, large);
+  const scope = large.open ? large : byId("gallery");
+  scope.querySelector(`[data-row="${row}"]`)?.focus({ preventScroll: true });
+}
+
+function flip() {
+  down = !down;
+  direction.textContent = down ? "↓" : "↑";
+  direction.setAttribute("aria-label", down ? "Largest first" : "Smallest first");
+  select();
+}
+
+document.addEventListener("click", (event) => {
+  const button = event.target.closest("button");
+  const enlarged = event.target.closest("#gallery .thumb, #gallery .more");
+  if (event.target === large || button?.classList.contains("close")) large.close();
+  else if (enlarged) Dialog.show(table, Number(enlarged.closest(".card").dataset.index), large);
+  else if (!button) return;
+  else if (button.dataset.row) chooseFolding(button);
+  else if (button.classList.contains("copy")) copy(button);
+  else if (button === direction) flip();
+});
+large.addEventListener("close", Dialog.stop);
+tools.addEventListener("input", select);
+tools.addEventListener("submit", (event) => event.preventDefault());
+addEventListener("beforeprint", () => {
+  const printed = gallery.print(true);
+  byId("printed").textContent = printed < gallery.count() ? `The first ${spaced(printed)} of ${spaced(gallery.count())} designs are printed.` : "";
+});
+addEventListener("afterprint", () => gallery.print(false));
+
+column.append(...Table.sortable(table).map(({ name, label, note }) => Parts.element("option", { value: name, title: note }, label)));
+tools.hidden = false;
+select();
+gallery.layout();

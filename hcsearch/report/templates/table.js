@@ -1,0 +1,56 @@
+// The data of the page: columns of designs and of foldings, unpacked once.
+const Table = (() => {
+  const unpack = (column, count) => {
+    if (Array.isArray(column)) return column;
+    if (column.words) return column.at.map((place) => column.words[place]);
+    return Array(count).fill(column.all);
+  };
+
+  // What is known of a design where no stage has given a verdict.
+  function fallback(designs, i) {
+    if (designs.untwisted[i] !== null) return designs.untwisted[i] ? "untwisted" : designs.two_stack[i] ? "twisted" : "no_folding";
+    if (designs.two_stack[i] !== null) return designs.two_stack[i] ? "two_stack" : "no_folding";
+    return "not_judged";
+  }
+
+  function read(data) {
+    const quantities = new Map(data.quantities.map((quantity) => [quantity.name, quantity]));
+    const designs = {}, foldings = {};
+    for (const name of quantities.keys()) designs[name] = unpack(data.designs[name], data.count);
+    const none = Array(data.count).fill(null);
+    for (const name of ["id", "untwisted", "two_stack", "status", "circuit", "array"]) designs[name] ||= none;
+    const readable = unpack(data.readable, data.count), best = unpack(data.best, data.count);
+    const of = Array.from({ length: data.count }, () => []);
+    for (const [name, column] of Object.entries(data.foldings)) foldings[name] = unpack(column, data.folding_count);
+    foldings.design.forEach((design, row) => of[design].push(row));
+    const status = designs.status.map((word, i) => word ?? fallback(designs, i));
+    const texts = [];
+    const text = (i) => (texts[i] ??= [`#${designs.id[i]}`, designs.circuit[i], designs.array[i], status[i].replace("_", " ")]
+      .join(" ").toLowerCase());
+    const row = (i, crease) => of[i].find((k) => foldings.crease[k] === crease);
+    return {
+      ...data, designs, foldings, readable, best, status, text, row,
+      quantity: (name) => quantities.get(name),
+      rows: (i) => of[i],
+      player: (k) => data.players[k] || null,
+    };
+  }
+
+  // The numbers in which the designs differ, and the id.
+  function sortable(table) {
+    return table.quantities.filter(({ name, kind }) => kind !== "text"
+      && (name === "id" || new Set(table.designs[name]).size > 1));
+  }
+
+  // Unknown values last in either direction, equal ones in the order of the query.
+  function sorted(table, chosen, name, down) {
+    const keys = table.designs[name], sign = down ? -1 : 1;
+    return [...chosen].sort((a, b) => {
+      const x = keys[a], y = keys[b];
+      if (x === null || y === null) return (x === null) - (y === null) || a - b;
+      return sign * (x - y) || a - b;
+    });
+  }
+
+  return { read, sortable, sorted };
+})();

@@ -1,0 +1,31 @@
+"""Which folding gave a design its status, as the stages recorded it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from sqlalchemy import and_, func
+from sqlalchemy import select as sql_select
+
+from hcsearch.scenes import DEFAULT
+from hcsearch.store.database import Database
+from hcsearch.store.schema import design, outcome
+
+AT_ONCE = 5000
+"""Designs that one statement asks for."""
+
+
+def best_creases(database: Database, ids: Sequence[int], scene: str = DEFAULT) -> dict[int, int]:
+    """The crease of the best folding of each design in a scene, as in the view `designs`; designs without one left out.
+
+    The best folding is chosen by `stages.statuses.best_foldings`, once, when verdicts are recorded.
+    """
+    creases: dict[int, int] = {}
+    best = func.coalesce(outcome.c.best_crease, design.c.best_crease)
+    joined = design.outerjoin(outcome, and_(outcome.c.design_id == design.c.id, outcome.c.scene == scene))
+    with database.reading() as connection:
+        for first in range(0, len(ids), AT_ONCE):
+            wanted = design.c.id.in_(list(ids[first : first + AT_ONCE]))
+            statement = sql_select(design.c.id, best).select_from(joined).where(wanted, best.is_not(None))
+            creases.update((row[0], row[1]) for row in connection.execute(statement))
+    return creases

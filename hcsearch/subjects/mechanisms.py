@@ -1,0 +1,78 @@
+"""The mechanism of a folding in words: its freedoms, and whether an end of its motion is proved locked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hcsearch.folding import Folding
+from hcsearch.kinematics.generic import generic_rank
+from hcsearch.kinematics.rank import rank_at
+from hcsearch.linkage import Linkage
+from hcsearch.locks.proofs import lock_at
+from hcsearch.locks.tightness import tightness
+from hcsearch.scenes import PanelSize
+from hcsearch.typing import Reals
+
+
+@dataclass(frozen=True)
+class Freedoms:
+    """Degrees of freedom with flat pairs joined in some way; None where rounding leaves them undecided.
+
+    joined : how, in words. moving : at a generic state of the motion. folded, flat : there, at first order.
+    """
+
+    joined: str
+    moving: int | None
+    folded: int | None
+    flat: int | None
+    kutzbach: int
+
+    @property
+    def sentence(self) -> str:
+        """All in one line."""
+        moving, folded, flat = (
+            "undecided" if number is None else number for number in (self.moving, self.folded, self.flat)
+        )
+        return (
+            f"freedoms, {self.joined}: {moving} moving, {folded} folded, {flat} flat at first order; "
+            f"Kutzbach {self.kutzbach}"
+        )
+
+
+def freedoms_of(folding: Folding, panel: PanelSize) -> list[Freedoms]:
+    """The freedoms of a folding with hinged flat pairs and, where it has mirror pairs, with those merged."""
+    freedoms = [_freedoms("flat pairs hinged", Linkage(folding.pattern(panel, hinged=True)))]
+    if folding.mirror_pairs:
+        pairs = ", ".join(f"{a} {b}" for a, b in folding.mirror_pairs)
+        freedoms.append(_freedoms(f"panels {pairs} merged", Linkage(folding.pattern(panel, merged=True))))
+    return freedoms
+
+
+def _freedoms(joined: str, linkage: Linkage) -> Freedoms:
+    ranks = (generic_rank(linkage), rank_at(linkage, linkage.folded), rank_at(linkage, linkage.flat))
+    moving, folded, flat = (rank.nullity for rank in ranks)
+    return Freedoms(joined, moving, folded, flat, linkage.pattern.kutzbach)
+
+
+def lock_sentences(folding: Folding, panel: PanelSize) -> list[list[str]]:
+    """Whether each end is proved locked, a sentence for each way of joining flat pairs, with how tight after it."""
+    rigid, hinged = Linkage(folding.pattern(panel)), Linkage(folding.pattern(panel, hinged=True))
+    return [
+        *_locks("folded", {"rigid": (rigid, rigid.folded), "hinged": (hinged, hinged.folded)}),
+        *_locks("flat", {"rigid": (rigid, rigid.flat), "hinged": (hinged, hinged.flat)}),
+    ]
+
+
+def _locks(end: str, ways: dict[str, tuple[Linkage, Reals]]) -> list[list[str]]:
+    """An end with rigid, and if that is locked with hinged flat pairs: hinged ones move more."""
+    sentences: list[list[str]] = []
+    for pairs, (linkage, angles) in ways.items():
+        lock = lock_at(linkage, angles)
+        if not lock.locked:
+            said = "rigid or hinged" if pairs == "rigid" else pairs
+            return [*sentences, [f"{end}, flat pairs {said}: not proved locked, {lock.reason}"]]
+        proof = "exact" if lock.exact else "numerical"
+        tight = tightness(linkage, angles)
+        sentence = f"{end}, flat pairs {pairs}: locked ({proof} proof), {lock.reason}"
+        sentences.append([sentence] if tight is None else [sentence, tight.sentence])
+    return sentences

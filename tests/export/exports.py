@@ -1,0 +1,34 @@
+"""What tests of exports share: values that writers take, and strategies for them."""
+
+from functools import cache
+
+from hypothesis import strategies as st
+
+from hcsearch.export.exported import Exported
+from hcsearch.export.formats import FORMATS
+from hcsearch.export.reading import exported_named
+from hcsearch.folding import foldings
+from hcsearch.subjects.reading import Request
+from tests.strategies import circuits
+
+DESIGN = "hex:0234435011:1"
+MOVING = "hex:0234550132:4"
+"""A folding with a path that is planned in no time."""
+SLITTED = "square:012233230011:0"
+RING = "square:011122233300:0"
+"""Squares around a hole of two by two."""
+
+
+@cache
+def exported(name: str, wanted: str = "fold", by: str | None = None, state="flat", **request) -> Exported:
+    return exported_named(Request(name, "none.sqlite", **request), FORMATS[wanted], by, state)
+
+
+@st.composite
+def folded(draw: st.DrawFn) -> Exported:
+    """A folding of a circuit of any grid, with its flat pairs joined in any way."""
+    circuit = draw(circuits(even=True).filter(foldings))
+    folding = draw(st.sampled_from(foldings(circuit)))
+    way = draw(st.sampled_from(("rigid", "hinged", *(("merged",) if folding.mirror_pairs else ()))))
+    request = {"merge": True} if way == "merged" else {"flat_pairs": way}
+    return exported_named(Request(folding.notation, "none.sqlite", **request), FORMATS["fold"])

@@ -1,0 +1,162 @@
+"""`hcsearch export` and `hcsearch check` as a person meets them."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from hcsearch.cli import hcsearch
+from hcsearch.errors import HcsearchError, OutputError
+from hcsearch.export import FORMATS, export
+from hcsearch.export.formats import Format, format_of
+from hcsearch.export.reading import best_crease
+from hcsearch.export.settings import Settings, read_state
+from hcsearch.export.writing import write_export
+from hcsearch.folding import Folding
+from tests.export.exports import DESIGN, MOVING, exported
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    def call(*words):
+        return CliRunner().invoke(hcsearch, words)
+
+    return call
+
+
+def refusal(result):
+    assert isinstance(result.exception, HcsearchError), result.output
+    return str(result.exception)
+
+
+@pytest.mark.parametrize("form", [form for form in FORMATS.values() if not form.needs], ids=lambda form: form.name)
+def test_each_format_is_written_by_its_ending_alone(run, form):
+    name = f"design{form.endings[0]}"
+    result = run("export", MOVING, "--output", name)
+    assert result.exit_code == 0, result.output
+    first, *beside = result.output.split()
+    assert first == name
+    assert all(Path(path).stat().st_size for path in (first, *beside))
+
+
+@pytest.mark.parametrize("form", FORMATS.values(), ids=lambda form: form.name)
+def test_each_format_has_a_module_with_a_writer_and_settings_that_there_are(form, monkeypatch):
+    monkeypatch.setattr(Format, "check_installed", lambda self: None)
+    assert callable(form.write)
+    assert all(ending.startswith(".") for ending in form.endings)
+    assert form.takes <= set(Settings.__dataclass_fields__)
+
+
+def test_a_design_of_a_database_stands_for_its_best_folding(run):
+    assert run("enumerate", "--grid", "hex", "--n", "8", "--until", "mobility").exit_code == 0
+    listed = run("query", "untwisted", "-c", "id,circuit", "--format", "csv").output.splitlines()[1:]
+    number, circuit = listed[0].split(",")
+    assert run("export", number, "--output", "a.fold").exit_code == 0
+    assert f'"{circuit}:' in Path("a.fold").read_text(encoding="utf-8")
+    rows = [
+        {"status": None, "needed_margin": None, "dof": None, "crease": 0},
+        {"status": "movable", "needed_margin": 1e-2, "dof": 6, "crease": 1},
+        {"status": "deploys", "needed_margin": None, "dof": 7, "crease": 2},
+        {"status": "deploys", "needed_margin": 1e-2, "dof": 8, "crease": 3},
+        {"status": "deploys", "needed_margin": 1e-2, "dof": 6, "crease": 4},
+    ]
+    assert [best_crease(rows[:k]) for k in range(6)] == [None, None, 1, 2, 3, 4]
+
+
+def test_an_array_needs_no_folding(run):
+    assert run("export", "hex:024", "--output", "a.g6").exit_code == 0
+    assert "does not fold into two stacks" in refusal(run("export", "hex:024", "--output", "a.fold"))
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--output", "a.txt"), "a.txt has no known ending: write .fold"),
+        (("--output", "a.svg", "--format", "fold"), "a.svg is no name for a file of the format fold: write .fold"),
+        (("--output", "a.fold", "--kerf", "1"), "fold takes no --kerf: leave it out, or choose svg, dxf"),
+        (("--output", "a.svg", "--motion", "path"), "svg holds no motion: leave out --motion"),
+        (("--output", "a.svg", "--state", "half"), "'half' is no state: write flat, folded, or a share"),
+        (("--output", "none/a.svg"), "there is no folder none"),
+        (("--output", "a.csv", "--motion", "path", "--merge"), "the folding has no mirror image"),
+    ],
+)
+def test_what_cannot_be_is_one_line(run, words, message):
+    assert message in refusal(run("export", DESIGN, *words))
+
+
+def test_a_format_whose_program_is_missing_names_the_extra(run, monkeypatch):
+    monkeypatch.setitem(sys.modules, "ezdxf", None)
+    assert "dxf needs ezdxf: pip install 'hcsearch[export]'" in refusal(run("export", DESIGN, "--output", "a.dxf"))
+
+
+def test_python_writes_what_the_command_writes(run, tmp_path):
+    assert run("export", DESIGN, "--output", "a.svg", "--sheet", "panels", "--kerf", "0.3").exit_code == 0
+    folding = Folding.from_notation(DESIGN)
+    assert export(folding, tmp_path / "b.svg", sheet="panels", kerf_mm=0.3) == [tmp_path / "b.svg"]
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+    with pytest.raises(HcsearchError, match="exports have no setting 'colour'"):
+        export(folding, tmp_path / "b.svg", colour="red")
+
+
+def test_files_beside_are_written_with_the_first_or_not_at_all(tmp_path, monkeypatch):
+    form = Format("urdf", (".urdf",), "a robot")
+    files = {".urdf": "<robot/>", ".closure.json": b"{}"}
+    monkeypatch.setattr(Format, "write", property(lambda self: lambda value, settings: files))
+    value = exported(DESIGN)
+    paths = write_export(tmp_path / "a.urdf", form, value, Settings())
+    assert [path.name for path in paths] == ["a.urdf", "a.closure.json"]
+    assert paths[1].read_bytes() == b"{}"
+    (tmp_path / "b.closure.json").mkdir()
+    with pytest.raises(OutputError):
+        write_export(tmp_path / "b.urdf", form, value, Settings())
+    assert not (tmp_path / "b.urdf").exists()
+
+
+def test_states_are_ends_or_shares_of_the_motion():
+    assert [read_state(text) for text in ("flat", "folded", "0", "0.25")] == ["flat", "folded", 0.0, 0.25]
+    value = exported(MOVING, "csv")
+    assert value.angles(0.0) == pytest.approx(value.motion.angles[0])
+    assert value.angles(1.0) == pytest.approx(value.motion.angles[-1])
+    for text in ("1.5", "nan", "-1", ""):
+        with pytest.raises(HcsearchError, match="is no state"):
+            read_state(text)
+    with pytest.raises(OutputError, match="there is no format 'obj'"):
+        format_of("a.obj", "obj")
+
+
+def test_check_takes_a_file_through_every_stage(run):
+    assert run("export", MOVING, "--output", "mine.fold", "--panel", "60x7").exit_code == 0
+    result = run("check", "mine.fold", "--json")
+    found = json.loads(result.output)
+    assert (found["circuit"], found["panel_mm"]) == (MOVING.rpartition(":")[0], "60x60x7")
+    assert [folding["folding"] for folding in found["foldings"]] == [MOVING]
+    assert result.exit_code == (0 if found["foldings"][0]["status"] == "deploys" else 1)
+    assert list(found["funnel"].values())[1:5] == [1, 1, 1, 1]
+    again = run("check", "mine.fold", "--json", "--panel", "50x6", "--flat-pairs", "rigid")
+    assert json.loads(again.output)["panel_mm"] == "50x50x6"
+
+
+def test_check_says_the_same_of_a_circuit_in_any_order(run):
+    name = MOVING.rpartition(":")[0]
+    word = name.partition(":")[2]
+    moved = "hex:" + "".join(str((int(d) + 2) % 6) for d in word[3:] + word[:3])
+    one, two = run("check", f"{name}:4"), run("check", moved)
+    assert one.exit_code == two.exit_code
+    assert one.output.splitlines()[0] == two.output.splitlines()[0]
+    assert f"{MOVING}: " in two.output
+
+
+def test_check_ends_with_1_where_nothing_folds(run):
+    result = run("check", "hex:024")
+    assert (result.exit_code, "two-stack foldings           0" in result.output) == (1, True)
+
+
+def test_check_refuses_what_is_no_pattern(run):
+    Path("bad.fold").write_text("no JSON", encoding="utf-8")
+    assert "bad.fold is no FOLD file" in refusal(run("check", "bad.fold"))
+    assert "name a file .fold, or a notation" in refusal(run("check", "nothing"))
+    assert "name a file that is there" in refusal(run("check", "none.fold"))

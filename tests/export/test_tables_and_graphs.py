@@ -1,0 +1,86 @@
+"""Tables of motions, and graphs of arrays: what pandas and networkx read back."""
+
+import json
+from io import BytesIO, StringIO
+
+import networkx as nx
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+
+from hcsearch.export import csv, graph6, networkx, parquet
+from hcsearch.export.exported import Exported
+from hcsearch.export.gaps import gaps_at
+from hcsearch.export.settings import Settings
+from hcsearch.export.tables import table_of
+from tests.collision.naive_distances import feature_distance
+from tests.export.exports import MOVING, exported
+from tests.strategies import circuits
+
+
+def test_the_table_of_a_path_reads_back_to_the_last_digit():
+    value = exported(MOVING, "csv")
+    table = pd.read_csv(StringIO(csv.write(value, Settings())))
+    motion = value.motion
+    hinges = [f"angle_{label}_rad" for label in value.labels.hinges]
+    assert list(table) == ["path_share", *hinges, "gap_mm", "nearest"]
+    np.testing.assert_array_equal(table["path_share"], motion.at)
+    np.testing.assert_array_equal(table[hinges], motion.angles)
+    assert table["gap_mm"].iloc[0] == table["gap_mm"].iloc[-1] == 0.0
+
+
+@pytest.mark.extra
+def test_a_table_in_parquet_is_that_in_csv():
+    value = exported(MOVING, "csv")
+    found = pd.read_parquet(BytesIO(parquet.write(value, Settings())))
+    pd.testing.assert_frame_equal(found, table_of(value), check_dtype=False)
+
+
+def test_the_table_of_a_deployment_has_its_times():
+    value = exported("thesis-4x4", "csv", by="springs")
+    table = table_of(value)
+    assert next(iter(table)) == "time_s"
+    np.testing.assert_array_equal(table["time_s"], value.motion.at)
+    assert not table["gap_mm"].isna().any()
+
+
+def test_gaps_are_those_of_the_nearest_panels():
+    value = exported(MOVING, "csv")
+    linkage = value.linkage
+    middle = value.motion.at_time(np.array([0.3, 0.5]))
+    gaps, nearest = gaps_at(linkage, middle)
+    for angles, gap, pair in zip(middle, gaps, nearest, strict=True):
+        solids = [solid.reshape(-1, 3) for solid in linkage.solids(angles)]
+        panel_of = linkage.pattern.panel_of
+        own = [[solid for solid, panel in zip(solids, panel_of, strict=True) if panel == one] for one in pair]
+        if gap > 0.0:
+            assert gap == pytest.approx(min(feature_distance(a, b) for a in own[0] for b in own[1]), abs=1e-9)
+
+
+@given(circuits())
+@settings(max_examples=40)
+def test_graphs_are_those_of_the_array_whatever_reads_them(circuit):
+    value = Exported(circuit.notation, circuit, None, None, None)
+    ours = circuit.array.graph()
+    data = json.loads(networkx.write(value, Settings()))
+    graph = nx.node_link_graph(data, edges="edges")
+    small = nx.from_graph6_bytes(graph6.write(value, Settings()).strip())
+    assert nx.is_isomorphic(graph, ours)
+    assert set(map(frozenset, small.edges)) == set(map(frozenset, graph.edges))
+    creases = {d["crease"]: frozenset((a, b)) for a, b, d in graph.edges(data=True) if d["kind"] == "crease"}
+    assert creases == {k: frozenset((k, (k + 1) % circuit.n)) for k in range(circuit.n)}
+    assert [tuple(cell) for _, cell in sorted(graph.nodes(data="cell"))] == list(circuit.cells)
+
+
+def test_the_graph_of_a_folding_has_its_folds_and_one_of_an_assembly_its_hinges():
+    graph = nx.node_link_graph(json.loads(networkx.write(exported(MOVING, "networkx"), Settings())), edges="edges")
+    folds = {d["crease"]: d["fold"] for _, _, d in graph.edges(data=True) if d["kind"] == "crease"}
+    assert [folds[k] for k in range(10)] == list(exported(MOVING).folding.assignment)
+    unit = exported("unit-ii", "networkx")
+    graph = nx.node_link_graph(json.loads(networkx.write(unit, Settings())), edges="edges")
+    hinges = {d["hinge"] for _, _, d in graph.edges(data=True) if d["kind"] == "crease"}
+    assert hinges == set(range(unit.linkage.n_hinges))
+    rigid = nx.Graph((a, b) for a, b, d in graph.edges(data=True) if d["kind"] == "rigid")
+    panels = nx.get_node_attributes(graph, "panel")
+    assert all(panels[a] == panels[b] for a, b in rigid.edges)

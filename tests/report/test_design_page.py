@@ -1,0 +1,135 @@
+import json
+import re
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hcsearch.circuit import Circuit
+from hcsearch.errors import OutputError, SceneError
+from hcsearch.folding import Folding, foldings
+from hcsearch.records import Trial
+from hcsearch.report.design_fetching import design_data
+from hcsearch.report.design_page import render_design
+from hcsearch.report.writing import write_design
+from hcsearch.store import open_database, open_readonly, select
+from hcsearch.subjects.mechanisms import freedoms_of, lock_sentences
+from tests.judging import WORK, judge
+from tests.report.test_report_page import Page, data_of
+
+FOLDING = Folding.from_notation("hex:0234550132:4")
+
+
+@pytest.fixture(scope="module")
+def computed():
+    """A folding that no database holds: its motions are planned and simulated."""
+    return design_data(FOLDING.circuit, [FOLDING], "none.sqlite", None, 0)
+
+
+@pytest.fixture
+def stored(database_file, tmp_path):
+    """A database in which the folding of eight hexagons is movable and was let go once; its place, id and crease."""
+    path = str(shutil.copy(database_file, tmp_path))
+    with open_database(path, create=False) as opened:
+        number, name = select(opened, "grid=hex n=8 untwisted", columns="id,circuit").rows[0]
+        (crease,) = select(opened, f"design_id={number} untwisted", columns="crease", view="foldings").rows[0]
+        values = 'flat_pairs = "hinged"\nmerge = false\n'
+        trial = Trial(
+            *(0, "default", values, "constrained", "collides", "panels 1 and 5 collide at 0.01 s"),
+            *(None, 0.01, None, 1e-7, 1e-9),
+        )
+        judge(opened, [(name, crease, "movable", None, None)], trials=[trial])
+        judge(opened, [(name, crease, "undecided", None, None)], "solar", work=replace(WORK, target="solar"))
+    return path, number, name, crease
+
+
+def page_of(path: str, number: int, name: str, scene: str = "default"):
+    circuit = Circuit.from_notation(name)
+    with open_readonly(path) as database:
+        return design_data(circuit, foldings(circuit), path, database, number, scene)
+
+
+def test_motions_are_planned_and_let_go_where_no_database_holds_the_design(computed):
+    (shown,) = computed.foldings
+    path, springs = shown.motions
+    assert "proved with" in path.source
+    assert path.command == "hcsearch drive hex:0234550132:4"
+    assert springs.command == "hcsearch deploy hex:0234550132:4"
+    assert "flat after 0.14" in springs.source
+    assert [plot.title for plot in path.plots] == ["Nearest gap between panels", "Fold angles of the hinges"]
+    assert [plot.title for plot in springs.plots][-1] == "Energies"
+    assert computed.row == {}
+
+
+def test_curves_are_named_by_crease_and_there_is_one_for_each_hinge(computed):
+    for motion in computed.foldings[0].motions:
+        angles = motion.plots[1]
+        names = motion.payload["labels"]["hinges"]
+        assert angles.names == tuple(f"crease {name}" for name in names)
+        assert angles.svg.count('class="curve"') == len(names)
+    rigid = computed.foldings[0].motions[1]
+    assert len(rigid.plots[1].names) == 8  # the flat creases 4 and 9 have no hinge
+    assert not {"crease 4", "crease 9"} & set(rigid.plots[1].names)
+
+
+def test_the_page_says_what_is_known_and_holds_the_motions(computed):
+    text = render_design(computed)
+    page = Page(text)
+    joined = " ".join(said for _, said in page.texts)
+    for known in ("hex:0234550132", "173.2 x 100 x 30 mm", "213.2 g", "hcsearch deploy hex:0234550132:4"):
+        assert known in joined
+    assert data_of(text) == [motion.payload for motion in computed.foldings[0].motions]
+    assert page.count("script") == 3  # data, player, program
+    assert [attrs["data-motion"] for attrs in page.with_class("player")] == ["0", "1"]
+    for freedoms in freedoms_of(FOLDING, (0.05, 0.05, 0.006)):
+        assert freedoms.sentence in joined
+    for sentence, *_ in lock_sentences(FOLDING, (0.05, 0.05, 0.006)):
+        assert sentence in joined
+
+
+def test_a_stored_design_shows_its_verdicts_and_paths(stored):
+    path, number, name, crease = stored
+    data = page_of(path, number, name)
+    first, *_ = data.foldings
+    assert (data.best, first.folding.crease, first.status) == (crease, crease, "movable")
+    assert first.why == (
+        "panels 1 and 5 collide at 0.01 s; springs of the scene default, flat pairs hinged; a reason for movable"
+    )
+    assert [motion.title for motion in first.motions] == ["Path", "Springs"]
+    assert np.isclose(first.room.packed.height, 0.024)
+    assert all(shown.status == "twisted" for shown in data.foldings[1:])
+    joined = " ".join(said for _, said in Page(render_design(data)).texts)
+    assert "movable" in joined
+    assert "needed margin" in joined
+
+
+def test_verdicts_are_those_of_a_scene(stored):
+    path, number, name, _ = stored
+    data = page_of(path, number, name, "solar")
+    assert data.foldings[0].status == "undecided"
+    assert dict(data.meta)["scene"] == "solar"
+    assert data.foldings[0].motions == []
+    with pytest.raises(SceneError, match="moon"):
+        page_of(path, number, name, "moon")
+
+
+def test_a_design_without_foldings_has_a_page(tmp_path):
+    path = write_design(Circuit.from_notation("hex:024"), [], tmp_path / "none.html", db="none.sqlite")
+    text = path.read_text(encoding="utf-8")
+    assert "there is no folding into two stacks" in text
+    assert data_of(text) == []
+    with pytest.raises(OutputError, match="there is no folder"):
+        write_design(Circuit.from_notation("hex:024"), [], tmp_path / "new" / "none.html", db="none.sqlite")
+
+
+def test_hostile_text_stays_text(computed):
+    hostile = "</script><script>alert(1)</script>"
+    (shown,) = computed.foldings
+    motion = replace(shown.motions[0], source=hostile, payload={**shown.motions[0].payload, "title": hostile})
+    shown = replace(shown, why=hostile, status=hostile, motions=[motion])
+    data = replace(computed, title=hostile, notation=hostile, meta=[(hostile, hostile)], foldings=[shown])
+    text = render_design(data)
+    assert Page(text).count("script") == 3
+    assert not re.search(r"<script>alert", text)
+    assert json.loads(json.dumps(data_of(text)))[0]["title"] == hostile

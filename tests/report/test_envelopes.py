@@ -1,0 +1,50 @@
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hcsearch.enumeration import enumerate_circuits
+from hcsearch.flat_pairs import folding_linkage
+from hcsearch.folding import Folding, foldings
+from hcsearch.report.envelopes import envelope_at, room_of
+from hcsearch.scenes import SCENES, Scene
+
+SIZES = {"hex": (6, 8, 10), "square": (8, 10), "rectangle": (8,), "triangle": (10, 14)}
+FOLDINGS = [f for grid, ns in SIZES.items() for n in ns for c in enumerate_circuits(grid, n=n) for f in foldings(c)]
+
+
+@given(st.sampled_from(FOLDINGS))
+def test_two_stacks_stand_on_two_cells(folding):
+    room = room_of(folding, SCENES["default"])
+    side, across = 50.0, 50.0 * math.sqrt(3)
+    # a pair of cells that share an edge, in the smallest rectangle around it
+    pair = {
+        "hex": [2 * across, 2 * side],
+        "square": [100.0, 50.0],
+        "triangle": [1.5 * side, 0.5 * across],
+    }
+    packed = [1e3 * side for side in (room.packed.length, room.packed.width)]
+    if folding.circuit.grid.name == "rectangle":
+        assert any(packed == pytest.approx(sides) for sides in ([80.0, 50.0], [100.0, 40.0]))
+    else:
+        assert packed == pytest.approx(pair[folding.circuit.grid.name], rel=1e-6)
+    assert 1e3 * room.packed.height == pytest.approx(6 * folding.circuit.n / 2)
+    assert 1e3 * room.flat.height == pytest.approx(6)
+    assert room.flat.length * room.flat.width >= room.area * (1 - 1e-9)
+
+
+def test_mass_is_density_times_volume():
+    folding = Folding.from_notation("hex:0234550132:4")
+    area = 10 * 1.5 * math.sqrt(3) * 0.05**2
+    assert room_of(folding, SCENES["default"]).mass == pytest.approx(547 * area * 0.006)
+    assert room_of(folding, Scene(areal_mass=2.0)).mass == pytest.approx(2.0 * area)
+    assert room_of(folding, Scene(panel=(0.1, 0.1, 0.003))).mass == pytest.approx(547 * 4 * area * 0.003)
+
+
+@given(st.sampled_from(FOLDINGS))
+def test_the_box_holds_the_panels_at_every_state(folding):
+    linkage = folding_linkage(folding)
+    box = envelope_at(linkage, 0.5 * linkage.folded)
+    assert box.volume >= linkage.pattern.area * linkage.pattern.thickness * (1 - 1e-9) / folding.circuit.n
+    assert box.length >= box.width > 0.0
