@@ -79,7 +79,7 @@ FORMATS: dict[str, Format] = {
     for form in (
         Format("fold", (".fold",), "FOLD 1.2, the crease pattern and folded states for origami software", frames=True),
         Format("svg", (".svg",), "sheets to cut and crease, as drawings in millimetres", takes=_SHEET),
-        Format("animation", (".svg",), "the motion as a moving picture of its panels", of="motion", by_name=True),
+        Format("animation", (".svg",), "a moving picture, with --format animation", of="motion", by_name=True),
         Format("dxf", (".dxf",), "the same sheets for CAD and cutters", takes=_SHEET, needs=("ezdxf",)),
         Format("csv", (".csv",), "fold angles and gaps along the motion, as a table", of="motion"),
         Format("parquet", (".parquet",), "the same table", of="motion", extra="parquet", needs=("pyarrow",)),

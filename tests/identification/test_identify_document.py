@@ -1,4 +1,4 @@
-"""docs/identification.md shows what the program does."""
+"""docs/explanation/identification.md shows what the program does."""
 
 import re
 import shlex
