@@ -12,7 +12,7 @@ export MYPY_CACHE_DIR ?= $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/hcsearch/mypy
 # commands and tests start many processes: each would compile all modules anew, and uv leaves that to the first
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run test check bench db report gallery clean
+.PHONY: run test check bench db report gallery reference clean
 
 run: $(VENV)/installed
 	$(BIN)/hcsearch enumerate --grid hex --n 12 --db $(DB)
@@ -35,6 +35,9 @@ db: $(VENV)/installed
 
 report: $(VENV)/installed
 	$(BIN)/hcsearch report --db $(DB)
+
+reference: $(VENV)/installed
+	$(BIN)/python -m hcsearch.store.columns_page > docs/reference/columns.md
 
 # the moving picture of the README
 gallery: $(VENV)/installed
