@@ -189,7 +189,7 @@ _BENCHES = (
     _Bench(
         "tables",
         "How many designs there are, on all arrays of n cells and on single arrays: docs/measurements/tables.md.",
-        "hcsearch bench tables --output docs",
+        "hcsearch bench tables --output docs/measurements",
         (_limit("600, quick: 10", "a search"),),
     ),
     _Bench(
