@@ -3,26 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from hcsearch.drawing import draw_circuit
-from hcsearch.errors import NotationError
+from hcsearch.errors import ArrayError, NotationError
 from hcsearch.grid import Array, Cell, Grid, Point, check_size, grid_named
 
 _STRAIGHT = 8
 """What stands for turn 0 where turns are bytes, which compare and copy fast."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Circuit:
     """A Hamiltonian circuit of an array, up to translation; read one with `from_notation`.
 
     word : directions of the n steps; crease k joins panels k and k + 1 (mod n), and word[k] points across it.
+    start : lattice point of panel 0, near the origin unless given; circuits that are moved are equal.
     """
 
     grid: Grid
     word: tuple[int, ...]
+    start: Point | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         check_size(self.n, "the circuit")
@@ -40,8 +42,8 @@ class Circuit:
             raise NotationError(f"circuit {self.notation!r} does not close or meets a panel twice: check its steps")
 
     @staticmethod
-    def from_notation(text: str) -> Circuit:
-        """Read the notation that `notation` writes, such as `hex:024`.
+    def from_notation(text: str, start: Point | None = None) -> Circuit:
+        """Read the notation that `notation` writes, such as `hex:024`; start : as of a circuit.
 
         Errors: NotationError for what is no circuit, SizeError for more panels than an array has cells.
         """
@@ -51,7 +53,7 @@ class Circuit:
             raise NotationError(
                 f"malformed circuit {text!r}: write the grid, a colon and the direction of each step, as hex:024"
             )
-        return Circuit(grid, tuple(map(int, steps)))
+        return Circuit(grid, tuple(map(int, steps)), start)
 
     @property
     def notation(self) -> str:
@@ -60,6 +62,10 @@ class Circuit:
 
     def __str__(self) -> str:
         return self.notation
+
+    def __repr__(self) -> str:
+        start = "" if self.start is None else f", start={self.start!r}"
+        return f"Circuit.from_notation({self.notation!r}{start})"
 
     def _repr_svg_(self) -> str:
         return draw_circuit(self.grid, self.cells, numbers=True, title=self.notation)
@@ -71,8 +77,9 @@ class Circuit:
 
     @cached_property
     def points(self) -> tuple[Point, ...]:
-        """Lattice points of the panels in circuit order, the first near the origin."""
-        x = y = 1 + self.word[0] % 2 if self.grid.is_triangle else 0
+        """Lattice points of the panels in circuit order, the first at `start`, or near the origin."""
+        near = 1 + self.word[0] % 2 if self.grid.is_triangle else 0
+        x, y = self.start or (near, near)
         points = []
         for d in self.word:
             points.append((x, y))
@@ -131,6 +138,27 @@ class Circuit:
     def canonical(self) -> Circuit:
         """The representative of all congruent circuits, the same in order and direction for each of them."""
         return Circuit(self.grid, self._canonical[0])
+
+    def on(self, array: Array) -> Circuit:
+        """The circuit where it runs through the cells of an array, congruent with its own; ArrayError for another one.
+
+        Panels and creases keep their numbers. By the first symmetry of the grid that fits.
+
+        >>> from hcsearch import GRIDS, Circuit, parse_array
+        >>> wall = parse_array(GRIDS["square"], "3x2")
+        >>> Circuit.from_notation("square:001223").on(wall).array == wall
+        True
+        """
+        places = set(array.points)
+        least, m = min(places), self.grid.directions
+        for isometry in self.grid.point_group if array.grid == self.grid and array.n == self.n else ():
+            images = [isometry(point) for point in self.points]
+            corner = min(images)
+            dx, dy = least[0] - corner[0], least[1] - corner[1]
+            if places == {(x + dx, y + dy) for x, y in images}:
+                word = tuple((isometry.sign * d + isometry.offset) % m for d in self.word)
+                return Circuit(self.grid, word, (images[0][0] + dx, images[0][1] + dy))
+        raise ArrayError(f"{self.notation} is no circuit of {array.notation}: its array is {self.array.notation}")
 
     @property
     def symmetry(self) -> int:

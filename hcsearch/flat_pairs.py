@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
-from hcsearch.scenes import PanelSize, Scene, default_panel
+from hcsearch.scenes import PanelSize, Scene
 from hcsearch.vocabulary import Way
 
 
@@ -20,21 +20,9 @@ def ways(scene: Scene) -> tuple[Way, ...]:
     return (*allowed, "merged") if scene.merge == "either" else allowed
 
 
-def folding_linkage(
-    folding: Folding, panel: PanelSize | None = None, *, hinged: bool = False, merged: bool = False
-) -> Linkage:
-    """A folding as a linkage whose base is its bottom pair.
-
-    panel : length, width, thickness (m), those of the scene `default` unless given. hinged : flat pairs hinged, not
-    rigid. merged : mirror pairs of panels made one.
-    """
-    pattern = folding.pattern(panel or default_panel(folding.circuit.grid.name), hinged=hinged, merged=merged)
-    return Linkage(pattern, base=pattern.panel_of[folding.crease])
-
-
 def linkage_joined(folding: Folding, panel: PanelSize, way: Way) -> Linkage:
     """A folding as a linkage with its flat pairs joined in a way."""
-    return folding_linkage(folding, panel, hinged=way == "hinged", merged=way == "merged")
+    return folding.linkage(panel, flat_pairs="hinged" if way == "hinged" else "rigid", merged=way == "merged")
 
 
 def can_be(folding: Folding, way: Way) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,11 @@ from hcsearch.grid import grid_named
 from hcsearch.kernels.circuits.folds import fold_words
 from hcsearch.pattern import RIGID, Crease, Pair, Pattern
 from hcsearch.records import CircuitBatch, FoldingBatch
+from hcsearch.scenes import PanelSize, default_panel
+from hcsearch.system.notebooks import notebook_view
+
+if TYPE_CHECKING:
+    from hcsearch.linkage import Linkage
 
 Assignment = Literal["mountain", "valley", "flat"]
 Face = Literal["top", "bottom"]
@@ -49,7 +54,7 @@ def divisible(circuits: CircuitBatch) -> NDArray[np.bool_]:
     return divides
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Folding:
     """A two-stack folding of a circuit: crease `crease` stays flat in the lowest layer, `opposite` in the highest.
 
@@ -90,6 +95,14 @@ class Folding:
 
     def __str__(self) -> str:
         return self.notation
+
+    def __repr__(self) -> str:
+        if self.circuit == self.circuit.canonical() and self.circuit.start is None:
+            return f"Folding.from_notation({self.notation!r})"
+        return f"Folding({self.circuit!r}, {self.crease})"
+
+    def _repr_html_(self) -> str | None:
+        return notebook_view(self)
 
     def _repr_svg_(self) -> str:
         circuit = self.circuit
@@ -172,7 +185,7 @@ class Folding:
                 pairs.append((b, a))
         return tuple(pairs)
 
-    def pattern(self, size: tuple[float, float, float], *, hinged: bool = False, merged: bool = False) -> Pattern:
+    def pattern(self, size: PanelSize, *, hinged: bool = False, merged: bool = False) -> Pattern:
         """The flat pattern of thick panels that folds so; facets are the panels of the circuit, in its order.
 
         size : length, width and thickness of a panel in metres; the side, twice, where cells are regular.
@@ -192,7 +205,31 @@ class Folding:
             creases[pair] = Crease(face, closes=not flat) if hinged or not flat else RIGID
         if merged:
             creases |= {(min(pair), max(pair)): RIGID for pair in self.mirror_pairs}
-        return Pattern(facets, creases, thickness)
+        return Pattern(facets, creases, thickness, of_circuit=True)
+
+    def linkage(
+        self,
+        panel: PanelSize | None = None,
+        *,
+        flat_pairs: Literal["rigid", "hinged"] = "rigid",
+        merged: bool = False,
+    ) -> Linkage:
+        """The folding as a linkage whose base is its bottom pair.
+
+        panel : length, width, thickness (m), those of the scene `default` unless given. flat_pairs : whether the pairs
+        that lie flat beside each other in both states are one panel each, or hinged. merged : mirror pairs made one.
+
+        >>> folding = Folding.from_notation("hex:0234550132:4")
+        >>> folding.linkage().n_hinges, folding.linkage(flat_pairs="hinged").n_hinges
+        (8, 10)
+        """
+        from hcsearch.linkage import Linkage  # noqa: PLC0415 - loads kernels that listing and showing do without
+
+        size = panel or default_panel(self.circuit.grid.name)
+        pattern = self.pattern(size, hinged=flat_pairs == "hinged", merged=merged)
+        given = ["" if panel is None else repr(panel), "" if flat_pairs == "rigid" else f"flat_pairs={flat_pairs!r}"]
+        words = ", ".join(word for word in (*given, "merged=True" if merged else "") if word)
+        return Linkage(pattern, pattern.panel_of[self.crease], f"{self!r}.linkage({words})")
 
 
 def foldings(circuit: Circuit) -> list[Folding]:

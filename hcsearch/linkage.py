@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -22,15 +22,19 @@ from hcsearch.typing import Reals, Whole
 Walk = tuple[tuple[int, int], ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Linkage:
     """Panels and hinges of a pattern as a spatial linkage; fold angles in rad, lengths in metres.
 
-    base : the panel that stays where it is.
+    base : the panel that stays where it is. made_by : an expression that gives an equal linkage, or empty.
     """
 
     pattern: Pattern
     base: int = 0
+    made_by: str = field(default="", compare=False)
+
+    def __repr__(self) -> str:
+        return self.made_by or f"<Linkage of {self.n_panels} panels and {self.n_hinges} hinges, base {self.base}>"
 
     @property
     def n_panels(self) -> int:

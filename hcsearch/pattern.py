@@ -75,12 +75,14 @@ class Pattern:
     thickness : of all panels, in metres.
     loops : creases of closed walks from panel to panel, one around each of the pattern's own elements, in their order;
         empty where the pattern has no elements of its own. Each entry is a pair of facets as in `creases`.
+    of_circuit : whether the facets are the panels of a circuit, in its order: names of hinges are those of its creases.
     """
 
     facets: tuple[Facet, ...]
     creases: Mapping[Pair, Crease]
     thickness: float
     loops: tuple[tuple[Pair, ...], ...] = field(default=())
+    of_circuit: bool = False
 
     def __post_init__(self) -> None:
         if not self.thickness > 0:

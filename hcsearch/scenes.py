@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Literal
 
 from hcsearch.errors import SceneError
 
 PanelSize = tuple[float, float, float]
 Vector = tuple[float, float, float]
-Held = int | Literal["bottom", "free"]
+Held = int | str
+"""`bottom`, `free`, the name of a panel, or its number in a linkage."""
 FlatPairs = Literal["rigid", "hinged", "either"]
 Merge = bool | Literal["either"]
 
@@ -25,7 +26,7 @@ _ACROSS = {"square": 1.0, "hex": math.sqrt(3.0), "triangle": 0.5 * math.sqrt(3.0
 """Distance across flats (of a triangle its height) over the side."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Scene:
     """Panels, material, springs, stops, gravity, what is held, and the start of a deployment.
 
@@ -35,14 +36,16 @@ class Scene:
         merge : whether panels that meet on a mirror axis are made one. What is `either` is tried both ways.
     margin : m, by which panels are shrunk on every face where collisions are looked for; None for 0.1 mm on 50 mm, in
         proportion to the longest edge.
-    spring : moment-angle law of every hinge, in the notation of laws; springs : of single hinges.
+    spring : moment-angle law of every hinge, in the notation of laws; springs : of single hinges, which a text names as
+        pictures do (`7`, by crease of a design) and a whole number by its place in the linkage.
     spring_range : softest and stiffest spring that is tried or tuned, N m/rad; None for what the scene's own springs
         and weight ask for (see `deployment.scales`).
     damping_time : damping over stiffness of each hinge, s (proportional damping, thesis 4.4); damping : N m s/rad at
         every hinge in its place, where it is given.
     gravity : m/s^2, in axes of the flat state; the drawing is seen from +z.
-    held : the panel that stands still (`bottom` the first, the lowest pair of a folding), or `free`: that panel belongs
-        to a floating base of base_mass (kg) and base_inertia (kg m^2) about its centre, which is the panel's.
+    held : the panel that stands still: `bottom`, the first, the lowest pair of a folding; one by its name on pictures,
+        a text, or by its number in the linkage. Or `free`: the first belongs to a floating base of base_mass (kg) and
+        base_inertia (kg m^2) about its centre, which is the panel's.
     start : share of the folded angles at which it starts, projected onto closure and at rest.
     restitution : of hinge stops, 0 to 1. seconds : how long it is simulated; None for what its natural time asks for.
     stop_stiffness, stop_damping, cut_stiffness, cut_damping : of stops, and of the springs that close loops, in the
@@ -57,7 +60,7 @@ class Scene:
     merge: Merge = "either"
     margin: float | None = None
     spring: str = "linear:0.1"
-    springs: tuple[tuple[int, str], ...] = ()
+    springs: tuple[tuple[int | str, str], ...] = ()
     spring_range: tuple[float, float] | None = None
     damping_time: float = 0.043
     damping: float | None = None
@@ -72,6 +75,10 @@ class Scene:
     stop_damping: float = 1.0
     cut_stiffness: float = 1e8
     cut_damping: float = 10.0
+
+    def __repr__(self) -> str:
+        changed = [own.name for own in fields(self) if getattr(self, own.name) != own.default]
+        return f"Scene({', '.join(f'{name}={getattr(self, name)!r}' for name in changed)})"
 
     def density_of(self, thickness: float) -> float:
         """Density of panels of a thickness (m), kg/m^3."""
@@ -124,6 +131,8 @@ def check_verdicts(scene: Scene, grid: str, n: int) -> None:
         raise SceneError(f"the scene {scene.name} holds no panel: hold one for verdicts, such as held = 'bottom'")
     if isinstance(scene.held, int) and scene.held >= n // 2:
         raise SceneError(f"panel {scene.held} is not in all foldings of {n} panels: hold 'bottom', or a lower number")
+    if isinstance(scene.held, str) and scene.held != "bottom" and not (scene.held.isdigit() and int(scene.held) < n):
+        raise SceneError(f"panel {scene.held} is not in all foldings of {n} panels: hold 'bottom', or 0 to {n - 1}")
 
 
 def with_panel(scene: Scene, panel: PanelSize, grid: str) -> Scene:

@@ -7,7 +7,6 @@ import numpy as np
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.assemblies.joining import SAME, placements
 from hcsearch.errors import PatternError
-from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Pattern, overlay
@@ -17,7 +16,7 @@ def linkage_named(name: str) -> Linkage:
     """An assembly with its own sizes, or a folding as DESIGN:CREASE."""
     if name in ASSEMBLIES:
         return Linkage(ASSEMBLIES[name].build(ASSEMBLIES[name].defaults))
-    return folding_linkage(Folding.from_notation(name))
+    return Folding.from_notation(name).linkage()
 
 
 def congruent(one: Pattern, two: Pattern) -> bool:

@@ -34,7 +34,9 @@ of_documents = pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
 
 
 @of_documents
-def test_python_examples(document):
+def test_python_examples(document, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # some make a database
+    monkeypatch.delenv("HCSEARCH_DB", raising=False)
     failed, _ = doctest.testfile(str(document), module_relative=False, optionflags=doctest.NORMALIZE_WHITESPACE)
     assert failed == 0
 
@@ -169,7 +171,7 @@ def test_the_readme_is_short():
 
 def test_the_page_of_columns_is_made_of_their_table():
     page = (ROOT / "docs" / "reference" / "columns.md").read_text(encoding="utf-8")
-    assert page == columns_page(), "make reference"
+    assert page == columns_page(), "make docs"
 
 
 def test_the_page_of_commands_names_them_all():

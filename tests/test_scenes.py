@@ -13,7 +13,7 @@ from hcsearch.deployment.looks import Look, first_look, look_parts, looks_at
 from hcsearch.deployment.scales import settled
 from hcsearch.deployment.scene_files import file_text, read_file, read_text, scene_in, scene_with
 from hcsearch.errors import HcsearchError, InputFileError, SceneError
-from hcsearch.flat_pairs import folding_linkage, ways
+from hcsearch.flat_pairs import ways
 from hcsearch.folding import Folding, folding_of
 from hcsearch.grid import GRIDS
 from hcsearch.scenes import (
@@ -219,23 +219,23 @@ def test_scenes_without_verdicts_on_all_designs_are_refused():
 
 def test_the_default_scene_is_what_it_always_was():
     for notation, crease in (("hex:0234550132", 4), ("square:01222300", 3)):
-        scene = settled(DEFAULT, folding_linkage(folding(notation, crease)))
+        scene = settled(DEFAULT, folding(notation, crease).linkage())
         assert (scene.seconds, scene.margin, scene.density) == (1.0, 1e-4, 547.0)
         assert scene.spring_range == (0.001, 0.2)
 
 
 def test_what_is_left_open_grows_with_the_panels():
     one = folding("square:01222300", 3)
-    large = settled(replace(DEFAULT, areal_mass=20.0), folding_linkage(one, (1.0, 1.0, 0.02)))
+    large = settled(replace(DEFAULT, areal_mass=20.0), one.linkage((1.0, 1.0, 0.02)))
     assert large.density == pytest.approx(1000.0)
     assert large.margin == pytest.approx(2e-3)
     assert large.seconds == pytest.approx(math.sqrt(20.0 / (547.0 * 0.05**4 * 0.006)), rel=5e-3)
     assert large.spring_range == (0.001, 0.2)  # without weight springs set the time alone
-    lifted = settled(replace(SCENES["earth"], areal_mass=20.0), folding_linkage(one, (1.0, 1.0, 0.02)))
+    lifted = settled(replace(SCENES["earth"], areal_mass=20.0), one.linkage((1.0, 1.0, 0.02)))
     weight = 20.0 / (547.0 * 0.05**3 * 0.006)
     assert lifted.spring_range == pytest.approx((0.001 * weight, 0.2 * weight), rel=5e-3)
     given_by_hand = replace(DEFAULT, seconds=0.5, margin=1e-5, spring_range=(1.0, 2.0))
-    kept = settled(given_by_hand, folding_linkage(one, (1.0, 1.0, 0.02)))
+    kept = settled(given_by_hand, one.linkage((1.0, 1.0, 0.02)))
     assert (kept.seconds, kept.margin, kept.spring_range) == (0.5, 1e-5, (1.0, 2.0))
 
 
@@ -244,7 +244,7 @@ def test_what_is_left_open_grows_with_the_panels():
 def test_similar_scenes_have_the_same_verdict(notation, crease, size, slowness):
     """Panels `size` times as large, springs such that times grow by `slowness`: angles are those of the small ones."""
     one = folding(notation, crease)
-    small = deploy(folding_linkage(one), replace(DEFAULT, seconds=1.0))
+    small = deploy(one.linkage(), replace(DEFAULT, seconds=1.0))
     stiffness = 0.1 * size**5 / slowness**2
     scene = replace(
         DEFAULT,
@@ -252,7 +252,7 @@ def test_similar_scenes_have_the_same_verdict(notation, crease, size, slowness):
         damping_time=slowness * DEFAULT.damping_time,
         seconds=slowness,
     )
-    large = deploy(folding_linkage(one, (0.05 * size, 0.05 * size, 0.006 * size)), scene)
+    large = deploy(one.linkage((0.05 * size, 0.05 * size, 0.006 * size)), scene)
     assert large.verdict == small.verdict
     assert large.outcome == small.outcome
     assert large.clearance.kind == small.clearance.kind

@@ -42,11 +42,10 @@ def _one_array() -> None:
 def _check() -> None:
     from hcsearch.deployment.checking import check
     from hcsearch.deployment.compiling import compile_scene
-    from hcsearch.flat_pairs import folding_linkage
     from hcsearch.folding import Folding
     from hcsearch.scenes import SCENES
 
-    linkage = folding_linkage(Folding.from_notation(_FOLDING))
+    linkage = Folding.from_notation(_FOLDING).linkage()
     check([compile_scene(linkage, SCENES["default"])], whole=False)
 
 
@@ -100,6 +99,7 @@ _DEPLOY = (
     "multibody.between.opening",
     "multibody.between.loose_share",
     "multibody.tree.work_for",
+    "collision.approaches.approach",
     "collision.clearance.judge",
 )
 _CHECK = ("deployment.checking.check_all", "linkage.loops.close_loops", "linkage.reaches.pairs_between")

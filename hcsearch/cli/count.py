@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from hcsearch.cli.options import crew_options, make_crew, make_search, target_options
+from hcsearch.cli.options import crew_options, target_options
 from hcsearch.cli.progress import Meter
 from hcsearch.errors import HcsearchError
 
@@ -20,11 +20,12 @@ def count(grid: str, n: int | None, array_spec: str | None, keep: str, jobs: int
     On an array circuits are counted by frontier states, without listing; designs that fold, over all arrays of N
     cells, by joining half-chains; everything else by listing.
     """
+    from hcsearch.api.enumerating import crew_of, search_of
     from hcsearch.enumeration import ArraySearch, count_array
     from hcsearch.pipeline import Counted, count_designs, counting_seconds, duration
 
-    search = make_search(grid, n, array_spec, keep)
-    crew = make_crew(jobs, scheduler)
+    search = search_of(grid, n, array_spec, keep)
+    crew = crew_of(jobs, scheduler)
     if scheduler is not None and isinstance(search, ArraySearch) and keep == "all":
         raise HcsearchError("circuits of one array are counted in this process: leave out --scheduler")
     crew.check()

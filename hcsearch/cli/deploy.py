@@ -32,7 +32,13 @@ from hcsearch.vocabulary import FORMULATIONS, INTEGRATORS
     "--tolerance", type=float, default=1e-6, show_default=True, help="Error of a step, relative and absolute."
 )
 @click.option("--spring", metavar="LAW", help="Moment-angle law of all hinges, as linear:0.1 (N m/rad).")
-@click.option("--springs", "own_springs", multiple=True, metavar="HINGE=LAW", help="Law of one hinge; may be repeated.")
+@click.option(
+    "--springs",
+    "own_springs",
+    multiple=True,
+    metavar="HINGE=LAW",
+    help="Law of one hinge, by its crease; may be repeated.",
+)
 @click.option("--damping", type=float, metavar="C", help="N m s/rad at every hinge.  [default: 0.043 s x stiffness]")
 @click.option("--start", type=float, metavar="SHARE", help="Of the folded angles.  [default: 0.999]")
 @click.option("--restitution", type=float, metavar="E", help="Of hinge stops, 0 to 1.  [default: 0]")
@@ -50,9 +56,7 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
 
     Exit code: 0 where it deploys, flat and certified clear; 1 where it does not, or that is open; 2 for wrong input.
     """
-    from hcsearch.deployment import facts, pictures
-    from hcsearch.deployment.agreement import confirmed
-    from hcsearch.deployment.deploying import deploy as simulated
+    from hcsearch.api.deploying import deploy_subject
     from hcsearch.deployment.savings import savings
     from hcsearch.subjects.reading import read_subject
 
@@ -61,25 +65,21 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
     if options["picture"]:
         check_output(options["picture"], PICTURES)
     subject = read_subject(request_of(name, options | _own_springs(options)))
-    method, formulation = options["method"], options["formulation"] or subject.formulation or "constrained"
     if subject.drives is not None and options["explain"]:
         raise HcsearchError("of a scene with drives nothing is left out that counts: leave out --explain")
-    tolerance = options["tolerance"]
+    method, tolerance = options["method"], options["tolerance"]
     given = click.get_current_context().get_parameter_source("tolerance")
     if subject.drives is not None and given is ParameterSource.COMMANDLINE:
         raise HcsearchError("a motion under control has a tolerance of its own: leave out --tolerance")
-    deployment = simulated(
-        subject.linkage, subject.scene, formulation, method=method, tolerance=tolerance, drives=subject.drives
-    )
-    # under position control the flat time is the drives' own
-    agreement = None if subject.drives is not None else confirmed(deployment, method=method, tolerance=tolerance)
-    outcome = facts.facts(deployment, agreement)
+    formulation = options["formulation"]
+    deployed = deploy_subject(subject, name=name, formulation=formulation, method=method, tolerance=tolerance)
+    outcome = deployed.facts()
     if options["explain"]:
-        outcome["saved"] = savings(deployment, method=method, tolerance=options["tolerance"])
+        outcome["saved"] = savings(deployed.deployment, method=method, tolerance=tolerance)
     if options["output"]:
-        write_table(options["output"], facts.table(deployment))
+        write_table(options["output"], deployed.table())
     if options["picture"]:
-        pictures.picture(deployment, options["picture"], f"{name}: {outcome['verdict']}, {outcome['reason']}")
+        deployed.picture(options["picture"])
     if as_json:
         click.echo(json.dumps(outcome, indent=2, allow_nan=False))
     else:
@@ -94,7 +94,7 @@ def _own_springs(options: dict[str, Any]) -> dict[str, Any]:
     if options["own_springs"]:
         pairs = [text.partition("=") for text in options["own_springs"]]
         for hinge, equals, _ in pairs:
-            if not (equals and hinge.isascii() and hinge.isdigit()):
+            if not (equals and hinge.isascii() and hinge.replace("+", "").isdigit()):
                 raise HcsearchError(f"cannot read --springs {hinge!r}: write HINGE=LAW, such as 3=linear:0.2")
         values["springs"] = {hinge: law for hinge, _, law in pairs}
         if len(values["springs"]) < len(pairs):
@@ -106,6 +106,7 @@ def _print(outcome: dict[str, Any]) -> None:
     """The outcome, one fact a line."""
     left, events, arrived = outcome.pop("left_out"), outcome.pop("events"), outcome.pop("arrivals")
     saved = outcome.pop("saved", None)
+    outcome["merged_panels"] = ", ".join(outcome["merged_panels"]) or "none"
     for name, value in outcome.items():
         shown = "-" if value is None else (f"{value:.6g}" if isinstance(value, float) else value)
         click.echo(f"{name.replace('_', ' '):24}{shown}")

@@ -35,7 +35,7 @@ from hcsearch.system.outputs import PICTURES, check_output
 @click.option(
     "--hinges",
     metavar="K,K,...",
-    help="Hinges to drive, at least as many as freedoms.  [default: chosen by the program]",
+    help="Hinges to drive, by crease, at least as many as freedoms.  [default: chosen by the program]",
 )
 @click.option(
     "--firm",
@@ -115,10 +115,15 @@ def _wishes(options: dict[str, Any]) -> Any:
         values["near"] = _near(options["near"])
     if options["hinges"] is not None:
         parts = options["hinges"].split(",")
-        if not all(part.isascii() and part.isdigit() and len(part) < 10 for part in parts):
+        if not all(_is_name(part) for part in parts):
             raise HcsearchError(f"cannot read --hinges {options['hinges']!r}: write numbers, such as 0,4,5")
-        values["hinges"] = tuple(map(int, parts))
+        values["hinges"] = tuple(parts)
     return Wishes(**values)
+
+
+def _is_name(text: str) -> bool:
+    """Whether a text may name a hinge: a crease, or several that are one hinge, as 0+8."""
+    return all(part.isascii() and part.isdigit() and len(part) < 10 for part in text.split("+"))
 
 
 def _near(text: str) -> tuple[float, float]:
@@ -152,4 +157,4 @@ def _print(outcome: dict[str, Any]) -> None:
     click.echo("\nhinge" + "".join(f"{head:>11}" for head in heads) + "   N m, N m/rad, N m s/rad")
     columns = (outcome[name] for name in ("torque_N_m", "planned_torque_N_m", *lists[1:2], *lists[3:]))
     for hinge, row in zip(outcome["driven"], zip(*columns, strict=True), strict=True):
-        click.echo(f"{hinge:<5}" + "".join(f"{'-' if value is None else format(value, '.4g'):>11}" for value in row))
+        click.echo(f"{hinge!s:<5}" + "".join(f"{'-' if value is None else format(value, '.4g'):>11}" for value in row))

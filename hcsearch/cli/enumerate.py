@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 import click
 
 from hcsearch.cli.compile import compiling_ahead
-from hcsearch.cli.options import crew_options, database_option, make_crew, make_search, target_options
+from hcsearch.cli.options import crew_options, database_option, target_options
 from hcsearch.cli.progress import Meter
 from hcsearch.cli.scenes import scene_options
-from hcsearch.subjects.scenes import read_scene, with_size
 
 if TYPE_CHECKING:
     from hcsearch.pipeline import Plan, Summary
@@ -42,26 +41,13 @@ def enumerate_(
     dry_run: bool,
 ) -> None:
     """List all designs up to symmetry, filter and store them, plan their motions and simulate their deployments."""
-    from hcsearch.pipeline import Plan, check_room, estimate, finished_shards, run_dry, run_into
-    from hcsearch.stages.order import STAGES, check_keep
-    from hcsearch.store import open_database
+    from hcsearch.api.enumerating import announce_size, crew_of, plan_of, run_plan, search_of
 
-    last = list(STAGES)[-1] if until is None else until
-    check_keep(keep, last)
-    chosen = with_size(read_scene(scene, db), panel, across, grid)
-    plan = Plan(make_search(grid, n, array_spec, keep), last, keep, chosen, make_crew(jobs, scheduler))
-    plan.crew.check()
-    expected = estimate(plan, stored=not dry_run, finished=() if dry_run or plan.small else finished_shards(plan, db))
-    if expected is not None:
-        click.echo(expected.sentence(plan.crew), err=True)
-        if not dry_run:
-            check_room(expected, db)
+    search, crew = search_of(grid, n, array_spec, keep), crew_of(jobs, scheduler)
+    plan = plan_of(search, until, keep, scene, panel, across, crew, db)
+    announce_size(plan, db, _announce, dry=dry_run)
     with Meter("batch") as meter, compiling_ahead("check", wanted=bool(plan.scenic)):
-        if dry_run:
-            summary, place = run_dry(plan, meter, _announce), None
-        else:
-            with open_database(db, create=True) as database:
-                summary, place = run_into(plan, database, meter, _announce), database.location
+        summary, place = run_plan(plan, db, meter, _announce, dry=dry_run)
     _print_summary(plan, summary, place)
 
 

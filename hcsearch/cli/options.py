@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from hcsearch.errors import HcsearchError
-from hcsearch.grid import GRIDS, grid_named, parse_array
-from hcsearch.system.cores import usable_cores
+from hcsearch.grid import GRIDS
+from hcsearch.system.surroundings import default_database
 from hcsearch.vocabulary import KEEPS
 
-if TYPE_CHECKING:
-    from hcsearch.enumeration import Search
-    from hcsearch.pipeline import Crew
-
 Command = Callable[..., Any]
-
-JOBS_PER_CORE = 4
-"""Processes that one core may be given: more gain nothing, and each takes some hundred megabytes."""
 
 
 class Number(click.FloatRange):
@@ -58,11 +50,6 @@ def json_option(command: Command) -> Command:
     return click.option("--json", "as_json", is_flag=True, help="Print plain data.")(command)
 
 
-def default_database() -> str:
-    """HCSEARCH_DB, else hcsearch.sqlite in the current folder."""
-    return os.environ.get("HCSEARCH_DB") or "hcsearch.sqlite"
-
-
 def target_options(command: Command) -> Command:
     """`--grid` with `--n` or `--array`, and `--keep`."""
     for option in (
@@ -96,33 +83,6 @@ def crew_options(command: Command) -> Command:
     ):
         command = option(command)
     return command
-
-
-def make_crew(jobs: int | None, scheduler: str | None) -> Crew:
-    """Who `--jobs` or `--scheduler` names."""
-    from hcsearch.pipeline import Crew
-
-    if jobs is not None and scheduler is not None:
-        raise HcsearchError("give either --jobs K (this machine) or --scheduler ADDRESS (a cluster)")
-    cores = usable_cores()
-    most = JOBS_PER_CORE * cores
-    if jobs is not None and jobs > most:
-        raise HcsearchError(
-            f"--jobs {jobs} is more than the {cores} cores here are good for: give {most} at most, or leave it out"
-        )
-    return Crew(jobs or cores, scheduler)
-
-
-def make_search(grid: str, n: int | None, array_spec: str | None, keep: str) -> Search:
-    """The search that `--grid` with `--n` or `--array` names, for the designs that `--keep` names."""
-    from hcsearch.enumeration import ArraySearch, search_all
-
-    if (n is None) == (array_spec is None):
-        raise HcsearchError("give either --n N (every array of N cells) or --array SPEC (one array)")
-    if array_spec is not None:
-        return ArraySearch(parse_array(grid_named(grid), array_spec))
-    assert n is not None
-    return search_all(grid_named(grid), n, keep)
 
 
 def named_numbers(

@@ -12,7 +12,6 @@ from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import QueryError
 from hcsearch.store.columns import CRITERIA
 from hcsearch.store.formats import FORMATS
-from hcsearch.subjects.scenes import scene_asked_for
 
 if TYPE_CHECKING:
     from hcsearch.ranking import Ranked
@@ -59,15 +58,13 @@ def rank(
     The score is the weighted mean of the worth of six criteria, 0 to 1 by fixed scales; a missing value is worth 0.
     Designs known not to deploy (no folding, twisted, locked) are left out.
     """
-    from hcsearch.ranking import complete_weights, rank_designs, save_ranks
-    from hcsearch.store import format_rows, open_database, open_readonly
+    from hcsearch.api.querying import opened, rank_in
+    from hcsearch.ranking import complete_weights
+    from hcsearch.store import format_rows
 
     chosen = complete_weights(_read(weights))
-    with open_database(db, create=False) if save else open_readonly(db) as database:
-        asked = scene_asked_for(database, scene, panel, across)
-        ranked = rank_designs(database, condition, chosen, asked)
-        if save:
-            save_ranks(database, ranked, asked)
+    with opened(db, to_write=save) as database:
+        ranked = rank_in(database, condition, chosen, scene, panel, across, save=save)
     for text in format_rows(_shown(ranked, pareto, limit, style), style):
         click.echo(text, nl=False)
     if ranked.left_out:

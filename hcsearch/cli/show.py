@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hcsearch.cli.options import database_option, default_database
+from hcsearch.cli.options import database_option
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import HcsearchError, printable
 from hcsearch.scenes import DEFAULT
 from hcsearch.system.outputs import check_output
+from hcsearch.system.surroundings import default_database
 
 if TYPE_CHECKING:
     from hcsearch.circuit import Circuit

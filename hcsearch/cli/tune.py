@@ -15,7 +15,6 @@ from hcsearch.system.outputs import check_output, write_output
 
 if TYPE_CHECKING:
     from hcsearch.subjects.reading import Subject
-    from hcsearch.tuning.choice import SpringSet
     from hcsearch.tuning.robustness import Spread
     from hcsearch.tuning.tuning import Tuning
 
@@ -60,46 +59,39 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
 
     Exit code: 0 where the springs that are chosen come flat, certified clear; 1 where none do; 2 for wrong input.
     """
+    from hcsearch.api.tuning import refuse_drives, tune_subject
     from hcsearch.store import open_database
     from hcsearch.subjects.reading import read_subject
-    from hcsearch.tuning.ledger import Ledger
-    from hcsearch.tuning.tuning import tune as tuned
+    from hcsearch.tuning import facts
 
     if options["output"]:
         check_output(options["output"], (".toml",))
     catalogue, spread = _catalogue(options["catalogue"]), _spread(options["spreads"])
     subject = read_subject(request_of(name, options))
-    if subject.drives is not None:
-        raise HcsearchError(f"{name} has drives, and springs are tuned without: leave out its table [drive]")
+    refuse_drives(subject)
     _check_catalogue(catalogue, subject)
     with open_database(options["db"], create=True) as database, Meter("set") as meter:
-        tuning = tuned(
-            subject.linkage,
-            subject.scene,
-            options["formulation"] or subject.formulation,
+        tuning = tune_subject(
+            subject,
+            options["formulation"],
+            database,
             catalogue=catalogue,
             evaluations=options["evaluations"],
             samples=options["samples"],
             spread=spread,
             seed=options["seed"],
-            memory=Ledger(database, json.dumps(subject.key, sort_keys=True)),
             progress=meter,
         )
     if options["output"]:
         _write(options["output"], tuning, subject)
     if as_json:
-        click.echo(json.dumps(_facts(tuning), indent=2, allow_nan=False))
+        click.echo(json.dumps(facts.facts(tuning), indent=2, allow_nan=False))
     else:
         _print(tuning, subject)
     if tuning.interrupted:
         raise KeyboardInterrupt
-    if not _chosen(tuning).confirmed:
+    if not tuning.chosen.confirmed:
         click.get_current_context().exit(1)
-
-
-def _chosen(tuning: Tuning) -> SpringSet:
-    """The springs to use: those of the catalogue where they are asked for and confirmed."""
-    return tuning.rounded if tuning.rounded is not None and tuning.rounded.confirmed else tuning.best
 
 
 def _write(path: str, tuning: Tuning, subject: Subject) -> None:
@@ -109,8 +101,8 @@ def _write(path: str, tuning: Tuning, subject: Subject) -> None:
 
     if tuning.rounded is not None and not tuning.rounded.confirmed:
         click.echo(f"no catalogue springs are certified clear: {path} has the tuned ones", err=True)
-    scene = scene_springs(tuning.scene, _chosen(tuning).stiffnesses)
-    write_output(path, file_text(subject.facts, tuning.formulation, scene))
+    scene = scene_springs(tuning.scene, tuning.chosen.stiffnesses)
+    write_output(path, file_text(subject.facts, tuning.formulation, scene, tuning.labels))
 
 
 def _catalogue(text: str | None) -> tuple[float, ...]:
@@ -145,46 +137,12 @@ def _spread(texts: tuple[str, ...]) -> Spread:
     return Spread(**shares)
 
 
-def _facts(tuning: Tuning) -> dict[str, Any]:
-    sets = {"start": tuning.start, "best": tuning.best, "rounded": tuning.rounded}
-    return {
-        "formulation": tuning.formulation,
-        "spring_range_N_m_rad": list(tuning.scene.spring_range or ()),
-        "seconds": tuning.scene.seconds,
-        "use": advice(tuning),
-        "tied_hinges": [list(hinges) for hinges in tuning.tied],
-        **{name: None if one is None else _set_facts(one) for name, one in sets.items()},
-        "evaluations": tuning.evaluations,
-        "known_before": tuning.recalled,
-        "interrupted": tuning.interrupted,
-    }
-
-
-def _set_facts(one: SpringSet) -> dict[str, Any]:
-    check, precise, chance = one.check, one.deployment, one.robustness
-    clearance = None if precise is None else precise.clearance
-    return {
-        "stiffness_N_m_rad": list(one.stiffnesses),
-        "outcome": check.outcome,
-        "clear": check.clear,
-        "collision_s": None if check.collision is None else check.collision[0],
-        "collision_panels": None if check.collision is None else list(check.collision[1]),
-        "min_clearance_mm": None if check.gap is None else 1e3 * check.gap,
-        "objective": one.value,
-        "confirmed": one.confirmed,
-        "flat_time_s": None if precise is None else precise.flat_time,
-        "certified": None if clearance is None else clearance.kind,
-        "samples": None if chance is None else chance.samples,
-        "collision_probability": None if chance is None else chance.probability,
-        "collision_interval_95": None if chance is None else list(chance.interval),
-        "failure_interval_95": None if chance is None else list(chance.failure_interval),
-    }
-
-
 def _print(tuning: Tuning, subject: Subject) -> None:
-    panels = subject.linkage.pattern.hinges
+    from hcsearch.tuning import facts
+
+    labels, hinges = tuning.labels, subject.linkage.pattern.hinges
     low, high = tuning.scene.spring_range or (0.0, 0.0)
-    click.echo(f"{'use':24}{advice(tuning)}")
+    click.echo(f"{'use':24}{facts.advice(tuning)}")
     click.echo(f"{'formulation':24}{tuning.formulation}")
     click.echo(f"{'springs, N m/rad':24}{low:g} to {high:g}")
     click.echo(f"{'seconds':24}{tuning.scene.seconds:g}")
@@ -192,36 +150,10 @@ def _print(tuning: Tuning, subject: Subject) -> None:
     sets = [("start", tuning.start), ("tuned", tuning.best), ("catalogue", tuning.rounded)]
     shown = [(name, one) for name, one in sets if one is not None]
     for name, one in shown:
-        click.echo(f"{name:24}{_sentence(one)}")
-    click.echo(f"\n{'hinge':8}{'panels':10}" + "".join(f"{name:>12}" for name, _ in shown) + "  N m/rad")
-    for hinge, own in enumerate(panels):
-        values = "".join(f"{one.stiffnesses[hinge]:12.4g}" for _, one in shown)
-        click.echo(f"{hinge:<8}{f'{own.first}, {own.second}':10}{values}")
-
-
-def advice(tuning: Tuning) -> str:
-    """What to rely on: the least favourable of the precise simulation and of the samples."""
-    one = _chosen(tuning)
-    name = "catalogue springs" if one is tuning.rounded else "tuned springs"
-    if not one.confirmed:
-        return f"none: no set that was tried comes flat, certified clear; the {name} come nearest"
-    chance = one.robustness
-    if chance is None or not chance.failures:
-        return f"{name}: flat, certified clear" + ("" if chance is None else f", in all {chance.samples} samples too")
-    share = f"{chance.failures} of {chance.samples} samples within the tolerances fail"
-    if 2 * chance.failures > chance.samples:
-        return f"none as built: {share}; certified clear holds for the {name} exactly as they are listed"
-    return f"{name}, with care: {share}; certified clear holds for springs exactly as they are listed"
-
-
-def _sentence(one: SpringSet) -> str:
-    """What became of a set, in one line."""
-    check, precise, chance = one.check, one.deployment, one.robustness
-    text = check.reason
-    if precise is not None:
-        clear = precise.clearance is not None and precise.clearance.kind == "clear"
-        text += f"; in a precise simulation {precise.reason}, {'' if clear else 'not '}certified clear"
-    if chance is not None:
-        low, high = chance.interval
-        text += f"; collides in {chance.collisions} of {chance.samples} samples, {low:.0%} to {high:.0%} at 95 %"
-    return text
+        click.echo(f"{name:24}{facts.sentence(one, labels)}")
+    pairs = [f"{labels.panels[own.first]}, {labels.panels[own.second]}" for own in hinges]
+    wide = [max(map(len, (*column, "panels"))) + 2 for column in (labels.hinges, pairs)]
+    click.echo(f"\n{'hinge':{wide[0]}}{'panels':{wide[1]}}" + "".join(f"{name:>12}" for name, _ in shown) + "  N m/rad")
+    for k, (hinge, panels) in enumerate(zip(labels.hinges, pairs, strict=True)):
+        values = "".join(f"{one.stiffnesses[k]:12.4g}" for _, one in shown)
+        click.echo(f"{hinge:{wide[0]}}{panels:{wide[1]}}{values}")

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.collision.solids import kept_apart
+from hcsearch.deployment.naming import laws_of, numbered
 from hcsearch.deployment.scales import settled
 from hcsearch.deployment.starts import start_state
 from hcsearch.dynamics.bodies import Body, joined
@@ -339,17 +340,9 @@ class _Compiler:
 
 def held_panel(linkage: Linkage, scene: Scene) -> int:
     """The panel that stands still, or belongs to the floating base."""
-    if isinstance(scene.held, str):
-        return linkage.base
-    if not 0 <= scene.held < linkage.n_panels:
-        raise HcsearchError(f"there is no panel {scene.held}: hold one from 0 to {linkage.n_panels - 1}")
-    return scene.held
+    held = numbered(replace(scene, springs=()), linkage).held
+    return linkage.base if isinstance(held, str) else held
 
 
 def _laws(linkage: Linkage, scene: Scene) -> list[Law]:
-    laws = [law_named(scene.spring)] * linkage.n_hinges
-    for hinge, text in scene.springs:
-        if not 0 <= hinge < len(laws):
-            raise HcsearchError(f"there is no hinge {hinge}: give springs to hinges 0 to {len(laws) - 1}")
-        laws[hinge] = law_named(text)
-    return laws
+    return [law_named(text) for text in laws_of(linkage, scene)]

@@ -11,7 +11,8 @@ import numpy as np
 
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.dynamics.driving import Commands, Demand
-from hcsearch.errors import SceneError
+from hcsearch.errors import HcsearchError, SceneError
+from hcsearch.labels import Labels, plain
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals
 
@@ -28,7 +29,9 @@ _NO_NUMBERS = "[drive] holds what is no table of numbers: write it with hcsearch
 
 _DEMAND = tuple(field.name for field in fields(Demand))
 _NAMES = ("hinges", "start", *_DEMAND)
-"""What a table holds, in this order."""
+"""What is read of a table, in this order."""
+_DRIVEN = "driven"
+"""What names the driven hinges, as on pictures; in older files `hinges` has their numbers in the linkage."""
 
 
 @dataclass(frozen=True)
@@ -65,12 +68,14 @@ class Drives(Demand):
             )
 
 
-def drives_in(table: Mapping[str, Any]) -> Drives:
-    """The drives that a table of a file holds; SceneError where it holds none."""
-    wrong = [name for name in _NAMES if name not in table] + [key for key in table if key not in _NAMES]
+def drives_in(table: Mapping[str, Any], labels: Labels) -> Drives:
+    """The drives that a table of a file holds, for the linkage of some labels; SceneError where it holds none."""
+    names = _NAMES if "hinges" in table else (_DRIVEN, *_NAMES[1:])
+    wrong = [name for name in names if name not in table] + [key for key in table if key not in names]
     if wrong:
-        raise SceneError(f"[drive] has, or lacks, {wrong[0]!r}: it holds {', '.join(_NAMES)}; see hcsearch drive")
-    values = {name: _numbers(table[name]) for name in _NAMES}
+        raise SceneError(f"[drive] has, or lacks, {wrong[0]!r}: it holds {', '.join(names)}; see hcsearch drive")
+    own = dict(table) | ({} if "hinges" in table else {"hinges": _driven(table[_DRIVEN], labels)})
+    values = {name: _numbers(own[name]) for name in _NAMES}
     hinges, times = values["hinges"], values["times"]
     k, d = times.size, hinges.size
     shapes = {"hinges": (d,), "times": (k,), "angles": (k, d), "torques": (k, d), "stiffness": (d,), "damping": (d,)}
@@ -90,8 +95,24 @@ def drives_in(table: Mapping[str, Any]) -> Drives:
             f"[drive] has a period of {period:g} s: give one from {SHORTEST:g} to {LONGEST:g} s, and at most {MOST:,} "
             "of them to a course"
         )
-    own = {name: values[name] for name in _NAMES if name not in {"hinges", "period"}}
-    return Drives(hinges=tuple(int(h) for h in hinges), period=period, **own)
+    rest = {name: values[name] for name in _NAMES if name not in {"hinges", "period"}}
+    return Drives(hinges=tuple(int(h) for h in hinges), period=period, **rest)
+
+
+def _driven(names: Any, labels: Labels) -> list[int]:
+    """The hinges of names, as `drives_text` writes them."""
+    if not isinstance(names, list) or not all(_is_name(name) for name in names):
+        raise SceneError("[drive] must name each driven hinge once, as pictures do: write it with hcsearch drive")
+    try:
+        return [labels.hinge(str(name)) for name in names]
+    except HcsearchError as error:
+        raise SceneError(f"the drive is not one of this design: {error}; write it with hcsearch drive") from error
+
+
+def _is_name(name: Any) -> bool:
+    if isinstance(name, int) and not isinstance(name, bool):
+        return name >= 0
+    return isinstance(name, str) and all(part.isascii() and part.isdigit() for part in name.split("+"))
 
 
 def _numbers(value: Any) -> Reals:
@@ -105,17 +126,17 @@ def _numbers(value: Any) -> Reals:
     return numbers.astype(float)
 
 
-def drives_text(drives: Drives) -> str:
+def drives_text(drives: Drives, labels: Labels) -> str:
     """The table of a file that `drives_in` reads; angles of the course to 1e-9 rad, torques to 1e-9 N m."""
-    lines = ["[drive]"]
-    for name in _NAMES:
+    lines = ["[drive]", f"{_DRIVEN} = {json.dumps([plain(labels.hinges[hinge]) for hinge in drives.hinges])}"]
+    for name in _NAMES[1:]:
         value = getattr(drives, name)
         if name in {"times", "angles", "torques"}:
             value = np.round(value, 9) + 0.0
-        plain = value.tolist() if isinstance(value, np.ndarray) else value
+        data = value.tolist() if isinstance(value, np.ndarray) else value
         if name in {"angles", "torques"}:
-            rows = ",\n".join(f"  {json.dumps(row)}" for row in plain)
+            rows = ",\n".join(f"  {json.dumps(row)}" for row in data)
             lines.append(f"{name} = [\n{rows},\n]")
         else:
-            lines.append(f"{name} = {json.dumps(plain)}")
+            lines.append(f"{name} = {json.dumps(data)}")
     return "".join(f"{line}\n" for line in lines)

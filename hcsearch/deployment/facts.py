@@ -11,6 +11,7 @@ from hcsearch.deployment.agreement import Agreement
 from hcsearch.deployment.arrivals import arrivals
 from hcsearch.deployment.deploying import Deployment
 from hcsearch.deployment.reasons import reason_with_clearance
+from hcsearch.labels import labels_of, plain
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -39,18 +40,21 @@ def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any
     flat_time = deployment.flat_time if agreement is None else agreement.flat_time
     reason = deployment.reason if agreement is None else agreement.reason
     collides = verdict == "collides"
+    labels = labels_of(compiled.linkage)
+    panels, hinges = [plain(name) for name in labels.panels], [plain(name) for name in labels.hinges]
     return {
         "verdict": verdict,
-        "reason": reason_with_clearance(reason, deployment.outcome, clearance),
+        "reason": reason_with_clearance(reason, deployment.outcome, clearance, labels),
         "clearance": None if clearance is None else clearance.kind,
         "collision_s": clearance.time if clearance is not None and collides else None,
-        "collision_panels": list(clearance.panels or ()) if clearance is not None and collides else None,
+        "collision_panels": [panels[k] for k in clearance.panels or ()] if clearance is not None and collides else None,
         "min_clearance_mm": None if clearance is None or clearance.gap is None else 1e3 * clearance.gap,
         "margin_mm": 1e3 * compiled.margin,
         "scene": compiled.scene.name,
         "formulation": compiled.formulation,
         "panels": compiled.linkage.n_panels,
         "hinges": compiled.linkage.n_hinges,
+        "merged_panels": list(labels.merged),
         "loops": len(compiled.linkage.loops),
         "joints_simulated": compiled.system.n_joints,
         "seconds": compiled.seconds,
@@ -69,14 +73,14 @@ def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any
         "events": [
             {
                 "time_s": event.time,
-                "hinges": compiled.hinges_of(event.joint),
+                "hinges": [hinges[k] for k in compiled.hinges_of(event.joint)],
                 "kind": event.kind,
                 "speed_rad_s": event.speed,
             }
             for event in motion.events
         ],
         "arrivals": [
-            {"time_s": a.time, "stop": a.stop, "hinges": list(a.hinges), "speed_rad_s": a.speed}
+            {"time_s": a.time, "stop": a.stop, "hinges": [hinges[k] for k in a.hinges], "speed_rad_s": a.speed}
             for a in arrivals(deployment)
         ],
         "steps": motion.steps,
@@ -99,13 +103,13 @@ def _driven(deployment: Deployment) -> dict[str, Any]:
 
 
 def table(deployment: Deployment) -> pd.DataFrame:
-    """States of a deployment: time, energies, fold angles and rates of all hinges."""
+    """States of a deployment: time, energies, fold angles and rates of all hinges, by their names."""
     import pandas as pd  # noqa: PLC0415 - only where a table is wanted
 
     columns = {"time_s": deployment.motion.times, **energies(deployment)}
-    hinges = deployment.angles.shape[1]
-    columns |= {f"angle_{k}_rad": deployment.angles[:, k] for k in range(hinges)}
-    columns |= {f"rate_{k}_rad_s": deployment.rates[:, k] for k in range(hinges)}
+    names = labels_of(deployment.compiled.linkage).hinges
+    columns |= {f"angle_{name}_rad": deployment.angles[:, k] for k, name in enumerate(names)}
+    columns |= {f"rate_{name}_rad_s": deployment.rates[:, k] for k, name in enumerate(names)}
     return pd.DataFrame(columns)
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from hcsearch.deployment.reasons import reason_of_check
 from hcsearch.dynamics.simulation import Ending
+from hcsearch.labels import Labels
 from hcsearch.vocabulary import Formulation, Integrator, Outcome, Verdict
 
 FLAT = 0.01
@@ -92,7 +93,6 @@ class Check:
         """When it was flat, s."""
         return self.end_time if self.outcome == "flat" else None
 
-    @property
-    def reason(self) -> str:
-        """What became of it, in a sentence."""
-        return reason_of_check(self.outcome, self.end_time, self.clear, self.collision)
+    def reason(self, labels: Labels) -> str:
+        """What became of it, in a sentence, with the names of panels."""
+        return reason_of_check(self.outcome, self.end_time, self.clear, self.collision, labels)

@@ -7,6 +7,7 @@ import numpy as np
 from hcsearch.collision.clearance import Clearance
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.dynamics.simulation import Motion
+from hcsearch.labels import Labels, named_hinges
 from hcsearch.vocabulary import Outcome
 
 
@@ -14,8 +15,7 @@ def reason_of_motion(compiled: Compiled, motion: Motion, sooner: str = "give it 
     """How a motion ended, and the remedy; sooner : the one against the end of the scene's time."""
     end = f"{motion.times[-1]:.4g} s"
     held = compiled.at_stops(motion.q[-1])
-    shut = ", ".join(map(str, held.closed)) or "none"
-    opened = ", ".join(map(str, held.open)) or "none"
+    shut, opened = (named_hinges(compiled.linkage, hinges) for hinges in (held.closed, held.open))
     where = f"hinges {shut} closed, {opened} open"
     easier, tighter = "raise the tolerance, or take the implicit method", "lower the tolerance"
     closer = "take the compliant formulation, or start further from a singular state"
@@ -36,30 +36,31 @@ def reason_of_motion(compiled: Compiled, motion: Motion, sooner: str = "give it 
     }[motion.ending]
 
 
-def reason_with_clearance(reason: str, outcome: Outcome, clearance: Clearance | None) -> str:
+def reason_with_clearance(reason: str, outcome: Outcome, clearance: Clearance | None, labels: Labels) -> str:
     """A reason, after a collision where there is a certain one, or where panels come too near to tell."""
     if outcome == "diverged" or clearance is None or clearance.kind == "clear" or clearance.panels is None:
         return reason
     if clearance.kind == "collides":
-        return f"{_collision(clearance.panels, clearance.time)}; {reason}"
-    one, two = clearance.panels
+        return f"{collision_sentence(clearance.panels, clearance.time, labels)}; {reason}"
+    one, two = (labels.panels[panel] for panel in clearance.panels)
     return f"panels {one} and {two} come too near to be told from a collision at {clearance.time:.4g} s; {reason}"
 
 
 def reason_of_check(
-    outcome: Outcome, end: float, clear: bool | None, collision: tuple[float, tuple[int, int]] | None
+    outcome: Outcome, end: float, clear: bool | None, collision: tuple[float, tuple[int, int]] | None, labels: Labels
 ) -> str:
     """What became of a deployment whose motion was not kept; end : s. clear : None where it is undecided."""
     if outcome == "diverged":
         return f"diverged at {end:.4g} s, so nothing that it shows is certain"
     if collision is not None:
-        return _collision(collision[1], collision[0])
+        return collision_sentence(collision[1], collision[0], labels)
     apart = "clear until then" if clear else "whether panels collide is too close to tell"
     if outcome == "flat":
         return f"flat after about {end:.1g} s, {apart}"  # more digits may hang on the tolerance
     return f"{outcome} at {end:.4g} s, {apart}"
 
 
-def _collision(panels: tuple[int, int], time: float | None) -> str:
-    one, two = panels
+def collision_sentence(panels: tuple[int, int], time: float | None, labels: Labels) -> str:
+    """Which panels collide, by their names, and when (s)."""
+    one, two = (labels.panels[panel] for panel in panels)
     return f"panels {one} and {two} collide at {time:.4g} s"

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from hcsearch.collision.margins import EDGE, margin_of, scale_of
+from hcsearch.deployment.naming import laws_of, numbered
 from hcsearch.dynamics.laws import law_named
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import facet_area
@@ -28,18 +29,20 @@ _SPRING = law_named(_PLAIN.spring).mean_stiffness
 
 
 def settled(scene: Scene, linkage: Linkage) -> Scene:
-    """The scene with its density, margin, spring range and seconds, where it leaves them to the panels of a linkage.
+    """The scene in numbers of a linkage, with nothing left to it.
 
-    Seconds are never fewer than in the scene `default`; they are given to three digits, as springs are.
+    Density, margin, spring range and seconds follow from the panels where the scene leaves them open. Seconds are never
+    fewer than in the scene `default`; they are given to three digits, as springs are.
     """
+    scene = numbered(scene, linkage)
     left_open = (scene.margin, scene.spring_range, scene.seconds)
     if scene.areal_mass is None and None not in left_open:
         return scene
     density = scene.density_of(linkage.pattern.thickness)
     length = scale_of(linkage)
     mass = _mass(linkage, density)
-    laws = dict.fromkeys(range(linkage.n_hinges), scene.spring) | dict(scene.springs)
-    stiffness = float(np.mean([law_named(text).mean_stiffness for text in laws.values()])) if laws else 0.0
+    laws = laws_of(linkage, scene)
+    stiffness = float(np.mean([law_named(text).mean_stiffness for text in laws])) if laws else 0.0
     inertia, weight = mass * length**2, mass * length * math.hypot(*scene.gravity) / _G
     springs = max(stiffness / _SPRING, weight)
     seconds = math.sqrt(inertia / springs) if springs else 1.0

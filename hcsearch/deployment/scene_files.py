@@ -9,7 +9,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
 from typing import Any
 
+from hcsearch.deployment.naming import named
 from hcsearch.errors import SceneError
+from hcsearch.labels import Labels
 from hcsearch.scenes import SCENES, Scene, panel_text, read_panel
 from hcsearch.system.reading import read_toml
 from hcsearch.vocabulary import FORMULATIONS
@@ -28,20 +30,24 @@ def scene_named(name: str) -> Scene:
     return SCENES[name]
 
 
-def scene_with(scene: Scene, values: Mapping[str, Any]) -> Scene:
-    """A scene with some values changed, as a file or a command line gives them; None leaves a value open."""
+def scene_with(scene: Scene, values: Mapping[str, Any], *, names: bool = True) -> Scene:
+    """A scene with some values changed, as a file or a command line gives them; None leaves a value open.
+
+    names : whether hinges and panels go by the names on pictures, or by their numbers in a linkage, as in a table
+    [scene].
+    """
     known = {field.name for field in fields(Scene)} - {"name"}
     changes: dict[str, Any] = {}
     for key, value in values.items():
         if key not in known:
             raise SceneError(f"a scene has no {key!r}: it has {', '.join(sorted(known))}")
-        changes[key] = _read(key, value)
+        changes[key] = _read(key, value, names)
     return replace(scene, **changes)
 
 
-def _read(key: str, value: Any) -> Any:
+def _read(key: str, value: Any, names: bool) -> Any:
     """One value of a scene; SceneError where it is of another kind."""
-    kind: Reader = _READERS.get(key, _number)
+    kind: Reader = _NAMED.get(key, _number) if names and key in _NAMED else _READERS.get(key, _number)
     try:
         return kind(key, value)
     except (TypeError, ValueError, OverflowError) as error:
@@ -98,6 +104,32 @@ def _springs(_key: str, value: Any) -> tuple[tuple[int, str], ...]:
     return tuple(laws.items())
 
 
+def _named_springs(_key: str, value: Any) -> tuple[tuple[str, str], ...]:
+    laws: dict[str, str] = {}
+    for hinge, law in dict(value).items():
+        if not isinstance(law, str):
+            raise ValueError
+        name = _name(str(hinge))
+        if name in laws:
+            raise SceneError(f"springs names hinge {name} twice: leave one out")
+        laws[name] = law
+    return tuple(laws.items())
+
+
+def _name(text: str) -> str:
+    """The name of a panel or hinge, without needless zeros."""
+    parts = text.split("+")
+    if not all(part.isascii() and part.isdigit() and len(part) < 10 for part in parts):
+        raise ValueError
+    return "+".join(str(int(part)) for part in parts)
+
+
+def _named_held(_key: str, value: Any) -> str:
+    if isinstance(value, bool) or not isinstance(value, (str, int)):
+        raise ValueError
+    return str(value) if value in ("bottom", "free") else _name(str(value))
+
+
 def _law(_key: str, value: Any) -> str:
     if not isinstance(value, str):
         raise ValueError
@@ -142,6 +174,7 @@ _READERS: dict[str, Reader] = {
     "base_inertia": _vector,
     "held": _held,
 }
+_NAMED: dict[str, Reader] = {"springs": _named_springs, "held": _named_held}
 _EXAMPLES = {
     "panel": "write panel_mm = '50x50x6'",
     "flat_pairs": "write 'rigid', 'hinged' or 'either'",
@@ -154,7 +187,7 @@ _EXAMPLES = {
     "held": "give bottom, free, or the number of a panel",
 }
 _IN_MILLIMETRES = {"panel_mm": "panel", "margin_mm": "margin"}
-_ON_TOP = ("flat_pairs", "merge")
+_ON_TOP = ("flat_pairs", "merge", "held", "springs")
 _KINDS: dict[str, tuple[type, str]] = {
     "design": (str, "design = 'hex:0234550132:4'"),
     "assembly": (str, "assembly = 'unit-i'"),
@@ -171,8 +204,9 @@ def read_file(path: str) -> dict[str, Any]:
     """A TOML file of a scene, and of the design or assembly that is deployed in it, if it names one.
 
     Keys: `design` or `assembly` with a table `parameters`, `formulation`, `name`, `panel_mm`, `margin_mm`,
-    `flat_pairs`, `merge`, a table `scene` of all other values, which may name a scene to start from, and a table
-    `drive` of driven hinges.
+    `flat_pairs`, `merge`, `held`, a table `springs` of single hinges, a table `scene` of all other values, which may
+    name a scene to start from, and a table `drive` of driven hinges. Panels and hinges go by the names on pictures; in
+    a table `scene`, as files had it before, `held` and `springs` count those of the linkage.
     """
     return _checked(path, read_toml(path))
 
@@ -214,7 +248,8 @@ def scene_in(table: Mapping[str, Any], *, base: Scene | None = None) -> Scene:
     given = dict(table.get("scene", {}))
     start = given.pop("name", None)
     scene = base or scene_named("default" if start is None else start)
-    values = given | {key: table[key] for key in _ON_TOP if key in table}
+    scene = scene_with(scene, given, names=False)
+    values = {key: table[key] for key in _ON_TOP if key in table}
     for key, name in _IN_MILLIMETRES.items():
         if key in table:
             values[name] = table[key] if name == "panel" else _metres(key, table[key])
@@ -227,11 +262,13 @@ def _metres(key: str, value: Any) -> float:
     return float(f"{value * 1e-3:.10g}")
 
 
-def file_text(facts: Mapping[str, Any], formulation: str | None, scene: Scene) -> str:
+def file_text(facts: Mapping[str, Any], formulation: str | None, scene: Scene, labels: Labels | None = None) -> str:
     """A file that `read_file` reads: what is deployed, and all of its scene that counts.
 
-    facts : what is deployed, `design` or `assembly`, with its `parameters`; empty for a scene alone.
+    facts : what is deployed, `design` or `assembly`, with its `parameters`; empty for a scene alone. labels : of the
+    linkage that numbers in the scene are of; without them these are written as such, in the table `scene`.
     """
+    scene = scene if labels is None else named(scene, labels)
     lines = [f"{key} = {_toml(value)}" for key, value in facts.items() if not isinstance(value, dict)]
     if scene.name != "default":
         lines.append(f"name = {_toml(scene.name)}")
@@ -245,12 +282,21 @@ def file_text(facts: Mapping[str, Any], formulation: str | None, scene: Scene) -
     if "margin" in changed:
         millimetres = float(f"{1e3 * changed['margin']:.10g}")
         lines.append(f"margin_mm = {_toml(millimetres)}")
-    lines += [f"{key} = {_toml(changed[key])}" for key in _ON_TOP if key in changed]
-    own = {key: value for key, value in changed.items() if key not in {"panel", "margin", *_ON_TOP}}
-    for title, table in {"parameters": facts.get("parameters", {}), "scene": own}.items():
+    on_top = {key: value for key, value in changed.items() if key in _ON_TOP and _has_names(key, value)}
+    lines += [f"{key} = {_toml(value)}" for key, value in on_top.items() if key != "springs"]
+    own = {key: value for key, value in changed.items() if key not in {"panel", "margin", *on_top}}
+    springs = {json.dumps(name): law for name, law in on_top.get("springs", ())}
+    for title, table in {"parameters": facts.get("parameters", {}), "scene": own, "springs": springs}.items():
         if table:
             lines += ["", f"[{title}]", *(f"{key} = {_toml(value)}" for key, value in table.items())]
     return "".join(f"{line}\n" for line in lines)
+
+
+def _has_names(key: str, value: Any) -> bool:
+    """Whether a value stands on top of a file: numbers of a linkage are for the table `scene`."""
+    if key == "springs":
+        return all(isinstance(name, str) for name, _ in value)
+    return value not in ("bottom", "free") if key == "held" and isinstance(value, str) else key != "held"
 
 
 def _toml(value: Any) -> str:

@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 
 from hcsearch.deployment.compiling import Compiled, held_panel
+from hcsearch.deployment.naming import laws_of
 from hcsearch.dynamics.laws import law_named, linear
 from hcsearch.dynamics.mirror import mirror_of
 from hcsearch.errors import HcsearchError
@@ -41,10 +42,7 @@ def scene_springs(scene: Scene, stiffnesses: Sequence[float] | Reals) -> Scene:
 
 def stiffnesses_of(linkage: Linkage, scene: Scene) -> Reals:
     """Stiffness of each hinge of a scene, N m/rad; HcsearchError where a law is not linear, or has a preload."""
-    texts = dict.fromkeys(range(linkage.n_hinges), scene.spring) | dict(scene.springs)
-    if len(texts) > linkage.n_hinges:
-        raise HcsearchError(f"there is no hinge {max(texts)}: give springs to hinges 0 to {linkage.n_hinges - 1}")
-    return np.array([_stiffness(text) for text in texts.values()])
+    return np.array([_stiffness(text) for text in laws_of(linkage, scene)])
 
 
 def _stiffness(text: str) -> float:

@@ -25,6 +25,7 @@ from hcsearch.deployment.scene_files import file_text
 from hcsearch.deployment.springs import with_springs
 from hcsearch.flat_pairs import can_be, linkage_joined, ways
 from hcsearch.folding import folding_at
+from hcsearch.labels import labels_of
 from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch, Trial
 from hcsearch.scenes import Scene, panel_of
 from hcsearch.vocabulary import Way
@@ -171,7 +172,8 @@ class _Verdicts:
         return compiled, solids
 
     def _trial(self, i: int, look: Look, compiled: Compiled, one: Check, agreement: Agreement | None) -> Trial:
-        status, reason = one.verdict, one.reason
+        labels = labels_of(compiled.linkage)
+        status, reason = one.verdict, one.reason(labels)
         if agreement is not None:
             status = agreement.verdict
             reason = agreement.reason + (", clear until then" if status == "deploys" else "")
@@ -186,7 +188,7 @@ class _Verdicts:
         return Trial(
             folding=i,
             scene=tried.name,
-            values=file_text(facts, compiled.formulation, tried),
+            values=file_text(facts, compiled.formulation, tried, labels),
             formulation=compiled.formulation,
             status=status,
             reason=reason,

@@ -19,6 +19,7 @@ from hcsearch.drive.torques import Torques, torques_along
 from hcsearch.errors import HcsearchError
 from hcsearch.flat_pairs import can_be, linkage_joined, ways
 from hcsearch.folding import Folding
+from hcsearch.labels import labels_of
 from hcsearch.linkage import Linkage
 from hcsearch.planning.motions import PlannedMotion, motion_of
 from hcsearch.planning.reasons import reason_of
@@ -38,14 +39,14 @@ class Wishes:
     """What a drive is asked for.
 
     rate, acceleration : greatest of a hinge, rad/s, rad/s^2. near : rad, from the packed and the flat state, where the
-    driven motion begins and ends. hinges : to drive; chosen where empty. firm : least singular value of the reduced
-    Jacobian for which hinges are added; 0 for as many as there are freedoms. period : of the controller, s.
+    driven motion begins and ends. hinges : to drive, by their names; chosen where empty. firm : least singular value of
+    the reduced Jacobian for which hinges are added; 0 for as many as there are freedoms. period : of the controller, s.
     """
 
     rate: float = RATE
     acceleration: float = ACCELERATION
     near: tuple[float, float] = NEAR
-    hinges: tuple[int, ...] = ()
+    hinges: tuple[str, ...] = ()
     firm: float = FIRM
     period: float = PERIOD
 
@@ -119,8 +120,9 @@ def drive(folding: Folding, scene: Scene, motion: PlannedMotion, wishes: Wishes 
     scene = settled(replace(scene, panel=panel, flat_pairs=pairs, merge=motion.way == "merged"), linkage)
     path = smooth_path(linkage, motion.proof.motion, wishes.near)
     angles = path.at(np.linspace(0.0, path.length, PLACES))[0]
+    labels = labels_of(linkage)
     choice = (
-        choice_of(linkage, angles, tuple(sorted(set(wishes.hinges))))
+        choice_of(linkage, angles, tuple(sorted({labels.hinge(name) for name in wishes.hinges})))
         if wishes.hinges
         else choose(linkage, angles, wishes.firm)
     )

@@ -9,6 +9,7 @@ import numpy as np
 from hcsearch.deployment.facts import finite
 from hcsearch.drive.driving import Drive
 from hcsearch.drive.latches import Latch
+from hcsearch.labels import labels_of, plain
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,6 +24,7 @@ def facts(drive: Drive) -> dict[str, Any]:
 
 def _facts(drive: Drive) -> dict[str, Any]:
     choice, deployment = drive.choice, drive.deployment
+    labels = labels_of(drive.linkage)
     clearance = deployment.clearance
     span = float(np.ptp(drive.torques.stored) + np.ptp(drive.torques.kinetic) + np.ptp(drive.torques.height))
     return {
@@ -36,8 +38,9 @@ def _facts(drive: Drive) -> dict[str, Any]:
         "scene": drive.scene.name,
         "hinges": drive.linkage.n_hinges,
         "freedoms": choice.freedoms,
-        "driven": list(choice.hinges),
-        "driven_monotone": list(choice.monotone),
+        "merged_panels": list(labels.merged),
+        "driven": [plain(labels.hinges[hinge]) for hinge in choice.hinges],
+        "driven_monotone": [plain(labels.hinges[hinge]) for hinge in choice.monotone],
         "least_singular_value": choice.least,
         "least_at": choice.place,
         "closure_least_singular_value": choice.closure,
@@ -64,8 +67,11 @@ def _facts(drive: Drive) -> dict[str, Any]:
 def latch_facts(latches: tuple[Latch, ...], deployment: Deployment) -> dict[str, Any]:
     """Which hinges wait for which, and what springs alone made of it."""
     clearance = deployment.clearance
+    names = [plain(name) for name in labels_of(deployment.compiled.linkage).hinges]
     return {
-        "latches": [{"hinge": one.hinge, "waits_for": one.waits_for, "angle_rad": one.angle} for one in latches],
+        "latches": [
+            {"hinge": names[one.hinge], "waits_for": names[one.waits_for], "angle_rad": one.angle} for one in latches
+        ],
         "latched_verdict": deployment.verdict,
         "latched_reason": deployment.reason,
         "latched_clearance": None if clearance is None else clearance.kind,
@@ -82,8 +88,9 @@ def table(drive: Drive) -> pd.DataFrame:
     import pandas as pd  # noqa: PLC0415 - only where a table is wanted
 
     own = drive.torques
+    names = labels_of(drive.linkage).hinges
     columns = {"time_s": own.times}
-    columns |= {f"angle_{k}_rad": own.angles[:, k] for k in range(own.angles.shape[1])}
-    columns |= {f"rate_{k}_rad_s": own.rates[:, k] for k in range(own.angles.shape[1])}
-    columns |= {f"torque_{k}_N_m": own.torques[:, i] for i, k in enumerate(own.driven)}
+    columns |= {f"angle_{name}_rad": own.angles[:, k] for k, name in enumerate(names)}
+    columns |= {f"rate_{name}_rad_s": own.rates[:, k] for k, name in enumerate(names)}
+    columns |= {f"torque_{names[k]}_N_m": own.torques[:, i] for i, k in enumerate(own.driven)}
     return pd.DataFrame(columns)

@@ -6,6 +6,7 @@ from hcsearch.deployment.driving import drives_text
 from hcsearch.deployment.scene_files import file_text
 from hcsearch.drive.driving import Drive
 from hcsearch.drive.facts import table
+from hcsearch.labels import labels_of
 from hcsearch.system.outputs import write_output, write_table
 
 TABLES = (".csv", ".parquet")
@@ -16,7 +17,8 @@ SCENES = (".toml",)
 def save(drive: Drive, path: str) -> None:
     """Write the course (.csv, .parquet) or a scene with the drive (.toml)."""
     if path.endswith(SCENES):
-        text = file_text({"design": drive.folding.notation}, "constrained", drive.scene)
-        write_output(path, f"{text}\n{drives_text(drive.drives)}")
+        labels = labels_of(drive.linkage)
+        text = file_text({"design": drive.folding.notation}, "constrained", drive.scene, labels)
+        write_output(path, f"{text}\n{drives_text(drive.drives, labels)}")
     else:
         write_table(path, table(drive), TABLES)

@@ -94,6 +94,13 @@ def enumerate_circuits(
 ) -> Iterator[Circuit]:
     """Yield one circuit of every congruence class: on all arrays of n cells of a grid, or on one array.
 
+    Those of an array run through its own cells; others are canonical, near the origin.
+
+    >>> from hcsearch import GRIDS, enumerate_circuits, parse_array
+    >>> wall = parse_array(GRIDS["hex"], "3-4-3")
+    >>> [circuit.array == wall for circuit in enumerate_circuits(array=wall, limit=2)]
+    [True, True]
+
     Lazy: only `batch_size` circuits are held at a time, at any n. Take some with `limit`, hand them on in a loop;
     whole batches as arrays come from `PolygonSearch(grid, n).batches()` and `ArraySearch(array).batches()`.
     Raises SizeError for n below 3 or too large, or an array too wide.
@@ -110,4 +117,4 @@ def enumerate_circuits(
     circuits = (
         Circuit(search.grid, tuple(word)) for batch in search.batches(batch_size) for word in batch.words.tolist()
     )
-    return islice(circuits, limit)
+    return islice(circuits if array is None else (circuit.on(array) for circuit in circuits), limit)

@@ -37,7 +37,7 @@ class LatticeIsometry:
         return (a * x + b * y, c * x + d * y)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Grid:
     """One of the four grids: `triangle`, `square`, `rectangle`, `hex`.
 
@@ -52,6 +52,9 @@ class Grid:
     steps: tuple[Point, ...]
     turns: tuple[int, ...]
     first_directions: tuple[int, ...] = (0,)
+
+    def __repr__(self) -> str:
+        return f"GRIDS[{self.name!r}]"
 
     @property
     def is_triangle(self) -> bool:

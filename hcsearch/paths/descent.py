@@ -18,6 +18,7 @@ import numpy as np
 
 from hcsearch.kinematics.local import Local, local_at
 from hcsearch.kinematics.within import close_within, least_energy, linked
+from hcsearch.labels import named_hinges
 from hcsearch.linkage import Linkage
 from hcsearch.paths.motions import Ending, Path, joined, path_of, reverse
 from hcsearch.paths.stops import SLACK
@@ -264,6 +265,6 @@ class _Descent:
         left = energy / (0.5 * float(self.springs @ self.linkage.folded**2))
         sentence = (
             f"a local minimum with {left:.1%} of the energy of the other end; hinges at pi: "
-            f"{', '.join(map(str, closed)) or 'none'}; at 0: {', '.join(map(str, flat)) or 'none'}"
+            f"{named_hinges(self.linkage, closed)}; at 0: {named_hinges(self.linkage, flat)}"
         )
         return Ending("stuck", sentence, tuple(map(int, np.union1d(flat, closed))))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from hcsearch.errors import HcsearchError
 from hcsearch.kinematics.closing import CLOSED
+from hcsearch.labels import named_hinges
 from hcsearch.linkage import Linkage
 from hcsearch.paths.events import singular_states
 from hcsearch.paths.motions import Ending, Path, SingularEvent, path_of
@@ -176,8 +177,8 @@ class _Following:
             return Ending("lost closure", f"the start is not closed: its residual is {local.residual:.1e}")
         beyond = np.flatnonzero(margins(local.angles) < -SLACK) if self.limits.stops else ()
         if len(beyond):
-            numbers = ", ".join(map(str, beyond))
-            return Ending("stopped", f"the start is beyond the stops of hinges {numbers}", tuple(map(int, beyond)))
+            names = named_hinges(self.walker.linkage, beyond)
+            return Ending("stopped", f"the start is beyond the stops of hinges {names}", tuple(map(int, beyond)))
         if local.rank.rank is None:
             return Ending("undecided", f"the rank at the start is not decided: a gap of {local.rank.gap:.1e} only")
         if not moves:
@@ -192,7 +193,7 @@ class _Following:
             outward = np.where(last.angles < 0.5 * math.pi, -last.tangent, last.tangent)
             blocked = np.flatnonzero((margins(last.angles) <= SLACK) & (outward > 1e-6))
             if len(blocked):
-                return _stopped(blocked)
+                return _stopped(self.walker.linkage, blocked)
         if last.length >= self.limits.length * (1 - 1e-12):
             return Ending("length", f"at length {last.length:.6g}")
         if len(self.states) > self.limits.max_steps:
@@ -278,7 +279,8 @@ class _Following:
                 return self._again(after.length - last.length, lost=math.isinf(self.tolerance))
             if stop is not last:
                 self.states.append(stop)
-            return _stopped(np.flatnonzero((margins(stop.angles) <= SLACK) & (margins(after.angles) < -SLACK)))
+            met = (margins(stop.angles) <= SLACK) & (margins(after.angles) < -SLACK)
+            return _stopped(self.walker.linkage, np.flatnonzero(met))
         if self.watched:
             for event in singular_states(self.walker, before, last, after):
                 self.events.append(event)
@@ -302,6 +304,5 @@ def _blurred(step: Step, distance: float) -> bool:
     return BLUR * step.local.least * distance < ROUNDING
 
 
-def _stopped(hinges: NDArray[np.int64]) -> Ending:
-    numbers = tuple(map(int, hinges))
-    return Ending("stopped", f"hinges at their stops: {', '.join(map(str, numbers))}", numbers)
+def _stopped(linkage: Linkage, hinges: NDArray[np.int64]) -> Ending:
+    return Ending("stopped", f"hinges at their stops: {named_hinges(linkage, hinges)}", tuple(map(int, hinges)))

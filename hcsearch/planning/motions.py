@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from hcsearch.collision.margins import margin_of, scale_of
 from hcsearch.flat_pairs import can_be, linkage_joined
 from hcsearch.folding import Folding
+from hcsearch.labels import Labels, labels_of
 from hcsearch.linkage import Linkage
 from hcsearch.planning.planner import Growth, Planner
 from hcsearch.planning.proofs import PLAYS, PathProof, Prover
@@ -31,12 +32,14 @@ class PlannedMotion:
 
     way : how flat pairs are joined; of the path, if there is one. states : of the path, (k, n_hinges), or None.
     proof : of the path, which may have failed. growths : what trees came to, by way, where the search reached no path.
+    labels : names of panels in the linkage of the path, if there is one.
     """
 
     way: Way | None
     states: Reals | None
     proof: PathProof | None
     growths: tuple[tuple[Way, Growth], ...]
+    labels: Labels | None = None
 
     @property
     def margin(self) -> float | None:
@@ -103,7 +106,7 @@ class _Search:
     def _prove(self, way: Way, states: Reals) -> bool:
         """Prove a path, and keep it; whether it is proved."""
         prover = self.provers.setdefault(way, Prover(self.linkages[way]))
-        self.best = PlannedMotion(way, states, prover.prove(states, self.margins), ())
+        self.best = PlannedMotion(way, states, prover.prove(states, self.margins), (), labels_of(self.linkages[way]))
         return self.best.margin is not None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from hcsearch.labels import Labels
 from hcsearch.planning.motions import PlannedMotion
 from hcsearch.planning.planner import Growth
 from hcsearch.planning.proofs import PathProof
@@ -12,7 +13,8 @@ ENDS = ("packed", "flat")
 def reason_of(motion: PlannedMotion) -> str:
     """What is known of a motion, in a sentence."""
     if motion.proof is not None and motion.margin is None:
-        return f"the search reached a path with {motion.way} flat pairs that is not proved: {_failed(motion.proof)}"
+        failed = _failed(motion.proof, motion.labels)
+        return f"the search reached a path with {motion.way} flat pairs that is not proved: {failed}"
     if motion.margin is not None:
         play = f"{1e3 * motion.margin:.4g} mm of play on every face"
         return f"a path from packed to flat is proved with {motion.way} flat pairs and {play}"
@@ -23,7 +25,7 @@ def reason_of(motion: PlannedMotion) -> str:
     )
 
 
-def _failed(proof: PathProof) -> str:
+def _failed(proof: PathProof, labels: Labels | None) -> str:
     """Why a path is not proved."""
     if proof.motion is None:
         return "no closed states are proved beside all of it, as it passes states that are singular, or nearly so"
@@ -32,7 +34,7 @@ def _failed(proof: PathProof) -> str:
         return f"its proof ends {away} state"
     if proof.clear is None:
         return "hinges go beyond their stops by more than the play allows"
-    one, two = proof.clear.panels or (0, 0)
+    one, two = (k if labels is None else labels.panels[k] for k in proof.clear.panels or (0, 0))
     return f"panels {one} and {two} come too near with {1e3 * proof.clear.margin:.4g} mm of play on every face"
 
 

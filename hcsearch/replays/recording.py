@@ -16,7 +16,9 @@ NEAR = 2e-3
 """What interpolation between the states of a replay may miss a hinge by, rad: 0.1 degrees, less than a screen shows."""
 
 
-def replay_of_deployment(deployment: Deployment, title: str, *, design: bool, near: float = NEAR) -> Replay:
+def replay_of_deployment(
+    deployment: Deployment, title: str, *, design: bool | None = None, near: float = NEAR
+) -> Replay:
     """The replay of a simulated deployment; design : as of `labels_of`. near : rad, allowed error of interpolation."""
     compiled, motion, clearance = deployment.compiled, deployment.motion, deployment.clearance
     shares = np.linspace(0.0, 1.0, FINE, endpoint=False)

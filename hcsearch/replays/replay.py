@@ -40,7 +40,7 @@ class Replay:
     title: str
     source: str
 
-    def _repr_html_(self) -> str:
+    def _repr_html_(self) -> str | None:
         return notebook_view(self)
 
     def at_time(self, at: Reals) -> Reals:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene, panel_of
@@ -46,7 +45,7 @@ class Room:
 def room_of(folding: Folding, scene: Scene) -> Room:
     """The room that a folding takes with the panels of a scene, flat pairs rigid."""
     panel = panel_of(scene, folding.circuit.grid.name)
-    linkage = folding_linkage(folding, panel)
+    linkage = folding.linkage(panel)
     area = linkage.pattern.area
     mass = scene.density_of(panel[2]) * area * panel[2]
     return Room(envelope_at(linkage, linkage.folded), envelope_at(linkage, linkage.flat), mass, area)

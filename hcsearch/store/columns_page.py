@@ -6,7 +6,7 @@ from hcsearch.store.columns import VIEWS, Quantity
 
 _HEAD = """# Columns
 
-Views of the database and their columns. `make reference` writes this page from `hcsearch/store/columns.py`. A value is
+Views of the database and their columns. `make docs` writes this page from `hcsearch/store/columns.py`. A value is
 NULL where its stage has not run. [Queries](queries.md) use the columns of `designs`; `hcsearch query --sql` reads all
 views.
 """

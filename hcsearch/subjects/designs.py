@@ -27,7 +27,12 @@ def folding_named(name: str, db: str) -> Folding:
     circuit, _ = design_named(text, db)
     if crease is not None:
         return folding_of(circuit, crease)
-    candidates = foldings(circuit)
+    return only_folding(circuit, text)
+
+
+def only_folding(circuit: Circuit, name: str | None = None) -> Folding:
+    """The folding of a circuit that has one; HcsearchError, which calls it by a name, for none or several."""
+    text, candidates = name or circuit.notation, foldings(circuit)
     if not candidates:
         raise HcsearchError(f"{text} does not fold into two stacks: choose among hcsearch query 'two_stack'")
     if len(candidates) > 1:

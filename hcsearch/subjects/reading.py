@@ -10,12 +10,14 @@ from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.driving import Drives, drives_in
 from hcsearch.deployment.looks import Look, first_look, look_parts, scene_of, springs_of
+from hcsearch.deployment.naming import numbered
 from hcsearch.deployment.scales import settled
 from hcsearch.deployment.scene_files import read_file, scene_in, scene_with
 from hcsearch.deployment.springs import with_springs
 from hcsearch.errors import HcsearchError, SceneError
-from hcsearch.flat_pairs import folding_linkage
+from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import Folding
+from hcsearch.labels import labels_of
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import DEFAULT, FlatPairs, Scene, panel_of, panel_text
 from hcsearch.subjects.designs import folding_named
@@ -29,17 +31,19 @@ class Request:
     """What a user asks for: a name, and what stands beside it.
 
     name : DESIGN:CREASE, an assembly, or a file .toml. db : the database in which ids and scenes are looked up.
-    panel, across : sizes as texts in millimetres. values : more of the scene, by the names of a scene file.
+    folding : what is meant, where it need not be read of the name. scene : its name, or itself. panel, across : sizes
+    as texts in millimetres. values : more of the scene, by the names of a scene file; panels and hinges by their names.
     """
 
     name: str
     db: str
-    scene: str | None = None
+    scene: str | Scene | None = None
     panel: str | None = None
     across: str | None = None
     flat_pairs: FlatPairs | None = None
     merge: bool = False
     values: Mapping[str, Any] = field(default_factory=dict)
+    folding: Folding | None = None
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,11 @@ class Subject:
     formulation: Formulation | None
     facts: dict[str, Any]
     drives: Drives | None = None
+
+    @property
+    def title(self) -> str:
+        """The name of what it is."""
+        return str(next(iter(self.facts.values())))
 
     @property
     def key(self) -> dict[str, Any]:
@@ -84,11 +93,10 @@ def read_subject(request: Request) -> Subject:
             raise HcsearchError(
                 f"{name} is an assembly with sizes of its own: leave out --panel, --across, --flat-pairs, --merge"
             )
-        return replace(_assembly(name, parameters, scene, content.get("formulation")), drives=_drives(content))
+        return _driven(_assembly(name, parameters, scene, content.get("formulation")), content)
     if parameters:
         raise HcsearchError(f"{name} is a design, which has no parameters: leave out [parameters], or name an assembly")
-    subject = _design(folding_named(name, request.db), scene, parts, request, content.get("formulation"))
-    return replace(subject, drives=_drives(content))
+    return _driven(_design(_folding(name, request), scene, parts, request, content.get("formulation")), content)
 
 
 def read_folding(request: Request) -> tuple[Folding, Scene]:
@@ -106,7 +114,7 @@ def read_folding(request: Request) -> tuple[Folding, Scene]:
         name = content["design"]
     if name in ASSEMBLIES:
         raise HcsearchError(f"{name} is an assembly, which has no packed state in stacks: name DESIGN:CREASE")
-    folding = folding_named(name, request.db)
+    folding = _folding(name, request)
     return folding, _open_scene(content, request, folding.circuit.grid.name)
 
 
@@ -123,8 +131,14 @@ def _open_scene(content: dict[str, Any], request: Request, grid: str) -> Scene:
     return replace(scene, panel=panel_of(scene, grid))
 
 
-def _drives(content: dict[str, Any]) -> Drives | None:
-    return drives_in(content["drive"]) if "drive" in content else None
+def _folding(name: str, request: Request) -> Folding:
+    return folding_named(name, request.db) if request.folding is None else request.folding
+
+
+def _driven(subject: Subject, content: dict[str, Any]) -> Subject:
+    """The subject with its scene in numbers of the linkage, and the drives of a file, if it has any."""
+    drives = drives_in(content["drive"], labels_of(subject.linkage)) if "drive" in content else None
+    return replace(subject, scene=numbered(subject.scene, subject.linkage), drives=drives)
 
 
 def _assembly(name: str, parameters: dict[str, Any], scene: Scene, formulation: Formulation | None) -> Subject:
@@ -145,7 +159,7 @@ def _design(
     look = first_look(scene)
     if springs or (pairs is not None and pairs != look.pairs):
         look = Look(pairs or look.pairs, springs)
-    linkage = folding_linkage(folding, panel, hinged=look.pairs == "hinged", merged=look.pairs == "merged")
+    linkage = linkage_joined(folding, panel, look.pairs)
     way: FlatPairs = "hinged" if look.pairs == "hinged" else "rigid"
     if not look.first:
         scene = scene_of(settled(scene, linkage), look)
@@ -158,8 +172,11 @@ def _design(
 
 def _scene(content: dict[str, Any], request: Request) -> tuple[Scene, list[str]]:
     """The scene of a file or by its name, with what the options change, and parts of the name that say how to look."""
-    base, parts = None, []
-    if (text := request.scene) is not None and text.strip():
+    base: Scene | None = None
+    parts: list[str] = []
+    if isinstance(text := request.scene, Scene):
+        base = text
+    elif text is not None and text.strip():
         named = [part.strip() for part in text.split(",")]
         before = list(named)
         look_parts(named)

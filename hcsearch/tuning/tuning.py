@@ -10,6 +10,7 @@ import numpy as np
 from hcsearch.deployment.scales import settled
 from hcsearch.deployment.springs import range_of, stiffnesses_of, tied_hinges
 from hcsearch.errors import HcsearchError
+from hcsearch.labels import Labels, labels_of
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
 from hcsearch.tuning.catalogue import catalogue_levels
@@ -25,6 +26,9 @@ EVALUATIONS, SAMPLES = 500, 64
 """Spring sets that a search tries, and samples of the tolerances that are drawn for a set that is confirmed."""
 
 
+NO_LABELS = Labels((), ())
+
+
 @dataclass(frozen=True)
 class Tuning:
     """The result of a tuning.
@@ -33,7 +37,7 @@ class Tuning:
         collide, or else the one of the least objective. rounded : the same of catalogue springs; None where none were
         asked for.
     evaluations : spring sets and samples that it took, each once; recalled : how many of them a memory knew before.
-    interrupted : by Ctrl-C.
+    interrupted : by Ctrl-C. labels : names of the hinges, in the order of stiffnesses, and of panels.
     """
 
     scene: Scene
@@ -45,6 +49,17 @@ class Tuning:
     evaluations: int
     recalled: int
     interrupted: bool
+    labels: Labels = NO_LABELS
+
+    @property
+    def chosen(self) -> SpringSet:
+        """The springs to use: those of the catalogue where they are asked for and confirmed."""
+        return self.rounded if self.rounded is not None and self.rounded.confirmed else self.best
+
+    @property
+    def springs(self) -> dict[str, float]:
+        """Stiffness of each hinge to use, N m/rad, by the names of hinges."""
+        return dict(zip(self.labels.hinges, self.chosen.stiffnesses, strict=True))
 
 
 def tune(
@@ -73,9 +88,9 @@ def tune(
         raise HcsearchError(f"springs are not tuned in {formulation}: take {' or '.join(TOLERANCES)}")
     if scene.held == "free":
         raise HcsearchError("springs are tuned with a panel held, not floating: hold one, such as panel 0")
-    tied = tied_hinges(linkage, scene)
     given = stiffnesses_of(linkage, scene)
     scene = settled(scene, linkage)
+    tied = tied_hinges(linkage, scene)
     softest, stiffest = range_of(scene)
     if not (given >= 0.0).all() or not (given <= stiffest * (1.0 + 1e-9)).all():
         raise HcsearchError(
@@ -100,9 +115,8 @@ def tune(
     except KeyboardInterrupt:
         interrupted = True
     best = finder.best or (begin if search.best is None else _seen(search.best, evaluator.scales))
-    return Tuning(
-        scene, evaluator.formulation, tied, begin, best, rounded, evaluator.done, evaluator.recalled, interrupted
-    )
+    done, recalled, labels = evaluator.done, evaluator.recalled, labels_of(linkage)
+    return Tuning(scene, evaluator.formulation, tied, begin, best, rounded, done, recalled, interrupted, labels)
 
 
 def _silent(done: int, total: int, note: str) -> None:

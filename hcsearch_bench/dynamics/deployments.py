@@ -14,7 +14,7 @@ import numpy as np
 from hcsearch.deployment.arrivals import Arrival, arrivals
 from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.deploying import Deployment, deploy, run
-from hcsearch.flat_pairs import folding_linkage
+from hcsearch.labels import labels_of
 from hcsearch_bench.dynamics.case_rows import gap_of
 from hcsearch_bench.subjects.deployments import SCENE, Case, DeploymentSubject
 
@@ -113,12 +113,12 @@ def _deployed(subject: DeploymentSubject, formulation: str, scene: Scene, second
 def _row(subject: DeploymentSubject, deployment: Deployment, ours: Deployment | None) -> DeploymentRow:
     compiled, scene = deployment.compiled, deployment.compiled.scene
     springs = compiled.formulation == "penalty"
-    arrived = arrivals(deployment)
+    arrived, names = arrivals(deployment), labels_of(compiled.linkage).hinges
     return DeploymentRow(
         *(subject.name, compiled.formulation, *METHODS[compiled.formulation]),
         *(None if springs else scene.restitution, scene.cut_stiffness if springs else None),
         *(deployment.outcome, float(deployment.motion.times[-1])),
-        arrivals=" ".join(f"{'+'.join(map(str, a.hinges))}@{1e3 * a.time:.2f}" for a in arrived[:ORDER]),
+        arrivals=" ".join(f"{'+'.join(names[k] for k in a.hinges)}@{1e3 * a.time:.2f}" for a in arrived[:ORDER]),
         apart=None if ours is None else arrivals_apart(arrivals(ours), arrived),
         events=len(deployment.motion.events),
         energy=compiled.factor * deployment.motion.drift,
@@ -141,12 +141,12 @@ def arrivals_apart(ours: Sequence[Arrival], theirs: Sequence[Arrival]) -> float 
 
 def quick_row(name: str, designs: Sequence[Folding]) -> QuickRow:
     """The quick check of some foldings, the first one also to compile."""
-    deploy(folding_linkage(designs[0]), SCENE, tolerance=QUICK_TOLERANCE)
+    deploy(designs[0].linkage(), SCENE, tolerance=QUICK_TOLERANCE)
     whole, simulation, clearance = [], [], []
     outcomes: Counter[str] = Counter()
     for folding in designs:
         begin = time.perf_counter()
-        linkage = folding_linkage(folding)
+        linkage = folding.linkage()
         compiled = compile_scene(linkage, SCENE)
         built = time.perf_counter()
         deployment = run(compiled, tolerance=QUICK_TOLERANCE)

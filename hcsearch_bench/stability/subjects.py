@@ -53,7 +53,6 @@ class StabilitySubject:
 def _linkage(name: str, panels: int, ratio: float) -> Linkage:
     from hcsearch.assemblies import ASSEMBLIES
     from hcsearch.circuit import Circuit
-    from hcsearch.flat_pairs import folding_linkage
     from hcsearch.folding import Folding, foldings
     from hcsearch.grid import grid_named
     from hcsearch.linkage import Linkage
@@ -64,13 +63,13 @@ def _linkage(name: str, panels: int, ratio: float) -> Linkage:
     if name == "ring":
         columns = panels // 2
         word = (0,) * (columns - 1) + (1,) + (2,) * (columns - 1) + (3,)
-        return folding_linkage(foldings(Circuit(grid_named("square"), word))[-1], size)
+        return foldings(Circuit(grid_named("square"), word))[-1].linkage(size)
     if name in ASSEMBLIES:
         defaults = ASSEMBLIES[name].defaults
         width = WIDTHS.get(name, SIDE)
         sized = defaults if ratio == THICK else replace(defaults, thickness=ratio * width)
         return Linkage(ASSEMBLIES[name].build(sized))
-    return folding_linkage(Folding.from_notation(name), size)
+    return Folding.from_notation(name).linkage(size)
 
 
 def _strip(panels: int, thickness: float) -> Linkage:

@@ -13,7 +13,6 @@ from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.deployment.compiling import OMISSIONS, Compiled, compile_scene
 from hcsearch.deployment.deploying import run
 from hcsearch.dynamics.system import System
-from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import SCENES, Scene
@@ -129,4 +128,4 @@ def assembly(name: str) -> Linkage:
 
 def design(text: str, *, merged: bool = False) -> Linkage:
     """The linkage of a folding by its notation, such as `hex:023224350400:4`."""
-    return folding_linkage(Folding.from_notation(text), merged=merged)
+    return Folding.from_notation(text).linkage(merged=merged)

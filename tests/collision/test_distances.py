@@ -13,7 +13,6 @@ from hcsearch.collision.distances import Proximity, approach_speeds, proximal_di
 from hcsearch.collision.penetration import penetration
 from hcsearch.deployment.deploying import deploy
 from hcsearch.errors import HcsearchError
-from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import Folding
 from hcsearch.kernels.collision.distances import closest, closest_of_pairs, exhaustive, proximity
 from hcsearch.linkage import Linkage
@@ -198,7 +197,7 @@ def test_pairs_are_searched_one_by_one_and_remembered():
 def subject(name):
     if name in ASSEMBLIES:
         return Linkage(ASSEMBLIES[name].build(ASSEMBLIES[name].defaults))
-    return folding_linkage(Folding.from_notation(name))
+    return Folding.from_notation(name).linkage()
 
 
 def naive_gaps(linkage, angles, pairs, allowed):

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from hcsearch.circuit import Circuit
 from hcsearch.deployment.agreement import LOOSE, Seen, agreed, confirmed, neighbours
 from hcsearch.deployment.deploying import deploy
-from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import Folding, folding_of
 from hcsearch.scenes import SCENES
 
@@ -87,7 +86,7 @@ def test_the_neighbours_are_tolerances_that_there_are():
     ],
 )
 def test_motions_along_branches_of_singular_states_are_found(name, crease, verdict):
-    linkage = folding_linkage(folding_of(Circuit.from_notation(name).canonical(), crease))
+    linkage = folding_of(Circuit.from_notation(name).canonical(), crease).linkage()
     found = deploy(linkage, SCENES["default"])
     assert (found.outcome, found.verdict) == ("flat", "deploys")
     agreement = confirmed(found)
@@ -97,5 +96,5 @@ def test_motions_along_branches_of_singular_states_are_found(name, crease, verdi
 
 
 def test_what_does_not_come_flat_is_not_simulated_again():
-    linkage = folding_linkage(Folding.from_notation("hex:023350:1"))
+    linkage = Folding.from_notation("hex:023350:1").linkage()
     assert confirmed(deploy(linkage, replace(SCENES["default"], seconds=0.02))) is None

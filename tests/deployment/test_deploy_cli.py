@@ -31,6 +31,7 @@ KEYS = [
     "formulation",
     "panels",
     "hinges",
+    "merged_panels",
     "loops",
     "joints_simulated",
     "seconds",
@@ -81,7 +82,7 @@ def test_exit_codes_say_what_became_of_it():
         names = [line[:24].strip() for line in rest]
         assert names.index("clearance") < names.index("outcome")
         if verdict == "collides":
-            assert second.split(maxsplit=1)[1].startswith("panels 3 and 5 collide at ")
+            assert second.split(maxsplit=1)[1].startswith("panels 4 and 7 collide at ")
         else:
             assert (rest[names.index("collision s")]).split() == ["collision", "s", "-"]
 
@@ -134,11 +135,12 @@ def test_json_tells_events_and_clearance():
     hit = facts["events"][0]
     assert set(hit) == {"time_s", "hinges", "kind", "speed_rad_s"}
     assert hit["kind"] == "hit"
-    assert all(0 <= hinge < 8 for event in facts["events"] for hinge in event["hinges"])
+    assert facts["merged_panels"] == ["0+9", "4+5"]
+    assert {hinge for event in facts["events"] for hinge in event["hinges"]} <= {0, 1, 2, 3, 5, 6, 7, 8}
     assert [facts[key] for key in ("clearance", "collision_s", "collision_panels")] == ["clear", None, None]
     assert facts["min_clearance_mm"] == pytest.approx(0.575, abs=1e-3)
     facts = told("hex:02234400:1")
-    assert [facts[key] for key in ("clearance", "collision_panels", "min_clearance_mm")] == ["collides", [3, 5], None]
+    assert [facts[key] for key in ("clearance", "collision_panels", "min_clearance_mm")] == ["collides", [4, 7], None]
     assert 0.0 < facts["collision_s"] < facts["flat_time_s"]
 
 
@@ -194,12 +196,12 @@ def test_states_come_back_from_files(ending):
     facts = told(*SMALL, "--output", f"states{ending}")
     found = states(f"states{ending}")
     books = ["kinetic_J", "stored_J", "height_J", "in_stops_J", "damped_J", "lost_J"]
-    hinges = [f"angle_{k}_rad" for k in range(4)] + [f"rate_{k}_rad_s" for k in range(4)]
+    hinges = [f"angle_{k}_rad" for k in (0, 2, 3, 5)] + [f"rate_{k}_rad_s" for k in (0, 2, 3, 5)]
     assert list(found) == ["time_s", *books, *hinges]
     assert len(found["time_s"]) == facts["steps"] + 1
     assert found["time_s"][-1] == facts["end_time_s"]
     assert found["damped_J"][-1] == facts["energy_damped_J"]
-    assert max(abs(found[f"angle_{k}_rad"][-1]) for k in range(4)) == facts["widest_angle_rad"]
+    assert max(abs(found[f"angle_{k}_rad"][-1]) for k in (0, 2, 3, 5)) == facts["widest_angle_rad"]
     call(*SMALL, "--output", "again.csv")
     assert states("again.csv") == found
 
@@ -230,14 +232,23 @@ def test_a_picture_of_a_file_with_dollar_signs_in_its_name(tmp_path):
     assert "foo" in (tmp_path / "a.svg").read_text(encoding="utf-8")
 
 
-def test_a_file_says_what_the_command_line_says():
+@pytest.mark.parametrize(
+    ("top", "inside", "end"),
+    [
+        ('held = "5+4"\n', "", '[springs]\n2 = "linear:0.3"\n'),
+        ("held = 5\n", "", '[springs]\n"02" = "linear:0.3"\n'),
+        # files as they were before count the panels and hinges of the linkage
+        ("", 'held = 3\nsprings = { 1 = "linear:0.3" }\n', ""),
+    ],
+)
+def test_a_file_says_what_the_command_line_says(top, inside, end):
     name = write(
-        'design = "square:012230:1"\npanel_mm = "50x30x5"\n'
-        '[scene]\nspring = "linear:0.2"\nsprings = { 1 = "linear:0.3" }\ngravity = [0, -9.81, 0]\nheld = 3\n'
-        "seconds = 0.02\nstart = 0.99\nrestitution = 0.5\ndamping = 0.001\n"
+        f'design = "square:012230:1"\npanel_mm = "50x30x5"\n{top}'
+        f'[scene]\nspring = "linear:0.2"\ngravity = [0, -9.81, 0]\n{inside}'
+        f"seconds = 0.02\nstart = 0.99\nrestitution = 0.5\ndamping = 0.001\n{end}"
     )
-    words = ("--panel", "50x30x5", "--spring", "linear:0.2", "--springs", "1=linear:0.3", "--gravity", "0,-9.81,0")
-    words += ("--held", "3", "--seconds", "0.02", "--start", "0.99", "--restitution", "0.5", "--damping", "0.001")
+    words = ("--panel", "50x30x5", "--spring", "linear:0.2", "--springs", "2=linear:0.3", "--gravity", "0,-9.81,0")
+    words += ("--held", "4", "--seconds", "0.02", "--start", "0.99", "--restitution", "0.5", "--damping", "0.001")
     facts = told(name)
     assert facts == told("square:012230:1", *words) | {"scene": "default"}
     assert facts["energy_start_J"] != told("square:012230:1", "--seconds", "0.02")["energy_start_J"]
@@ -292,14 +303,16 @@ WRONG_WORDS = [
     (("--spring", "table:missing.csv"), "cannot read the table missing.csv: No such file or directory; name a file"),
     (("--springs", "3"), "cannot read --springs '3': write HINGE=LAW, such as 3=linear:0.2"),
     (("--springs", "x=free"), "cannot read --springs 'x': write HINGE=LAW"),
-    (("--springs", "99=free"), "there is no hinge 99: give springs to hinges 0 to 3"),
+    (("--springs", "99=free"), "there is no hinge 99: the hinges are 0, 2, 3, 5"),
     (("--damping", "nan"), "damping cannot be nan: give a number of 0 or more"),
     (("--damping", "-1"), "damping cannot be -1.0: give a number of 0 or more"),
     (("--gravity", "1,2"), "gravity cannot be '1,2': give x,y,z in m/s^2, such as 0,0,-9.81"),
     (("--gravity", "nan,0,0"), "gravity cannot be 'nan,0,0': give x,y,z"),
     (("--gravity", "0,0,inf"), "gravity cannot be '0,0,inf': give x,y,z"),
     (("--gravity", "down"), "gravity cannot be 'down': give x,y,z"),
-    (("--held", "4"), "there is no panel 4: hold one from 0 to 3"),
+    (("--springs", "1=free"), "crease 1 carries no hinge here, its panels are one, 1+2: the hinges are 0, 2, 3, 5"),
+    (("--springs", "0+2=free"), "there is no hinge 0+2: the hinges are 0, 2, 3, 5"),
+    (("--held", "6"), "there is no panel 6: the panels are 0, 1+2, 3, 4+5"),
     (("--held", "top"), "held cannot be 'top': give bottom, free, or the number of a panel"),
     (("--held", "1.5"), "held cannot be '1.5': give bottom, free, or the number of a panel"),
     (("--start", "0"), "no deployment starts at 0 of the folded angles: give a share above 0, up to 1"),
@@ -328,7 +341,7 @@ WRONG_WORDS = [
     (("--output", "a.csv", "--start", "0"), "give a share above 0"),
     (("--formulation", "quasistatic", "--damping", "0"), "quasistatic motion has only dampers to set its speed"),
     (("--formulation", "quasistatic", "--spring", "free"), "quasistatic motion has only dampers to set its speed"),
-    (("--formulation", "quasistatic", "--springs", "1=free"), "quasistatic motion has only dampers to set its speed"),
+    (("--formulation", "quasistatic", "--springs", "2=free"), "quasistatic motion has only dampers to set its speed"),
     (("--formulation", "quasistatic", "--scene", "satellite"), "and hold a panel, or take the constrained"),
     (("--scene", ""), "a scene has a name: write --scene default"),
     (("--scene", "hinged, mountains last"), "there is no scene 'hinged, mountains last': choose one of default"),

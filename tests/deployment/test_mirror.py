@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.dynamics.mirror import mirror_of
-from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import Folding, foldings
 from hcsearch.linkage import Linkage
 from tests.strategies import circuits
@@ -88,7 +87,7 @@ def test_foldings_have_the_mirrors_that_a_search_finds(data, hinged, merged):
     found = foldings(data.draw(circuits(even=True)))
     if not found:
         return
-    linkage = folding_linkage(data.draw(st.sampled_from(found)), hinged=hinged, merged=merged)
+    linkage = data.draw(st.sampled_from(found)).linkage(flat_pairs="hinged" if hinged else "rigid", merged=merged)
     for panel in range(linkage.n_panels):
         check(linkage, panel)
 
@@ -97,18 +96,18 @@ def test_foldings_have_the_mirrors_that_a_search_finds(data, hinged, merged):
 def test_foldings_with_mirror_pairs_have_a_mirror(name):
     folding = named(name)
     assert folding.mirror_pairs
-    assert check(folding_linkage(folding), folding_linkage(folding).base)
+    assert check(folding.linkage(), folding.linkage().base)
 
 
 @pytest.mark.parametrize("name", ["hex:023350:1", "hex:0234550132:4"])
 def test_chiral_patterns_have_none(name):
-    linkage = folding_linkage(named(name))
+    linkage = named(name).linkage()
     assert not named(name).mirror_pairs
     assert not any(check(linkage, panel) for panel in range(linkage.n_panels))
 
 
 def test_a_mirror_needs_the_held_panel_in_it():
-    linkage = folding_linkage(named("square:012230:1"))
+    linkage = named("square:012230:1").linkage()
     assert [panel for panel in range(4) if check(linkage, panel)] == [1, 3]
 
 

@@ -20,6 +20,7 @@ from hcsearch.dynamics.laws import linear
 from hcsearch.dynamics.simulation import simulate
 from hcsearch.errors import HcsearchError, SceneError
 from hcsearch.folding import Folding
+from hcsearch.labels import labels_of
 from hcsearch.scenes import SCENES
 
 QUICK = driving.Wishes(rate=4.0, acceleration=40.0, period=0.005)
@@ -155,7 +156,12 @@ def test_springs_that_push_ask_for_stiff_control_and_none_for_nothing(machine):
 
 
 def test_a_file_holds_the_drive(machine):
-    again = drives_in(tomllib.loads(drives_text(machine.drives))["drive"])
+    labels = labels_of(machine.linkage)
+    table = tomllib.loads(drives_text(machine.drives, labels))["drive"]
+    assert [str(name) for name in table["driven"]] == [labels.hinges[hinge] for hinge in machine.drives.hinges]
+    again = drives_in(table, labels)
+    old = {name: value for name, value in table.items() if name != "driven"} | {"hinges": list(again.hinges)}
+    assert drives_in(old, labels).hinges == again.hinges  # files as they were before count the hinges of the linkage
     assert again.hinges == machine.drives.hinges
     assert np.array_equal(again.start, machine.drives.start)
     assert again.angles == pytest.approx(machine.drives.angles, abs=1e-9)
@@ -181,7 +187,26 @@ def test_a_file_holds_the_drive(machine):
 )
 def test_tables_that_hold_no_drive_are_refused(machine, change, word):
     with pytest.raises(SceneError, match=word):
-        drives_in(tomllib.loads(drives_text(machine.drives))["drive"] | change)
+        drives_in(table_of(machine) | change, labels_of(machine.linkage))
+
+
+@pytest.mark.parametrize(
+    ("driven", "word"),
+    [([0, 0, 1, 2], "once"), ([0.5], "as pictures do"), ([True], "as pictures do"), (["x"], "as pictures do"),
+     ("0", "as pictures do"), ([99], "no hinge 99")],
+)  # fmt: skip
+def test_names_that_are_no_driven_hinges_are_refused(machine, driven, word):
+    labels = labels_of(machine.linkage)
+    table = tomllib.loads(drives_text(machine.drives, labels))["drive"]
+    with pytest.raises(SceneError, match=word):
+        drives_in(table | {"driven": driven}, labels)
+
+
+def table_of(machine):
+    """The table of a file as it was before, with numbers of hinges in the linkage."""
+    table = tomllib.loads(drives_text(machine.drives, labels_of(machine.linkage)))["drive"]
+    del table["driven"]
+    return table | {"hinges": list(machine.drives.hinges)}
 
 
 def test_drives_of_other_panels_are_refused(machine):

@@ -12,7 +12,6 @@ from hcsearch.deployment.deploying import deploy
 from hcsearch.dynamics.panels import panel_bodies
 from hcsearch.export.mjcf import mjcf_of
 from hcsearch.export.urdf import urdf_of
-from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import Folding
 from hcsearch.labels import labels_of
 from hcsearch.scenes import SCENES
@@ -82,7 +81,7 @@ def test_mujoco_moves_as_we_do_in_other_scenes(scene):
 
 
 def test_mujoco_moves_light_panels_as_we_do():
-    linkage = folding_linkage(Folding.from_notation("hex:023224350400:4"), (0.005, 0.005, 0.0006))
+    linkage = Folding.from_notation("hex:023224350400:4").linkage((0.005, 0.005, 0.0006))
     error, turned = greatest_error((linkage, labels_of(linkage, design=True)), DEFAULT, timestep=5e-6)
     assert error < 1e-2
     assert turned > 0.1

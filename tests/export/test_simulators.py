@@ -15,7 +15,6 @@ from hcsearch.export.cut_trees import cut_tree, line_of
 from hcsearch.export.mjcf import mjcf_of, write
 from hcsearch.export.settings import Settings
 from hcsearch.export.urdf import urdf_of
-from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import Folding
 from hcsearch.labels import labels_of
 from hcsearch.scenes import SCENES
@@ -88,7 +87,7 @@ def test_mjcf_lets_panels_collide_where_they_should_but_never_at_a_hinge():
 
 
 def option_of(panel, **changes):
-    linkage = folding_linkage(Folding.from_notation("hex:0234550132:4"), panel)
+    linkage = Folding.from_notation("hex:0234550132:4").linkage(panel)
     text = mjcf_of(linkage, labels_of(linkage, design=True), replace(DEFAULT, **changes))
     return Xml.fromstring(text).find("option").attrib
 

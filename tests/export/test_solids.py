@@ -16,7 +16,6 @@ from hcsearch.export.solids import placed, solid_of, solids_of, wanted_panels
 from hcsearch.export.step import step_of
 from hcsearch.export.stl import stl_of
 from hcsearch.export.threemf import threemf_of
-from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import foldings
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import RIGID, VALLEY, Pattern
@@ -43,7 +42,7 @@ def check_closed(solid):
 @given(circuits(even=True))
 def test_solids_of_foldings_are_closed_and_have_the_volume_of_their_facets(circuit):
     for folding in foldings(circuit)[:1]:
-        linkage = folding_linkage(folding)
+        linkage = folding.linkage()
         for solid, volume in zip(solids_of(linkage), volumes(linkage), strict=True):
             check_closed(solid)
             assert volume_of(solid.vertices[solid.triangles]) == pytest.approx(volume, rel=1e-9)

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from hcsearch.collision.distances import proximal_distances
 from hcsearch.errors import HcsearchError
-from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import VALLEY, Pattern
@@ -159,7 +158,7 @@ def test_another_version_is_refused():
 
 def test_merged_panels_keep_their_names():
     folding = Folding.from_notation("square:0122333011:1")
-    linkage = folding_linkage(folding, merged=True)
+    linkage = folding.linkage(merged=True)
     replay = replay_of_path(linkage, np.stack([linkage.folded, linkage.flat]), folding.notation, margin=None)
     payload = payload_of(replay)
     assert any("+" in name for name in payload["labels"]["panels"])

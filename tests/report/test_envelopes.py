@@ -5,7 +5,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hcsearch.enumeration import enumerate_circuits
-from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import Folding, foldings
 from hcsearch.report.envelopes import envelope_at, room_of
 from hcsearch.scenes import SCENES, Scene
@@ -44,7 +43,7 @@ def test_mass_is_density_times_volume():
 
 @given(st.sampled_from(FOLDINGS))
 def test_the_box_holds_the_panels_at_every_state(folding):
-    linkage = folding_linkage(folding)
+    linkage = folding.linkage()
     box = envelope_at(linkage, 0.5 * linkage.folded)
     assert box.volume >= linkage.pattern.area * linkage.pattern.thickness * (1 - 1e-9) / folding.circuit.n
     assert box.length >= box.width > 0.0

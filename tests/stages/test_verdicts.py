@@ -17,9 +17,9 @@ from hcsearch.deployment.scene_files import read_text, scene_in
 from hcsearch.deployment.springs import with_springs
 from hcsearch.deployment.verdicts import verdicts
 from hcsearch.enumeration import PolygonSearch
-from hcsearch.flat_pairs import folding_linkage
 from hcsearch.folding import Folding, folding_at
 from hcsearch.grid import GRIDS
+from hcsearch.labels import labels_of
 from hcsearch.pipeline.judging import PIECE_SECONDS, Judge, Piece, pieces, seconds_of, unfinished
 from hcsearch.pipeline.rows import design_rows
 from hcsearch.pipeline.shards import candidates_of, run_shard
@@ -64,7 +64,7 @@ def test_no_twisted_folding_deploys(grid, n, twisted):
     _, shard = shard_of(grid, n, "twist")
     numbers = np.flatnonzero(shard.twists != 0).tolist()
     assert len(numbers) == twisted
-    scenes = [compile_scene(folding_linkage(folding_at(shard.circuits, shard.foldings, i)), DEFAULT) for i in numbers]
+    scenes = [compile_scene(folding_at(shard.circuits, shard.foldings, i).linkage(), DEFAULT) for i in numbers]
     rows = check(scenes, tolerance=1e-5, threads=2)
     assert not [
         folding_at(shard.circuits, shard.foldings, i).notation
@@ -130,10 +130,8 @@ def test_what_deploys_in_a_trial_does_so_when_it_is_simulated_alone(tens):
     assert graded_ones
     for trial in (chosen[0], graded_ones[0], graded_ones[-1]):
         scene = scene_in(read_text(trial.values, "the trial"))
-        linkage = folding_linkage(
-            folding_at(own.circuits, own.foldings, trial.folding),
-            hinged=scene.flat_pairs == "hinged",
-            merged=scene.merge,
+        linkage = folding_at(own.circuits, own.foldings, trial.folding).linkage(
+            flat_pairs="hinged" if scene.flat_pairs == "hinged" else "rigid", merged=scene.merge
         )
         alone = deploy(linkage, scene, keep=STOPS)
         assert (alone.outcome, alone.clearance.kind, alone.verdict) == ("flat", "clear", "deploys")
@@ -315,7 +313,7 @@ def test_pieces_are_small_whole_and_the_same_each_time():
 @pytest.mark.parametrize("grade", [*GRADES, OUTER])
 def test_graded_springs_run_between_both_bounds(grade):
     folding = Folding.from_notation("hex:0234435011:1")
-    compiled = compile_scene(folding_linkage(folding), DEFAULT, keep=STOPS)
+    compiled = compile_scene(folding.linkage(), DEFAULT, keep=STOPS)
     stiffnesses = springs_of(folding, compiled, grade)
     assert stiffnesses.shape == (compiled.system.n_joints,)
     assert stiffnesses.min() >= STIFFEST / GRADED * (1 - 1e-12)
@@ -325,7 +323,7 @@ def test_graded_springs_run_between_both_bounds(grade):
 
 def test_spread_springs_differ_and_stay_within_the_bounds():
     folding = Folding.from_notation("hex:0234435011:1")
-    compiled = compile_scene(folding_linkage(folding, hinged=True), DEFAULT, keep=STOPS)
+    compiled = compile_scene(folding.linkage(flat_pairs="hinged"), DEFAULT, keep=STOPS)
     stiffnesses = np.array([springs_of(folding, compiled, name) for name in SPREAD])
     assert stiffnesses.shape == (len(SPREAD), compiled.system.n_joints)
     assert stiffnesses.min() >= SOFTEST
@@ -337,7 +335,7 @@ def test_spread_springs_differ_and_stay_within_the_bounds():
 
 def test_stops_that_seem_to_pull_in_a_singular_state_do_not_halt_the_motion():
     folding = Folding.from_notation("hex:023234340000:3")
-    compiled = compile_scene(folding_linkage(folding, hinged=True), DEFAULT, keep=STOPS)
+    compiled = compile_scene(folding.linkage(flat_pairs="hinged"), DEFAULT, keep=STOPS)
     scenes = [with_springs(compiled, springs_of(folding, compiled, name)) for name in SPREAD]
     for checked in check(scenes, tolerance=1e-5):
         assert checked.outcome != "out of steps"
@@ -346,7 +344,7 @@ def test_stops_that_seem_to_pull_in_a_singular_state_do_not_halt_the_motion():
 
 def test_springs_set_later_are_those_of_a_scene_compiled_with_them():
     folding = Folding.from_notation("hex:0234435011:1")
-    linkage = folding_linkage(folding)
+    linkage = folding.linkage()
     compiled = compile_scene(linkage, DEFAULT, keep=STOPS)
     changed = with_springs(compiled, np.geomspace(0.01, 0.2, compiled.system.n_joints))
     anew = compile_scene(linkage, changed.scene, keep=STOPS)
@@ -359,12 +357,14 @@ def test_springs_set_later_are_those_of_a_scene_compiled_with_them():
 
 
 def test_a_verdict_has_a_reason():
-    linkage = folding_linkage(Folding.from_notation("hex:02234400:1"))
+    linkage = Folding.from_notation("hex:02234400:1").linkage()
     (checked,) = check([compile_scene(linkage, DEFAULT)])
     assert checked.verdict == "collides"
-    assert checked.reason == f"panels 3 and 5 collide at {checked.collision[0]:.4g} s"
+    labels = labels_of(linkage)
+    assert checked.reason(labels) == f"panels 4 and 7 collide at {checked.collision[0]:.4g} s"
     still = replace(checked, clear=True, collision=None, outcome="at rest", end_time=0.25)
-    assert (still.verdict, still.reason) == ("undecided", "at rest at 0.25 s, clear until then")
+    assert (still.verdict, still.reason(labels)) == ("undecided", "at rest at 0.25 s, clear until then")
     assert replace(still, outcome="flat").verdict == "deploys"
     wild = replace(checked, outcome="diverged", end_time=0.25)
-    assert (wild.verdict, wild.reason) == ("undecided", "diverged at 0.25 s, so nothing that it shows is certain")
+    assert wild.verdict == "undecided"
+    assert wild.reason(labels) == "diverged at 0.25 s, so nothing that it shows is certain"

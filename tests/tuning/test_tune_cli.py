@@ -15,12 +15,12 @@ import pytest
 from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
-from hcsearch.cli.tune import advice
 from hcsearch.deployment.outcomes import Check
 from hcsearch.errors import HcsearchError
 from hcsearch.scenes import SCENES
 from hcsearch.store import open_readonly, select
 from hcsearch.tuning.choice import SpringSet
+from hcsearch.tuning.facts import advice
 from hcsearch.tuning.robustness import Robustness
 from hcsearch.tuning.tuning import Tuning
 

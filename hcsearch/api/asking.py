@@ -1,0 +1,51 @@
+"""What is asked for, in the words of Python: subjects and their scenes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from hcsearch.circuit import Circuit
+from hcsearch.deployment.naming import numbered
+from hcsearch.deployment.scene_files import scene_with
+from hcsearch.folding import Folding
+from hcsearch.linkage import Linkage
+from hcsearch.scenes import SCENES, FlatPairs, Scene
+from hcsearch.subjects.designs import only_folding
+from hcsearch.subjects.reading import Request, Subject, read_subject
+from hcsearch.subjects.scenes import read_scene
+
+Named = str | Folding | Circuit | Linkage
+"""What can be deployed or tuned: DESIGN:CREASE, an assembly, a file .toml, or a value."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """How something is to be tried, beside its name: as the options of `hcsearch deploy`.
+
+    scene : a value, its name, or a file. panel, across : sizes as texts in millimetres. values : more of the scene.
+    """
+
+    scene: Scene | str | None
+    db: str
+    panel: str | None = None
+    across: str | None = None
+    flat_pairs: FlatPairs | None = None
+    merge: bool = False
+    values: Mapping[str, Any] | None = None
+
+    def request(self, what: str | Folding | Circuit) -> Request:
+        """The request for something that has a name, or is a design."""
+        folding = only_folding(what) if isinstance(what, Circuit) else None if isinstance(what, str) else what
+        name = what if isinstance(what, str) else str(folding)
+        values = {} if self.values is None else dict(self.values)
+        return Request(name, self.db, self.scene, self.panel, self.across, self.flat_pairs, self.merge, values, folding)
+
+    def subject(self, what: Named) -> Subject:
+        """What is meant, in its scene."""
+        if not isinstance(what, Linkage):
+            return read_subject(self.request(what))
+        scene = read_scene(self.scene, self.db) if isinstance(self.scene, str) else self.scene or SCENES["default"]
+        scene = scene_with(scene, {} if self.values is None else self.values)
+        return Subject(what, replace(numbered(scene, what), panel=None), None, {"linkage": repr(what)})

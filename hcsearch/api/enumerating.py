@@ -1,0 +1,127 @@
+"""Search all arrays of a size, or one array, through the stages and into a database."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from hcsearch.api.places import Place, located, writing
+from hcsearch.enumeration import ArraySearch, Search, search_all
+from hcsearch.errors import HcsearchError
+from hcsearch.grid import Array, Grid, grid_named, parse_array
+from hcsearch.pipeline import Crew, Funnel, Plan, Summary, check_room, estimate, finished_shards, run_dry, run_into
+from hcsearch.pipeline.run import Announce, Progress
+from hcsearch.scenes import Scene
+from hcsearch.stages.order import STAGES, check_keep
+from hcsearch.subjects.scenes import read_scene, with_size
+from hcsearch.system.cores import usable_cores
+
+JOBS_PER_CORE = 4
+"""Processes that one core may be given: more gain nothing, and each takes some hundred megabytes."""
+
+
+def enumerate_into(
+    db: Place | None = None,
+    *,
+    grid: str | Grid | None = None,
+    n: int | None = None,
+    array: str | Array | None = None,
+    until: str | None = None,
+    keep: str = "all",
+    scene: Scene | str | None = None,
+    panel: str | None = None,
+    across: str | None = None,
+    jobs: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+    announce: Announce | None = None,
+) -> Funnel:
+    """List all designs up to symmetry, filter and store them, and judge their motions, as `hcsearch enumerate` does.
+
+    Either n, for all arrays of n cells of a grid, or one array. db : a path, a URL or an open database; it is made
+    where there is none, and no work in it is done twice. until : the last stage. keep : `all`, `two-stack` or
+    `untwisted`. scene, panel, across : as of `deploy`. Gives how many designs each stage leaves.
+
+    >>> from hcsearch import enumerate_into
+    >>> enumerate_into("designs.sqlite", grid="hex", n=8, until="twist")
+    Funnel(fixed_circuits=123, arrays=14, circuits=16, two_stack=2, untwisted=1, movable=None, deployable=None)
+    """
+    own = array.grid if isinstance(array, Array) and grid is None else grid
+    if own is None:
+        raise HcsearchError("name a grid: triangle, square, rectangle or hex")
+    crew = crew_of(jobs, scheduler)
+    plan = plan_of(search_of(own, n, array, keep), until, keep, scene, panel, across, crew, located_of(db))
+    say = announce or _silent
+    announce_size(plan, db, say)
+    return run_plan(plan, db, progress, say)[0].funnel
+
+
+def _silent(sentence: str) -> None:
+    """Say nothing."""
+
+
+def located_of(db: Place | None) -> str:
+    """Where scenes are looked up."""
+    return located(db if db is None or isinstance(db, (str, Path)) else db.location)
+
+
+def search_of(grid: str | Grid, n: int | None, array: str | Array | None, keep: str) -> Search:
+    """The search of all arrays of n cells, or of one array, for the designs that are kept."""
+    if (n is None) == (array is None):
+        raise HcsearchError("give either --n N (every array of N cells) or --array SPEC (one array)")
+    own = grid_named(grid) if isinstance(grid, str) else grid
+    if array is not None:
+        return ArraySearch(parse_array(own, array) if isinstance(array, str) else array)
+    assert n is not None
+    return search_all(own, n, keep)
+
+
+def crew_of(jobs: int | None, scheduler: str | None) -> Crew:
+    """Who works: processes of this machine, all its cores unless given, or a Dask cluster."""
+    if jobs is not None and scheduler is not None:
+        raise HcsearchError("give either --jobs K (this machine) or --scheduler ADDRESS (a cluster)")
+    cores = usable_cores()
+    most = JOBS_PER_CORE * cores
+    if jobs is not None and jobs > most:
+        raise HcsearchError(
+            f"--jobs {jobs} is more than the {cores} cores here are good for: give {most} at most, or leave it out"
+        )
+    return Crew(jobs or cores, scheduler)
+
+
+def plan_of(
+    search: Search,
+    until: str | None,
+    keep: str,
+    scene: Scene | str | None,
+    panel: str | None,
+    across: str | None,
+    crew: Crew,
+    db: str,
+) -> Plan:
+    """What a run is to do; db : where scenes are looked up."""
+    last = list(STAGES)[-1] if until is None else until
+    check_keep(keep, last)
+    chosen = scene if isinstance(scene, Scene) else read_scene(scene, db)
+    plan = Plan(search, last, keep, with_size(chosen, panel, across, search.grid.name), crew)
+    plan.crew.check()
+    return plan
+
+
+def announce_size(plan: Plan, db: Place | None, announce: Announce, *, dry: bool = False) -> None:
+    """Say beforehand how much a plan lists and how long that takes, where it takes long; refuse what finds no room."""
+    location = located_of(db)
+    expected = estimate(plan, stored=not dry, finished=() if dry or plan.small else finished_shards(plan, location))
+    if expected is not None:
+        announce(expected.sentence(plan.crew))
+        if not dry:
+            check_room(expected, location)
+
+
+def run_plan(
+    plan: Plan, db: Place | None, progress: Progress | None, announce: Announce, *, dry: bool = False
+) -> tuple[Summary, str | None]:
+    """Run a plan into a database, which is made where there is none, or without one; also where the database is."""
+    if dry:
+        return run_dry(plan, progress, announce), None
+    with writing(db, create=True) as database:
+        return run_into(plan, database, progress, announce), database.location

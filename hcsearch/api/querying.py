@@ -1,0 +1,116 @@
+"""Read designs out of a database, as tables of pandas, and rank them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING
+
+from hcsearch.api.places import Place, reading, writing
+from hcsearch.errors import QueryError
+from hcsearch.ranking import Ranked, complete_weights, rank_designs, save_ranks
+from hcsearch.store import Database, Rows, select_sql, stream
+from hcsearch.subjects.scenes import scene_asked_for
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_DTYPES = {"integer": "Int64", "boolean": "boolean", "real": "Float64", "text": "string"}
+"""Of pandas, which know what is missing, by the kinds of columns."""
+
+
+def read(
+    db: Place | None = None,
+    query: str = "",
+    *,
+    view: str = "designs",
+    columns: str | Sequence[str] = "",
+    sort: str = "",
+    limit: int | None = None,
+    scene: str | None = None,
+    panel: str | None = None,
+    across: str | None = None,
+    sql: str | None = None,
+) -> pd.DataFrame:
+    """Read the rows of a view that satisfy a query, as `hcsearch query` prints them, or those of one SELECT.
+
+    db : a path, a URL or an open database. query, columns, sort : in the words of `hcsearch query`, all columns unless
+    some are named. view : designs, foldings, motions, deployments, evaluations, runs or units. scene, panel, across :
+    whose verdicts are read.
+
+    >>> from hcsearch import enumerate_into, read
+    >>> _ = enumerate_into("designs.sqlite", grid="hex", n=8, until="twist")
+    >>> read("designs.sqlite", "two_stack", columns="circuit,n_foldings,min_twist", sort="min_twist")
+            circuit  n_foldings  min_twist
+    0  hex:02234400           1          0
+    1  hex:02334051           2          1
+    """
+    import pandas as pd  # noqa: PLC0415 - only where a table is wanted
+
+    with reading(db) as database:
+        if sql is not None:
+            if query or columns or sort or limit is not None or scene or panel or across:
+                raise QueryError("sql stands alone: put conditions, columns, order and limit into the SELECT")
+            result = select_sql(database, sql)
+            return pd.DataFrame(list(result.rows), columns=list(result.columns))
+        asked = scene_asked_for(database, scene, panel, across)
+        with stream(database, query, columns=columns, sort=sort, limit=limit, view=view, scene=asked) as rows:
+            return _framed(rows)
+
+
+def _framed(rows: Rows) -> pd.DataFrame:
+    """Rows as a table with columns of their kinds."""
+    import pandas as pd  # noqa: PLC0415 - as above
+
+    table = pd.DataFrame([row for chunk in rows.chunks for row in chunk], columns=list(rows.columns))
+    return table.astype({name: _DTYPES[kind] for name, kind in zip(rows.columns, rows.kinds, strict=True) if kind})
+
+
+def rank(
+    db: Place | None = None,
+    query: str = "",
+    *,
+    weights: Mapping[str, float] | None = None,
+    scene: str | None = None,
+    panel: str | None = None,
+    across: str | None = None,
+    pareto: bool = False,
+    limit: int | None = None,
+    save: bool = False,
+) -> pd.DataFrame:
+    """Rank the designs that a query selects by a weighted score, best first, as `hcsearch rank` does.
+
+    weights : of criteria, 1 for each that is not named. pareto : only those on the Pareto front. save : store all
+    scores in the column `score`. Designs known not to deploy are left out.
+    """
+    import pandas as pd  # noqa: PLC0415 - as above
+
+    with opened(db, to_write=save) as database:
+        ranked = rank_in(database, query, weights or {}, scene, panel, across, save=save)
+    table = pd.DataFrame(list(ranked.result.rows), columns=list(ranked.result.columns)).astype({"pareto": bool})
+    shown = table[table["pareto"]].reset_index(drop=True) if pareto else table
+    return shown if limit is None else shown.head(limit)
+
+
+def opened(db: Place | None, *, to_write: bool) -> AbstractContextManager[Database]:
+    """A database that there is, open to write, or to read alone."""
+    return writing(db, create=False) if to_write else reading(db)
+
+
+def rank_in(
+    database: Database,
+    query: str,
+    weights: Mapping[str, float],
+    scene: str | None,
+    panel: str | None,
+    across: str | None,
+    *,
+    save: bool,
+) -> Ranked:
+    """The designs of an open database in their order; save : store their scores."""
+    chosen = complete_weights(weights)
+    asked = scene_asked_for(database, scene, panel, across)
+    ranked = rank_designs(database, query, chosen, asked)
+    if save:
+        save_ranks(database, ranked, asked)
+    return ranked

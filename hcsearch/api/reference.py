@@ -1,0 +1,127 @@
+"""The reference of all public names, made of their docstrings: `python -m hcsearch.api.reference > docs/api.md`."""
+
+from __future__ import annotations
+
+import inspect
+import re
+import textwrap
+from collections.abc import Iterator
+from dataclasses import MISSING, fields, is_dataclass
+from functools import cached_property
+from typing import Any
+
+import hcsearch
+
+TITLE = """# Reference of the Python names
+
+Everything here comes from `from hcsearch import NAME`; `docs/python.md` shows how to use it. Made of the docstrings by
+`make docs`: edit those instead. Lengths are in metres, angles in rad, unless a name says otherwise (`panel="50x40x6"`
+is in millimetres).
+"""
+GROUPS: dict[str, tuple[str, ...]] = {
+    "Do a job": ("deploy", "tune", "replay", "save", "enumerate_into", "read", "rank"),
+    "Arrays and circuits": ("GRIDS", "Grid", "Array", "parse_array", "Circuit", "enumerate_circuits", "count_array"),
+    "Searches as batches": ("PolygonSearch", "ArraySearch", "ArrayCount"),
+    "Foldings": ("Folding", "foldings", "twist", "gauss_linking"),
+    "Panels in space": ("Pattern", "Linkage", "Scene", "SCENES"),
+    "Results": ("Deployed", "Tuning", "Replay", "Funnel"),
+    "Databases": ("open_database", "open_readonly", "select", "select_sql"),
+    "The rest": ("HcsearchError", "__version__"),
+}
+PLAIN = {
+    "GRIDS": "The grids by their names: `triangle`, `square`, `rectangle`, `hex`.",
+    "SCENES": "The scenes of the program by their names: `default`, `earth`, `thesis`, `satellite`.",
+    "__version__": "The release that is installed.",
+}
+WIDTH = 100
+_ITEM = re.compile(r"(?:^|(?<=\.)) *([a-z_][a-z_, ]*) : ")
+"""What is said of parameters and fields, `name : text.`"""
+
+
+def reference() -> str:
+    """The document."""
+    parts = [TITLE]
+    for group, names in GROUPS.items():
+        parts.append(f"\n## {group}\n")
+        parts += [_entry(name, getattr(hcsearch, name)) for name in names]
+    return "".join(parts)
+
+
+def _entry(name: str, value: Any) -> str:
+    """The part on one name."""
+    lines = [f"\n### `{name}`\n"]
+    if name in PLAIN:
+        return "".join([*lines, f"\n{PLAIN[name]}\n"])
+    if not inspect.isclass(value):
+        return "".join([*lines, _code(_signature(name, value)), _prose(value)])
+    if not issubclass(value, Exception):
+        lines.append(_code(_signature(name, value)))
+    lines.append(_prose(value))
+    members = list(_members(value))
+    if members:
+        lines += ["\n| | |\n|---|---|\n", *(f"| `{shown}` | {said} |\n" for shown, said in members)]
+    return "".join(lines)
+
+
+def _signature(name: str, value: Any) -> str:
+    """How a function is called, or a value made, with the kinds of what is given."""
+    if is_dataclass(value):
+        given = [f"{own.name}: {own.type}{_default(own)}" for own in fields(value) if own.init]
+        called = f"{name}({', '.join(given)})"
+    else:
+        called = name + re.sub(r"(: |-> )'([^']*)'", r"\1\2", str(inspect.signature(value)))
+    if len(called) <= WIDTH:
+        return called
+    inside, _, after = called[len(name) + 1 :].rpartition(")")
+    return "\n".join([f"{name}(", *(f"    {part}," for part in _parts(inside)), f"){after}"])
+
+
+def _default(own: Any) -> str:
+    return "" if own.default is MISSING and own.default_factory is MISSING else f" = {own.default!r}"
+
+
+def _parts(text: str) -> list[str]:
+    """What commas separate that stand in no brackets."""
+    parts, depth = [""], 0
+    for mark in text:
+        depth += (mark in "([{") - (mark in ")]}")
+        if mark == "," and not depth:
+            parts.append("")
+        else:
+            parts[-1] += mark
+    return [part.strip() for part in parts]
+
+
+def _members(kind: type) -> Iterator[tuple[str, str]]:
+    """Public methods and properties of a class, in its order, with the first line of what is said of each."""
+    for name, member in vars(kind).items():
+        own = member.__func__ if isinstance(member, staticmethod) else member
+        if name.startswith("_") or not (inspect.isfunction(own) or isinstance(own, (property, cached_property))):
+            continue
+        first = (inspect.getdoc(own) or "").splitlines()[0].replace("|", "\\|")
+        yield (f"{name}({_names(own)})" if inspect.isfunction(own) else name), first
+
+
+def _names(function: Any) -> str:
+    """Names of what a function is given."""
+    given = [one for one in inspect.signature(function).parameters.values() if one.name != "self"]
+    return ", ".join(one.name if one.default is one.empty else f"{one.name}={one.default!r}" for one in given)
+
+
+def _prose(value: Any) -> str:
+    """A docstring as paragraphs, its examples as blocks."""
+    blocks = []
+    for paragraph in (inspect.getdoc(value) or "").split("\n\n"):
+        if paragraph.startswith(">>>"):
+            blocks.append(textwrap.indent(paragraph, "    "))
+        else:
+            blocks.append(_ITEM.sub(r"\n- `\1`: ", " ".join(line.strip() for line in paragraph.splitlines())).strip())
+    return "".join(f"\n{block}\n" for block in blocks)
+
+
+def _code(text: str) -> str:
+    return f"\n```python\n{text}\n```\n"
+
+
+if __name__ == "__main__":
+    print(reference(), end="")

@@ -1,0 +1,73 @@
+"""Choose springs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from hcsearch.api.asking import Named, Setting
+from hcsearch.api.places import Place, located, writing
+from hcsearch.errors import HcsearchError
+from hcsearch.scenes import FlatPairs, Scene
+from hcsearch.store import Database
+from hcsearch.subjects.reading import Subject
+from hcsearch.tuning.ledger import Ledger
+from hcsearch.tuning.robustness import Spread
+from hcsearch.tuning.search import Progress
+from hcsearch.tuning.tuning import EVALUATIONS, SAMPLES, Tuning
+from hcsearch.tuning.tuning import tune as tuned
+from hcsearch.vocabulary import Formulation
+
+
+def tune(
+    what: Named,
+    scene: Scene | str | None = None,
+    *,
+    formulation: Formulation | None = None,
+    catalogue: Sequence[float] = (),
+    evaluations: int = EVALUATIONS,
+    samples: int = SAMPLES,
+    spread: Spread | None = None,
+    seed: int = 0,
+    panel: str | None = None,
+    across: str | None = None,
+    flat_pairs: FlatPairs | None = None,
+    merge: bool = False,
+    db: str | Path | None = None,
+    keep_in: Place | None = None,
+    progress: Progress | None = None,
+    **values: Any,
+) -> Tuning:
+    """Choose the stiffness of each hinge so that the array comes flat without a collision, as `hcsearch tune` does.
+
+    what, scene, panel, across, flat_pairs, merge, db, values : as of `deploy`. keep_in : a database that keeps every
+    evaluation, so that the same call goes on where it stopped. The others as of `hcsearch.tuning.tuning.tune`.
+
+    >>> from hcsearch import tune
+    >>> tuning = tune("hex:0233340501:3", evaluations=8, samples=0)
+    >>> list(tuning.springs)
+    ['0', '1', '2', '4', '5', '6', '7', '9']
+    """
+    subject = Setting(scene, located(db), panel, across, flat_pairs, merge, values).subject(what)
+    options = {"catalogue": catalogue, "evaluations": evaluations, "samples": samples, "spread": spread, "seed": seed}
+    if keep_in is None:
+        return tune_subject(subject, formulation, None, progress=progress, **options)
+    with writing(keep_in, create=True) as database:
+        return tune_subject(subject, formulation, database, progress=progress, **options)
+
+
+def tune_subject(
+    subject: Subject, formulation: Formulation | None, database: Database | None, **options: Any
+) -> Tuning:
+    """Tune what was read, in the formulation that is asked for, or that its file names; evaluations are kept."""
+    refuse_drives(subject)
+    memory = None if database is None else Ledger(database, json.dumps(subject.key, sort_keys=True))
+    return tuned(subject.linkage, subject.scene, formulation or subject.formulation, memory=memory, **options)
+
+
+def refuse_drives(subject: Subject) -> None:
+    """Refuse what is driven, as springs alone are tuned."""
+    if subject.drives is not None:
+        raise HcsearchError(f"{subject.title} has drives, and springs are tuned without: leave out its table [drive]")

@@ -1,0 +1,82 @@
+"""A deployment with what simulations at tighter tolerances agree on: what `hcsearch deploy` reports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from hcsearch.deployment import facts
+from hcsearch.deployment.agreement import Agreement, confirmed
+from hcsearch.deployment.deploying import Deployment, deploy
+from hcsearch.deployment.driving import Drives
+from hcsearch.linkage import Linkage
+from hcsearch.scenes import Scene
+from hcsearch.system.notebooks import notebook_view
+from hcsearch.vocabulary import Formulation, Verdict
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True, repr=False)
+class Deployed:
+    """What became of something that was deployed.
+
+    name : of what was deployed. deployment : with its states. agreement : None where it does not come flat, or is
+    driven: a flat time under position control is the drives' own.
+    """
+
+    name: str
+    deployment: Deployment
+    agreement: Agreement | None
+
+    @property
+    def verdict(self) -> Verdict:
+        """`deploys`, flat and certified clear at all tolerances; `collides`; or `undecided`."""
+        return self.deployment.verdict if self.agreement is None else self.agreement.verdict
+
+    @property
+    def flat_time(self) -> float | None:
+        """When it was flat, s, in the digits that tolerances agree on."""
+        return self.deployment.flat_time if self.agreement is None else self.agreement.flat_time
+
+    @property
+    def reason(self) -> str:
+        """What became of it, in a sentence that names panels and hinges."""
+        return str(self.facts()["reason"])
+
+    def facts(self) -> dict[str, Any]:
+        """All of that as plain data, as `hcsearch deploy --json` prints it; keys name their units."""
+        return facts.facts(self.deployment, self.agreement)
+
+    def table(self) -> pd.DataFrame:
+        """Time, energies, fold angles and rates of the states, as `hcsearch deploy --output` writes them."""
+        return facts.table(self.deployment)
+
+    def picture(self, path: str) -> None:
+        """Draw fold angles and energies over time: .svg, .png or .pdf."""
+        from hcsearch.deployment.pictures import picture  # noqa: PLC0415 - matplotlib, only where a picture is wanted
+
+        picture(self.deployment, path, f"{self.name}: {self.verdict}, {self.reason}")
+
+    def _repr_html_(self) -> str | None:
+        return notebook_view(self)
+
+    def __repr__(self) -> str:
+        return f"<{self.name}: {self.verdict}, {self.reason}>"
+
+
+def deployed(
+    name: str,
+    linkage: Linkage,
+    scene: Scene,
+    formulation: Formulation = "constrained",
+    *,
+    method: str | None = None,
+    tolerance: float = 1e-6,
+    drives: Drives | None = None,
+) -> Deployed:
+    """Deploy a linkage in a scene; what comes flat by springs is simulated at tighter tolerances, too."""
+    deployment = deploy(linkage, scene, formulation, method=method, tolerance=tolerance, drives=drives)
+    agreement = None if drives is not None else confirmed(deployment, method=method, tolerance=tolerance)
+    return Deployed(name, deployment, agreement)
