@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 DB := hcsearch.sqlite
 TESTS := not slow and not extra
-EXTRAS := .[bench,cluster,export,parquet,postgresql,readers]
+EXTRAS := .[bench,cluster,export,parquet,postgresql,readers,serve]
 
 # what mypy knows of files outlives the checkout, as compiled kernels do: it knows files by what they contain
 export MYPY_CACHE_DIR ?= $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/hcsearch/mypy
@@ -32,6 +32,7 @@ bench: $(VENV)/benched
 
 db: $(VENV)/installed
 	$(BIN)/python -m hcsearch.store.schema_dump > db/schema.sql
+	$(BIN)/python -m hcsearch.store.datasette_dump > db/datasette.json
 
 docs: $(VENV)/installed
 	$(BIN)/python -m hcsearch.api.reference > docs/api.md

@@ -22,6 +22,7 @@ from hcsearch.cli.identify import identify
 from hcsearch.cli.query import query
 from hcsearch.cli.rank import rank
 from hcsearch.cli.report import report
+from hcsearch.cli.serve import serve
 from hcsearch.cli.show import show
 from hcsearch.cli.tune import tune
 from hcsearch.cli.units import units
@@ -79,6 +80,7 @@ for command in (
     rank,
     show,
     report,
+    serve,
     assembly,
     deploy,
     tune,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 from hcsearch.folding import Folding
 from hcsearch.player import Payload
@@ -48,7 +48,8 @@ class ShownFolding:
 class DesignData:
     """Everything on the page; row : of the view `designs`, empty where no database holds it. meta : what it depends on.
 
-    scene : its name, in a few words what it is.
+    links : (words, address) of what is around the page. exports : of files of a folding, by its crease, where a server
+    has them.
     """
 
     title: str
@@ -59,3 +60,5 @@ class DesignData:
     foldings: Sequence[ShownFolding]
     best: int | None
     size: tuple[float, float] | None = None
+    links: Sequence[tuple[str, str]] = ()
+    exports: Mapping[int, Sequence[tuple[str, str]]] = field(default_factory=dict)

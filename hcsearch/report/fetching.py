@@ -68,7 +68,7 @@ def fetch(
         players=players_of(database, selected, scene),
         total=total,
         notes=_notes(runs),
-        size=_size([run for run in runs if json.loads(str(run["arguments"])).get("scene", DEFAULT) == scene] or runs),
+        size=_size(runs, scene),
         scene=scene,
     )
 
@@ -173,8 +173,13 @@ def _notes(runs: Sequence[Row]) -> list[str]:
     return notes
 
 
-def _size(runs: Sequence[Row]) -> tuple[float, float] | None:
-    """Read length and width of the panels, where all runs agree on them."""
+def size_of(database: Database, scene: str) -> tuple[float, float] | None:
+    """Length and width of the panels in a scene, where all runs agree on them."""
+    return _size(_rows(select(database, view="runs")), scene)
+
+
+def _size(runs: Sequence[Row], scene: str) -> tuple[float, float] | None:
+    runs = [run for run in runs if json.loads(str(run["arguments"])).get("scene", DEFAULT) == scene] or runs
     sizes = {str(run["panel"]) for run in runs if run["panel"]}
     match = re.match(r"([\d.]+)x([\d.]+)", sizes.pop()) if len(sizes) == 1 else None
     return (float(match[1]), float(match[2])) if match else None

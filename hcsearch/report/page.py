@@ -41,9 +41,9 @@ def render(data: ReportData) -> str:
     )
 
 
-def joined_script(modules: tuple[str, ...]) -> str:
-    """The modules of a script as one, of which nothing is seen from outside."""
-    return '"use strict";\n(() => {\n' + "\n".join(source(f"{name}.js") for name in modules) + "})();\n"
+def joined_script(modules: tuple[str, ...], last: str = "") -> str:
+    """The modules of a script, and a text after them, as one, of which nothing is seen from outside."""
+    return '"use strict";\n(() => {\n' + "\n".join([*(source(f"{name}.js") for name in modules), last]) + "})();\n"
 
 
 def digest_of(script: str) -> str:

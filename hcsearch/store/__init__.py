@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from hcsearch.store.database import Database, open_database, open_readonly
     from hcsearch.store.formats import FORMATS, format_rows
     from hcsearch.store.location import room_at
+    from hcsearch.store.pages import count_rows, select_page
     from hcsearch.store.paths import StoredPath, find_paths
     from hcsearch.store.queries import find_design, parse_query, select, select_sql, stream, stream_sql
     from hcsearch.store.rows import Result, Rows
@@ -30,6 +31,7 @@ _HOMES = {
     "database": ("Database", "open_database", "open_readonly"),
     "formats": ("FORMATS", "format_rows"),
     "location": ("room_at",),
+    "pages": ("count_rows", "select_page"),
     "paths": ("StoredPath", "find_paths"),
     "queries": ("find_design", "parse_query", "select", "select_sql", "stream", "stream_sql"),
     "rows": ("Result", "Rows"),
@@ -51,6 +53,7 @@ __all__ = [
     "best_creases",
     "column_names",
     "count_arrays",
+    "count_rows",
     "find_design",
     "find_paths",
     "find_scene",
@@ -68,6 +71,7 @@ __all__ = [
     "save_scores",
     "scene_names",
     "select",
+    "select_page",
     "select_sql",
     "source_in",
     "start_run",

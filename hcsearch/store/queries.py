@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from typing import Any
 
-from sqlalchemy import Select
+from sqlalchemy import ColumnElement, FromClause, Select
 from sqlalchemy import select as sql_select
 
 from hcsearch.circuit import Circuit
@@ -23,7 +23,7 @@ from hcsearch.store.verdicts import scene_names
 __all__ = ["find_design", "parse_query", "select", "select_sql", "stream", "stream_sql"]
 
 # The columns that distinguish rows of a view: the last resort of every order, so that results are the same each time.
-_IDENTITY = {
+IDENTITY = {
     "designs": ("id",),
     "foldings": ("design_id", "crease"),
     "motions": ("design_id", "crease", "scene"),
@@ -134,15 +134,19 @@ def check_scene(database: Database, scene: str) -> None:
 def _statement(view: str, scene: str, names: Sequence[str], query: str, sort: str, limit: int | None) -> Select[Any]:
     source = view_table(view, scene)
     statement = sql_select(*(source.c[name] for name in names)).where(parse_query(query, view, scene))
-    for name, descending in sort_terms(view, sort):
-        key = source.c[name]
-        statement = statement.order_by((key.desc() if descending else key.asc()).nulls_last())
-    statement = statement.order_by(*(source.c[name] for name in _IDENTITY[view]))
+    statement = statement.order_by(*order_of(source, view, sort))
     if limit is not None:
         if limit < 0:
             raise QueryError(f"the limit {limit} is negative: give a number of rows, or leave it out")
         statement = statement.limit(min(limit, 2**63 - 1))
     return statement
+
+
+def order_of(source: FromClause, view: str, sort: str) -> list[ColumnElement[Any]]:
+    """The order of rows that a sort specification asks for, the same each time."""
+    terms = [(source.c[name], descending) for name, descending in sort_terms(view, sort)]
+    wanted: list[ColumnElement[Any]] = [(key.desc() if down else key.asc()).nulls_last() for key, down in terms]
+    return wanted + [source.c[name] for name in IDENTITY[view]]
 
 
 def find_design(database: Database, text: str) -> dict[str, Any]:

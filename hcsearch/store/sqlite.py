@@ -18,7 +18,7 @@ from hcsearch.store.schema import APPLICATION_ID, VERSION_TABLE
 
 _READING = (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ, sqlite3.SQLITE_FUNCTION, sqlite3.SQLITE_RECURSIVE)
 
-_STEPS = 100_000  # of SQLite's virtual machine
+STEPS = 100_000  # of SQLite's virtual machine
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ def connect(path: Path, mode: str, timeout: float) -> sqlite3.Connection:
     # No implicit transactions: they would begin late, and not before DDL. `_begin` begins them.
     connection = sqlite3.connect(uri, uri=True, timeout=timeout, isolation_level=None, check_same_thread=False)
     # A look at signals every few milliseconds: Ctrl-C in it ends a long statement with SQLITE_INTERRUPT.
-    connection.set_progress_handler(lambda: 0, _STEPS)
+    connection.set_progress_handler(lambda: 0, STEPS)
     return connection
 
 

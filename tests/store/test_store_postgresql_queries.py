@@ -7,7 +7,17 @@ from click.testing import CliRunner
 from store_samples import circuits, record
 
 from hcsearch.cli import hcsearch
-from hcsearch.store import find_design, open_database, open_readonly, save_scores, schema, select
+from hcsearch.errors import QueryError
+from hcsearch.store import (
+    count_rows,
+    find_design,
+    open_database,
+    open_readonly,
+    save_scores,
+    schema,
+    select,
+    select_page,
+)
 from tests.judging import judge
 
 pytestmark = pytest.mark.extra
@@ -81,3 +91,15 @@ def test_find_design_and_report(filled, tmp_path):
             pages.append(re.sub(r"\d\d:\d\d UTC", "", output.read_text()))
     assert pages[:2] == pages[2:]
     assert pages[0] != pages[1]
+
+
+def test_pages_and_counts_are_those_of_a_file(filled):
+    with open_readonly(filled[0]) as on_server, open_readonly(filled[1]) as in_file:
+        for scene in ("default", "solar"):
+            for query, sort in (("", "-score,array"), ("untwisted", "circuit"), ("needed_margin<1", "")):
+                asked = {"query": query, "scene": scene}
+                pages = [select_page(one, **asked, sort=sort, skip=600, count=90) for one in (on_server, in_file)]
+                assert pages[0] == pages[1]
+                assert count_rows(on_server, **asked, most=1000) == count_rows(in_file, **asked, most=1000)
+        with pytest.raises(QueryError, match=r"takes more than 0\.001 s here"):
+            select_page(on_server, "not (score<1 and id<3)", sort="-score,-least_gap", skip=2000, seconds=0.001)

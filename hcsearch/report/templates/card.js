@@ -23,12 +23,17 @@ const Card = (() => {
       more ? element("button", { type: "button", class: "chip more" }, `${more} more`) : null);
   }
 
+  function named(table, i) {
+    const id = table.designs.id[i];
+    return table.pages ? element("a", { href: table.pages.replace("{id}", id) }, `#${id}`) : `#${id}`;
+  }
+
   // The parts that depend on the folding that is drawn.
   function fill(table, i, card) {
     const row = table.row(i, drawn(table, i));
     const said = row === undefined ? null : table.foldings.why[row];
     card.replaceChildren(
-      element("header", {}, element("h3", {}, `#${table.designs.id[i]}`), Parts.badge(table.status[i])),
+      element("header", {}, element("h3", {}, named(table, i)), Parts.badge(table.status[i])),
       element("button", { type: "button", class: "thumb", "aria-label": `Enlarge design ${table.designs.id[i]}` },
         Parts.picture(table, i, drawn(table, i))),
       Parts.code("circuit notation", table.designs.circuit[i]),

@@ -1,0 +1,49 @@
+"""`hcsearch serve`: a database as web pages on this machine."""
+
+from __future__ import annotations
+
+import click
+
+from hcsearch.cli.options import database_option
+from hcsearch.cli.scenes import scene_options
+from hcsearch.errors import HcsearchError
+from hcsearch.subjects.scenes import scene_asked_for
+
+
+@click.command(epilog="Example: hcsearch serve --db hcsearch.sqlite, then open http://127.0.0.1:8000/ in a browser")
+@database_option
+@click.option(
+    "--port", type=click.IntRange(0, 65535), default=8000, show_default=True, help="Port; 0 takes any free one."
+)
+@click.option("--host", default="127.0.0.1", show_default=True, help="Address of this machine to listen on.")
+@scene_options
+def serve(db: str, port: int, host: str, scene: str | None, panel: str | None, across: str | None) -> None:
+    """Show a database as web pages, read-only and on this machine alone, until Ctrl-C.
+
+    Lists of designs by query, with filters and orders, each design with its motions to play, exports, CSV and JSON.
+    """
+    from importlib.util import find_spec
+
+    for name in ("werkzeug", "waitress"):
+        if find_spec(name) is None:
+            raise HcsearchError(f"hcsearch serve needs {name}: pip install 'hcsearch[serve]'")
+    from hcsearch.serve.guards import is_local
+    from hcsearch.serve.server import address_of, open_socket
+    from hcsearch.serve.server import serve as run
+    from hcsearch.store import open_readonly
+    from hcsearch.store.queries import check_scene
+
+    with open_readonly(db) as database:
+        asked = scene_asked_for(database, scene, panel, across)
+        check_scene(database, asked)
+        with open_socket(host, port) as listening:
+            if not is_local(host):
+                click.echo(f"warning: whoever reaches {host} can read this database; there is no password", err=True)
+            run(
+                database,
+                db,
+                listening,
+                host=host,
+                scene=asked,
+                started=lambda: click.echo(f"{address_of(listening, host)} shows {database.location}; Ctrl-C ends it"),
+            )

@@ -1,0 +1,174 @@
+"""The WSGI application: addresses, answers, and what is said of errors.
+
+| address | answer |
+|---|---|
+| `/` | to `/designs` |
+| `/VIEW`, with `q`, `sort`, `page`, `scene`, `as` | a list: of designs as cards or a table, of other views as a table |
+| `/VIEW.csv`, `/VIEW.json`, the same with `columns`, `limit` | all rows of it, or those of a page |
+| `/designs/ID` | the page of a design |
+| `/designs/ID/export.ENDING` | an export of its array |
+| `/designs/ID/foldings/CREASE/export.ENDING` | an export of a folding |
+"""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from werkzeug.exceptions import HTTPException, NotFound
+from werkzeug.routing import Map, Rule
+from werkzeug.wrappers import Request, Response
+
+from hcsearch.errors import DatabaseError, HcsearchError, QueryError
+from hcsearch.scenes import DEFAULT
+from hcsearch.serve import jobs
+from hcsearch.serve.addresses import parameters, read_asked
+from hcsearch.serve.computing import BusyError, Computing
+from hcsearch.serve.downloads import TYPES, Streams, read_export
+from hcsearch.serve.guards import FRAMED, HEADERS, POLICY, refusal
+from hcsearch.serve.listing import Counts, render_list, stamp_of
+from hcsearch.serve.pages import render, static_files
+from hcsearch.store import Database, scene_names, select
+from hcsearch.store.columns import VIEWS
+
+Answer = Response
+
+_VIEWS = f"<any({', '.join(VIEWS)}):view>"
+_STATUSES = ((BusyError, 503), (DatabaseError, 500), (HcsearchError, 400))
+_FOREVER = "public, max-age=31536000, immutable"
+
+ROUTES = Map(
+    [
+        Rule("/", endpoint="home"),
+        Rule(f"/{_VIEWS}", endpoint="listed"),
+        Rule(f"/{_VIEWS}.<any(csv, json):style>", endpoint="rows"),
+        Rule("/designs/<int:number>", endpoint="design"),
+        Rule("/designs/<int:number>/export.<ending>", endpoint="export"),
+        Rule("/designs/<int:number>/foldings/<int:crease>/export.<ending>", endpoint="export"),
+        Rule("/static/<version>/<name>", endpoint="static"),
+    ],
+    strict_slashes=False,
+    merge_slashes=False,
+    redirect_defaults=False,
+)
+
+
+class Application:
+    """A database as web pages; read-only.
+
+    database : from `open_readonly`. db : its name as it was given, for processes that open it themselves. scene : that
+    verdicts are shown of, where an address names none. host : that the server listens on.
+    """
+
+    def __init__(self, database: Database, db: str, *, scene: str = DEFAULT, host: str = "127.0.0.1") -> None:
+        self.database, self.db, self.scene, self.host = database, db, scene, host
+        self.closed = False
+        self.computing, self._counts, self._streams = Computing(), Counts(), Streams()
+
+    def close(self) -> None:
+        """End what is computed."""
+        self.closed = True
+        self.computing.close()
+
+    def __call__(self, environ: dict[str, Any], start_response: Callable[..., Any]) -> Iterable[bytes]:
+        """Answer a request."""
+        answer = self._answer(environ)
+        for name, value in HEADERS.items():
+            answer.headers[name] = value
+        answer.headers.setdefault("Content-Security-Policy", POLICY)
+        answer.headers.setdefault("Cache-Control", "no-cache")
+        return answer(environ, start_response)
+
+    def _answer(self, environ: dict[str, Any]) -> Answer:
+        refused = refusal(environ, self.host)
+        if refused is not None:
+            return _error(*refused)
+        try:
+            endpoint, values = ROUTES.bind("localhost").match(environ.get("PATH_INFO", ""), method="GET")
+            answer: Answer = getattr(self, f"_{endpoint}")(Request(environ), **values)
+            return answer
+        except Exception as error:
+            return _failed(error)
+
+    def _home(self, request: Request) -> Answer:
+        return Response(status=302, headers={"Location": "/designs"})
+
+    def _static(self, request: Request, version: str, name: str) -> Answer:
+        if name not in static_files():
+            raise NotFound
+        text, kind = static_files()[name]
+        return Response(text, mimetype=kind, headers={"Cache-Control": _FOREVER})
+
+    def _listed(self, request: Request, view: str) -> Answer:
+        text, status = render_list(self.database, read_asked(view, _pairs(request), self.scene), self._counts)
+        return Response(text, status=status, mimetype="text/html")
+
+    def _rows(self, request: Request, view: str, style: str) -> Answer:
+        asked = read_asked(view, _pairs(request), self.scene)
+        pieces = self._streams.start(self.database, asked, style)
+        if request.method == "HEAD":
+            pieces.close()  # type: ignore[attr-defined]
+            pieces = iter(())
+        headers = {"Content-Disposition": f"attachment; filename={view}.csv"} if style == "csv" else {}
+        return Response(pieces, mimetype=TYPES[style], headers=headers)
+
+    def _design(self, request: Request, number: int) -> Answer:
+        scene = self._scene(parameters(_pairs(request), {"scene": 200}).get("scene", ""))
+        circuit = self._circuit(number)
+        key = ("design", number, scene, stamp_of(self.database))
+        named = "" if scene == self.scene else scene
+        text = self.computing(key, jobs.design_page, self.db, circuit, number, scene, named)
+        return Response(text, mimetype="text/html", headers={"Content-Security-Policy": FRAMED})
+
+    def _export(self, request: Request, number: int, ending: str, crease: int | None = None) -> Answer:
+        form, named, motion, settings = read_export(ending, _pairs(request))
+        scene, circuit = self._scene(named), self._circuit(number)
+        subject, stem = circuit, f"design-{number}"
+        if crease is not None:
+            subject, stem = f"{subject}:{crease}", f"{stem}-folding-{crease}"
+        elif form.of != "array":
+            below = f"/designs/{number}/foldings/CREASE/export.{ending}"
+            raise QueryError(f"{form.name} is of one folding: ask for {below}")
+        said = tuple(sorted(settings.items()))
+        key = (form.name, subject, stem, scene, motion, said, stamp_of(self.database))
+        made = self.computing(key, jobs.export_file, self.db, subject, stem, form.name, scene, motion, settings)
+        headers = {"Content-Disposition": f"attachment; filename={made.name}"}
+        return Response(made.content, mimetype="application/octet-stream", headers=headers)
+
+    def _circuit(self, number: int) -> str:
+        """The notation of a design's circuit; NotFound where there is none of its number."""
+        rows = select(self.database, f"id={number}", columns="circuit").rows if number < 2**63 else ()
+        if not rows:
+            raise NotFound
+        return str(rows[0][0])
+
+    def _scene(self, name: str) -> str:
+        """A scene that the database has verdicts of. No other name is looked up: some are those of files."""
+        name = name or self.scene
+        if name != DEFAULT and name not in scene_names(self.database):
+            raise QueryError(f"no verdicts of the scene {name!r} in {self.database.location}: see /deployments")
+        return name
+
+
+def _pairs(request: Request) -> list[tuple[str, str]]:
+    return list(request.args.items(multi=True))
+
+
+def _failed(error: Exception) -> Answer:
+    """The answer to a request that cannot be answered otherwise."""
+    if isinstance(error, HTTPException):
+        status = error.code or 500
+        return _error(status, "there is nothing at this address: begin at /designs" if status == 404 else error.name)
+    for kind, status in _STATUSES:
+        if isinstance(error, kind):
+            return _error(status, str(error))
+    traceback.print_exception(error, file=sys.stderr)
+    return _error(500, "this is a fault of hcsearch: the terminal in which it runs says more; please report it")
+
+
+def _error(status: int, reason: str) -> Answer:
+    headers = {"Allow": "GET, HEAD"} if status == 405 else {"Retry-After": "5"} if status == 503 else {}
+    text = render("error.html", status=status, reason=reason)
+    return Response(text, status=status, mimetype="text/html", headers=headers)

@@ -1,0 +1,144 @@
+"""CSV and JSON of what a list selects, as it is read; exports of designs and foldings."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from typing import Any
+
+from hcsearch.export.formats import FORMATS, Format
+from hcsearch.export.settings import PROFILES, SHEETS, Settings, read_state
+from hcsearch.serve.addresses import AddressError, Asked, parameters
+from hcsearch.serve.computing import BusyError
+from hcsearch.serve.listing import rows_of_a_page
+from hcsearch.store import Database, Rows, format_rows, select_page, stream
+from hcsearch.store.columns import column_names
+from hcsearch.store.conditions import find_quantity, split_names
+
+STREAMS = 3
+"""Files of all rows that are sent at once: each keeps a thread."""
+
+FEW = 500
+"""Rows that are read at once, in the way of pages."""
+
+TYPES = {"csv": "text/csv", "json": "application/json"}
+
+_LARGEST_MM, _LONGEST_S = 1e4, 1.0
+
+
+class Streams:
+    """Texts of whole results, a few at once."""
+
+    def __init__(self, most: int = STREAMS) -> None:
+        self._room = threading.BoundedSemaphore(most)
+
+    def start(self, database: Database, asked: Asked, style: str) -> Iterator[bytes]:
+        """Begin to read; what is wrong with the query is raised here, and not in the midst of the answer."""
+        if not self._room.acquire(blocking=False):
+            raise BusyError("other files are being sent right now: try again when they have ended")
+        stack = ExitStack()
+        stack.callback(self._room.release)
+        try:
+            few = asked.page is not None or (asked.limit is not None and asked.limit <= FEW)
+            rows = _some(database, asked) if few else stack.enter_context(_all(database, asked))
+            texts = format_rows(rows, style)
+            first = next(texts, "")
+        except BaseException:
+            stack.close()
+            raise
+        return _Sent(first, texts, stack)
+
+
+class _Sent(Iterator[bytes]):
+    """Pieces of a text; `close` gives back what reading it held, also of one that nobody began to read."""
+
+    def __init__(self, first: str, texts: Iterator[str], held: ExitStack) -> None:
+        self._first: str | None = first
+        self._texts, self._held = texts, held
+
+    def __next__(self) -> bytes:
+        text, self._first = self._first, None
+        try:
+            return (next(self._texts) if text is None else text).encode(errors="replace")
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """End reading."""
+        close = getattr(self._texts, "close", None)
+        if close is not None:
+            close()
+        self._held.close()
+
+
+def _all(database: Database, asked: Asked) -> Any:
+    return stream(
+        database,
+        asked.query,
+        columns=asked.columns,
+        sort=asked.sort,
+        limit=asked.limit,
+        view=asked.view,
+        scene=asked.scene,
+    )
+
+
+def _some(database: Database, asked: Asked) -> Rows:
+    """The rows of one page, or the first few."""
+    size = FEW if asked.page is None else rows_of_a_page(asked)
+    names = [find_quantity(asked.view, name).name for name in split_names(asked.columns) or column_names(asked.view)]
+    skip = (asked.number - 1) * size
+    count = size if asked.limit is None else min(size, asked.limit)
+    found = select_page(
+        database, asked.query, sort=asked.sort, skip=skip, count=count, view=asked.view, scene=asked.scene
+    )
+    places = [found.columns.index(name) for name in names]
+    kinds = tuple(find_quantity(asked.view, name).kind for name in names)
+    return Rows(tuple(names), kinds, iter([[tuple(row[place] for place in places) for row in found.rows]]))
+
+
+def _number(text: str, largest: float) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value <= largest:
+        raise AddressError(f"{text!r} is no number from 0 to {largest:g}: write one")
+    return value
+
+
+def _word(text: str, words: tuple[str, ...]) -> str:
+    if text not in words:
+        raise AddressError(f"{text!r} is none of {', '.join(words)}: write one of these")
+    return text
+
+
+_READ: dict[str, Callable[[str], Any]] = {
+    "state": read_state,
+    "sheet": lambda text: _word(text, SHEETS),
+    "kerf_mm": lambda text: _number(text, _LARGEST_MM),
+    "hinge_gap_mm": lambda text: _number(text, _LARGEST_MM),
+    "profile": lambda text: _word(text, PROFILES),
+    "part": str,
+    "contact": lambda text: _word(text, ("0", "1")) == "1",
+    "timestep_s": lambda text: _number(text, _LONGEST_S),
+}
+"""How settings of exports are read, by their names in `Settings`."""
+assert set(_READ) == set(Settings.__dataclass_fields__) - {"stem"}
+
+
+def read_export(ending: str, pairs: Any) -> tuple[Format, str, str | None, dict[str, Any]]:
+    """The format of an export's address, its scene (empty where none is named), its motion, and its settings."""
+    given = parameters(pairs, dict.fromkeys(_READ, 20) | {"format": 20, "motion": 10, "scene": 200})
+    known = [form for form in FORMATS.values() if "." + ending in form.endings]
+    known = [form for form in known if given.get("format", form.name) == form.name]
+    if len(known) != 1:
+        names = ", ".join(f"{form.endings[0]} ({form.name})" for form in FORMATS.values())
+        raise AddressError(f"no one export ends in .{ending}: the formats are {names}; choose with format=NAME")
+    motion = given.get("motion")
+    if motion is not None:
+        _word(motion, ("path", "springs"))
+    settings = {name: read(given[name]) for name, read in _READ.items() if name in given}
+    return known[0], given.get("scene", ""), motion, settings

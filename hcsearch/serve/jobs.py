@@ -1,0 +1,93 @@
+"""What a request may have computed, in a process of its own: the page of a design, and files of exports.
+
+The engine is loaded there alone, so that lists are there at once.
+"""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Any
+
+from hcsearch.errors import HcsearchError
+from hcsearch.export.formats import FORMATS, Format
+from hcsearch.scenes import DEFAULT
+from hcsearch.serve.addresses import Asked, address_of, design_address
+from hcsearch.store import open_readonly
+
+
+@dataclass(frozen=True)
+class Made:
+    """A file: its name, and what is in it."""
+
+    name: str
+    content: bytes
+
+
+def design_page(db: str, notation: str, number: int, scene: str, named: str) -> str:
+    """The page of a design of a database, with its foldings and their motions; named : its scene, in addresses."""
+    from hcsearch.circuit import Circuit  # noqa: PLC0415 - the engine
+    from hcsearch.folding import foldings  # noqa: PLC0415 - the engine
+    from hcsearch.report.design_fetching import design_data  # noqa: PLC0415 - the engine
+    from hcsearch.report.design_page import render_design  # noqa: PLC0415 - the engine
+
+    circuit = Circuit.from_notation(notation)
+    with open_readonly(db) as database:
+        data = design_data(circuit, foldings(circuit), db, database, number, scene)
+    row = Asked("designs", query=f"id={number}", scene=named, usual="")
+    links = [("all designs", address_of(replace(row, query=""))), ("its row as JSON", address_of(row, ".json"))]
+    links += [(f"{form.name} of its array", _export_address(number, form, named)) for form in _formats("array")]
+    exports = {
+        shown.folding.crease: [
+            (form.name, _export_address(number, form, named, shown.folding.crease))
+            for form in _formats("pattern", *(() if shown.twist else ("motion",)))
+        ]
+        for shown in data.foldings
+    }
+    return render_design(replace(data, links=links, exports=exports))
+
+
+def _formats(*of: str) -> list[Format]:
+    """The formats of some kinds that are installed."""
+    found = []
+    for form in FORMATS.values():
+        with suppress(HcsearchError):
+            if form.of in of:
+                form.check_installed()
+                found.append(form)
+    return found
+
+
+def _export_address(number: int, form: Format, named: str, crease: int | None = None) -> str:
+    below = "" if crease is None else f"/foldings/{crease}"
+    twins = [other for other in FORMATS.values() if form.endings[0] in other.endings]
+    chosen = {"format": form.name} if len(twins) > 1 else {}
+    return design_address(number, named, f"{below}/export{form.endings[0]}", **chosen)
+
+
+def export_file(
+    db: str, subject: str, stem: str, name: str, scene: str, motion: Any, settings: Mapping[str, Any]
+) -> Made:
+    """An export of a design or folding, named by notation; of several files, an archive. stem : of its name."""
+    from hcsearch.export.reading import exported_named  # noqa: PLC0415 - the engine
+    from hcsearch.export.writing import settings_of  # noqa: PLC0415 - the engine
+    from hcsearch.subjects.reading import Request  # noqa: PLC0415 - the engine
+
+    wanted = FORMATS[name]
+    chosen = replace(settings_of(wanted, settings), stem=stem)
+    request = Request(subject, db, scene=None if scene == DEFAULT else scene)
+    content = wanted.write(exported_named(request, wanted, motion, chosen.state), chosen)
+    if not isinstance(content, Mapping):
+        return Made(stem + wanted.endings[0], _bytes(content))
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
+        for ending, text in content.items():
+            packed.writestr(zipfile.ZipInfo(stem + ending), _bytes(text))
+    return Made(f"{stem}{wanted.endings[0]}.zip", archive.getvalue())
+
+
+def _bytes(content: str | bytes) -> bytes:
+    return content.encode() if isinstance(content, str) else content

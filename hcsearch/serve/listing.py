@@ -1,0 +1,152 @@
+"""Lists: a page of the rows of a view, designs as cards that the report's script draws, everything as tables."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from markupsafe import Markup
+
+from hcsearch.errors import HcsearchError
+from hcsearch.report.data import ReportData, Row
+from hcsearch.report.fetching import foldings_of, motions_of, size_of, tried_of
+from hcsearch.report.payload import as_script, page_data
+from hcsearch.scenes import DEFAULT
+from hcsearch.serve.addresses import Asked, design_address
+from hcsearch.serve.pages import render
+from hcsearch.store import Database, best_creases, count_rows, scene_names, select_page
+from hcsearch.store.columns import VIEWS
+
+CARDS, ROWS = 48, 100
+"""Rows of a page."""
+MOST = 100_000
+"""Rows that are counted; beyond, there are more than so many."""
+KEPT = 500
+"""Counts kept in memory."""
+
+
+@dataclass
+class Counts:
+    """How many rows queries select, kept while the database is as it was; `None` for more than `MOST`."""
+
+    _kept: OrderedDict[tuple[object, ...], int | None] = field(default_factory=OrderedDict)
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def of(self, database: Database, asked: Asked) -> int | None:
+        """The number of rows of a query."""
+        key = (asked.view, asked.query, asked.scene, stamp_of(database))
+        if key not in self._kept:
+            found = count_rows(database, asked.query, most=MOST + 1, view=asked.view, scene=asked.scene)
+            with self._lock:
+                self._kept[key] = None if found > MOST else found
+                while len(self._kept) > KEPT:
+                    self._kept.popitem(last=False)
+                return None if found > MOST else found
+        return self._kept[key]
+
+
+def stamp_of(database: Database) -> tuple[int, ...]:
+    """What changes when a file is written to; of a server, whose changes nobody sees from here, the minute."""
+    if database.path is None:
+        return (int(time.monotonic() // 60.0),)
+    found: list[int] = []
+    for path in (database.path, database.path.with_name(database.path.name + "-wal")):
+        if path.exists():
+            status = path.stat()
+            found += [status.st_mtime_ns, status.st_size]
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class Page:
+    """What a page shows of a list.
+
+    first : number of the first row, from 1. total : of all rows; None for more than `MOST`. last : page, where known.
+    """
+
+    rows: Sequence[Row]
+    first: int
+    total: int | None
+    last: int | None
+
+
+def page_of(database: Database, asked: Asked, counts: Counts) -> Page:
+    """The rows of a page, and how many there are in all."""
+    size = rows_of_a_page(asked)
+    skip = (asked.number - 1) * size
+    found = select_page(
+        database, asked.query, sort=asked.sort, skip=skip, count=size, view=asked.view, scene=asked.scene
+    )
+    rows = [dict(zip(found.columns, row, strict=True)) for row in found.rows]
+    # the end of the list says how long it is, and nothing is counted
+    ended = len(rows) < size and (rows or not skip)
+    total = skip + len(rows) if ended else counts.of(database, asked)
+    return Page(rows, skip + 1, total, None if total is None else max(1, -(-total // size)))
+
+
+def rows_of_a_page(asked: Asked) -> int:
+    """How many rows a page has."""
+    return CARDS if asked.view == "designs" and asked.shape == "cards" else ROWS
+
+
+def render_list(database: Database, asked: Asked, counts: Counts) -> tuple[str, int]:
+    """The page of a list, and its status: with what is wrong with the query, where something is."""
+    wrong, status, page = "", 200, Page([], 1, 0, 1)
+    try:
+        page = page_of(database, asked, counts)
+    except HcsearchError as error:
+        wrong, status = str(error), 400
+    scenes = list(dict.fromkeys((DEFAULT, *scene_names(database))))
+    text = render(
+        "list.html",
+        asked=asked if asked.scene in scenes else replace(asked, scene=asked.usual),
+        page=page,
+        wrong=wrong,
+        most=MOST,
+        scenes=scenes,
+        quantities=VIEWS[asked.view],
+        orders=_orders(asked),
+        payload=_payload(database, asked, page) if asked.view == "designs" and asked.shape == "cards" else "",
+        location=database.location,
+    )
+    return text, status
+
+
+def _orders(asked: Asked) -> list[tuple[str, str]]:
+    """Orders to choose from, as (specification, words); the one that is asked for among them."""
+    numbers = [quantity for quantity in VIEWS[asked.view] if quantity.kind != "text"]
+    found = [("", "as found")]
+    for quantity in numbers:
+        found += [(f"-{quantity.name}", f"{quantity.title}, largest first")]
+        found += [(quantity.name, f"{quantity.title}, smallest first")]
+    if asked.sort not in dict(found):
+        found.append((asked.sort, asked.sort))
+    return found
+
+
+def _payload(database: Database, asked: Asked, page: Page) -> Markup:
+    """The data of the designs of a page, for the script that draws them."""
+    ids = [int(str(row["id"])) for row in page.rows]
+    known: dict[str, Any] = {}
+    if ids:
+        known = {
+            "foldings": foldings_of(database, ids, asked.scene),
+            "best": best_creases(database, ids, asked.scene),
+            "motions": motions_of(database, ids, asked.scene),
+            "tried": tried_of(database, ids, asked.scene),
+        }
+    data = ReportData(
+        title="",
+        designs=page.rows,
+        total=len(ids),
+        scene=asked.scene,
+        size=size_of(database, asked.scene),
+        pages=design_address("{id}", asked.named),
+        **known,
+    )
+    # Trusted: JSON without a mark of HTML in it.
+    return Markup(as_script(page_data(data)))

@@ -1,0 +1,109 @@
+"""Pages of what a query selects, from anywhere among millions of rows, and bounded counts, both within a time limit."""
+
+from __future__ import annotations
+
+import sqlite3
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from sqlalchemy import ColumnElement, Connection, and_, func, literal_column, or_
+from sqlalchemy import select as sql_select
+
+from hcsearch.errors import DatabaseError, QueryError
+from hcsearch.scenes import DEFAULT
+from hcsearch.store.columns import column_names
+from hcsearch.store.conditions import find_quantity, parse_query, view_table
+from hcsearch.store.database import Database
+from hcsearch.store.queries import IDENTITY, check_scene, order_of
+from hcsearch.store.rows import Result, check_values, chunks_of, refusing
+from hcsearch.store.sqlite import STEPS
+
+SECONDS = 10.0
+"""How long a statement may take."""
+
+_STOPPED = "57014"  # SQLSTATE of a server that ends a statement at its time limit
+
+
+def select_page(
+    database: Database,
+    query: str = "",
+    *,
+    sort: str = "",
+    skip: int = 0,
+    count: int = 50,
+    view: str = "designs",
+    scene: str = DEFAULT,
+    seconds: float = SECONDS,
+) -> Result:
+    """Return `count` rows of a view, all columns, after the first `skip` of those that `select` returns.
+
+    Two statements: the first passes over the rows before in the columns of query and order alone, of which SQLite
+    reads no others and makes no other joins; the second reads the page. QueryError: it takes more than `seconds`.
+    """
+    view_table(view)
+    check_scene(database, scene)
+    source, identity = view_table(view, scene), IDENTITY[view]
+    order = order_of(source, view, sort)
+    keys = sql_select(*(source.c[name] for name in identity)).where(parse_query(query, view, scene)).order_by(*order)
+    names = column_names(view)
+    kinds = [find_quantity(view, name).kind for name in names]
+    with _limited(database, seconds) as connection, refusing():
+        found = connection.execute(keys.offset(min(skip, 2**62)).limit(count)).all()
+        if not found:
+            return Result(names, ())
+        wanted = [and_(*(source.c[name] == value for name, value in zip(identity, key, strict=True))) for key in found]
+        statement = sql_select(*(source.c[name] for name in names)).where(or_(*wanted))
+        rows = [row for chunk in chunks_of(connection.execute(statement)) for row in chunk]
+    check_values(database.location, names, kinds, rows)
+    places = [names.index(name) for name in identity]
+    at = {tuple(row[place] for place in places): row for row in rows}
+    return Result(names, tuple(at[tuple(key)] for key in found if tuple(key) in at))
+
+
+def count_rows(
+    database: Database,
+    query: str = "",
+    *,
+    most: int,
+    view: str = "designs",
+    scene: str = DEFAULT,
+    seconds: float = SECONDS,
+) -> int:
+    """Return the number of rows of a view that satisfy a query; `most` where there are as many or more."""
+    source = view_table(view, scene)
+    one: ColumnElement[int] = literal_column("1")
+    rows = sql_select(one).select_from(source).where(parse_query(query, view, scene)).limit(most)
+    with _limited(database, seconds) as connection, refusing():
+        return int(connection.execute(sql_select(func.count()).select_from(rows.subquery())).scalar_one())
+
+
+@contextmanager
+def _limited(database: Database, seconds: float) -> Iterator[Connection]:
+    """A connection for reading, of which each statement ends after some seconds; QueryError where one does."""
+    end = time.monotonic() + seconds
+    too_long = QueryError(
+        f"the query takes more than {seconds:g} s here: narrow it, as with grid= and n=, or ask `hcsearch query`"
+    )
+    try:
+        with database.reading() as connection:
+            driver: Any = connection.connection.dbapi_connection
+            if not isinstance(driver, sqlite3.Connection):
+                connection.exec_driver_sql(f"SET LOCAL statement_timeout = {round(1000 * seconds)}")
+                yield connection
+                return
+            driver.set_progress_handler(lambda: time.monotonic() > end, STEPS)
+            try:
+                yield connection
+            finally:
+                driver.set_progress_handler(lambda: 0, STEPS)  # as `sqlite.connect` sets it
+    except KeyboardInterrupt:
+        if time.monotonic() > end:  # SQLite was interrupted by the handler here
+            raise too_long from None
+        raise
+    except DatabaseError as error:
+        driver = getattr(error.__cause__, "orig", None)
+        if getattr(driver, "sqlstate", None) == _STOPPED:
+            raise too_long from None
+        raise

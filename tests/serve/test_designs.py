@@ -1,0 +1,58 @@
+import base64
+import hashlib
+import io
+import json
+import re
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from tests.serve.conftest import MOVES
+
+pytestmark = pytest.mark.extra
+
+
+def test_the_page_of_a_design_plays_its_motion_and_names_its_files(asking, number):
+    answer = asking(f"/designs/{number}")
+    assert answer.status == 200
+    assert MOVES in answer.text
+    ((motion),) = json.loads(re.search('id="data">(.*?)</script>', answer.text)[1])
+    assert motion["title"] == f"{MOVES}:1"
+    policy = re.search('Content-Security-Policy" content="(.*?)"', answer.text)[1]
+    for script in re.findall("<script>(.*?)</script>", answer.text, re.DOTALL):
+        digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+        assert f"'sha256-{digest}'" in policy
+    assert "frame-ancestors 'none'" in answer.headers["Content-Security-Policy"]
+    files = re.findall(f'href="(/designs/{number}/foldings/1/export[^"]*)"', answer.text)
+    assert {Path(file).suffix for file in files} >= {".fold", ".glb", ".stl", ".urdf"}
+    assert asking("/designs/121").status == 404
+
+
+def test_verdicts_on_the_page_are_those_of_its_scene(asking, number):
+    solar = asking(f"/designs/{number}?scene=solar").text
+    assert "badge s-locked" in solar
+    assert f'href="/designs/{number}/foldings/1/export.fold?scene=solar"' in solar
+    assert f'href="/designs.json?q=id={number}&amp;scene=solar"' in solar
+    assert asking(f"/designs/{number}?scene=lunar").status == 400
+    assert asking(f"/designs/{number}?scene=earth").status == 400
+
+
+def test_exports_are_files_to_download(asking, number):
+    from hcsearch.export import FORMATS
+
+    below = f"/designs/{number}/foldings/1/export"
+    fold = asking(f"{below}.fold")
+    assert fold.headers["Content-Disposition"] == f"attachment; filename=design-{number}-folding-1.fold"
+    assert json.loads(fold.body)["file_spec"] == 1.2
+    assert asking(f"{below}.stl?state=folded&part=3").body != asking(f"{below}.stl?state=flat&part=3").body
+    tree = asking(f"{below}.urdf")
+    assert zipfile.ZipFile(io.BytesIO(tree.body)).namelist()[0] == f"design-{number}-folding-1.urdf"
+    graph = asking(f"/designs/{number}/export.g6")
+    assert graph.body.strip().isascii()
+    whole = asking(f"/designs/{number}/export.fold")
+    assert (whole.status, "of one folding" in whole.text) == (400, True)
+    assert asking(f"{below}.fold?state=flat").status == 400  # it has both states
+    assert "takes no --state" in asking(f"{below}.fold?state=flat").text
+    assert asking(f"/designs/{number}/foldings/0/export.fold").status == 400
+    assert all(form.endings[0] not in (".html", ".js") for form in FORMATS.values())

@@ -1,0 +1,65 @@
+"""The pages in a real browser, as a reader goes through them."""
+
+import json
+import threading
+
+import pytest
+
+from tests.player.browser import chromium
+
+pytestmark = pytest.mark.extra
+
+PLAYER = "document.querySelector('.player > div').shadowRoot"
+
+
+@pytest.fixture
+def address(asking):
+    from waitress import create_server
+
+    server = create_server(asking.application, host="127.0.0.1", port=0)
+    threading.Thread(target=server.run, daemon=True).start()
+    yield f"http://127.0.0.1:{server.effective_port}"
+    server.close()
+
+
+def test_filter_sort_open_play_and_download(address, number, tmp_path):
+    (tmp_path / "files").mkdir()
+    with chromium(tmp_path / "profile") as tab:
+        tab.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path / "files"))
+        tab.open(f"{address}/")
+        assert tab.value("document.querySelectorAll('.gallery .card .thumb svg').length") == 48
+        tab.value("document.querySelector('[rel=next]').click()")
+        tab.until("location.search === '?page=2' && document.querySelectorAll('.card').length === 48")
+        tab.value("document.querySelector('[name=q]').value = 'untwisted n_foldings>=3'")
+        tab.value("document.querySelector('form.tools').requestSubmit()")
+        tab.until("location.search.startsWith('?q=untwisted') && !!document.querySelector('.card h3')")
+        tab.value("document.querySelector('[name=sort]').value = '-id'")
+        tab.value("document.querySelector('[name=sort]').dispatchEvent(new Event('change'))")
+        tab.until("location.search.endsWith('sort=-id') && !!document.querySelector('.card h3')")
+        found = tab.value(
+            "[...document.querySelectorAll('.card h3 a')].map((link) => Number(link.textContent.slice(1)))"
+        )
+        assert found == sorted(found, reverse=True)
+        assert number in found
+        card = f"document.querySelector('.card h3 a[href=\"/designs/{number}\"]').closest('.card')"
+        tab.value(f"{card}.querySelector('.thumb').click()")
+        assert tab.value("document.querySelector('dialog').open")
+        tab.value("document.querySelector('dialog header a').click()")
+        tab.until(f"location.pathname === '/designs/{number}' && document.readyState === 'complete'")
+        tab.value("document.querySelector('.player').scrollIntoView()")
+        tab.until("!!document.querySelector('.player > div')")
+        play = f"{PLAYER}.querySelector('button.go')"
+        tab.value(f"{play}.click()")
+        slider = f"Number({PLAYER}.querySelector('input[type=range]').value)"
+        tab.until(f"{slider} > 0")
+        tab.value(
+            "[...document.querySelectorAll('.links a[download]')].find((link) => link.textContent === 'glb').click()"
+        )
+        file = tmp_path / "files" / f"design-{number}-folding-1.glb"
+        for _ in range(600):
+            if file.exists():
+                break
+            tab.value("new Promise((done) => setTimeout(done, 50))")
+        assert file.read_bytes()[:4] == b"glTF"
+        assert tab.complaints == []
+        assert all(request.startswith(address) for request in tab.requests), json.dumps(tab.requests)
