@@ -58,12 +58,12 @@ def _of_file(request: Request) -> tuple[Circuit, Collection[int] | None, Scene]:
     from hcsearch.subjects.reading import read_scene_of
 
     drawing = read_fold(request.name)
-    found = recognise(drawing)
-    grid = found.circuit.grid.name
+    design = recognise(drawing)
+    grid = design.circuit.grid.name
     if request.panel is None and request.across is None:
-        panel = sized(found, drawing)
+        panel = sized(design, drawing)
         request = request if panel is None else replace(request, panel=panel)
-    return found.circuit, found.creases if found.assigned else None, read_scene_of(request, grid)
+    return design.circuit, design.creases if design.assigned else None, read_scene_of(request, grid)
 
 
 def _of_notation(request: Request) -> tuple[Circuit, Collection[int] | None, Scene]:

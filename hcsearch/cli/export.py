@@ -9,7 +9,7 @@ import click
 from hcsearch.cli.options import Number
 from hcsearch.cli.subjects import request_of, subject_options
 from hcsearch.export.formats import FORMATS
-from hcsearch.export.settings import PROFILES, SHEETS
+from hcsearch.export.settings import LEAST_STEP_S, MOST_KERF_MM, MOST_STEP_S, PROFILES, SHEETS
 
 _SETTINGS = ("state", "sheet", "kerf_mm", "hinge_gap_mm", "profile", "part", "contact", "timestep_s")
 
@@ -31,7 +31,7 @@ _SETTINGS = ("state", "sheet", "kerf_mm", "hinge_gap_mm", "profile", "part", "co
 )
 @click.option("--state", metavar="flat|folded|SHARE", help="Of solids: an end, or a share of the motion.")
 @click.option("--sheet", type=click.Choice(SHEETS), help="The sheet in one piece, or its panels apart.")
-@click.option("--kerf", "kerf_mm", type=Number(min=0.0, max=10.0), metavar="MM", help="Width of a cut.")
+@click.option("--kerf", "kerf_mm", type=Number(min=0.0, max=MOST_KERF_MM), metavar="MM", help="Width of a cut.")
 @click.option(
     "--hinge-gap", "hinge_gap_mm", type=Number(min=0.0), metavar="MM", help="Gap between panels apart, along a hinge."
 )
@@ -41,7 +41,7 @@ _SETTINGS = ("state", "sheet", "kerf_mm", "hinge_gap_mm", "profile", "part", "co
 @click.option(
     "--timestep",
     "timestep_s",
-    type=Number(min=1e-9, max=1.0),
+    type=Number(min=LEAST_STEP_S, max=MOST_STEP_S),
     metavar="S",
     help="Time step of MuJoCo, s.  [default: its natural time / 50000]",
 )
@@ -54,14 +54,11 @@ def export(name: str, output: str, format_name: str | None, motion: Any, **optio
     """
     from hcsearch.export.formats import format_of
     from hcsearch.export.reading import exported_named
-    from hcsearch.export.settings import read_state
     from hcsearch.export.writing import settings_of, write_export
     from hcsearch.system.outputs import check_output
 
     wanted = format_of(output, format_name)
     given = {name: options[name] for name in _SETTINGS if options[name] is not None}
-    if "state" in given:
-        given["state"] = read_state(given["state"])
     settings = settings_of(wanted, given)
     check_output(output)
     wanted.check_installed()

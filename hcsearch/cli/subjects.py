@@ -35,7 +35,7 @@ def folding_options(command: Command) -> Command:
 
 def circuit_options(command: Command) -> Command:
     """The same where it is a circuit, all of whose foldings are looked at."""
-    return _options(command, "FILE.fold|CIRCUIT", "either")
+    return _options(command, "FILE.fold|CIRCUIT", "either", _SECONDS)
 
 
 def _options(command: Command, names: str, flat_pairs: str, *own: Command) -> Command:

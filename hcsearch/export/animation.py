@@ -48,6 +48,7 @@ _LINES = {"m": "#d1202f", "v": "#1c5fd4", "f": "#6a4fc0"}
 
 def write(exported: Exported, settings: Settings) -> str:
     """The motion of a design or an assembly."""
+    del settings
     return animation_of(exported.motion)
 
 

@@ -86,7 +86,7 @@ def check_circuit(circuit: Circuit, scene: Scene, creases: Collection[int] | Non
     designs, _ = run_stages(designs, [STAGES["twist"]], scene)
     assert designs.twists is not None
     untwisted = designs.twists == 0
-    found = {
+    verdicts = {
         int(crease): FoldingVerdict(
             Folding(circuit, int(crease)),
             int(lk),
@@ -101,8 +101,8 @@ def check_circuit(circuit: Circuit, scene: Scene, creases: Collection[int] | Non
         plain = designs.take(np.ones(1, bool), untwisted)
         later = [stage for stage in STAGES.values() if stage.name in ("mobility", "motion", "deployment")]
         plain, _ = run_stages(plain, later, scene)
-        found |= {verdict.folding.crease: verdict for verdict in _judged(circuit, plain, scene)}
-    return CheckedCircuit(circuit, two_stack, tuple(found[crease] for crease in sorted(found)))
+        verdicts |= {verdict.folding.crease: verdict for verdict in _judged(circuit, plain, scene)}
+    return CheckedCircuit(circuit, two_stack, tuple(verdicts[crease] for crease in sorted(verdicts)))
 
 
 def _judged(circuit: Circuit, designs: StagedDesigns, scene: Scene) -> list[FoldingVerdict]:
@@ -113,7 +113,7 @@ def _judged(circuit: Circuit, designs: StagedDesigns, scene: Scene) -> list[Fold
     assert deployment is not None
     trials = {trial.folding: trial for trial in deployment.trials if trial.status == "deploys"}
     first = {trial.folding: trial for trial in reversed(deployment.trials)}
-    found = []
+    verdicts = []
     for i, status in enumerate(folding_statuses(designs, scene)):
         assert status is not None
         dof = int(mobility.dof[i])
@@ -125,7 +125,7 @@ def _judged(circuit: Circuit, designs: StagedDesigns, scene: Scene) -> list[Fold
         else:
             tried = f"; springs: {first[i].reason}" if i in first else ""
             reason = f"{path}{tried}"
-        found.append(
+        verdicts.append(
             FoldingVerdict(
                 Folding(circuit, int(designs.folded.crease[i])),
                 0,
@@ -136,4 +136,4 @@ def _judged(circuit: Circuit, designs: StagedDesigns, scene: Scene) -> list[Fold
                 trials[i].scene if status == "deploys" else None,
             )
         )
-    return found
+    return verdicts

@@ -41,10 +41,10 @@ def strokes(text: str, middle: Point, height: float, *, underlined: bool = False
     step = WIDE + APART
     wide = step * len(text) - APART
     left, low = middle[0] - 0.5 * height * wide, middle[1] - 0.5 * height
-    found = [
+    lines = [
         [(left + height * (k * step + _CORNERS[c][0]), low + height * _CORNERS[c][1]) for c in path]
         for k, mark in enumerate(text)
         for path in _PATHS[mark]
     ]
     below = low - BELOW * height
-    return [*found, [(left, below), (left + height * wide, below)]] if underlined else found
+    return [*lines, [(left, below), (left + height * wide, below)]] if underlined else lines

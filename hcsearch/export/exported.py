@@ -59,5 +59,5 @@ class Exported:
         if state == "folded":
             return self.linkage.folded
         first, last = self.motion.at[[0, -1]]
-        found: Reals = self.motion.at_time(first + float(state) * (last - first)[None])[0]
-        return found
+        angles: Reals = self.motion.at_time(first + float(state) * (last - first)[None])[0]
+        return angles

@@ -174,8 +174,8 @@ def _middles(linkage: Linkage, angles: Reals) -> Any:
 
 
 def _millimetres(lengths: Any) -> Any:
-    found = (1e3 * np.asarray(lengths, float)).round(_DIGITS) + 0.0  # no -0
-    return found.tolist()
+    numbers = (1e3 * np.asarray(lengths, float)).round(_DIGITS) + 0.0  # no -0
+    return numbers.tolist()
 
 
 def _text(data: Mapping[str, Any]) -> str:

@@ -13,21 +13,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from hcsearch.errors import HcsearchError, InputFileError
+from hcsearch.errors import InputFileError
+from hcsearch.export.fold_values import FrameValues
 from hcsearch.export.outlines import faces_between, joined_faces, same_places, without_straight_corners
-from hcsearch.pattern import RIGID, Crease, Face, Facet, Pair, Pattern, Point, facet_area
+from hcsearch.pattern import RIGID, Crease, Face, Facet, Pair, Pattern, facet_area
 from hcsearch.system.reading import read_text
-from hcsearch.typing import Reals
 
 MOST_BYTES = 32 * 2**20
 UNITS = {"in": 0.0254, "pt": 0.0254 / 72, "m": 1.0, "cm": 0.01, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}
 SAME = 1e-3
 """Points nearer than this share of the shortest edge are the same, as drawings are rounded."""
-
-FAR = 1e12
-"""Coordinates are below this, so that areas do not overflow."""
 
 Side = tuple[int, int]
 
@@ -71,12 +66,7 @@ def parse_fold(text: str, path: str = "the text") -> Drawing:
         raise InputFileError(f"{path} is no FOLD file, which is JSON: {error}; export it as FOLD") from None
     if not isinstance(data, dict):
         raise InputFileError(f"{path} is no FOLD file: it holds no object; export it as FOLD")
-    try:
-        return _Reader(_pattern_frame(data), path).drawing()
-    except HcsearchError:
-        raise
-    except (TypeError, ValueError, KeyError, IndexError, AttributeError, OverflowError) as error:
-        raise InputFileError(f"{path} is no sound FOLD file: {error}; export it anew") from None
+    return _Reader(FrameValues(_pattern_frame(data, path), path)).drawing()
 
 
 def pattern_of(drawing: Drawing, thickness: float | None = None) -> Pattern:
@@ -103,28 +93,34 @@ def pattern_of(drawing: Drawing, thickness: float | None = None) -> Pattern:
     return Pattern(facets, creases, thickness, drawing.loops)
 
 
-def _pattern_frame(data: Mapping[str, Any]) -> Mapping[str, Any]:
+def _pattern_frame(data: Mapping[str, Any], path: str) -> Mapping[str, Any]:
     """The crease pattern: the first frame that says it is one, else the key frame."""
-    if "creasePattern" in data.get("frame_classes", ()):
+    frames = data.get("file_frames", [])
+    if not isinstance(frames, list) or not all(isinstance(frame, dict) for frame in frames):
+        raise InputFileError(f"{path} is no sound FOLD file: file_frames is not a list of frames; export it anew")
+    if _is_pattern(data):
         return data
-    for frame in data.get("file_frames", ()):
-        if "creasePattern" in frame.get("frame_classes", ()):
-            return {**data, **frame} if frame.get("frame_inherit") and frame.get("frame_parent", 0) == 0 else frame
+    for frame in filter(_is_pattern, frames):
+        return {**data, **frame} if frame.get("frame_inherit") and frame.get("frame_parent", 0) == 0 else frame
     return data
+
+
+def _is_pattern(frame: Mapping[str, Any]) -> bool:
+    classes = frame.get("frame_classes")
+    return isinstance(classes, list) and "creasePattern" in classes
 
 
 class _Reader:
     """One crease pattern of a file."""
 
-    def __init__(self, frame: Mapping[str, Any], path: str) -> None:
-        self.frame, self.path = frame, path
-        self.points = self._flat(frame.get("vertices_coords"))
-        self.edges = [tuple(map(self._vertex, edge)) for edge in frame.get("edges_vertices", ())]
-        if any(len(edge) != 2 for edge in self.edges):
-            raise self._wrong("an edge has not two ends")
-        faces = [[self._vertex(v) for v in face] for face in frame.get("faces_vertices", ())]
+    def __init__(self, values: FrameValues) -> None:
+        self.values = values
+        self.points = values.points()
+        self.edges = values.edges(len(self.points))
+        faces = values.faces(len(self.points))
         if not self.edges and not faces:
-            raise self._wrong("it has neither edges nor faces")
+            raise values.wrong("it has neither edges nor faces")
+        self.named = bool(self.edges)  # else edges are those of faces, of which the file says nothing
         if not self.edges:
             sides = (sorted(side) for face in faces for side in zip(face, [*face[1:], face[0]], strict=True))
             self.edges = list(dict.fromkeys((a, b) for a, b in sides))
@@ -135,28 +131,44 @@ class _Reader:
     def drawing(self) -> Drawing:
         """The facets and what joins them."""
         marks = self._marks()
-        faces = self.faces
-        if not faces:
-            faces = faces_between([pair for pair in marks if marks[pair].assignment != "J"], self.points)
-            faces = [face for face in faces if not _is_hole(face, marks)]
-        else:
-            faces = joined_faces(faces, {pair for pair, mark in marks.items() if mark.assignment == "J"})
-        points = self.points
+        faces, points = self._panels(marks), self.points
         if sum(facet_area([points[v] for v in face]) for face in faces) < 0.0:  # drawn as seen from below
             points = [(-x, y) for x, y in points]
         facets = []
         sides: dict[Side, int] = {}
-        joins: dict[Pair, Join] = {}
         for f, face in enumerate(faces):
             corners = tuple(points[v] for v in without_straight_corners(face, points, SAME))
             whole = 2 < len(corners) == len(set(corners))
             if not whole or not facet_area(corners) > SAME * math.dist(corners[0], corners[1]) ** 2:
-                raise self._wrong(f"face {f} is no polygon that runs counterclockwise, or a sliver")
+                raise self.values.wrong(f"face {f} is no polygon that runs counterclockwise, or a sliver")
             facets.append(corners)
             for side in zip(face, [*face[1:], face[0]], strict=True):
                 if side in sides:
-                    raise self._wrong(f"faces {sides[side]} and {f} overlap: they lie on one side of an edge")
+                    raise self.values.wrong(f"faces {sides[side]} and {f} overlap: they lie on one side of an edge")
                 sides[side] = f
+        joins = self._joins(sides, marks)
+        return Drawing(
+            tuple(facets),
+            self._ordered(joins, faces),
+            UNITS.get(self.values.text("frame_unit")),
+            self.values.length("hcsearch:thickness"),
+            self.values.text("hcsearch:notation"),
+            self.values.loops("hcsearch:loops"),
+        )
+
+    def _panels(self, marks: Mapping[tuple[int, int], Join]) -> list[list[int]]:
+        """The faces, with those made one that `J` edges join; those between the edges where no faces are listed."""
+        if self.faces:
+            return joined_faces(self.faces, {pair for pair, mark in marks.items() if mark.assignment == "J"})
+        faces = faces_between([pair for pair in marks if marks[pair].assignment != "J"], self.points)
+        faces = [face for face in faces if not _is_hole(face, marks)]
+        if not faces:
+            raise self.values.wrong("its edges bound no panel")
+        return faces
+
+    def _joins(self, sides: Mapping[Side, int], marks: Mapping[tuple[int, int], Join]) -> dict[Pair, Join]:
+        """What joins each two faces that share an edge; sides : the face on the left of each."""
+        joins: dict[Pair, Join] = {}
         kinds: dict[Pair, set[Join | None]] = defaultdict(set)
         for (a, b), f in sides.items():
             g = sides.get((b, a), -1)
@@ -165,18 +177,11 @@ class _Reader:
                 kinds[f, g].add(None if mark.assignment in {"B", "C"} else mark)
         for pair, own_kinds in sorted(kinds.items()):
             if len(own_kinds) > 1:
-                raise self._wrong(f"the edge between faces {pair[0]} and {pair[1]} has two assignments")
-            found = own_kinds.pop()
-            if found is not None:
-                joins[pair] = found
-        return Drawing(
-            tuple(facets),
-            self._ordered(joins, faces),
-            UNITS.get(str(self.frame.get("frame_unit"))),
-            self._number("hcsearch:thickness"),
-            str(self.frame.get("hcsearch:notation", "")),
-            tuple(tuple((int(i), int(j)) for i, j in loop) for loop in self.frame.get("hcsearch:loops", ())),
-        )
+                raise self.values.wrong(f"the edge between faces {pair[0]} and {pair[1]} has two assignments")
+            join = own_kinds.pop()
+            if join is not None:
+                joins[pair] = join
+        return joins
 
     def _ordered(self, joins: dict[Pair, Join], faces: Sequence[Sequence[int]]) -> dict[Pair, Join]:
         """Joins in the order of the file's edges, which numbers hinges."""
@@ -194,51 +199,32 @@ class _Reader:
 
     def _marks(self) -> dict[tuple[int, int], Join]:
         """What the file says of each edge, by its two places; of edges that lie on each other they must agree."""
-        own = self.frame if self.frame.get("edges_vertices") else {}  # else edges are those of faces, in their order
-        letters = own.get("edges_assignment")
-        angles = own.get("edges_foldAngle")
-        hinges = own.get("edges_hcsearch:hingeFace")
-        found: dict[tuple[int, int], Join] = {}
+        letters, angles, hinges = (
+            self.values.of_edges(key) if self.named else None
+            for key in ("edges_assignment", "edges_foldAngle", "edges_hcsearch:hingeFace")
+        )
+        marks: dict[tuple[int, int], Join] = {}
         ends = [sorted(self.place[v] for v in edge) for edge in self.edges]
         times = Counter(map(tuple, ends))
         for k, (a, b) in enumerate(ends):
             if letters is not None:
                 letter = str(letters[k]).upper()
             elif angles is not None and angles[k]:
-                letter = "V" if angles[k] > 0 else "M"
+                letter = "V" if self._angle(k, angles[k]) > 0.0 else "M"
             else:
                 letter = "U" if times[a, b] == 1 else "B"  # an edge that stands there twice is a slit
             if letter not in {"B", "M", "V", "F", "U", "C", "J"}:
-                raise self._wrong(f"edge {k} has the assignment {letter!r}: write B, M, V, F, U, C or J")
-            face = hinges[k] if hinges is not None and hinges[k] in {"top", "bottom"} else None
+                raise self.values.wrong(f"edge {k} has the assignment {letter!r}: write B, M, V, F, U, C or J")
+            face = hinges[k] if hinges is not None and hinges[k] in ("top", "bottom") else None
             mark = Join(letter, face)
-            if a != b and found.setdefault((a, b), mark) != mark:
-                raise self._wrong(f"edge {k} lies on another one with another assignment")
-        return found
+            if a != b and marks.setdefault((a, b), mark) != mark:
+                raise self.values.wrong(f"edge {k} lies on another one with another assignment")
+        return marks
 
-    def _flat(self, coords: Any) -> list[Point]:
-        """Coordinates in the plane; InputFileError where points do not lie in one."""
-        if not coords:
-            raise self._wrong("it has no vertices_coords")
-        table = np.array([[*map(float, point), 0.0][:3] for point in coords])
-        if table.ndim != 2 or table.shape[1] != 3 or not (np.abs(table) < FAR).all():
-            raise self._wrong(f"vertices_coords are not points of two or three numbers below {FAR:g}")
-        extent: Reals = np.ptp(table, axis=0)
-        if extent[2] > 1e-6 * max(extent[:2]):
-            raise self._wrong("its first frame is folded: put the flat crease pattern first")
-        return [(float(x), float(y)) for x, y in table[:, :2]]
-
-    def _vertex(self, number: Any) -> int:
-        if not isinstance(number, int) or not 0 <= number < len(self.points):
-            raise self._wrong(f"{number!r} is no vertex")
-        return number
-
-    def _number(self, key: str) -> float | None:
-        found = self.frame.get(key)
-        return float(found) if isinstance(found, int | float) and found > 0 else None
-
-    def _wrong(self, what: str) -> InputFileError:
-        return InputFileError(f"{self.path} is no flat pattern: {what}; draw panels edge to edge, and export anew")
+    def _angle(self, edge: int, value: Any) -> float:
+        if not isinstance(value, int | float) or math.isnan(value):
+            raise self.values.wrong(f"edge {edge} has the fold angle {value!r}, which is no number")
+        return value
 
 
 def _is_hole(face: Sequence[int], marks: Mapping[tuple[int, int], Join]) -> bool:

@@ -61,8 +61,8 @@ class Format:
     def write(self) -> Writer:
         """Its writer; HcsearchError where what it needs is not installed."""
         self.check_installed()
-        found: Writer = import_module(f"hcsearch.export.{self.module or self.name}").write
-        return found
+        writer: Writer = import_module(f"hcsearch.export.{self.module or self.name}").write
+        return writer
 
     def check_installed(self) -> None:
         """HcsearchError that names the extra, where what the format needs is not installed."""
@@ -100,14 +100,14 @@ def format_of(path: str, name: str | None = None) -> Format:
     if name is not None:
         if name not in FORMATS:
             raise OutputError(f"there is no format {name!r}: choose one of {', '.join(FORMATS)}")
-        found = FORMATS[name]
-        if Path(path).suffix.lower() not in found.endings:
-            raise OutputError(f"{path} is no name for a file of the format {name}: write {' or '.join(found.endings)}")
-        return found
+        chosen = FORMATS[name]
+        if Path(path).suffix.lower() not in chosen.endings:
+            raise OutputError(f"{path} is no name for a file of the format {name}: write {' or '.join(chosen.endings)}")
+        return chosen
     known = [form for form in FORMATS.values() if Path(path).suffix.lower() in form.endings and not form.by_name]
     if not known:
         endings = ", ".join(form.endings[0] for form in FORMATS.values())
-        raise OutputError(f"{path} has no known ending: write {endings}")
+        raise OutputError(f"{path or 'an empty name'} has no known ending: write {endings}")
     if len(known) > 1:
         raise OutputError(f"{path} may be {' or '.join(form.name for form in known)}: name one with --format")
     return known[0]

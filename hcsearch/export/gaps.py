@@ -29,15 +29,15 @@ def gaps_at(linkage: Linkage, states: Reals) -> tuple[Reals, Whole]:
     panel_of = np.array(linkage.pattern.panel_of)
     counts = np.array([2 * len(facet) for facet in linkage.pattern.facets])
     solids = np.zeros((len(counts), counts.max(), 3))
-    ways, corners, found = np.zeros((len(pairs), 3)), np.full((len(pairs), 4), -1), np.empty(len(pairs))
+    ways, corners, distances = np.zeros((len(pairs), 3)), np.full((len(pairs), 4), -1), np.empty(len(pairs))
     first, second = pairs.T
     for k, angles in enumerate(states):
         for own, solid in zip(solids, linkage.solids(angles), strict=True):
             own[: solid.shape[0] * solid.shape[1]] = solid.reshape(-1, 3)
         # each search begins where that of the state before ended
-        closest_of_pairs(solids[first], counts[first], solids[second], counts[second], ways, corners, found)
-        least = int(found.argmin())
-        gaps[k], nearest[k] = max(found[least], 0.0), np.sort(panel_of[pairs[least]])
+        closest_of_pairs(solids[first], counts[first], solids[second], counts[second], ways, corners, distances)
+        least = int(distances.argmin())
+        gaps[k], nearest[k] = max(distances[least], 0.0), np.sort(panel_of[pairs[least]])
         cut = None if gaps[k] > 0.0 else first_cut(linkage, angles[None], SAME * linkage.pattern.size, apart)
         if cut is not None:
             gaps[k], nearest[k] = -cut.depth, cut.panels

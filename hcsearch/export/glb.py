@@ -133,7 +133,7 @@ class _Buffer:
 def _primitives(solid: Solid, origin: Reals, buffer: _Buffer) -> list[dict[str, Any]]:
     """A primitive for each kind of face; corners are not shared between faces, so that edges are sharp."""
     vertices = solid.vertices - origin
-    found = []
+    primitives = []
     for number, side in enumerate(_KINDS):
         points: list[Reals] = []
         normals: list[Reals] = []
@@ -152,13 +152,13 @@ def _primitives(solid: Solid, origin: Reals, buffer: _Buffer) -> list[dict[str, 
                 "NORMAL": buffer.add(np.concatenate(normals), "VEC3", target=_VERTICES),
             }
             indices = buffer.add(np.array(triangles).reshape(-1, 1), "SCALAR", target=_TRIANGLES)
-            found.append({"attributes": attributes, "indices": indices, "material": number})
-    return found
+            primitives.append({"attributes": attributes, "indices": indices, "material": number})
+    return primitives
 
 
 def _normal(corners: Reals) -> Reals:
-    found = np.cross(corners[1] - corners[0], corners[2] - corners[0])
-    normal: Reals = found / np.linalg.norm(found)
+    cross = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+    normal: Reals = cross / np.linalg.norm(cross)
     return normal
 
 
@@ -178,11 +178,11 @@ def _quaternions(axis: Reals, angles: Reals) -> Reals:
 
 def _rising(times: Reals) -> Reals:
     """Times that rise in single precision, too."""
-    found = times.astype(np.float32)
-    for k in range(1, len(found)):
-        if found[k] <= found[k - 1]:
-            found[k] = np.nextafter(found[k - 1], np.float32(np.inf))
-    return found.astype(float)
+    single = times.astype(np.float32)
+    for k in range(1, len(single)):
+        if single[k] <= single[k - 1]:
+            single[k] = np.nextafter(single[k - 1], np.float32(np.inf))
+    return single.astype(float)
 
 
 def _crease(replay: Replay, hinge: int) -> str:

@@ -16,5 +16,5 @@ def write(exported: Exported, settings: Settings) -> bytes:
     graph = nx.Graph()
     graph.add_nodes_from(range(count))
     graph.add_edges_from(pairs)
-    found: bytes = nx.to_graph6_bytes(graph, nodes=range(count), header=False)
-    return found
+    line: bytes = nx.to_graph6_bytes(graph, nodes=range(count), header=False)
+    return line

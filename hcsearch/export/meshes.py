@@ -58,7 +58,7 @@ def mesh_of(pattern: Pattern) -> Mesh:
         (i, a), _ = _sides(pattern, pair)
         edges.append((faces[i][a], faces[i][(a + 1) % len(faces[i])]))
     twice = _twice(faces, sides)
-    found: list[tuple[int, ...]] = []
+    outlines: list[tuple[int, ...]] = []
     for f, face in enumerate(faces):
         whole: list[int] = []
         for k, start in enumerate(face):
@@ -73,8 +73,8 @@ def mesh_of(pattern: Pattern) -> Mesh:
                 edges.append((start, whole[-1]))
                 start = whole[-1]  # noqa: PLW2901 - the second half begins there
             edges.append((start, end))
-        found.append(tuple(whole))
-    return Mesh(tuple(points), tuple(found), tuple(edges), tuple(pattern.creases))
+        outlines.append(tuple(whole))
+    return Mesh(tuple(points), tuple(outlines), tuple(edges), tuple(pattern.creases))
 
 
 def _sides(pattern: Pattern, pair: Pair) -> tuple[tuple[int, int], tuple[int, int]]:
@@ -91,14 +91,14 @@ def _sides(pattern: Pattern, pair: Pair) -> tuple[tuple[int, int], tuple[int, in
 def _twice(faces: list[list[int]], sides: dict[tuple[int, int], Pair]) -> set[Edge]:
     """Ends that two sides along borders have in common."""
     seen: set[Edge] = set()
-    found: set[Edge] = set()
+    twice: set[Edge] = set()
     for f, face in enumerate(faces):
         for k, start in enumerate(face):
             end = face[(k + 1) % len(face)]
             ends = (min(start, end), max(start, end))
             if (f, k) not in sides:
-                (found if ends in seen else seen).add(ends)
-    return found
+                (twice if ends in seen else seen).add(ends)
+    return twice
 
 
 class _Classes:

@@ -92,9 +92,9 @@ def mjcf_of(
 
 def _natural_time(tree: CutTree) -> float:
     """The time that the scene would be given, s, if it named none."""
-    found = settled(replace(tree.scene, seconds=None), tree.linkage).seconds
-    assert found is not None
-    return found
+    seconds = settled(replace(tree.scene, seconds=None), tree.linkage).seconds
+    assert seconds is not None
+    return seconds
 
 
 def _integrator(tree: CutTree, timestep: float) -> str:
@@ -197,12 +197,12 @@ def _downwards(tree: CutTree) -> list[int]:
     for k, link in enumerate(tree.links):
         if link.joined is not None:
             below[link.joined.above].append((k, link.joined.hinge))
-    found, waiting = [], below[0][::-1]
+    hinges, waiting = [], below[0][::-1]
     while waiting:
         k, hinge = waiting.pop()
-        found.append(hinge)
+        hinges.append(hinge)
         waiting += below[k][::-1]
-    return found
+    return hinges
 
 
 def _mesh(link: Link, facet: int) -> str:

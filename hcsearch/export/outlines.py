@@ -15,13 +15,13 @@ def same_places(points: Sequence[Point], tolerance: float) -> list[int]:
     """For each point the first one that is the same, nearer than a tolerance."""
     places = Places(tolerance)
     first: list[int] = []
-    found = []
+    representatives = []
     for k, point in enumerate(points):
         number = places.number(point)
         if number == len(first):
             first.append(k)
-        found.append(first[number])
-    return found
+        representatives.append(first[number])
+    return representatives
 
 
 def faces_between(edges: Iterable[Edge], points: Sequence[Point]) -> list[list[int]]:
@@ -46,7 +46,7 @@ def faces_between(edges: Iterable[Edge], points: Sequence[Point]) -> list[list[i
     }
     sides = [(v, w) for v, near in sorted(turn.items()) for w in near]
     seen: set[Edge] = set()
-    found = []
+    faces = []
     for start in sides:
         if start in seen:
             continue
@@ -60,8 +60,8 @@ def faces_between(edges: Iterable[Edge], points: Sequence[Point]) -> list[list[i
             if side == start:
                 break
         if facet_area([points[v] for v in face]) > 0.0:
-            found.append(face)
-    return found
+            faces.append(face)
+    return faces
 
 
 def joined_faces(faces: Sequence[Sequence[int]], within: Collection[Edge]) -> list[list[int]]:
@@ -87,7 +87,7 @@ def joined_faces(faces: Sequence[Sequence[int]], within: Collection[Edge]) -> li
         for a, b in _sides(face):
             if (min(a, b), max(a, b)) not in within:
                 rings[root(f)][a].append(b)
-    found = []
+    joined = []
     for f in sorted(rings):
         after = rings[f]
         here = start = min(after)
@@ -96,8 +96,8 @@ def joined_faces(faces: Sequence[Sequence[int]], within: Collection[Edge]) -> li
             ring.append(here)
             here = after[here].pop()
         # a face with a hole, or that touches itself, is left as it is: it is no panel
-        found.append(ring if here == start and not any(after.values()) else list(faces[f]))
-    return found
+        joined.append(ring if here == start and not any(after.values()) else list(faces[f]))
+    return joined
 
 
 def without_straight_corners(face: Sequence[int], points: Sequence[Point], same: float) -> list[int]:
@@ -105,13 +105,13 @@ def without_straight_corners(face: Sequence[int], points: Sequence[Point], same:
 
     same : by which share of a side a corner may be off it.
     """
-    found = []
+    corners = []
     for k, v in enumerate(face):
         (ax, ay), (x, y), (bx, by) = points[face[k - 1]], points[v], points[face[(k + 1) % len(face)]]
         off = abs((x - ax) * (by - ay) - (y - ay) * (bx - ax))
         if off > same * math.dist((ax, ay), (bx, by)) ** 2:
-            found.append(v)
-    return found
+            corners.append(v)
+    return corners
 
 
 def _sides(face: Sequence[int]) -> Iterable[Edge]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, get_args
 
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.errors import HcsearchError
@@ -26,6 +26,8 @@ def exported_named(request: Request, wanted: Format, by: By | None = None, state
     where a motion is asked for that the format has no place for. A design named by its id in a database stands for its
     folding of the best status there, in the scene `default`.
     """
+    if by is not None and by not in get_args(By):
+        raise HcsearchError(f"there is no motion {by!r}: choose {' or '.join(get_args(By))}")
     if wanted.of == "array" and by is None and request.name not in ASSEMBLIES and not request.name.endswith(".toml"):
         name, crease = split_crease(request.name)
         if crease is None:

@@ -97,11 +97,9 @@ def _tiled(drawing: Drawing) -> tuple[Grid, list[Place], float, float]:
     for number, facet in enumerate(drawing.facets):
         place = _place(grid, facet, turn, shift, length, width)
         if place is None:
-            shapes = {3: "triangles", 4: "rectangles", 6: "regular hexagons"}[corners]
-            raise PatternError(
-                f"{_named(drawing, number)} is no cell of the {grid.name} grid that {_named(drawing, 0)} begins: "
-                f"draw equal {shapes} edge to edge"
-            )
+            shape = {3: "equilateral triangle", 4: "rectangle", 6: "regular hexagon"}[corners]
+            what = f"cell of the {grid.name} grid that {_named(drawing, 0)} begins" if number else shape
+            raise PatternError(f"{_named(drawing, number)} is no {what}: draw equal {shape}s edge to edge")
         places.append(place)
     return grid, places, length, width
 
@@ -201,14 +199,14 @@ def _pair(i: int, j: int) -> Pair:
     return min(i, j), max(i, j)
 
 
-def sized(found: Recognised, drawing: Drawing) -> str | None:
+def sized(design: Recognised, drawing: Drawing) -> str | None:
     """The size of a panel as `--panel` takes it, in mm; None where the drawing has no physical unit.
 
     A drawing that says nothing of their thickness has panels as slender as those of the scene `default`.
     """
     if drawing.unit is None:
         return None
-    length, _, slender = default_panel(found.circuit.grid.name)
-    thickness = found.length * slender / length if drawing.thickness is None else drawing.thickness
-    sizes = (found.length, found.width, thickness)
+    length, _, slender = default_panel(design.circuit.grid.name)
+    thickness = design.length * slender / length if drawing.thickness is None else drawing.thickness
+    sizes = (design.length, design.width, thickness)
     return "x".join(f"{1e3 * drawing.unit * size:.7g}" for size in sizes)

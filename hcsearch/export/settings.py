@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 from hcsearch.errors import HcsearchError
 
@@ -14,6 +15,8 @@ Sheet = Literal["assembled", "panels"]
 SHEETS: tuple[Sheet, ...] = get_args(Sheet)
 Profile = Literal["laser", "simulator"]
 PROFILES: tuple[Profile, ...] = get_args(Profile)
+MOST_KERF_MM = 10.0
+LEAST_STEP_S, MOST_STEP_S = 1e-9, 1.0
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,7 @@ class Settings:
     part : name of the one panel that is written; all where it is None. contact : whether panels collide in a simulator.
     timestep_s : of a simulator, s; None for one that fits the scene. stem : name of the file without its ending, by
         which files beside it are named; known when it is written.
+    Errors: HcsearchError for values that the options of `hcsearch export` do not take.
     """
 
     state: State = "flat"
@@ -37,6 +41,17 @@ class Settings:
     contact: bool = False
     timestep_s: float | None = None
     stem: str = "array"
+
+    def __post_init__(self) -> None:
+        """Check the values, as Python may give others than the command line."""
+        if self.state not in get_args(End):
+            object.__setattr__(self, "state", read_state(str(self.state)))
+        _check_word("sheet", self.sheet, SHEETS)
+        _check_word("profile", self.profile, PROFILES)
+        _check_number("kerf_mm", self.kerf_mm, 0.0, MOST_KERF_MM)
+        _check_number("hinge_gap_mm", self.hinge_gap_mm, 0.0, math.inf)
+        if self.timestep_s is not None:
+            _check_number("timestep_s", self.timestep_s, LEAST_STEP_S, MOST_STEP_S)
 
 
 def read_state(text: str) -> State:
@@ -50,3 +65,15 @@ def read_state(text: str) -> State:
     if not 0.0 <= share <= 1.0:
         raise HcsearchError(f"{text!r} is no state: write flat, folded, or a share of the motion, 0 packed to 1 flat")
     return share
+
+
+def _check_word(name: str, value: object, words: tuple[str, ...]) -> None:
+    if value not in words:
+        raise HcsearchError(f"{name} cannot be {value!r}: choose {' or '.join(words)}")
+
+
+def _check_number(name: str, value: Any, least: float, most: float) -> None:
+    known = isinstance(value, int | float) and not isinstance(value, bool)
+    if not (known and least <= value <= most and math.isfinite(value)):
+        bounds = f"from {least:g}" + ("" if math.isinf(most) else f" to {most:g}")
+        raise HcsearchError(f"{name} cannot be {value!r}: give a number {bounds}")

@@ -172,11 +172,13 @@ class _Drawn:
                 for facet, (start, end) in zip(pair, (self.edge(pair), self.edge(pair)[::-1]), strict=True):
                     if crease.face is not None:
                         rings[facet] = rings[facet].difference(_strip(start, end, gap, 10 * self.size))
-        found = [shapely.union_all([rings[facet] for facet in panel], grid_size=_GRID) for panel in self.pattern.panels]
-        for label, polygon in zip(self.labels.panels, found, strict=True):
+        polygons = [
+            shapely.union_all([rings[facet] for facet in panel], grid_size=_GRID) for panel in self.pattern.panels
+        ]
+        for label, polygon in zip(self.labels.panels, polygons, strict=True):
             if polygon.geom_type != "Polygon" or polygon.is_empty:
                 raise HcsearchError(f"a hinge gap of {2 * gap:g} mm leaves panel {label} not in one piece: give less")
-        return found
+        return polygons
 
     def _grown(self, polygon: Polygon) -> Polygon:
         kerf = 0.5 * self.settings.kerf_mm
@@ -184,13 +186,13 @@ class _Drawn:
 
     def _marks(self) -> dict[int, list[tuple[str, int, tuple[Point, Point], float]]]:
         """Of each panel the layer, hinge and edge (on its right) of what is to be marked, and the facet's radius."""
-        found: dict[int, list[tuple[str, int, tuple[Point, Point], float]]] = defaultdict(list)
+        marks: dict[int, list[tuple[str, int, tuple[Point, Point], float]]] = defaultdict(list)
         for pair, crease in self.pattern.creases.items():
             if crease.face is not None:
                 layer, hinge = "HINGE_TOP" if crease.face == "top" else "HINGE_BOTTOM", self.pattern.hinge_of(pair)
                 for facet, edge in zip(pair, (self.edge(pair), self.edge(pair)[::-1]), strict=True):
-                    found[self.pattern.panel_of[facet]].append((layer, hinge, edge, self.radii[facet]))
-        return found
+                    marks[self.pattern.panel_of[facet]].append((layer, hinge, edge, self.radii[facet]))
+        return marks
 
     def _number_hinge(self, sheet: Sheet, hinge: int, edge: tuple[Point, Point], radius: float) -> None:
         """The number of a hinge on the left of its edge, in a facet of a radius."""
@@ -211,7 +213,7 @@ def chains(edges: Sequence[tuple[Point, Point]]) -> list[list[Point]]:
         near[a].append(b)
         near[b].append(a)
     left = {frozenset(edge) for edge in edges}
-    found = []
+    polylines = []
     starts = [point for point, others in near.items() if len(others) != 2]
     for start in [*starts, *near]:
         for first in near[start]:
@@ -225,8 +227,8 @@ def chains(edges: Sequence[tuple[Point, Point]]) -> list[list[Point]]:
                     break
                 left.remove(frozenset((chain[-1], onward[0])))
                 chain.append(onward[0])
-            found.append(chain)
-    return found
+            polylines.append(chain)
+    return polylines
 
 
 def _layer(crease: Crease) -> str:
@@ -286,7 +288,7 @@ def _moved_in(sheet: Sheet) -> Sheet:
 
 def _in_rows(parts: Sequence[Sheet], width: float) -> Sheet:
     """Parts beside each other in rows from the top, as wide as given at most but for one that is wider."""
-    found = Sheet()
+    sheet = Sheet()
     rows: list[list[tuple[Sheet, float, float, float]]] = []
     row: list[tuple[Sheet, float, float, float]] = []
     x = 0.0
@@ -306,8 +308,8 @@ def _in_rows(parts: Sequence[Sheet], width: float) -> Sheet:
             for layer, lines in part.lines.items():
                 for line in lines:
                     points = [(px + shift + MARGIN, py - low + y) for px, py in line.points]
-                    found.add(layer, points, line.label, closed=line.closed)
+                    sheet.add(layer, points, line.label, closed=line.closed)
         y -= SPACE
-    _, _, right, _ = _bounds(found)
-    found.width, found.height = right + MARGIN, total + 2 * MARGIN
-    return found
+    _, _, right, _ = _bounds(sheet)
+    sheet.width, sheet.height = right + MARGIN, total + 2 * MARGIN
+    return sheet

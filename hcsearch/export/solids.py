@@ -56,10 +56,10 @@ class Solid:
     def faces(self) -> list[Face]:
         """Bottom and top faces of each facet, and the walls."""
         n = len(self.points)
-        found = [Face("bottom", tuple(reversed(facet))) for facet in self.facets]
-        found += [Face("top", tuple(k + n for k in facet)) for facet in self.facets]
+        faces = [Face("bottom", tuple(reversed(facet))) for facet in self.facets]
+        faces += [Face("top", tuple(k + n for k in facet)) for facet in self.facets]
         walls = zip(self.wall.tolist(), self.sides, strict=True)
-        return found + [Face(side, (a, b, b + n, a + n)) for (a, b), side in walls]
+        return faces + [Face(side, (a, b, b + n, a + n)) for (a, b), side in walls]
 
     @property
     def triangles(self) -> Whole:
@@ -73,15 +73,15 @@ class Solid:
         The outer one comes first.
         """
         after = dict(self.wall.tolist())
-        found = []
+        walks = []
         while after:
             start, to = after.popitem()
             walk = [start]
             while to != start:
                 walk.append(to)
                 to = after.pop(to)
-            found.append(walk)
-        return sorted(found, key=lambda walk: -_area(self.points[walk]))
+            walks.append(walk)
+        return sorted(walks, key=lambda walk: -_area(self.points[walk]))
 
 
 def fan(corners: tuple[int, ...]) -> list[tuple[int, int, int]]:
@@ -115,8 +115,8 @@ def wanted_panels(labels: Labels, name: str | None) -> tuple[int, ...] | None:
 
 def placed(pose: Reals, vertices: Reals) -> Reals:
     """Vertices, (n, 3), where a pose (3, 4) takes them."""
-    found: Reals = vertices @ pose[:, :3].T + pose[:, 3]
-    return found
+    moved: Reals = vertices @ pose[:, :3].T + pose[:, 3]
+    return moved
 
 
 def solids_of(linkage: Linkage) -> list[Solid]:
@@ -132,11 +132,11 @@ def _sides(pattern: Pattern, panel: int, points: Reals, wall: list[tuple[int, in
         if crease.face is not None and panel in (pattern.panel_of[pair[0]], pattern.panel_of[pair[1]]):
             side: Side = "valley" if crease.face == "top" else "mountain"
             creased.append((side, np.mean(pattern.edges[pair], axis=0)))
-    found: list[Side] = []
+    sides: list[Side] = []
     for a, b in wall:
         middle = 0.5 * (points[a] + points[b])
-        found.append(next((side for side, at in creased if np.linalg.norm(at - middle) < near), "side"))
-    return tuple(found)
+        sides.append(next((side for side, at in creased if np.linalg.norm(at - middle) < near), "side"))
+    return tuple(sides)
 
 
 def _number(points: list[Point], corner: Point, near: float) -> int:

@@ -42,15 +42,15 @@ def _layers(sheet: Sheet, colours: dict[str, str]) -> str:
 
 def _alone(sheet: Sheet, colours: dict[str, str]) -> str:
     """An element for each piece of a polyline."""
-    found = []
+    elements = []
     for layer, lines in sheet.lines.items():
         for line in lines:
             points = [*line.points, *line.points[:1]] if line.closed else line.points
             for (x, y), (to_x, to_y) in pairwise(points):
                 ends = f'x1="{_number(x)}" y1="{_number(sheet.height - y)}"'
                 ends += f' x2="{_number(to_x)}" y2="{_number(sheet.height - to_y)}"'
-                found.append(f"\n <line {_look(colours[layer])} {ends}/>")
-    return "".join(found)
+                elements.append(f"\n <line {_look(colours[layer])} {ends}/>")
+    return "".join(elements)
 
 
 def _look(colour: str) -> str:

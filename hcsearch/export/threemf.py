@@ -74,11 +74,11 @@ def _package(model: bytes) -> bytes:
         'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>'
     )
     parts = {"[Content_Types].xml": types.encode(), "_rels/.rels": relations.encode(), _MODEL: model}
-    found = io.BytesIO()
-    with zipfile.ZipFile(found, "w", zipfile.ZIP_DEFLATED) as package:
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as package:
         for name, content in parts.items():
             package.writestr(zipfile.ZipInfo(name, _DATED), content, zipfile.ZIP_DEFLATED)
-    return found.getvalue()
+    return archive.getvalue()
 
 
 def _text(values: Reals) -> str:

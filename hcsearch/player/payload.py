@@ -193,15 +193,15 @@ def _nearest(replay: Replay) -> tuple[Whole, Reals, Whole]:
 
     Pairs that touch say nothing of what is near: packed and flat panels do, and some meet in a corner all the time.
     """
-    found = proximal_distances(replay.linkage, replay.angles)
+    distances = proximal_distances(replay.linkage, replay.angles)
     touch = 1e-3 * APART * replay.linkage.pattern.size / (1e-3 * SIZE)
     states = len(replay.at)
-    touching = np.abs(found.gaps) <= touch
-    gaps = np.where(touching, math.inf, found.gaps)
+    touching = np.abs(distances.gaps) <= touch
+    gaps = np.where(touching, math.inf, distances.gaps)
     pairs, least = np.full((states, 2), -1), np.zeros(states)
     if len(gaps):
         best = gaps.argmin(axis=0)
         near = np.isfinite(gaps[best, np.arange(states)])
-        pairs[near] = found.pairs[best[near]]
+        pairs[near] = distances.pairs[best[near]]
         least[near] = gaps[best[near], np.flatnonzero(near)]
     return pairs, least, touching.sum(axis=0)

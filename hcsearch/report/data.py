@@ -35,7 +35,7 @@ class ReportData:
     funnel : counts over all the selected designs, also those beyond the limit.
     census : (foldings, smallest twist, designs) over all the selected designs; None where not known.
     designs, foldings : rows as the SQL views of those names give them, foldings by the id of their design.
-    best : crease of the folding that gave a design its status, by the id; without one `page_data` says which is drawn.
+    best : crease of the folding that gave a design its status, by the id; without one `drawn_crease` chooses.
     motions : the sentence behind each motion that was planned. tried : rows of `deployments`, best first.
     players : what the 3D player takes of each folding with a path.
     total : number of selected designs; `designs` holds the first of them.

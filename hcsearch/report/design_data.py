@@ -28,7 +28,7 @@ class ShownMotion:
 class ShownFolding:
     """A folding with everything known of it.
 
-    row : of the view `foldings`, empty where no database holds it. status : a word, or what the twist says.
+    row : of the view `foldings`, empty where no database holds it. status : a word, or `twisted`.
     why : the sentence behind it. tried : rows of `deployments`. locks : sentences on each end, more exact ones after.
     """
 

@@ -21,7 +21,7 @@ from hcsearch.report.data import FoldingKey, Row
 from hcsearch.report.design_data import DesignData, ShownFolding, ShownMotion
 from hcsearch.report.envelopes import room_of
 from hcsearch.report.fetching import foldings_of, motions_of, tried_of
-from hcsearch.report.motion_plots import plots_of
+from hcsearch.report.motion_plots import marks_of, plots_of
 from hcsearch.report.reasons import best_try, why
 from hcsearch.scenes import DEFAULT, SCENES, Scene, panel_of, panel_text
 from hcsearch.store import Database, best_creases, select
@@ -38,7 +38,7 @@ def design_data(
 ) -> DesignData:
     """Everything known of a design, whose circuit is in canonical order, and of some of its foldings in a scene.
 
-    database : from `open_readonly`, or None, and then motions are planned and let go anew. number : its id there.
+    database : from `open_readonly`, or None, and then motions are planned and simulated anew. number : its id there.
     db : names the database, for what is looked up by name.
     """
     values = SCENES[DEFAULT] if database is None else stored_scene(database, scene)
@@ -125,7 +125,7 @@ def _motions(folding: Folding, stored: _Known, best: Row | None, db: str) -> lis
     if path is not None:
         payload = payload_of(path)
         command = f"hcsearch drive {folding.notation}{scene_option(stored.scene)}"
-        motions.append(ShownMotion("Path", path.source, command, payload, plots_of(path, payload)))
+        motions.append(ShownMotion("Planned path", path.source, command, payload, plots_of(path, payload)))
     if best is None and stored.rows:
         return motions
     name = DEFAULT if best is None else str(best["scene"])
@@ -137,7 +137,8 @@ def _motions(folding: Folding, stored: _Known, best: Row | None, db: str) -> lis
     replay = replay_of_deployment(deployment, folding.notation, design=True)
     payload = payload_of(replay)
     command = f"hcsearch deploy {folding.notation}{scene_option(name)}"
-    motions.append(ShownMotion("Springs", replay.source, command, payload, plots_of(replay, payload, deployment)))
+    source = "; ".join([replay.source, *(mark.text for mark in marks_of(replay) if mark.bad)])
+    motions.append(ShownMotion("Motion by springs", source, command, payload, plots_of(replay, payload, deployment)))
     return motions
 
 

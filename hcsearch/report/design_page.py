@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from markupsafe import Markup
 
+from hcsearch.circuit import Circuit
 from hcsearch.drawing import draw_circuit, stylesheet
 from hcsearch.folding import Folding
 from hcsearch.player import player_script
@@ -15,13 +18,13 @@ from hcsearch.report.words import written
 from hcsearch.store.columns import DESIGNS, FOLDINGS, Quantity
 
 _ELSEWHERE = ("id", "array", "circuit", "grid", "design_id", "crease", "opposite", "twist", "untwisted", "status")
-"""Quantities that the page says in other places."""
+"""Quantities that stand elsewhere on the page."""
 
 
 def render_design(data: DesignData) -> str:
     """Write the HTML page of a design; all text is escaped, and its policy admits its scripts alone."""
     payloads = [motion.payload for shown in data.foldings for motion in shown.motions]
-    scripts = [*([player_script()] if payloads else []), joined_script(("design",))]
+    scripts = [*([player_script()] if payloads else []), joined_script(("copy", "design"))]
     return (
         environment()
         .get_template("design.html")
@@ -30,7 +33,8 @@ def render_design(data: DesignData) -> str:
             facts=_facts(DESIGNS, data.row),
             status=data.row.get("status"),
             folding_facts=folding_facts,
-            picture=lambda folding: _picture(folding, data.size),
+            picture=lambda folding: _picture(folding.circuit, data.size, folding.notation, folding.assignment),
+            circuit_picture=lambda: _picture(Circuit.from_notation(data.notation), data.size, data.notation),
             # Trusted: what the plots wrote escapes its texts itself.
             drawn=Markup,
             swatch=lambda k: Markup(swatch(k)),
@@ -42,17 +46,10 @@ def render_design(data: DesignData) -> str:
     )
 
 
-def _picture(folding: Folding, size: tuple[float, float] | None) -> Markup:
-    circuit = folding.circuit
-    svg = draw_circuit(
-        circuit.grid,
-        circuit.cells,
-        folding.assignment,
-        numbers=True,
-        size=size,
-        title=folding.notation,
-        standalone=False,
-    )
+def _picture(
+    circuit: Circuit, size: tuple[float, float] | None, title: str, assignment: Sequence[str] | None = None
+) -> Markup:
+    svg = draw_circuit(circuit.grid, circuit.cells, assignment, numbers=True, size=size, title=title, standalone=False)
     # Trusted: integers and fixed words, and a title that `draw_circuit` escapes.
     return Markup(svg)
 
@@ -92,6 +89,6 @@ def _facts(quantities: tuple[Quantity, ...], row: object) -> list[tuple[str, str
         value = row.get(quantity.name)
         if value is None or quantity.name in _ELSEWHERE:
             continue
-        said = ("yes" if value else "no") if quantity.kind == "boolean" else written(value)
-        facts.append((quantity.title, f"{said} {quantity.unit}".rstrip(), quantity.note))
+        text = ("yes" if value else "no") if quantity.kind == "boolean" else written(value)
+        facts.append((quantity.title, f"{text} {quantity.unit}".rstrip(), quantity.note))
     return facts

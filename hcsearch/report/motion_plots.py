@@ -36,19 +36,20 @@ def plots_of(replay: Replay, payload: Payload, deployment: Deployment | None = N
 
     payload : of the same replay, which names the nearest panels at each of its states.
     """
-    marks = _marks(replay, deployment)
+    marks = marks_of(replay, deployment)
     plots = [_gaps(replay, payload, marks), _angles(replay, marks)]
     if deployment is not None:
         plots.append(_energies(deployment, marks))
     return [one for one in plots if one is not None]
 
 
-def _marks(replay: Replay, deployment: Deployment | None) -> list[Mark]:
+def marks_of(replay: Replay, deployment: Deployment | None = None) -> list[Mark]:
+    """Where panels collide first, and where a deployment is flat."""
     marks = []
     if replay.collision is not None:
         at, (one, two) = replay.collision
         names = replay.labels.panels
-        marks.append(Mark(at, f"panels {names[one]} and {names[two]} collide, {at:.4g} s", bad=True))
+        marks.append(Mark(at, f"panels {names[one]} and {names[two]} collide at {at:.4g} s", bad=True))
     if deployment is not None and deployment.outcome == "flat":
         end = float(replay.at[-1])
         marks.append(Mark(end, f"flat, {end:.4g} s"))
@@ -69,33 +70,33 @@ def _gaps(replay: Replay, payload: Payload, marks: Sequence[Mark]) -> Plot | Non
     )
     note = f"Of panels that no hinge joins and that do not touch; below 0 they overlap. Logarithmic beyond {_NEAR} mm."
     if replay.certified:
-        note += f" Green on the axis: certified clear with {1e3 * replay.margin:.2g} mm of play on every face."
+        note += f" Green under the axis: certified clear with {1e3 * replay.margin:.2g} mm of play on every face."
     return Plot(title, svg, (), note)
 
 
 def _angles(replay: Replay, marks: Sequence[Mark]) -> Plot:
     title = "Fold angles of the hinges"
+    names = tuple(f"crease {name}" for name in replay.labels.hinges)
     curves = [
-        Curve(f"hinge {name}", replay.at.tolist(), column.tolist())
-        for name, column in zip(replay.labels.hinges, replay.angles.T, strict=True)
+        Curve(name, replay.at.tolist(), column.tolist()) for name, column in zip(names, replay.angles.T, strict=True)
     ]
     svg = plot(curves, title, _AXES[replay.axis], "fold angle, rad", marks=marks, spans=replay.certified)
-    return Plot(title, svg, tuple(f"crease {name}" for name in replay.labels.hinges), "Flat at 0, closed at pi.")
+    return Plot(title, svg, names, "Flat at 0, closed at pi.")
 
 
 def _energies(deployment: Deployment, marks: Sequence[Mark]) -> Plot | None:
-    books = _telling(energies(deployment))
+    kinds = _changing(energies(deployment))
     times = np.asarray(deployment.motion.times, float)
-    if not books:
+    if not kinds:
         return None
-    columns = np.stack([1e3 * values for values in books.values()], axis=1)
+    columns = np.stack([1e3 * values for values in kinds.values()], axis=1)
     kept, _ = thinned(times, columns, _FINE * max(float(np.abs(columns).max()), 1e-300))
-    names = tuple(name.removesuffix("_J").replace("_", " ") for name in books)
+    names = tuple(name.removesuffix("_J").replace("_", " ") for name in kinds)
     curves = [Curve(name, times[kept].tolist(), columns[kept, k].tolist()) for k, name in enumerate(names)]
     title = "Energies"
     return Plot(title, plot(curves, title, "time, s", "energy, mJ", marks=marks), names)
 
 
-def _telling(books: Mapping[str, Reals]) -> dict[str, Reals]:
+def _changing(kinds: Mapping[str, Reals]) -> dict[str, Reals]:
     """Energies that change, and are numbers: what diverged may have overflowed."""
-    return {name: values for name, values in books.items() if np.isfinite(values).all() and np.ptp(values) > 0.0}
+    return {name: values for name, values in kinds.items() if np.isfinite(values).all() and np.ptp(values) > 0.0}

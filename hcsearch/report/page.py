@@ -14,7 +14,7 @@ from hcsearch.player import player_script
 from hcsearch.report.data import ReportData
 from hcsearch.report.payload import as_script, page_data
 
-MODULES = ("geometry", "grammar", "conditions", "table", "parts", "card", "gallery", "dialog", "main")
+MODULES = ("geometry", "grammar", "conditions", "table", "parts", "card", "gallery", "dialog", "copy", "main")
 """Files of the script, each after those that it uses."""
 
 
@@ -31,7 +31,9 @@ def render(data: ReportData) -> str:
         .render(
             data=data,
             census=census_table(data),
-            only=[quantity for quantity in data.columns if quantity.kind == "boolean" and _tells(data, quantity.name)],
+            only=[
+                quantity for quantity in data.columns if quantity.kind == "boolean" and _has_box(data, quantity.name)
+            ],
             # Trusted: JSON without a mark of HTML in it, and files of this package.
             payload=Markup(as_script(page_data(data))),
             style=Markup(stylesheet() + "\n" + source("style.css")),
@@ -51,8 +53,8 @@ def digest_of(script: str) -> str:
     return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
 
 
-def _tells(data: ReportData, name: str) -> bool:
-    """Whether a yes/no quantity is worth a box: the two that are always known, and others that some design has."""
+def _has_box(data: ReportData, name: str) -> bool:
+    """Whether a yes/no quantity has a box to tick: the two that are always known, and others that some design has."""
     return name in {"two_stack", "untwisted"} or any(design.get(name) for design in data.designs)
 
 

@@ -21,7 +21,8 @@ FOLDING_COLUMNS = tuple(q for q in FOLDINGS if q.name not in ("design_id", "oppo
 def page_data(data: ReportData) -> dict[str, Any]:
     """Everything that the script of a page draws, as JSON takes it.
 
-    Foldings are in the order of their designs; `design` says which one each is of, `best` which crease is drawn first.
+    Foldings are in the order of their designs; `design` is the place of the one each belongs to, `best` the crease that
+    is drawn first.
     """
     rows = [(k, row) for k, design in enumerate(data.designs) for row in data.foldings.get(id_of(design), ())]
     keys = [(id_of(data.designs[k]), int(str(row["crease"]))) for k, row in rows]
@@ -68,7 +69,7 @@ def drawn_crease(data: ReportData, design: Row) -> int | None:
 
 
 def described(quantity: Quantity) -> dict[str, object]:
-    """What a page says of a quantity, and how values of it compare."""
+    """Name, unit and meaning of a quantity for a page, and the words by which its values compare."""
     return {
         "name": quantity.name,
         "label": quantity.title,

@@ -10,8 +10,10 @@ from html import escape
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#c061a0", "#b58900", "#3a9bdc", "#8c5a3c", "#808080")
 """After Okabe and Ito, so that colour-blind readers tell them apart; mid tones, for light and dark pages."""
 DASHES = ("", "8 3", "2 3", "10 3 2 3")
-WIDTH, HEIGHT = 640, 260
-_LEFT, _RIGHT, _TOP, _BOTTOM = 62, 12, 12, 40
+WIDTH, HEIGHT = 480, 220
+_LEFT, _RIGHT, _TOP, _BOTTOM = 64, 12, 10, 42
+_SURE = 4
+"""How far below the axis intervals are drawn, so that they hide no curve."""
 _TICKS = 6
 
 Number = float | None
@@ -52,8 +54,8 @@ def plot(
 ) -> str:
     """Draw curves over a common axis; texts have the colour of the page.
 
-    spans : intervals that are drawn on the horizontal axis. linear_to : size of values beyond which the vertical scale
-    is logarithmic, to either side; linear throughout unless given. Curves need one number at least.
+    spans : intervals that are drawn under the horizontal axis. linear_to : size of values beyond which the vertical
+    scale is logarithmic, to either side; linear throughout unless given. Curves need one number at least.
     """
     x_scale = _scale([x for curve in curves for x in curve.x], _LEFT, WIDTH - _RIGHT, tight=True)
     values = [y for curve in curves for y in curve.y if y is not None]
@@ -62,7 +64,7 @@ def plot(
     body = [_grid(x_scale, y_scale), _labels(x_label, y_label)]
     base = HEIGHT - _BOTTOM
     for begin, end in spans:
-        body.append(f'<path class="sure" d="M{x_scale.at(begin):.1f} {base}H{x_scale.at(end):.1f}"/>')
+        body.append(f'<path class="sure" d="M{x_scale.at(begin):.1f} {base + _SURE}H{x_scale.at(end):.1f}"/>')
     body += [_line(curve, *look(k), x_scale, y_scale) for k, curve in enumerate(curves)]
     for k, mark in enumerate(marks):
         x, kind = x_scale.at(mark.at), "bad" if mark.bad else "mark"
@@ -152,7 +154,7 @@ def _grid(x_scale: _Scale, y_scale: _Scale) -> str:
         for y, text in y_scale.ticks
     )
     texts += "".join(
-        f'<text x="{x_scale.at(x):.1f}" y="{base + 16}" text-anchor="middle">{text}</text>' for x, text in x_scale.ticks
+        f'<text x="{x_scale.at(x):.1f}" y="{base + 19}" text-anchor="middle">{text}</text>' for x, text in x_scale.ticks
     )
     return f'<path class="grid" d="{lines}"/>{texts}'
 
@@ -160,7 +162,7 @@ def _grid(x_scale: _Scale, y_scale: _Scale) -> str:
 def _labels(x_label: str, y_label: str) -> str:
     middle = 0.5 * (_TOP + HEIGHT - _BOTTOM)
     return (
-        f'<text x="{0.5 * (_LEFT + WIDTH - _RIGHT):.0f}" y="{HEIGHT - 6}" text-anchor="middle">{escape(x_label)}</text>'
+        f'<text x="{0.5 * (_LEFT + WIDTH - _RIGHT):.0f}" y="{HEIGHT - 5}" text-anchor="middle">{escape(x_label)}</text>'
         f'<text x="14" y="{middle:.0f}" text-anchor="middle" transform="rotate(-90 14 {middle:.0f})">'
         f"{escape(y_label)}</text>"
     )

@@ -30,17 +30,17 @@ def why(folding: Row, motion: str | None, tried: Sequence[Row]) -> str:
         return f"{best['reason']}; {springs_in(best)}"
     if motion is None and best is None:
         return ""
-    let_go = "springs were not tried" if best is None else f"{best['reason']}; {springs_in(best)}"
-    return let_go if motion is None else f"{let_go}; {motion}"
+    springs = "springs were not tried" if best is None else f"{best['reason']}; {springs_in(best)}"
+    return springs if motion is None else f"{springs}; {motion}"
 
 
 def springs_in(row: Row) -> str:
     """The springs and the flat pairs of a deployment."""
     parts = str(row["scene"]).split(", ")
     _, springs = look_parts(parts)
-    said = f"springs: {springs}" if springs else f"springs of the scene {row['base']}"
+    text = f"springs: {springs}" if springs else f"springs of the scene {row['base']}"
     pairs = flat_pairs_in(row)
-    return f"{said}, flat pairs {pairs}" if pairs else said
+    return f"{text}, flat pairs {pairs}" if pairs else text
 
 
 def flat_pairs_in(row: Row) -> str:

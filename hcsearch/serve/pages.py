@@ -13,7 +13,7 @@ from hcsearch.report.page import environment, joined_script, source
 from hcsearch.serve.addresses import address_of, design_address
 from hcsearch.store.columns import VIEWS
 
-SCRIPT = ("geometry", "table", "parts", "card", "dialog")
+SCRIPT = ("geometry", "table", "parts", "card", "dialog", "copy")
 """Modules of the report's script that draw cards; `serve.js` uses them."""
 
 

@@ -8,7 +8,16 @@ from hcsearch.replays.recording import replay_of_path
 from hcsearch.scenes import SCENES, panel_of
 from tests.linkages import linkage_named
 
-NAMES = ("hex:0234550132:4", "thesis-4x4", "unit-ii", "module-iii")
+NAMES = (
+    "hex:0234550132:4",
+    "square:01222300:1",
+    "triangle:012343454545012121:2",
+    "rectangle:012233300121:5",
+    "thesis-4x4",
+    "unit-ii",
+    "module-iii",
+)
+"""A design of each grid, and assemblies."""
 
 
 def case(name):

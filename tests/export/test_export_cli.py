@@ -1,6 +1,7 @@
 """`hcsearch export` and `hcsearch check` as a person meets them."""
 
 import json
+import math
 import sys
 from pathlib import Path
 
@@ -79,7 +80,7 @@ def test_an_array_needs_no_folding(run):
         (("--output", "a.svg", "--format", "fold"), "a.svg is no name for a file of the format fold: write .fold"),
         (("--output", "a.fold", "--kerf", "1"), "fold takes no --kerf: leave it out, or choose svg, dxf"),
         (("--output", "a.svg", "--motion", "path"), "svg holds no motion: leave out --motion"),
-        (("--output", "a.svg", "--state", "half"), "'half' is no state: write flat, folded, or a share"),
+        (("--output", "a.stl", "--state", "half"), "'half' is no state: write flat, folded, or a share"),
         (("--output", "none/a.svg"), "there is no folder none"),
         (("--output", "a.csv", "--motion", "path", "--merge"), "the folding has no mirror image"),
     ],
@@ -100,6 +101,33 @@ def test_python_writes_what_the_command_writes(run, tmp_path):
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
     with pytest.raises(HcsearchError, match="exports have no setting 'colour'"):
         export(folding, tmp_path / "b.svg", colour="red")
+
+
+@pytest.mark.parametrize(
+    ("name", "chosen", "message"),
+    [
+        ("a.svg", {"kerf_mm": -1.0}, "kerf_mm cannot be -1.0: give a number from 0 to 10"),
+        ("a.svg", {"kerf_mm": math.nan}, "kerf_mm cannot be nan"),
+        ("a.svg", {"kerf_mm": "1"}, "kerf_mm cannot be '1'"),
+        ("a.svg", {"sheet": "panels", "hinge_gap_mm": -3}, "hinge_gap_mm cannot be -3: give a number from 0$"),
+        ("a.svg", {"sheet": "apart"}, "sheet cannot be 'apart': choose assembled or panels"),
+        ("a.svg", {"profile": "plotter"}, "profile cannot be 'plotter': choose laser or simulator"),
+        ("a.stl", {"state": "half"}, "'half' is no state"),
+        ("a.stl", {"state": 2.0}, "'2.0' is no state"),
+        ("a.xml", {"timestep_s": 0}, "timestep_s cannot be 0: give a number from 1e-09 to 1"),
+        ("a.csv", {"motion": "spring"}, "there is no motion 'spring': choose path or springs"),
+        ("", {}, "an empty name has no known ending"),
+    ],
+)
+def test_python_refuses_what_the_command_refuses(tmp_path, monkeypatch, name, chosen, message):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(HcsearchError, match=message):
+        export(DESIGN, name, **chosen)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_whole_number_is_a_share_of_the_motion():
+    assert [Settings(state=share).state for share in (0, 1)] == [0.0, 1.0]
 
 
 def test_files_beside_are_written_with_the_first_or_not_at_all(tmp_path, monkeypatch):
@@ -148,6 +176,12 @@ def test_check_says_the_same_of_a_circuit_in_any_order(run):
     assert one.exit_code == two.exit_code
     assert one.output.splitlines()[0] == two.output.splitlines()[0]
     assert f"{MOVING}: " in two.output
+
+
+def test_check_simulates_for_as_long_as_it_is_asked_to(run):
+    result = run("check", MOVING, "--seconds", "0.05")
+    assert result.exit_code == 1
+    assert "springs: moving at 0.05 s" in result.output
 
 
 def test_check_ends_with_1_where_nothing_folds(run):

@@ -1,6 +1,7 @@
-"""Files read by programs of other people: the npm packages fold and rabbit-ear, and ezdxf."""
+"""Files read by programs of other people: the npm packages fold and rabbit-ear, ezdxf, and Chromium."""
 
 import json
+import re
 import shutil
 import subprocess
 from io import StringIO
@@ -10,13 +11,15 @@ import numpy as np
 import pytest
 import shapely
 
-from hcsearch.export import dxf, fold
+from hcsearch.export import dxf, fold, svg
 from hcsearch.export.settings import Settings
 from hcsearch.export.sheets import sheet_of
 from tests.export.exports import DESIGN, MOVING, RING, exported
+from tests.report.browser import chromium, complaints
 
 pytestmark = pytest.mark.extra
 
+TRIANGLES, RECTANGLES = "triangle:012343454545012121:2", "rectangle:012233300121:5"
 PACKAGES = ("fold@0.12.0", "rabbit-ear@0.9.32")
 
 
@@ -34,8 +37,8 @@ CASES = [
     (DESIGN, {"flat_pairs": "hinged"}),
     (MOVING, {"by": "path"}),
     (RING, {}),
-    ("triangle:012343454545012121:2", {}),
-    ("rectangle:012233300121:5", {}),
+    (TRIANGLES, {}),
+    (RECTANGLES, {}),
 ]
 
 
@@ -45,12 +48,12 @@ def test_fold_and_rabbit_ear_read_the_pattern_and_fold_it_as_it_is_folded(reader
     place = tmp_path / "design.fold"
     place.write_text(fold.write(value, Settings()), encoding="utf-8")
     done = subprocess.run(["node", readers, place], check=True, capture_output=True, text=True, timeout=120)
-    found, data = json.loads(done.stdout.splitlines()[-1]), json.loads(place.read_text(encoding="utf-8"))
+    reading, data = json.loads(done.stdout.splitlines()[-1]), json.loads(place.read_text(encoding="utf-8"))
     counts = [len(data[key]) for key in ("vertices_coords", "edges_vertices", "faces_vertices")]
-    assert found["counts"] == found["fold"]["counts"] == counts
-    assert (found["summary"], found["fold"]["again"]) == ("valid", True)
+    assert reading["counts"] == reading["fold"]["counts"] == counts
+    assert (reading["summary"], reading["fold"]["again"]) == ("valid", True)
     n, borders = value.circuit.n, counts[1] - value.circuit.n
-    kinds = found["fold"]["kinds"]
+    kinds = reading["fold"]["kinds"]
     assert kinds == {
         "mountainEdges": value.folding.assignment.count("mountain"),
         "valleyEdges": value.folding.assignment.count("valley"),
@@ -60,9 +63,9 @@ def test_fold_and_rabbit_ear_read_the_pattern_and_fold_it_as_it_is_folded(reader
         "cutEdges": 0,
         "joinEdges": 0,
     }
-    assert found["fold"]["edgesFaces"] == [2] * n + [1] * borders
-    assert found["missed"] < 1e-6
-    check_orders(value, found, data)
+    assert reading["fold"]["edgesFaces"] == [2] * n + [1] * borders
+    assert reading["missed"] < 1e-6
+    check_orders(value, reading, data)
 
 
 @pytest.mark.parametrize("name", ["unit-ii", "module-ii", "thesis-4x4"])
@@ -70,23 +73,23 @@ def test_assemblies_fold_as_they_do_in_rabbit_ear(readers, tmp_path, name):
     place = tmp_path / "assembly.fold"
     place.write_text(fold.write(exported(name), Settings()), encoding="utf-8")
     done = subprocess.run(["node", readers, place], check=True, capture_output=True, text=True, timeout=120)
-    found, data = json.loads(done.stdout.splitlines()[-1]), json.loads(place.read_text(encoding="utf-8"))
-    assert found["summary"] == "valid"
-    assert found["missed"] < 1e-6
-    check_orders(exported(name), found, data)
+    reading, data = json.loads(done.stdout.splitlines()[-1]), json.loads(place.read_text(encoding="utf-8"))
+    assert reading["summary"] == "valid"
+    assert reading["missed"] < 1e-6
+    check_orders(exported(name), reading, data)
 
 
-def check_orders(value, found, data):
+def check_orders(value, reading, data):
     """Layers are among those that the solver finds possible: above each other as it says, or all turned over."""
     linkage = value.linkage
     turned = np.sign(linkage.poses(linkage.folded)[list(linkage.pattern.panel_of), 2, 2])
     ours = {f"{f} {g}": s * turned[g] for f, g, s in data["file_frames"][0]["faceOrders"]}
-    signs = {ours[pair] * order for pair, order in found["orders"].items()}
-    assert len(found["orders"]) > 0
+    signs = {ours[pair] * order for pair, order in reading["orders"].items()}
+    assert len(reading["orders"]) > 0
     assert len(signs) == 1
     (sign,) = signs
-    solved = set(found["orders"])
-    for branches in found["branches"]:
+    solved = set(reading["orders"])
+    for branches in reading["branches"]:
         fitting = [way for way in branches if all(ours[pair] == sign * order for pair, order in way.items())]
         assert fitting
         solved |= set(fitting[0])
@@ -94,7 +97,7 @@ def check_orders(value, found, data):
 
 
 @pytest.mark.parametrize("settings", [Settings(), Settings(sheet="panels", kerf_mm=0.2, hinge_gap_mm=1.0)], ids=str)
-@pytest.mark.parametrize("name", [DESIGN, RING, "unit-ii"])
+@pytest.mark.parametrize("name", [DESIGN, RING, TRIANGLES, RECTANGLES, "unit-ii"])
 def test_ezdxf_finds_no_fault_and_every_line_where_it_is(name, settings):
     import ezdxf
 
@@ -112,3 +115,35 @@ def test_ezdxf_finds_no_fault_and_every_line_where_it_is(name, settings):
             assert entity.closed == line.closed == (layer == "CUT")
     outlines = [shapely.Polygon(line.points) for line in sheet.lines["CUT"]]
     assert all(outline.is_valid for outline in outlines)
+
+
+LENGTHS = """
+const probe = {lengths: {}}, drawing = document.querySelector("svg");
+for (const group of drawing.querySelectorAll("g")) {
+    probe.lengths[group.id] = [...group.querySelectorAll("path")].map((path) => path.getTotalLength());
+}
+const {width, height} = drawing.getBoundingClientRect();
+probe.size = [width, height];
+const place = document.createElement("pre");
+place.id = "probe";
+place.textContent = JSON.stringify(probe);
+document.body.append(place);
+"""
+
+
+@pytest.mark.parametrize("settings", [Settings(), Settings(sheet="panels", kerf_mm=0.2, hinge_gap_mm=1.0)], ids=str)
+@pytest.mark.parametrize("name", [DESIGN, RING, TRIANGLES, RECTANGLES, "unit-ii"])
+def test_chromium_draws_every_line_of_a_sheet_in_millimetres(name, settings, tmp_path):
+    value = exported(name)
+    sheet, drawing = sheet_of(value, settings), svg.write(value, settings).partition("\n")[2]
+    page = tmp_path / "sheet.html"
+    page.write_text(f"<!doctype html><body>{drawing}<script>{LENGTHS}</script></body>", encoding="utf-8")
+    opened = chromium(page, "--dump-dom")
+    assert complaints(opened) == []
+    probe = json.loads(re.search(r'<pre id="probe">(.*?)</pre>', opened.stdout, re.DOTALL)[1])
+    assert probe["size"] == pytest.approx([sheet.width * 96 / 25.4, sheet.height * 96 / 25.4], abs=0.05)
+    assert set(probe["lengths"]) == {layer for layer, lines in sheet.lines.items() if lines}
+    for layer, lengths in probe["lengths"].items():
+        shapes = [shapely.LinearRing if line.closed else shapely.LineString for line in sheet.lines[layer]]
+        ours = [shape(line.points).length for shape, line in zip(shapes, sheet.lines[layer], strict=True)]
+        assert lengths == pytest.approx(ours, rel=1e-4, abs=1e-3)

@@ -138,6 +138,8 @@ def test_a_sheet_drawn_from_below_is_turned_over():
 HEX = Circuit.from_notation("hex:012345")
 DRAWN = Circuit.from_notation("hex:0234435011")
 SQUARES = Circuit.from_notation("square:00112233")
+UNASSIGNED = {key: value for key, value in drawn(HEX, "UUUUUU").items() if key != "edges_assignment"}
+BENT = {"vertices_coords": [[0, 0], [3, 0], [0, 1]], "faces_vertices": [[0, 1, 2]]}
 
 
 @pytest.mark.parametrize(
@@ -148,7 +150,10 @@ SQUARES = Circuit.from_notation("square:00112233")
         ("[]", "it holds no object"),
         ("{}", "it has no vertices_coords"),
         ('{"vertices_coords": [[0, 0], [1, 0]]}', "neither edges nor faces"),
-        ('{"vertices_coords": [[0, 0], [1e400, 0]], "edges_vertices": [[0, 1]]}', "not points of two or three numbers"),
+        (
+            '{"vertices_coords": [[0, 0], [1e400, 0]], "edges_vertices": [[0, 1]]}',
+            "vertex 1 in vertices_coords is not two",
+        ),
         ('{"vertices_coords": [[0, 0], ["a", 0]], "edges_vertices": [[0, 1]]}', "is no sound FOLD file"),
         ('{"vertices_coords": [[0, 0], [1, 0]], "edges_vertices": [[0, 2]]}', "2 is no vertex"),
         ('{"vertices_coords": [[0, 0], [1, 0]], "edges_vertices": [[0, -1]]}', "-1 is no vertex"),
@@ -158,7 +163,19 @@ SQUARES = Circuit.from_notation("square:00112233")
             '{"vertices_coords": [[0, 0, 0], [1, 0, 5], [0, 1, 0]], "faces_vertices": [[0, 1, 2]]}',
             "put the flat crease",
         ),
-        ('{"file_frames": [7]}', "is no sound FOLD file"),
+        ('{"file_frames": [7]}', "file_frames is not a list of frames"),
+        (json.dumps(drawn(HEX, "VMVMVM") | {"edges_assignment": ["B"] * 3}), "has 3 values for 30 edges"),
+        (json.dumps(drawn(HEX, "VMVMVM") | {"vertices_coords": [[0, 0], [1]]}), "vertex 1 in vertices_coords"),
+        (json.dumps(drawn(HEX, "VMVMVM") | {"vertices_coords": [[math.nan, 0]]}), "vertex 0 in vertices_coords"),
+        (json.dumps(drawn(HEX, "VMVMVM") | {"edges_vertices": [[0, 1, 2]]}), "edge 0 has not two ends"),
+        (json.dumps(drawn(HEX, "VMVMVM") | {"edges_vertices": [[True, 0]]}), "True is no vertex"),
+        (json.dumps(drawn(HEX, "VMVMVM") | {"faces_vertices": [[]]}), "face 0 is no polygon: it has 0 corners"),
+        (json.dumps(drawn(HEX, "VMVMVM") | {"hcsearch:thickness": -1}), "hcsearch:thickness is not a length"),
+        (json.dumps(drawn(HEX, "VMVMVM") | {"hcsearch:loops": [[1]]}), "hcsearch:loops are not lists of pairs"),
+        (json.dumps(drawn(HEX, "VMVMVM") | {"edges_vertices": [[0, 1]] * 200_001}), "more than 200000 values"),
+        (json.dumps(UNASSIGNED | {"edges_foldAngle": ["up"] * 30}), "fold angle 'up', which is no number"),
+        ('{"vertices_coords": [[0, 0], [1, 0], [1, 1]], "edges_vertices": [[0, 1], [1, 2]]}', "bound no panel"),
+        (json.dumps(BENT), r"panel 0 at \(.*\) is no equilateral triangle: draw equal equilateral triangles"),
         (json.dumps(drawn(HEX, "VMVMXM")), "assignment 'X'"),
         (json.dumps(drawn(DRAWN, "VMVMVMVMVM")), "of no two-stack folding"),
         (json.dumps(drawn(SQUARES, "VVCVVVVV")), "has one crease: a circuit has two"),

@@ -75,10 +75,10 @@ def turn(payload: dict, hinge: int, angle: float) -> np.ndarray:
     axis = (-1.0 if top else 1.0) * np.array([to_x - x, to_y - y, 0.0])
     u, v, w = axis / np.linalg.norm(axis)
     cross = np.array([[0.0, -w, v], [w, 0.0, -u], [-v, u, 0.0]])
-    found = np.eye(4)
-    found[:3, :3] += np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
-    found[:3, 3] = start - found[:3, :3] @ start
-    return found
+    pose = np.eye(4)
+    pose[:3, :3] += np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    pose[:3, 3] = start - pose[:3, :3] @ start
+    return pose
 
 
 def linkages_of(folding: Folding) -> list[Linkage]:

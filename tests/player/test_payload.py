@@ -62,10 +62,10 @@ def test_panels_are_placed_by_the_plain_data_alone(made, share):
     at = again.at[0] + share * (again.at[-1] - again.at[0])
     (angles,) = again.at_time(np.array([at]))
     expected = again.linkage.poses(angles)
-    found = twin_poses(payload, at)
-    assert found[:, :3, :3] == pytest.approx(expected[:, :, :3], abs=1e-6)
+    poses = twin_poses(payload, at)
+    assert poses[:, :3, :3] == pytest.approx(expected[:, :, :3], abs=1e-6)
     # mm, and lines between rounded ends of a hinge are those of the pattern to half a step
-    assert found[:, :3, 3] == pytest.approx(1e3 * expected[:, :, 3], abs=1e-3)
+    assert poses[:, :3, 3] == pytest.approx(1e3 * expected[:, :, 3], abs=1e-3)
 
 
 @pytest.mark.parametrize("name", ["unit-ii", "hex:0234550132:4"])
@@ -109,12 +109,12 @@ def test_facets_share_the_corners_of_shared_edges(made):
 def test_the_nearest_pair_is_the_deepest_overlap_or_the_least_gap():
     replay = replay_of("thesis-4x4")
     payload = payload_of(replay)
-    found = proximal_distances(replay.linkage, replay.angles)
-    number = {tuple(pair): k for k, pair in enumerate(found.pairs.tolist())}
+    distances = proximal_distances(replay.linkage, replay.angles)
+    number = {tuple(pair): k for k, pair in enumerate(distances.pairs.tolist())}
     pairs = np.array(payload["nearest"]).reshape(-1, 2)
     overlaps, touch = 0, APART * 1e3 * replay.linkage.pattern.size / SIZE
     for state, (pair, gap) in enumerate(zip(pairs.tolist(), payload["gaps"], strict=True)):
-        column = 1e3 * found.gaps[:, state]
+        column = 1e3 * distances.gaps[:, state]
         apart = column[np.abs(column) > touch]
         assert gap * 1e-3 == pytest.approx(apart.min(), abs=0.6e-3)
         assert column[number[tuple(pair)]] == pytest.approx(apart.min(), abs=1e-12)

@@ -154,6 +154,14 @@ def test_a_drag_turns_the_picture_and_all_of_it_stays_in_the_frame(tab, tmp_path
     assert differ(before, picture(tab)) > 0.02
 
 
+def test_the_panels_are_in_the_middle_of_the_picture_all_the_time(tab, tmp_path):
+    show(tab, bare(FOLDING), tmp_path)
+    tab.value(MOUNT % "{}")
+    for share in (0, 0.3, 0.6, 1):
+        cover = image(tab.value(f"handle.still({share}, 400, 300)"))[..., 3] > 0.5
+        assert np.argwhere(cover).mean(axis=0) == pytest.approx([150, 200], abs=45)
+
+
 def test_a_drag_with_shift_shifts_the_picture(tab, tmp_path):
     show(tab, player_html(replay_of(FOLDING)), tmp_path)
     before = picture(tab)[..., 3] > 0.5
@@ -194,8 +202,8 @@ def test_panels_are_where_python_places_them(tab, tmp_path):
         for share in (0.0, 0.37, 0.8, 1.0):
             at = payload["at"][0] + share * (payload["at"][-1] - payload["at"][0])
             data = "JSON.parse(document.getElementById('motion').textContent)"
-            found = np.array(tab.value(f"Array.from(hcsearchPlayer.poses({data}, {at}))")).reshape(-1, 3, 4)
-            assert found == pytest.approx(twin_poses(payload, at)[:, :3], abs=1e-9)
+            placed = np.array(tab.value(f"Array.from(hcsearchPlayer.poses({data}, {at}))")).reshape(-1, 3, 4)
+            assert placed == pytest.approx(twin_poses(payload, at)[:, :3], abs=1e-9)
 
 
 def test_a_page_has_one_webgl_context_and_plays_one_motion_at_a_time(tab, tmp_path):

@@ -45,6 +45,6 @@ def driven(page: Path, driver: str, name: str = "driven.html", **options: str) -
     copy.write_text(text, encoding="utf-8")
     run = chromium(copy, "--dump-dom", **options)
     assert not complaints(run)
-    found = re.search(r'<pre id="probe">(.*?)</pre>', run.stdout, re.DOTALL)
-    assert found, run.stdout[-2000:]
-    return json.loads(unescape(found[1]))
+    match = re.search(r'<pre id="probe">(.*?)</pre>', run.stdout, re.DOTALL)
+    assert match, run.stdout[-2000:]
+    return json.loads(unescape(match[1]))

@@ -29,7 +29,7 @@ def computed():
 
 @pytest.fixture
 def stored(database_file, tmp_path):
-    """A database in which the folding of eight hexagons is movable and was let go once; its place, id and crease."""
+    """A database in which the folding of eight hexagons is movable and was simulated once; its place, id and crease."""
     path = str(shutil.copy(database_file, tmp_path))
     with open_database(path, create=False) as opened:
         number, name = select(opened, "grid=hex n=8 untwisted", columns="id,circuit").rows[0]
@@ -50,7 +50,7 @@ def page_of(path: str, number: int, name: str, scene: str = "default"):
         return design_data(circuit, foldings(circuit), path, database, number, scene)
 
 
-def test_motions_are_planned_and_let_go_where_no_database_holds_the_design(computed):
+def test_motions_are_planned_and_simulated_where_no_database_holds_the_design(computed):
     (shown,) = computed.foldings
     path, springs = shown.motions
     assert "proved with" in path.source
@@ -76,7 +76,7 @@ def test_curves_are_named_by_crease_and_there_is_one_for_each_hinge(computed):
 def test_the_page_says_what_is_known_and_holds_the_motions(computed):
     text = render_design(computed)
     page = Page(text)
-    joined = " ".join(said for _, said in page.texts)
+    joined = " ".join(text for _, text in page.texts)
     for known in ("hex:0234550132", "173.2 x 100 x 30 mm", "213.2 g", "hcsearch deploy hex:0234550132:4"):
         assert known in joined
     assert data_of(text) == [motion.payload for motion in computed.foldings[0].motions]
@@ -96,10 +96,10 @@ def test_a_stored_design_shows_its_verdicts_and_paths(stored):
     assert first.why == (
         "panels 1 and 5 collide at 0.01 s; springs of the scene default, flat pairs hinged; a reason for movable"
     )
-    assert [motion.title for motion in first.motions] == ["Path", "Springs"]
+    assert [motion.title for motion in first.motions] == ["Planned path", "Motion by springs"]
     assert np.isclose(first.room.packed.height, 0.024)
     assert all(shown.status == "twisted" for shown in data.foldings[1:])
-    joined = " ".join(said for _, said in Page(render_design(data)).texts)
+    joined = " ".join(text for _, text in Page(render_design(data)).texts)
     assert "movable" in joined
     assert "needed margin" in joined
 
@@ -118,6 +118,7 @@ def test_a_design_without_foldings_has_a_page(tmp_path):
     path = write_design(Circuit.from_notation("hex:024"), [], tmp_path / "none.html", db="none.sqlite")
     text = path.read_text(encoding="utf-8")
     assert "there is no folding into two stacks" in text
+    assert text.count('<path class="hinge"') == 1
     assert data_of(text) == []
     with pytest.raises(OutputError, match="there is no folder"):
         write_design(Circuit.from_notation("hex:024"), [], tmp_path / "new" / "none.html", db="none.sqlite")

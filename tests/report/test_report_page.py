@@ -92,7 +92,7 @@ def test_without_a_named_folding_the_first_untwisted_one_is_drawn(hex_ten):
 
 
 @pytest.mark.parametrize(
-    ("status", "twist", "motion", "tried", "said"),
+    ("status", "twist", "motion", "tried", "text"),
     [
         (None, 2, None, [], "twist 2: the closed band of panels cannot reach the two stacks"),
         ("locked", 0, "never shown", [], "proved locked at an end of the motion"),
@@ -102,7 +102,7 @@ def test_without_a_named_folding_the_first_untwisted_one_is_drawn(hex_ten):
         ("undecided", 0, "no path", [], "springs were not tried; no path"),
     ],
 )
-def test_each_folding_says_why_it_has_its_status(status, twist, motion, tried, said):
+def test_each_folding_says_why_it_has_its_status(status, twist, motion, tried, text):
     rows = [
         {
             "base": "default",
@@ -113,7 +113,7 @@ def test_each_folding_says_why_it_has_its_status(status, twist, motion, tried, s
         }
         for scene in tried
     ]
-    assert said in why({"status": status, "twist": twist}, motion, rows)
+    assert text in why({"status": status, "twist": twist}, motion, rows)
 
 
 @given(st.lists(st.one_of(st.none(), st.integers(-3, 3), st.sampled_from(["deploys", "", "<x>"]))))
@@ -132,16 +132,16 @@ def test_columns_of_later_stages_appear_when_known(hex_ten):
     page = render(replace(hex_ten, designs=[{**hex_ten.designs[0], **later}]))
     data = data_of(page)
     assert {name: column(data, "designs", name) for name in later} == {name: [later[name]] for name in later}
-    said = {
+    described = {
         quantity["name"]: (quantity["label"], quantity["unit"], quantity["note"]) for quantity in data["quantities"]
     }
-    assert said["deploy_time"] == (
+    assert described["deploy_time"] == (
         "time to flat",
         "s",
         "time from folded to flat, in the digits that tolerances agree on, s, lower is better",
     )
-    assert said["needed_margin"][:2] == ("needed margin", "mm")
-    assert not [label for label, _, _ in said.values() if "_" in label]
+    assert described["needed_margin"][:2] == ("needed margin", "mm")
+    assert not [label for label, _, _ in described.values() if "_" in label]
     assert "deployable" in [attrs.get("value") for _, attrs in Page(page).elements]
 
 

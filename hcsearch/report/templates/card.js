@@ -31,7 +31,7 @@ const Card = (() => {
   // The parts that depend on the folding that is drawn.
   function fill(table, i, card) {
     const row = table.row(i, drawn(table, i));
-    const said = row === undefined ? null : table.foldings.why[row];
+    const reason = row === undefined ? null : table.foldings.why[row];
     card.replaceChildren(
       element("header", {}, element("h3", {}, named(table, i)), Parts.badge(table.status[i])),
       element("button", { type: "button", class: "thumb", "aria-label": `Enlarge design ${table.designs.id[i]}` },
@@ -39,7 +39,7 @@ const Card = (() => {
       Parts.code("circuit notation", table.designs.circuit[i]),
       Parts.code("array notation", table.designs.array[i]),
       ...[chips(table, i, listed(table, i))].filter(Boolean),
-      ...(said ? [element("p", { class: "why", title: said }, said)] : []),
+      ...(reason ? [element("p", { class: "why", title: reason }, reason)] : []),
       Parts.facts(table, i, row, (name) => SHOWN.has(name)),
     );
     return card;

@@ -1,11 +1,11 @@
-// The page of a design: its motions are mounted as they come near to what is seen; commands are copied.
+// The page of a design: its motions are mounted as they come near to what is seen.
 const motions = JSON.parse(document.getElementById("data").textContent);
 
 function mount(place) {
   if (place.dataset.mounted) return;
   place.dataset.mounted = "yes";
   place.replaceChildren();
-  hcsearchPlayer.mount(place, motions[Number(place.dataset.motion)], {});
+  hcsearchPlayer.mount(place, motions[Number(place.dataset.motion)], { numbers: true });
 }
 
 const places = [...document.querySelectorAll(".player")];
@@ -19,17 +19,7 @@ addEventListener("beforeprint", () => {
   dispatchEvent(new Event("beforeprint")); // again, for the players that were not there: each draws its stills
 });
 
-document.addEventListener("click", async (event) => {
+document.addEventListener("click", (event) => {
   const button = event.target.closest(".copy");
-  if (!button) return;
-  const code = button.parentElement.querySelector("code");
-  try {
-    await navigator.clipboard.writeText(code.textContent);
-  } catch {
-    // Pages opened from a file may be refused the clipboard: select the text instead.
-    getSelection().selectAllChildren(code);
-    document.execCommand("copy");
-  }
-  button.textContent = "copied";
-  setTimeout(() => { button.textContent = "copy"; }, 1200);
+  if (button) copy(button);
 });

@@ -15,16 +15,20 @@ const Dialog = (() => {
     return `hcsearch deploy ${table.designs.circuit[i]}:${crease[row]}${named}`;
   }
 
+  const named = ({ label, unit }) => label + (unit && `, ${unit}`);
+  const value = (quantity, known) => (known === null ? element("td", { class: "none" }, "–")
+    : element("td", { "data-name": named(quantity) }, Parts.written(known)));
+
   function foldings(table, i, rows) {
     const shown = COLUMNS.map((name) => table.folding_quantities.find((q) => q.name === name))
       .filter((q) => q && rows.some((row) => table.foldings[q.name][row] !== null));
-    const head = element("tr", {}, ...["creases", "status", ...shown.map((q) => q.label + (q.unit && `, ${q.unit}`)), "scene, and why"]
+    const head = element("tr", {}, ...["creases", "status", ...shown.map(named), "scene, and why"]
       .map((text) => element("th", { scope: "col" }, text)));
     const half = table.designs.circuit[i].split(":")[1].length / 2;
     const lines = rows.map((row) => element("tr", {},
       element("th", { scope: "row" }, `${table.foldings.crease[row]}|${table.foldings.crease[row] + half}`),
       element("td", {}, Parts.badge(Parts.foldingStatus(table, row))),
-      ...shown.map((q) => element("td", {}, table.foldings[q.name][row] === null ? "–" : Parts.written(table.foldings[q.name][row]))),
+      ...shown.map((q) => value(q, table.foldings[q.name][row])),
       element("td", { class: "reason" }, table.foldings.why[row] || "–")));
     return element("div", { class: "wide" }, element("table", { class: "foldings" }, element("thead", {}, head), element("tbody", {}, ...lines)));
   }
@@ -32,21 +36,21 @@ const Dialog = (() => {
   function play(table, row, place) {
     const payload = row === undefined ? null : table.player(row);
     place.hidden = !payload || typeof hcsearchPlayer === "undefined";
-    if (!place.hidden) player = hcsearchPlayer.mount(place, payload, {});
+    if (!place.hidden) player = hcsearchPlayer.mount(place, payload, { numbers: true });
   }
 
   function show(table, i, dialog) {
     stop();
     const rows = table.rows(i), crease = Card.drawn(table, i), row = table.row(i, crease), place = element("div", { class: "player" });
     const link = table.pages ? element("a", { href: table.pages.replace("{id}", table.designs.id[i]) }, "its own page") : null;
-    const said = row === undefined ? null : table.foldings.why[row];
+    const reason = row === undefined ? null : table.foldings.why[row];
     dialog.replaceChildren(element("div", { class: "card", "data-index": i },
       element("header", {}, element("h3", {}, `#${table.designs.id[i]}`), Parts.badge(table.status[i]), link,
         element("button", { type: "button", class: "copy close" }, "close")),
       element("div", { class: "thumb" }, Parts.picture(table, i, crease, true)),
       rows.length ? element("div", { class: "chips", role: "group", "aria-label": "Foldings" },
         ...rows.map((k) => Parts.chip(table, k, k === row))) : null,
-      said ? element("p", { class: "why" }, said) : null,
+      reason ? element("p", { class: "why" }, reason) : null,
       place,
       Parts.code("circuit notation", table.designs.circuit[i]),
       Parts.code("array notation", table.designs.array[i]),

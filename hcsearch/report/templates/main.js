@@ -23,19 +23,6 @@ function select() {
   byId("none").hidden = chosen.length > 0;
 }
 
-async function copy(button) {
-  const code = button.parentElement.querySelector("code");
-  try {
-    await navigator.clipboard.writeText(code.textContent);
-  } catch {
-    // Pages opened from a file may be refused the clipboard: select the text instead.
-    getSelection().selectAllChildren(code);
-    document.execCommand("copy");
-  }
-  button.textContent = "copied";
-  setTimeout(() => { button.textContent = "copy"; }, 1200);
-}
-
 function chooseFolding(button) {
   const row = Number(button.dataset.row), i = table.foldings.design[row];
   Card.choose(table, row);

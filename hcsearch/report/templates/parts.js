@@ -47,7 +47,7 @@ const Parts = (() => {
   const worded = (status) => status.replace("_", " ");
   const badge = (status) => element("span", { class: `badge s-${status}` }, worded(status));
 
-  // The status of a folding; before any verdict, what its twist says.
+  // The status of a folding; before any verdict, that of its twist.
   function foldingStatus(table, row) {
     const { status, twist } = table.foldings;
     return status[row] ?? (twist[row] === null ? "not_judged" : twist[row] ? "twisted" : "untwisted");
@@ -56,10 +56,10 @@ const Parts = (() => {
   function chip(table, row, shown) {
     const { crease, design, twist, why } = table.foldings, status = foldingStatus(table, row);
     const half = table.designs.circuit[design[row]].split(":")[1].length / 2;
-    const said = twist[row] ? `twist ${twist[row]}` : worded(status);
+    const text = twist[row] ? `twist ${twist[row]}` : worded(status);
     return element("button", { type: "button", class: `chip fold s-${status}`, "data-row": row, "aria-pressed": String(shown),
       title: [`flat creases ${crease[row]} and ${crease[row] + half}, ${worded(status)}`, why[row]].filter(Boolean).join(": ") },
-    `${crease[row]}|${crease[row] + half} `, element("small", {}, said));
+    `${crease[row]}|${crease[row] + half} `, element("small", {}, text));
   }
 
   // Facts of a design, those of a folding where it has its own.

@@ -4,13 +4,6 @@ const gallery = document.getElementById("gallery"), large = document.getElementB
 const cards = Array.from({ length: table.count }, (_, i) => Card.make(table, i));
 gallery.append(...cards);
 
-async function copy(button) {
-  const code = button.parentElement.querySelector("code");
-  await navigator.clipboard.writeText(code.textContent);
-  button.textContent = "copied";
-  setTimeout(() => { button.textContent = "copy"; }, 1200);
-}
-
 function chooseFolding(button) {
   const row = Number(button.dataset.row), i = table.foldings.design[row];
   Card.choose(table, row);

@@ -1,4 +1,5 @@
-// Where the picture is taken from: it turns about the motion, and frames all of it from every side.
+// Where the picture is taken from: it goes with the middle of the panels, turns about it, and frames all states from
+// every side.
 
 import { move } from './motion.js';
 import { dot } from './vectors.js';
@@ -10,6 +11,7 @@ const SPARE = 1.06;
 
 export class View {
     constructor(motion, solids) {
+        this.solids = solids;
         this.points = extremes(motion, solids);
         this.home = { turn: homeTurn(solids), lift: 0.72 };
         this.reset();
@@ -34,7 +36,7 @@ export class View {
     }
 
     /** Axes of the picture, where the camera stands, and what lies between the nearest and the farthest depth. */
-    frame(aspect) {
+    frame(aspect, poses) {
         const [ct, st, cl, sl] = [Math.cos(this.turn), Math.sin(this.turn), Math.cos(this.lift), Math.sin(this.lift)];
         const right = [-st, ct, 0];
         const up = [-ct * sl, -st * sl, cl];
@@ -71,7 +73,7 @@ export class View {
         const height = 2 * high * (distance - centre);
         x -= this.shift[0] * height;
         y -= this.shift[1] * height;
-        const position = [0, 1, 2].map((i) => x * right[i] + y * up[i] + eye * back[i]);
+        const position = middleOf(poses, this.solids).map((m, i) => m + x * right[i] + y * up[i] + eye * back[i]);
         const deepest = Math.min(...local.map((point) => point[2]));
         const span = farthest - deepest;
         const near = Math.max(eye - farthest - 0.1 * span, 0.01 * span);
@@ -88,7 +90,18 @@ function middle(points, i) {
     return (low + high) / 2;
 }
 
-/** Points of the motion that lie farthest out in some direction. */
+/** The middle of all facets in a state. */
+function middleOf(poses, solids) {
+    const sum = [0, 0, 0];
+    const at = [0, 0, 0];
+    for (const { panel, middle: [x, y] } of solids) {
+        move(poses, 12 * panel, x, y, 0, at, 0);
+        at.forEach((place, i) => (sum[i] += place / solids.length));
+    }
+    return sum;
+}
+
+/** Points of the motion that lie farthest out in some direction, from the middle of the panels. */
 function extremes(motion, solids) {
     const thickness = motion.payload.unit * motion.payload.thickness;
     const corners = solids.flatMap(({ panel, points }) =>
@@ -97,14 +110,15 @@ function extremes(motion, solids) {
     const points = new Float64Array(3 * corners.length * (STATES + 1));
     for (let k = 0, to = 0; k <= STATES; k++) {
         const poses = motion.posesAt(motion.begin + (k / STATES) * (motion.end - motion.begin));
+        const centre = middleOf(poses, solids);
         for (const [panel, x, y, z] of corners) {
             move(poses, 12 * panel, x, y, z, points, to);
-            to += 3;
+            for (const place of centre) points[to++] -= place;
         }
     }
-    const found = new Set();
-    for (let k = 0; k < DIRECTIONS; k++) found.add(farthest(points, direction(k)));
-    return Array.from(found, (at) => points.slice(at, at + 3));
+    const outer = new Set();
+    for (let k = 0; k < DIRECTIONS; k++) outer.add(farthest(points, direction(k)));
+    return Array.from(outer, (at) => points.slice(at, at + 3));
 }
 
 /** Direction k of those that lie about evenly on a sphere, along a spiral. */

@@ -150,7 +150,8 @@ function keyOf(motion) {
 
 function certifiedText(motion) {
     const { certified } = motion.payload;
-    if (certified.length === 1 && certified[0][0] <= motion.begin && certified[0][1] >= motion.end)
+    const near = 1e-4 * (motion.end - motion.begin); // places of key states are rounded, those of intervals are not
+    if (certified.length === 1 && certified[0][0] <= motion.begin + near && certified[0][1] >= motion.end - near)
         return 'certified clear throughout';
     return `certified clear from ${certified.map((ends) => ends.map((at) => placeText(motion, at)).join(' to ')).join(', ')}`;
 }

@@ -101,9 +101,10 @@ function mount(place, payload, options = {}) {
         if (mode === 'nearest') motion.nearestAt(at).pair?.forEach((panel) => marked.set(panel, 'near'));
         if (collision && at >= collision[0]) collision.slice(1).forEach((panel) => marked.set(panel, 'clash'));
         const shade = look.theme ?? theme();
+        const poses = motion.posesAt(at);
         painterNow().paint(canvas.getContext('2d'), width, height, {
-            poses: motion.posesAt(at),
-            frame: view.frame(width / height),
+            poses,
+            frame: view.frame(width / height, poses),
             colours: facetColours(motion.payload, mode, shade, marked),
             theme: shade,
             numbers,
@@ -218,14 +219,14 @@ function mount(place, payload, options = {}) {
 
 /** What is written on each facet: its own number where a panel names several, else the panel's on its widest facet. */
 function facetLabels({ labels }, solids) {
-    const found = solids.map(() => '');
+    const written = solids.map(() => '');
     labels.panels.forEach((label, p) => {
         const own = solids.flatMap((solid, f) => (solid.panel === p ? [f] : []));
         const parts = label.split('+');
-        if (parts.length === own.length) own.forEach((f, k) => (found[f] = parts[k]));
-        else found[own.reduce((best, f) => (solids[f].reach > solids[best].reach + 1e-9 ? f : best))] = label;
+        if (parts.length === own.length) own.forEach((f, k) => (written[f] = parts[k]));
+        else written[own.reduce((best, f) => (solids[f].reach > solids[best].reach + 1e-9 ? f : best))] = label;
     });
-    return found;
+    return written;
 }
 
 function styleSheet() {

@@ -67,6 +67,7 @@ input[type="range"]::-moz-range-thumb { width: 12px; height: 12px; border-radius
   .stills figure { margin: 0; min-width: 0; }
   .stills canvas { display: block; width: 100%; border: 1px solid #bbbbbb; border-radius: 4px; }
   .stills figcaption { font-size: 9px; line-height: 1.3; color: #444444; }
+  .key, .source { font-size: 9px; margin-top: 4px; }
   .key i { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
   .player { --ink: #000000; --faint: #444444; --paper: #ffffff; break-inside: avoid; }
 }

@@ -78,10 +78,10 @@ function canvasOfPage() {
     if (shared === undefined) {
         const canvas = document.createElement('canvas');
         const wanted = { alpha: true, antialias: true, depth: true, premultipliedAlpha: true };
-        const found = canvas.getContext('webgl2', wanted) ?? canvas.getContext('webgl', wanted);
+        const context = canvas.getContext('webgl2', wanted) ?? canvas.getContext('webgl', wanted);
         shared = null;
-        if (found && !found.isContextLost()) {
-            const webgl = found instanceof WebGLRenderingContext ? 1 : 2;
+        if (context && !context.isContextLost()) {
+            const webgl = context instanceof WebGLRenderingContext ? 1 : 2;
             shared = { renderer: new Renderer({ ...wanted, canvas, webgl }), lost: 0 };
             canvas.addEventListener('webglcontextlost', () => {
                 shared.lost += 1;

@@ -1,0 +1,119 @@
+"""Values in a frame of a FOLD file, of the types and lengths that the format gives them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from hcsearch.errors import InputFileError
+from hcsearch.grid.arrays import MAX_CELLS
+from hcsearch.pattern import Pair, Point
+from hcsearch.typing import Reals
+
+MOST = 10 * MAX_CELLS
+"""Points, edges and faces that are read, each: more than the largest array has, with points within edges."""
+
+FAR = 1e12
+"""Coordinates are below this, so that areas do not overflow."""
+
+
+class FrameValues:
+    """The values of one frame; InputFileError, which names the file and the key, for what has not the format's type."""
+
+    def __init__(self, frame: Mapping[str, Any], path: str) -> None:
+        self._frame, self._path = frame, path
+
+    def points(self) -> list[Point]:
+        """`vertices_coords`, in the plane."""
+        rows = self._listed("vertices_coords")
+        if not rows:
+            raise self.wrong("it has no vertices_coords")
+        for k, row in enumerate(rows):
+            if not (isinstance(row, list) and len(row) >= 2 and all(map(_is_number, row))):
+                raise self._unsound(f"vertex {k} in vertices_coords is not two or three numbers below {FAR:g}")
+        table = np.array([[*map(float, row), 0.0][:3] for row in rows])
+        extent: Reals = np.ptp(table, axis=0)
+        if extent[2] > 1e-6 * max(extent[:2]):
+            raise self.wrong("its first frame is folded: put the flat crease pattern first")
+        return [(float(x), float(y)) for x, y in table[:, :2]]
+
+    def edges(self, n_points: int) -> list[tuple[int, int]]:
+        """`edges_vertices`, which may be missing."""
+        edges = [self._vertices(row, n_points) for row in self._listed("edges_vertices")]
+        for k, edge in enumerate(edges):
+            if len(edge) != 2:
+                raise self.wrong(f"edge {k} has not two ends")
+        return [(edge[0], edge[1]) for edge in edges]
+
+    def faces(self, n_points: int) -> list[list[int]]:
+        """`faces_vertices`, which may be missing."""
+        faces = [self._vertices(row, n_points) for row in self._listed("faces_vertices")]
+        for k, face in enumerate(faces):
+            if len(face) < 3:
+                raise self.wrong(f"face {k} is no polygon: it has {len(face)} corners")
+        return faces
+
+    def of_edges(self, key: str) -> list[Any] | None:
+        """A value for each edge; None where the frame has none."""
+        if key not in self._frame:
+            return None
+        values, edges = self._listed(key), self._listed("edges_vertices")
+        if len(values) != len(edges):
+            raise self._unsound(f"{key} has {len(values)} values for {len(edges)} edges")
+        return values
+
+    def length(self, key: str) -> float | None:
+        """A positive length; None where the frame has none."""
+        value = self._frame.get(key)
+        if value is None:
+            return None
+        if not _is_number(value) or value <= 0:
+            raise self._unsound(f"{key} is not a length above 0")
+        return float(value)
+
+    def text(self, key: str) -> str:
+        """A text; empty where the frame has none."""
+        value = self._frame.get(key, "")
+        return value if isinstance(value, str) else ""
+
+    def loops(self, key: str) -> tuple[tuple[Pair, ...], ...]:
+        """Lists of pairs of whole numbers."""
+        loops = self._listed(key)
+        for loop in loops:
+            if not (isinstance(loop, list) and all(isinstance(pair, list) and len(pair) == 2 for pair in loop)):
+                raise self._unsound(f"{key} are not lists of pairs of faces")
+        if not all(type(face) is int for loop in loops for pair in loop for face in pair):
+            raise self._unsound(f"{key} are not lists of pairs of faces")
+        return tuple(tuple((i, j) for i, j in loop) for loop in loops)
+
+    def wrong(self, what: str) -> InputFileError:
+        """The error for a file whose pattern is wrong."""
+        return InputFileError(f"{self._path} is no flat pattern: {what}; draw panels edge to edge, and export anew")
+
+    def _unsound(self, what: str) -> InputFileError:
+        return InputFileError(f"{self._path} is no sound FOLD file: {what}; export it anew")
+
+    def _listed(self, key: str) -> list[Any]:
+        values = self._frame.get(key)
+        if values is None:
+            return []
+        if not isinstance(values, list):
+            raise self._unsound(f"{key} is not a list")
+        if len(values) > MOST:
+            raise self._unsound(f"{key} has more than {MOST} values")
+        return values
+
+    def _vertices(self, row: Any, n_points: int) -> list[int]:
+        if not isinstance(row, list):
+            raise self._unsound(f"{row!r} is no list of vertices")
+        for number in row:
+            if type(number) is not int or not 0 <= number < n_points:  # True is no number here
+                raise self.wrong(f"{number!r} is no vertex")
+        return row
+
+
+def _is_number(value: Any) -> bool:
+    return type(value) in (int, float) and math.isfinite(value) and abs(value) < FAR
