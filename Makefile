@@ -12,7 +12,7 @@ export MYPY_CACHE_DIR ?= $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/hcsearch/mypy
 # commands and tests start many processes: each would compile all modules anew, and uv leaves that to the first
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run test check bench db docs report clean
+.PHONY: run test check bench db docs report gallery clean
 
 run: $(VENV)/installed
 	$(BIN)/hcsearch enumerate --grid hex --n 12 --db $(DB)
@@ -36,9 +36,14 @@ db: $(VENV)/installed
 
 docs: $(VENV)/installed
 	$(BIN)/python -m hcsearch.api.reference > docs/api.md
+	$(BIN)/python -m hcsearch.store.columns_page > docs/reference/columns.md
 
 report: $(VENV)/installed
 	$(BIN)/hcsearch report --db $(DB)
+
+# the moving picture of the README
+gallery: $(VENV)/installed
+	$(BIN)/hcsearch export hex:012223444500:4 --scene hinged --motion springs --format animation --output reports/gallery/deployment.svg
 
 clean:
 	rm -rf $(VENV) build *.egg-info

@@ -31,7 +31,7 @@ def fold(circuits: CircuitBatch) -> FoldingBatch:
     """All two-stack foldings of a batch of circuits; none where the number of panels is odd.
 
     Source: thesis section 3.2.1, where drawn edges are reflected; that comes to sums of turns with alternating signs
-    (docs/theory.md, 4).
+    (docs/explanation/theory.md, 4).
     """
     n_circuits, n = circuits.words.shape
     if n % 2:
@@ -45,7 +45,7 @@ def fold(circuits: CircuitBatch) -> FoldingBatch:
 def divisible(circuits: CircuitBatch) -> NDArray[np.bool_]:
     """Whether the number m of directions divides T, the sum of turns with alternating signs, of each circuit.
 
-    No other circuit folds (docs/theory.md, 4); only hexagons have others. The number of panels is even.
+    No other circuit folds (docs/explanation/theory.md, 4); only hexagons have others. The number of panels is even.
     """
     m, words = grid_named(circuits.grid).directions, circuits.words
     # a step is part of two turns, with the same sign: T = 2 (d_0 - d_1 + d_2 - ..), mod m

@@ -95,8 +95,8 @@ SCENES = {
     )
 }
 """`default`: no gravity. `earth`: the sheet lies level. `thesis`: Tables 4.1 and 4.3, with gravity in the plane of the
-sheet: the text does not give its direction; the array hangs from its held panel, see docs/tuning.md. `satellite`: on a
-floating cube of 4 kg and 0.1 m, a CubeSat of 3 units."""
+sheet: the text does not give its direction; the array hangs from its held panel, see docs/explanation/tuning.md.
+`satellite`: on a floating cube of 4 kg and 0.1 m, a CubeSat of 3 units."""
 
 
 def default_panel(grid: str) -> PanelSize:

@@ -16,7 +16,10 @@ Vector = tuple[int, int, int]
 
 
 def twist_batch(circuits: CircuitBatch, foldings: FoldingBatch) -> NDArray[np.int16]:
-    """|Lk| of each folding of a batch, by the alternating sum of its circuit's turns (docs/theory.md, statement 10)."""
+    """|Lk| of each folding of a batch, by the alternating sum of its circuit's turns.
+
+    Source: docs/explanation/theory.md, statement 10.
+    """
     twists = np.empty(len(foldings), np.int16)
     directions = grid_named(circuits.grid).directions
     twist_words(circuits.words, directions, foldings.row, twists)  # type: ignore[arg-type]

@@ -188,13 +188,14 @@ _BENCHES = (
     ),
     _Bench(
         "tables",
-        "How many designs there are, on all arrays of n cells and on single arrays: docs/tables.md.",
-        "hcsearch bench tables --output docs",
+        "How many designs there are, on all arrays of n cells and on single arrays: docs/measurements/tables.md.",
+        "hcsearch bench tables --output docs/measurements",
         (_limit("600, quick: 10", "a search"),),
     ),
     _Bench(
         "deployability",
-        "Which untwisted foldings come flat without a collision, and what helps the others: docs/tables.md.",
+        "Which untwisted foldings come flat without a collision, and what helps the others: "
+        "docs/measurements/tables.md.",
         "hcsearch bench deployability --quick",
     ),
 )

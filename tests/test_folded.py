@@ -129,7 +129,7 @@ def test_given_one_folding_one_congruence_tells_the_others(data):
 
 
 def alternating(turns):
-    """Sums of a half-chain's first 1, 2, .. turns with alternating signs (docs/theory.md, statement 23)."""
+    """Sums of a half-chain's first 1, 2, .. turns with alternating signs (docs/explanation/theory.md, statement 23)."""
     return np.cumsum([(-1) ** t * turn for t, turn in enumerate(turns)])
 
 

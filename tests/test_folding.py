@@ -109,20 +109,20 @@ def test_layers_hinges_and_assignment(circuit):
 
 @given(circuits(even=True))
 def test_all_foldings_of_a_circuit_have_the_same_twist(circuit):
-    # docs/theory.md, statement 10
+    # docs/explanation/theory.md, statement 10
     assert len({twist(folding) for folding in foldings(circuit)}) <= 1
 
 
 @pytest.mark.parametrize("n", [12, 16, 20, 24, 28])
 def test_triangles_never_fold_untwisted_where_four_divides_n(n):
-    # docs/theory.md, statement 14
+    # docs/explanation/theory.md, statement 14
     total, _, two_stack, untwisted = counts(PolygonSearch(GRIDS["triangle"], n))
     assert untwisted == 0
     assert two_stack > 0 or total < 10
 
 
 def test_full_rectangles_are_untwisted_and_one_of_them_has_circuits_that_do_not_fold():
-    # docs/theory.md, statements 12 and 13, and the counter-example on 8 x 7
+    # docs/explanation/theory.md, statements 12 and 13, and the counter-example on 8 x 7
     for spec in ("4x3", "4x4", "5x4", "6x4", "6x6", "8x4", "8x5"):
         _, free, two_stack, untwisted = counts(ArraySearch(parse_array(GRIDS["square"], spec)))
         assert free == two_stack == untwisted

@@ -1,4 +1,4 @@
-"""Theorems on which circuits fold (docs/theory.md, 4, 13 and section 11), on every circuit of small lists."""
+"""Theorems on which circuits fold, on every circuit of small lists (docs/explanation/theory.md, 4, 13, section 11)."""
 
 import itertools
 import math

@@ -1,7 +1,7 @@
 """Modules I, II and III of squares and half squares, and the arrays that they make (thesis 6.2).
 
 The figures are known from their text only. What it fixes and what is chosen among patterns that satisfy it all is
-said with each assembly; docs/assemblies.md has the alternatives and the searches.
+said with each assembly; docs/explanation/assemblies.md has the alternatives and the searches.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Larger arrays of units I and II that share panels (thesis 5.4), and the search for all ways to lay two together.
 
 The thesis draws its tessellations and states how many joints merge, areas and footprints; the placements here are those
-of the search that fit these numbers (docs/assemblies.md). They are kept as joints that merge, so they serve every base
-angle, where the thesis has equilateral triangles.
+of the search that fit these numbers (docs/explanation/assemblies.md). They are kept as joints that merge, so they serve
+every base angle, where the thesis has equilateral triangles.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ UNIT_II = ("f6=a8 f7=a7 f8=a6", "h1=a1", "g5=f5 g4=h2 g3=h3 g2=h4")
 """Joints that merge where elements F, H and G come to A (thesis 5.25)."""
 
 UNIT_III = ("d1=a7 d2=a8", "c5=d3 c6=d4", "b1=a1 b2=c4 b3=c3 b4=c2")
-"""Joints that merge where elements D, C and B come to A in a unit that is not in the thesis (docs/unit_search.md)."""
+"""Joints that merge where D, C and B come to A in a unit new to the thesis (docs/explanation/unit_search.md)."""
 
 
 def unit_i(parameters: Parameters) -> Pattern:

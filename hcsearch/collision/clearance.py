@@ -2,7 +2,8 @@
 
 Clear means: panels shrunk by a margin on every face do not overlap at any time; pairs that the stops of their hinge
 keep apart (`solids.kept_apart`) may be left out. Between the states of a motion fold angles are polynomials, and panels
-are placed by a tree of hinges; what that leaves open of the loops is asked for as slack (docs/collision.md).
+are placed by a tree of hinges; what that leaves open of the loops is asked for as slack
+(docs/explanation/collision.md).
 """
 
 from __future__ import annotations

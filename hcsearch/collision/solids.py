@@ -49,7 +49,8 @@ def kept_apart(linkage: Linkage) -> frozenset[tuple[int, int]]:
     """Pairs of panels, the lower first, that cannot overlap while a hinge between them is within its stops.
 
     Each lies on one side of the hinge's line in the flat pattern, so that both lie in quarters about that line, which
-    only touch at fold angles from 0 to pi (docs/collision.md). Panels that reach across the line are not among them.
+    only touch at fold angles from 0 to pi (docs/explanation/collision.md). Panels that
+    reach across the line are not among them.
     """
     pattern, pairs = linkage.pattern, set()
     same = SAME * pattern.size

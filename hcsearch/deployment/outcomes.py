@@ -58,7 +58,8 @@ class Check:
         fold angle over pi then, or where it is clear at the end; end_remaining : at the end. widest : greatest fold
         angle at the end, rad. drift : greatest error of the energy balance, as a share of the largest energy.
     opening : greatest closure residual, rad or gap over the pattern's size. loose : share of the states at which loops
-        are open though states are projected (see `docs/dynamics.md`, singular branches); not kept in databases.
+        are open though states are projected (see `docs/explanation/dynamics.md`, singular branches); not kept
+            in databases.
     """
 
     outcome: Outcome

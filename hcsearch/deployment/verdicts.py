@@ -3,7 +3,7 @@
 The first look is at the scene as it stands. Foldings that do not deploy in it get a second, cheap look: their flat
 pairs hinged, their mirror pairs merged (where the scene leaves that open), spring sets graded over the layers, the
 faces or the stacks, so that panels open one after the other, and sets spread over all that springs may be
-(docs/tables.md says how many foldings each brings flat). A full search is `hcsearch tune`.
+(docs/measurements/tables.md says how many foldings each brings flat). A full search is `hcsearch tune`.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 """Exact numbers of circuits of an array without listing them, all and up to symmetry.
 
 The number of classes is the mean, over the array's symmetries, of the number of circuits each one fixes (Burnside).
-Those are counted on a smaller graph (docs/theory.md): for a reflection the half array with one more vertex for the
-mirror, for a rotation the quotient by it, where a circuit must cross a cut from the centre outwards an odd number of
+Those are counted on a smaller graph (docs/explanation/theory.md): for a reflection the half array with one more vertex
+for the mirror, for a rotation the quotient by it, where a circuit must cross a cut from the centre outwards an odd
+number of
 times.
 """
 

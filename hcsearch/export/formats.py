@@ -43,6 +43,7 @@ class Format:
     takes : the settings that it heeds (`Settings`), beside the subject's own. frames : whether a format of the pattern
         also holds a motion where one is asked for by `--motion`.
     needs : modules that an extra of that name installs. module : in this folder, unless it is the name.
+    by_name : whether only `--format` chooses it, as another format has its ending.
     """
 
     name: str
@@ -54,6 +55,7 @@ class Format:
     extra: str = "export"
     needs: tuple[str, ...] = ()
     module: str = ""
+    by_name: bool = False
 
     @property
     def write(self) -> Writer:
@@ -77,6 +79,7 @@ FORMATS: dict[str, Format] = {
     for form in (
         Format("fold", (".fold",), "FOLD 1.2, the crease pattern and folded states for origami software", frames=True),
         Format("svg", (".svg",), "sheets to cut and crease, as drawings in millimetres", takes=_SHEET),
+        Format("animation", (".svg",), "a moving picture, with --format animation", of="motion", by_name=True),
         Format("dxf", (".dxf",), "the same sheets for CAD and cutters", takes=_SHEET, needs=("ezdxf",)),
         Format("csv", (".csv",), "fold angles and gaps along the motion, as a table", of="motion"),
         Format("parquet", (".parquet",), "the same table", of="motion", extra="parquet", needs=("pyarrow",)),
@@ -101,7 +104,7 @@ def format_of(path: str, name: str | None = None) -> Format:
         if Path(path).suffix.lower() not in chosen.endings:
             raise OutputError(f"{path} is no name for a file of the format {name}: write {' or '.join(chosen.endings)}")
         return chosen
-    known = [form for form in FORMATS.values() if Path(path).suffix.lower() in form.endings]
+    known = [form for form in FORMATS.values() if Path(path).suffix.lower() in form.endings and not form.by_name]
     if not known:
         endings = ", ".join(form.endings[0] for form in FORMATS.values())
         raise OutputError(f"{path or 'an empty name'} has no known ending: write {endings}")

@@ -1,10 +1,11 @@
 """Screws of hinges in whole numbers, at ends of the motion of linkages on a tiling.
 
-Flat and folded, every hinge lies along an edge of the tiling at a whole multiple of the thickness (docs/theory.md, 25).
-On squares and rectangles points are rational. On triangles and hexagons one coordinate is a multiple of sqrt(3):
-with x = sqrt(q) X, y = Y, z = Z all points are rational, and so are screws, their brackets and heights at contacts, but
-for one positive factor each. So signs are computed with whole numbers, without arithmetic in Q(sqrt 3). Side, width
-and thickness of panels are the decimal numbers of 12 digits nearest to those given.
+Flat and folded, every hinge lies along an edge of the tiling at a whole multiple of the thickness
+(docs/explanation/theory.md, 25). On squares and rectangles points are rational. On triangles and hexagons one
+coordinate is a multiple of sqrt(3): with x = sqrt(q) X, y = Y, z = Z all points are rational, and so are screws, their
+brackets and heights at contacts, but for one positive factor each. So signs are computed with whole numbers, without
+arithmetic in Q(sqrt 3). Side, width and thickness of panels are the decimal numbers of 12 digits nearest to those
+given.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 Folded, every panel lies flat in a layer and every hinge is level. So the points of a panel rise, to first order, by an
 affine function of their place in the plan: the sum of what the hinges between it and the panel that stays do. Two
 panels that touch must not come nearer to each other anywhere where they do; at the corners of that area is enough.
-Panels of one stack share hinges and their stops say the same (docs/theory.md, 26); in general linkages they need not.
-Side walls that touch are left out: panels have some clearance there.
+Panels of one stack share hinges and their stops say the same (docs/explanation/theory.md, 26); in general linkages they
+need not. Side walls that touch are left out: panels have some clearance there.
 """
 
 from __future__ import annotations

@@ -94,9 +94,10 @@ def lock_at(linkage: Linkage, angles: Reals, contacts: Reals | None = None) -> L
     """Look for a proof that one-sided hinges cannot leave a closed state where each is at a stop, 0 or pi.
 
     contacts : conditions C x >= 0 on turns x >= 0, shape (n_contacts, n_hinges), of about unit length: `contact_rows`
-    in the folded state. Two-stack foldings of one circuit need none, as their stops imply them (docs/theory.md, 26).
+    in the folded state. Two-stack foldings of one circuit need none, as their stops imply them
+    (docs/explanation/theory.md, 26).
     Source: thesis 2.3.3 speaks of first-order and finite motions of two-sided hinges only; the one-sided conditions
-    are ours (docs/theory.md).
+    are ours (docs/explanation/theory.md).
     """
     _, jacobian = linkage.closure(angles)
     senses = np.where(angles > 0.5 * np.pi, -1.0, 1.0)

@@ -4,7 +4,7 @@ At an end q0 the loops close exactly, and the Jacobian J has wrenches C that no 
 q0 + s w are closed where F(q0 + s w) = s J w + s^2 B(w, w) + ... = 0, with B half the bend of theory.md, 28. Divided by
 s across the wrenches C, and by s^2 along them, these equations are regular up to s = 0 where their derivative at a
 direction b with J b = 0 and C^T B(b, b) = 0 has full rank: closed states then leave the end along a curve, and a
-contraction as in `kernels.planning.tubes` says where it lies (docs/motion.md).
+contraction as in `kernels.planning.tubes` says where it lies (docs/explanation/motion.md).
 """
 
 from __future__ import annotations

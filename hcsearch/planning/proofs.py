@@ -3,7 +3,7 @@
 A path is a list of closed states. Cubics through them, with rates that keep the loops closed at first order, come so
 near to closed states that a tube around them is proved to hold a closed path (`kernels.planning.tubes`); `ends` joins
 it to both singular ends. How far closed states may be from the cubics is taken off the gaps of panels, which
-`collision.clearance` bounds at all times. What these proofs say, and what not: docs/motion.md.
+`collision.clearance` bounds at all times. What these proofs say, and what not: docs/explanation/motion.md.
 """
 
 from __future__ import annotations

@@ -45,6 +45,7 @@ from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import RIGID, Crease, Pair, Pattern
 from hcsearch.replays.replay import Replay
+from hcsearch.replays.stacks import stacks_of
 from hcsearch.typing import Reals, Whole
 
 Payload = dict[str, Any]
@@ -140,20 +141,6 @@ def angles_in(payload: Payload) -> Reals:
     steps = np.frombuffer(base64.b64decode(payload["angles"]), "<i2")
     angles: Reals = payload["scale"] * steps.reshape(len(payload["at"]), len(payload["hinges"])).astype(float)
     return angles
-
-
-def stacks_of(linkage: Linkage) -> list[int] | None:
-    """Stack of each facet in the folded state, 0 for that of facet 0; None where facets lie over more than two places.
-
-    Panels of a flat pair that is rigid, and mirror panels that are one, belong to both stacks, so facets are asked.
-    """
-    middles = np.array([solid.mean(axis=(0, 1))[:2] for solid in linkage.solids(linkage.folded)])
-    near = 1e-3 * linkage.pattern.size
-    first = np.linalg.norm(middles - middles[0], axis=1) < near
-    if first.all():
-        return None
-    second = np.linalg.norm(middles - middles[np.flatnonzero(~first)[0]], axis=1) < near
-    return (~first).astype(int).tolist() if (first | second).all() else None
 
 
 def _unit(size: float) -> float:

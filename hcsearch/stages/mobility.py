@@ -63,7 +63,7 @@ def mobility(
 
     Flat pairs are hinged for the freedoms; locks are of rigid ones, and `locked_hinged` of hinged ones. `dof` is the
     least at generic closed states near the folded one. The ranks at the two ends and locks are exact; ranks and
-    first-order locks do not depend on the size of panels (docs/theory.md). Source: thesis 2.3.3, 3.2.2.
+    first-order locks do not depend on the size of panels (docs/explanation/theory.md). Source: thesis 2.3.3, 3.2.2.
     """
     parts = []
     for at in range(0, max(len(foldings), 1), _TOGETHER):

@@ -248,7 +248,7 @@ UNITS = (
     Quantity("dof_flat", "integer", "", "degrees of freedom at first order, flat"),
     Quantity("rank_gap", "real", "", "least singular value that counts, over the noise"),
     Quantity("deployment_ratio", "real", "", "flat area over footprint of the folded package", better="higher"),
-    Quantity("ways", "integer", "", "finite motions found out of the folded state, within the stops"),
+    Quantity("ways", "integer", "", "finite motions out of the folded state, within the stops"),
     Quantity("path", "text", "", "how the motion from folded ends: flat, stopped, stepwise, none or locked", _PATHS),
     Quantity("closure_error", "real", "", "greatest closure residual on that motion, rad or gap over panel size"),
     Quantity("contact", "boolean", "", "1: panels cut through each other on the way; 0: they do not; null: not looked"),
@@ -260,7 +260,7 @@ EVALUATIONS = (
     Quantity("setting", "text", "", "values of the scene, and how it was simulated, as JSON"),
     Quantity("springs", "text", "N m/rad", "stiffness of each hinge's spring, in their order"),
     Quantity("outcome", "text", "", "flat, moving, at rest, jammed, diverged or out of steps", OUTCOMES),
-    Quantity("clear", "boolean", "", "1: certified clear while it lasts; 0: panels collide; null: not told apart"),
+    Quantity("clear", "boolean", "", "1: certified clear while it lasts; 0: panels collide; null: not decided"),
     Quantity("end_time", "real", "s", "when it ended"),
     Quantity("collision_time", "real", "s", "time of the first collision"),
     Quantity("first_panel", "integer", "", "panel that collides, by its number in the linkage"),
@@ -274,7 +274,7 @@ EVALUATIONS = (
     Quantity("opening", "real", "", "greatest closure residual, rad or gap over panel size"),
     Quantity("steps", "integer", "", "steps of the simulation"),
     Quantity("evaluations", "integer", "", "evaluations of the equations of motion"),
-    Quantity("looks", "integer", "", "pairs of panels looked at"),
+    Quantity("looks", "integer", "", "pairs of panels that were compared"),
 )
 
 CRITERIA = tuple(quantity for quantity in DESIGNS if quantity.half is not None)

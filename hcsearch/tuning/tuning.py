@@ -132,7 +132,7 @@ def _evaluator(
 ) -> Evaluator:
     """The evaluator of the formulation that is asked for, or of exact closure unless only compliant arrays come flat.
 
-    Exact closure can keep hinges shut that a real array lets go (docs/dynamics.md, known limits).
+    Exact closure can keep hinges shut that a real array lets go (docs/explanation/dynamics.md, known limits).
     """
     if formulation is not None:
         return Evaluator(linkage, scene, formulation, memory)

@@ -96,7 +96,7 @@ class PlanningReport(BenchReport):
                 "Share settled against thickness",
                 "Edges of 50 mm; of some sets a part, every so many-th folding. `tight`: movable with the least "
                 "margin, 0.01 mm on every face. Locks are those of panels 6 mm thick: of the first order they depend "
-                "on no length (`theory.md`, 27), and of the others no thickness that was tried undid one.",
+                "on no length (theory.md, 27), and of the others no thickness that was tried undid one.",
                 self.thicknesses,
             ),
             Table(

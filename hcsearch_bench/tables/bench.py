@@ -44,13 +44,13 @@ class TablesReport(BenchReport):
                 "`fixed`: circuits up to translation; everything else is up to congruence: `free` circuits, `arrays` "
                 "that have one, `two_stack` and `untwisted` designs, arrays of untwisted designs. `divisible` and "
                 "`share`: circuits whose T, the sum of turns with alternating signs, is a multiple of the number of "
-                "directions, 4 or 6, as that of all that fold (`theory.md`, 4); off hexagons it always is (12), and "
-                "for odd n it is not defined. Published are, as self-avoiding polygons, the fixed circuits, OEIS "
-                "A036418 (hexagons), A002931 (squares, rectangles) and A006774 (triangles), and the first free ones, "
-                "A284869, A266549 and A258206. The rest has not been published, as far as we know; checked while it "
-                "was made are the order of the columns and three laws: nothing folds when n is odd (only hexagons "
-                "have such circuits), T is always divisible off hexagons, and on triangles no design is untwisted "
-                "when 4 divides n (`theory.md`, 14). "
+                "directions, 4 or 6, as that of all that fold ([theory.md](../explanation/theory.md), 4); off hexagons "
+                "it always is (12), and for odd n it is not defined. Published are, as self-avoiding polygons, the "
+                "fixed circuits, OEIS A036418 (hexagons), A002931 (squares, rectangles) and A006774 (triangles), and "
+                "the first free ones, A284869, A266549 and A258206. The rest has not been published, as far as we "
+                "know; checked while it was made are the order of the columns and three laws: nothing folds when n is "
+                "odd (only hexagons have such circuits), T is always divisible off hexagons, and on triangles no "
+                "design is untwisted when 4 divides n ([theory.md](../explanation/theory.md), 14). "
                 f"Where only designs that fold are given, they were counted from half-chains. {limit}",
                 self.all_arrays,
             ),
@@ -61,18 +61,18 @@ class TablesReport(BenchReport):
                 "else 4), and how many of these are two-stack, untwisted and without a folding, `unfolded`. Published "
                 "are the circuits: OEIS A003763 (square arrays; A209077 up to symmetry), A321172 (all); both numbers "
                 "come from listing and, without it, from frontier states. All foldings of full rectangles are "
-                f"untwisted (`theory.md`, 13). {limit}",
+                f"untwisted ([theory.md](../explanation/theory.md), 13). {limit}",
                 self.rectangles,
             ),
             Table(
                 "hexagon-rows",
                 "Hexagons in rows",
                 "Arrays of two to five rows, from the top, whose lengths differ by one at most and begin as "
-                "`notation.md` says; of congruent arrays the first, and only those with a circuit. `symmetry`: order "
-                "of the array's group; `classes`: circuits up to it; `divisible`: those of them whose T is a multiple "
-                "of 6, as for all that fold, a dash where n is odd; `least_twist` over all its foldings, in full "
-                "twists, a dash where there is none. On the thesis's 4-4-4 all foldings are twisted, on its 3-4-3 "
-                "not; no table of these numbers is known to us.",
+                "[notation.md](../reference/notation.md) says; of congruent arrays the first, and only those with a "
+                "circuit. `symmetry`: order of the array's group; `classes`: circuits up to it; `divisible`: those of "
+                "them whose T is a multiple of 6, as for all that fold, a dash where n is odd; `least_twist` over all "
+                "its foldings, in full twists, a dash where there is none. On the thesis's 4-4-4 all foldings are "
+                "twisted, on its 3-4-3 not; no table of these numbers is known to us.",
                 self.hexagons,
             ),
         ]

@@ -131,7 +131,7 @@ def _counted(grid: Grid, n: int, patience: Patience) -> FunnelRow:
 
 
 def check_laws(row: FunnelRow) -> None:
-    """HcsearchError, with the row and the law, when the row breaks a law (docs/theory.md, 4, 12 and 14)."""
+    """HcsearchError, with the row and the law, when the row breaks a law (docs/explanation/theory.md, 4, 12 and 14)."""
     narrowing = [row.fixed, row.free, row.divisible, row.two_stack, row.untwisted]
     left = [number for number in narrowing if number is not None]
     _check(

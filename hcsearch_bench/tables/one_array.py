@@ -16,7 +16,7 @@ from hcsearch.twisting import twist_batch
 from hcsearch_bench.run.report import Say
 from hcsearch_bench.tables.funnels import Patience, Progress
 
-# beside all sides of 2 or more with up to 56 cells: those that docs/theory.md is about
+# beside all sides of 2 or more with up to 56 cells: those that docs/explanation/theory.md is about
 LARGE_RECTANGLES = ("12x5", "10x6", "20x3", "16x4", "8x8", "9x8", "16x5")
 
 

@@ -1,4 +1,4 @@
-"""A Dask cluster of separate processes, started by the commands that docs/scale.md gives."""
+"""A Dask cluster of separate processes, started by the commands that docs/howto/search_at_scale.md gives."""
 
 import json
 import os

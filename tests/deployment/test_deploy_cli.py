@@ -401,7 +401,7 @@ def test_wrong_subjects_say_what_to_do(words, message):
         ("design = 17", "scene.toml has design = 17: write design = 'hex:0234550132:4'"),
         ("design = ''", "there is no assembly ''"),
         ("assembly = 'unit-iv'", "there is no assembly 'unit-iv': see hcsearch assembly list"),
-        ("design = 'hex:023350:1'\nspeed = 3", "has 'speed', which nothing reads: see docs/dynamics.md"),
+        ("design = 'hex:023350:1'\nspeed = 3", "has 'speed', which nothing reads: see docs/reference/scenes.md"),
         (
             "design = 'hex:023350:1'\nflat_pairs = 'loose'",
             "flat_pairs cannot be 'loose': write 'rigid', 'hinged' or 'either'",

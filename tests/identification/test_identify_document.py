@@ -1,4 +1,4 @@
-"""docs/identification.md shows what the program does."""
+"""docs/explanation/identification.md shows what the program does."""
 
 import re
 import shlex
@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
 
-DOCUMENT = Path(__file__).parent.parent.parent / "docs" / "identification.md"
+DOCUMENT = Path(__file__).parent.parent.parent / "docs" / "explanation" / "identification.md"
 
 
 def test_the_spring_of_the_document(tmp_path, monkeypatch):

@@ -215,7 +215,8 @@ def _carry(chains: Chains, directions: int, mate: bool) -> None:
     """Fill `carried`, of a first half-chain or of its mate.
 
     Crease k of the first half-chain is flat when the alternating sums of its first k turns and of the second one's
-    first h + 1 - k, both with a plus for the first turn, add up to (h + 1) m / 2, mod m (docs/theory.md, 23).
+    first h + 1 - k, both with a plus for the first turn, add up to (h + 1) m / 2, mod m
+    (docs/explanation/theory.md, 23).
     """
     n_chains, h = chains.steps.shape
     flip = directions // 2

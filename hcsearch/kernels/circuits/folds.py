@@ -13,8 +13,8 @@ def fold_words(words: NDArray[np.int8], directions: int, rows: NDArray[np.int32]
     """Write circuit and first flat crease of every two-stack folding; return how many there are.
 
     With x_i the turn at panel i, sign (-1)^i, crease j is flat when m divides the sum of all x and the sum of
-    x_j+1 .. x_j+n/2 is (m / 2) (n / 2), mod m directions (docs/theory.md, 4). `rows` and `creases` have room for n / 2
-    foldings a circuit. n is even.
+    x_j+1 .. x_j+n/2 is (m / 2) (n / 2), mod m directions (docs/explanation/theory.md, 4). `rows` and
+    `creases` have room for n / 2 foldings a circuit. n is even.
     """
     n_words, n = words.shape
     half = n // 2

@@ -2,7 +2,7 @@
 
 A circuit can be rooted at either end of any of its foldings, at either half-chain, in two orientations. Its least
 pair of codes (first half-chain, second half-chain) is the one that is written; as many roots attain it as the circuit
-has symmetries. docs/theory.md, section 8, has the proofs.
+has symmetries. docs/explanation/theory.md, section 8, has the proofs.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Between two states of the motion every point of a panel, seen from another panel, stays within (dt^2 / 8) max |x''| of
 the chord between its places at both ends. So where one direction, fixed to one of the two panels, has gaps g and g' at
-the ends, the panels are at least min(g, g') - (dt^2 / 8) max |x''| apart in between (docs/collision.md).
+the ends, the panels are at least min(g, g') - (dt^2 / 8) max |x''| apart in between (docs/explanation/collision.md).
 """
 
 from __future__ import annotations

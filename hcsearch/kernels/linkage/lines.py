@@ -94,7 +94,8 @@ def whole_rank(lines: Whole) -> int:
     """Rank of the whole lines of a loop, shape (n, 5): the greater of two ranks modulo primes near 2^31.
 
     It is exact: a determinant that is not 0 is a multiple of both primes only from 4.6e18 on, and those of lines of n
-    panels are below 5! 3^2 (3 n / 2 + 3)^2 (6 n + 18), which is less for n up to 60,000 (docs/theory.md, 25).
+    panels are below 5! 3^2 (3 n / 2 + 3)^2 (6 n + 18), which is less for n up to 60,000
+    (docs/explanation/theory.md, 25).
     """
     rank = _rank_modulo(lines, 2147483647)
     if rank == min(lines.shape):

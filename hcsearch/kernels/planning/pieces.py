@@ -2,10 +2,10 @@
 
 With screws J_k of the hinges at a state c, seen from the first panel of a loop, folding by d more closes the loop to
 T(c + d) = exp(d_1 J_1) ... exp(d_m J_m) T(c), exactly. So how far screws change in a piece is bounded by norms, without
-sampling (docs/motion.md). At the middle of a piece S J has orthonormal rows, V; a closed state beside a state x of the
-piece is x + V^T y, where y = y - S F(x + V^T y), F the twist of T - 1. That map is a contraction of a ball, so there is
-one such y, and it changes continuously along the piece (Newton and Kantorovich's theorem). Rounding is added to what is
-computed.
+sampling (docs/explanation/motion.md). At the middle of a piece S J has orthonormal rows, V; a closed state beside a
+state x of the piece is x + V^T y, where y = y - S F(x + V^T y), F the twist of T - 1. That map is a contraction of a
+ball, so there is one such y, and it changes continuously along the piece (Newton and Kantorovich's theorem). Rounding
+is added to what is computed.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Proofs that closed states lie beside a motion whose loops are nearly closed: a tube around every piece of it.
 
 Steps between states are halved until `pieces` proves each piece, and closed states are put into steps where that does
-not help. Closed states of neighbouring pieces are joined where they meet (docs/motion.md).
+not help. Closed states of neighbouring pieces are joined where they meet (docs/explanation/motion.md).
 """
 
 from __future__ import annotations

@@ -1,0 +1,175 @@
+"""An animated SVG picture: thick panels that move from packed to flat and back, as a strip of frames.
+
+The frames stand beside each other, and the picture shows one at a time: a CSS animation moves the strip by steps.
+Panels are seen from far away, those behind drawn first. A viewer without animations, or a reader who prefers reduced
+motion, sees one frame from the middle of the motion.
+"""
+
+from __future__ import annotations
+
+import math
+from html import escape
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hcsearch.drawing import svg_path
+from hcsearch.export.painting import painters_order
+from hcsearch.replays.replay import Replay
+from hcsearch.replays.stacks import stacks_of
+from hcsearch.typing import Reals
+
+if TYPE_CHECKING:
+    from hcsearch.export.exported import Exported
+    from hcsearch.export.settings import Settings
+
+FRAMES = 48
+SECONDS = 5.0
+"""From packed to flat, with the rests at both ends; the way back takes as long."""
+REST = 0.14
+"""Share of the time in which the picture rests, at each end."""
+STILL = 0.55
+"""The share of the motion at which a viewer without animations sees the panels."""
+WIDTH, PIXELS = 960, 480
+"""Width of a frame in units, and on a screen."""
+MARGIN = 14
+ASIDE, ELEVATION = math.radians(14.0), math.radians(42.0)
+"""Where the viewer is: a turn from where the stacks are seen side by side, and the height above the flat state."""
+SHADES = 16
+STACKS = ((238, 214, 160), (158, 190, 222))
+"""Red, green and blue of the two stacks in full light."""
+PLAIN = (222, 218, 206)
+"""Of the panels of linkages without two stacks."""
+
+_LIGHT = np.array([0.25, -0.45, 0.86])
+_LINES = {"m": "#d1202f", "v": "#1c5fd4", "f": "#6a4fc0"}
+"""Mountain and valley hinges, and those that stay flat."""
+
+
+def write(exported: Exported, settings: Settings) -> str:
+    """The motion of a design or an assembly."""
+    del settings
+    return animation_of(exported.motion)
+
+
+def animation_of(replay: Replay, frames: int = FRAMES) -> str:
+    """A replay as an animated picture of some frames, between which hinges turn by equal angles in sum."""
+    moving = [_centred(replay.linkage.solids(angles)) for angles in _even_steps(replay, frames)]
+    camera = _camera(_across(replay) + ASIDE)
+    seen = np.concatenate([solid.reshape(-1, 3) for solids in moving for solid in solids]) @ camera[:2].T
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    scale = (WIDTH - 2 * MARGIN) / (high[0] - low[0])
+    height = round(scale * (high[1] - low[1])) + 2 * MARGIN
+    painter = _Painter(replay, camera, scale, MARGIN - scale * low[0], MARGIN + scale * high[1])
+    strip = "".join(
+        f'<g transform="translate({k * WIDTH})">{painter.frame(solids)}</g>' for k, solids in enumerate(moving)
+    )
+    still = round(STILL * (frames - 1)) * WIDTH
+    size = f'width="{PIXELS}" height="{round(height * PIXELS / WIDTH)}" viewBox="0 0 {WIDTH} {height}"'
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" role="img" {size}>'
+        f"<title>{escape(replay.title)}, {escape(replay.source)}</title><style>{_style(frames)}</style>"
+        f'<g class="strip" transform="translate(-{still})">{strip}</g></svg>\n'
+    )
+
+
+def _even_steps(replay: Replay, frames: int) -> Reals:
+    """Fold angles of the frames, (frames, n_hinges): springs are fast first, and long in coming to rest."""
+    turned = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(replay.angles, axis=0)).sum(axis=1))])
+    return replay.at_time(np.interp(np.linspace(0.0, turned[-1], frames), turned, replay.at))
+
+
+def _centred(solids: list[Reals]) -> list[Reals]:
+    """Solids with their common middle in the origin, so that the whole stays in the picture."""
+    middle = np.mean([solid.mean(axis=(0, 1)) for solid in solids], axis=0)
+    return [solid - middle for solid in solids]
+
+
+def _across(replay: Replay) -> float:
+    """Direction from the first stack to the second, rad from the x axis; that axis where there are no two stacks."""
+    stacks = stacks_of(replay.linkage)
+    if stacks is None:
+        return 0.0
+    middles = np.array([solid.mean(axis=(0, 1)) for solid in replay.linkage.solids(replay.linkage.folded)])
+    second = np.array(stacks, bool)
+    x, y, _ = middles[second].mean(axis=0) - middles[~second].mean(axis=0)
+    return math.atan2(y, x)
+
+
+def _camera(across: float) -> Reals:
+    """Unit vectors to the right, which lies in the plane of the flat state, upwards, and towards the viewer."""
+    right = np.array([math.cos(across), math.sin(across), 0.0])
+    away = np.array([-math.sin(across), math.cos(across), 0.0])
+    towards = np.array([0.0, 0.0, math.sin(ELEVATION)]) - math.cos(ELEVATION) * away
+    return np.array([right, np.cross(towards, right), towards])
+
+
+class _Painter:
+    """Draws one frame after the other."""
+
+    def __init__(self, replay: Replay, camera: Reals, scale: float, left: float, top: float) -> None:
+        self.camera, self.scale, self.left, self.top = camera, scale, left, top
+        pattern = replay.linkage.pattern
+        stacks = stacks_of(replay.linkage)
+        self.colours = ["c" if stacks is None else "ab"[stack] for stack in stacks or [0] * len(pattern.facets)]
+        self.hinges: list[list[tuple[int, int, str]]] = [[] for _ in pattern.facets]
+        """Of each facet: edges with a hinge, the face that carries it, and the kind of line."""
+        for pair, crease in pattern.creases.items():
+            if crease.face is not None:
+                kind = "f" if not crease.closes else "v" if crease.face == "top" else "m"
+                middle = np.mean(pattern.edges[pair], axis=0)
+                for facet in pair:
+                    corners = np.array(pattern.facets[facet])
+                    middles = 0.5 * (corners + np.roll(corners, -1, axis=0))
+                    edge = int(np.linalg.norm(middles - middle, axis=1).argmin())
+                    self.hinges[facet].append((edge, int(crease.face == "top"), kind))
+
+    def frame(self, solids: list[Reals]) -> str:
+        """The panels that face the viewer, those behind first."""
+        return "".join(self._facet(k, solids[k]) for k in painters_order(solids, self.camera[2]))
+
+    def _facet(self, number: int, solid: Reals) -> str:
+        bottom, top = solid
+        n = len(bottom)
+        faces = [bottom[::-1], top]
+        faces += [np.array([bottom[k], bottom[(k + 1) % n], top[(k + 1) % n], top[k]]) for k in range(n)]
+        normals = [np.cross(face[1] - face[0], face[2] - face[1]) for face in faces]
+        shown = [float(normal @ self.camera[2]) > 1e-9 * float(np.linalg.norm(normal)) for normal in normals]
+        marks = [
+            svg_path(f"{self.colours[number]}{_shade(normal)}", [self._seen(face)], closed=True)
+            for face, normal, visible in zip(faces, normals, shown, strict=True)
+            if visible
+        ]
+        for edge, side, kind in self.hinges[number]:
+            if shown[side] or shown[2 + edge]:
+                marks.append(svg_path(kind, [self._seen(solid[side][[edge, (edge + 1) % n]])]))
+        return "".join(marks)
+
+    def _seen(self, points: Reals) -> list[tuple[int, int]]:
+        across = self.scale * (points @ self.camera[:2].T)
+        return [(round(self.left + x), round(self.top - y)) for x, y in across.tolist()]
+
+
+def _shade(normal: Reals) -> int:
+    """How much light a face has, 0 to SHADES - 1."""
+    light = float(normal @ _LIGHT) / float(np.linalg.norm(normal) * np.linalg.norm(_LIGHT))
+    return round((SHADES - 1) * (0.5 + 0.5 * light))
+
+
+def _style(frames: int) -> str:
+    rules = ["path{stroke:#3b404a;stroke-width:1.5;stroke-linejoin:round}"]
+    for name, colour in zip("abc", (*STACKS, PLAIN), strict=True):
+        for shade in range(SHADES):
+            part = 0.45 + 0.55 * shade / (SHADES - 1)
+            red, green, blue = (round(part * value) for value in colour)
+            rules.append(f".{name}{shade}{{fill:#{red:02x}{green:02x}{blue:02x}}}")
+    rules += [f".{kind}{{stroke:{colour};stroke-width:5;stroke-linecap:round}}" for kind, colour in _LINES.items()]
+    begin, end = 100 * REST, 100 * (1 - REST)
+    last = f"transform:translate(-{(frames - 1) * WIDTH}px)"
+    rules.append(
+        f"@keyframes move{{0%{{transform:translate(0)}}"
+        f"{begin:g}%{{transform:translate(0);animation-timing-function:steps({frames - 1})}}{end:g}%,to{{{last}}}}}"
+    )
+    play = f"animation:move {SECONDS:g}s step-end infinite alternate"
+    rules.append(f"@media(prefers-reduced-motion:no-preference){{.strip{{{play}}}}}")
+    return "".join(rules)
