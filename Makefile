@@ -35,7 +35,7 @@ db: $(VENV)/installed
 	$(BIN)/python -m hcsearch.store.datasette_dump > db/datasette.json
 
 docs: $(VENV)/installed
-	$(BIN)/python -m hcsearch.api.reference > docs/api.md
+	$(BIN)/python -m hcsearch.api.reference > docs/reference/api.md
 	$(BIN)/python -m hcsearch.store.columns_page > docs/reference/columns.md
 
 report: $(VENV)/installed

@@ -1,7 +1,7 @@
 """MJCF, the format of MuJoCo: a scene with its springs, dampers, stops, gravity and start, loops closed by welds.
 
 Loops are cut through panels whose parts are welded to each other, so that every hinge is a joint. SI units; joints are
-fold angles, 0 flat. MuJoCo's constraints are soft: how far it then moves beside us is in docs/export_solids.md.
+fold angles, 0 flat. MuJoCo's constraints are soft: how far it then moves beside us is in docs/howto/export_solids.md.
 """
 
 from __future__ import annotations
