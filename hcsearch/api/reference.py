@@ -1,4 +1,4 @@
-"""The reference of all public names, made of their docstrings: `python -m hcsearch.api.reference > docs/reference/api.md`."""
+"""The reference of all public names, made of their docstrings by `make docs`."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ import hcsearch
 
 TITLE = """# Reference of the Python names
 
-Everything here comes from `from hcsearch import NAME`; `docs/howto/python.md` shows how to use it. Made of the docstrings by
-`make docs`: edit those instead. Lengths are in metres, angles in rad, unless a name says otherwise (`panel="50x40x6"`
-is in millimetres).
+Everything here comes from `from hcsearch import NAME`; `docs/howto/python.md` shows how to use it. Made of the
+docstrings by `make docs`: edit those instead. Lengths are in metres, angles in rad, unless a name says otherwise
+(`panel="50x40x6"` is in millimetres).
 """
 GROUPS: dict[str, tuple[str, ...]] = {
     "Do a job": ("deploy", "tune", "replay", "save", "enumerate_into", "read", "rank"),
