@@ -9,8 +9,6 @@ Names are looked up on first use, so that the command line starts without loadin
 
 from __future__ import annotations
 
-from hcsearch.system.lazy import importing
-
 TYPE_CHECKING = False  # as type checkers know it; `typing` takes longer to load than Ctrl-C may go unanswered
 if TYPE_CHECKING:
     from hcsearch.api.deploying import deploy
@@ -98,7 +96,12 @@ __all__ = [
     "twist",
 ]
 
-__getattr__ = importing(__name__, _HOMES)
+
+def __getattr__(name: str) -> object:
+    # not above: the command line loads this module before it can answer Ctrl-C
+    from hcsearch.system.lazy import importing  # noqa: PLC0415
+
+    return importing(__name__, _HOMES)(name)
 
 
 def __dir__() -> list[str]:
