@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection
 
     from hcsearch.circuit import Circuit
-    from hcsearch.export.checking import CheckedCircuit
+    from hcsearch.own_patterns.checking import CheckedCircuit
     from hcsearch.scenes import Scene
     from hcsearch.subjects.reading import Request
 
@@ -38,7 +38,7 @@ def check(name: str, as_json: bool, **options: Any) -> None:
     Exit code: 0 where springs bring a folding flat, certified clear; 1 where they do not, or that is open; 2 for wrong
     input.
     """
-    from hcsearch.export.checking import check_circuit
+    from hcsearch.own_patterns.checking import check_circuit
 
     request = request_of(name, options)
     circuit, creases, scene = _of_file(request) if name.lower().endswith(".fold") else _of_notation(request)
@@ -53,8 +53,8 @@ def check(name: str, as_json: bool, **options: Any) -> None:
 
 def _of_file(request: Request) -> tuple[Circuit, Collection[int] | None, Scene]:
     """The circuit of a FOLD file, the creases of the foldings that are drawn, and the scene with its panels."""
-    from hcsearch.export.fold_reading import read_fold
-    from hcsearch.export.recognition import recognise, sized
+    from hcsearch.own_patterns.fold_reading import read_fold
+    from hcsearch.own_patterns.recognition import recognise, sized
     from hcsearch.subjects.reading import read_scene_of
 
     drawing = read_fold(request.name)

@@ -1,4 +1,4 @@
-"""The formats of exports. A format is a module here with a function `write`, and one line in this list.
+"""The formats of exports. A format is a module in a folder here, with a function `write`, and one line in this list.
 
 Loads nothing that is heavy: the command line names formats in its help.
 """
@@ -38,15 +38,17 @@ class Writer(Protocol):
 class Format:
     """One format.
 
-    name : the word of `--format`. endings : of its files, the usual one first. what : what a file holds, in a phrase.
+    name : the word of `--format`. room : the folder, beside this module, of its own module. endings : of its files, the
+        usual one first. what : what a file holds, in a phrase.
     of : what it is made from: the array alone, which needs no folding; the pattern, in one state; or a motion.
     takes : the settings that it heeds (`Settings`), beside the subject's own. frames : whether a format of the pattern
         also holds a motion where one is asked for by `--motion`.
-    needs : modules that an extra of that name installs. module : in this folder, unless it is the name.
+    needs : modules that an extra of that name installs. module : unless it is the name.
     by_name : whether only `--format` chooses it, as another format has its ending.
     """
 
     name: str
+    room: str
     endings: tuple[str, ...]
     what: str
     of: Of = "pattern"
@@ -61,7 +63,7 @@ class Format:
     def write(self) -> Writer:
         """Its writer; HcsearchError where what it needs is not installed."""
         self.check_installed()
-        writer: Writer = import_module(f"hcsearch.export.{self.module or self.name}").write
+        writer: Writer = import_module(f"hcsearch.export.{self.room}.{self.module or self.name}").write
         return writer
 
     def check_installed(self) -> None:
@@ -73,24 +75,37 @@ class Format:
 
 _SHEET = frozenset({"sheet", "kerf_mm", "hinge_gap_mm", "profile"})
 _SOLID = frozenset({"state", "part"})
+_SCENE = frozenset({"contact", "timestep_s"})
 
 FORMATS: dict[str, Format] = {
     form.name: form
     for form in (
-        Format("fold", (".fold",), "FOLD 1.2, the crease pattern and folded states for origami software", frames=True),
-        Format("svg", (".svg",), "sheets to cut and crease, as drawings in millimetres", takes=_SHEET),
-        Format("animation", (".svg",), "a moving picture, with --format animation", of="motion", by_name=True),
-        Format("dxf", (".dxf",), "the same sheets for CAD and cutters", takes=_SHEET, needs=("ezdxf",)),
-        Format("csv", (".csv",), "fold angles and gaps along the motion, as a table", of="motion"),
-        Format("parquet", (".parquet",), "the same table", of="motion", extra="parquet", needs=("pyarrow",)),
-        Format("networkx", (".json",), "panels, creases and slits as a graph: node-link JSON", of="array"),
-        Format("graph6", (".g6",), "which panels are neighbours, as graph6", of="array"),
-        Format("glb", (".glb",), "the motion as an animated scene: binary glTF 2.0", of="motion"),
-        Format("stl", (".stl",), "triangles of all panels, or of one, in millimetres", takes=_SOLID),
-        Format("3mf", (".3mf",), "an object for each panel, to be printed", takes=_SOLID, module="threemf"),
-        Format("step", (".step", ".stp"), "an exact solid for each panel, for CAD systems", takes=_SOLID),
-        Format("mjcf", (".xml",), "the scene as a model of MuJoCo", takes=frozenset({"contact", "timestep_s"})),
-        Format("urdf", (".urdf",), "the scene as a tree of links, with what closes its loops beside"),
+        Format(
+            "fold",
+            "origami",
+            (".fold",),
+            "FOLD 1.2: crease pattern and folded states, for origami software",
+            frames=True,
+        ),
+        Format("svg", "sheets", (".svg",), "sheets to cut and crease, as drawings in millimetres", takes=_SHEET),
+        Format("animation", "pictures", (".svg",), "a moving picture (--format animation)", of="motion", by_name=True),
+        Format("dxf", "sheets", (".dxf",), "the same sheets for CAD and cutters", takes=_SHEET, needs=("ezdxf",)),
+        Format("csv", "tables", (".csv",), "fold angles and gaps along the motion, as a table", of="motion"),
+        Format("parquet", "tables", (".parquet",), "the same table", of="motion", extra="parquet", needs=("pyarrow",)),
+        Format("networkx", "tables", (".json",), "panels, creases and slits as a graph: node-link JSON", of="array"),
+        Format("graph6", "tables", (".g6",), "which panels are neighbours, as graph6", of="array"),
+        Format("glb", "solids", (".glb",), "the motion as an animated scene: binary glTF 2.0", of="motion"),
+        Format("stl", "solids", (".stl",), "triangles of all panels, or of one, in millimetres", takes=_SOLID),
+        Format("3mf", "solids", (".3mf",), "an object for each panel, to be printed", takes=_SOLID, module="threemf"),
+        Format("step", "solids", (".step", ".stp"), "an exact solid for each panel, for CAD systems", takes=_SOLID),
+        Format(
+            "mjcf",
+            "simulators",
+            (".xml",),
+            "the scene as a model of MuJoCo",
+            takes=_SCENE,
+        ),
+        Format("urdf", "simulators", (".urdf",), "the scene as a tree of links, with what closes its loops beside"),
     )
 }
 

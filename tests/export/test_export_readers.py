@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 import shapely
 
-from hcsearch.export import dxf, fold, svg
+from hcsearch.export.origami import fold
 from hcsearch.export.settings import Settings
-from hcsearch.export.sheets import sheet_of
+from hcsearch.export.sheets import dxf, svg
+from hcsearch.export.sheets.layouts import sheet_of
 from tests.export.exports import DESIGN, MOVING, RING, exported
 from tests.report.browser import chromium, complaints
 

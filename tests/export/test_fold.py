@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 
 from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.export import fold
-from hcsearch.export.fold_reading import parse_fold, pattern_of
-from hcsearch.export.meshes import mesh_of
+from hcsearch.export.origami import fold
+from hcsearch.export.origami.meshes import mesh_of
 from hcsearch.export.settings import Settings
+from hcsearch.own_patterns.fold_reading import parse_fold, pattern_of
 from tests.export.exports import DESIGN, MOVING, exported, folded
 
 

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from hcsearch.circuit import Circuit
 from hcsearch.errors import HcsearchError
-from hcsearch.export import fold
-from hcsearch.export.fold_reading import parse_fold, pattern_of, read_fold
-from hcsearch.export.recognition import recognise, sized
+from hcsearch.export.origami import fold
 from hcsearch.export.settings import Settings
 from hcsearch.folding import foldings
+from hcsearch.own_patterns.fold_reading import parse_fold, pattern_of, read_fold
+from hcsearch.own_patterns.recognition import recognise, sized
 from tests.export.exports import DESIGN, exported, folded
 from tests.strategies import circuits, congruences
 

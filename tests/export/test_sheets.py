@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.errors import HcsearchError
-from hcsearch.export import svg
-from hcsearch.export.digits import strokes
 from hcsearch.export.settings import Settings
-from hcsearch.export.sheets import LAYERS, MARGIN, chains, sheet_of
+from hcsearch.export.sheets import svg
+from hcsearch.export.sheets.digits import strokes
+from hcsearch.export.sheets.layouts import LAYERS, MARGIN, chains, sheet_of
 from tests.export.exports import DESIGN, RING, SLITTED, exported, folded
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -11,10 +11,10 @@ import pytest
 from hcsearch.dynamics.laws import law_named
 from hcsearch.dynamics.panels import panel_bodies
 from hcsearch.errors import HcsearchError
-from hcsearch.export.cut_trees import cut_tree, line_of
-from hcsearch.export.mjcf import mjcf_of, write
 from hcsearch.export.settings import Settings
-from hcsearch.export.urdf import urdf_of
+from hcsearch.export.simulators.cut_trees import cut_tree, line_of
+from hcsearch.export.simulators.mjcf import mjcf_of, write
+from hcsearch.export.simulators.urdf import urdf_of
 from hcsearch.folding import Folding
 from hcsearch.labels import labels_of
 from hcsearch.scenes import SCENES

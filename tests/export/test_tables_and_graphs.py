@@ -9,11 +9,11 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 
-from hcsearch.export import csv, graph6, networkx, parquet
 from hcsearch.export.exported import Exported
-from hcsearch.export.gaps import gaps_at
 from hcsearch.export.settings import Settings
-from hcsearch.export.tables import table_of
+from hcsearch.export.tables import csv, graph6, networkx, parquet
+from hcsearch.export.tables.gaps import gaps_at
+from hcsearch.export.tables.motion_tables import table_of
 from tests.collision.naive_distances import feature_distance
 from tests.export.exports import MOVING, exported
 from tests.strategies import circuits

@@ -5,10 +5,10 @@ import random
 
 import pytest
 
-from hcsearch.export import fold
-from hcsearch.export.fold_reading import parse_fold, pattern_of
-from hcsearch.export.recognition import recognise, sized
+from hcsearch.export.origami import fold
 from hcsearch.export.settings import Settings
+from hcsearch.own_patterns.fold_reading import parse_fold, pattern_of
+from hcsearch.own_patterns.recognition import recognise, sized
 from tests.export.exports import DESIGN, RING, exported
 from tests.fuzz.mutations import judge, mutated
 

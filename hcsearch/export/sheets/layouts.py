@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hcsearch.errors import HcsearchError
-from hcsearch.export.digits import strokes
 from hcsearch.export.exported import Exported
-from hcsearch.export.outlines import same_places
 from hcsearch.export.settings import Profile, Settings
+from hcsearch.export.sheets.digits import strokes
+from hcsearch.outlines import same_places
 from hcsearch.pattern import SAME, Crease, Pair, Pattern, Point, facet_area
 
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from hcsearch.errors import InputFileError
-from hcsearch.export.fold_values import FrameValues
-from hcsearch.export.outlines import faces_between, joined_faces, same_places, without_straight_corners
+from hcsearch.outlines import faces_between, joined_faces, same_places, without_straight_corners
+from hcsearch.own_patterns.fold_values import FrameValues
 from hcsearch.pattern import RIGID, Crease, Face, Facet, Pair, Pattern, facet_area
 from hcsearch.system.reading import read_text
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hcsearch.export.exported import Exported
 from hcsearch.export.settings import Settings
-from hcsearch.export.tables import table_of
+from hcsearch.export.tables.motion_tables import table_of
 
 
 def write(exported: Exported, settings: Settings) -> str:

@@ -14,8 +14,8 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 
-from hcsearch.export.cut_trees import CutTree, Link, cut_tree
-from hcsearch.export.stl import stl_of
+from hcsearch.export.simulators.cut_trees import CutTree, Link, cut_tree
+from hcsearch.export.solids.stl import stl_of
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene

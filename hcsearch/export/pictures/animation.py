@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hcsearch.drawing import svg_path
-from hcsearch.export.painting import painters_order
+from hcsearch.export.pictures.painting import painters_order
 from hcsearch.replays.replay import Replay
 from hcsearch.replays.stacks import stacks_of
 from hcsearch.typing import Reals

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from hcsearch.export.exported import Exported
-from hcsearch.export.meshes import Mesh, mesh_of
+from hcsearch.export.origami.meshes import Mesh, mesh_of
 from hcsearch.export.settings import Settings
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Crease

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hcsearch.export.exported import Exported
-from hcsearch.export.gaps import gaps_at
+from hcsearch.export.tables.gaps import gaps_at
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from hcsearch.export.exported import Exported
-from hcsearch.export.graphs import neighbours
 from hcsearch.export.settings import Settings
+from hcsearch.export.tables.graphs import neighbours
 
 
 def write(exported: Exported, settings: Settings) -> bytes:

@@ -16,7 +16,7 @@ import numpy as np
 from hcsearch.collision.prisms import prisms_of
 from hcsearch.deployment.scales import settled
 from hcsearch.errors import HcsearchError
-from hcsearch.export.cut_trees import CutTree, Link, cut_tree, line_of
+from hcsearch.export.simulators.cut_trees import CutTree, Link, cut_tree, line_of
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene

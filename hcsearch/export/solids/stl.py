@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.export.solids import MILLIMETRES, placed, solid_of, wanted_panels
+from hcsearch.export.solids.prisms import MILLIMETRES, placed, solid_of, wanted_panels
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals
 

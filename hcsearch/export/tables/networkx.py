@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 
 from hcsearch.export.exported import Exported
-from hcsearch.export.graphs import graph_of
 from hcsearch.export.settings import Settings
+from hcsearch.export.tables.graphs import graph_of
 
 
 def write(exported: Exported, settings: Settings) -> str:

@@ -10,7 +10,7 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 
-from hcsearch.export.solids import MILLIMETRES, Solid, solid_of, wanted_panels
+from hcsearch.export.solids.prisms import MILLIMETRES, Solid, solid_of, wanted_panels
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals

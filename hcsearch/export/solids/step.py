@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.export.solids import MILLIMETRES, Solid, solid_of, wanted_panels
+from hcsearch.export.solids.prisms import MILLIMETRES, Solid, solid_of, wanted_panels
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals

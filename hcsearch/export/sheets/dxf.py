@@ -6,7 +6,7 @@ from io import StringIO
 
 from hcsearch.export.exported import Exported
 from hcsearch.export.settings import Settings
-from hcsearch.export.sheets import COLOURS, sheet_of
+from hcsearch.export.sheets.layouts import COLOURS, sheet_of
 
 
 def write(exported: Exported, settings: Settings) -> str:

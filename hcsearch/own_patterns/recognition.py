@@ -9,11 +9,11 @@ import numpy as np
 
 from hcsearch.circuit import Circuit
 from hcsearch.errors import PatternError
-from hcsearch.export.fold_reading import Drawing, Join
 from hcsearch.folding import Folding, foldings
 from hcsearch.grid import GRIDS, Grid
 from hcsearch.grid.arrays import check_size
 from hcsearch.grid.tilings import Point as Place
+from hcsearch.own_patterns.fold_reading import Drawing, Join
 from hcsearch.pattern import Facet, Pair
 from hcsearch.scenes import default_panel
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcsearch.export.solids import Side, Solid, fan, solid_of
+from hcsearch.export.solids.prisms import Side, Solid, fan, solid_of
 from hcsearch.replays.replay import Replay
 from hcsearch.typing import Reals
 

@@ -10,7 +10,7 @@ from itertools import pairwise
 
 from hcsearch.export.exported import Exported
 from hcsearch.export.settings import Settings
-from hcsearch.export.sheets import COLOURS, Line, Sheet, sheet_of
+from hcsearch.export.sheets.layouts import COLOURS, Line, Sheet, sheet_of
 
 STROKE = 0.1
 """Width of lines, mm."""

@@ -1,0 +1,1 @@
+"""Crease patterns for origami software."""

@@ -1,0 +1,1 @@
+"""Moving pictures for web pages."""

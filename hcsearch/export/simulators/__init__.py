@@ -1,0 +1,1 @@
+"""Scenes as models of simulators."""

@@ -1,0 +1,1 @@
+"""Panels as solids, for CAD systems, printers and viewers."""

@@ -1,0 +1,1 @@
+"""Motions as tables, and arrays as graphs."""
