@@ -131,7 +131,7 @@ def test_a_whole_number_is_a_share_of_the_motion():
 
 
 def test_files_beside_are_written_with_the_first_or_not_at_all(tmp_path, monkeypatch):
-    form = Format("urdf", (".urdf",), "a robot")
+    form = Format("urdf", "simulators", (".urdf",), "a robot")
     files = {".urdf": "<robot/>", ".closure.json": b"{}"}
     monkeypatch.setattr(Format, "write", property(lambda self: lambda value, settings: files))
     value = exported(DESIGN)
