@@ -1,4 +1,4 @@
-"""What is refused before it is answered, and what browsers are told not to do with an answer.
+"""What is refused before it is answered, and what browsers are asked not to do with an answer.
 
 A page of another site must neither read this one (by a name that is made to lead here, DNS rebinding) nor make it
 compute; nothing in a value may run as a script.
@@ -36,7 +36,7 @@ HEADERS = {
 
 
 def refusal(environ: Mapping[str, Any], host: str) -> tuple[int, str] | None:
-    """Status and reason where a request is refused; host : the one that the server was told to listen on."""
+    """Status and reason where a request is refused; host : the one that the server listens on."""
     if environ["REQUEST_METHOD"] not in ("GET", "HEAD"):
         return 405, "this page is read only: send GET or HEAD"
     if not is_known_host(environ.get("HTTP_HOST", ""), host):

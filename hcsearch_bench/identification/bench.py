@@ -39,19 +39,19 @@ RECORDS, QUICK = 100, 8
 class DampingRow:
     """Free vibrations at one level of noise: relative errors, rms over the records in which the swing was recognised.
 
-    found : records in which the swing was recognised. told_error : standard error of the damping coefficient that
-    identification reports, rms. within_2 : share of records whose coefficient is within two of those. false_modes :
+    recognised : records in which the swing was recognised. reported_error : standard error of the damping coefficient
+    that identification reports, rms. within_2 : share of records whose coefficient is within two of those. false_modes :
     reported, but not there. ms : of one record, median.
     """
 
     noise: float
     records: int
-    found: int
+    recognised: int
     false_modes: int
     frequency_error: float
     damping_error: float
     coefficient_error: float
-    told_error: float
+    reported_error: float
     within_2: float | None
     ms: float
 
@@ -91,9 +91,9 @@ class IdentificationReport(BenchReport):
                 "The thesis's rig: a block of 0.0051 kg m^2 on four hinges of 0.0043 N m s/rad, 2.50 Hz, ratio 0.107, "
                 "under a frame that rings at 33.7 and 89.6 Hz; two accelerometers, five seconds at 200 Hz. `noise` is "
                 "a standard deviation as a share of the swing's amplitude at the start. Errors are relative, rms over "
-                "the records in which the swing was `found`; `told_error` is the standard error of the coefficient "
-                "that comes with it, `within_2` the share of coefficients within two of those; `false_modes` were "
-                "reported and are not there.",
+                "the records in which the swing was `recognised`; `reported_error` is the standard error of the "
+                "coefficient that comes with it, `within_2` the share of coefficients within two of those; "
+                "`false_modes` were reported and are not there.",
                 self.damping,
             ),
             Table(
@@ -144,10 +144,10 @@ def measure_damping(noise: float, seeds: Sequence[int], *, say: Say) -> DampingR
     return DampingRow(
         noise=noise,
         records=len(seeds),
-        found=len(tests),
+        recognised=len(tests),
         false_modes=false_modes,
         **{f"{name}_error": _rms([getattr(test, name) / true - 1.0 for test in tests]) for name, true in truth.items()},
-        told_error=_rms([test.coefficient_error / rig.damping for test in tests]),
+        reported_error=_rms([test.coefficient_error / rig.damping for test in tests]),
         within_2=within / len(tests) if noise and tests else None,
         ms=1e3 * median(times),
     )
@@ -192,7 +192,7 @@ def plot_identification(damping: Sequence[DampingRow], springs: Sequence[SpringR
         ("tab:green", "coefficient", "damping coefficient c"),
     ):
         left.plot(noise, [getattr(row, f"{name}_error") for row in rows], "o-", color=colour, label=label)
-    left.plot(noise, [row.told_error for row in rows], "k--", label="standard error of c as reported")
+    left.plot(noise, [row.reported_error for row in rows], "k--", label="standard error of c as reported")
     left.set(xlabel="noise, share of the swing's amplitude", ylabel="relative error, rms", title="Free vibration")
     for k, law in enumerate(dict.fromkeys(row.law for row in springs)):
         own = [row for row in springs if row.law == law and row.noise > 0.0]

@@ -97,7 +97,7 @@ def _compared(case: SweepCase, deployment: Deployment, seconds: float) -> Stabil
         bound = math.pi if bound is None else bound
         return _row(case, "degraded", f"within {bound:.1e}; no finer simulation ends", seconds, deployment, None, bound)
     if bound is None or not error <= bound:
-        return _row(case, "wrong", f"off by more than it tells; {deployment.reason}", seconds, deployment, error, bound)
+        return _row(case, "wrong", f"off by more than bounded; {deployment.reason}", seconds, deployment, error, bound)
     return _row(case, "degraded", f"within {bound:.1e}", seconds, deployment, error, bound)
 
 

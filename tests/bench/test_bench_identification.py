@@ -39,8 +39,8 @@ def test_its_records_are_theirs_alone():
 
 def test_rows_of_damping():
     row = measure_damping(0.01, range(6), say=lambda _: None)
-    assert (row.records, row.found, row.false_modes) == (6, 6, 0)
-    assert 0.5 * row.told_error < row.coefficient_error < 2.0 * row.told_error < 0.02
+    assert (row.records, row.recognised, row.false_modes) == (6, 6, 0)
+    assert 0.5 * row.reported_error < row.coefficient_error < 2.0 * row.reported_error < 0.02
     assert row.frequency_error < row.damping_error
     exact = measure_damping(0.0, range(2), say=lambda _: None)
     assert max(exact.frequency_error, exact.damping_error, exact.coefficient_error) < 1e-8
