@@ -40,8 +40,8 @@ class DampingRow:
     """Free vibrations at one level of noise: relative errors, rms over the records in which the swing was recognised.
 
     recognised : records in which the swing was recognised. reported_error : standard error of the damping coefficient
-    that identification reports, rms. within_2 : share of records whose coefficient is within two of those. false_modes :
-    reported, but not there. ms : of one record, median.
+    that identification reports, rms. within_2 : share of records whose coefficient is within two of those.
+    false_modes : reported, but not there. ms : of one record, median.
     """
 
     noise: float
