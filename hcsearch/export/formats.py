@@ -121,7 +121,7 @@ def format_of(path: str, name: str | None = None) -> Format:
         return chosen
     known = [form for form in FORMATS.values() if Path(path).suffix.lower() in form.endings and not form.by_name]
     if not known:
-        endings = ", ".join(form.endings[0] for form in FORMATS.values())
+        endings = ", ".join(form.endings[0] for form in FORMATS.values() if not form.by_name)
         raise OutputError(f"{path or 'an empty name'} has no known ending: write {endings}")
     if len(known) > 1:
         raise OutputError(f"{path} may be {' or '.join(form.name for form in known)}: name one with --format")
