@@ -40,7 +40,7 @@ def write_report(
     """
     data = fetch(database, query, limit, sort, scene)
     if not data.total:
-        raise QueryError(f"no design satisfies {query!r}: `hcsearch query` lists the designs of the database")
+        raise QueryError(f"no design satisfies {query!r}: see `hcsearch query` for those of the database")
     page = render(replace(data, title=title) if title else data)
     write_output(path, page)
     return Path(path)
