@@ -1,4 +1,4 @@
-"""What values show of themselves in a notebook where a floor above theirs makes it: looked up by name when it is shown."""
+"""What values show of themselves in a notebook where a floor above makes it, looked up by name when it is shown."""
 
 from __future__ import annotations
 
