@@ -33,8 +33,6 @@ from hcsearch.serve.pages import render, static_files
 from hcsearch.store import Database, scene_names, select
 from hcsearch.store.columns import VIEWS
 
-Answer = Response
-
 _VIEWS = f"<any({', '.join(VIEWS)}):view>"
 _STATUSES = ((BusyError, 503), (DatabaseError, 500), (HcsearchError, 400))
 _FOREVER = "public, max-age=31536000, immutable"
@@ -79,33 +77,34 @@ class Application:
             answer.headers[name] = value
         answer.headers.setdefault("Content-Security-Policy", POLICY)
         answer.headers.setdefault("Cache-Control", "no-cache")
-        return answer(environ, start_response)
+        body: Iterable[bytes] = answer(environ, start_response)
+        return body
 
-    def _answer(self, environ: dict[str, Any]) -> Answer:
+    def _answer(self, environ: dict[str, Any]) -> Response:
         refused = refusal(environ, self.host)
         if refused is not None:
             return _error(*refused)
         try:
             endpoint, values = ROUTES.bind("localhost").match(environ.get("PATH_INFO", ""), method="GET")
-            answer: Answer = getattr(self, f"_{endpoint}")(Request(environ), **values)
+            answer: Response = getattr(self, f"_{endpoint}")(Request(environ), **values)
             return answer
         except Exception as error:
             return _failed(error)
 
-    def _home(self, request: Request) -> Answer:
+    def _home(self, request: Request) -> Response:
         return Response(status=302, headers={"Location": "/designs"})
 
-    def _static(self, request: Request, version: str, name: str) -> Answer:
+    def _static(self, request: Request, version: str, name: str) -> Response:
         if name not in static_files():
             raise NotFound
         text, kind = static_files()[name]
         return Response(text, mimetype=kind, headers={"Cache-Control": _FOREVER})
 
-    def _listed(self, request: Request, view: str) -> Answer:
+    def _listed(self, request: Request, view: str) -> Response:
         text, status = render_list(self.database, read_asked(view, _pairs(request), self.scene), self._counts)
         return Response(text, status=status, mimetype="text/html")
 
-    def _rows(self, request: Request, view: str, style: str) -> Answer:
+    def _rows(self, request: Request, view: str, style: str) -> Response:
         asked = read_asked(view, _pairs(request), self.scene)
         pieces = self._streams.start(self.database, asked, style)
         if request.method == "HEAD":
@@ -114,7 +113,7 @@ class Application:
         headers = {"Content-Disposition": f"attachment; filename={view}.csv"} if style == "csv" else {}
         return Response(pieces, mimetype=TYPES[style], headers=headers)
 
-    def _design(self, request: Request, number: int) -> Answer:
+    def _design(self, request: Request, number: int) -> Response:
         scene = self._scene(parameters(_pairs(request), {"scene": 200}).get("scene", ""))
         circuit = self._circuit(number)
         key = ("design", number, scene, stamp_of(self.database))
@@ -122,7 +121,7 @@ class Application:
         text = self.computing(key, jobs.design_page, self.db, circuit, number, scene, named)
         return Response(text, mimetype="text/html", headers={"Content-Security-Policy": FRAMED})
 
-    def _export(self, request: Request, number: int, ending: str, crease: int | None = None) -> Answer:
+    def _export(self, request: Request, number: int, ending: str, crease: int | None = None) -> Response:
         form, named, motion, settings = read_export(ending, _pairs(request))
         scene, circuit = self._scene(named), self._circuit(number)
         subject, stem = circuit, f"design-{number}"
@@ -156,7 +155,7 @@ def _pairs(request: Request) -> list[tuple[str, str]]:
     return list(request.args.items(multi=True))
 
 
-def _failed(error: Exception) -> Answer:
+def _failed(error: Exception) -> Response:
     """The answer to a request that cannot be answered otherwise."""
     if isinstance(error, HTTPException):
         status = error.code or 500
@@ -168,7 +167,7 @@ def _failed(error: Exception) -> Answer:
     return _error(500, "this is a fault of hcsearch: the terminal in which it runs says more; please report it")
 
 
-def _error(status: int, reason: str) -> Answer:
+def _error(status: int, reason: str) -> Response:
     headers = {"Allow": "GET, HEAD"} if status == 405 else {"Retry-After": "5"} if status == 503 else {}
     text = render("error.html", status=status, reason=reason)
     return Response(text, status=status, mimetype="text/html", headers=headers)
