@@ -62,5 +62,27 @@ const Dialog = (() => {
     play(table, row, place);
   }
 
-  return { show, stop };
+  // Clicks in a gallery and here: enlarge a design, choose a folding, copy a text, close. refresh : draws a card anew.
+  function listen(table, gallery, dialog, refresh) {
+    function choose(button) {
+      const row = Number(button.dataset.row), i = table.foldings.design[row];
+      Card.choose(table, row);
+      refresh(i);
+      if (dialog.open) show(table, i, dialog);
+      (dialog.open ? dialog : gallery).querySelector(`[data-row="${row}"]`)?.focus({ preventScroll: true });
+    }
+
+    document.addEventListener("click", (event) => {
+      const button = event.target.closest("button");
+      const enlarged = event.target.closest("#gallery .thumb, #gallery .more");
+      if (event.target === dialog || button?.classList.contains("close")) dialog.close();
+      else if (enlarged) show(table, Number(enlarged.closest(".card").dataset.index), dialog);
+      else if (!button) return;
+      else if (button.dataset.row) choose(button);
+      else if (button.classList.contains("copy")) copy(button);
+    });
+    dialog.addEventListener("close", stop);
+  }
+
+  return { listen };
 })();

@@ -23,15 +23,6 @@ function select() {
   byId("none").hidden = chosen.length > 0;
 }
 
-function chooseFolding(button) {
-  const row = Number(button.dataset.row), i = table.foldings.design[row];
-  Card.choose(table, row);
-  gallery.refresh(i);
-  if (large.open) Dialog.show(table, i, large);
-  const scope = large.open ? large : byId("gallery");
-  scope.querySelector(`[data-row="${row}"]`)?.focus({ preventScroll: true });
-}
-
 function flip() {
   down = !down;
   direction.textContent = down ? "↓" : "↑";
@@ -39,17 +30,8 @@ function flip() {
   select();
 }
 
-document.addEventListener("click", (event) => {
-  const button = event.target.closest("button");
-  const enlarged = event.target.closest("#gallery .thumb, #gallery .more");
-  if (event.target === large || button?.classList.contains("close")) large.close();
-  else if (enlarged) Dialog.show(table, Number(enlarged.closest(".card").dataset.index), large);
-  else if (!button) return;
-  else if (button.dataset.row) chooseFolding(button);
-  else if (button.classList.contains("copy")) copy(button);
-  else if (button === direction) flip();
-});
-large.addEventListener("close", Dialog.stop);
+Dialog.listen(table, byId("gallery"), large, (i) => gallery.refresh(i));
+direction.addEventListener("click", flip);
 tools.addEventListener("input", select);
 tools.addEventListener("submit", (event) => event.preventDefault());
 addEventListener("beforeprint", () => {
