@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from hcsearch.errors import HcsearchError
 from hcsearch.kernels.collision.gaps import PanelPairs, gaps_at
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals, Whole
+
+CONTACT = 2e-5
+"""Panels nearer than this share of their size touch: 1 um of panels of 50 mm; simulations close loops to less."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +70,36 @@ def proximal_distances(
     facets = _facets_of(linkage, panels)
     gaps_at(linkage.chain, prisms_of(linkage), facets, states, float(reach), float(allowed), gaps)
     return Proximity(panels, gaps.T)
+
+
+class Nearest(NamedTuple):
+    """The nearest panels at some states.
+
+    pairs : (k, 2), panels, the lower number first: the deepest overlap, else the least gap but those that touch; -1
+    without. gaps : (k,), m, of these pairs, below 0 where they overlap; nan without. touching : (k,), pairs that touch.
+    """
+
+    pairs: Whole
+    gaps: Reals
+    touching: Whole
+
+
+def nearest_panels(linkage: Linkage, states: Reals) -> Nearest:
+    """The nearest panels that no hinge joins, at states of shape (k, n_hinges).
+
+    Pairs that touch, to within `CONTACT`, are counted alone: packed and flat panels do, and some meet in a corner all
+    the time, so that they say nothing of what is near.
+    """
+    distances = proximal_distances(linkage, states)
+    touching = np.abs(distances.gaps) <= CONTACT * linkage.pattern.size
+    gaps = np.where(touching, math.inf, distances.gaps)
+    pairs, least = np.full((len(states), 2), -1), np.full(len(states), math.nan)
+    if len(gaps):
+        best = gaps.argmin(axis=0)
+        near = np.isfinite(gaps[best, np.arange(len(states))])
+        pairs[near] = distances.pairs[best[near]]
+        least[near] = gaps[best[near], np.flatnonzero(near)]
+    return Nearest(pairs, least, touching.sum(axis=0))
 
 
 def approach_speeds(proximity: Proximity, times: Reals) -> Reals:

@@ -39,14 +39,14 @@ from typing import Any
 
 import numpy as np
 
-from hcsearch.collision.distances import proximal_distances
+from hcsearch.collision.distances import nearest_panels
 from hcsearch.errors import HcsearchError
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import RIGID, Crease, Pair, Pattern
 from hcsearch.replays.replay import Replay
 from hcsearch.replays.stacks import stacks_of
-from hcsearch.typing import Reals, Whole
+from hcsearch.typing import Reals
 
 Payload = dict[str, Any]
 
@@ -57,9 +57,6 @@ LEAST = 10.0
 """Size of panels (mm) below which lengths have finer steps."""
 SCALE = 1e-4
 """Step of fold angles, rad, but for those beyond what an int16 holds of it."""
-APART = 1e-3
-"""Gaps of pairs that touch: less than this, mm, of panels of `SIZE`; simulations keep loops closed to less."""
-SIZE = 50.0
 
 
 def payload_of(replay: Replay) -> Payload:
@@ -70,7 +67,7 @@ def payload_of(replay: Replay) -> Payload:
     corners, facets = _corners(pattern, step)
     chain = linkage.chain
     scale = max(SCALE, float(np.abs(replay.angles).max(initial=0.0)) / 32767)
-    pairs, gaps, touching = _nearest(replay)
+    nearest = nearest_panels(linkage, replay.angles)
     collision = replay.collision
     return {
         "version": VERSION,
@@ -102,9 +99,9 @@ def payload_of(replay: Replay) -> Payload:
         "margin": round(1e3 * replay.margin, 9),
         "collision": None if collision is None else [float(collision[0]), *map(int, collision[1])],
         "error": replay.error + 0.5 * scale,
-        "nearest": pairs.ravel().tolist(),
-        "gaps": np.rint(1e4 * gaps / unit).astype(int).tolist(),
-        "touching": touching.tolist(),
+        "nearest": nearest.pairs.ravel().tolist(),
+        "gaps": np.rint(1e4 * np.nan_to_num(nearest.gaps) / unit).astype(int).tolist(),
+        "touching": nearest.touching.tolist(),
     }
 
 
@@ -186,22 +183,3 @@ def _places(at: Reals) -> list[float]:
     least = float(np.diff(at).min(initial=math.inf))
     digits = max(4, 4 - math.floor(math.log10(least))) if math.isfinite(least) and least > 0.0 else 15
     return [round(float(place), digits) for place in at]
-
-
-def _nearest(replay: Replay) -> tuple[Whole, Reals, Whole]:
-    """The nearest pair of panels at each key state, (k, 2), its gap (m), and how many pairs touch.
-
-    Pairs that touch say nothing of what is near: packed and flat panels do, and some meet in a corner all the time.
-    """
-    distances = proximal_distances(replay.linkage, replay.angles)
-    touch = 1e-3 * APART * replay.linkage.pattern.size / (1e-3 * SIZE)
-    states = len(replay.at)
-    touching = np.abs(distances.gaps) <= touch
-    gaps = np.where(touching, math.inf, distances.gaps)
-    pairs, least = np.full((states, 2), -1), np.zeros(states)
-    if len(gaps):
-        best = gaps.argmin(axis=0)
-        near = np.isfinite(gaps[best, np.arange(states)])
-        pairs[near] = distances.pairs[best[near]]
-        least[near] = gaps[best[near], np.flatnonzero(near)]
-    return pairs, least, touching.sum(axis=0)

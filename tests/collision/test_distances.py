@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from naive_distances import feature_distance, overlap_along_all
 
 from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.collision.distances import Proximity, approach_speeds, proximal_distances
+from hcsearch.collision.distances import CONTACT, Proximity, approach_speeds, nearest_panels, proximal_distances
 from hcsearch.collision.penetration import penetration
 from hcsearch.deployment.deploying import deploy
 from hcsearch.errors import HcsearchError
@@ -336,6 +336,31 @@ def test_speeds_need_two_states_before_a_collision():
     assert approach_speeds(Proximity(pairs, gaps[:, :3]), np.arange(3.0)).tolist() == [0.0, 0.0]
     with pytest.raises(HcsearchError, match="collide at state 1 already"):
         approach_speeds(Proximity(pairs, gaps[:, 2:]), np.arange(2.0))
+
+
+@pytest.mark.parametrize("name", ["thesis-4x4", "hex:02234400:1"])
+def test_the_nearest_pair_is_the_deepest_overlap_or_the_least_gap(name):
+    linkage = subject(name)
+    states = np.concatenate([[linkage.folded], swinging(linkage, 40, 1.0, 5), [linkage.flat]])
+    near, distances = nearest_panels(linkage, states), proximal_distances(linkage, states)
+    number = {tuple(pair): k for k, pair in enumerate(distances.pairs.tolist())}
+    for state, pair in enumerate(near.pairs.tolist()):
+        column = distances.gaps[:, state]
+        apart = column[np.abs(column) > CONTACT * linkage.pattern.size]
+        assert near.gaps[state] == column[number[tuple(pair)]] == apart.min()
+        assert near.touching[state] == len(column) - len(apart)
+    assert (near.gaps < 0).any()
+    assert (near.gaps > 0).any()
+    assert near.touching[0] > 3
+
+
+def test_panels_of_one_hinge_have_no_nearest_pair():
+    square, beside = ((0, 0), (1, 0), (1, 1), (0, 1)), ((1, 0), (2, 0), (2, 1), (1, 1))
+    linkage = Linkage(Pattern((square, beside), {(0, 1): Crease("top")}, 0.1))
+    near = nearest_panels(linkage, np.array([[math.pi], [0.0]]))
+    assert near.pairs.tolist() == [[-1, -1], [-1, -1]]
+    assert np.isnan(near.gaps).all()
+    assert not near.touching.any()
 
 
 def test_bad_input_is_refused_with_a_remedy():

@@ -12,7 +12,6 @@ from hypothesis import given, settings
 from hcsearch.export.exported import Exported
 from hcsearch.export.settings import Settings
 from hcsearch.export.tables import csv, graph6, networkx, parquet
-from hcsearch.export.tables.gaps import gaps_at
 from hcsearch.export.tables.motion_tables import table_of
 from tests.collision.naive_distances import feature_distance
 from tests.export.exports import MOVING, exported
@@ -24,10 +23,10 @@ def test_the_table_of_a_path_reads_back_to_the_last_digit():
     table = pd.read_csv(StringIO(csv.write(value, Settings())))
     motion = value.motion
     hinges = [f"angle_{label}_rad" for label in value.labels.hinges]
-    assert list(table) == ["path_share", *hinges, "gap_mm", "nearest"]
+    assert list(table) == ["path_share", *hinges, "gap_mm", "nearest", "touching"]
     np.testing.assert_array_equal(table["path_share"], motion.at)
     np.testing.assert_array_equal(table[hinges], motion.angles)
-    assert table["gap_mm"].iloc[0] == table["gap_mm"].iloc[-1] == 0.0
+    assert table["touching"].iloc[[0, -1]].min() > 3  # packed and flat panels do
 
 
 @pytest.mark.extra
@@ -47,15 +46,20 @@ def test_the_table_of_a_deployment_has_its_times():
 
 def test_gaps_are_those_of_the_nearest_panels():
     value = exported(MOVING, "csv")
-    linkage = value.linkage
-    middle = value.motion.at_time(np.array([0.3, 0.5]))
-    gaps, nearest = gaps_at(linkage, middle)
-    for angles, gap, pair in zip(middle, gaps, nearest, strict=True):
+    linkage, panel_of = value.linkage, value.linkage.pattern.panel_of
+    table, number = table_of(value), {label: k for k, label in enumerate(value.labels.panels)}
+    looked_at = 0
+    for angles, gap, names in zip(value.motion.angles, table["gap_mm"], table["nearest"], strict=True):
         solids = [solid.reshape(-1, 3) for solid in linkage.solids(angles)]
-        panel_of = linkage.pattern.panel_of
-        own = [[solid for solid, panel in zip(solids, panel_of, strict=True) if panel == one] for one in pair]
+        own = [
+            [solid for solid, panel in zip(solids, panel_of, strict=True) if panel == number[name]]
+            for name in names.split(" ")
+        ]
         if gap > 0.0:
-            assert gap == pytest.approx(min(feature_distance(a, b) for a in own[0] for b in own[1]), abs=1e-9)
+            nearest = min(feature_distance(a, b) for a in own[0] for b in own[1])
+            assert gap == pytest.approx(1e3 * nearest, abs=1e-6)
+            looked_at += 1
+    assert looked_at > 3
 
 
 @given(circuits())

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.collision.distances import proximal_distances
+from hcsearch.collision.distances import nearest_panels
 from hcsearch.errors import HcsearchError
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import VALLEY, Pattern
-from hcsearch.player.payload import APART, SIZE, _corners, angles_in, payload_of, replay_in, stacks_of
+from hcsearch.player.payload import _corners, angles_in, payload_of, replay_in, stacks_of
 from hcsearch.replays.recording import replay_of_path
 from tests.player.motions import linkages_of, random_replays, replay_of, twin_poses
 
@@ -106,21 +106,13 @@ def test_facets_share_the_corners_of_shared_edges(made):
     assert len(shared) == len(pattern.edges)
 
 
-def test_the_nearest_pair_is_the_deepest_overlap_or_the_least_gap():
+def test_the_nearest_pairs_are_those_of_the_states():
     replay = replay_of("thesis-4x4")
     payload = payload_of(replay)
-    distances = proximal_distances(replay.linkage, replay.angles)
-    number = {tuple(pair): k for k, pair in enumerate(distances.pairs.tolist())}
-    pairs = np.array(payload["nearest"]).reshape(-1, 2)
-    overlaps, touch = 0, APART * 1e3 * replay.linkage.pattern.size / SIZE
-    for state, (pair, gap) in enumerate(zip(pairs.tolist(), payload["gaps"], strict=True)):
-        column = 1e3 * distances.gaps[:, state]
-        apart = column[np.abs(column) > touch]
-        assert gap * 1e-3 == pytest.approx(apart.min(), abs=0.6e-3)
-        assert column[number[tuple(pair)]] == pytest.approx(apart.min(), abs=1e-12)
-        assert payload["touching"][state] == len(column) - len(apart)
-        overlaps += gap < 0
-    assert overlaps > 5
+    near = nearest_panels(replay.linkage, replay.angles)
+    assert payload["nearest"] == near.pairs.ravel().tolist()
+    assert payload["touching"] == near.touching.tolist()
+    assert np.array(payload["gaps"]) * 1e-3 == pytest.approx(1e3 * near.gaps, abs=0.6e-3)
 
 
 def test_two_panels_have_no_nearest_pair():

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from hcsearch.collision.distances import nearest_panels
 from hcsearch.export.exported import Exported
-from hcsearch.export.tables.gaps import gaps_at
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -14,14 +14,15 @@ if TYPE_CHECKING:
 def table_of(exported: Exported) -> pd.DataFrame:
     """The states of the motion.
 
-    Columns: `time_s`, or `path_share` from packed 0 to flat 1; `angle_LABEL_rad` of each hinge; `gap_mm`, the least
-    between panels that no hinge keeps apart; `nearest`, these two panels by their labels.
+    Columns: `time_s`, or `path_share` from packed 0 to flat 1; `angle_LABEL_rad` of each hinge; `gap_mm` of the nearest
+    panels that neither a hinge joins nor touch, below 0 where they overlap; `nearest`, these two by their labels;
+    `touching`, the number of pairs that touch.
     """
     import pandas as pd  # noqa: PLC0415 - only here
 
     motion, labels = exported.motion, exported.labels
     columns = {"time_s" if motion.axis == "time" else "path_share": motion.at}
     columns |= {f"angle_{name}_rad": motion.angles[:, k] for k, name in enumerate(labels.hinges)}
-    gaps, nearest = gaps_at(motion.linkage, motion.angles)
-    names = [None if one < 0 else f"{labels.panels[one]} {labels.panels[two]}" for one, two in nearest.tolist()]
-    return pd.DataFrame({**columns, "gap_mm": 1e3 * gaps, "nearest": names})
+    near = nearest_panels(motion.linkage, motion.angles)
+    names = [None if one < 0 else f"{labels.panels[one]} {labels.panels[two]}" for one, two in near.pairs.tolist()]
+    return pd.DataFrame({**columns, "gap_mm": 1e3 * near.gaps, "nearest": names, "touching": near.touching})
