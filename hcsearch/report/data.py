@@ -37,7 +37,7 @@ class ReportData:
     designs, foldings : rows as the SQL views of those names give them, foldings by the id of their design.
     best : crease of the folding that gave a design its status, by the id; without one `drawn_crease` chooses.
     motions : the sentence behind each motion that was planned. tried : rows of `deployments`, best first.
-    players : what the 3D player takes of each folding with a path.
+    players : what the 3D player takes of each folding with a path, or the address where a server has it.
     total : number of selected designs; `designs` holds the first of them.
     notes : sentences on what the numbers leave out.
     size : length and width of a panel on the square grids, None for the usual ones.
@@ -54,7 +54,7 @@ class ReportData:
     best: Mapping[int, int] = field(default_factory=dict)
     motions: Mapping[FoldingKey, str] = field(default_factory=dict)
     tried: Mapping[FoldingKey, Sequence[Row]] = field(default_factory=dict)
-    players: Mapping[FoldingKey, Mapping[str, Any]] = field(default_factory=dict)
+    players: Mapping[FoldingKey, Mapping[str, Any] | str] = field(default_factory=dict)
     total: int = 0
     notes: Sequence[str] = ()
     size: tuple[float, float] | None = None

@@ -144,6 +144,11 @@ def design_address(number: object, named: str = "", after: str = "", **more: str
     return _joined(f"/designs/{number}{after}", {"scene": named} | more)
 
 
+def motion_address(number: int, crease: int, named: str = "") -> str:
+    """The address of the stored path of a folding, as the player takes it."""
+    return design_address(number, named, f"/foldings/{crease}/motion.json")
+
+
 def _joined(path: str, said: Mapping[str, str]) -> str:
     # `=`, `<` and commas may stand in a query string, and are read more easily there
     text = urlencode({name: value for name, value in said.items() if value}, quote_via=quote, safe="=,:/<>!()-")

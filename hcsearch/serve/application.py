@@ -8,6 +8,7 @@
 | `/designs/ID` | the page of a design |
 | `/designs/ID/export.ENDING` | an export of its array |
 | `/designs/ID/foldings/CREASE/export.ENDING` | an export of a folding |
+| `/designs/ID/foldings/CREASE/motion.json` | the stored path of a folding, as the player takes it |
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from hcsearch.serve.downloads import TYPES, Streams, read_export
 from hcsearch.serve.guards import FRAMED, HEADERS, POLICY, refusal
 from hcsearch.serve.listing import Counts, render_list, stamp_of
 from hcsearch.serve.pages import render, static_files
-from hcsearch.store import Database, scene_names, select
+from hcsearch.store import Database, foldings_with_paths, scene_names, select
 from hcsearch.store.columns import VIEWS
 
 _VIEWS = f"<any({', '.join(VIEWS)}):view>"
@@ -45,6 +46,7 @@ ROUTES = Map(
         Rule("/designs/<int:number>", endpoint="design"),
         Rule("/designs/<int:number>/export.<ending>", endpoint="export"),
         Rule("/designs/<int:number>/foldings/<int:crease>/export.<ending>", endpoint="export"),
+        Rule("/designs/<int:number>/foldings/<int:crease>/motion.json", endpoint="motion"),
         Rule("/static/<version>/<name>", endpoint="static"),
     ],
     strict_slashes=False,
@@ -120,6 +122,15 @@ class Application:
         named = "" if scene == self.scene else scene
         text = self.computing(key, jobs.design_page, self.db, circuit, number, scene, named)
         return Response(text, mimetype="text/html", headers={"Content-Security-Policy": FRAMED})
+
+    def _motion(self, request: Request, number: int, crease: int) -> Response:
+        scene = self._scene(parameters(_pairs(request), {"scene": 200}).get("scene", ""))
+        circuit = self._circuit(number)
+        if (number, crease) not in foldings_with_paths(self.database, [number], scene):
+            raise NotFound
+        key = ("motion", number, crease, scene, stamp_of(self.database))
+        text = self.computing(key, jobs.motion, self.db, circuit, number, crease, scene)
+        return Response(text, mimetype="application/json")
 
     def _export(self, request: Request, number: int, ending: str, crease: int | None = None) -> Response:
         form, named, motion, settings = read_export(ending, _pairs(request))

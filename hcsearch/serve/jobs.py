@@ -50,6 +50,17 @@ def design_page(db: str, notation: str, number: int, scene: str, named: str) -> 
     return render_design(replace(data, links=links, exports=exports))
 
 
+def motion(db: str, notation: str, number: int, crease: int, scene: str) -> str:
+    """The stored path of a folding in a scene, as the player takes it."""
+    from hcsearch.circuit import Circuit  # noqa: PLC0415 - the engine
+    from hcsearch.player import motion_json  # noqa: PLC0415 - the engine
+    from hcsearch.replays.sources import stored_replays  # noqa: PLC0415 - the engine
+
+    with open_readonly(db) as database:
+        replays = stored_replays(database, {number: Circuit.from_notation(notation)}, scene)
+        return next(motion_json(replay) for path, replay in replays if path.crease == crease)
+
+
 def _formats(*of: str) -> list[Format]:
     """The formats of some kinds that are installed."""
     found = []

@@ -16,9 +16,9 @@ from hcsearch.report.data import ReportData, Row
 from hcsearch.report.fetching import foldings_of, motions_of, size_of, tried_of
 from hcsearch.report.payload import as_script, page_data
 from hcsearch.scenes import DEFAULT
-from hcsearch.serve.addresses import Asked, design_address
+from hcsearch.serve.addresses import Asked, design_address, motion_address
 from hcsearch.serve.pages import render
-from hcsearch.store import Database, best_creases, count_rows, scene_names, select_page
+from hcsearch.store import Database, best_creases, count_rows, foldings_with_paths, scene_names, select_page
 from hcsearch.store.columns import VIEWS
 
 CARDS, ROWS = 48, 100
@@ -138,6 +138,9 @@ def _payload(database: Database, asked: Asked, page: Page) -> Markup:
             "best": best_creases(database, ids, asked.scene),
             "motions": motions_of(database, ids, asked.scene),
             "tried": tried_of(database, ids, asked.scene),
+            "players": {
+                key: motion_address(*key, asked.named) for key in foldings_with_paths(database, ids, asked.scene)
+            },
         }
     data = ReportData(
         title="",

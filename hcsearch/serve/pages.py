@@ -9,6 +9,7 @@ from typing import Any
 from jinja2 import ChoiceLoader, Environment, PackageLoader
 
 from hcsearch.drawing import stylesheet
+from hcsearch.player import player_script
 from hcsearch.report.page import environment, joined_script, source
 from hcsearch.serve.addresses import address_of, design_address
 from hcsearch.store.columns import VIEWS
@@ -44,6 +45,7 @@ def static_files() -> dict[str, tuple[str, str]]:
     return {
         "style.css": ("\n".join((stylesheet(), source("style.css"), text("serve.css"))), "text/css"),
         "list.js": (joined_script((), text("list.js")), "text/javascript"),
+        "player.js": (player_script(), "text/javascript"),
         "cards.js": (joined_script(SCRIPT, text("serve.js")), "text/javascript"),
     }
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from hcsearch.store.formats import FORMATS, format_rows
     from hcsearch.store.location import room_at
     from hcsearch.store.pages import count_rows, select_page
-    from hcsearch.store.paths import StoredPath, find_paths
+    from hcsearch.store.paths import StoredPath, find_paths, foldings_with_paths
     from hcsearch.store.queries import find_design, parse_query, select, select_sql, stream, stream_sql
     from hcsearch.store.rows import Result, Rows
     from hcsearch.store.saving import save_rows
@@ -32,7 +32,7 @@ _HOMES = {
     "formats": ("FORMATS", "format_rows"),
     "location": ("room_at",),
     "pages": ("count_rows", "select_page"),
-    "paths": ("StoredPath", "find_paths"),
+    "paths": ("StoredPath", "find_paths", "foldings_with_paths"),
     "queries": ("find_design", "parse_query", "select", "select_sql", "stream", "stream_sql"),
     "rows": ("Result", "Rows"),
     "saving": ("save_rows",),
@@ -59,6 +59,7 @@ __all__ = [
     "find_scene",
     "finish_run",
     "finished_batches",
+    "foldings_with_paths",
     "format_rows",
     "open_database",
     "open_readonly",

@@ -36,6 +36,19 @@ class StoredPath:
     needed_margin: float | None
 
 
+def foldings_with_paths(database: Database, ids: Sequence[int], scene: str = DEFAULT) -> list[tuple[int, int]]:
+    """Id and crease of the foldings of some designs whose path in a scene is stored, proved or not."""
+    found: list[tuple[int, int]] = []
+    with database.reading() as connection:
+        for first in range(0, len(ids), AT_ONCE):
+            wanted = motion.c.design_id.in_(list(ids[first : first + AT_ONCE]))
+            statement = sql_select(motion.c.design_id, motion.c.crease).where(
+                wanted, motion.c.scene == scene, motion.c.path.is_not(None)
+            )
+            found += [(row.design_id, row.crease) for row in connection.execute(statement)]
+    return found
+
+
 def find_paths(database: Database, ids: Sequence[int], scene: str = DEFAULT) -> list[StoredPath]:
     """The stored paths of the foldings of some designs in a scene, by design and crease; DatabaseError for damage."""
     paths = []

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from hcsearch.player import replay_in
 from tests.serve.conftest import MOVES
 
 pytestmark = pytest.mark.extra
@@ -27,6 +28,19 @@ def test_the_page_of_a_design_plays_its_motion_and_names_its_files(asking, numbe
     files = re.findall(f'href="(/designs/{number}/foldings/1/export[^"]*)"', answer.text)
     assert {Path(file).suffix for file in files} >= {".fold", ".glb", ".stl", ".urdf"}
     assert asking("/designs/121").status == 404
+
+
+def test_a_list_names_the_motions_that_the_database_holds(asking, number):
+    page = asking(f"/designs?q=id={number}").text
+    (address,) = re.findall(r"/designs/[0-9]+/foldings/[0-9]+/motion\.json", page)
+    assert address == f"/designs/{number}/foldings/1/motion.json"
+    answer = asking(address)
+    assert answer.headers["Content-Type"].startswith("application/json")
+    assert replay_in(json.loads(answer.body)).title == f"{MOVES}:1"
+    assert [asking(address.replace("/1/", f"/{crease}/")).status for crease in (3, 4, 10**30)] == [404] * 3
+    assert asking(f"{address}?scene=solar").status == 404
+    assert "motion.json" not in asking(f"/designs?q=id={number}&scene=solar").text
+    assert asking(f"{address}?scene=lunar").status == 400
 
 
 def test_verdicts_on_the_page_are_those_of_its_scene(asking, number):

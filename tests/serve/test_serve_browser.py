@@ -11,6 +11,8 @@ pytestmark = pytest.mark.extra
 
 PLAYER = "document.querySelector('.player > div').shadowRoot"
 
+DIALOG_PLAYER = "document.querySelector('dialog .player')?.firstElementChild?.shadowRoot"
+
 
 @pytest.fixture
 def address(asking):
@@ -44,6 +46,9 @@ def test_filter_sort_open_play_and_download(address, number, tmp_path):
         card = f"document.querySelector('.card h3 a[href=\"/designs/{number}\"]').closest('.card')"
         tab.value(f"{card}.querySelector('.thumb').click()")
         assert tab.value("document.querySelector('dialog').open")
+        tab.until(f"!!{DIALOG_PLAYER}?.querySelector('button.go')")
+        tab.value(f"{DIALOG_PLAYER}.querySelector('button.go').click()")
+        tab.until(f"Number({DIALOG_PLAYER}.querySelector('input[type=range]').value) > 0")
         tab.value("document.querySelector('dialog header a').click()")
         tab.until(f"location.pathname === '/designs/{number}' && document.readyState === 'complete'")
         tab.value("document.querySelector('.player').scrollIntoView()")

@@ -33,10 +33,29 @@ const Dialog = (() => {
     return element("div", { class: "wide" }, element("table", { class: "foldings" }, element("thead", {}, head), element("tbody", {}, ...lines)));
   }
 
-  function play(table, row, place) {
-    const payload = row === undefined ? null : table.player(row);
-    place.hidden = !payload || typeof hcsearchPlayer === "undefined";
-    if (!place.hidden) player = hcsearchPlayer.mount(place, payload, { numbers: true });
+  async function read(address) {
+    const answer = await fetch(address);
+    if (!answer.ok) throw new Error(answer.statusText);
+    return answer.json();
+  }
+
+  async function play(table, row, place) {
+    const motion = row === undefined ? null : table.player(row);
+    place.hidden = !motion || typeof hcsearchPlayer === "undefined";
+    if (place.hidden) return;
+    let payload = motion;
+    if (typeof motion === "string") {
+      place.textContent = "The motion is being read.";
+      try {
+        payload = await read(motion);
+      } catch {
+        place.textContent = "The motion cannot be read right now: close the picture and open it again.";
+        return;
+      }
+      if (!place.isConnected || !place.closest("dialog").open) return; // another design is shown by now, or none
+    }
+    place.replaceChildren();
+    player = hcsearchPlayer.mount(place, payload, { numbers: true });
   }
 
   function show(table, i, dialog) {

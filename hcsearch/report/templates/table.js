@@ -32,6 +32,7 @@ const Table = (() => {
       ...data, designs, foldings, readable, best, status, text, row,
       quantity: (name) => quantities.get(name),
       rows: (i) => of[i],
+      // The motion of a folding, or the address where it is.
       player: (k) => data.players[k] || null,
     };
   }
