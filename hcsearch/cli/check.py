@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hcsearch.cli.progress import Meter
 from hcsearch.cli.subjects import circuit_options, request_of
 
 if TYPE_CHECKING:
@@ -42,7 +43,8 @@ def check(name: str, as_json: bool, **options: Any) -> None:
 
     request = request_of(name, options)
     circuit, creases, scene = _of_file(request) if name.lower().endswith(".fold") else _of_notation(request)
-    checked = check_circuit(circuit, scene, creases)
+    with Meter("folding") as meter:
+        checked = check_circuit(circuit, scene, creases, meter)
     if as_json:
         click.echo(json.dumps(_facts(checked, scene), indent=2, allow_nan=False))
     else:

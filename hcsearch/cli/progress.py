@@ -79,7 +79,8 @@ class Meter:
             self._bar = tqdm(
                 total=total, initial=max(0, done - 1), unit=counted[1], disable=None, leave=False, file=sys.stderr
             )
-        self._bar.set_postfix_str(note, refresh=False)
+        # what is counted has not changed, so that `update` would show no new note
+        self._bar.set_postfix_str(note, refresh=done == self._bar.n)
         self._bar.update(done - self._bar.n)
 
     def __exit__(

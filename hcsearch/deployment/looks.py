@@ -99,6 +99,14 @@ def scene_of(scene: Scene, look: Look) -> Scene:
     return replace(scene, name=look.name(scene), seconds=PATIENT * scene.seconds)
 
 
+def described(springs: str) -> str:
+    """What a set of springs is, for readers who know no names of sets."""
+    if springs in SPREAD:
+        number = SPREAD.index(springs) + 1
+        return f"set {number} of {len(SPREAD)} with stiffnesses spread over the scene's range"
+    return f"the stiffest {GRADED:g} times the softest, {springs}"
+
+
 def springs_of(folding: Folding, compiled: Compiled, name: str) -> Reals:
     """Stiffnesses (N m/rad) of the joints of a folding in a set, shape (n_joints,), within the scene's range.
 

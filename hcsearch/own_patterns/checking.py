@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,11 +66,17 @@ class CheckedCircuit:
         return any(verdict.status == "deploys" for verdict in self.verdicts)
 
 
-def check_circuit(circuit: Circuit, scene: Scene, creases: Collection[int] | None = None) -> CheckedCircuit:
+def check_circuit(
+    circuit: Circuit,
+    scene: Scene,
+    creases: Collection[int] | None = None,
+    progress: Callable[[int, int, str], None] = lambda _done, _total, _stage: None,
+) -> CheckedCircuit:
     """Take a circuit through every stage in a scene.
 
     circuit : in any position, order and direction. creases : of the foldings to look at, in its canonical order; all
-    unless given. SceneError where the grid's designs cannot be judged in the scene.
+    unless given. progress : called with the number of untwisted foldings that are done, that of all, and the stage that
+    the next one is in. SceneError where the grid's designs cannot be judged in the scene.
     """
     circuit = circuit.canonical()
     check_verdicts(scene, circuit.grid.name, circuit.n)
@@ -97,11 +103,13 @@ def check_circuit(circuit: Circuit, scene: Scene, creases: Collection[int] | Non
         )
         for crease, lk in zip(designs.folded.crease, designs.twists, strict=True)
     }
-    if untwisted.any():
-        plain = designs.take(np.ones(1, bool), untwisted)
-        later = [stage for stage in STAGES.values() if stage.name in ("mobility", "motion", "deployment")]
-        plain, _ = run_stages(plain, later, scene)
-        verdicts |= {verdict.folding.crease: verdict for verdict in _judged(circuit, plain, scene)}
+    plain = np.flatnonzero(untwisted)
+    for done, place in enumerate(plain):
+        one = designs.take(np.ones(1, bool), np.arange(len(untwisted)) == place)
+        for stage in (STAGES[name] for name in ("mobility", "motion", "deployment")):
+            progress(done, len(plain), stage.name)
+            one, _ = run_stages(one, [stage], scene)
+        verdicts |= {verdict.folding.crease: verdict for verdict in _judged(circuit, one, scene)}
     return CheckedCircuit(circuit, two_stack, tuple(verdicts[crease] for crease in sorted(verdicts)))
 
 

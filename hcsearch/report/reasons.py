@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Sequence
 
-from hcsearch.deployment.looks import look_parts
+from hcsearch.deployment.looks import described, look_parts
 from hcsearch.report.data import Row
 
 LOCKED = "proved locked at an end of the motion, in every way that the scene may join its flat pairs"
@@ -38,7 +38,7 @@ def springs_in(row: Row) -> str:
     """The springs and the flat pairs of a deployment."""
     parts = str(row["scene"]).split(", ")
     _, springs = look_parts(parts)
-    text = f"springs: {springs}" if springs else f"springs of the scene {row['base']}"
+    text = f"springs: {described(springs)}" if springs else f"springs of the scene {row['base']}"
     pairs = flat_pairs_in(row)
     return f"{text}, flat pairs {pairs}" if pairs else text
 

@@ -3,11 +3,13 @@
 import json
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
+from hcsearch.circuit import Circuit
 from hcsearch.cli import hcsearch
 from hcsearch.errors import HcsearchError, OutputError
 from hcsearch.export import FORMATS, export
@@ -16,6 +18,8 @@ from hcsearch.export.reading import best_crease
 from hcsearch.export.settings import Settings, read_state
 from hcsearch.export.writing import write_export
 from hcsearch.folding import Folding
+from hcsearch.own_patterns.checking import check_circuit
+from hcsearch.scenes import SCENES
 from tests.export.exports import DESIGN, MOVING, exported
 
 
@@ -166,6 +170,15 @@ def test_check_takes_a_file_through_every_stage(run):
     assert list(report["funnel"].values())[1:5] == [1, 1, 1, 1]
     again = run("check", "mine.fold", "--json", "--panel", "50x6", "--flat-pairs", "rigid")
     assert json.loads(again.output)["panel_mm"] == "50x50x6"
+
+
+def test_check_reports_each_stage_of_each_untwisted_folding():
+    calls = []
+    circuit = Circuit.from_notation("hex:0234435011")
+    scene = replace(SCENES["default"], seconds=0.01)
+    checked = check_circuit(circuit, scene, [1, 4], lambda *call: calls.append(call))
+    assert [verdict.folding.crease for verdict in checked.verdicts] == [1, 4]
+    assert calls == [(done, 2, stage) for done in (0, 1) for stage in ("mobility", "motion", "deployment")]
 
 
 def test_check_says_the_same_of_a_circuit_in_any_order(run):

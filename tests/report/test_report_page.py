@@ -96,7 +96,20 @@ def test_without_a_named_folding_the_first_untwisted_one_is_drawn(hex_ten):
     [
         (None, 2, None, [], "twist 2: the closed band of panels cannot reach the two stacks"),
         ("locked", 0, "never shown", [], "proved locked at an end of the motion"),
-        ("deploys", 0, "a path", ["default", "hinged, bottom first"], "flat after 1 s; springs: bottom first"),
+        (
+            "deploys",
+            0,
+            "a path",
+            ["default", "hinged, bottom first"],
+            "flat after 1 s; springs: the stiffest 40 times the softest, bottom first",
+        ),
+        (
+            "deploys",
+            0,
+            "a path",
+            ["default", "spread 8"],
+            "springs: set 8 of 8 with stiffnesses spread over the scene's range",
+        ),
         ("movable", 0, "a path", ["default"], "panels 1 and 5 collide; springs of the scene default"),
         ("movable", 0, "a path", ["default"], "flat pairs rigid; a path"),
         ("undecided", 0, "no path", [], "springs were not tried; no path"),
