@@ -10,14 +10,15 @@ from hcsearch.deployment.deploying import deploy
 from hcsearch.drive.driving import find_motion, why_not
 from hcsearch.errors import HcsearchError
 from hcsearch.flat_pairs import can_be, linkage_joined
-from hcsearch.folding import Folding, folding_of
+from hcsearch.folding import Folding, folding_of, split_crease
 from hcsearch.linkage import Linkage
 from hcsearch.replays.recording import replay_of_deployment, replay_of_path
 from hcsearch.replays.replay import Replay
-from hcsearch.scenes import DEFAULT, PanelSize, panel_of
-from hcsearch.store import Database, StoredPath, find_paths
+from hcsearch.scenes import DEFAULT, PanelSize, Scene, panel_of
+from hcsearch.store import Database, StoredPath, find_paths, open_readonly, scene_names
+from hcsearch.subjects.designs import design_named
 from hcsearch.subjects.reading import Request, read_folding, read_subject
-from hcsearch.subjects.scenes import stored_scene
+from hcsearch.subjects.scenes import scene_asked_for, stored_scene
 from hcsearch.vocabulary import WAYS
 
 By = Literal["path", "springs"]
@@ -26,17 +27,36 @@ By = Literal["path", "springs"]
 def replay_named(request: Request, by: By | None = None) -> Replay:
     """The replay of a folding, an assembly or a file.
 
-    by : `path`, from packed to flat, planned in the scene; `springs`, simulated. Unless given: the path of a folding
-    that has one, else what springs do. HcsearchError where a path is asked for and there is none.
+    by : `path`, from packed to flat: the one that a database holds of a design named by its id, else planned in the
+    scene; `springs`, simulated. Unless given: the path of a folding that has one, else what springs do. HcsearchError
+    where a path is asked for and there is none.
     """
     if by != "springs":
-        replay = _of_path(request, required=by == "path")
+        replay = _stored(request) or _of_path(request, required=by == "path")
         if replay is not None:
             return replay
     subject = read_subject(request)
     deployment = deploy(subject.linkage, subject.scene, subject.formulation or "constrained", drives=subject.drives)
     name = str(subject.facts.get("design", subject.facts.get("assembly")))
     return replay_of_deployment(deployment, name, design="design" in subject.facts)
+
+
+def _stored(request: Request) -> Replay | None:
+    """The proved path that a database holds of a folding named by the id of its design; None without, in its scene."""
+    name, crease = split_crease(request.name)
+    is_id = name.isascii() and name.isdigit()
+    own = request.values or request.flat_pairs or request.merge or request.folding
+    scene = request.scene
+    if crease is None or not is_id or own or isinstance(scene, Scene) or (scene or "").endswith(".toml"):
+        return None
+    circuit, row = design_named(name, request.db)
+    wanted = folding_of(circuit, crease).crease
+    with open_readonly(request.db) as database:
+        asked = scene_asked_for(database, scene, request.panel, request.across)
+        if asked != DEFAULT and asked not in scene_names(database):
+            return None
+        replays = stored_replays(database, {int(row["id"]): circuit}, asked)
+        return next((replay for path, replay in replays if path.crease == wanted and path.way is not None), None)
 
 
 def _of_path(request: Request, *, required: bool) -> Replay | None:

@@ -134,8 +134,9 @@ class Application:
 
     def _export(self, request: Request, number: int, ending: str, crease: int | None = None) -> Response:
         form, named, motion, settings = read_export(ending, _pairs(request))
-        scene, circuit = self._scene(named), self._circuit(number)
-        subject, stem = circuit, f"design-{number}"
+        scene = self._scene(named)
+        self._circuit(number)  # NotFound without
+        subject, stem = str(number), f"design-{number}"
         if crease is not None:
             subject, stem = f"{subject}:{crease}", f"{stem}-folding-{crease}"
         elif form.of != "array":

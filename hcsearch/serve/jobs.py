@@ -82,7 +82,7 @@ def _export_address(number: int, form: Format, named: str, crease: int | None = 
 def export_file(
     db: str, subject: str, stem: str, name: str, scene: str, motion: Any, settings: Mapping[str, Any]
 ) -> Made:
-    """An export of a design or folding, named by notation; of several files, an archive. stem : of its name."""
+    """An export of a design or folding of the database; of several files, an archive. stem : of its name."""
     from hcsearch.export.reading import exported_named  # noqa: PLC0415 - the engine
     from hcsearch.export.writing import settings_of  # noqa: PLC0415 - the engine
     from hcsearch.subjects.reading import Request  # noqa: PLC0415 - the engine

@@ -9,6 +9,7 @@ from hcsearch.enumeration import ArraySearch
 from hcsearch.errors import HcsearchError
 from hcsearch.grid import GRIDS, parse_array
 from hcsearch.pipeline import Plan, run_into
+from hcsearch.replays import sources
 from hcsearch.replays.sources import replay_named, stored_replays
 from hcsearch.store import open_database, open_readonly, schema, select
 from hcsearch.subjects.reading import Request
@@ -44,6 +45,25 @@ def test_stored_paths_are_replayed_as_they_were_planned(searched):
         assert replay.margin == pytest.approx(1e-3 * path.needed_margin)
         for field in ("labels", "axis", "certified", "collision", "title", "source"):
             assert getattr(replay, field) == getattr(planned, field)
+
+
+def test_the_path_of_a_design_named_by_its_id_is_the_stored_one(searched, tmp_path, monkeypatch):
+    class PlannedError(Exception):
+        pass
+
+    def planning(*_):
+        raise PlannedError
+
+    monkeypatch.setattr(sources, "find_motion", planning)
+    for path, stored in replays_in(searched)[1]:
+        name = f"{path.design_id}:{path.crease}"
+        assert replay_named(Request(name, searched)).angles.tolist() == stored.angles.tolist()
+        assert replay_named(Request(name, searched, scene="default"), "path").source == stored.source
+        for other in ({"panel": "60x8"}, {"scene": "earth"}, {"merge": True}, {"values": {"held": "free"}}):
+            with pytest.raises(PlannedError):
+                replay_named(Request(name, searched, **other), "path")
+        with pytest.raises(PlannedError):
+            replay_named(Request(name, change(searched, tmp_path, flat_pairs=None, needed_margin=None)), "path")
 
 
 def test_designs_and_scenes_without_paths_have_no_replays(searched):
