@@ -260,7 +260,7 @@ def test_count(run):
         (("query", "--db", "nothing.sqlite"), "nothing.sqlite"),
         (("query", "--db", "d.sqlite", "size=3"), "size"),
         (("query", "--db", "d.sqlite", "n=twelve"), "twelve"),
-        (("query", "--db", "d.sqlite", "n=10", "--sql", "SELECT 1"), "--sql stands alone"),
+        (("query", "--db", "d.sqlite", "n=10", "--sql", "SELECT 1"), "a SELECT stands alone"),
         (("query", "--db", "d.sqlite", "--sql", "DELETE FROM runs"), "write one SELECT"),
         (("query", "--db", "d.sqlite", "--sql", "ATTACH 'x.sqlite' AS x"), "read-only"),
         (("query", "--db", "d.sqlite", "--sql", "PRAGMA writable_schema=1"), "read-only"),

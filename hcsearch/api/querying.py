@@ -7,9 +7,9 @@ from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
 from hcsearch.api.places import Place, reading, writing
-from hcsearch.errors import QueryError
 from hcsearch.ranking import Ranked, complete_weights, rank_designs, save_ranks
-from hcsearch.store import Database, Rows, select_sql, stream
+from hcsearch.store import Database
+from hcsearch.subjects.queries import Query
 from hcsearch.subjects.scenes import scene_asked_for
 
 if TYPE_CHECKING:
@@ -47,23 +47,10 @@ def read(
     """
     import pandas as pd  # noqa: PLC0415 - only where a table is wanted
 
-    with reading(db) as database:
-        if sql is not None:
-            if query or columns or sort or limit is not None or scene or panel or across:
-                raise QueryError("sql stands alone: put conditions, columns, order and limit into the SELECT")
-            result = select_sql(database, sql)
-            return pd.DataFrame(list(result.rows), columns=list(result.columns))
-        asked = scene_asked_for(database, scene, panel, across)
-        with stream(database, query, columns=columns, sort=sort, limit=limit, view=view, scene=asked) as rows:
-            return _framed(rows)
-
-
-def _framed(rows: Rows) -> pd.DataFrame:
-    """Rows as a table with columns of their kinds."""
-    import pandas as pd  # noqa: PLC0415 - as above
-
-    table = pd.DataFrame([row for chunk in rows.chunks for row in chunk], columns=list(rows.columns))
-    return table.astype({name: _DTYPES[kind] for name, kind in zip(rows.columns, rows.kinds, strict=True) if kind})
+    asked = Query(query, view, columns, sort, limit, scene, panel, across, sql)
+    with reading(db) as database, asked.rows(database) as rows:
+        table = pd.DataFrame([row for chunk in rows.chunks for row in chunk], columns=list(rows.columns))
+        return table.astype({name: _DTYPES[kind] for name, kind in zip(rows.columns, rows.kinds, strict=True) if kind})
 
 
 def rank(

@@ -8,10 +8,9 @@ import click
 
 from hcsearch.cli.options import database_option
 from hcsearch.cli.scenes import scene_options
-from hcsearch.errors import QueryError, printable
+from hcsearch.errors import printable
 from hcsearch.store.columns import column_names
 from hcsearch.store.formats import FORMATS
-from hcsearch.subjects.scenes import scene_asked_for
 from hcsearch.system.outputs import check_output
 
 _COLUMNS = "id,grid,n,array,circuit,symmetry,n_foldings,n_untwisted,min_twist,status"
@@ -53,27 +52,18 @@ def query(
     (6x5, 3-4-3, p5x4, t5, h3, @file), circuit= a circuit in any position, order or direction. An unknown value
     satisfies neither a condition nor its opposite.
     """
-    from hcsearch.store import format_rows, open_readonly, save_rows, stream, stream_sql
+    from hcsearch.store import format_rows, open_readonly, save_rows
+    from hcsearch.subjects.queries import Query
 
-    if sql is not None and (condition or columns or sort or limit is not None or scene or panel or across):
-        raise QueryError(
-            "--sql stands alone: put conditions, columns, order and limit into the SELECT; the view deployments has "
-            "all scenes"
-        )
+    chosen = columns or (_COLUMNS if sql is None else "")
+    asked = Query(condition, "designs", chosen, sort or "", limit, scene, panel, across, sql)
     if output is not None:
         check_output(output)
-    with open_readonly(db) as database:
-        if sql is not None:
-            selected = stream_sql(database, sql)
+    with open_readonly(db) as database, asked.rows(database) as rows:
+        if output is None:
+            for text in format_rows(rows, style):
+                click.echo(text, nl=False)
         else:
-            asked = scene_asked_for(database, scene, panel, across)
-            chosen = columns or _COLUMNS
-            selected = stream(database, condition, columns=chosen, sort=sort or "", limit=limit, scene=asked)
-        with selected as rows:
-            if output is None:
-                for text in format_rows(rows, style):
-                    click.echo(text, nl=False)
-            else:
-                save_rows(rows, style, Path(output))
+            save_rows(rows, style, Path(output))
     if output is not None:
         click.echo(printable(output))

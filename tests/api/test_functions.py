@@ -148,7 +148,7 @@ def test_tables_have_the_kinds_of_their_columns():
     assert table["dof"].isna().all()
     folded = read("a.sqlite", view="foldings")
     assert len(folded) == read("a.sqlite", sql="SELECT count(*) AS n FROM foldings")["n"][0]
-    with pytest.raises(QueryError, match="sql stands alone"):
+    with pytest.raises(QueryError, match="a SELECT stands alone"):
         read("a.sqlite", "untwisted", sql="SELECT 1")
 
 

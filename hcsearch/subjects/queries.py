@@ -1,0 +1,48 @@
+"""The rows that a query asks for, in words of `hcsearch query`, or one SELECT in place of all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+
+from hcsearch.errors import QueryError
+from hcsearch.store import Database, Rows, stream, stream_sql
+from hcsearch.subjects.scenes import scene_asked_for
+
+
+@dataclass(frozen=True)
+class Query:
+    """A query on a view, with the scene and the panels whose verdicts are read; `sql` stands alone."""
+
+    conditions: str = ""
+    view: str = "designs"
+    columns: str | Sequence[str] = ""
+    sort: str = ""
+    limit: int | None = None
+    scene: str | None = None
+    panel: str | None = None
+    across: str | None = None
+    sql: str | None = None
+
+    def __post_init__(self) -> None:
+        texts = (self.conditions, self.columns, self.sort, self.scene, self.panel, self.across)
+        if self.sql is not None and (any(texts) or self.limit is not None):
+            raise QueryError(
+                "a SELECT stands alone: put conditions, columns, order and limit into it; the view deployments has "
+                "all scenes"
+            )
+
+    def rows(self, database: Database) -> AbstractContextManager[Rows]:
+        """The rows, as they are read from a database, which must come from `open_readonly` for SQL."""
+        if self.sql is not None:
+            return stream_sql(database, self.sql)
+        return stream(
+            database,
+            self.conditions,
+            columns=self.columns,
+            sort=self.sort,
+            limit=self.limit,
+            view=self.view,
+            scene=scene_asked_for(database, self.scene, self.panel, self.across),
+        )
