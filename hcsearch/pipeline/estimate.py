@@ -15,6 +15,7 @@ from hcsearch.pipeline.workers import Crew
 from hcsearch.store import room_at
 
 _PROBE = 8  # shards
+_FOLDING_BYTES = 650  # a panel, mostly of paths: measured with hexagons, 7.6 kB a folding of n = 12, 9.4 kB of n = 14
 _ROW_SECONDS = 1e-5  # measured: 100,000 designs a second go into a database
 
 
@@ -60,15 +61,16 @@ def estimate(plan: Plan, *, stored: bool, finished: Collection[str] = ()) -> Run
     kept = sum(output.kept for output in outputs)
     share = len(shards) / len(sample) if expected is None or not listed else expected / listed
     designs = kept * share
-    core_seconds = seconds * share
+    core_seconds, stored_bytes = seconds * share, designs * (60 + 5 * search.n)
     if plan.scenic:
-        foldings = sum(len(output.candidates.folded) for output in outputs if output.candidates is not None)
-        core_seconds += seconds_of(foldings * share, search.n)
+        foldings = share * sum(len(output.candidates.folded) for output in outputs if output.candidates is not None)
+        core_seconds += seconds_of(foldings, search.n)
+        stored_bytes += foldings * _FOLDING_BYTES * search.n
     return RunEstimate(
         circuits=listed * share,
         designs=designs,
         core_seconds=core_seconds,
-        stored_bytes=designs * (60 + 5 * search.n) if stored else 0.0,
+        stored_bytes=stored_bytes if stored else 0.0,
         store_seconds=designs * _ROW_SECONDS if stored else 0.0,
     )
 
