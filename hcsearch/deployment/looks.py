@@ -103,7 +103,7 @@ def described(springs: str) -> str:
     """What a set of springs is, for readers who know no names of sets."""
     if springs in SPREAD:
         number = SPREAD.index(springs) + 1
-        return f"set {number} of {len(SPREAD)} with stiffnesses spread over the scene's range"
+        return f"set {number} of {len(SPREAD)}, spread over the scene's range"
     return f"the stiffest {GRADED:g} times the softest, {springs}"
 
 

@@ -108,7 +108,7 @@ def test_without_a_named_folding_the_first_untwisted_one_is_drawn(hex_ten):
             0,
             "a path",
             ["default", "spread 8"],
-            "springs: set 8 of 8 with stiffnesses spread over the scene's range",
+            "springs: set 8 of 8, spread over the scene's range",
         ),
         ("movable", 0, "a path", ["default"], "panels 1 and 5 collide; springs of the scene default"),
         ("movable", 0, "a path", ["default"], "flat pairs rigid; a path"),
