@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
-import json
 from functools import cache
 from html import escape
 from importlib.resources import files
 from string import Template
 
 from hcsearch.player.payload import payload_of
+from hcsearch.player.scripts import as_script, digest_of
 from hcsearch.replays.replay import Replay
 
 NOTEBOOK = 640
@@ -69,10 +67,10 @@ def player_html(replay: Replay) -> str:
         title=escape(replay.title),
         source=escape(replay.source),
         style=_STYLE,
-        style_hash=_digest(_STYLE),
+        style_hash=digest_of(_STYLE),
         motion=motion_json(replay),
         script=script,
-        script_hash=_digest(script),
+        script_hash=digest_of(script),
     )
 
 
@@ -85,16 +83,11 @@ def notebook_html(replay: Replay) -> str:
 
 
 def motion_json(replay: Replay) -> str:
-    """The plain data of a motion as JSON that may stand in a script element: no text in it can end that."""
-    text = json.dumps(payload_of(replay), separators=(",", ":"), allow_nan=False)
-    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+    """The plain data of a motion as JSON that may stand in a script element."""
+    return as_script(payload_of(replay))
 
 
 @cache
 def player_script() -> str:
     """The player: a script that defines `hcsearchPlayer`, made of `js` by `npm run build`."""
     return (files("hcsearch.player") / "player.js").read_text(encoding="ascii")
-
-
-def _digest(text: str) -> str:
-    return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")

@@ -10,10 +10,10 @@ from hcsearch.circuit import Circuit
 from hcsearch.drawing import draw_circuit, stylesheet
 from hcsearch.folding import Folding
 from hcsearch.player import player_script
+from hcsearch.player.scripts import as_script, digest_of
 from hcsearch.report.design_data import DesignData, ShownFolding
-from hcsearch.report.page import digest_of, environment, joined_script, source
-from hcsearch.report.payload import as_script
 from hcsearch.report.plots import swatch
+from hcsearch.report.templating import environment, joined_script, source
 from hcsearch.report.words import written
 from hcsearch.store.columns import DESIGNS, FOLDINGS, Quantity
 

@@ -12,9 +12,10 @@ from typing import Any
 from markupsafe import Markup
 
 from hcsearch.errors import HcsearchError
+from hcsearch.player.scripts import as_script
 from hcsearch.report.data import ReportData, Row
 from hcsearch.report.fetching import foldings_of, motions_of, size_of, tried_of
-from hcsearch.report.payload import as_script, page_data
+from hcsearch.report.payload import page_data
 from hcsearch.scenes import DEFAULT
 from hcsearch.serve.addresses import Asked, design_address, motion_address
 from hcsearch.serve.pages import render

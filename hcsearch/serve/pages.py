@@ -10,7 +10,7 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader
 
 from hcsearch.drawing import stylesheet
 from hcsearch.player import player_script
-from hcsearch.report.page import environment, joined_script, source
+from hcsearch.report.templating import environment, joined_script, source
 from hcsearch.serve.addresses import address_of, design_address
 from hcsearch.store.columns import VIEWS
 

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hcsearch.player.scripts import as_script
 from hcsearch.report import FunnelStage, ReportData, render
+from hcsearch.report.census import census_table
 from hcsearch.report.packing import packed
-from hcsearch.report.page import census_table
-from hcsearch.report.payload import as_script
 from hcsearch.report.reasons import why
 
 VOID = {"meta", "input", "path", "circle"}
