@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hcsearch.cli.options import json_option
 from hcsearch.cli.progress import Meter
 from hcsearch.cli.subjects import circuit_options, request_of
 
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     "hcsearch check pattern.fold --panel 80x8 --flat-pairs hinged"
 )
 @circuit_options
-@click.option("--json", "as_json", is_flag=True, help="Print plain data.")
+@json_option
 def check(name: str, as_json: bool, **options: Any) -> None:
     """Take a pattern or a circuit of your own through every stage, and print what is left after each.
 

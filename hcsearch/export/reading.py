@@ -44,7 +44,7 @@ def exported_named(request: Request, wanted: Format, by: By | None = None, state
     subject = read_subject(request)
     folding = Folding.from_notation(subject.facts["design"]) if "design" in subject.facts else None
     replay = replay_named(request, by) if wanted.of == "motion" or by is not None or share else None
-    name = str(subject.facts.get("design", subject.facts.get("assembly")))
+    name = subject.title
     if share and replay is not None and not replay.ends_flat:
         raise HcsearchError(f"the motion of {name} does not end flat ({replay.source}): write --state flat or folded")
     return Exported(name, None if folding is None else folding.circuit, folding, subject, replay)

@@ -7,7 +7,7 @@ import numpy as np
 from hcsearch.deployment.deploying import Deployment
 from hcsearch.labels import labels_of
 from hcsearch.linkage import Linkage
-from hcsearch.replays.replay import Replay, thinned
+from hcsearch.replays.replay import Replay, thinned, turned
 from hcsearch.typing import Reals
 
 FINE = 4
@@ -53,8 +53,8 @@ def replay_of_path(
     margin : m, the play at which the path is proved as a whole, None where it is not proved. Places on the axis are
     shares of the path's length, the sum of what the hinges turn by.
     """
-    turned = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(states, axis=0)).sum(axis=1))])
-    at = turned / turned[-1] if turned[-1] > 0.0 else np.linspace(0.0, 1.0, len(states))
+    length = turned(states)
+    at = length / length[-1] if length[-1] > 0.0 else np.linspace(0.0, 1.0, len(states))
     at, states = _without_repeats(at, np.asarray(states, float))
     kept, error = thinned(at, states, near)
     proved = "not proved" if margin is None else f"proved with {1e3 * margin:.2g} mm of play on every face"

@@ -37,8 +37,7 @@ def replay_named(request: Request, by: By | None = None) -> Replay:
             return replay
     subject = read_subject(request)
     deployment = deploy(subject.linkage, subject.scene, subject.formulation or "constrained", drives=subject.drives)
-    name = str(subject.facts.get("design", subject.facts.get("assembly")))
-    return replay_of_deployment(deployment, name, design="design" in subject.facts)
+    return replay_of_deployment(deployment, subject.title, design="design" in subject.facts)
 
 
 def _stored(request: Request) -> Replay | None:

@@ -16,9 +16,10 @@ from hcsearch.export.solids.prisms import placed, solid_of, solids_of, wanted_pa
 from hcsearch.export.solids.step import step_of
 from hcsearch.export.solids.stl import stl_of
 from hcsearch.export.solids.threemf import threemf_of
-from hcsearch.folding import foldings
+from hcsearch.folding import Folding, foldings
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import RIGID, VALLEY, Pattern
+from hcsearch.replays.recording import replay_of_path
 from tests.export.cases import NAMES, case, merged, replay, volumes
 from tests.export.gltf import Scene
 from tests.strategies import circuits
@@ -172,6 +173,16 @@ def test_glb_names_what_it_shows_and_has_faces_of_all_kinds():
     assert not {f"hinge {name}" for name in left_out} & set(names)
     used = {p["material"] for mesh in document["meshes"] for p in mesh["primitives"]}
     assert {document["materials"][k]["name"] for k in used} == {"top", "bottom", "side", "valley", "mountain"}
+
+
+def test_glb_calls_hinges_that_stay_flat_neither_mountain_nor_valley():
+    linkage = Folding.from_notation("hex:0234550132:4").linkage(flat_pairs="hinged")
+    motion = replay_of_path(linkage, np.stack([linkage.folded, linkage.flat]), "hinged", margin=None)
+    extras = [node.get("extras", {}) for node in Scene(glb_of(motion)).document["nodes"]]
+    folds = {own["hinge"]: own["crease"] for own in extras if "hinge" in own}
+    assert {name for name, fold in folds.items() if fold == "flat"} == {"4", "9"} & set(folds)
+    assert {"4", "9"} & set(folds)
+    assert set(folds.values()) == {"flat", "mountain", "valley"}
 
 
 def test_step_writes_numbers_with_points_and_quotes_doubled():

@@ -15,7 +15,7 @@ import numpy as np
 
 from hcsearch.drawing import svg_path
 from hcsearch.export.pictures.painting import painters_order
-from hcsearch.replays.replay import Replay
+from hcsearch.replays.replay import Replay, turned
 from hcsearch.replays.stacks import stacks_of
 from hcsearch.typing import Reals
 
@@ -43,7 +43,7 @@ PLAIN = (222, 218, 206)
 
 _LIGHT = np.array([0.25, -0.45, 0.86])
 _LINES = {"m": "#d1202f", "v": "#1c5fd4", "f": "#6a4fc0"}
-"""Mountain and valley hinges, and those that stay flat."""
+"""Mountain and valley hinges, and those that stay flat, by the first letter of their fold."""
 
 
 def write(exported: Exported, settings: Settings) -> str:
@@ -75,8 +75,8 @@ def animation_of(replay: Replay, frames: int = FRAMES) -> str:
 
 def _even_steps(replay: Replay, frames: int) -> Reals:
     """Fold angles of the frames, (frames, n_hinges): springs are fast first, and long in coming to rest."""
-    turned = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(replay.angles, axis=0)).sum(axis=1))])
-    return replay.at_time(np.interp(np.linspace(0.0, turned[-1], frames), turned, replay.at))
+    length = turned(replay.angles)
+    return replay.at_time(np.interp(np.linspace(0.0, length[-1], frames), length, replay.at))
 
 
 def _centred(solids: list[Reals]) -> list[Reals]:
@@ -116,13 +116,12 @@ class _Painter:
         """Of each facet: edges with a hinge, the face that carries it, and the kind of line."""
         for pair, crease in pattern.creases.items():
             if crease.face is not None:
-                kind = "f" if not crease.closes else "v" if crease.face == "top" else "m"
                 middle = np.mean(pattern.edges[pair], axis=0)
                 for facet in pair:
                     corners = np.array(pattern.facets[facet])
                     middles = 0.5 * (corners + np.roll(corners, -1, axis=0))
                     edge = int(np.linalg.norm(middles - middle, axis=1).argmin())
-                    self.hinges[facet].append((edge, int(crease.face == "top"), kind))
+                    self.hinges[facet].append((edge, int(crease.face == "top"), crease.fold[0]))
 
     def frame(self, solids: list[Reals]) -> str:
         """The panels that face the viewer, those behind first."""

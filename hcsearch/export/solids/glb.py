@@ -69,7 +69,8 @@ def glb_of(replay: Replay, seconds: float = SECONDS) -> bytes:
             turn = int(chain.signs[panel]) * linkage.directions[hinge]
             turns = _quaternions(turn, replay.angles[:, hinge])
             name = f"hinge {labels.hinges[hinge]}"
-            facts = {"hinge": labels.hinges[hinge], "axis": _listed(turn), "crease": _crease(replay, hinge)}
+            fold = linkage.pattern.hinges[hinge].crease.fold
+            facts = {"hinge": labels.hinges[hinge], "axis": _listed(turn), "crease": fold}
             nodes.append(
                 {"name": name, "translation": _listed(shift), "rotation": _listed(turns[0]), "children": []}
                 | {"extras": facts}
@@ -183,10 +184,6 @@ def _rising(times: Reals) -> Reals:
         if single[k] <= single[k - 1]:
             single[k] = np.nextafter(single[k - 1], np.float32(np.inf))
     return single.astype(float)
-
-
-def _crease(replay: Replay, hinge: int) -> str:
-    return "valley" if replay.linkage.pattern.hinges[hinge].face == "top" else "mountain"
 
 
 def _name(replay: Replay) -> str:
