@@ -10,6 +10,7 @@ import pytest
 
 from hcsearch.store import format_rows, open_readonly, select, stream
 from hcsearch.store.columns import VIEWS
+from tests.report.pages import column, data_of
 from tests.serve.asking import Asking
 
 pytestmark = pytest.mark.extra
@@ -23,12 +24,11 @@ def database(database_file):
 
 def drawn(answer):
     """The data from which a page draws its cards."""
-    return json.loads(re.search('<script type="application/json" id="data">(.*?)</script>', answer.text)[1])
+    return data_of(answer.text)
 
 
 def ids(answer):
-    column = drawn(answer)["designs"]["id"]
-    return [column["all"]] * drawn(answer)["count"] if isinstance(column, dict) else column
+    return column(drawn(answer), "designs", "id")
 
 
 def shown(answer):
