@@ -5,7 +5,7 @@
 
 import { View } from './camera.js';
 import { facetColours } from './colours.js';
-import { controlsOf, SECONDS } from './controls.js';
+import { controlsOf, MODES, SECONDS } from './controls.js';
 import { element, nearestText, placeText } from './dom.js';
 import { gestures } from './gestures.js';
 import { Motion } from './motion.js';
@@ -161,7 +161,7 @@ function mount(place, payload, options = {}) {
             controls.setPace(state.speed);
         },
         colourBy(mode) {
-            if (!['panel', 'stack', 'nearest'].includes(mode)) throw new Error(`panels have no colours by ${mode}`);
+            if (!Object.keys(MODES).includes(mode)) throw new Error(`panels have no colours by ${mode}`);
             controls.colourings.value = mode;
             redraw({ mode });
         },
