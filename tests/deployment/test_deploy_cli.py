@@ -303,6 +303,7 @@ WRONG_WORDS = [
     (("--spring", "table:missing.csv"), "cannot read the table missing.csv: No such file or directory; name a file"),
     (("--springs", "3"), "cannot read --springs '3': write HINGE=LAW, such as 3=linear:0.2"),
     (("--springs", "x=free"), "cannot read --springs 'x': write HINGE=LAW"),
+    (("--springs", "+8=free"), "cannot read --springs '+8': write HINGE=LAW"),
     (("--springs", "99=free"), "there is no hinge 99: the hinges are 0, 2, 3, 5"),
     (("--damping", "nan"), "damping cannot be nan: give a number of 0 or more"),
     (("--damping", "-1"), "damping cannot be -1.0: give a number of 0 or more"),
