@@ -16,17 +16,15 @@ NEAR = 2e-3
 """What interpolation between the states of a replay may miss a hinge by, rad: 0.1 degrees, less than a screen shows."""
 
 
-def replay_of_deployment(
-    deployment: Deployment, title: str, *, design: bool | None = None, near: float = NEAR
-) -> Replay:
-    """The replay of a simulated deployment; design : as of `labels_of`. near : rad, allowed error of interpolation."""
+def replay_of_deployment(deployment: Deployment, title: str, *, design: bool | None = None) -> Replay:
+    """The replay of a simulated deployment; design : as of `labels_of`."""
     compiled, motion, clearance = deployment.compiled, deployment.motion, deployment.clearance
     shares = np.linspace(0.0, 1.0, FINE, endpoint=False)
     between = (motion.times[:-1, None] + shares * np.diff(motion.times)[:, None]).ravel()
     at = np.append(between, motion.times[-1])
     q = motion.at(at)
     at, angles = _without_repeats(at, compiled.of_hinges(q, np.zeros_like(q))[0])
-    kept, error = thinned(at, angles, near)
+    kept, error = thinned(at, angles, NEAR)
     end = float(at[-1]) if clearance is not None and clearance.kind == "clear" else None
     if clearance is not None and clearance.time is not None:
         end = clearance.time
@@ -51,7 +49,7 @@ def replay_of_path(
     """The replay of a planned path, (k, n_hinges), from packed to flat.
 
     margin : m, the play at which the path is proved as a whole, None where it is not proved. Places on the axis are
-    shares of the path's length, the sum of what the hinges turn by.
+    shares of the path's length, the sum of what the hinges turn by. near : rad, allowed error of interpolation.
     """
     length = turned(states)
     at = length / length[-1] if length[-1] > 0.0 else np.linspace(0.0, 1.0, len(states))

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 
 from hcsearch.errors import HcsearchError
-from hcsearch.export.solids.glb import glb_of
+from hcsearch.export.solids.glb import SECONDS, glb_of
 from hcsearch.export.solids.prisms import placed, solid_of, solids_of, wanted_panels
 from hcsearch.export.solids.step import step_of
 from hcsearch.export.solids.stl import stl_of
@@ -143,9 +143,9 @@ def test_glb_places_panels_at_all_times_as_the_linkage_does(name):
     chance = np.random.default_rng(1)
     states = np.vstack([linkage.folded, chance.uniform(0.0, np.pi, (3, linkage.n_hinges)), linkage.flat])
     motion = replay(name, states)
-    scene = Scene(glb_of(motion, seconds=2.0))
-    assert scene.times[[0, -1]] == pytest.approx([0.0, 2.0])
-    places = np.interp(scene.times, [0.0, 2.0], motion.at[[0, -1]])
+    scene = Scene(glb_of(motion))
+    assert scene.times[[0, -1]] == pytest.approx([0.0, SECONDS])
+    places = np.interp(scene.times, [0.0, SECONDS], motion.at[[0, -1]])
     middles = 0.5 * (scene.times[:-1] + scene.times[1:])
     for time, place in [
         *zip(scene.times, places, strict=True),
