@@ -37,8 +37,8 @@ def check(name: str, as_json: bool, **options: Any) -> None:
     --panel and --across say otherwise. A circuit notation may be in any position, order or direction, and name one
     folding: CIRCUIT:CREASE.
 
-    Exit code: 0 where springs bring a folding flat, certified clear; 1 where they do not, or that is open; 2 for wrong
-    input.
+    Exit code: 0 where springs bring a folding flat, certified clear; 1 where they do not, or this is undecided; 2 for
+    wrong input.
     """
     from hcsearch.own_patterns.checking import check_circuit
 
