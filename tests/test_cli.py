@@ -20,6 +20,7 @@ from pathlib import Path
 
 import pytest
 
+from hcsearch.scenes import SCENES
 from hcsearch.store import open_database
 from tests import forking
 from tests.commands import run_here
@@ -404,6 +405,11 @@ def wait_for_batches(path: Path, *, more_than: int, process: subprocess.Popen) -
         assert process.poll() is None, "the run ended before it could be killed"
         assert time.monotonic() < end
         time.sleep(0.03)
+
+
+def test_help_names_every_scene_of_the_program(run):
+    text = run("deploy", "--help").stdout
+    assert all(name in text for name in SCENES)
 
 
 @pytest.mark.usefixtures("hexagons")

@@ -7,6 +7,8 @@ from typing import Any
 
 import click
 
+from hcsearch.scenes import DEFAULT, SCENES
+
 Command = Callable[..., Any]
 
 
@@ -26,7 +28,7 @@ def scene_options(command: Command) -> Command:
         click.option(
             "--scene",
             metavar="NAME|FILE.toml",
-            help="default, earth, thesis, a scene of the database, or a file.  [default: default]",
+            help=f"{', '.join(SCENES)}, a scene of the database, or a file.  [default: {DEFAULT}]",
         ),
     ):
         command = option(command)

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from typing import Any
 
 from hcsearch.export.formats import FORMATS, Format
-from hcsearch.export.settings import Settings
+from hcsearch.export.settings import NAMES, Settings
 from hcsearch.serve.addresses import LONGEST, AddressError, Asked, parameters
 from hcsearch.serve.computing import BusyError
 from hcsearch.serve.listing import rows_of_a_page
@@ -121,7 +121,7 @@ _READ: dict[str, Callable[[str], Any]] = {
     "timestep_s": _number,
 }
 """How settings of exports are read, by their names in `Settings`, which has their limits."""
-assert set(_READ) == set(Settings.__dataclass_fields__) - {"stem"}
+assert set(_READ) == set(NAMES)
 
 
 def read_export(ending: str, pairs: Any) -> tuple[Format, str, str | None, dict[str, Any]]:
