@@ -14,7 +14,7 @@ from hcsearch.export.formats import Format
 from hcsearch.export.settings import State
 from hcsearch.folding import Folding, split_crease
 from hcsearch.replays.sources import By, replay_named
-from hcsearch.subjects.designs import design_named
+from hcsearch.subjects.designs import design_named, is_id
 from hcsearch.subjects.reading import Request, read_subject
 from hcsearch.vocabulary import STATUSES
 
@@ -37,7 +37,7 @@ def exported_named(request: Request, wanted: Format, by: By | None = None, state
     if by is not None and not (wanted.of == "motion" or wanted.frames or share):
         remedy = ", or give --state SHARE" if "state" in wanted.takes else ""
         raise HcsearchError(f"{wanted.name} holds no motion: leave out --motion{remedy}")
-    if request.name.isascii() and request.name.isdigit():
+    if is_id(request.name):
         _, row = design_named(request.name, request.db)
         crease = best_crease(row["foldings"])
         request = request if crease is None else replace(request, name=f"{request.name}:{crease}")
