@@ -22,7 +22,7 @@ from hcsearch.vocabulary import STATUSES
 def exported_named(request: Request, wanted: Format, by: By | None = None, state: State = "flat") -> Exported:
     """What a name stands for, as a format takes it.
 
-    by : where the motion comes from (`replay_named`). state : a share of the motion needs one, too, that ends flat.
+    by : where the motion comes from (`replay_named`). state : a share of the motion needs a motion that ends flat.
     A design named by its id in a database stands for its folding of the best status there, in the scene `default`.
     Errors: HcsearchError where there is no such motion, and where one is asked for that the format has no place for.
     """

@@ -41,7 +41,7 @@ def replay_named(request: Request, by: By | None = None) -> Replay:
 
 
 def _stored(request: Request) -> Replay | None:
-    """The proved path that a database holds of a folding named by the id of its design; None without, in its scene."""
+    """The proved path in the request's scene of a folding named by the id of its design; None where there is none."""
     name, crease = split_crease(request.name)
     own = request.values or request.flat_pairs or request.merge or request.folding
     scene = request.scene
