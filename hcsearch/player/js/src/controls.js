@@ -1,6 +1,7 @@
 // The elements of a player, and what its reader does with them.
 
-import { clashText, degreesAtMost, element, icon, millimetres, nearestText, paceText, placeText } from './dom.js';
+import { element, icon } from './dom.js';
+import { clashText, degreesAtMost, millimetres, nearestText, paceText, placeText } from './words.js';
 
 const STEPS = 1000;
 export const SECONDS = 8; // that a motion takes to play
