@@ -14,7 +14,7 @@ from hcsearch.replays.replay import Replay
 NOTEBOOK = 640
 """Height of the frame in a notebook, pixels."""
 
-_STYLE = """
+COLOURS = """
 :root {
   color-scheme: light dark;
   --page: #f3f4f6; --card: #ffffff; --text: #1b1f27; --quiet: #5c6370; --line: #d9dce2; --accent: #1f6f54;
@@ -24,6 +24,12 @@ _STYLE = """
     --page: #14171c; --card: #1d2128; --text: #e7e9ee; --quiet: #a2a9b6; --line: #343a45; --accent: #63c9a2;
   }
 }
+"""
+"""Of a page, light and dark; the player takes them over."""
+
+_STYLE = (
+    COLOURS
+    + """\
 * { box-sizing: border-box; }
 body { margin: 0; background: var(--page); color: var(--text); font: 15px/1.45 system-ui, sans-serif; }
 main { max-width: 1080px; margin: 0 auto; padding: 20px 24px 32px; }
@@ -31,6 +37,7 @@ h1 { margin: 0 0 14px; font-size: 20px; line-height: 1.25; overflow-wrap: anywhe
 @media (max-width: 520px) { main { padding: 12px 12px 24px; } h1 { font-size: 17px; } }
 @media print { :root { --page: #ffffff; } main { max-width: none; padding: 0; } }
 """
+)
 
 _PAGE = Template("""<!DOCTYPE html>
 <html lang="en">

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from markupsafe import Markup
 
-from hcsearch.drawing import stylesheet
 from hcsearch.player import player_script
 from hcsearch.player.scripts import as_script, digest_of
 from hcsearch.report.census import census_table
 from hcsearch.report.data import ReportData
 from hcsearch.report.payload import page_data
-from hcsearch.report.templating import environment, joined_script, source
+from hcsearch.report.templating import environment, joined_script, page_style
 
 MODULES = ("geometry", "grammar", "conditions", "table", "parts", "card", "gallery", "dialog", "copy", "main")
 """Files of the script, each after those that it uses."""
@@ -34,7 +33,7 @@ def render(data: ReportData) -> str:
             ],
             # Trusted: JSON without a mark of HTML in it, and files of this package.
             payload=Markup(as_script(page_data(data))),
-            style=Markup(stylesheet() + "\n" + source("style.css")),
+            style=Markup(page_style("style.css")),
             scripts=[Markup(script) for script in scripts],
             digests=[digest_of(script) for script in scripts],
         )

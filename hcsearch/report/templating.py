@@ -6,6 +6,9 @@ from functools import cache
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from hcsearch.drawing import stylesheet
+from hcsearch.player.page import COLOURS
+
 
 @cache
 def environment() -> Environment:
@@ -26,6 +29,11 @@ def source(name: str) -> str:
     loader = environment().loader
     assert loader is not None
     return loader.get_source(environment(), name)[0]
+
+
+def page_style(*names: str) -> str:
+    """The style of a page: pictures, colours, and files among the templates."""
+    return "\n".join((stylesheet(), COLOURS, *map(source, names)))
 
 
 def joined_script(modules: tuple[str, ...], last: str = "") -> str:
