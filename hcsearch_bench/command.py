@@ -88,7 +88,7 @@ _POSTGRESQL = click.option(
     envvar="HCSEARCH_BENCH_POSTGRESQL",
     show_envvar=True,
     metavar="URL",
-    help="A server to store into, on which databases may be created and dropped.",
+    help="A server to store into, where databases may be made and dropped.",
 )
 
 
@@ -104,15 +104,15 @@ class _Bench(NamedTuple):
 _BENCHES = (
     _Bench(
         "enumeration",
-        "Circuits a second and memory, those of Graphillion, networkx and a plain backtracker, and growth with n.\n"
+        "Circuits a second and memory against Graphillion, networkx and a plain backtracker, and cost as n grows.\n"
         "\n"
         "Every engine runs in a process of its own. Graphillion is an extra: pip install 'hcsearch[bench]'.",
         "hcsearch bench enumeration --output reports/bench-enumeration --json bench.json",
-        (_REPEATS, _limit("60, quick: 2", "another program")),
+        (_REPEATS, _limit("60, quick: 2", "a peer")),
     ),
     _Bench(
         "folding",
-        "Designs that fold: joining them from half-chains, in comparison with listing all circuits and filtering.",
+        "Designs that fold, joined from half-chains, against listing all circuits and filtering them.",
         "hcsearch bench folding --quick",
         (_REPEATS, _limit("180, quick: 60", "a process")),
     ),
@@ -126,19 +126,19 @@ _BENCHES = (
     ),
     _Bench(
         "kinematics",
-        "Motions of linkages: error against run time of path methods, branches, descents, extreme scenes.",
+        "Motions of linkages: error against time of path methods, branches, descents, extreme scenes.",
         "hcsearch bench kinematics --quick",
         (_REPEATS,),
     ),
     _Bench(
         "mobility",
-        "The stage mobility: time of a folding, which foldings are locked, and what releases them.",
+        "The stage mobility: time of a folding, which foldings are locked, and what frees them.",
         "hcsearch bench mobility --quick",
         (_REPEATS,),
     ),
     _Bench(
         "iftomm",
-        "Dynamics on the IFToMM benchmark problems A01 to A05: error, energy and time, and other engines.\n"
+        "Dynamics on the IFToMM benchmark problems A01 to A05: error, energy and time, beside other engines.\n"
         "\n"
         "MuJoCo, Pinocchio and Exudyn are an extra: pip install 'hcsearch[bench]'.",
         "hcsearch bench iftomm --quick --json iftomm.json",
@@ -146,7 +146,7 @@ _BENCHES = (
     ),
     _Bench(
         "dynamics",
-        "Deployments: error against run time, whole ones, cost of a panel, the quick check; other engines.\n"
+        "Deployments: error against run time beside other engines, whole ones, cost of a panel, the quick check.\n"
         "\n"
         "MuJoCo, Pinocchio and Exudyn are an extra: pip install 'hcsearch[bench]'.",
         "hcsearch bench dynamics --quick --output dynamics",
@@ -154,7 +154,7 @@ _BENCHES = (
     ),
     _Bench(
         "collision",
-        "Distances of pairs of panels, random, degenerate and stacked, and of all pairs of deployments; coal.\n"
+        "Distances of pairs of panels, random, degenerate and stacked, and of all pairs of deployments, beside coal.\n"
         "\n"
         "coal comes with Pinocchio, an extra: pip install 'hcsearch[bench]'.",
         "hcsearch bench collision --quick --json collision.json",
@@ -166,24 +166,24 @@ _BENCHES = (
         "\n"
         "Stiffness, damping, thickness, masses, panels, starts, tolerances and restitution over many decades; a heat "
         "map.\n"
-        "Then branches and verdicts with the linear algebra for other processors, compared with this one.",
+        "Then branches and verdicts with the linear algebra for other processors, beside this one's.",
         "hcsearch bench stability --quick --json stability.json",
     ),
     _Bench(
         "planning",
-        "The stage motion: share of foldings settled against work, margin and thickness; single searches and OMPL.\n"
+        "The stage motion: share of foldings settled against work, margin and thickness, and searches beside OMPL.\n"
         "\n"
         "OMPL is an extra: pip install 'hcsearch[bench]'.",
         "hcsearch bench planning --quick",
     ),
     _Bench(
         "experiment",
-        "The thesis's deployment of the 4x4 array: equal, tuned and catalogue springs, several gravities, held panels.",
+        "The thesis's deployment of the 4x4 array: equal, tuned and catalogue springs; gravity and panel held tried.",
         "hcsearch bench experiment --quick",
     ),
     _Bench(
         "identification",
-        "Springs and damping from simulated measurements with noise: errors, and the standard errors reported.",
+        "Springs and damping from made-up measurements with known laws: error against noise, and the error reported.",
         "hcsearch bench identification --quick --json identification.json",
     ),
     _Bench(
@@ -194,7 +194,7 @@ _BENCHES = (
     ),
     _Bench(
         "deployability",
-        "Which untwisted foldings come flat without a collision, with which springs and flat pairs: "
+        "Which untwisted foldings come flat without a collision, and what helps the others: "
         "docs/measurements/tables.md.",
         "hcsearch bench deployability --quick",
     ),

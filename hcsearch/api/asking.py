@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from hcsearch.circuit import Circuit
@@ -33,19 +33,19 @@ class Setting:
     across: str | None = None
     flat_pairs: FlatPairs | None = None
     merge: bool = False
-    values: Mapping[str, Any] = field(default_factory=dict)
+    values: Mapping[str, Any] | None = None
 
     def request(self, what: str | Folding | Circuit) -> Request:
         """The request for something that has a name, or is a design."""
         folding = only_folding(what) if isinstance(what, Circuit) else None if isinstance(what, str) else what
         name = what if isinstance(what, str) else str(folding)
-        sizes = (self.panel, self.across)
-        return Request(name, self.db, self.scene, *sizes, self.flat_pairs, self.merge, self.values, folding)
+        values = {} if self.values is None else dict(self.values)
+        return Request(name, self.db, self.scene, self.panel, self.across, self.flat_pairs, self.merge, values, folding)
 
     def subject(self, what: Named) -> Subject:
         """What is meant, in its scene."""
         if not isinstance(what, Linkage):
             return read_subject(self.request(what))
         scene = read_scene(self.scene, self.db) if isinstance(self.scene, str) else self.scene or SCENES["default"]
-        scene = scene_with(scene, self.values)
+        scene = scene_with(scene, {} if self.values is None else self.values)
         return Subject(what, replace(numbered(scene, what), panel=None), None, {"linkage": repr(what)})

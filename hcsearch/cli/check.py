@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hcsearch.cli.options import json_option
 from hcsearch.cli.progress import Meter
 from hcsearch.cli.subjects import circuit_options, request_of
 
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
     "hcsearch check pattern.fold --panel 80x8 --flat-pairs hinged"
 )
 @circuit_options
-@json_option
+@click.option("--json", "as_json", is_flag=True, help="Print plain data.")
 def check(name: str, as_json: bool, **options: Any) -> None:
     """Take a pattern or a circuit of your own through every stage, and print what is left after each.
 
@@ -37,8 +36,8 @@ def check(name: str, as_json: bool, **options: Any) -> None:
     --panel and --across say otherwise. A circuit notation may be in any position, order or direction, and name one
     folding: CIRCUIT:CREASE.
 
-    Exit code: 0 where springs bring a folding flat, certified clear; 1 where they do not, or this is undecided; 2 for
-    wrong input.
+    Exit code: 0 where springs bring a folding flat, certified clear; 1 where they do not, or that is open; 2 for wrong
+    input.
     """
     from hcsearch.own_patterns.checking import check_circuit
 

@@ -54,8 +54,7 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
     first collision is reported. What comes flat is simulated at tighter tolerances, too: its time is printed in the
     digits that agree, and where one of them ends otherwise the motion is branch-singular, the verdict undecided.
 
-    Exit code: 0 where it deploys, flat and certified clear; 1 where it does not, or this is undecided; 2 for wrong
-    input.
+    Exit code: 0 where it deploys, flat and certified clear; 1 where it does not, or that is open; 2 for wrong input.
     """
     from hcsearch.api.deploying import deploy_subject
     from hcsearch.deployment.savings import savings

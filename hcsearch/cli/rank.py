@@ -53,9 +53,9 @@ def rank(
     style: str,
     save: bool,
 ) -> None:
-    """Rank the designs that satisfy QUERY: conditions such as n=12, dof<=6, untwisted, all of which must hold.
+    """Rank the designs that satisfy QUERY: terms such as n=12, dof<=6, untwisted, all of which must hold.
 
-    The score is the weighted mean of the worth of all criteria, 0 to 1 by fixed scales; a missing value is worth 0.
+    The score is the weighted mean of the worth of six criteria, 0 to 1 by fixed scales; a missing value is worth 0.
     Designs known not to deploy (no folding, twisted, locked) are left out.
     """
     from hcsearch.api.querying import opened, rank_in

@@ -9,7 +9,6 @@ import click
 from hcsearch.cli.options import database_option
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import printable
-from hcsearch.report.data import LIMIT
 from hcsearch.subjects.scenes import scene_asked_for
 from hcsearch.system.outputs import check_output
 
@@ -20,7 +19,7 @@ from hcsearch.system.outputs import check_output
 @scene_options
 @click.option("--output", default="reports/report.html", show_default=True, metavar="FILE", help="File to write.")
 @click.option(
-    "--limit", type=click.IntRange(min=0), default=LIMIT, show_default=True, help="At most this many designs."
+    "--limit", type=click.IntRange(min=0), default=20_000, show_default=True, help="At most this many designs."
 )
 def report(
     condition: str, db: str, scene: str | None, panel: str | None, across: str | None, output: str, limit: int

@@ -7,8 +7,6 @@ from typing import Any
 
 import click
 
-from hcsearch.scenes import DEFAULT, SCENES
-
 Command = Callable[..., Any]
 
 
@@ -28,7 +26,7 @@ def scene_options(command: Command) -> Command:
         click.option(
             "--scene",
             metavar="NAME|FILE.toml",
-            help=f"{', '.join(SCENES)}, a scene of the database, or a file.  [default: {DEFAULT}]",
+            help="default, earth, thesis, a scene of the database, or a file.  [default: default]",
         ),
     ):
         command = option(command)

@@ -39,12 +39,12 @@ def show(
 ) -> None:
     """Print a design, named by its id or its circuit notation, and its foldings (or only the one at CREASE).
 
-    Untwisted foldings are printed with their degrees of freedom, whether an end of the motion is proved locked, and the
-    deployments that the database holds of a design named by its id.
+    Untwisted ones with their degrees of freedom, whether an end of the motion is proved locked, and, of a design named
+    by its id, the deployments that are in the database.
 
     A circuit notation needs no database; it may be in any position, order or direction. Creases are numbered in the
-    canonical order that the first lines show. The page (--html) of a design named by its id has its verdicts in a
-    scene; for that of a circuit, motions are planned and simulated anew.
+    canonical order that the first lines show. A page (--html) has verdicts in a scene, of a design named by its id;
+    of a circuit, motions are planned and let go anew.
     """
     if not as_html and (output or scene or panel or across):
         raise HcsearchError("--output, --scene, --panel and --across are of a page: add --html")

@@ -126,22 +126,23 @@ def _judged(circuit: Circuit, designs: StagedDesigns, scene: Scene) -> list[Fold
     for i, status in enumerate(folding_statuses(designs, scene)):
         assert status is not None
         dof = int(mobility.dof[i])
+        reason, path = "", motion.reason[i]
         if status == "deploys":
             reason = trials[i].reason
         elif status == "locked":
             reason = "one-sided hinges hold an end of the motion, however flat pairs may be joined: see hcsearch show"
         else:
             tried = f"; springs: {first[i].reason}" if i in first else ""
-            reason = f"{motion.reason[i]}{tried}"
+            reason = f"{path}{tried}"
         verdicts.append(
             FoldingVerdict(
                 Folding(circuit, int(designs.folded.crease[i])),
-                twist=0,
-                dof=dof if dof >= 0 else None,
-                kutzbach=mobility.kutzbach,
-                status=status,
-                reason=reason,
-                scene=trials[i].scene if status == "deploys" else None,
+                0,
+                dof if dof >= 0 else None,
+                mobility.kutzbach,
+                status,
+                reason,
+                trials[i].scene if status == "deploys" else None,
             )
         )
     return verdicts

@@ -9,9 +9,6 @@ from typing import Any
 from hcsearch.scenes import DEFAULT
 from hcsearch.store.columns import DESIGNS, Quantity
 
-LIMIT = 20_000
-"""Designs on a page by default: so many are searched and sorted at once."""
-
 Row = Mapping[str, object]
 FoldingKey = tuple[int, int]
 """Id of a design and crease of its folding."""

@@ -9,7 +9,6 @@ from pathlib import Path
 from hcsearch.circuit import Circuit
 from hcsearch.errors import QueryError
 from hcsearch.folding import Folding
-from hcsearch.report.data import LIMIT
 from hcsearch.report.design_fetching import design_data
 from hcsearch.report.design_page import render_design
 from hcsearch.report.fetching import BEST_FIRST, fetch
@@ -17,6 +16,9 @@ from hcsearch.report.page import render
 from hcsearch.scenes import DEFAULT
 from hcsearch.store import Database, open_readonly
 from hcsearch.system.outputs import write_output
+
+LIMIT = 20_000
+"""Designs on a page by default: so many are searched and sorted at once."""
 
 
 def write_report(
