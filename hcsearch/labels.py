@@ -79,6 +79,11 @@ def named_hinges(linkage: Linkage, hinges: Iterable[int]) -> str:
     return ", ".join(names[hinge] for hinge in hinges) or "none"
 
 
+def is_name(text: str) -> bool:
+    """Whether a text may name a panel or a hinge: a number, or several that are one, `3+4`."""
+    return all(part.isascii() and part.isdigit() and len(part) < 10 for part in text.split("+"))
+
+
 def plain(name: str) -> int | str:
     """A name as data: a number, but a text where it is one of several, `3+4`."""
     return int(name) if name.isdigit() else name

@@ -21,6 +21,7 @@ from hcsearch.isometries import Isometry
 Point = tuple[float, float]
 Facet = tuple[Point, ...]
 Face = Literal["top", "bottom"]
+Fold = Literal["mountain", "valley", "flat"]
 Pair = tuple[int, int]
 
 SAME = 1e-7
@@ -38,6 +39,13 @@ class Crease:
 
     face: Face | None
     closes: bool = True
+
+    @property
+    def fold(self) -> Fold:
+        """Mountain or valley, as seen from above; flat where the edge is rigid or its hinge stays flat."""
+        if not self.closes:
+            return "flat"
+        return "valley" if self.face == "top" else "mountain"
 
     @property
     def inverted(self) -> Crease:
@@ -64,6 +72,11 @@ class Hinge:
     start: Point
     end: Point
     closes: bool = True
+
+    @property
+    def crease(self) -> Crease:
+        """The crease along the hinge."""
+        return Crease(self.face, self.closes)
 
 
 @dataclass(frozen=True)

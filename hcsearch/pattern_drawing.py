@@ -31,7 +31,7 @@ def draw_pattern(pattern: Pattern, title: str = "pattern") -> str:
     for pair, ends in pattern.edges.items():
         crease = pattern.creases.get(pair)
         if crease is not None and crease.face is not None:
-            kind = "hinge" if not crease.closes else "valley" if crease.face == "top" else "mountain"
+            kind: str = "hinge" if crease.fold == "flat" else crease.fold
         elif crease is None and pattern.panel_of[pair[0]] != pattern.panel_of[pair[1]]:
             kind = "slit"
         else:

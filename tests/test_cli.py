@@ -20,9 +20,9 @@ from pathlib import Path
 
 import pytest
 
-from hcsearch.cli import main
 from hcsearch.store import open_database
 from tests import forking
+from tests.commands import run_here
 
 ENUMERATE = ("enumerate", "--until", "mobility")  # deployments take longer than all else: they have tests of their own
 ENUMERATE_HEX_10 = (*ENUMERATE, "--grid", "hex", "--n", "10", "--db", "d.sqlite")
@@ -44,24 +44,14 @@ def start(tmp_path):
 
 @pytest.fixture
 def run(tmp_path, monkeypatch, capfd):
-    """A command in this process, as most starts of an interpreter take longer than what it then does."""
+    """A command in this process, with the exit code that is expected of it."""
 
     def call(*words, code=0, env=None):
-        capfd.readouterr()
-        on_interrupt = signal.getsignal(signal.SIGINT)
-        status = 0
         with monkeypatch.context() as patch:
             patch.chdir(tmp_path)
-            patch.setattr(sys, "argv", ["hcsearch", *words])
             for name, value in (env or {}).items():
                 patch.setenv(name, value)
-            try:
-                main()
-            except SystemExit as end:
-                status = end.code
-            finally:
-                signal.signal(signal.SIGINT, on_interrupt)
-        done = subprocess.CompletedProcess(words, status, *capfd.readouterr())
+            done = run_here(words, capfd)
         assert done.returncode == code, done.stderr + done.stdout
         assert "Traceback" not in done.stderr
         return done

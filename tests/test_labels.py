@@ -26,9 +26,9 @@ MERGED = "square:012230:1"
 @st.composite
 def joined(draw):
     """A folding and its linkage, joined in some way."""
-    found = foldings(draw(circuits(even=True)))
-    assume(found)
-    folding = draw(st.sampled_from(found))
+    choices = foldings(draw(circuits(even=True)))
+    assume(choices)
+    folding = draw(st.sampled_from(choices))
     pairs, merged = draw(st.sampled_from(["rigid", "hinged"])), draw(st.booleans())
     return folding, folding.linkage(flat_pairs=pairs, merged=merged), pairs, merged
 

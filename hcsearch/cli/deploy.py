@@ -90,11 +90,13 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
 
 def _own_springs(options: dict[str, Any]) -> dict[str, Any]:
     """The springs of single hinges, as a scene has them."""
+    from hcsearch.labels import is_name
+
     values: dict[str, Any] = {}
     if options["own_springs"]:
         pairs = [text.partition("=") for text in options["own_springs"]]
         for hinge, equals, _ in pairs:
-            if not (equals and hinge.isascii() and hinge.replace("+", "").isdigit()):
+            if not (equals and is_name(hinge)):
                 raise HcsearchError(f"cannot read --springs {hinge!r}: write HINGE=LAW, such as 3=linear:0.2")
         values["springs"] = {hinge: law for hinge, _, law in pairs}
         if len(values["springs"]) < len(pairs):

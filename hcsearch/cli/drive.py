@@ -109,21 +109,17 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
 
 def _wishes(options: dict[str, Any]) -> Any:
     from hcsearch.drive.driving import Wishes
+    from hcsearch.labels import is_name
 
     values = {name: options[name] for name in ("rate", "acceleration", "firm", "period") if options[name] is not None}
     if options["near"] is not None:
         values["near"] = _near(options["near"])
     if options["hinges"] is not None:
         parts = options["hinges"].split(",")
-        if not all(_is_name(part) for part in parts):
+        if not all(map(is_name, parts)):
             raise HcsearchError(f"cannot read --hinges {options['hinges']!r}: write numbers, such as 0,4,5")
         values["hinges"] = tuple(parts)
     return Wishes(**values)
-
-
-def _is_name(text: str) -> bool:
-    """Whether a text may name a hinge: a crease, or several that are one hinge, as 0+8."""
-    return all(part.isascii() and part.isdigit() and len(part) < 10 for part in text.split("+"))
 
 
 def _near(text: str) -> tuple[float, float]:

@@ -9,9 +9,7 @@ import click
 from hcsearch.cli.options import Number
 from hcsearch.cli.subjects import request_of, subject_options
 from hcsearch.export.formats import FORMATS
-from hcsearch.export.settings import LEAST_STEP_S, MOST_KERF_MM, MOST_STEP_S, PROFILES, SHEETS
-
-_SETTINGS = ("state", "sheet", "kerf_mm", "hinge_gap_mm", "profile", "part", "contact", "timestep_s")
+from hcsearch.export.settings import LEAST_STEP_S, MOST_KERF_MM, MOST_STEP_S, NAMES, PROFILES, SHEETS
 
 
 @click.command(
@@ -58,7 +56,7 @@ def export(name: str, output: str, format_name: str | None, motion: Any, **optio
     from hcsearch.system.outputs import check_output
 
     wanted = format_of(output, format_name)
-    given = {name: options[name] for name in _SETTINGS if options[name] is not None}
+    given = {name: options[name] for name in NAMES if options[name] is not None}
     settings = settings_of(wanted, given)
     check_output(output)
     wanted.check_installed()

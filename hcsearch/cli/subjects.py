@@ -14,9 +14,8 @@ if TYPE_CHECKING:
     from hcsearch.subjects.reading import Request
 
 Command = Callable[..., Any]
-_VALUES = (*("held", "seconds", "gravity", "spring", "springs", "damping", "start", "restitution", "spring_range"),)
+_VALUES = ("held", "seconds", "gravity", "spring", "springs", "damping", "start", "restitution", "spring_range")
 """Values of a scene that one command or another has options for."""
-
 
 _SECONDS = click.option(
     "--seconds", type=float, metavar="S", help="To simulate.  [default: 1, longer where the scene is slower]"

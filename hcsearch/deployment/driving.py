@@ -12,7 +12,7 @@ import numpy as np
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.dynamics.driving import Commands, Demand
 from hcsearch.errors import HcsearchError, SceneError
-from hcsearch.labels import Labels, plain
+from hcsearch.labels import Labels, is_name, plain
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals
 
@@ -101,7 +101,7 @@ def drives_in(table: Mapping[str, Any], labels: Labels) -> Drives:
 
 def _driven(names: Any, labels: Labels) -> list[int]:
     """The hinges of names, as `drives_text` writes them."""
-    if not isinstance(names, list) or not all(_is_name(name) for name in names):
+    if not isinstance(names, list) or not all(_is_named(name) for name in names):
         raise SceneError("[drive] must name each driven hinge once, as pictures do: write it with hcsearch drive")
     try:
         return [labels.hinge(str(name)) for name in names]
@@ -109,10 +109,9 @@ def _driven(names: Any, labels: Labels) -> list[int]:
         raise SceneError(f"the drive is not one of this design: {error}; write it with hcsearch drive") from error
 
 
-def _is_name(name: Any) -> bool:
-    if isinstance(name, int) and not isinstance(name, bool):
-        return name >= 0
-    return isinstance(name, str) and all(part.isascii() and part.isdigit() for part in name.split("+"))
+def _is_named(name: Any) -> bool:
+    """Whether a value of a file names a hinge, by a number or a text."""
+    return isinstance(name, int | str) and not isinstance(name, bool) and is_name(str(name))
 
 
 def _numbers(value: Any) -> Reals:

@@ -11,7 +11,7 @@ from typing import Any
 
 from hcsearch.deployment.naming import named
 from hcsearch.errors import SceneError
-from hcsearch.labels import Labels
+from hcsearch.labels import Labels, is_name
 from hcsearch.scenes import SCENES, Scene, panel_text, read_panel
 from hcsearch.system.reading import read_toml
 from hcsearch.vocabulary import FORMULATIONS
@@ -118,10 +118,9 @@ def _named_springs(_key: str, value: Any) -> tuple[tuple[str, str], ...]:
 
 def _name(text: str) -> str:
     """The name of a panel or hinge, without needless zeros."""
-    parts = text.split("+")
-    if not all(part.isascii() and part.isdigit() and len(part) < 10 for part in parts):
+    if not is_name(text):
         raise ValueError
-    return "+".join(str(int(part)) for part in parts)
+    return "+".join(str(int(part)) for part in text.split("+"))
 
 
 def _named_held(_key: str, value: Any) -> str:

@@ -14,7 +14,7 @@ from hcsearch.export.formats import Format
 from hcsearch.export.settings import State
 from hcsearch.folding import Folding, split_crease
 from hcsearch.replays.sources import By, replay_named
-from hcsearch.subjects.designs import design_named
+from hcsearch.subjects.designs import design_named, is_id
 from hcsearch.subjects.reading import Request, read_subject
 from hcsearch.vocabulary import STATUSES
 
@@ -22,7 +22,7 @@ from hcsearch.vocabulary import STATUSES
 def exported_named(request: Request, wanted: Format, by: By | None = None, state: State = "flat") -> Exported:
     """What a name stands for, as a format takes it.
 
-    by : where the motion comes from (`replay_named`). state : a share of the motion needs one, too, that ends flat.
+    by : where the motion comes from (`replay_named`). state : a share of the motion needs a motion that ends flat.
     A design named by its id in a database stands for its folding of the best status there, in the scene `default`.
     Errors: HcsearchError where there is no such motion, and where one is asked for that the format has no place for.
     """
@@ -37,14 +37,14 @@ def exported_named(request: Request, wanted: Format, by: By | None = None, state
     if by is not None and not (wanted.of == "motion" or wanted.frames or share):
         remedy = ", or give --state SHARE" if "state" in wanted.takes else ""
         raise HcsearchError(f"{wanted.name} holds no motion: leave out --motion{remedy}")
-    if request.name.isascii() and request.name.isdigit():
+    if is_id(request.name):
         _, row = design_named(request.name, request.db)
         crease = best_crease(row["foldings"])
         request = request if crease is None else replace(request, name=f"{request.name}:{crease}")
     subject = read_subject(request)
     folding = Folding.from_notation(subject.facts["design"]) if "design" in subject.facts else None
     replay = replay_named(request, by) if wanted.of == "motion" or by is not None or share else None
-    name = str(subject.facts.get("design", subject.facts.get("assembly")))
+    name = subject.title
     if share and replay is not None and not replay.ends_flat:
         raise HcsearchError(f"the motion of {name} does not end flat ({replay.source}): write --state flat or folded")
     return Exported(name, None if folding is None else folding.circuit, folding, subject, replay)

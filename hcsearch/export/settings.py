@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, Literal, get_args
 
 from hcsearch.errors import HcsearchError
@@ -52,6 +52,10 @@ class Settings:
         _check_number("hinge_gap_mm", self.hinge_gap_mm, 0.0, math.inf)
         if self.timestep_s is not None:
             _check_number("timestep_s", self.timestep_s, LEAST_STEP_S, MOST_STEP_S)
+
+
+NAMES = tuple(field.name for field in fields(Settings) if field.name != "stem")
+"""What users set; the stem is known from the name of the file."""
 
 
 def read_state(text: str) -> State:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ from hcsearch.errors import HcsearchError
 from hcsearch.export.exported import Exported
 from hcsearch.export.formats import FORMATS, Content, Format, format_of
 from hcsearch.export.reading import exported_named
-from hcsearch.export.settings import Settings
+from hcsearch.export.settings import NAMES, Settings
 from hcsearch.folding import Folding
 from hcsearch.replays.sources import By
 from hcsearch.subjects.reading import Request
@@ -44,10 +44,9 @@ def export(
 
 def settings_of(wanted: Format, given: Mapping[str, Any]) -> Settings:
     """The settings of an export; HcsearchError for those that the format does not heed."""
-    known = {field.name for field in fields(Settings)}
     for name in given:
-        if name not in known:
-            raise HcsearchError(f"exports have no setting {name!r}: they have {', '.join(sorted(known))}")
+        if name not in NAMES:
+            raise HcsearchError(f"exports have no setting {name!r}: they have {', '.join(sorted(NAMES))}")
         if name not in wanted.takes:
             option = "--" + name.removesuffix("_mm").removesuffix("_s").replace("_", "-")
             others = ", ".join(other.name for other in FORMATS.values() if name in other.takes)

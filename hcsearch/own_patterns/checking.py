@@ -93,15 +93,9 @@ def check_circuit(
     assert designs.twists is not None
     untwisted = designs.twists == 0
     verdicts = {
-        int(crease): FoldingVerdict(
-            Folding(circuit, int(crease)),
-            int(lk),
-            None,
-            6 * (circuit.n - 1) - 5 * circuit.n,
-            None,
-            f"twisted, with linking number {lk}: no motion leads from packed to flat",
-        )
+        int(crease): _twisted(Folding(circuit, int(crease)), int(lk))
         for crease, lk in zip(designs.folded.crease, designs.twists, strict=True)
+        if lk
     }
     plain = np.flatnonzero(untwisted)
     for done, place in enumerate(plain):
@@ -111,6 +105,13 @@ def check_circuit(
             one, _ = run_stages(one, [stage], scene)
         verdicts |= {verdict.folding.crease: verdict for verdict in _judged(circuit, one, scene)}
     return CheckedCircuit(circuit, two_stack, tuple(verdicts[crease] for crease in sorted(verdicts)))
+
+
+def _twisted(folding: Folding, lk: int) -> FoldingVerdict:
+    """The verdict on a folding that no stage after the twist looks at."""
+    n = folding.circuit.n
+    reason = f"twisted, with linking number {lk}: no motion leads from packed to flat"
+    return FoldingVerdict(folding, lk, dof=None, kutzbach=6 * (n - 1) - 5 * n, status=None, reason=reason)
 
 
 def _judged(circuit: Circuit, designs: StagedDesigns, scene: Scene) -> list[FoldingVerdict]:

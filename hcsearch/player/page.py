@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
-import json
 from functools import cache
 from html import escape
 from importlib.resources import files
 from string import Template
 
 from hcsearch.player.payload import payload_of
+from hcsearch.player.scripts import as_script, digest_of
 from hcsearch.replays.replay import Replay
 
 NOTEBOOK = 640
 """Height of the frame in a notebook, pixels."""
 
-_STYLE = """
+COLOURS = """
 :root {
   color-scheme: light dark;
   --page: #f3f4f6; --card: #ffffff; --text: #1b1f27; --quiet: #5c6370; --line: #d9dce2; --accent: #1f6f54;
@@ -26,6 +24,12 @@ _STYLE = """
     --page: #14171c; --card: #1d2128; --text: #e7e9ee; --quiet: #a2a9b6; --line: #343a45; --accent: #63c9a2;
   }
 }
+"""
+"""Of a page, light and dark; the player takes them over."""
+
+_STYLE = (
+    COLOURS
+    + """\
 * { box-sizing: border-box; }
 body { margin: 0; background: var(--page); color: var(--text); font: 15px/1.45 system-ui, sans-serif; }
 main { max-width: 1080px; margin: 0 auto; padding: 20px 24px 32px; }
@@ -33,6 +37,7 @@ h1 { margin: 0 0 14px; font-size: 20px; line-height: 1.25; overflow-wrap: anywhe
 @media (max-width: 520px) { main { padding: 12px 12px 24px; } h1 { font-size: 17px; } }
 @media print { :root { --page: #ffffff; } main { max-width: none; padding: 0; } }
 """
+)
 
 _PAGE = Template("""<!DOCTYPE html>
 <html lang="en">
@@ -69,10 +74,10 @@ def player_html(replay: Replay) -> str:
         title=escape(replay.title),
         source=escape(replay.source),
         style=_STYLE,
-        style_hash=_digest(_STYLE),
+        style_hash=digest_of(_STYLE),
         motion=motion_json(replay),
         script=script,
-        script_hash=_digest(script),
+        script_hash=digest_of(script),
     )
 
 
@@ -85,16 +90,11 @@ def notebook_html(replay: Replay) -> str:
 
 
 def motion_json(replay: Replay) -> str:
-    """The plain data of a motion as JSON that may stand in a script element: no text in it can end that."""
-    text = json.dumps(payload_of(replay), separators=(",", ":"), allow_nan=False)
-    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+    """The plain data of a motion as JSON that may stand in a script element."""
+    return as_script(payload_of(replay))
 
 
 @cache
 def player_script() -> str:
     """The player: a script that defines `hcsearchPlayer`, made of `js` by `npm run build`."""
     return (files("hcsearch.player") / "player.js").read_text(encoding="ascii")
-
-
-def _digest(text: str) -> str:
-    return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")

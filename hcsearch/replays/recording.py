@@ -7,7 +7,7 @@ import numpy as np
 from hcsearch.deployment.deploying import Deployment
 from hcsearch.labels import labels_of
 from hcsearch.linkage import Linkage
-from hcsearch.replays.replay import Replay, thinned
+from hcsearch.replays.replay import Replay, thinned, turned
 from hcsearch.typing import Reals
 
 FINE = 4
@@ -16,17 +16,15 @@ NEAR = 2e-3
 """What interpolation between the states of a replay may miss a hinge by, rad: 0.1 degrees, less than a screen shows."""
 
 
-def replay_of_deployment(
-    deployment: Deployment, title: str, *, design: bool | None = None, near: float = NEAR
-) -> Replay:
-    """The replay of a simulated deployment; design : as of `labels_of`. near : rad, allowed error of interpolation."""
+def replay_of_deployment(deployment: Deployment, title: str, *, design: bool | None = None) -> Replay:
+    """The replay of a simulated deployment; design : as of `labels_of`."""
     compiled, motion, clearance = deployment.compiled, deployment.motion, deployment.clearance
     shares = np.linspace(0.0, 1.0, FINE, endpoint=False)
     between = (motion.times[:-1, None] + shares * np.diff(motion.times)[:, None]).ravel()
     at = np.append(between, motion.times[-1])
     q = motion.at(at)
     at, angles = _without_repeats(at, compiled.of_hinges(q, np.zeros_like(q))[0])
-    kept, error = thinned(at, angles, near)
+    kept, error = thinned(at, angles, NEAR)
     end = float(at[-1]) if clearance is not None and clearance.kind == "clear" else None
     if clearance is not None and clearance.time is not None:
         end = clearance.time
@@ -51,10 +49,10 @@ def replay_of_path(
     """The replay of a planned path, (k, n_hinges), from packed to flat.
 
     margin : m, the play at which the path is proved as a whole, None where it is not proved. Places on the axis are
-    shares of the path's length, the sum of what the hinges turn by.
+    shares of the path's length, the sum of what the hinges turn by. near : rad, allowed error of interpolation.
     """
-    turned = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(states, axis=0)).sum(axis=1))])
-    at = turned / turned[-1] if turned[-1] > 0.0 else np.linspace(0.0, 1.0, len(states))
+    length = turned(states)
+    at = length / length[-1] if length[-1] > 0.0 else np.linspace(0.0, 1.0, len(states))
     at, states = _without_repeats(at, np.asarray(states, float))
     kept, error = thinned(at, states, near)
     proved = "not proved" if margin is None else f"proved with {1e3 * margin:.2g} mm of play on every face"

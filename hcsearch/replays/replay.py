@@ -55,6 +55,12 @@ class Replay:
         return np.stack([np.interp(at, self.at, column) for column in self.angles.T], axis=1)
 
 
+def turned(angles: Reals) -> Reals:
+    """How far all hinges have turned until each of some states, (k,), rad in sum; angles : (k, n_hinges)."""
+    steps = np.abs(np.diff(angles, axis=0)).sum(axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
 def thinned(at: Reals, angles: Reals, tolerance: float) -> tuple[np.ndarray, float]:
     """Numbers of the states to keep so that interpolation misses none of the others by more than a tolerance (rad).
 

@@ -16,7 +16,7 @@ from hcsearch.replays.recording import replay_of_deployment, replay_of_path
 from hcsearch.replays.replay import Replay
 from hcsearch.scenes import DEFAULT, PanelSize, Scene, panel_of
 from hcsearch.store import Database, StoredPath, find_paths, open_readonly, scene_names
-from hcsearch.subjects.designs import design_named
+from hcsearch.subjects.designs import design_named, is_id
 from hcsearch.subjects.reading import Request, read_folding, read_subject
 from hcsearch.subjects.scenes import scene_asked_for, stored_scene
 from hcsearch.vocabulary import WAYS
@@ -37,17 +37,15 @@ def replay_named(request: Request, by: By | None = None) -> Replay:
             return replay
     subject = read_subject(request)
     deployment = deploy(subject.linkage, subject.scene, subject.formulation or "constrained", drives=subject.drives)
-    name = str(subject.facts.get("design", subject.facts.get("assembly")))
-    return replay_of_deployment(deployment, name, design="design" in subject.facts)
+    return replay_of_deployment(deployment, subject.title, design="design" in subject.facts)
 
 
 def _stored(request: Request) -> Replay | None:
-    """The proved path that a database holds of a folding named by the id of its design; None without, in its scene."""
+    """The proved path in the request's scene of a folding named by the id of its design; None where there is none."""
     name, crease = split_crease(request.name)
-    is_id = name.isascii() and name.isdigit()
     own = request.values or request.flat_pairs or request.merge or request.folding
     scene = request.scene
-    if crease is None or not is_id or own or isinstance(scene, Scene) or (scene or "").endswith(".toml"):
+    if crease is None or not is_id(name) or own or isinstance(scene, Scene) or (scene or "").endswith(".toml"):
         return None
     circuit, row = design_named(name, request.db)
     wanted = folding_of(circuit, crease).crease

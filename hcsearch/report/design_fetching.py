@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import version
-from typing import Any
 
 from hcsearch.circuit import Circuit
 from hcsearch.deployment.deploying import deploy
@@ -107,15 +106,20 @@ def _folding(folding: Folding, stored: _Known, scene: Scene, db: str) -> ShownFo
     row, turns = stored.rows.get(folding.crease, {}), twist(folding)
     key = (stored.number, folding.crease)
     tried, panel = stored.tried.get(key, ()), panel_of(scene, folding.circuit.grid.name)
-    known: dict[str, Any] = {"status": "twisted" if turns else str(row.get("status") or "not_judged")}
-    known["why"] = why({**row, "twist": turns}, stored.motions.get(key), tried)
-    if not turns:
-        known["freedoms"] = freedoms_of(folding, panel)
-        known["locks"] = lock_sentences(folding, panel)
-        known["motions"] = _motions(folding, stored, best_try(tried), db)
-    if not known["why"]:
-        known["why"] = "; ".join(motion.source for motion in known.get("motions", ())) or NOT_JUDGED
-    return ShownFolding(folding=folding, row=row, twist=turns, room=room_of(folding, scene), tried=tried, **known)
+    motions = [] if turns else _motions(folding, stored, best_try(tried), db)
+    reason = why({**row, "twist": turns}, stored.motions.get(key), tried)
+    return ShownFolding(
+        folding=folding,
+        row=row,
+        twist=turns,
+        status="twisted" if turns else str(row.get("status") or "not_judged"),
+        why=reason or "; ".join(motion.source for motion in motions) or NOT_JUDGED,
+        room=room_of(folding, scene),
+        tried=tried,
+        freedoms=() if turns else freedoms_of(folding, panel),
+        locks=() if turns else lock_sentences(folding, panel),
+        motions=motions,
+    )
 
 
 def _motions(folding: Folding, stored: _Known, best: Row | None, db: str) -> list[ShownMotion]:

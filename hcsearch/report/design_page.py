@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from markupsafe import Markup
 
 from hcsearch.circuit import Circuit
-from hcsearch.drawing import draw_circuit, stylesheet
+from hcsearch.drawing import draw_circuit
 from hcsearch.folding import Folding
 from hcsearch.player import player_script
+from hcsearch.player.scripts import as_script, digest_of
 from hcsearch.report.design_data import DesignData, ShownFolding
-from hcsearch.report.page import digest_of, environment, joined_script, source
-from hcsearch.report.payload import as_script
 from hcsearch.report.plots import swatch
+from hcsearch.report.templating import environment, joined_script, page_style
 from hcsearch.report.words import written
 from hcsearch.store.columns import DESIGNS, FOLDINGS, Quantity
 
@@ -39,7 +39,7 @@ def render_design(data: DesignData) -> str:
             drawn=Markup,
             swatch=lambda k: Markup(swatch(k)),
             payload=Markup(as_script(payloads)),
-            style=Markup("\n".join((stylesheet(), source("style.css"), source("design.css")))),
+            style=Markup(page_style("style.css", "design.css")),
             scripts=[Markup(script) for script in scripts],
             digests=[digest_of(script) for script in scripts],
         )

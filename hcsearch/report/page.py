@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
-from functools import cache
-
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from hcsearch.drawing import stylesheet
 from hcsearch.player import player_script
+from hcsearch.player.scripts import as_script, digest_of
+from hcsearch.report.census import census_table
 from hcsearch.report.data import ReportData
-from hcsearch.report.payload import as_script, page_data
+from hcsearch.report.payload import page_data
+from hcsearch.report.templating import environment, joined_script, page_style
 
 MODULES = ("geometry", "grammar", "conditions", "table", "parts", "card", "gallery", "dialog", "copy", "main")
 """Files of the script, each after those that it uses."""
@@ -36,75 +33,13 @@ def render(data: ReportData) -> str:
             ],
             # Trusted: JSON without a mark of HTML in it, and files of this package.
             payload=Markup(as_script(page_data(data))),
-            style=Markup(stylesheet() + "\n" + source("style.css")),
+            style=Markup(page_style("style.css")),
             scripts=[Markup(script) for script in scripts],
             digests=[digest_of(script) for script in scripts],
         )
     )
 
 
-def joined_script(modules: tuple[str, ...], last: str = "") -> str:
-    """The modules of a script, and a text after them, as one, of which nothing is seen from outside."""
-    return '"use strict";\n(() => {\n' + "\n".join([*(source(f"{name}.js") for name in modules), last]) + "})();\n"
-
-
-def digest_of(script: str) -> str:
-    """The hash by which a policy admits a script."""
-    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-
-
 def _has_box(data: ReportData, name: str) -> bool:
     """Whether a yes/no quantity has a box to tick: the two that are always known, and others that some design has."""
     return name in {"two_stack", "untwisted"} or any(design.get(name) for design in data.designs)
-
-
-Census = tuple[list[str], list[tuple[int | None, list[int]]]]
-
-
-def census_table(data: ReportData) -> Census | None:
-    """Count designs by number of foldings (rows) and smallest twist (columns); None before foldings are known."""
-    cells = [(foldings, twist, count) for foldings, twist, count in data.census if foldings is not None]
-    if not cells:
-        return None
-    twists = sorted({twist for _, twist, _ in cells if twist is not None})
-    columns = [f"least twist {twist}" for twist in twists]
-    names = [_column(foldings, twist) for foldings, twist, _ in cells]
-    columns += [name for name in ("twist not known", "no folding") if name in names]
-    counts: dict[tuple[int, str], int] = {}
-    for (foldings, _, count), name in zip(cells, names, strict=True):
-        counts[foldings, name] = counts.get((foldings, name), 0) + count
-    rows = sorted({foldings for foldings, _, _ in cells})
-    return columns, [(row, [counts.get((row, name), 0) for name in columns]) for row in rows]
-
-
-def _column(foldings: int, twist: int | None) -> str:
-    """The column of the census that designs are counted in."""
-    if twist is not None:
-        return f"least twist {twist}"
-    return "twist not known" if foldings else "no folding"
-
-
-@cache
-def environment() -> Environment:
-    """Templates with everything escaped."""
-    made = Environment(
-        loader=PackageLoader("hcsearch.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    made.filters["grouped"] = _grouped
-    return made
-
-
-def source(name: str) -> str:
-    """The text of a file among the templates."""
-    loader = environment().loader
-    assert loader is not None
-    return loader.get_source(environment(), name)[0]
-
-
-def _grouped(count: int | None) -> str:
-    """Write a count with its thousands apart; `-` when not known."""
-    return "-" if count is None else f"{count:,}"

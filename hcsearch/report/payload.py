@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -78,14 +77,6 @@ def described(quantity: Quantity) -> dict[str, object]:
         "note": quantity.note,
         "words": list(quantity.words),
     }
-
-
-def as_script(value: object) -> str:
-    """JSON that may stand within a script element: no `<`, and `&` neither, so that nothing in it ends the element."""
-    text = json.dumps(value, separators=(",", ":"), allow_nan=False)
-    for mark in "<>&":
-        text = text.replace(mark, f"\\u{ord(mark):04x}")
-    return text
 
 
 def id_of(design: Row) -> int:

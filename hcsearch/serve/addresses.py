@@ -59,18 +59,18 @@ def parameters(pairs: Sequence[tuple[str, str]], known: Mapping[str, int]) -> di
 
     known : the longest that each may be, in characters.
     """
-    found: dict[str, str] = {}
+    given: dict[str, str] = {}
     for name, value in pairs:
         if name not in known:
             raise AddressError(f"addresses here have no parameter {name!r}: they have {', '.join(known)}")
-        if name in found:
+        if name in given:
             raise AddressError(f"the parameter {name} is given twice: give it once")
         if len(value) > known[name]:
             raise AddressError(f"the parameter {name} has {len(value)} characters: give {known[name]} at most")
         if not value.isprintable() or "\ufffd" in value:
             raise AddressError(f"the parameter {name} holds what is no text in UTF-8: write it anew")
-        found[name] = value
-    return found
+        given[name] = value
+    return given
 
 
 def read_asked(view: str, pairs: Sequence[tuple[str, str]], scene: str) -> Asked:

@@ -25,7 +25,7 @@ from werkzeug.wrappers import Request, Response
 from hcsearch.errors import DatabaseError, HcsearchError, QueryError
 from hcsearch.scenes import DEFAULT
 from hcsearch.serve import jobs
-from hcsearch.serve.addresses import parameters, read_asked
+from hcsearch.serve.addresses import LONGEST, parameters, read_asked
 from hcsearch.serve.computing import BusyError, Computing
 from hcsearch.serve.downloads import TYPES, Streams, read_export
 from hcsearch.serve.guards import FRAMED, HEADERS, POLICY, refusal
@@ -35,6 +35,8 @@ from hcsearch.store import Database, foldings_with_paths, scene_names, select
 from hcsearch.store.columns import VIEWS
 
 _VIEWS = f"<any({', '.join(VIEWS)}):view>"
+_SCENE = {"scene": LONGEST["scene"]}
+"""Parameters of a design, with the most characters of each."""
 _STATUSES = ((BusyError, 503), (DatabaseError, 500), (HcsearchError, 400))
 _FOREVER = "public, max-age=31536000, immutable"
 
@@ -116,7 +118,7 @@ class Application:
         return Response(pieces, mimetype=TYPES[style], headers=headers)
 
     def _design(self, request: Request, number: int) -> Response:
-        scene = self._scene(parameters(_pairs(request), {"scene": 200}).get("scene", ""))
+        scene = self._scene(parameters(_pairs(request), _SCENE).get("scene", ""))
         circuit = self._circuit(number)
         key = ("design", number, scene, stamp_of(self.database))
         named = "" if scene == self.scene else scene
@@ -124,7 +126,7 @@ class Application:
         return Response(text, mimetype="text/html", headers={"Content-Security-Policy": FRAMED})
 
     def _motion(self, request: Request, number: int, crease: int) -> Response:
-        scene = self._scene(parameters(_pairs(request), {"scene": 200}).get("scene", ""))
+        scene = self._scene(parameters(_pairs(request), _SCENE).get("scene", ""))
         circuit = self._circuit(number)
         if (number, crease) not in foldings_with_paths(self.database, [number], scene):
             raise NotFound

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import threading
-from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from concurrent.futures import TimeoutError as LateError
+from contextlib import suppress
 from queue import Empty, SimpleQueue
 from typing import Any
 
 from hcsearch.errors import HcsearchError
 from hcsearch.pipeline.processes import DeadWorkerError, ProcessExecutor
+from hcsearch.serve.keeping import Kept
 
 PROCESSES = 2
 """Computations at once; as many more may wait."""
@@ -33,13 +34,13 @@ class Computing:
             self._idle.put(None)
         self._room = threading.BoundedSemaphore(2 * processes)
         self._lock = threading.Lock()
-        self._kept: OrderedDict[Hashable, Any] = OrderedDict()
+        self._kept: Kept[Any] = Kept(KEPT)
         self._running: set[ProcessExecutor] = set()
         self._closed = False
 
     def __call__(self, key: Hashable, call: Callable[..., Any], *arguments: Any) -> Any:
         """The result of a call, or what is kept of it; BusyError where there is no room, or no end in time."""
-        if key in self._kept:
+        with suppress(KeyError):
             return self._kept[key]
         if not self._room.acquire(blocking=False):
             raise BusyError("other designs are computed right now: try again in a few seconds")
@@ -54,7 +55,7 @@ class Computing:
         except Empty:
             raise BusyError("other designs are computed right now: try again in a minute") from None
         try:
-            if key in self._kept:  # made while this one waited
+            with suppress(KeyError):  # made while this one waited
                 return self._kept[key]
             worker = worker or self._started()
             result = worker.submit(call, *arguments).result(self._seconds)
@@ -70,10 +71,7 @@ class Computing:
             raise BusyError("the computation was ended, perhaps for want of memory: try again") from None
         finally:
             self._idle.put(worker)
-        with self._lock:
-            self._kept[key] = result
-            while len(self._kept) > KEPT:
-                self._kept.popitem(last=False)
+        self._kept[key] = result
         return result
 
     def _started(self) -> ProcessExecutor:

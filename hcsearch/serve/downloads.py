@@ -8,8 +8,8 @@ from contextlib import ExitStack
 from typing import Any
 
 from hcsearch.export.formats import FORMATS, Format
-from hcsearch.export.settings import PROFILES, SHEETS, Settings, read_state
-from hcsearch.serve.addresses import AddressError, Asked, parameters
+from hcsearch.export.settings import NAMES, Settings
+from hcsearch.serve.addresses import LONGEST, AddressError, Asked, parameters
 from hcsearch.serve.computing import BusyError
 from hcsearch.serve.listing import rows_of_a_page
 from hcsearch.store import Database, Rows, format_rows, select_page, stream
@@ -23,8 +23,6 @@ FEW = 500
 """Rows that are read at once, in the way of pages."""
 
 TYPES = {"csv": "text/csv", "json": "application/json"}
-
-_LARGEST_MM, _LONGEST_S = 1e4, 1.0
 
 
 class Streams:
@@ -91,22 +89,19 @@ def _some(database: Database, asked: Asked) -> Rows:
     names = [find_quantity(asked.view, name).name for name in split_names(asked.columns) or column_names(asked.view)]
     skip = (asked.number - 1) * size
     count = size if asked.limit is None else min(size, asked.limit)
-    found = select_page(
+    selected = select_page(
         database, asked.query, sort=asked.sort, skip=skip, count=count, view=asked.view, scene=asked.scene
     )
-    places = [found.columns.index(name) for name in names]
+    places = [selected.columns.index(name) for name in names]
     kinds = tuple(find_quantity(asked.view, name).kind for name in names)
-    return Rows(tuple(names), kinds, iter([[tuple(row[place] for place in places) for row in found.rows]]))
+    return Rows(tuple(names), kinds, iter([[tuple(row[place] for place in places) for row in selected.rows]]))
 
 
-def _number(text: str, largest: float) -> float:
+def _number(text: str) -> float:
     try:
-        value = float(text)
+        return float(text)
     except ValueError:
-        value = -1.0
-    if not 0.0 <= value <= largest:
-        raise AddressError(f"{text!r} is no number from 0 to {largest:g}: write one")
-    return value
+        raise AddressError(f"{text!r} is no number: write one") from None
 
 
 def _word(text: str, words: tuple[str, ...]) -> str:
@@ -116,22 +111,25 @@ def _word(text: str, words: tuple[str, ...]) -> str:
 
 
 _READ: dict[str, Callable[[str], Any]] = {
-    "state": read_state,
-    "sheet": lambda text: _word(text, SHEETS),
-    "kerf_mm": lambda text: _number(text, _LARGEST_MM),
-    "hinge_gap_mm": lambda text: _number(text, _LARGEST_MM),
-    "profile": lambda text: _word(text, PROFILES),
+    "state": str,
+    "sheet": str,
+    "kerf_mm": _number,
+    "hinge_gap_mm": _number,
+    "profile": str,
     "part": str,
     "contact": lambda text: _word(text, ("0", "1")) == "1",
-    "timestep_s": lambda text: _number(text, _LONGEST_S),
+    "timestep_s": _number,
 }
-"""How settings of exports are read, by their names in `Settings`."""
-assert set(_READ) == set(Settings.__dataclass_fields__) - {"stem"}
+"""How settings of exports are read, by their names in `Settings`, which has their limits."""
+assert set(_READ) == set(NAMES)
 
 
 def read_export(ending: str, pairs: Any) -> tuple[Format, str, str | None, dict[str, Any]]:
-    """The format of an export's address, its scene (empty where none is named), its motion, and its settings."""
-    given = parameters(pairs, dict.fromkeys(_READ, 20) | {"format": 20, "motion": 10, "scene": 200})
+    """The format of an export's address, its scene (empty where none is named), its motion, and its settings.
+
+    HcsearchError for values that exports do not take.
+    """
+    given = parameters(pairs, dict.fromkeys(_READ, 20) | {"format": 20, "motion": 10, "scene": LONGEST["scene"]})
     known = [form for form in FORMATS.values() if "." + ending in form.endings]
     known = [form for form in known if given.get("format", form.name) == form.name]
     if len(known) != 1:
@@ -141,4 +139,5 @@ def read_export(ending: str, pairs: Any) -> tuple[Format, str, str | None, dict[
     if motion is not None:
         _word(motion, ("path", "springs"))
     settings = {name: read(given[name]) for name, read in _READ.items() if name in given}
+    Settings(**settings)  # refused here, and not in a process that is started first
     return known[0], given.get("scene", ""), motion, settings

@@ -63,13 +63,13 @@ def motion(db: str, notation: str, number: int, crease: int, scene: str) -> str:
 
 def _formats(*of: str) -> list[Format]:
     """The formats of some kinds that are installed."""
-    found = []
+    installed = []
     for form in FORMATS.values():
         with suppress(HcsearchError):
             if form.of in of:
                 form.check_installed()
-                found.append(form)
-    return found
+                installed.append(form)
+    return installed
 
 
 def _export_address(number: int, form: Format, named: str, crease: int | None = None) -> str:

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-import threading
 import time
-from collections import OrderedDict
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from typing import Any
 
 from markupsafe import Markup
 
 from hcsearch.errors import HcsearchError
+from hcsearch.player.scripts import as_script
 from hcsearch.report.data import ReportData, Row
 from hcsearch.report.fetching import foldings_of, motions_of, size_of, tried_of
-from hcsearch.report.payload import as_script, page_data
+from hcsearch.report.payload import page_data
 from hcsearch.scenes import DEFAULT
 from hcsearch.serve.addresses import Asked, design_address, motion_address
+from hcsearch.serve.keeping import Kept
 from hcsearch.serve.pages import render
 from hcsearch.store import Database, best_creases, count_rows, foldings_with_paths, scene_names, select_page
 from hcsearch.store.columns import VIEWS
@@ -29,36 +30,32 @@ KEPT = 500
 """Counts kept in memory."""
 
 
-@dataclass
 class Counts:
     """How many rows queries select, kept while the database is as it was; `None` for more than `MOST`."""
 
-    _kept: OrderedDict[tuple[object, ...], int | None] = field(default_factory=OrderedDict)
-    _lock: threading.Lock = field(default_factory=threading.Lock)
+    def __init__(self) -> None:
+        self._kept: Kept[int | None] = Kept(KEPT)
 
     def of(self, database: Database, asked: Asked) -> int | None:
         """The number of rows of a query."""
         key = (asked.view, asked.query, asked.scene, stamp_of(database))
-        if key not in self._kept:
-            found = count_rows(database, asked.query, most=MOST + 1, view=asked.view, scene=asked.scene)
-            with self._lock:
-                self._kept[key] = None if found > MOST else found
-                while len(self._kept) > KEPT:
-                    self._kept.popitem(last=False)
-                return None if found > MOST else found
-        return self._kept[key]
+        with suppress(KeyError):
+            return self._kept[key]
+        count = count_rows(database, asked.query, most=MOST + 1, view=asked.view, scene=asked.scene)
+        self._kept[key] = None if count > MOST else count
+        return None if count > MOST else count
 
 
 def stamp_of(database: Database) -> tuple[int, ...]:
     """What changes when a file is written to; of a server, whose changes nobody sees from here, the minute."""
     if database.path is None:
         return (int(time.monotonic() // 60.0),)
-    found: list[int] = []
+    stamp: list[int] = []
     for path in (database.path, database.path.with_name(database.path.name + "-wal")):
         if path.exists():
             status = path.stat()
-            found += [status.st_mtime_ns, status.st_size]
-    return tuple(found)
+            stamp += [status.st_mtime_ns, status.st_size]
+    return tuple(stamp)
 
 
 @dataclass(frozen=True)
@@ -78,10 +75,10 @@ def page_of(database: Database, asked: Asked, counts: Counts) -> Page:
     """The rows of a page, and how many there are in all."""
     size = rows_of_a_page(asked)
     skip = (asked.number - 1) * size
-    found = select_page(
+    selected = select_page(
         database, asked.query, sort=asked.sort, skip=skip, count=size, view=asked.view, scene=asked.scene
     )
-    rows = [dict(zip(found.columns, row, strict=True)) for row in found.rows]
+    rows = [dict(zip(selected.columns, row, strict=True)) for row in selected.rows]
     # the end of the list says how long it is, and nothing is counted
     ended = len(rows) < size and (rows or not skip)
     total = skip + len(rows) if ended else counts.of(database, asked)
@@ -119,13 +116,13 @@ def render_list(database: Database, asked: Asked, counts: Counts) -> tuple[str, 
 def _orders(asked: Asked) -> list[tuple[str, str]]:
     """Orders to choose from, as (specification, words); the one that is asked for among them."""
     numbers = [quantity for quantity in VIEWS[asked.view] if quantity.kind != "text"]
-    found = [("", "as found")]
+    orders = [("", "as stored")]
     for quantity in numbers:
-        found += [(f"-{quantity.name}", f"{quantity.title}, largest first")]
-        found += [(quantity.name, f"{quantity.title}, smallest first")]
-    if asked.sort not in dict(found):
-        found.append((asked.sort, asked.sort))
-    return found
+        orders += [(f"-{quantity.name}", f"{quantity.title}, largest first")]
+        orders += [(quantity.name, f"{quantity.title}, smallest first")]
+    if asked.sort not in dict(orders):
+        orders.append((asked.sort, asked.sort))
+    return orders
 
 
 def _payload(database: Database, asked: Asked, page: Page) -> Markup:

@@ -8,9 +8,8 @@ from typing import Any
 
 from jinja2 import ChoiceLoader, Environment, PackageLoader
 
-from hcsearch.drawing import stylesheet
 from hcsearch.player import player_script
-from hcsearch.report.page import environment, joined_script, source
+from hcsearch.report.templating import environment, joined_script, page_style
 from hcsearch.serve.addresses import address_of, design_address
 from hcsearch.store.columns import VIEWS
 
@@ -43,7 +42,7 @@ def static_files() -> dict[str, tuple[str, str]]:
         return own.get_source(_environment(), name)[0]
 
     return {
-        "style.css": ("\n".join((stylesheet(), source("style.css"), text("serve.css"))), "text/css"),
+        "style.css": ("\n".join((page_style("style.css"), text("serve.css"))), "text/css"),
         "list.js": (joined_script((), text("list.js")), "text/javascript"),
         "player.js": (player_script(), "text/javascript"),
         "cards.js": (joined_script(SCRIPT, text("serve.js")), "text/javascript"),

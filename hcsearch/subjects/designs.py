@@ -10,6 +10,11 @@ from hcsearch.folding import Folding, folding_of, foldings, split_crease
 from hcsearch.store import find_design, open_readonly
 
 
+def is_id(name: str) -> bool:
+    """Whether a name is the id of a design in a database."""
+    return name.isascii() and name.isdigit()
+
+
 def design_named(name: str, db: str) -> tuple[Circuit, dict[str, Any]]:
     """The circuit of a design, named by notation or by its id in a database, and its row there; empty without."""
     if ":" in name:

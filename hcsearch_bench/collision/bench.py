@@ -1,4 +1,4 @@
-"""The bench `collision`: distances of pairs of panels, and of all pairs of whole deployments, beside coal."""
+"""The bench `collision`: distances of pairs of panels and of all pairs of whole deployments, and those of coal."""
 
 from __future__ import annotations
 
@@ -83,24 +83,28 @@ class CollisionReport(BenchReport):
             Table(
                 "pairs",
                 "Pairs of panels",
-                "`meet`: share that touches or overlaps. `exhaustive`: searches that ended in trying all directions. "
-                "`difference`: greatest between our and coal's distance, in widths of a panel; `beyond`: pairs that "
-                f"differ by more than {SAME:g}, of which `ours` is right, `theirs` is, by exact arithmetic. Processor "
-                "microseconds a pair: ours from nowhere (`cold`) and from the answer (`warm`), placed before; coal "
-                f"through Pinocchio (`coal`, `coal_warm`: {AT_ONCE:,} pairs in one call) and pair by pair from Python "
-                "(`coal_loop`). Medians of `runs`.",
+                "`meet` is the share of pairs that touch or overlap, `exhaustive` the number of searches that "
+                "ended in trying all directions. `difference` is the greatest difference between the distances of "
+                f"hcsearch and coal, in widths of a panel; `beyond` is the number of differences above {SAME:g}, "
+                "and `ours` and `theirs` the numbers of these in which hcsearch and coal are correct, by exact "
+                "arithmetic. Times are processor times in microseconds a pair: hcsearch without a start (`cold`) "
+                f"and started from the answer (`warm`), with panels already placed; coal for {AT_ONCE:,} pairs in "
+                "one call through Pinocchio (`coal`, `coal_warm`), and pair by pair from Python (`coal_loop`). "
+                "They are medians of `runs`.",
                 self.pairs,
                 hidden=("what",),
             ),
             Table(
                 "deployments",
                 "Whole deployments",
-                "Distances of all pairs that no hinge joins, at all states of a deployment and two between each, from "
-                "fold angles to the dataset D. `touch`, `collide`: shares of pairs and states. `pair_us`: a pair of "
-                "panels and state, all distances exact; `facet_us`: the same a pair of facets; `near_us`: distances "
-                "beyond the thickness by a lower bound. `coal_facet_us`: coal through Pinocchio, placed and asked at "
-                f"once, a pair of facets. `difference` (m): greatest between both; `beyond`: more than {FAR:g} m, of "
-                "which `ours` is right, `theirs` is, by exact arithmetic. Processor time, medians of `runs`.",
+                "Distances of all pairs that no hinge joins, at all states of a deployment and at two between "
+                "each, from fold angles to the dataset D. `touch` and `collide` are shares of pairs and states. "
+                "`pair_us`: a pair of panels in a state, with all distances exact; `facet_us`: the same for a pair "
+                "of facets; `near_us`: with a lower bound in place of distances beyond the thickness; "
+                "`coal_facet_us`: coal for a pair of facets, with panels placed and distances computed in one call "
+                "a state. `difference` (m) is the greatest difference; `beyond` is the number of differences above "
+                f"{FAR:g} m, and `ours` and `theirs` the numbers of these in which hcsearch and coal are correct, "
+                "by exact arithmetic. Times are processor times, medians of `runs`.",
                 self.deployments,
             ),
             Table(

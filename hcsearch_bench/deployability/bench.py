@@ -99,17 +99,19 @@ class DeployabilityReport(BenchReport):
             Table(
                 "deployability",
                 "Untwisted foldings",
-                f"All `untwisted` ones, or so many `foldings` of them, evenly over the list: {SAMPLE} at most, "
-                f"{SAMPLE_OF_LARGE} of more than {LARGE} panels. `default`: certified clear to flat in the scene "
-                "`default` (uniform springs of 0.1 N m/rad, rigid flat pairs, no gravity). Of the rest, the first that "
-                "helps of: `hinged` flat pairs, `merged` mirror pairs, `graded` springs from 0.005 to 0.2 N m/rad over "
-                f"layers, faces or stacks; {_SETS} sets `spread` from {SOFTEST:g} to {STIFFEST:g} N m/rad. They have 1 "
-                f"s in `default` and {PATIENT:g} s in the others. "
-                "`movable`: of the rest, a path from packed to flat is proved, with panels shrunk by 0.1 mm on every "
-                "face; a drive is needed. `locked`: proved locked with every way of joining flat pairs. `undecided`: "
-                "none of these. `tight`: of all with a proved path, those that need 0.01 mm of play for each face. "
-                "`designs`: of the foldings; `deployable`: those of which a folding deploys or is movable. `best`: the "
-                "first folding that deploys, else moves, with the least `play` (mm). Processor time, s.",
+                "The table covers all `untwisted` foldings, or a number `foldings` of them at equal intervals of "
+                f"the list: {SAMPLE} at most, {SAMPLE_OF_LARGE} of more than {LARGE} panels. `default`: certified "
+                "clear to flat in the scene `default` (uniform springs of 0.1 N m/rad, rigid flat pairs, no "
+                "gravity). Each other folding is counted under the first of these that brings it flat: `hinged` "
+                "flat pairs, `merged` mirror pairs, `graded` springs from 0.005 to 0.2 N m/rad over layers, faces "
+                f"or stacks, and {_SETS} sets `spread` from {SOFTEST:g} to {STIFFEST:g} N m/rad. The time is 1 s in "
+                f"`default` and {PATIENT:g} s in the others. `movable`: of the rest, a path from packed to flat is "
+                "proved, with panels shrunk by 0.1 mm on every face; a drive is needed. `locked`: proved locked "
+                "with every way of joining flat pairs. `undecided`: none of these. `tight`: of all with a proved "
+                "path, those that need 0.01 mm of play for each face. `designs`: those of the foldings; "
+                "`deployable`: those with a folding that deploys or is movable. `best`: of the foldings that "
+                "deploy, otherwise of the movable ones, the one with the least `play` (mm). Times are processor "
+                "times in seconds.",
                 self.rows,
             )
         ]

@@ -1,4 +1,4 @@
-"""The bench `dynamics`: error against run time, per formulation, integrator and tolerance, beside other engines."""
+"""The bench `dynamics`: error against run time, by formulation, integrator and tolerance, and other engines."""
 
 from __future__ import annotations
 
@@ -84,47 +84,50 @@ class DynamicsReport(BenchReport):
             Table(
                 "work",
                 "Work and precision",
-                f"`error` (rad): greatest of a hinge angle from the reference at {OUTPUTS + 1} times until the end, "
-                "which is before anything hits a stop; `penalty` is another model, with an error of its own, and "
-                f"`quasistatic` has a reference of its own. `verdict`: {levels}, else wrong. `energy` (J): error of "
-                "the balance. `gap` (m): of the loops. `seconds`: integration alone, on the wall, median of `runs`. "
-                f"`{WHOLE}`: nothing is left out of the scene, as other engines get it.",
+                f"`error` (rad) is the greatest error of a hinge angle relative to the reference at {OUTPUTS + 1} "
+                "times until the end, which is before anything hits a stop; `penalty` is another model, with an "
+                f"error of its own, and `quasistatic` has a reference of its own. `verdict`: {levels}, otherwise "
+                "wrong. `energy` (J) is the error of the energy balance, `gap` (m) that of the loops. `seconds` is "
+                f"the wall time of the integration alone, median of `runs`. In rows `{WHOLE}` nothing is left out "
+                "of the scene; the other engines simulate this scene.",
                 self.work,
             ),
             Table(
                 "references",
                 "The references",
-                "`apart`, `whole_apart` (rad): how far SciPy's DOP853 on accelerations from dense NumPy matrices, "
-                "until `scipy_end` (s), and our own solution of the whole array are from the reference.",
+                "`apart` and `whole_apart` (rad) are the distances from the reference of DOP853 of SciPy, on "
+                "accelerations from dense NumPy matrices, until `scipy_end` (s), and of the solution of hcsearch "
+                "for the whole array.",
                 self.references,
             ),
             Table(
                 "best",
                 "The fastest run that is precise enough",
-                "`times_ours`: its seconds over those of our fastest constrained run at the same level.",
+                "`times_ours`: seconds relative to those of the fastest constrained run of hcsearch at the same level.",
                 self.best,
             ),
             Table(
                 "deployments",
                 "Whole deployments",
-                "With stops and damping, to flat. `arrivals`: the first hinges that come to a stop, with milliseconds; "
-                "bounces are left out. The thesis's stops are springs that throw hinges back, those of `constrained` "
-                f"are hard, with `restitution` (default 0). `apart`: share of the time by which the first {COMPARED} "
-                f"arrivals come earlier or later than in `constrained` with restitution {BOUNCE:g}. `cut` (N/m): "
-                "springs at the cut hinge; the thesis has 1e8.",
+                "Deployments with stops and damping, to flat. `arrivals`: the first hinges that come to a stop, "
+                "with milliseconds, without bounces. The thesis's stops are springs that throw hinges back, those "
+                "of `constrained` are hard, with `restitution` (default 0). `apart`: the share of the time by "
+                f"which the first {COMPARED} arrivals come earlier or later than in `constrained` with restitution "
+                f"{BOUNCE:g}. `cut` (N/m): stiffness of the springs at the cut hinge, 1e8 in the thesis.",
                 self.deployments,
             ),
             Table(
                 "scale",
                 "Cost of an evaluation",
-                "Microseconds of a step over its evaluations, with projection and books. `slope`: exponent of n.",
+                "Microseconds of a step for each evaluation in it, with projection and bookkeeping. `slope`: "
+                "exponent of n.",
                 self.scale,
             ),
             Table(
                 "quick",
                 "The quick check",
-                "Of all untwisted foldings, locked ones included: linkage, start, simulation to flat or for 1 s, "
-                "clearance. `tenth_ms`: one tenth takes longer.",
+                "All untwisted foldings, including locked ones: linkage, start, simulation to flat or for 1 s, "
+                "clearance. `tenth_ms`: a tenth of the foldings takes longer.",
                 self.quick,
             ),
             Table(

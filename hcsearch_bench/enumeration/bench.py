@@ -1,4 +1,4 @@
-"""The bench `enumeration`: circuits a second and memory against peers, and cost as n grows."""
+"""The bench `enumeration`: circuits a second and memory in comparison with other programs, and cost as n grows."""
 
 from __future__ import annotations
 
@@ -33,38 +33,42 @@ class EnumerationReport(BenchReport):
     @property
     def tables(self) -> list[Table]:
         """What is shown and saved, in order."""
-        limit = f"a peer's process has {self.limit:g} s on the wall, and past that is not tried on larger arrays"
+        limit = (
+            f"The process of another program has {self.limit:g} s of wall time; a program that exceeds this is not "
+            "tried on larger arrays."
+        )
         return [
             Table(
                 "arrays",
                 "Circuits of one array",
-                f"{_TIMES}: `build_s` until the data structure stands, `answer_s` for the number or for going through "
-                f"the list; {limit}. `times_ours`: build and answer over ours, counting against counting, listing "
-                "against our edge sets. Ours lists one circuit a class; no peer reduces by symmetry. `peak_mib` is "
-                "that of the whole process; the smallest arrays show what interpreter and libraries take of it.",
+                f"{_TIMES}: `build_s` is the time to build the data structure, `answer_s` the time to compute the "
+                f"number or to iterate over the list. {limit} `times_ours` is the ratio of build and answer to "
+                "those of hcsearch, counting compared with counting, and listing with edge sets. hcsearch lists "
+                "one circuit for each class; no other program reduces by symmetry. `peak_mib` is the memory of the "
+                "whole process; the smallest arrays show the share of the interpreter and the libraries.",
                 self.one_array,
                 hidden=("wall_s",),
             ),
             Table(
                 "listing",
                 "All arrays of n cells",
-                f"{_TIMES}, kernels already compiled: listing, the two-stack test, the twist. "
-                "`fold_twist_us`: both of these, microseconds a free circuit.",
+                f"{_TIMES}, with compiled kernels: for listing, the two-stack test and the twist. `fold_twist_us` "
+                "is the time of the last two, in microseconds a free circuit.",
                 self.listed,
                 hidden=("wall_s",),
             ),
             Table(
                 "growth",
                 "Growth a cell",
-                "Factors a cell, fitted to the points named, beside the connective constant, to which circuits tend "
-                "from below (they number about c^n / n^2.5).",
+                "Growth factors a cell, fitted to the points named, and the connective constant c, to which the "
+                "factor of circuits converges from below (their number is about c^n / n^2.5).",
                 self.growth,
             ),
             Table(
                 "counting",
                 "Counting square arrays",
-                f"{_TIMES}; {limit}. `states`: frontier states of all steps of ours, for all circuits; its time "
-                "also has the classes.",
+                f"{_TIMES}. {limit} `states` is the number of frontier states of all steps of hcsearch, for all "
+                "circuits; its time includes the classes.",
                 self.counted,
             ),
         ]

@@ -1,4 +1,4 @@
-"""The bench `folding`: designs that fold, joined from half-chains, against listing all circuits and filtering them."""
+"""The bench `folding`: designs that fold: joining them from half-chains, or listing all circuits and filtering."""
 
 from __future__ import annotations
 
@@ -66,12 +66,12 @@ class FoldingReport(BenchReport):
             Table(
                 "folding",
                 "Designs that fold: joined from half-chains, or filtered from all circuits",
-                "Processor seconds on one core, kernels already compiled, medians of `runs`. `filter_s`: all circuits "
-                "listed, folded, twisted; `join_s`: the designs joined from half-chains, then folded and twisted as "
-                "well, so that both have canonical words, symmetries, foldings and twists; `count_s`: the number "
-                "alone. Each way has processes of its own, of which `_mib` is the most memory, interpreter and "
-                f"libraries included. A process has {self.limit:g} s on the wall; past that a way is not tried on "
-                "larger n.",
+                "Times are processor seconds on one core, with compiled kernels, medians of `runs`. `filter_s`: "
+                "all circuits are listed, and their foldings and twists computed; `join_s`: the designs are joined "
+                "from half-chains, and their foldings and twists computed, so that both have canonical words, "
+                "symmetries, foldings and twists; `count_s`: the number alone. Each method runs in separate "
+                "processes, and `_mib` is their greatest memory, including interpreter and libraries. A process "
+                f"has {self.limit:g} s of wall time; a method that exceeds this is not tried on larger n.",
                 self.rows,
             )
         ]

@@ -88,20 +88,21 @@ class IdentificationReport(BenchReport):
             Table(
                 "identification-damping",
                 "Damping from free vibration, with noise",
-                "The thesis's rig: a block of 0.0051 kg m^2 on four hinges of 0.0043 N m s/rad, 2.50 Hz, ratio 0.107, "
-                "under a frame that rings at 33.7 and 89.6 Hz; two accelerometers, five seconds at 200 Hz. `noise` is "
-                "a standard deviation as a share of the swing's amplitude at the start. Errors are relative, rms over "
-                "the records in which the swing was `recognised`; `reported_error` is the standard error of the "
-                "coefficient that comes with it, `within_2` the share of coefficients within two of those; "
-                "`false_modes` were reported and are not there.",
+                "The thesis's rig: a block of 0.0051 kg m^2 on four hinges of 0.0043 N m s/rad, 2.50 Hz, ratio "
+                "0.107, under a frame that rings at 33.7 and 89.6 Hz; two accelerometers, five seconds at 200 Hz. "
+                "`noise` is a standard deviation as a share of the swing's amplitude at the start. Errors are "
+                "relative, rms over the records in which the swing was recognised (`recognised`). `reported_error` "
+                "is the reported standard error of the coefficient, `within_2` the share of coefficients within "
+                "two standard errors. `false_modes` is the number of reported modes that do not exist.",
                 self.damping,
             ),
             Table(
                 "identification-springs",
                 "Laws of springs from moment-angle pairs, with noise",
-                "Loaded and unloaded at every degree up to 13 pi / 15. `noise` is a standard deviation as a share of "
-                "the greatest moment; `recognised`: the kind of law was chosen that made the pairs; `moment_error`: of "
-                "the chosen law over the measured angles, rms, as a share of the greatest moment.",
+                "Springs are loaded and unloaded at every degree up to 13 pi / 15. `noise` is a standard deviation "
+                "as a share of the greatest moment. `recognised` is the number of records in which the chosen kind "
+                "of law is that of the pairs. `moment_error` is the error of the chosen law over the measured "
+                "angles, rms, as a share of the greatest moment.",
                 self.springs,
             ),
         ]

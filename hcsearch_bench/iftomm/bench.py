@@ -75,29 +75,32 @@ class IftommReport(BenchReport):
     @property
     def tables(self) -> list[Table]:
         """What is shown and saved, in order."""
+        levels = ", ".join(f"{name} up to {limit:g}" for name, limit in LEVELS)
         return [
             Table(
                 "work",
                 "Work and precision",
-                f"`error` (m): greatest distance of the measured point from a reference solution at {OUTPUTS + 1} "
-                "times from start to end; `at_steps`: ours at the ends of its steps, without interpolation between. "
-                "`verdict`: " + ", ".join(f"{name} up to {limit:g}" for name, limit in LEVELS) + " of the problem's "
-                "length (1 m; A03: the crank of 7 mm), else wrong. `energy` (J): error of the balance. `closure`: "
-                "gap (m). `evaluations`: of accelerations; of implicit methods, Newton steps. `seconds`: integration "
-                "alone, on the wall, median of `runs`; the loops of ours, MuJoCo and Exudyn are compiled, Pinocchio's "
-                "is SciPy's.",
+                "`error` (m) is the greatest distance of the measured point from a reference solution at "
+                f"{OUTPUTS + 1} times from start to end; `at_steps` is the error of hcsearch at the ends of the "
+                f"steps, without interpolation. `verdict`: {levels} of the problem's length (1 m; A03: the crank of "
+                "7 mm), otherwise wrong. `energy` (J) is the error of the energy balance, `closure` the greatest "
+                "gap (m). `evaluations`: of accelerations; of implicit methods, Newton steps. `seconds` is the wall "
+                "time of the integration alone, median of `runs`; the loops of hcsearch, MuJoCo and Exudyn are "
+                "compiled, that of Pinocchio is SciPy's.",
                 self.work,
             ),
             Table(
                 "best",
                 "The fastest run that is precise enough",
-                "Of each engine. `times_ours`: its seconds over ours at the same level.",
+                "The fastest run of each engine. `times_ours`: seconds relative to those of hcsearch at the same "
+                "level.",
                 self.best,
             ),
             Table(
                 "goals",
                 "Goals for A04",
-                "Over 10 s. Measured: the fastest of our runs that keeps all goals of precision, over the whole time.",
+                "The simulated time is 10 s. The table gives the fastest run of hcsearch that meets all goals of "
+                "precision, over the whole time.",
                 self.goals,
             ),
         ]

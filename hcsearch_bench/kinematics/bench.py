@@ -98,41 +98,44 @@ class KinematicsReport(BenchReport):
             Table(
                 "paths",
                 "Path methods on units I and II",
-                "Against the exact motion (thesis 5.24, base angle 70 degrees). `step`: of each one (rad; increments: "
-                "of the fastest hinge), from 0.1 rad off folded to 0.1 rad off flat; `tolerance`: steps adapt, from "
-                "folded to flat, both singular. `corrections`: Newton corrections a step. `off_path`: greatest "
-                "distance of a hinge from where the first one puts it (rad); `at_end`: distance from where the arc "
-                "length puts the end.",
+                "Errors relative to the exact motion (thesis 5.24, base angle 70 degrees). `step`: fixed steps "
+                "(rad; increments: of the fastest hinge), from 0.1 rad beside the folded state to 0.1 rad beside "
+                "the flat one; `tolerance`: adaptive steps, from folded to flat, which are both singular. "
+                "`corrections`: Newton corrections a step. `off_path` is the greatest error of a fold angle "
+                "relative to that of the first hinge (rad); `at_end` is the distance from the end that the arc "
+                "length gives.",
                 self.paths,
             ),
             Table(
                 "branches",
                 "Motions that begin at the ends",
-                "`equations`: of second order. Directions that solve them stand alone (`isolated`) or in `families` of "
-                "a dimension; `tried` ones are nudged, `finite` ones are motions, `within` the stops.",
+                "`equations` is the number of second-order equations. The directions that solve them are `isolated` or "
+                "form `families` of a dimension; `tried` is the number of directions that were followed, `finite` the "
+                "number of these that are motions, and `within` the number of motions within the stops.",
                 self.branches,
             ),
             Table(
                 "descents",
                 "From stacks to flat by springs",
-                "Untwisted foldings, panels of 50 mm, 6 mm thick; collisions are not looked at. `flat`: reached with "
-                "equal springs; `flat_in_all`: with one of the spring sets. Milliseconds on the wall, medians and "
-                "greatest: one descent, and a search with all sets.",
+                "Untwisted foldings with panels of 50 mm, 6 mm thick; collisions are not checked. `flat` is the "
+                "number that come flat with equal springs, `flat_in_all` with one of the spring sets. Times are "
+                "wall times in milliseconds, medians and greatest, of one descent and of a search with all sets.",
                 self.descents,
             ),
             Table(
                 "costs",
                 "One closure with its Jacobian",
-                "Rings of 2 x k squares, microseconds: closure and Jacobian, second-order term, singular values.",
+                "Rings of 2 x k squares. Times in microseconds: closure and Jacobian, second-order term, singular "
+                "values.",
                 self.costs,
             ),
             Table("slopes", "Growth of these costs", "Power of the number of panels, by the larger half.", self.slopes),
             Table(
                 "extremes",
                 "Extreme scenes",
-                "`bound`: how far off angles can be (rad), closure over the least singular value on the way; `error`: "
-                f"how far off they are. Accurate: to {ACCURATE:g} rad. The bench fails when an error is greater than "
-                "its bound.",
+                "`bound` is an upper limit of the error of angles (rad), the closure residual over the least "
+                f"singular value on the way; `error` is the error. Accurate: up to {ACCURATE:g} rad. The bench "
+                "fails if an error exceeds its bound.",
                 self.extremes,
             ),
         ]

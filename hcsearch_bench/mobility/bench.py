@@ -1,4 +1,4 @@
-"""The bench `mobility`: the stage's time for each folding, and which foldings are locked and what would free them."""
+"""The bench `mobility`: the stage's time for each folding, which foldings are locked, and what would release them."""
 
 from __future__ import annotations
 
@@ -28,35 +28,37 @@ class MobilityReport(BenchReport):
             Table(
                 "mobility-speed",
                 "The stage mobility",
-                "All untwisted designs up to symmetry with all their untwisted foldings, on one core, compiled before, "
-                "medians. `folding_us` is the whole stage for one folding (freedoms, merges, proofs of locks), "
-                "`freedom_us` the ranks folded, flat and at a generic closed state.",
+                "All untwisted designs up to symmetry with all their untwisted foldings. Times are medians on one "
+                "core, with compiled kernels. `folding_us` is the time of the whole stage for one folding "
+                "(freedoms, merges, proofs of locks), `freedom_us` the time for the ranks in the folded, the flat "
+                "and a generic closed state.",
                 self.speed,
             ),
             Table(
                 "locks",
-                "Locked foldings, and what frees them",
-                "Untwisted foldings that are proved locked with flat pairs rigid, in the folded or the flat state, by "
-                "first or second order (a folding may be in several columns); of those `tried`, how many are still "
-                "proved locked with flat pairs hinged, or with panels a tenth or ten times as thick; `exact`: of the "
-                "locked ends, proofs that are checked in whole numbers; `gives`: the least opening of loops (mm) that "
-                "undoes one of them, `hair` and `held`: how many less than 0.1 mm undoes, and how many need more than "
-                "a panel's thickness (measured, not proved); `merged`: of "
-                "foldings with a mirror axis, how many are locked without and with their panels merged; `play`: the "
-                "most a hinge can turn to first order, in multiples of the gap, when every stop has a gap, at the "
-                "tightest and the loosest first-order lock; `margin`: the least by which an inequality of a proof "
-                "holds, screws and wrench being of about unit length.",
+                "Locked foldings, and what releases them",
+                "Untwisted foldings that are proved locked with rigid flat pairs, in the folded or the flat state, "
+                "at first or second order (a folding may be in several columns). Of those `tried`, how many are "
+                "still proved locked with hinged flat pairs, or with panels a tenth or ten times as thick. "
+                "`exact`: proofs of locked ends that are checked in whole numbers. `gives`: the least opening of "
+                "loops (mm) that releases one of them; `hair` and `held`: how many are released by less than 0.1 "
+                "mm, and how many need more than a panel's thickness (measured, not proved). `merged`: of foldings "
+                "with a mirror axis, how many are locked without and with their panels merged. `play`: the "
+                "greatest angle by which a hinge can turn to first order, in multiples of the gap, when every stop "
+                "has a gap, at the tightest and the loosest first-order lock. `margin`: the least amount by which "
+                "an inequality of a proof holds, with screws and wrench of about unit length.",
                 self.locks,
             ),
             Table(
                 "tightness",
                 "How tight the locks are",
-                "Each end that is proved locked, with flat pairs rigid or hinged, where no more than "
-                f"{LISTED} foldings of a grid and n are; by how much its loops must give way to let it out "
-                "(`locks.tightness`): `opening_mm` on the best way that was found, `least_mm` on any, but for "
-                "what was overlooked; `turn` and `closed`: sums of turns (rad) of the widest opening and of the closed "
-                "state behind it; where there is none the search ended at an opening of a panel's thickness. Measured, "
-                "not proved; panels that collide on the way are not asked about.",
+                "Each end that is proved locked, with rigid or hinged flat pairs, for each grid and n with at most "
+                f"{LISTED} locked foldings. The table gives the amount by which the loops must open to release the "
+                "folding (`locks.tightness`): `opening_mm` on the best path of the search, and `least_mm`, an "
+                "estimated lower limit for all paths, which may miss some. `turn` and `closed`: sums of turns "
+                "(rad) at the widest opening and at the closed state behind it; if there is none, the search ended "
+                "at an opening of a panel's thickness. These numbers are measured, not proved, and collisions of "
+                "panels on the way are not checked.",
                 self.tight,
             ),
         ]

@@ -1,4 +1,4 @@
-"""What the bench `mobility` measures: the stage's time for each folding, locks, and what would free them."""
+"""What the bench `mobility` measures: the stage's time for each folding, locks, and what would release them."""
 
 from __future__ import annotations
 

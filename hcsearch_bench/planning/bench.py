@@ -72,43 +72,46 @@ class PlanningReport(BenchReport):
             Table(
                 "groups",
                 "What is settled",
-                "All untwisted foldings, up to symmetry, in the scene `default`; each by the stages `mobility` and "
-                "`motion`. `movable`: a path from packed to flat is proved. `locked`: proved so with every way of "
-                "joining flat pairs. `share`: of both together. Processor time, on one core.",
+                "All untwisted foldings, up to symmetry, in the scene `default`, each by the stages `mobility` and "
+                "`motion`. `movable`: a path from packed to flat is proved. `locked`: the folding is proved locked "
+                "with every way of joining flat pairs. `share`: the share of both together. Times are processor "
+                "times on one core.",
                 self.groups,
             ),
             Table(
                 "work",
                 "Share settled against work",
-                "Where a folding is given up after `budget_s` of processor time: how many are settled, and `spent_s`, "
-                "the time on all of the set.",
+                "The search for each folding ends after `budget_s` of processor time. The table gives the number "
+                "of settled foldings, and `spent_s`, the time for the whole set.",
                 self.work,
             ),
             Table(
                 "margins",
                 "Share settled against margin",
-                "Where panels may have no more play than `margin_mm` on every face: an upper bound of what a folding "
-                "needs is the least margin at which its path is proved.",
+                "Panels may have no more play than `margin_mm` on every face. The least margin at which the path "
+                "of a folding is proved is an upper bound of the play that it needs.",
                 self.margins,
             ),
             Table(
                 "thicknesses",
                 "Share settled against thickness",
-                "Edges of 50 mm; of some sets a part, every so many-th folding. `tight`: movable with the least "
-                "margin, 0.01 mm on every face. Locks are those of panels 6 mm thick: of the first order they depend "
-                "on no length (theory.md, 27), and of the others no thickness that was tried undid one.",
+                "Edges are 50 mm long. Of some sets a part is used, at equal intervals of the list. `tight`: "
+                "movable with the least margin, 0.01 mm on every face. Locks are those of panels 6 mm thick: locks "
+                "of first order depend on no length (theory.md, 27), and no thickness that was tried released one "
+                "of the others.",
                 self.thicknesses,
             ),
             Table(
                 "peers",
-                "Single searches beside OMPL",
+                "Single searches in comparison with OMPL",
                 f"With 0.1 mm of play on every face, a search has {LIMIT:g} s of processor time ({QUICK_LIMIT:g} s "
-                "with `--quick`). `met`: searches that come to a path in time, `median_s` their time; `proved`: paths "
-                "that our proof takes. OMPL has RRT-Connect on the states that are closed (ProjectedStateSpace), with "
-                "our projection and our check of stops and gaps, but not that of what lies between two states. "
-                "Closure is singular at both ends, and projections do not leave them: it begins with the states near "
-                "them that our planner throws out, and that time counts. Ours also shortens the path in its time and "
-                "pushes it off contact.",
+                "with `--quick`). `met` is the number of searches that reach a path in time, `median_s` their "
+                "time, and `proved` the number of paths that the proof of hcsearch accepts. OMPL runs RRT-Connect "
+                "on the closed states (ProjectedStateSpace), with the projection and the check of stops and gaps "
+                "of hcsearch, but without its check between two states. Closure is singular at both ends, and "
+                "projections do not leave them; so OMPL begins with the states near the ends that the planner of "
+                "hcsearch generates, and this time counts. The time of hcsearch includes shortening the path and "
+                "moving it away from contact.",
                 self.peers,
             ),
         ]

@@ -104,14 +104,15 @@ class ScaleReport(BenchReport):
             Table(
                 "scale",
                 "The whole command: processes, a cluster, databases",
-                f"`hcsearch enumerate --until {LAST}`, start of the interpreter included, the ways of a job by turns; "
-                f"medians of `runs`. The cluster is a Dask scheduler with {WORKERS} workers of one process and one "
-                "thread each on this machine, which have worked once before. `into` -: a dry run; else a new database "
-                "each time. "
-                "`cpu_s` and `peak_mib` leave out what a cluster or a server takes, `peak_mib` all but the first "
-                "process. `speed_up`: designs a second over those of one process, within one job and `into`; "
-                "`net_speed_up`: the same without `start_s`. Two commands of one process each, started together, "
-                "show what the machine had to give: other work on the same cores lowers everything.",
+                f"The command is `hcsearch enumerate --until {LAST}`, including the start of the interpreter; the "
+                "ways to run a job alternate, and times are medians of `runs`. The cluster is a Dask scheduler "
+                f"with {WORKERS} workers of one process and one thread each on this machine, which have run a job "
+                "before. `into` is - for a dry run; otherwise each run stores into a new database. `cpu_s` and "
+                "`peak_mib` do not include the cluster or the server, and `peak_mib` is that of the first process "
+                "only. `speed_up` is the number of designs a second relative to that of one process, within one "
+                "job and `into`; `net_speed_up` is the same without `start_s`. Two commands of one process each, "
+                "started together, show the greatest speed-up that the machine allows; other work on the same "
+                "cores lowers all numbers.",
                 self.rows,
             )
         ]

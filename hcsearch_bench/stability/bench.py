@@ -45,27 +45,29 @@ class StabilityReport(BenchReport):
             Table(
                 "counts",
                 "Verdicts",
-                "`wrong`: a simulation that claims success and is off by more than its bound, or whose numbers are not "
-                "finite. `worst`: greatest error of those that are accurate or degraded.",
+                "`wrong`: the simulation reports success, but the error is beyond the bound or a number is not "
+                "finite. `worst` is the greatest error of those that are accurate or degraded.",
                 tally(self.rows),
             ),
             Table(
                 "stability",
                 "Extreme scenes",
-                f"`error` (rad): greatest distance from `truth` at up to {STATES} states, or closure residual where "
-                f"that is greater; from `energy`: share of the largest energy. Accurate: at most {ALLOWED:g} "
-                f"tolerances, and {ROUNDING:g} for rounding. Degraded: within `bound`, {SAFETY:g} times the closure "
-                "residual and the distance to the same simulation at ten times the tolerance (penalty: a tenth of the "
-                "stiffness, or ten times it). Refused: the simulation says itself that it has no answer. `energy`: "
-                "error of the balance over the largest energy. `gap`: closure residual of the fold angles.",
+                f"`error` (rad) is the greatest distance from `truth` at up to {STATES} states, or the closure "
+                "residual if that is greater; where the truth is the energy, it is a share of the largest energy. "
+                f"Accurate: at most {ALLOWED:g} tolerances, plus {ROUNDING:g} for rounding. Degraded: within "
+                f"`bound`, {SAFETY:g} times the closure residual plus the distance to the same simulation at ten "
+                "times the tolerance (penalty: a tenth of the stiffness, or ten times it). Refused: the simulation "
+                "itself reports that it has no answer. `energy` is the error of the energy balance over the "
+                "largest energy, `gap` the closure residual of the fold angles.",
                 self.rows,
             ),
             Table(
                 "processors",
                 "Processors",
-                f"The same questions with the linear algebra that OpenBLAS has for {', '.join(CORES)} (`kernels`: what "
-                "it took), beside the answers with this processor's own. `differ`: rows with another verdict, number "
-                "of freedoms or branch; `off`: greatest difference of times and clearances, as a share.",
+                f"The same computations with the linear algebra that OpenBLAS has for {', '.join(CORES)} "
+                "(`kernels`: those that it used), compared with that of this processor. `differ` is the number of "
+                "rows with another verdict, number of freedoms or branch; `off` is the greatest relative "
+                "difference of times and clearances.",
                 self.processors,
             ),
         ]

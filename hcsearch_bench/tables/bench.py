@@ -41,38 +41,41 @@ class TablesReport(BenchReport):
             Table(
                 "designs",
                 "All arrays of n cells",
-                "`fixed`: circuits up to translation; everything else is up to congruence: `free` circuits, `arrays` "
-                "that have one, `two_stack` and `untwisted` designs, arrays of untwisted designs. `divisible` and "
-                "`share`: circuits whose T, the sum of turns with alternating signs, is a multiple of the number of "
-                "directions, 4 or 6, as that of all that fold ([theory.md](../explanation/theory.md), 4); off hexagons "
-                "it always is (12), and for odd n it is not defined. Published are, as self-avoiding polygons, the "
-                "fixed circuits, OEIS A036418 (hexagons), A002931 (squares, rectangles) and A006774 (triangles), and "
-                "the first free ones, A284869, A266549 and A258206. The rest has not been published, as far as we "
-                "know; checked while it was made are the order of the columns and three laws: nothing folds when n is "
-                "odd (only hexagons have such circuits), T is always divisible off hexagons, and on triangles no "
-                "design is untwisted when 4 divides n ([theory.md](../explanation/theory.md), 14). "
-                f"Where only designs that fold are given, they were counted from half-chains. {limit}",
+                "`fixed` is the number of circuits up to translation; all other numbers are up to congruence: "
+                "`free` circuits, `arrays` that have a circuit, `two_stack` and `untwisted` designs, and arrays of "
+                "untwisted designs. `divisible` and `share` give the circuits whose T, the sum of turns with "
+                "alternating signs, is a multiple of the number of directions, 4 or 6, which all circuits that "
+                "fold satisfy ([theory.md](../explanation/theory.md), 4); on grids other than hexagons it always "
+                "is (12), and for odd n it is not defined. The fixed circuits are published as self-avoiding "
+                "polygons, OEIS A036418 (hexagons), A002931 (squares, rectangles) and A006774 (triangles), and so "
+                "are the first free ones, A284869, A266549 and A258206. The other numbers have not been published, "
+                "as far as we know; the program checks the order of the columns and three laws: nothing folds when "
+                "n is odd (only hexagons have such circuits), T is always divisible on grids other than hexagons, "
+                "and on triangles no design is untwisted when 4 divides n ([theory.md](../explanation/theory.md), "
+                f"14). Where only designs that fold are given, they were counted from half-chains. {limit}",
                 self.all_arrays,
             ),
             Table(
                 "rectangles",
                 "Full rectangles of squares",
-                "`circuits` of the array, `classes` of them up to the symmetries of the array (8 on a square one, "
-                "else 4), and how many of these are two-stack, untwisted and without a folding, `unfolded`. Published "
-                "are the circuits: OEIS A003763 (square arrays; A209077 up to symmetry), A321172 (all); both numbers "
-                "come from listing and, without it, from frontier states. All foldings of full rectangles are "
-                f"untwisted ([theory.md](../explanation/theory.md), 13). {limit}",
+                "`circuits` of the array, `classes` of them up to the symmetries of the array (8 for a square "
+                "array, otherwise 4), and how many of these are two-stack, untwisted and without a folding "
+                "(`unfolded`). The numbers of circuits are published: OEIS A003763 (square arrays; A209077 up to "
+                "symmetry) and A321172 (all). The program computes both numbers by listing and, without it, by "
+                "frontier states. All foldings of full rectangles are untwisted "
+                f"([theory.md](../explanation/theory.md), 13). {limit}",
                 self.rectangles,
             ),
             Table(
                 "hexagon-rows",
                 "Hexagons in rows",
-                "Arrays of two to five rows, from the top, whose lengths differ by one at most and begin as "
-                "[notation.md](../reference/notation.md) says; of congruent arrays the first, and only those with a "
-                "circuit. `symmetry`: order of the array's group; `classes`: circuits up to it; `divisible`: those of "
-                "them whose T is a multiple of 6, as for all that fold, a dash where n is odd; `least_twist` over all "
-                "its foldings, in full twists, a dash where there is none. On the thesis's 4-4-4 all foldings are "
-                "twisted, on its 3-4-3 not; no table of these numbers is known to us.",
+                "Arrays of two to five rows, from the top, whose lengths differ by at most one and begin as "
+                "described in [notation.md](../reference/notation.md); of congruent arrays the table has the "
+                "first, and only those with a circuit. `symmetry`: order of the array's group; `classes`: circuits "
+                "up to it; `divisible`: the number of these whose T is a multiple of 6, as it is for all that "
+                "fold, a dash where n is odd; `least_twist`: the least twist of all its foldings, in full twists, "
+                "a dash where there is no folding. On the thesis's 4-4-4 all foldings are twisted, on its 3-4-3 "
+                "they are not; we know of no published table of these numbers.",
                 self.hexagons,
             ),
         ]

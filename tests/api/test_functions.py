@@ -48,26 +48,26 @@ def same(one, two):
 
 def test_deploy_is_the_command():
     folding = Folding.from_notation(SMALL)
-    told = json.loads(printed("deploy", SMALL, "--seconds", "0.02", "--springs", "0=linear:0.2", "--json"))
+    expected = json.loads(printed("deploy", SMALL, "--seconds", "0.02", "--springs", "0=linear:0.2", "--json"))
     values = {"seconds": 0.02, "springs": {0: "linear:0.2"}}
     for what in (SMALL, folding, folding.circuit, folding.linkage()):
-        assert same(json.loads(json.dumps(deploy(what, **values).facts())), told)
+        assert same(json.loads(json.dumps(deploy(what, **values).facts())), expected)
     scene = SCENES["default"]
-    assert same(deploy(folding, scene, **values).facts(), told)
-    assert same(deploy(folding, "default", **values).facts(), told)
+    assert same(deploy(folding, scene, **values).facts(), expected)
+    assert same(deploy(folding, "default", **values).facts(), expected)
 
 
 def test_what_is_deployed_shows_its_states(tmp_path):
-    found = deploy("hex:02234400:1")
-    assert repr(found) == f"<hex:02234400:1: collides, {found.reason}>"
-    assert found.reason.startswith("panels 4 and 7 collide at 0.01282 s; flat after ")
-    assert (found.verdict, found.flat_time) == ("collides", found.facts()["flat_time_s"])
-    assert list(found.table())[7:13] == [f"angle_{k}_rad" for k in (0, 2, 3, 4, 6, 7)]
-    found.picture("a.svg")
+    deployed = deploy("hex:02234400:1")
+    assert repr(deployed) == f"<hex:02234400:1: collides, {deployed.reason}>"
+    assert deployed.reason.startswith("panels 4 and 7 collide at 0.01282 s; flat after ")
+    assert (deployed.verdict, deployed.flat_time) == ("collides", deployed.facts()["flat_time_s"])
+    assert list(deployed.table())[7:13] == [f"angle_{k}_rad" for k in (0, 2, 3, 4, 6, 7)]
+    deployed.picture("a.svg")
     assert "collides, panels 4 and 7 collide at 0.01282 s" in (tmp_path / "a.svg").read_text(encoding="utf-8")
-    shown = replay(found)
+    shown = replay(deployed)
     assert (shown.title, shown.labels.panels) == ("hex:02234400:1", ("0", "1+2", "3", "4", "5+6", "7"))
-    assert shown.collision == found.deployment.check.collision
+    assert shown.collision == deployed.deployment.check.collision
 
 
 def test_circuits_with_several_foldings_have_to_be_told_which():
@@ -93,11 +93,11 @@ def test_replays_are_paths_or_what_springs_do():
 
 def test_tune_is_the_command_and_goes_on_where_it_stopped(tmp_path):
     design = "hex:0233340501:3"
-    told = json.loads(printed("tune", design, "--evaluations", "8", "--samples", "0", "--json", "--db", "a.sqlite"))
+    expected = json.loads(printed("tune", design, "--evaluations", "8", "--samples", "0", "--json", "--db", "a.sqlite"))
     tuning = tune(Folding.from_notation(design), evaluations=8, samples=0, keep_in="b.sqlite")
-    assert json.loads(json.dumps(facts(tuning))) == told
-    assert told["hinges"] == [0, 1, 2, 4, 5, 6, 7, 9]
-    assert told["merged_panels"] == ["3+4", "8+9"]
+    assert json.loads(json.dumps(facts(tuning))) == expected
+    assert expected["hinges"] == [0, 1, 2, 4, 5, 6, 7, 9]
+    assert expected["merged_panels"] == ["3+4", "8+9"]
     assert list(tuning.springs.values()) == list(tuning.chosen.stiffnesses)
     assert tune(design, evaluations=8, samples=0, keep_in="b.sqlite").recalled == tuning.evaluations
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.sqlite", "b.sqlite"]
@@ -155,10 +155,10 @@ def test_tables_have_the_kinds_of_their_columns():
 def test_ranks_are_those_of_the_command():
     enumerate_into("a.sqlite", grid="hex", n=8, until="mobility")
     words = ("rank", "--db", "a.sqlite", "--weight", "dof=2", "--format", "json")
-    told = json.loads(printed(*words))
+    expected = json.loads(printed(*words))
     ranked = rank("a.sqlite", weights={"dof": 2.0})
-    assert ranked["circuit"].tolist() == [row["circuit"] for row in told]
-    assert ranked["score"].tolist() == pytest.approx([row["score"] for row in told])
+    assert ranked["circuit"].tolist() == [row["circuit"] for row in expected]
+    assert ranked["score"].tolist() == pytest.approx([row["score"] for row in expected])
     front = rank("a.sqlite", weights={"dof": 2.0}, pareto=True, limit=1)
     assert front["pareto"].all()
     assert len(front) == 1

@@ -8,16 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from naive_distances import feature_distance, overlap_along_all
 
-from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.collision.distances import CONTACT, Proximity, approach_speeds, nearest_panels, proximal_distances
 from hcsearch.collision.penetration import penetration
 from hcsearch.deployment.deploying import deploy
 from hcsearch.errors import HcsearchError
-from hcsearch.folding import Folding
 from hcsearch.kernels.collision.distances import closest, closest_of_pairs, exhaustive, proximity
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import RIGID, Crease, Pattern
 from hcsearch.scenes import SCENES
+from tests.linkages import linkage_named
 
 NOWHERE = (-1, -1, -1, -1)
 NO_WAY = (0.0, 0.0, 0.0)
@@ -194,12 +193,6 @@ def test_pairs_are_searched_one_by_one_and_remembered():
     assert (gaps > 0).any()
 
 
-def subject(name):
-    if name in ASSEMBLIES:
-        return Linkage(ASSEMBLIES[name].build(ASSEMBLIES[name].defaults))
-    return Folding.from_notation(name).linkage()
-
-
 def naive_gaps(linkage, angles, pairs, allowed):
     solids, panels = [solid.reshape(-1, 3) for solid in linkage.solids(angles)], linkage.pattern.panel_of
     gaps = []
@@ -224,7 +217,7 @@ def swinging(linkage, n, most, seed):
 
 @pytest.mark.parametrize("name", ["thesis-4x4", "element-8r", "hex:02234400:1", "triangle:0123434501:1"])
 def test_gaps_of_panels_are_those_of_their_facets(name):
-    linkage = subject(name)
+    linkage = linkage_named(name)
     states = swinging(linkage, 8, 1.0, len(name))
     proximity = proximal_distances(linkage, states)
     hinged = {(hinge.first, hinge.second) for hinge in linkage.pattern.hinges}
@@ -243,7 +236,7 @@ def test_gaps_of_panels_are_those_of_their_facets(name):
 
 @pytest.mark.parametrize("name", ["thesis-4x4", "hex:02234400:1"])
 def test_packed_and_flat_panels_touch_and_do_not_collide(name):
-    linkage = subject(name)
+    linkage = linkage_named(name)
     states = np.array([linkage.folded, linkage.flat, linkage.folded])
     proximity = proximal_distances(linkage, states)
     assert proximity.collision is None
@@ -258,7 +251,7 @@ def test_packed_and_flat_panels_touch_and_do_not_collide(name):
 
 @pytest.mark.parametrize("name", ["thesis-4x4", "hex:02234400:1"])
 def test_within_reach_gaps_are_exact_and_beyond_it_bounds(name):
-    linkage = subject(name)
+    linkage = linkage_named(name)
     states = swinging(linkage, 60, 1.0, 5)
     exact = proximal_distances(linkage, states).gaps
     for reach in (1e-3, 2e-2, 1e-1):
@@ -272,7 +265,7 @@ def test_within_reach_gaps_are_exact_and_beyond_it_bounds(name):
 
 
 def test_a_state_alone_has_the_gaps_that_it_has_among_others():
-    linkage = subject("thesis-4x4")
+    linkage = linkage_named("thesis-4x4")
     states = swinging(linkage, 40, 1.0, 9)
     together = proximal_distances(linkage, states).gaps
     for k, angles in enumerate(states):
@@ -296,7 +289,7 @@ def test_panels_of_several_facets_with_different_numbers_of_corners():
 
 
 def test_what_is_allowed_only_touches():
-    linkage = subject("thesis-4x4")
+    linkage = linkage_named("thesis-4x4")
     states = swinging(linkage, 30, 0.5, 2)
     proximity = proximal_distances(linkage, states, allowed=0.0)
     deepest = -proximity.gaps.min()
@@ -312,7 +305,7 @@ def test_what_is_allowed_only_touches():
 
 
 def test_datasets_of_a_deployment():
-    linkage = subject("thesis-4x4")
+    linkage = linkage_named("thesis-4x4")
     deployment = deploy(linkage, SCENES["default"], certified=False, tolerance=1e-4)
     times, states = deployment.motion.times, deployment.angles
     proximity = proximal_distances(linkage, states)
@@ -340,7 +333,7 @@ def test_speeds_need_two_states_before_a_collision():
 
 @pytest.mark.parametrize("name", ["thesis-4x4", "hex:02234400:1"])
 def test_the_nearest_pair_is_the_deepest_overlap_or_the_least_gap(name):
-    linkage = subject(name)
+    linkage = linkage_named(name)
     states = np.concatenate([[linkage.folded], swinging(linkage, 40, 1.0, 5), [linkage.flat]])
     near, distances = nearest_panels(linkage, states), proximal_distances(linkage, states)
     number = {tuple(pair): k for k, pair in enumerate(distances.pairs.tolist())}
@@ -364,7 +357,7 @@ def test_panels_of_one_hinge_have_no_nearest_pair():
 
 
 def test_bad_input_is_refused_with_a_remedy():
-    linkage = subject("thesis-4x4")
+    linkage = linkage_named("thesis-4x4")
     with pytest.raises(HcsearchError, match="fold angles"):
         proximal_distances(linkage, linkage.flat)
     with pytest.raises(HcsearchError, match="positive length"):

@@ -24,7 +24,7 @@ def both(one, two, **changes):
 
 
 @pytest.mark.parametrize(
-    ("one", "two", "time", "told"),
+    ("one", "two", "time", "reason"),
     [
         (0.140987, 0.140988, 0.141, "flat after 0.1410 s"),
         (1.747, 1.601, 2.0, "flat after 2 s"),
@@ -37,9 +37,9 @@ def both(one, two, **changes):
         (0.0, 0.0, 0.0, "flat after 0 s"),
     ],
 )
-def test_times_have_the_digits_that_agree(one, two, time, told):
-    found = both(one, two)
-    assert (found.verdict, found.flat_time, found.reason) == ("deploys", time, told)
+def test_times_have_the_digits_that_agree(one, two, time, reason):
+    check = both(one, two)
+    assert (check.verdict, check.flat_time, check.reason) == ("deploys", time, reason)
 
 
 @given(TIMES, st.floats(-0.04, 0.04))

@@ -87,7 +87,7 @@ def test_exit_codes_say_what_became_of_it():
             assert (rest[names.index("collision s")]).split() == ["collision", "s", "-"]
 
 
-def told(*words):
+def facts_of(*words):
     return json.loads(call(*words, "--json"))
 
 
@@ -114,7 +114,7 @@ def test_the_examples_of_its_help_work(tmp_path):
 
 
 def test_json_is_plain_and_complete():
-    facts = told(*SMALL)
+    facts = facts_of(*SMALL)
     assert list(facts) == KEYS
     assert (facts["scene"], facts["formulation"], facts["outcome"]) == ("default", "constrained", "moving")
     assert (facts["panels"], facts["hinges"], facts["loops"], facts["joints_simulated"]) == (4, 4, 1, 4)
@@ -126,7 +126,7 @@ def test_json_is_plain_and_complete():
 
 
 def test_json_tells_events_and_clearance():
-    facts = told("hex:0234550132:4")
+    facts = facts_of("hex:0234550132:4")
     assert facts["outcome"] == "flat"
     assert facts["flat_time_s"] == facts["end_time_s"] == 0.141
     assert facts["reason"] == "flat after 0.1410 s"
@@ -139,19 +139,19 @@ def test_json_tells_events_and_clearance():
     assert {hinge for event in facts["events"] for hinge in event["hinges"]} <= {0, 1, 2, 3, 5, 6, 7, 8}
     assert [facts[key] for key in ("clearance", "collision_s", "collision_panels")] == ["clear", None, None]
     assert facts["min_clearance_mm"] == pytest.approx(0.575, abs=1e-3)
-    facts = told("hex:02234400:1")
+    facts = facts_of("hex:02234400:1")
     assert [facts[key] for key in ("clearance", "collision_panels", "min_clearance_mm")] == ["collides", [4, 7], None]
     assert 0.0 < facts["collision_s"] < facts["flat_time_s"]
 
 
 @pytest.mark.parametrize("spring", ["linear:1e300", "linear:1e160", "quadratic:0,1e300"])
 def test_json_stays_plain_where_numbers_overflow(spring):
-    facts = told("hex:023350:1", "--spring", spring)
+    facts = facts_of("hex:023350:1", "--spring", spring)
     assert facts["outcome"] == "diverged"
 
 
 def test_text_has_the_facts_of_json():
-    text, facts = call(*SMALL), told(*SMALL)
+    text, facts = call(*SMALL), facts_of(*SMALL)
     lines = {line[:24].strip(): line[24:] for line in text.splitlines()}
     for name in ("outcome", "reason", "panels", "steps"):
         assert lines[name] == str(facts[name])
@@ -172,7 +172,7 @@ def test_explain_lists_what_was_left_out_with_numbers():
     after = text.partition("left out\n")[2]
     assert "  half                  half of the array: 4 panels: pattern, springs, gravity and start" in after
     assert re.search(r"joints 12 -> 7, closure equations 6 -> 3, evaluations \d+ -> \d+, milliseconds \S+ -> \S", after)
-    facts = told(*SMALL, "--explain")
+    facts = facts_of(*SMALL, "--explain")
     (saved,) = facts["saved"]
     assert saved["name"] == "third dimension"
     assert saved["closure_equations"] == [6, 3]
@@ -193,7 +193,7 @@ def states(path):
 
 @pytest.mark.parametrize("ending", [".csv", ".npz", pytest.param(".parquet", marks=pytest.mark.extra)])
 def test_states_come_back_from_files(ending):
-    facts = told(*SMALL, "--output", f"states{ending}")
+    facts = facts_of(*SMALL, "--output", f"states{ending}")
     found = states(f"states{ending}")
     books = ["kinetic_J", "stored_J", "height_J", "in_stops_J", "damped_J", "lost_J"]
     hinges = [f"angle_{k}_rad" for k in (0, 2, 3, 5)] + [f"rate_{k}_rad_s" for k in (0, 2, 3, 5)]
@@ -249,25 +249,25 @@ def test_a_file_says_what_the_command_line_says(top, inside, end):
     )
     words = ("--panel", "50x30x5", "--spring", "linear:0.2", "--springs", "2=linear:0.3", "--gravity", "0,-9.81,0")
     words += ("--held", "4", "--seconds", "0.02", "--start", "0.99", "--restitution", "0.5", "--damping", "0.001")
-    facts = told(name)
-    assert facts == told("square:012230:1", *words) | {"scene": "default"}
-    assert facts["energy_start_J"] != told("square:012230:1", "--seconds", "0.02")["energy_start_J"]
+    facts = facts_of(name)
+    assert facts == facts_of("square:012230:1", *words) | {"scene": "default"}
+    assert facts["energy_start_J"] != facts_of("square:012230:1", "--seconds", "0.02")["energy_start_J"]
 
 
 def test_the_command_line_goes_before_the_file():
     name = write('design = "hex:023350:1"\n[scene]\nname = "earth"\nseconds = 0.02\n')
-    assert told(name)["scene"] == "earth"
-    assert told(name, "--scene", "satellite")["scene"] == "satellite"
-    assert told(name, "--seconds", "0.01")["end_time_s"] == pytest.approx(0.01)
+    assert facts_of(name)["scene"] == "earth"
+    assert facts_of(name, "--scene", "satellite")["scene"] == "satellite"
+    assert facts_of(name, "--seconds", "0.01")["end_time_s"] == pytest.approx(0.01)
 
 
 def test_flat_pairs_and_mirror_pairs():
     name = write('design = "square:012230:1"\nflat_pairs = "hinged"\n[scene]\nseconds = 0.01\n')
-    plain = told("square:012230:1", "--seconds", "0.01")
+    plain = facts_of("square:012230:1", "--seconds", "0.01")
     assert (plain["panels"], plain["hinges"]) == (4, 4)
-    assert (told(name)["panels"], told(name)["hinges"]) == (6, 6)
+    assert (facts_of(name)["panels"], facts_of(name)["hinges"]) == (6, 6)
     name = write('design = "square:012230:1"\nmerge = true\n[scene]\nseconds = 0.01\n')
-    facts = told(name)
+    facts = facts_of(name)
     assert (facts["panels"], facts["loops"]) == (3, 0)
     assert "closure" in {row["name"] for row in facts["left_out"]}
 
@@ -276,22 +276,22 @@ def test_parameters_of_an_assembly():
     name = write(
         'assembly = "element-8r"\n[parameters]\nalpha = 70\nbase = 40\nthickness = 8\n[scene]\nseconds = 0.01\n'
     )
-    facts = told(name)
+    facts = facts_of(name)
     assert (facts["panels"], facts["hinges"], facts["outcome"]) == (8, 8, "moving")
-    assert facts["widest_angle_rad"] != told("element-8r", "--seconds", "0.01")["widest_angle_rad"]
+    assert facts["widest_angle_rad"] != facts_of("element-8r", "--seconds", "0.01")["widest_angle_rad"]
     name = write('assembly = "array-6r"\nparameters = { size = "2x3" }\nscene = { seconds = 1e-3 }\n')
-    assert told(name)["panels"] > 6
+    assert facts_of(name)["panels"] > 6
 
 
 def test_a_table_of_a_spring_is_read_from_a_file():
     write("angle,moment\n0,0\n3.2,0.32\n", "spring.csv")
-    table, linear = (told(*SMALL, "--spring", spring) for spring in ("table:spring.csv", "linear:0.1"))
+    table, linear = (facts_of(*SMALL, "--spring", spring) for spring in ("table:spring.csv", "linear:0.1"))
     assert table["energy_start_J"] == pytest.approx(linear["energy_start_J"], rel=1e-12)
     assert table["widest_angle_rad"] == pytest.approx(linear["widest_angle_rad"], rel=1e-9)
 
 
 def test_a_design_with_one_folding_needs_no_crease():
-    assert told("hex:023350", "--seconds", "0.02") == told(*SMALL)
+    assert facts_of("hex:023350", "--seconds", "0.02") == facts_of(*SMALL)
 
 
 WRONG_WORDS = [
@@ -303,6 +303,7 @@ WRONG_WORDS = [
     (("--spring", "table:missing.csv"), "cannot read the table missing.csv: No such file or directory; name a file"),
     (("--springs", "3"), "cannot read --springs '3': write HINGE=LAW, such as 3=linear:0.2"),
     (("--springs", "x=free"), "cannot read --springs 'x': write HINGE=LAW"),
+    (("--springs", "+8=free"), "cannot read --springs '+8': write HINGE=LAW"),
     (("--springs", "99=free"), "there is no hinge 99: the hinges are 0, 2, 3, 5"),
     (("--damping", "nan"), "damping cannot be nan: give a number of 0 or more"),
     (("--damping", "-1"), "damping cannot be -1.0: give a number of 0 or more"),

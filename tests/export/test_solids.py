@@ -11,14 +11,15 @@ import pytest
 from hypothesis import given
 
 from hcsearch.errors import HcsearchError
-from hcsearch.export.solids.glb import glb_of
+from hcsearch.export.solids.glb import SECONDS, glb_of
 from hcsearch.export.solids.prisms import placed, solid_of, solids_of, wanted_panels
 from hcsearch.export.solids.step import step_of
 from hcsearch.export.solids.stl import stl_of
 from hcsearch.export.solids.threemf import threemf_of
-from hcsearch.folding import foldings
+from hcsearch.folding import Folding, foldings
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import RIGID, VALLEY, Pattern
+from hcsearch.replays.recording import replay_of_path
 from tests.export.cases import NAMES, case, merged, replay, volumes
 from tests.export.gltf import Scene
 from tests.strategies import circuits
@@ -142,9 +143,9 @@ def test_glb_places_panels_at_all_times_as_the_linkage_does(name):
     chance = np.random.default_rng(1)
     states = np.vstack([linkage.folded, chance.uniform(0.0, np.pi, (3, linkage.n_hinges)), linkage.flat])
     motion = replay(name, states)
-    scene = Scene(glb_of(motion, seconds=2.0))
-    assert scene.times[[0, -1]] == pytest.approx([0.0, 2.0])
-    places = np.interp(scene.times, [0.0, 2.0], motion.at[[0, -1]])
+    scene = Scene(glb_of(motion))
+    assert scene.times[[0, -1]] == pytest.approx([0.0, SECONDS])
+    places = np.interp(scene.times, [0.0, SECONDS], motion.at[[0, -1]])
     middles = 0.5 * (scene.times[:-1] + scene.times[1:])
     for time, place in [
         *zip(scene.times, places, strict=True),
@@ -172,6 +173,16 @@ def test_glb_names_what_it_shows_and_has_faces_of_all_kinds():
     assert not {f"hinge {name}" for name in left_out} & set(names)
     used = {p["material"] for mesh in document["meshes"] for p in mesh["primitives"]}
     assert {document["materials"][k]["name"] for k in used} == {"top", "bottom", "side", "valley", "mountain"}
+
+
+def test_glb_calls_hinges_that_stay_flat_neither_mountain_nor_valley():
+    linkage = Folding.from_notation("hex:0234550132:4").linkage(flat_pairs="hinged")
+    motion = replay_of_path(linkage, np.stack([linkage.folded, linkage.flat]), "hinged", margin=None)
+    extras = [node.get("extras", {}) for node in Scene(glb_of(motion)).document["nodes"]]
+    folds = {own["hinge"]: own["crease"] for own in extras if "hinge" in own}
+    assert {name for name, fold in folds.items() if fold == "flat"} == {"4", "9"} & set(folds)
+    assert {"4", "9"} & set(folds)
+    assert set(folds.values()) == {"flat", "mountain", "valley"}
 
 
 def test_step_writes_numbers_with_points_and_quotes_doubled():

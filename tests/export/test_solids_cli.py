@@ -1,12 +1,10 @@
 """Solid and simulator formats, as the command line writes them."""
 
-import signal
-import sys
 from xml.etree import ElementTree as Xml
 
 import pytest
 
-from hcsearch.__main__ import main
+from tests.commands import run_here
 
 NAME = "square:01222300:1"
 
@@ -17,15 +15,8 @@ def written(tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
 
     def run(*words):
-        on_interrupt, code = signal.getsignal(signal.SIGINT), 0
-        monkeypatch.setattr(sys, "argv", ["hcsearch", "export", *words])
-        try:
-            main()
-        except SystemExit as end:
-            code = end.code or 0
-        finally:
-            signal.signal(signal.SIGINT, on_interrupt)
-        return code, "".join(capfd.readouterr())
+        done = run_here(("export", *words), capfd)
+        return done.returncode, done.stdout + done.stderr
 
     return run
 

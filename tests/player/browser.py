@@ -14,6 +14,8 @@ OPTIONS = (
     *("--hide-scrollbars", "--remote-debugging-pipe"),
 )
 PATIENCE = 60.0
+TWO_FRAMES = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))"
+"""After these a page has drawn what was asked of it."""
 
 
 class Tab:

@@ -10,7 +10,7 @@ import pytest
 from matplotlib.image import imread
 
 from hcsearch.player import motion_json, payload_of, player_html, player_script
-from tests.player.browser import chromium
+from tests.player.browser import TWO_FRAMES, chromium
 from tests.player.motions import replay_of, twin_poses
 
 pytestmark = pytest.mark.extra
@@ -27,7 +27,6 @@ HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
 };
 """
 ROOT = "document.querySelector('#player > div').shadowRoot"
-TWO_FRAMES = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))"
 
 
 @pytest.fixture(scope="module")

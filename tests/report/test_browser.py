@@ -12,8 +12,8 @@ from hcsearch.folding import foldings
 from hcsearch.grid import GRIDS
 from hcsearch.report import ReportData, render
 from hcsearch.report.fetching import fetch
-from hcsearch.report.page import joined_script
 from hcsearch.report.payload import page_data
+from hcsearch.report.templating import joined_script
 from hcsearch.store import open_readonly, select
 from tests.report.browser import chromium, complaints, driven
 

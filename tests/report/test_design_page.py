@@ -16,7 +16,7 @@ from hcsearch.report.writing import write_design
 from hcsearch.store import open_database, open_readonly, select
 from hcsearch.subjects.mechanisms import freedoms_of, lock_sentences
 from tests.judging import WORK, judge
-from tests.report.test_report_page import Page, data_of
+from tests.report.pages import Page, data_of
 
 FOLDING = Folding.from_notation("hex:0234550132:4")
 

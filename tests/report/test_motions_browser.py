@@ -9,13 +9,12 @@ from hcsearch.player import payload_of
 from hcsearch.report import render
 from hcsearch.report.design_fetching import design_data
 from hcsearch.report.design_page import render_design
-from tests.player.browser import chromium
+from tests.player.browser import TWO_FRAMES, chromium
 from tests.player.motions import replay_of
 
 pytestmark = pytest.mark.extra
 
 FOLDING = Folding.from_notation("hex:0234550132:4")
-TWO_FRAMES = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))"
 
 
 @pytest.fixture(scope="module")

@@ -42,12 +42,12 @@ class Asking:
             "wsgi.multiprocess": False,
             "wsgi.run_once": False,
         } | environ
-        told: list[Any] = []
-        pieces = self.application(given, lambda status, headers, _error=None: told.append((status, headers)))
+        starts: list[Any] = []
+        pieces = self.application(given, lambda status, headers, _error=None: starts.append((status, headers)))
         try:
             body = b"".join(pieces)
         finally:
             if hasattr(pieces, "close"):
                 pieces.close()
-        ((status, headers),) = told
+        ((status, headers),) = starts
         return Answer(int(status.split()[0]), dict(headers), body)

@@ -6,6 +6,7 @@ import pytest
 
 from hcsearch.errors import HcsearchError
 from hcsearch.serve.computing import BusyError, Computing
+from hcsearch.serve.keeping import Kept
 
 
 def refused() -> None:
@@ -63,3 +64,12 @@ def test_what_takes_too_long_is_ended_and_what_finds_no_room_is_refused_at_once(
     assert any("takes more than 3 s" in message for message in late)
     assert computing("d", int, "7") == 7
     computing.close()
+
+
+def test_the_latest_results_are_kept():
+    kept = Kept(2)
+    for key in "abc":
+        kept[key] = key.upper()
+    with pytest.raises(KeyError):
+        kept["a"]
+    assert (kept["b"], kept["c"]) == ("B", "C")

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from hcsearch.player import replay_in
+from tests.report.pages import data_of
 from tests.serve.conftest import MOVES
 
 pytestmark = pytest.mark.extra
@@ -18,7 +19,7 @@ def test_the_page_of_a_design_plays_its_motion_and_names_its_files(asking, numbe
     answer = asking(f"/designs/{number}")
     assert answer.status == 200
     assert MOVES in answer.text
-    ((motion),) = json.loads(re.search('id="data">(.*?)</script>', answer.text)[1])
+    (motion,) = data_of(answer.text)
     assert motion["title"] == f"{MOVES}:1"
     policy = re.search('Content-Security-Policy" content="(.*?)"', answer.text)[1]
     for script in re.findall("<script>(.*?)</script>", answer.text, re.DOTALL):

@@ -10,6 +10,7 @@ import pytest
 
 from hcsearch.store import format_rows, open_readonly, select, stream
 from hcsearch.store.columns import VIEWS
+from tests.report.pages import column, data_of
 from tests.serve.asking import Asking
 
 pytestmark = pytest.mark.extra
@@ -23,12 +24,11 @@ def database(database_file):
 
 def drawn(answer):
     """The data from which a page draws its cards."""
-    return json.loads(re.search('<script type="application/json" id="data">(.*?)</script>', answer.text)[1])
+    return data_of(answer.text)
 
 
 def ids(answer):
-    column = drawn(answer)["designs"]["id"]
-    return [column["all"]] * drawn(answer)["count"] if isinstance(column, dict) else column
+    return column(drawn(answer), "designs", "id")
 
 
 def shown(answer):
@@ -42,13 +42,13 @@ def test_the_first_address_leads_to_the_designs(asking):
 
 def test_pages_together_are_what_a_query_selects_in_its_order(asking, database):
     for query, sort in (("", ""), ("two_stack", "-symmetry,min_twist"), ("status=movable", ""), ("n=12", "id")):
-        found = []
+        listed = []
         for page in range(1, 5):
             answer = asking(f"/designs?q={quote(query)}&sort={sort}&page={page}")
             assert answer.status == 200
             if 'id="data"' in answer.text:
-                found += ids(answer)
-        assert found == [row[0] for row in select(database, query, columns="id", sort=sort).rows]
+                listed += ids(answer)
+        assert listed == [row[0] for row in select(database, query, columns="id", sort=sort).rows]
 
 
 def test_a_page_says_where_in_how_many_it_is(asking, monkeypatch):
@@ -163,7 +163,7 @@ def rows():
     return Asked("designs"), "csv"
 
 
-def test_a_fault_is_told_to_the_terminal_and_not_to_the_page(asking, monkeypatch, capsys):
+def test_a_fault_is_reported_in_the_terminal_and_not_on_the_page(asking, monkeypatch, capsys):
     def fails(*_: object) -> None:
         raise RuntimeError("<b>secret</b>")
 

@@ -38,11 +38,11 @@ def test_filter_sort_open_play_and_download(address, number, tmp_path):
         tab.value("document.querySelector('[name=sort]').value = '-id'")
         tab.value("document.querySelector('[name=sort]').dispatchEvent(new Event('change'))")
         tab.until("location.search.endsWith('sort=-id') && !!document.querySelector('.card h3')")
-        found = tab.value(
+        shown = tab.value(
             "[...document.querySelectorAll('.card h3 a')].map((link) => Number(link.textContent.slice(1)))"
         )
-        assert found == sorted(found, reverse=True)
-        assert number in found
+        assert shown == sorted(shown, reverse=True)
+        assert number in shown
         card = f"document.querySelector('.card h3 a[href=\"/designs/{number}\"]').closest('.card')"
         tab.value(f"{card}.querySelector('.thumb').click()")
         assert tab.value("document.querySelector('dialog').open")

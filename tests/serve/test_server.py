@@ -12,7 +12,7 @@ from http.client import HTTPConnection
 
 import pytest
 
-from hcsearch.cli import main
+from tests.commands import run_here
 
 
 @contextmanager
@@ -81,15 +81,10 @@ def test_it_lives_through_what_sockets_bring_and_ends_at_ctrl_c(database_file, n
 def run(tmp_path, monkeypatch, capfd):
     def call(*words):
         monkeypatch.chdir(tmp_path)
-        monkeypatch.setattr(sys, "argv", ["hcsearch", "serve", *words])
-        on_interrupt = signal.getsignal(signal.SIGINT)
-        with pytest.raises(SystemExit) as end:
-            main()
-        signal.signal(signal.SIGINT, on_interrupt)
-        out, err = capfd.readouterr()
-        assert end.value.code == 2
-        assert err.count("\n") == 1
-        return out + err
+        done = run_here(("serve", *words), capfd)
+        assert done.returncode == 2
+        assert done.stderr.count("\n") == 1
+        return done.stdout + done.stderr
 
     return call
 

@@ -19,7 +19,7 @@ from hcsearch.export.exported import Exported
 from hcsearch.export.origami.meshes import Mesh, mesh_of
 from hcsearch.export.settings import Settings
 from hcsearch.linkage import Linkage
-from hcsearch.pattern import Crease
+from hcsearch.pattern import Fold
 from hcsearch.replays.replay import Replay
 from hcsearch.typing import Reals
 
@@ -29,6 +29,8 @@ _PACKED = 2
 """The frame that has the panels packed, whose faces the frames of a motion take over."""
 _DIGITS = 9
 """Decimals of millimetres."""
+_ASSIGNMENTS: dict[Fold, str] = {"flat": "F", "valley": "V", "mountain": "M"}
+_ANGLES: dict[Fold, int] = {"flat": 0, "valley": 180, "mountain": -180}
 _ATTRIBUTES = ("manifold", "orientable", "noCuts", "noJoins", "convexFaces")
 
 
@@ -67,8 +69,8 @@ def pattern_frame(exported: Exported, mesh: Mesh) -> Frame:
         "hcsearch:thickness": _millimetres(pattern.thickness),
         "vertices_coords": _millimetres(mesh.points),
         "edges_vertices": [list(edge) for edge in mesh.edges],
-        "edges_assignment": [*map(_assignment, creases), *["B"] * borders],
-        "edges_foldAngle": [*map(_angle, creases), *[0] * borders],
+        "edges_assignment": [*(_ASSIGNMENTS[crease.fold] for crease in creases), *["B"] * borders],
+        "edges_foldAngle": [*(_ANGLES[crease.fold] for crease in creases), *[0] * borders],
         "edges_hcsearch:hinge": [*hinges, *[None] * borders],
         "edges_hcsearch:hingeFace": [*(crease.face for crease in creases), *[None] * borders],
         "faces_vertices": [list(face) for face in mesh.faces],
@@ -158,14 +160,6 @@ def motion_frames(replay: Replay) -> list[Frame]:
         }
         for at, angles in zip(replay.at.tolist(), replay.angles, strict=True)
     ]
-
-
-def _assignment(crease: Crease) -> str:
-    return "F" if not crease.closes else "V" if crease.face == "top" else "M"
-
-
-def _angle(crease: Crease) -> int:
-    return {"F": 0, "V": 180, "M": -180}[_assignment(crease)]
 
 
 def _middles(linkage: Linkage, angles: Reals) -> Any:

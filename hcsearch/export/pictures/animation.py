@@ -15,7 +15,7 @@ import numpy as np
 
 from hcsearch.drawing import svg_path
 from hcsearch.export.pictures.painting import painters_order
-from hcsearch.replays.replay import Replay
+from hcsearch.replays.replay import Replay, turned
 from hcsearch.replays.stacks import stacks_of
 from hcsearch.typing import Reals
 
@@ -43,7 +43,7 @@ PLAIN = (222, 218, 206)
 
 _LIGHT = np.array([0.25, -0.45, 0.86])
 _LINES = {"m": "#d1202f", "v": "#1c5fd4", "f": "#6a4fc0"}
-"""Mountain and valley hinges, and those that stay flat."""
+"""Mountain and valley hinges, and those that stay flat, by the first letter of their fold."""
 
 
 def write(exported: Exported, settings: Settings) -> str:
@@ -52,9 +52,9 @@ def write(exported: Exported, settings: Settings) -> str:
     return animation_of(exported.motion)
 
 
-def animation_of(replay: Replay, frames: int = FRAMES) -> str:
-    """A replay as an animated picture of some frames, between which hinges turn by equal angles in sum."""
-    moving = [_centred(replay.linkage.solids(angles)) for angles in _even_steps(replay, frames)]
+def animation_of(replay: Replay) -> str:
+    """A replay as an animated picture, between whose frames hinges turn by equal angles in sum."""
+    moving = [_centred(replay.linkage.solids(angles)) for angles in _even_steps(replay)]
     camera = _camera(_across(replay) + ASIDE)
     seen = np.concatenate([solid.reshape(-1, 3) for solids in moving for solid in solids]) @ camera[:2].T
     low, high = seen.min(axis=0), seen.max(axis=0)
@@ -64,19 +64,19 @@ def animation_of(replay: Replay, frames: int = FRAMES) -> str:
     strip = "".join(
         f'<g transform="translate({k * WIDTH})">{painter.frame(solids)}</g>' for k, solids in enumerate(moving)
     )
-    still = round(STILL * (frames - 1)) * WIDTH
+    still = round(STILL * (FRAMES - 1)) * WIDTH
     size = f'width="{PIXELS}" height="{round(height * PIXELS / WIDTH)}" viewBox="0 0 {WIDTH} {height}"'
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" {size}>'
-        f"<title>{escape(replay.title)}, {escape(replay.source)}</title><style>{_style(frames)}</style>"
+        f"<title>{escape(replay.title)}, {escape(replay.source)}</title><style>{_style()}</style>"
         f'<g class="strip" transform="translate(-{still})">{strip}</g></svg>\n'
     )
 
 
-def _even_steps(replay: Replay, frames: int) -> Reals:
-    """Fold angles of the frames, (frames, n_hinges): springs are fast first, and long in coming to rest."""
-    turned = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(replay.angles, axis=0)).sum(axis=1))])
-    return replay.at_time(np.interp(np.linspace(0.0, turned[-1], frames), turned, replay.at))
+def _even_steps(replay: Replay) -> Reals:
+    """Fold angles of the frames, (FRAMES, n_hinges): springs are fast first, and long in coming to rest."""
+    length = turned(replay.angles)
+    return replay.at_time(np.interp(np.linspace(0.0, length[-1], FRAMES), length, replay.at))
 
 
 def _centred(solids: list[Reals]) -> list[Reals]:
@@ -116,13 +116,12 @@ class _Painter:
         """Of each facet: edges with a hinge, the face that carries it, and the kind of line."""
         for pair, crease in pattern.creases.items():
             if crease.face is not None:
-                kind = "f" if not crease.closes else "v" if crease.face == "top" else "m"
                 middle = np.mean(pattern.edges[pair], axis=0)
                 for facet in pair:
                     corners = np.array(pattern.facets[facet])
                     middles = 0.5 * (corners + np.roll(corners, -1, axis=0))
                     edge = int(np.linalg.norm(middles - middle, axis=1).argmin())
-                    self.hinges[facet].append((edge, int(crease.face == "top"), kind))
+                    self.hinges[facet].append((edge, int(crease.face == "top"), crease.fold[0]))
 
     def frame(self, solids: list[Reals]) -> str:
         """The panels that face the viewer, those behind first."""
@@ -156,7 +155,7 @@ def _shade(normal: Reals) -> int:
     return round((SHADES - 1) * (0.5 + 0.5 * light))
 
 
-def _style(frames: int) -> str:
+def _style() -> str:
     rules = ["path{stroke:#3b404a;stroke-width:1.5;stroke-linejoin:round}"]
     for name, colour in zip("abc", (*STACKS, PLAIN), strict=True):
         for shade in range(SHADES):
@@ -165,10 +164,10 @@ def _style(frames: int) -> str:
             rules.append(f".{name}{shade}{{fill:#{red:02x}{green:02x}{blue:02x}}}")
     rules += [f".{kind}{{stroke:{colour};stroke-width:5;stroke-linecap:round}}" for kind, colour in _LINES.items()]
     begin, end = 100 * REST, 100 * (1 - REST)
-    last = f"transform:translate(-{(frames - 1) * WIDTH}px)"
+    last = f"transform:translate(-{(FRAMES - 1) * WIDTH}px)"
     rules.append(
         f"@keyframes move{{0%{{transform:translate(0)}}"
-        f"{begin:g}%{{transform:translate(0);animation-timing-function:steps({frames - 1})}}{end:g}%,to{{{last}}}}}"
+        f"{begin:g}%{{transform:translate(0);animation-timing-function:steps({FRAMES - 1})}}{end:g}%,to{{{last}}}}}"
     )
     play = f"animation:move {SECONDS:g}s step-end infinite alternate"
     rules.append(f"@media(prefers-reduced-motion:no-preference){{.strip{{{play}}}}}")

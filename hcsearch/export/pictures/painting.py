@@ -51,8 +51,8 @@ def _between(first: tuple[Reals, Reals], second: tuple[Reals, Reals]) -> Reals:
     """Unit normals of the planes of which one separates two prisms, where any does (separating axis theorem)."""
     crossed = np.cross(first[1][:, None], second[1][None]).reshape(-1, 3)
     lengths = np.linalg.norm(crossed, axis=1)
-    found: Reals = np.vstack([first[0], second[0], crossed[lengths > 1e-6] / lengths[lengths > 1e-6][:, None]])
-    return found
+    normals: Reals = np.vstack([first[0], second[0], crossed[lengths > 1e-6] / lengths[lengths > 1e-6][:, None]])
+    return normals
 
 
 def _in_front(one: Reals, other: Reals, normals: Reals, towards: Reals) -> int:

@@ -189,7 +189,7 @@ class _Drawn:
         marks: dict[int, list[tuple[str, int, tuple[Point, Point], float]]] = defaultdict(list)
         for pair, crease in self.pattern.creases.items():
             if crease.face is not None:
-                layer, hinge = "HINGE_TOP" if crease.face == "top" else "HINGE_BOTTOM", self.pattern.hinge_of(pair)
+                layer, hinge = _hinge_layer(crease), self.pattern.hinge_of(pair)
                 for facet, edge in zip(pair, (self.edge(pair), self.edge(pair)[::-1]), strict=True):
                     marks[self.pattern.panel_of[facet]].append((layer, hinge, edge, self.radii[facet]))
         return marks
@@ -233,9 +233,11 @@ def chains(edges: Sequence[tuple[Point, Point]]) -> list[list[Point]]:
 
 def _layer(crease: Crease) -> str:
     """The layer of a fold line; hinges that stay flat when folded are neither mountain nor valley."""
-    if not crease.closes:
-        return "HINGE_TOP" if crease.face == "top" else "HINGE_BOTTOM"
-    return "VALLEY" if crease.face == "top" else "MOUNTAIN"
+    return _hinge_layer(crease) if crease.fold == "flat" else crease.fold.upper()
+
+
+def _hinge_layer(crease: Crease) -> str:
+    return "HINGE_TOP" if crease.face == "top" else "HINGE_BOTTOM"
 
 
 def _strip(start: Point, end: Point, width: float, far: float) -> Polygon:

@@ -8,6 +8,7 @@ hinge that they hang on, with the axes of the flat state: all fold angles 0 is t
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -115,6 +116,11 @@ def line_of(law: Law, name: str) -> tuple[float, float]:
         )
     moment, stiffness, *_ = pieces[0]
     return stiffness, moment - stiffness * law.straight.breaks[0]
+
+
+def numbers(values: Any) -> str:
+    """Numbers in full digits, as attributes of XML have them."""
+    return " ".join(repr(float(x) + 0.0) for x in np.atleast_1d(values))  # no -0.0
 
 
 def _panel(labels: Labels, panel: int) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree as Xml
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from hcsearch.collision.prisms import prisms_of
 from hcsearch.deployment.scales import settled
 from hcsearch.errors import HcsearchError
-from hcsearch.export.simulators.cut_trees import CutTree, Link, cut_tree, line_of
+from hcsearch.export.simulators.cut_trees import CutTree, Link, cut_tree, line_of, numbers
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
@@ -72,11 +72,11 @@ def mjcf_of(
     Xml.SubElement(
         root,
         "option",
-        timestep=_text(timestep),
+        timestep=numbers(timestep),
         integrator=_integrator(tree, timestep),
-        gravity=_text(tree.scene.gravity),
+        gravity=numbers(tree.scene.gravity),
         iterations=str(ITERATIONS),
-        tolerance=_text(TOLERANCE),
+        tolerance=numbers(TOLERANCE),
     )
     _add_defaults(root, timestep, contact)
     _add_meshes(root, tree)
@@ -110,9 +110,10 @@ def _integrator(tree: CutTree, timestep: float) -> str:
 def _add_defaults(root: Xml.Element, timestep: float, contact: bool) -> None:
     """Constraints settle within two steps, the fastest that is stable."""
     default = Xml.SubElement(root, "default")
-    soft = {"solref": _text((2.0 * timestep, 1.0)), "solimp": _text((STIFF, STIFF, 1e-3, 0.5, 2.0))}
+    soft = {"solref": numbers((2.0 * timestep, 1.0)), "solimp": numbers((STIFF, STIFF, 1e-3, 0.5, 2.0))}
     Xml.SubElement(default, "equality", soft)
-    Xml.SubElement(default, "joint", {f"{name}limit": text for name, text in soft.items()}, range=_text((0.0, math.pi)))
+    limits = {f"{name}limit": text for name, text in soft.items()}
+    Xml.SubElement(default, "joint", limits, range=numbers((0.0, math.pi)))
     kind = "1" if contact else "0"
     Xml.SubElement(default, "geom", type="mesh", contype=kind, conaffinity=kind)
 
@@ -125,7 +126,7 @@ def _add_meshes(root: Xml.Element, tree: CutTree) -> None:
     for link in tree.links:
         for facet in tree.linkage.pattern.panels[link.panel] if link.whole else ():
             corners = prisms.vertices[facet, : prisms.counts[facet, 0]] - link.frame
-            Xml.SubElement(asset, "mesh", name=_mesh(link, facet), vertex=_text(corners.ravel()))
+            Xml.SubElement(asset, "mesh", name=_mesh(link, facet), vertex=numbers(corners.ravel()))
 
 
 def _add_bodies(world: Xml.Element, tree: CutTree, actuators: Xml.Element) -> None:
@@ -134,7 +135,7 @@ def _add_bodies(world: Xml.Element, tree: CutTree, actuators: Xml.Element) -> No
         joined = link.joined
         above = tree.links[joined.above].frame if joined else np.zeros(3)
         element = Xml.SubElement(
-            elements[joined.above] if joined else world, "body", name=link.name, pos=_text(link.frame - above)
+            elements[joined.above] if joined else world, "body", name=link.name, pos=numbers(link.frame - above)
         )
         elements.append(element)
         if joined:
@@ -144,7 +145,9 @@ def _add_bodies(world: Xml.Element, tree: CutTree, actuators: Xml.Element) -> No
         inertia = link.body.inertia
         parts = (inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2])
         centre = link.body.centre - link.frame
-        Xml.SubElement(element, "inertial", pos=_text(centre), mass=_text(link.body.mass), fullinertia=_text(parts))
+        Xml.SubElement(
+            element, "inertial", pos=numbers(centre), mass=numbers(link.body.mass), fullinertia=numbers(parts)
+        )
         for facet in tree.linkage.pattern.panels[link.panel] if link.whole else ():
             Xml.SubElement(element, "geom", mesh=_mesh(link, facet), rgba=_COLOURS[link.panel % 2])
 
@@ -154,12 +157,12 @@ def _add_joint(element: Xml.Element, link: Link, actuators: Xml.Element) -> None
     joined = link.joined
     assert joined is not None
     stiffness, moment = line_of(joined.drive.law, joined.name)
-    values = {"name": joined.name, "type": "hinge", "axis": _text(joined.axis)}
-    values |= {"stiffness": _text(stiffness), "damping": _text(joined.drive.damping)}
+    values = {"name": joined.name, "type": "hinge", "axis": numbers(joined.axis)}
+    values |= {"stiffness": numbers(stiffness), "damping": numbers(joined.drive.damping)}
     if moment and stiffness:
-        values["springref"] = _text(-moment / stiffness)
+        values["springref"] = numbers(-moment / stiffness)
     elif moment:
-        bias = {"biastype": "affine", "gainprm": "0", "biasprm": _text((-moment, 0.0, 0.0))}
+        bias = {"biastype": "affine", "gainprm": "0", "biasprm": numbers((-moment, 0.0, 0.0))}
         Xml.SubElement(actuators, "general", bias, name=f"{joined.name}_moment", joint=joined.name)
     Xml.SubElement(element, "joint", values)
 
@@ -178,7 +181,7 @@ def _add_constraints(root: Xml.Element, tree: CutTree) -> None:
             body1=first.name,
             body2=second.name,
             # in the frame of the second body; unless a pose is given, they are welded as they are in the flat state
-            anchor=_text(closure.point - second.frame),
+            anchor=numbers(closure.point - second.frame),
         )
 
 
@@ -188,7 +191,7 @@ def _add_keys(root: Xml.Element, tree: CutTree) -> None:
     hinges = _downwards(tree)
     keyframe = Xml.SubElement(root, "keyframe")
     for name, angles in (("start", tree.start), ("flat", tree.linkage.flat)):
-        Xml.SubElement(keyframe, "key", name=name, qpos=_text((*base, *angles[hinges])))
+        Xml.SubElement(keyframe, "key", name=name, qpos=numbers((*base, *angles[hinges])))
 
 
 def _downwards(tree: CutTree) -> list[int]:
@@ -207,7 +210,3 @@ def _downwards(tree: CutTree) -> list[int]:
 
 def _mesh(link: Link, facet: int) -> str:
     return f"{link.name}_facet{facet}"
-
-
-def _text(values: Any) -> str:
-    return " ".join(repr(float(x) + 0.0) for x in np.atleast_1d(values))  # no -0.0

@@ -12,9 +12,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as Xml
 
-import numpy as np
-
-from hcsearch.export.simulators.cut_trees import CutTree, Link, cut_tree
+from hcsearch.export.simulators.cut_trees import CutTree, Link, cut_tree, numbers
 from hcsearch.export.solids.stl import stl_of
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
@@ -49,7 +47,7 @@ def _tree(tree: CutTree, title: str, stem: str) -> str:
     for link in tree.links:
         element = Xml.SubElement(root, "link", name=link.name)
         inertial = Xml.SubElement(element, "inertial")
-        Xml.SubElement(inertial, "origin", xyz=_text(link.body.centre - link.frame), rpy="0 0 0")
+        Xml.SubElement(inertial, "origin", xyz=numbers(link.body.centre - link.frame), rpy="0 0 0")
         Xml.SubElement(inertial, "mass", value=repr(float(link.body.mass)))
         moments = {
             f"i{'xyz'[i]}{'xyz'[j]}": repr(float(link.body.inertia[i, j])) for i in range(3) for j in range(i, 3)
@@ -58,7 +56,7 @@ def _tree(tree: CutTree, title: str, stem: str) -> str:
         if link.whole:
             for kind in ("visual", "collision"):
                 shape = Xml.SubElement(element, kind)
-                Xml.SubElement(shape, "origin", xyz=_text(-link.frame), rpy="0 0 0")
+                Xml.SubElement(shape, "origin", xyz=numbers(-link.frame), rpy="0 0 0")
                 Xml.SubElement(Xml.SubElement(shape, "geometry"), "mesh", filename=f"{stem}{_mesh(link)}")
     for link in tree.links[1:]:
         _add_joint(root, tree, link)
@@ -73,8 +71,8 @@ def _add_joint(root: Xml.Element, tree: CutTree, link: Link) -> None:
     joint = Xml.SubElement(root, "joint", name=joined.name, type="revolute")
     Xml.SubElement(joint, "parent", link=above.name)
     Xml.SubElement(joint, "child", link=link.name)
-    Xml.SubElement(joint, "origin", xyz=_text(link.frame - above.frame), rpy="0 0 0")
-    Xml.SubElement(joint, "axis", xyz=_text(joined.axis))
+    Xml.SubElement(joint, "origin", xyz=numbers(link.frame - above.frame), rpy="0 0 0")
+    Xml.SubElement(joint, "axis", xyz=numbers(joined.axis))
     limits = {"lower": "0.0", "upper": repr(math.pi), "effort": repr(FREE), "velocity": repr(FREE)}
     Xml.SubElement(joint, "limit", limits)
     Xml.SubElement(joint, "dynamics", damping=repr(float(joined.drive.damping)), friction="0.0")
@@ -130,7 +128,3 @@ def _mesh(link: Link) -> str:
 
 def _listed(values: Any) -> list[float]:
     return [float(x) for x in values]
-
-
-def _text(values: Any) -> str:
-    return " ".join(repr(float(x) + 0.0) for x in np.atleast_1d(values))  # no -0.0

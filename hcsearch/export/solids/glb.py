@@ -46,8 +46,8 @@ def write(exported: Exported, settings: Settings) -> bytes:
     return glb_of(exported.motion)
 
 
-def glb_of(replay: Replay, seconds: float = SECONDS) -> bytes:
-    """A replay as an animation of some seconds."""
+def glb_of(replay: Replay) -> bytes:
+    """A replay as an animation."""
     linkage, labels = replay.linkage, replay.labels
     chain = linkage.chain
     buffer = _Buffer()
@@ -56,7 +56,7 @@ def glb_of(replay: Replay, seconds: float = SECONDS) -> bytes:
     meshes: list[dict[str, Any]] = []
     channels: list[dict[str, Any]] = []
     samplers: list[dict[str, Any]] = []
-    times = _rising(seconds * (replay.at - replay.at[0]) / ((replay.at[-1] - replay.at[0]) or 1.0))
+    times = _rising(SECONDS * (replay.at - replay.at[0]) / ((replay.at[-1] - replay.at[0]) or 1.0))
     clock = buffer.add(times[:, None], "SCALAR", bounds=True)
     node_of: dict[int, int] = {}
     for panel in chain.order.tolist():
@@ -69,7 +69,8 @@ def glb_of(replay: Replay, seconds: float = SECONDS) -> bytes:
             turn = int(chain.signs[panel]) * linkage.directions[hinge]
             turns = _quaternions(turn, replay.angles[:, hinge])
             name = f"hinge {labels.hinges[hinge]}"
-            facts = {"hinge": labels.hinges[hinge], "axis": _listed(turn), "crease": _crease(replay, hinge)}
+            fold = linkage.pattern.hinges[hinge].crease.fold
+            facts = {"hinge": labels.hinges[hinge], "axis": _listed(turn), "crease": fold}
             nodes.append(
                 {"name": name, "translation": _listed(shift), "rotation": _listed(turns[0]), "children": []}
                 | {"extras": facts}
@@ -96,7 +97,7 @@ def glb_of(replay: Replay, seconds: float = SECONDS) -> bytes:
         "accessors": buffer.accessors,
         "bufferViews": buffer.views,
         "buffers": [{"byteLength": len(buffer.content)}],
-        "extras": _facts(replay, seconds),
+        "extras": _facts(replay),
     }
     if channels:
         document["animations"] = [{"name": _name(replay), "channels": channels, "samplers": samplers}]
@@ -185,10 +186,6 @@ def _rising(times: Reals) -> Reals:
     return single.astype(float)
 
 
-def _crease(replay: Replay, hinge: int) -> str:
-    return "valley" if replay.linkage.pattern.hinges[hinge].face == "top" else "mountain"
-
-
 def _name(replay: Replay) -> str:
     return "packed to flat" if replay.ends_flat else "from packed, not as far as flat"
 
@@ -201,7 +198,7 @@ def _collision(replay: Replay) -> dict[str, Any] | None:
     return {"at": float(at), "panels": [replay.labels.panels[panel] for panel in panels]}
 
 
-def _facts(replay: Replay, seconds: float) -> dict[str, Any]:
+def _facts(replay: Replay) -> dict[str, Any]:
     in_tree = set(replay.linkage.chain.hinges.tolist())
     unit = "s" if replay.axis == "time" else "share of the path"
     return {
@@ -210,7 +207,7 @@ def _facts(replay: Replay, seconds: float) -> dict[str, Any]:
         "axis": replay.axis,
         "axis_unit": unit,
         "axis_range": _listed(replay.at[[0, -1]]),
-        "animation_seconds": seconds,
+        "animation_seconds": SECONDS,
         "ends_flat": replay.ends_flat,
         "collision": _collision(replay),
         "thickness_m": replay.linkage.pattern.thickness,

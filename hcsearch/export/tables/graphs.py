@@ -65,9 +65,8 @@ def _of_pattern(exported: Exported) -> tuple[list[dict[str, Any]], list[dict[str
         edge: dict[str, Any] = {"source": pair[0], "target": pair[1], "kind": "slit"}
         crease = pattern.creases.get(pair)
         if crease is not None:
-            fold = "flat" if not crease.closes else "valley" if crease.face == "top" else "mountain"
-            edge |= {"kind": "rigid"} if crease.face is None else {"kind": "crease", "fold": fold}
+            edge["kind"] = "rigid"
             if crease.face is not None:
-                edge["hinge"] = pattern.hinge_of(pair)
+                edge |= {"kind": "crease", "fold": crease.fold, "hinge": pattern.hinge_of(pair)}
         edges.append(edge)
     return nodes, edges

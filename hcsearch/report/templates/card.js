@@ -25,7 +25,7 @@ const Card = (() => {
 
   function named(table, i) {
     const id = table.designs.id[i];
-    return table.pages ? element("a", { href: table.pages.replace("{id}", id) }, `#${id}`) : `#${id}`;
+    return table.page(i) ? element("a", { href: table.page(i) }, `#${id}`) : `#${id}`;
   }
 
   // The parts that depend on the folding that is drawn.

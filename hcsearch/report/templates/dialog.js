@@ -19,14 +19,13 @@ const Dialog = (() => {
   const value = (quantity, known) => (known === null ? element("td", { class: "none" }, "–")
     : element("td", { "data-name": named(quantity) }, Parts.written(known)));
 
-  function foldings(table, i, rows) {
+  function foldings(table, rows) {
     const shown = COLUMNS.map((name) => table.folding_quantities.find((q) => q.name === name))
       .filter((q) => q && rows.some((row) => table.foldings[q.name][row] !== null));
     const head = element("tr", {}, ...["creases", "status", ...shown.map(named), "scene, and why"]
       .map((text) => element("th", { scope: "col" }, text)));
-    const half = table.designs.circuit[i].split(":")[1].length / 2;
     const lines = rows.map((row) => element("tr", {},
-      element("th", { scope: "row" }, `${table.foldings.crease[row]}|${table.foldings.crease[row] + half}`),
+      element("th", { scope: "row" }, Parts.creases(table, row).join("|")),
       element("td", {}, Parts.badge(Parts.foldingStatus(table, row))),
       ...shown.map((q) => value(q, table.foldings[q.name][row])),
       element("td", { class: "reason" }, table.foldings.why[row] || "–")));
@@ -61,7 +60,7 @@ const Dialog = (() => {
   function show(table, i, dialog) {
     stop();
     const rows = table.rows(i), crease = Card.drawn(table, i), row = table.row(i, crease), place = element("div", { class: "player" });
-    const link = table.pages ? element("a", { href: table.pages.replace("{id}", table.designs.id[i]) }, "its own page") : null;
+    const link = table.page(i) ? element("a", { href: table.page(i) }, "its own page") : null;
     const reason = row === undefined ? null : table.foldings.why[row];
     dialog.replaceChildren(element("div", { class: "card", "data-index": i },
       element("header", {}, element("h3", {}, `#${table.designs.id[i]}`), Parts.badge(table.status[i]), link,
@@ -74,7 +73,7 @@ const Dialog = (() => {
       Parts.code("circuit notation", table.designs.circuit[i]),
       Parts.code("array notation", table.designs.array[i]),
       Parts.facts(table, i, row, (name) => name !== "id"),
-      rows.length ? foldings(table, i, rows) : null,
+      rows.length ? foldings(table, rows) : null,
       row !== undefined && table.foldings.scene[row] !== null ? Parts.code("command", command(table, i, row)) : null,
       Parts.code("command", `hcsearch show ${table.designs.id[i]} --html`)));
     if (!dialog.open) dialog.showModal();

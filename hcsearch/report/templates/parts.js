@@ -53,13 +53,18 @@ const Parts = (() => {
     return status[row] ?? (twist[row] === null ? "not_judged" : twist[row] ? "twisted" : "untwisted");
   }
 
+  // The two flat creases of a folding, which are half a circuit apart.
+  function creases(table, row) {
+    const { crease, design } = table.foldings, half = table.designs.circuit[design[row]].split(":")[1].length / 2;
+    return [crease[row], crease[row] + half];
+  }
+
   function chip(table, row, shown) {
-    const { crease, design, twist, why } = table.foldings, status = foldingStatus(table, row);
-    const half = table.designs.circuit[design[row]].split(":")[1].length / 2;
+    const { twist, why } = table.foldings, status = foldingStatus(table, row), [crease, opposite] = creases(table, row);
     const text = twist[row] ? `twist ${twist[row]}` : worded(status);
     return element("button", { type: "button", class: `chip fold s-${status}`, "data-row": row, "aria-pressed": String(shown),
-      title: [`flat creases ${crease[row]} and ${crease[row] + half}, ${worded(status)}`, why[row]].filter(Boolean).join(": ") },
-    `${crease[row]}|${crease[row] + half} `, element("small", {}, text));
+      title: [`flat creases ${crease} and ${opposite}, ${worded(status)}`, why[row]].filter(Boolean).join(": ") },
+    `${crease}|${opposite} `, element("small", {}, text));
   }
 
   // Facts of a design, those of a folding where it has its own.
@@ -73,5 +78,5 @@ const Parts = (() => {
     return element("dl", { class: "facts" }, ...made);
   }
 
-  return { element, picture, code, written, worded, badge, foldingStatus, chip, facts };
+  return { element, picture, code, written, badge, foldingStatus, creases, chip, facts };
 })();

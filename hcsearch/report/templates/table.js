@@ -32,6 +32,8 @@ const Table = (() => {
       ...data, designs, foldings, readable, best, status, text, row,
       quantity: (name) => quantities.get(name),
       rows: (i) => of[i],
+      // The address of a design's page; empty where there is none.
+      page: (i) => data.pages.replace("{id}", designs.id[i]),
       // The motion of a folding, or the address where it is.
       player: (k) => data.players[k] || null,
     };

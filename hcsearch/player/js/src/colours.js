@@ -1,5 +1,7 @@
 // Colours of panels in each mode, and of all else, on a light and on a dark page.
 
+import { KINDS } from './solids.js';
+
 const HINGES = { mountain: '#d1202f', valley: '#1c5fd4', flat: '#6a4fc0' };
 const HINGES_DARK = { mountain: '#ff5c5c', valley: '#5b9dff', flat: '#a690f2' };
 
@@ -60,7 +62,7 @@ function hue(number, theme) {
 
 /** The colour of a polygon by its kind, of a facet's colour. */
 export function kindColour(kind, facet, theme) {
-    const name = ['top', 'bottom', 'wall', 'cut', 'slit', 'rim', 'mountain', 'valley', 'flat'][kind];
+    const name = KINDS[kind];
     const share = { top: 1, bottom: 0.88, wall: 0.6, rim: 0.8 }[name];
     return share === undefined ? rgb(THEMES[theme][name]) : facet.map((x) => share * x);
 }

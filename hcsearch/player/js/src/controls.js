@@ -1,11 +1,12 @@
 // The elements of a player, and what its reader does with them.
 
-import { clashText, degreesAtMost, element, icon, millimetres, nearestText, paceText, placeText } from './dom.js';
+import { element, icon } from './dom.js';
+import { clashText, degreesAtMost, millimetres, nearestText, paceText, placeText } from './words.js';
 
-export const STEPS = 1000;
+const STEPS = 1000;
 export const SECONDS = 8; // that a motion takes to play
 const SPEEDS = [0.25, 0.5, 1, 2, 4];
-const MODES = { stack: 'stack', panel: 'panel', nearest: 'nearest pair' };
+export const MODES = { stack: 'stack', panel: 'panel', nearest: 'nearest pair' };
 
 /** All elements of a player, not yet in a page; `does` : what each control calls. */
 export function controlsOf(motion, does, { colour, numbers }) {

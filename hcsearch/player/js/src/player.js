@@ -5,14 +5,15 @@
 
 import { View } from './camera.js';
 import { facetColours } from './colours.js';
-import { controlsOf, SECONDS } from './controls.js';
-import { element, nearestText, placeText } from './dom.js';
+import { controlsOf, MODES, SECONDS } from './controls.js';
+import { element } from './dom.js';
 import { gestures } from './gestures.js';
 import { Motion } from './motion.js';
 import { flatPainter } from './painter.js';
 import { solidsOf } from './solids.js';
 import { STYLE } from './style.js';
 import { webglPainter } from './webgl.js';
+import { nearestText, placeText } from './words.js';
 
 const STILLS = [0, 0.25, 0.5, 0.75, 1];
 let playing = null; // one player of a page plays at a time
@@ -161,7 +162,7 @@ function mount(place, payload, options = {}) {
             controls.setPace(state.speed);
         },
         colourBy(mode) {
-            if (!['panel', 'stack', 'nearest'].includes(mode)) throw new Error(`panels have no colours by ${mode}`);
+            if (!Object.keys(MODES).includes(mode)) throw new Error(`panels have no colours by ${mode}`);
             controls.colourings.value = mode;
             redraw({ mode });
         },
