@@ -2,6 +2,7 @@
 
 import json
 import math
+import shlex
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -189,6 +190,20 @@ def test_check_says_the_same_of_a_circuit_in_any_order(run):
     assert one.exit_code == two.exit_code
     assert one.output.splitlines()[0] == two.output.splitlines()[0]
     assert f"{MOVING}: " in two.output
+    assert "; springs: no set that was tried with hinged flat pairs brings it flat" in two.output
+
+
+def test_the_command_that_check_prints_repeats_the_deployment(run):
+    Path("moon.toml").write_text("[scene]\ngravity = [0.0, 0.0, -0.1]\n", encoding="utf-8")
+    options = ("--scene", "moon.toml", "--panel", "52x6", "--flat-pairs", "hinged", "--seconds", "0.5")
+    *_, reason, command = run("check", MOVING, *options).output.splitlines()
+    program, *words = shlex.split(command)
+    assert (program, words) == (
+        "hcsearch",
+        ["deploy", MOVING, "--scene", "moon.toml, 52x52x6", "--seconds", "0.5", "--flat-pairs", "hinged"],
+    )
+    seconds = reason.split()[2]
+    assert f"flat after {seconds} s" in run(*words).output
 
 
 def test_check_simulates_for_as_long_as_it_is_asked_to(run):
