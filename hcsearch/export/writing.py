@@ -44,7 +44,7 @@ def export(
 
 def settings_of(wanted: Format, given: Mapping[str, Any]) -> Settings:
     """The settings of an export; HcsearchError for those that the format does not heed."""
-    known = {field.name for field in fields(Settings)}
+    known = {field.name for field in fields(Settings)} - {"stem"}
     for name in given:
         if name not in known:
             raise HcsearchError(f"exports have no setting {name!r}: they have {', '.join(sorted(known))}")
