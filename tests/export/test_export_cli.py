@@ -94,6 +94,11 @@ def test_what_cannot_be_is_one_line(run, words, message):
     assert message in refusal(run("export", DESIGN, *words))
 
 
+@pytest.mark.parametrize("ending", ["fold", "g6"])
+def test_a_name_that_is_no_assembly_is_called_so_whatever_the_format(run, ending):
+    assert "there is no assembly 'unit-iv'" in refusal(run("export", "unit-iv", "--output", f"a.{ending}"))
+
+
 def test_a_format_whose_program_is_missing_names_the_extra(run, monkeypatch):
     monkeypatch.setitem(sys.modules, "ezdxf", None)
     assert "dxf needs ezdxf: pip install 'hcsearch[export]'" in refusal(run("export", DESIGN, "--output", "a.dxf"))
