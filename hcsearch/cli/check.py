@@ -35,7 +35,7 @@ def check(name: str, as_json: bool, **options: Any) -> None:
     mountains, valleys, flat and unassigned edges are the creases of one circuit, all other edges slits. Where they are
     assigned, only the folding that they are of is checked. Panels have the size that the file gives in a physical unit;
     --panel and --across say otherwise. A circuit notation may be in any position, order or direction, and name one
-    folding: CIRCUIT:CREASE.
+    folding, CIRCUIT:CREASE, with the crease numbered as in the circuit that is printed.
 
     Exit code: 0 where springs bring a folding flat, certified clear; 1 where they do not, or that is open; 2 for wrong
     input.

@@ -42,7 +42,9 @@ def exported_named(request: Request, wanted: Format, by: By | None = None, state
         crease = best_crease(row["foldings"])
         request = request if crease is None else replace(request, name=f"{request.name}:{crease}")
     subject = read_subject(request)
-    folding = Folding.from_notation(subject.facts["design"]) if "design" in subject.facts else None
+    folding = request.folding
+    if folding is None and "design" in subject.facts:
+        folding = Folding.from_notation(subject.facts["design"])
     replay = replay_named(request, by) if wanted.of == "motion" or by is not None or share else None
     name = str(subject.facts.get("design", subject.facts.get("assembly")))
     if share and replay is not None and not replay.ends_flat:

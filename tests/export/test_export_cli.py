@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from hcsearch.api.exporting import save
 from hcsearch.circuit import Circuit
 from hcsearch.cli import hcsearch
 from hcsearch.errors import HcsearchError, OutputError
@@ -19,6 +20,7 @@ from hcsearch.export.reading import best_crease
 from hcsearch.export.settings import Settings, read_state
 from hcsearch.export.writing import write_export
 from hcsearch.folding import Folding
+from hcsearch.own_patterns import read_fold, recognise
 from hcsearch.own_patterns.checking import check_circuit
 from hcsearch.scenes import SCENES
 from tests.export.exports import DESIGN, MOVING, exported
@@ -111,6 +113,14 @@ def test_python_writes_what_the_command_writes(run, tmp_path):
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
     with pytest.raises(HcsearchError, match="exports have no setting 'colour'"):
         export(folding, tmp_path / "b.svg", colour="red")
+
+
+@pytest.mark.parametrize(("crease", "canonical"), [(2, "hex:0234550132:3"), (3, "hex:0234550132:4")])
+def test_a_folding_of_a_circuit_in_another_order_is_written_by_python(tmp_path, crease, canonical):
+    folding = Folding(Circuit.from_notation("hex:2345501320"), crease)
+    for write in (export, save):
+        (path,) = write(folding, tmp_path / "a.fold")
+        assert [str(own) for own in recognise(read_fold(str(path))).foldings] == [canonical]
 
 
 @pytest.mark.parametrize(
