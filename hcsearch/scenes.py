@@ -120,7 +120,7 @@ def check_verdicts(scene: Scene, grid: str, n: int) -> None:
     panel = panel_of(scene, grid)
     if grid == "square" and panel[0] != panel[1]:
         raise SceneError(
-            "designs of squares count as one when they are turned, so that panels are square: use --grid rectangle"
+            "designs of squares count as one when they are turned, so that panels are square: use the grid rectangle"
         )
     if scene.springs:
         raise SceneError(

@@ -83,7 +83,7 @@ def test_regular_panels_have_one_side():
     oblong = replace(DEFAULT, panel=(0.06, 0.04, 0.006))
     assert panel_of(oblong, "rectangle") == panel_of(oblong, "square") == (0.06, 0.04, 0.006)
     check_verdicts(oblong, "rectangle", 12)
-    with pytest.raises(SceneError, match="use --grid rectangle"):
+    with pytest.raises(SceneError, match="use the grid rectangle"):
         check_verdicts(oblong, "square", 12)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 from hcsearch.circuit import Circuit
 from hcsearch.deployment.naming import numbered
 from hcsearch.deployment.scene_files import scene_with
+from hcsearch.errors import HcsearchError
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import SCENES, FlatPairs, Scene
@@ -36,7 +37,9 @@ class Setting:
     values: Mapping[str, Any] | None = None
 
     def request(self, what: str | Folding | Circuit) -> Request:
-        """The request for something that has a name, or is a design."""
+        """The request for something that has a name, or is a design; HcsearchError for anything else."""
+        if not isinstance(what, str | Folding | Circuit):
+            raise HcsearchError(f"{what!r:.60} names no design: give a folding, a circuit or a text, of an id '24'")
         folding = only_folding(what) if isinstance(what, Circuit) else None if isinstance(what, str) else what
         name = what if isinstance(what, str) else str(folding)
         values = {} if self.values is None else dict(self.values)

@@ -11,6 +11,7 @@ import click
 
 from hcsearch.cli.progress import Meter
 from hcsearch.cli.subjects import circuit_options, request_of
+from hcsearch.system.surroundings import default_database
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -34,7 +35,7 @@ def check(name: str, as_json: bool, **options: Any) -> None:
     mountains, valleys, flat and unassigned edges are the creases of one circuit, all other edges slits. Where they are
     assigned, only the folding that they are of is checked. Panels have the size that the file gives in a physical unit;
     --panel and --across say otherwise. A circuit notation may be in any position, order or direction, and name one
-    folding: CIRCUIT:CREASE.
+    folding, CIRCUIT:CREASE, with the crease numbered as in the circuit that is printed.
 
     Exit code: 0 where springs bring a folding flat, certified clear; 1 where they do not, or that is open; 2 for wrong
     input.
@@ -48,7 +49,7 @@ def check(name: str, as_json: bool, **options: Any) -> None:
     if as_json:
         click.echo(json.dumps(_facts(checked, scene), indent=2, allow_nan=False))
     else:
-        _print(checked, scene)
+        _print(checked, scene, request)
     if not checked.deploys:
         click.get_current_context().exit(1)
 
@@ -113,7 +114,7 @@ def _panel(scene: Scene) -> str:
     return panel_text(scene.panel)
 
 
-def _print(checked: CheckedCircuit, scene: Scene) -> None:
+def _print(checked: CheckedCircuit, scene: Scene, request: Request) -> None:
     circuit = checked.circuit
     click.echo(f"{circuit.notation}, array {circuit.array.canonical().notation}")
     click.echo(f"  {circuit.n} panels of {_panel(scene)} mm, scene {scene.name}")
@@ -121,8 +122,29 @@ def _print(checked: CheckedCircuit, scene: Scene) -> None:
         click.echo(f"  {label:24}{count:>6}")
     for verdict in checked.verdicts:
         status = verdict.status or "twisted"
-        freedoms = "" if verdict.dof is None else f", {verdict.dof} degrees of freedom (Kutzbach {verdict.kutzbach})"
+        degrees = "degree" if verdict.dof == 1 else "degrees"
+        freedoms = "" if verdict.dof is None else f", {verdict.dof} {degrees} of freedom (Kutzbach {verdict.kutzbach})"
         click.echo(f"{verdict.folding.notation}: {status}{freedoms}")
         click.echo(f"  {verdict.reason}")
         if verdict.scene is not None:
-            click.echo(f"  hcsearch deploy {verdict.folding.notation} --scene {shlex.quote(verdict.scene)}")
+            words = ["hcsearch", "deploy", verdict.folding.notation, *_scene_options(verdict.scene, request)]
+            click.echo(f"  {shlex.join(words)}")
+
+
+def _scene_options(scene: str, request: Request) -> list[str]:
+    """The options by which `hcsearch deploy` repeats a deployment in a scene, named as it was tried."""
+    from hcsearch.subjects.scenes import read_scene
+
+    words = []
+    if isinstance(request.scene, str) and request.scene.endswith(".toml"):
+        base, *parts = scene.split(", ")
+        if base == read_scene(request.scene, request.db).name:
+            scene = ", ".join([request.scene, *parts])
+    elif request.scene is not None and request.db != default_database():
+        words = ["--db", request.db]
+    words = ["--scene", scene, *words]
+    for name, value in request.values.items():
+        words += [f"--{name}", str(value)]
+    if request.flat_pairs is not None:
+        words += ["--flat-pairs", request.flat_pairs]
+    return [*words, "--merge"] if request.merge else words

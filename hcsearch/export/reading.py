@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, get_args
 
-from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.errors import HcsearchError
 from hcsearch.export.exported import Exported
 from hcsearch.export.formats import Format
@@ -28,7 +27,8 @@ def exported_named(request: Request, wanted: Format, by: By | None = None, state
     """
     if by is not None and by not in get_args(By):
         raise HcsearchError(f"there is no motion {by!r}: choose {' or '.join(get_args(By))}")
-    if wanted.of == "array" and by is None and request.name not in ASSEMBLIES and not request.name.endswith(".toml"):
+    design = ":" in request.name or request.name[:1].isdigit()
+    if wanted.of == "array" and by is None and design and not request.name.endswith(".toml"):
         name, crease = split_crease(request.name)
         if crease is None:
             circuit, _ = design_named(name, request.db)
@@ -42,7 +42,9 @@ def exported_named(request: Request, wanted: Format, by: By | None = None, state
         crease = best_crease(row["foldings"])
         request = request if crease is None else replace(request, name=f"{request.name}:{crease}")
     subject = read_subject(request)
-    folding = Folding.from_notation(subject.facts["design"]) if "design" in subject.facts else None
+    folding = request.folding
+    if folding is None and "design" in subject.facts:
+        folding = Folding.from_notation(subject.facts["design"])
     replay = replay_named(request, by) if wanted.of == "motion" or by is not None or share else None
     name = subject.title
     if share and replay is not None and not replay.ends_flat:

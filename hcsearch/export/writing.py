@@ -38,7 +38,8 @@ def export(
     chosen = settings_of(wanted, settings)
     check_output(path)
     wanted.check_installed()
-    request = subject if isinstance(subject, Request) else Request(str(subject), db)
+    folding = subject if isinstance(subject, Folding) else None
+    request = subject if isinstance(subject, Request) else Request(str(subject), db, folding=folding)
     return write_export(path, wanted, exported_named(request, wanted, motion, chosen.state), chosen)
 
 

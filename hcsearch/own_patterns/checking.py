@@ -132,8 +132,10 @@ def _judged(circuit: Circuit, designs: StagedDesigns, scene: Scene) -> list[Fold
         elif status == "locked":
             reason = "one-sided hinges hold an end of the motion, however flat pairs may be joined: see hcsearch show"
         else:
-            tried = f"; springs: {first[i].reason}" if i in first else ""
-            reason = f"{path}{tried}"
+            # no scene with rigid pairs is tried where these are locked
+            hinged = "no set that was tried with hinged flat pairs brings it flat" if motion.met[i] else ""
+            tried = first[i].reason if i in first else hinged
+            reason = f"{path}; springs: {tried}" if tried else f"{path}"
         verdicts.append(
             FoldingVerdict(
                 Folding(circuit, int(designs.folded.crease[i])),

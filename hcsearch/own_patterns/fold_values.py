@@ -19,6 +19,13 @@ MOST = 10 * MAX_CELLS
 FAR = 1e12
 """Coordinates are below this, so that areas do not overflow."""
 
+_PLANES = (
+    (2, np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])),
+    (1, np.array([[1.0, 0.0], [0.0, 0.0], [0.0, -1.0]])),
+    (0, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])),
+)
+"""Axes that a flat drawing may be square to, and what takes its points to the plane, seen from above that axis."""
+
 
 class FrameValues:
     """The values of one frame; InputFileError, which names the file and the key, for what has not the format's type."""
@@ -27,7 +34,7 @@ class FrameValues:
         self._frame, self._path = frame, path
 
     def points(self) -> list[Point]:
-        """`vertices_coords`, in the plane."""
+        """`vertices_coords`, in the plane that they lie in: z, y or x is the same for all, as y is in some programs."""
         rows = self._listed("vertices_coords")
         if not rows:
             raise self.wrong("it has no vertices_coords")
@@ -36,9 +43,10 @@ class FrameValues:
                 raise self._unsound(f"vertex {k} in vertices_coords is not two or three numbers below {FAR:g}")
         table = np.array([[*map(float, row), 0.0][:3] for row in rows])
         extent: Reals = np.ptp(table, axis=0)
-        if extent[2] > 1e-6 * max(extent[:2]):
-            raise self.wrong("its first frame is folded: put the flat crease pattern first")
-        return [(float(x), float(y)) for x, y in table[:, :2]]
+        for axis, plane in _PLANES:
+            if extent[axis] <= 1e-6 * max(extent):
+                return [(float(x), float(y)) for x, y in table @ plane]
+        raise self.wrong("its first frame is folded: put the flat crease pattern first")
 
     def edges(self, n_points: int) -> list[tuple[int, int]]:
         """`edges_vertices`, which may be missing."""

@@ -99,7 +99,8 @@ def _tiled(drawing: Drawing) -> tuple[Grid, list[Place], float, float]:
         if place is None:
             shape = {3: "equilateral triangle", 4: "rectangle", 6: "regular hexagon"}[corners]
             what = f"cell of the {grid.name} grid that {_named(drawing, 0)} begins" if number else shape
-            raise PatternError(f"{_named(drawing, number)} is no {what}: draw equal {shape}s edge to edge")
+            within = ", and edges within a panel as J" if corners == 3 and not number else ""
+            raise PatternError(f"{_named(drawing, number)} is no {what}: draw equal {shape}s edge to edge{within}")
         places.append(place)
     return grid, places, length, width
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Literal
 
+from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.circuit import Circuit
 from hcsearch.deployment.deploying import deploy
 from hcsearch.drive.driving import find_motion, why_not
@@ -58,6 +59,8 @@ def _stored(request: Request) -> Replay | None:
 
 
 def _of_path(request: Request, *, required: bool) -> Replay | None:
+    if required and request.name in ASSEMBLIES:
+        raise HcsearchError(f"{request.name} is an assembly, for which no path is planned: ask for --motion springs")
     try:
         folding, scene = read_folding(request)
     except HcsearchError:

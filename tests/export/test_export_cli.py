@@ -2,6 +2,7 @@
 
 import json
 import math
+import shlex
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from hcsearch.api.exporting import save
 from hcsearch.circuit import Circuit
 from hcsearch.cli import hcsearch
 from hcsearch.errors import HcsearchError, OutputError
@@ -18,6 +20,7 @@ from hcsearch.export.reading import best_crease
 from hcsearch.export.settings import Settings, read_state
 from hcsearch.export.writing import write_export
 from hcsearch.folding import Folding
+from hcsearch.own_patterns import read_fold, recognise
 from hcsearch.own_patterns.checking import check_circuit
 from hcsearch.scenes import SCENES
 from tests.export.exports import DESIGN, MOVING, exported
@@ -93,6 +96,11 @@ def test_what_cannot_be_is_one_line(run, words, message):
     assert message in refusal(run("export", DESIGN, *words))
 
 
+@pytest.mark.parametrize("ending", ["fold", "g6"])
+def test_a_name_that_is_no_assembly_is_called_so_whatever_the_format(run, ending):
+    assert "there is no assembly 'unit-iv'" in refusal(run("export", "unit-iv", "--output", f"a.{ending}"))
+
+
 def test_a_format_whose_program_is_missing_names_the_extra(run, monkeypatch):
     monkeypatch.setitem(sys.modules, "ezdxf", None)
     assert "dxf needs ezdxf: pip install 'hcsearch[export]'" in refusal(run("export", DESIGN, "--output", "a.dxf"))
@@ -105,6 +113,14 @@ def test_python_writes_what_the_command_writes(run, tmp_path):
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
     with pytest.raises(HcsearchError, match="exports have no setting 'colour'"):
         export(folding, tmp_path / "b.svg", colour="red")
+
+
+@pytest.mark.parametrize(("crease", "canonical"), [(2, "hex:0234550132:3"), (3, "hex:0234550132:4")])
+def test_a_folding_of_a_circuit_in_another_order_is_written_by_python(tmp_path, crease, canonical):
+    folding = Folding(Circuit.from_notation("hex:2345501320"), crease)
+    for write in (export, save):
+        (path,) = write(folding, tmp_path / "a.fold")
+        assert [str(own) for own in recognise(read_fold(str(path))).foldings] == [canonical]
 
 
 @pytest.mark.parametrize(
@@ -189,6 +205,20 @@ def test_check_says_the_same_of_a_circuit_in_any_order(run):
     assert one.exit_code == two.exit_code
     assert one.output.splitlines()[0] == two.output.splitlines()[0]
     assert f"{MOVING}: " in two.output
+    assert "; springs: no set that was tried with hinged flat pairs brings it flat" in two.output
+
+
+def test_the_command_that_check_prints_repeats_the_deployment(run):
+    Path("moon.toml").write_text("[scene]\ngravity = [0.0, 0.0, -0.1]\n", encoding="utf-8")
+    options = ("--scene", "moon.toml", "--panel", "52x6", "--flat-pairs", "hinged", "--seconds", "0.5")
+    *_, reason, command = run("check", MOVING, *options).output.splitlines()
+    program, *words = shlex.split(command)
+    assert (program, words) == (
+        "hcsearch",
+        ["deploy", MOVING, "--scene", "moon.toml, 52x52x6", "--seconds", "0.5", "--flat-pairs", "hinged"],
+    )
+    seconds = reason.split()[2]
+    assert f"flat after {seconds} s" in run(*words).output
 
 
 def test_check_simulates_for_as_long_as_it_is_asked_to(run):

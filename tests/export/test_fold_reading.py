@@ -94,6 +94,16 @@ def test_files_of_this_program_are_recognised_however_flat_pairs_are_joined(valu
     assert sized(design, drawing) == panel
 
 
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_drawing_may_stand_upright_as_programs_with_y_upwards_write_it(axis):
+    data = json.loads(fold.write(exported(DESIGN), Settings()))
+    data["vertices_coords"] = [[*p[:axis], 3.0, *p[axis:]] for p in data["vertices_coords"]]
+    assert [folding.notation for folding in recognise(parse_fold(json.dumps(data))).foldings] == [DESIGN]
+    data["vertices_coords"][0][axis] += 1.0
+    with pytest.raises(HcsearchError, match="its first frame is folded"):
+        parse_fold(json.dumps(data))
+
+
 def test_unassigned_creases_allow_every_folding():
     circuit = Circuit.from_notation("hex:0234435011")
     design = recognise(parse_fold(json.dumps(drawn(circuit, "U" * 10))))

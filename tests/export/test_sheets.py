@@ -16,7 +16,7 @@ from hcsearch.export.settings import Settings
 from hcsearch.export.sheets import svg
 from hcsearch.export.sheets.digits import strokes
 from hcsearch.export.sheets.layouts import LAYERS, MARGIN, chains, sheet_of
-from tests.export.exports import DESIGN, RING, SLITTED, exported, folded
+from tests.export.exports import DESIGN, MOVING, RING, SLITTED, exported, folded
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -108,6 +108,22 @@ def test_a_hinge_gap_takes_half_of_it_off_panels_along_hinges():
 def test_a_gap_that_is_too_wide_is_refused():
     with pytest.raises(HcsearchError, match=r"leaves panel 0\+1 not in one piece"):
         sheet_of(exported(SLITTED), Settings(sheet="panels", hinge_gap_mm=200.0))
+
+
+@pytest.mark.parametrize(("name", "gap"), [(MOVING, 60.0), ("triangle:012343454545012121:2", 20.0), ("unit-ii", 5.0)])
+def test_marks_and_numbers_stay_on_panels_that_a_gap_trims(name, gap):
+    sheet = sheet_of(exported(name), Settings(sheet="panels", hinge_gap_mm=gap))
+    panels = shapely.union_all([shapely.Polygon(line.points) for line in sheet.lines["CUT"]])
+    marks = [line for layer in ("HINGE_TOP", "HINGE_BOTTOM", "ENGRAVE") for line in sheet.lines[layer]]
+    assert all(panels.covers(shapely.LineString(line.points)) for line in marks)
+
+
+def test_a_kerf_that_closes_a_hole_is_refused():
+    # around a hole of an edge of 0.5 mm
+    ring = exported(RING, panel="0.5x0.06")
+    assert len(sheet_of(ring, Settings(kerf_mm=0.9)).lines["CUT"]) == 2
+    with pytest.raises(HcsearchError, match=r"a kerf of 1\.1 mm closes a hole or a notch"):
+        sheet_of(ring, Settings(kerf_mm=1.1))
 
 
 @pytest.mark.parametrize(

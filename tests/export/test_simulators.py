@@ -19,6 +19,7 @@ from hcsearch.folding import Folding
 from hcsearch.labels import labels_of
 from hcsearch.scenes import SCENES
 from tests.export.cases import NAMES, case, merged
+from tests.export.exports import exported
 
 DEFAULT, EARTH, SATELLITE = SCENES["default"], SCENES["earth"], SCENES["satellite"]
 
@@ -164,3 +165,9 @@ def test_subjects_with_drives_are_refused_as_models_of_mujoco():
     subject = SimpleNamespace(drives=object())
     with pytest.raises(HcsearchError, match=r"leave out the table \[drive\]"):
         write(SimpleNamespace(subject=subject), Settings())
+
+
+def test_panels_too_small_for_mujoco_are_refused():
+    small = exported("hex:0234550132:4", "mjcf", panel="0.5x0.06")
+    with pytest.raises(HcsearchError, match=r"panel_4\+5 has a moment of inertia of .* give larger panels"):
+        write(small, Settings())

@@ -133,5 +133,5 @@ def test_an_assembly_is_let_go_and_has_no_path():
     replay = replay_named(Request(ASSEMBLY, "none.sqlite"))
     assert (replay.axis, replay.title) == ("time", ASSEMBLY)
     assert replay.angles.shape[1] == replay.linkage.n_hinges
-    with pytest.raises(HcsearchError, match="is an assembly, which has no packed state in stacks: name DESIGN:CREASE"):
+    with pytest.raises(HcsearchError, match="is an assembly, for which no path is planned: ask for --motion springs"):
         replay_named(Request(ASSEMBLY, "none.sqlite"), "path")

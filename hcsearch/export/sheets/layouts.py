@@ -20,7 +20,7 @@ from hcsearch.export.exported import Exported
 from hcsearch.export.settings import Profile, Settings
 from hcsearch.export.sheets.digits import strokes
 from hcsearch.outlines import same_places
-from hcsearch.pattern import SAME, Crease, Pair, Pattern, Point, facet_area
+from hcsearch.pattern import SAME, Crease, Pair, Pattern, Point
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -111,7 +111,7 @@ class _Drawn:
         place = same_places(corners, 10 * SAME * self.size)
         ends = np.cumsum([0, *map(len, self.pattern.facets)])
         self.facets = [[corners[place[k]] for k in range(a, b)] for a, b in pairwise(ends.tolist())]
-        self.radii = [_radius(facet) for facet in self.facets]
+        self.radii = [_radius(facet) for facet in self._polygons()]
         self.place = dict(zip(corners, (corners[k] for k in place), strict=True))
 
     def edge(self, pair: Pair) -> tuple[Point, Point]:
@@ -124,7 +124,7 @@ class _Drawn:
         import shapely  # noqa: PLC0415 - takes longer to load than the sheet to draw
 
         sheet = Sheet()
-        outline = shapely.union_all([shapely.Polygon(facet) for facet in self.facets], grid_size=_GRID)
+        outline = shapely.union_all(self._polygons(), grid_size=_GRID)
         for ring in _rings(self._grown(outline)):
             sheet.add("CUT", ring, closed=True)
         slits = []
@@ -138,7 +138,7 @@ class _Drawn:
                 slits.append(self.edge(pair))
         for chain in chains(slits):
             sheet.add("SLIT", chain)
-        for panel, polygon in enumerate(self.panels()):
+        for panel, polygon in enumerate(self.panels(self._polygons())):
             self._number_panel(sheet, panel, polygon)
         return _moved_in(sheet)
 
@@ -146,64 +146,85 @@ class _Drawn:
         """The panels in rows, in their order."""
         import shapely  # noqa: PLC0415 - as above
 
-        parts, marks = [], self._marks()
-        for panel, polygon in enumerate(self.panels(trimmed=True)):
+        facets = self._trimmed()
+        polygons, marks, parts = self.panels(facets), self._marks(facets), []
+        for panel, polygon in enumerate(polygons):
             part = Sheet()
             label = self.labels.panels[panel]
             for ring in _rings(self._grown(polygon)):
                 part.add("CUT", ring, label, closed=True)
-            for layer, hinge, edge, radius in marks[panel]:
-                inset = _INSET * radius + 0.5 * self.settings.hinge_gap_mm
-                part.add(layer, _beside(edge, inset, _MARK), self.labels.hinges[hinge])
-                self._number_hinge(part, hinge, edge, radius)
+            for layer, hinge, side, radius in marks[panel]:
+                part.add(layer, _beside(side, _INSET * radius, _MARK), self.labels.hinges[hinge])
+                self._number_hinge(part, hinge, side, radius)
             self._number_panel(part, panel, polygon)
             parts.append(part)
         area = sum(shapely.box(*_bounds(part)).area for part in parts)
         return _in_rows(parts, 1.2 * math.sqrt(area))
 
-    def panels(self, *, trimmed: bool = False) -> list[Polygon]:
-        """The panels, perhaps with half of the hinge gap taken off along hinges."""
+    def panels(self, facets: Sequence[Polygon]) -> list[Polygon]:
+        """The panels, joined of their facets."""
         import shapely  # noqa: PLC0415 - as above
 
-        rings = [shapely.Polygon(facet) for facet in self.facets]
-        gap = 0.5 * self.settings.hinge_gap_mm if trimmed else 0.0
+        polygons = [
+            shapely.union_all([facets[facet] for facet in panel], grid_size=_GRID) for panel in self.pattern.panels
+        ]
+        for label, polygon in zip(self.labels.panels, polygons, strict=True):
+            if polygon.geom_type != "Polygon" or polygon.is_empty:
+                gap = self.settings.hinge_gap_mm
+                raise HcsearchError(f"a hinge gap of {gap:g} mm leaves panel {label} not in one piece: give less")
+        return polygons
+
+    def _polygons(self) -> list[Polygon]:
+        """The facets as they are."""
+        import shapely  # noqa: PLC0415 - as above
+
+        return [shapely.Polygon(facet) for facet in self.facets]
+
+    def _trimmed(self) -> list[Polygon]:
+        """The facets with half of the hinge gap taken off along hinges."""
+        facets, gap = self._polygons(), 0.5 * self.settings.hinge_gap_mm
         if gap:
             for pair, crease in self.pattern.creases.items():
                 for facet, (start, end) in zip(pair, (self.edge(pair), self.edge(pair)[::-1]), strict=True):
                     if crease.face is not None:
-                        rings[facet] = rings[facet].difference(_strip(start, end, gap, 10 * self.size))
-        polygons = [
-            shapely.union_all([rings[facet] for facet in panel], grid_size=_GRID) for panel in self.pattern.panels
-        ]
-        for label, polygon in zip(self.labels.panels, polygons, strict=True):
-            if polygon.geom_type != "Polygon" or polygon.is_empty:
-                raise HcsearchError(f"a hinge gap of {2 * gap:g} mm leaves panel {label} not in one piece: give less")
-        return polygons
+                        facets[facet] = facets[facet].difference(_strip(start, end, gap, 10 * self.size))
+        return facets
 
     def _grown(self, polygon: Polygon) -> Polygon:
+        """A polygon moved outwards by half of the kerf; HcsearchError where that closes a hole or a notch."""
         kerf = 0.5 * self.settings.kerf_mm
-        return polygon.buffer(kerf, join_style="mitre", mitre_limit=10.0) if kerf else polygon
+        if not kerf:
+            return polygon
+        grown = polygon.buffer(kerf, join_style="mitre", mitre_limit=10.0)
+        if abs(grown.buffer(-kerf, join_style="mitre", mitre_limit=10.0).area - polygon.area) > 1e-6 * polygon.area:
+            raise HcsearchError(f"a kerf of {2 * kerf:g} mm closes a hole or a notch in an outline: give less")
+        return grown
 
-    def _marks(self) -> dict[int, list[tuple[str, int, tuple[Point, Point], float]]]:
-        """Of each panel the layer, hinge and edge (on its right) of what is to be marked, and the facet's radius."""
+    def _marks(self, facets: Sequence[Polygon]) -> dict[int, list[tuple[str, int, tuple[Point, Point], float]]]:
+        """Of each panel the layer, the hinge, the side of a facet along it (facet on the left), the facet's radius."""
         marks: dict[int, list[tuple[str, int, tuple[Point, Point], float]]] = defaultdict(list)
         for pair, crease in self.pattern.creases.items():
             if crease.face is not None:
                 layer, hinge = _hinge_layer(crease), self.pattern.hinge_of(pair)
                 for facet, edge in zip(pair, (self.edge(pair), self.edge(pair)[::-1]), strict=True):
-                    marks[self.pattern.panel_of[facet]].append((layer, hinge, edge, self.radii[facet]))
+                    side = _side_along(facets[facet], edge)
+                    marks[self.pattern.panel_of[facet]].append((layer, hinge, side, _radius(facets[facet])))
         return marks
 
     def _number_hinge(self, sheet: Sheet, hinge: int, edge: tuple[Point, Point], radius: float) -> None:
         """The number of a hinge on the left of its edge, in a facet of a radius."""
-        inset = _NUMBER_INSET * radius + 0.5 * self.settings.hinge_gap_mm
-        (x, y), (to_x, to_y) = _beside(edge, inset, 1.0)
+        (x, y), (to_x, to_y) = _beside(edge, _NUMBER_INSET * radius, 1.0)
         sheet.write(self.labels.hinges[hinge], (0.5 * (x + to_x), 0.5 * (y + to_y)), _HINGE_DIGIT * radius)
 
     def _number_panel(self, sheet: Sheet, panel: int, polygon: Polygon) -> None:
-        """The number of a panel in its middle."""
+        """The number of a panel in its middle, as large as its facets let it be and its outline."""
+        import shapely  # noqa: PLC0415 - as above
+
+        label, middle = self.labels.panels[panel], _middle(polygon)
+        reach = max(math.hypot(*point) for stroke in strokes(label, (0.0, 0.0), 1.0) for point in stroke)
+        room = polygon.exterior.distance(shapely.Point(middle)) / reach
         radius = max(self.radii[facet] for facet in self.pattern.panels[panel])
-        sheet.write(self.labels.panels[panel], _middle(polygon), _PANEL_DIGIT * radius)
+        sheet.write(label, middle, min(_PANEL_DIGIT * radius, 0.9 * room))
 
 
 def chains(edges: Sequence[tuple[Point, Point]]) -> list[list[Point]]:
@@ -251,6 +272,17 @@ def _strip(start: Point, end: Point, width: float, far: float) -> Polygon:
     return shapely.Polygon([(corner.real, corner.imag) for corner in corners])
 
 
+def _side_along(facet: Polygon, edge: tuple[Point, Point]) -> tuple[Point, Point]:
+    """The side of a convex facet that is parallel to an edge on its right, and nearest to it."""
+    a, b = complex(*edge[0]), complex(*edge[1])
+    along = (b - a) / abs(b - a)
+    places = [(complex(*point) - a) / along for point in facet.exterior.coords]
+    gap = min(place.imag for place in places)
+    near = [place.real for place in places if place.imag - gap <= 1e-6 * abs(b - a)]
+    start, end = (a + along * (x + 1j * gap) for x in (min(near), max(near)))
+    return (start.real, start.imag), (end.real, end.imag)
+
+
 def _beside(edge: tuple[Point, Point], inset: float, share: float) -> tuple[Point, Point]:
     """A line on the left of an edge, over a share of its length about the middle."""
     a, b = complex(*edge[0]), complex(*edge[1])
@@ -259,9 +291,9 @@ def _beside(edge: tuple[Point, Point], inset: float, share: float) -> tuple[Poin
     return ((middle - half).real, (middle - half).imag), ((middle + half).real, (middle + half).imag)
 
 
-def _radius(facet: Sequence[Point]) -> float:
+def _radius(facet: Polygon) -> float:
     """The radius of the circle within a facet that touches its sides; about that, where none touches all of them."""
-    return 2.0 * facet_area(facet) / sum(math.dist(a, b) for a, b in pairwise([*facet, facet[0]]))
+    return 2.0 * float(facet.area) / float(facet.length)
 
 
 def _middle(polygon: Polygon) -> Point:

@@ -29,6 +29,8 @@ STEPS = 50_000
 """In the natural time of a scene; a step is 0.02 ms for panels of 50 mm, which the stiff welds ask for."""
 DAMPED = 1.0
 """Share of a panel's rate that its damper may take in a step of the Runge-Kutta method, which is unstable above 2.8."""
+LEAST_INERTIA = 1e-14
+"""The least principal moment of inertia that MuJoCo reads, kg m^2."""
 STIFF = 0.9999
 """The greatest impedance that MuJoCo has: constraints then give way least."""
 ITERATIONS, TOLERANCE = 50, 1e-12
@@ -63,7 +65,8 @@ def mjcf_of(
     """A linkage in a scene as a model of MuJoCo, whose keyframes are the start and the flat state.
 
     contact : whether panels collide, shrunk by the scene's margin as in our own check; neighbours at a hinge never do,
-    as its stops keep them apart. timestep : s, by `STEPS` unless given. HcsearchError where a law is not linear.
+    as its stops keep them apart. timestep : s, by `STEPS` unless given. HcsearchError where a law is not linear, and
+    for panels that are too small for MuJoCo.
     """
     tree = cut_tree(linkage, labels, scene)
     timestep = timestep or _natural_time(tree) / STEPS
@@ -143,6 +146,12 @@ def _add_bodies(world: Xml.Element, tree: CutTree, actuators: Xml.Element) -> No
         elif tree.floats:
             Xml.SubElement(element, "freejoint", name="base")
         inertia = link.body.inertia
+        least = float(np.linalg.eigvalsh(inertia)[0])
+        if least < LEAST_INERTIA:
+            raise HcsearchError(
+                f"{link.name} has a moment of inertia of {least:.2g} kg m^2, and MuJoCo reads none below "
+                f"{LEAST_INERTIA:g}: give larger panels with --panel"
+            )
         parts = (inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2])
         centre = link.body.centre - link.frame
         Xml.SubElement(
