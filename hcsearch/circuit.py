@@ -139,6 +139,12 @@ class Circuit:
         """The representative of all congruent circuits, the same in order and direction for each of them."""
         return Circuit(self.grid, self._canonical[0])
 
+    def canonical_crease(self, crease: int) -> int:
+        """The number that a crease, 0 to n - 1, has in the canonical circuit; of several by symmetry, one."""
+        keys = list(self._keys())
+        start, backwards = divmod(keys.index(min(keys)), 2)
+        return (start - crease if backwards else crease - start) % self.n
+
     def on(self, array: Array) -> Circuit:
         """The circuit where it runs through the cells of an array, congruent with its own; ArrayError for another one.
 

@@ -90,8 +90,8 @@ class Folding:
 
     @property
     def notation(self) -> str:
-        """The circuit's notation, a colon and the crease."""
-        return f"{self.circuit.notation}:{self.crease}"
+        """The circuit's notation, a colon and the crease, numbered as in the canonical circuit."""
+        return f"{self.circuit.notation}:{self.circuit.canonical_crease(self.crease) % (self.circuit.n // 2)}"
 
     def __str__(self) -> str:
         return self.notation

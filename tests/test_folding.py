@@ -157,6 +157,26 @@ def test_foldings_exist_at_their_creases_alone(search):
                         Folding(circuit, crease)
 
 
+def folds_around(folding):
+    """Folds from a flat crease on, the same for either crease, direction and face."""
+    folds = folding.assignment
+    starts = [folds[k:] + folds[:k] for k in (folding.crease, folding.opposite)]
+    starts += [fold[:1] + fold[:0:-1] for fold in starts]
+    other = {"flat": "flat", "valley": "mountain", "mountain": "valley"}
+    return min(starts + [tuple(other[fold] for fold in start) for start in starts])
+
+
+@given(circuits(even=True).flatmap(lambda circuit: st.tuples(st.just(circuit), congruences(circuit))))
+def test_notations_of_foldings_are_read_back_whatever_the_order_of_their_circuit(pair):
+    circuit, moved = pair
+    read = [Folding.from_notation(folding.notation) for folding in foldings(moved)]
+    for folding, again in zip(foldings(moved), read, strict=True):
+        assert again.circuit == circuit
+        assert folds_around(again) == folds_around(folding)
+    if circuit.symmetry == 1:
+        assert sorted(read, key=lambda folding: folding.crease) == foldings(circuit)
+
+
 @pytest.mark.parametrize(
     "text", ["hex:0234550132", "hex:0234550132:x", "17:4:1", "hex", "", "hex:024:0", "hex:02345501324:1"]
 )
