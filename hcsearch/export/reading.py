@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, get_args
+from typing import get_args
 
 from hcsearch.errors import HcsearchError
 from hcsearch.export.exported import Exported
@@ -13,16 +11,18 @@ from hcsearch.export.formats import Format
 from hcsearch.export.settings import State
 from hcsearch.folding import Folding, split_crease
 from hcsearch.replays.sources import By, replay_named
+from hcsearch.scenes import DEFAULT, Scene
+from hcsearch.store import best_creases, find_design, open_readonly
 from hcsearch.subjects.designs import design_named, is_id
 from hcsearch.subjects.reading import Request, read_subject
-from hcsearch.vocabulary import STATUSES
+from hcsearch.subjects.scenes import scene_asked_for
 
 
 def exported_named(request: Request, wanted: Format, by: By | None = None, state: State = "flat") -> Exported:
     """What a name stands for, as a format takes it.
 
     by : where the motion comes from (`replay_named`). state : a share of the motion needs a motion that ends flat.
-    A design named by its id in a database stands for its folding of the best status there, in the scene `default`.
+    A design named by its id in a database stands for its best folding there, in the scene that is asked for.
     Errors: HcsearchError where there is no such motion, and where one is asked for that the format has no place for.
     """
     if by is not None and by not in get_args(By):
@@ -38,8 +38,7 @@ def exported_named(request: Request, wanted: Format, by: By | None = None, state
         remedy = ", or give --state SHARE" if "state" in wanted.takes else ""
         raise HcsearchError(f"{wanted.name} holds no motion: leave out --motion{remedy}")
     if is_id(request.name):
-        _, row = design_named(request.name, request.db)
-        crease = best_crease(row["foldings"])
+        crease = _best_crease(request)
         request = request if crease is None else replace(request, name=f"{request.name}:{crease}")
     subject = read_subject(request)
     folding = request.folding
@@ -52,12 +51,11 @@ def exported_named(request: Request, wanted: Format, by: By | None = None, state
     return Exported(name, None if folding is None else folding.circuit, folding, subject, replay)
 
 
-def best_crease(foldings: Sequence[Mapping[str, Any]]) -> int | None:
-    """The crease of the best of some rows of the view `foldings`, by status, margin, dof, crease; None without one."""
-    known = [row for row in foldings if row["status"] in STATUSES]
-
-    def place(row: Mapping[str, Any]) -> tuple[float, ...]:
-        values = (STATUSES.index(row["status"]), row["needed_margin"], row["dof"], row["crease"])
-        return tuple(math.inf if value is None else value for value in values)
-
-    return min(known, key=place)["crease"] if known else None
+def _best_crease(request: Request) -> int | None:
+    """The crease of the best folding of a design named by its id; None where no stage has compared them."""
+    with open_readonly(request.db) as database:
+        number = int(find_design(database, request.name)["id"])
+        scene = DEFAULT
+        if not isinstance(request.scene, Scene):
+            scene = scene_asked_for(database, request.scene, request.panel, request.across)
+        return best_creases(database, [number], scene).get(number)

@@ -13,17 +13,21 @@ from click.testing import CliRunner
 from hcsearch.api.exporting import save
 from hcsearch.circuit import Circuit
 from hcsearch.cli import hcsearch
+from hcsearch.enumeration import PolygonSearch
 from hcsearch.errors import HcsearchError, OutputError
 from hcsearch.export import FORMATS, export
 from hcsearch.export.formats import Format, format_of
-from hcsearch.export.reading import best_crease
 from hcsearch.export.settings import Settings, read_state
 from hcsearch.export.writing import write_export
 from hcsearch.folding import Folding
+from hcsearch.grid import GRIDS
 from hcsearch.own_patterns import read_fold, recognise
 from hcsearch.own_patterns.checking import check_circuit
+from hcsearch.pipeline import Plan, run_into
 from hcsearch.scenes import SCENES
+from hcsearch.store import find_design, open_database
 from tests.export.exports import DESIGN, MOVING, exported
+from tests.judging import judge
 
 
 @pytest.fixture
@@ -65,14 +69,16 @@ def test_a_design_of_a_database_stands_for_its_best_folding(run):
     number, circuit = listed[0].split(",")
     assert run("export", number, "--output", "a.fold").exit_code == 0
     assert f'"{circuit}:' in Path("a.fold").read_text(encoding="utf-8")
-    rows = [
-        {"status": None, "needed_margin": None, "dof": None, "crease": 0},
-        {"status": "movable", "needed_margin": 1e-2, "dof": 6, "crease": 1},
-        {"status": "deploys", "needed_margin": None, "dof": 7, "crease": 2},
-        {"status": "deploys", "needed_margin": 1e-2, "dof": 8, "crease": 3},
-        {"status": "deploys", "needed_margin": 1e-2, "dof": 6, "crease": 4},
-    ]
-    assert [best_crease(rows[:k]) for k in range(6)] == [None, None, 1, 2, 3, 4]
+    name = MOVING.rpartition(":")[0]
+    with open_database("judged.sqlite", create=True) as database:
+        run_into(Plan(PolygonSearch(GRIDS["hex"], len(name) - 4), "twist"), database)
+        judge(database, [(name, 3, "movable", None, None), (name, 4, "locked", None, None)])
+        judge(database, [(name, 4, "deploys", 1.0, 0.1), (name, 3, "locked", None, None)], "solar", key="p#0/2")
+        number = str(find_design(database, name)["id"])
+    for crease, scene in ((3, ()), (4, ("--scene", "solar"))):
+        words = ("export", number, "--output", "b.fold", "--db", "judged.sqlite", *scene)
+        assert run(*words).exit_code == 0
+        assert f'"{name}:{crease}"' in Path("b.fold").read_text(encoding="utf-8")
 
 
 def test_an_array_needs_no_folding(run):
