@@ -171,3 +171,6 @@ def test_panels_too_small_for_mujoco_are_refused():
     small = exported("hex:0234550132:4", "mjcf", panel="0.5x0.06")
     with pytest.raises(HcsearchError, match=r"panel_4\+5 has a moment of inertia of .* give larger panels"):
         write(small, Settings())
+    fast = exported("square:0122333011:1", "mjcf", panel="2x0.24")
+    with pytest.raises(HcsearchError, match=r"alone at .* rad/s\^2, and MuJoCo stops above 1e\+10: give larger panels"):
+        write(fast, Settings())

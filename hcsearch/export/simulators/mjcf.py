@@ -31,6 +31,8 @@ DAMPED = 1.0
 """Share of a panel's rate that its damper may take in a step of the Runge-Kutta method, which is unstable above 2.8."""
 LEAST_INERTIA = 1e-14
 """The least principal moment of inertia that MuJoCo reads, kg m^2."""
+MOST_ACCELERATION = 1e10
+"""The greatest acceleration that MuJoCo goes on with, rad/s^2."""
 STIFF = 0.9999
 """The greatest impedance that MuJoCo has: constraints then give way least."""
 ITERATIONS, TOLERANCE = 50, 1e-12
@@ -69,6 +71,7 @@ def mjcf_of(
     for panels that are too small for MuJoCo.
     """
     tree = cut_tree(linkage, labels, scene)
+    _check_size(tree)
     timestep = timestep or _natural_time(tree) / STEPS
     root = Xml.Element("mujoco", model=title or "array")
     Xml.SubElement(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false")
@@ -93,6 +96,32 @@ def mjcf_of(
     return Xml.tostring(root, encoding="unicode") + "\n"
 
 
+def _check_size(tree: CutTree) -> None:
+    """Refuse panels too small for MuJoCo: by their own moments of inertia, and by what springs do with them alone."""
+    for link in tree.links:
+        least = float(np.linalg.eigvalsh(link.body.inertia)[0])
+        if least < LEAST_INERTIA:
+            raise HcsearchError(
+                f"{link.name} has a moment of inertia of {least:.2g} kg m^2, and MuJoCo reads none below "
+                f"{LEAST_INERTIA:g}: give larger panels with --panel"
+            )
+        if link.joined is None:
+            continue
+        stiffness, moment = line_of(link.joined.drive.law, link.joined.name)
+        most = abs(stiffness * tree.start[link.joined.hinge] + moment) / _inertia_at_hinge(link)
+        if most > MOST_ACCELERATION:
+            raise HcsearchError(
+                f"the spring of {link.joined.name} turns {link.name} alone at {most:.2g} rad/s^2, and MuJoCo stops "
+                f"above {MOST_ACCELERATION:g}: give larger panels with --panel, or a scene with softer springs"
+            )
+
+
+def _inertia_at_hinge(link: Link) -> float:
+    """The moment of inertia of a link about its hinge, kg m^2."""
+    assert link.joined is not None
+    return float(link.joined.axis @ link.body.about(link.frame) @ link.joined.axis)
+
+
 def _natural_time(tree: CutTree) -> float:
     """The time that the scene would be given, s, if it named none."""
     seconds = settled(replace(tree.scene, seconds=None), tree.linkage).seconds
@@ -102,11 +131,7 @@ def _natural_time(tree: CutTree) -> float:
 
 def _integrator(tree: CutTree, timestep: float) -> str:
     """The most accurate integrator that is stable: dampers stop light panels within a step."""
-    rates = [
-        link.joined.drive.damping / float(link.joined.axis @ link.body.about(link.frame) @ link.joined.axis)
-        for link in tree.links
-        if link.joined is not None
-    ]
+    rates = [link.joined.drive.damping / _inertia_at_hinge(link) for link in tree.links if link.joined is not None]
     return "RK4" if max(rates, default=0.0) * timestep <= DAMPED else "implicitfast"
 
 
@@ -146,12 +171,6 @@ def _add_bodies(world: Xml.Element, tree: CutTree, actuators: Xml.Element) -> No
         elif tree.floats:
             Xml.SubElement(element, "freejoint", name="base")
         inertia = link.body.inertia
-        least = float(np.linalg.eigvalsh(inertia)[0])
-        if least < LEAST_INERTIA:
-            raise HcsearchError(
-                f"{link.name} has a moment of inertia of {least:.2g} kg m^2, and MuJoCo reads none below "
-                f"{LEAST_INERTIA:g}: give larger panels with --panel"
-            )
         parts = (inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2])
         centre = link.body.centre - link.frame
         Xml.SubElement(
