@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hcsearch.cli.options import database_option
+from hcsearch.cli.options import database_option, examples
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import HcsearchError, printable
 from hcsearch.scenes import DEFAULT
@@ -20,14 +20,15 @@ if TYPE_CHECKING:
 
 
 @click.command(
-    epilog="Example: hcsearch show 17:4, or without a database: hcsearch show hex:0234550132; as a page: "
-    "hcsearch show hex:0234550132 --html"
+    epilog=examples(
+        "hcsearch show 17:4", "hcsearch show hex:0234550132", "hcsearch show 17 --html --output design.html"
+    )
 )
 @click.argument("design", metavar="DESIGN[:CREASE]")
 @database_option
 @scene_options
-@click.option("--html", "as_html", is_flag=True, help="Write a page with everything known, motions to play, plots.")
-@click.option("--output", metavar="FILE", help="File of the page.  [default: reports/design-DESIGN.html]")
+@click.option("--html", "as_html", is_flag=True, help="Write a page with all results, plots, and motions to play.")
+@click.option("--output", metavar="FILE", help="The file of the page.  [default: reports/design-DESIGN.html]")
 def show(
     design: str,
     db: str,
@@ -37,14 +38,15 @@ def show(
     as_html: bool,
     output: str | None,
 ) -> None:
-    """Print a design, named by its id or its circuit notation, and its foldings (or only the one at CREASE).
+    """Print a design and its foldings, or write a page.
 
-    Untwisted ones with their degrees of freedom, whether an end of the motion is proved locked, and, of a design named
-    by its id, the deployments that are in the database.
+    A design is named by its id in the database or by the notation of its circuit, which may be in any position, order
+    or direction and needs no database. DESIGN:CREASE shows one folding. Creases have the numbers of the canonical
+    circuit, which the first line shows.
 
-    A circuit notation needs no database; it may be in any position, order or direction. Creases are numbered in the
-    canonical order that the first lines show. A page (--html) has verdicts in a scene, of a design named by its id;
-    of a circuit, motions are planned and let go anew.
+    For foldings without twist the command prints the degrees of freedom and whether the folded or the flat state is
+    proved to be locked, and for a design named by its id the deployments in the database. The page of a design named by
+    its id shows the results of a scene; for a circuit, motions are planned and simulated anew.
     """
     if not as_html and (output or scene or panel or across):
         raise HcsearchError("--output, --scene, --panel and --across are of a page: add --html")

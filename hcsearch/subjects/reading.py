@@ -12,7 +12,7 @@ from hcsearch.deployment.driving import Drives, drives_in
 from hcsearch.deployment.looks import Look, first_look, look_parts, scene_of, springs_of
 from hcsearch.deployment.naming import numbered
 from hcsearch.deployment.scales import settled
-from hcsearch.deployment.scene_files import read_file, scene_in, scene_with
+from hcsearch.deployment.scene_files import checked_scene, read_file, scene_in, scene_with
 from hcsearch.deployment.springs import with_springs
 from hcsearch.errors import HcsearchError, SceneError
 from hcsearch.flat_pairs import linkage_joined
@@ -175,7 +175,7 @@ def _scene(content: dict[str, Any], request: Request) -> tuple[Scene, list[str]]
     base: Scene | None = None
     parts: list[str] = []
     if isinstance(text := request.scene, Scene):
-        base = text
+        base = checked_scene(text)
     elif text is not None and text.strip():
         named = [part.strip() for part in text.split(",")]
         before = list(named)

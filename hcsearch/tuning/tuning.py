@@ -31,13 +31,14 @@ NO_LABELS = Labels((), ())
 
 @dataclass(frozen=True)
 class Tuning:
-    """The result of a tuning.
+    """The result of `tune`; `springs` has the stiffnesses to use.
 
-    scene : that it was tuned in, settled. start : the springs it began with. best : the confirmed set least likely to
-        collide, or else the one of the least objective. rounded : the same of catalogue springs; None where none were
-        asked for.
-    evaluations : spring sets and samples that it took, each once; recalled : how many of them a memory knew before.
-    interrupted : by Ctrl-C. labels : names of the hinges, in the order of stiffnesses, and of panels.
+    scene : the scene of the simulations, with all values filled in. formulation : the equations of motion.
+    tied : the groups of hinges that have equal springs, by their places in the linkage.
+    start : the springs with which the search began. best : the confirmed set that is least likely to fail; if none is
+    confirmed, the set with the least objective. rounded : the same with springs of the catalogue; None without one.
+    evaluations : how many sets and samples were needed. recalled : how many of them a database already held.
+    interrupted : whether Ctrl-C ended the search. labels : the names of panels and hinges.
     """
 
     scene: Scene
@@ -51,14 +52,18 @@ class Tuning:
     interrupted: bool
     labels: Labels = NO_LABELS
 
+    def __repr__(self) -> str:
+        sure = "certified clear" if self.chosen.confirmed else "not certified clear"
+        return f"<{len(self.chosen.stiffnesses)} tuned springs: {sure}, {self.evaluations} evaluations>"
+
     @property
     def chosen(self) -> SpringSet:
-        """The springs to use: those of the catalogue where they are asked for and confirmed."""
+        """The springs to use, with their simulation: those of the catalogue if they are confirmed, else `best`."""
         return self.rounded if self.rounded is not None and self.rounded.confirmed else self.best
 
     @property
     def springs(self) -> dict[str, float]:
-        """Stiffness of each hinge to use, N m/rad, by the names of hinges."""
+        """The stiffness of each hinge's spring, N m/rad, by the names of hinges."""
         return dict(zip(self.labels.hinges, self.chosen.stiffnesses, strict=True))
 
 

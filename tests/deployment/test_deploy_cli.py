@@ -103,13 +103,14 @@ def run(*words, code=0):
 @pytest.mark.slow
 @pytest.mark.long
 def test_the_examples_of_its_help_work(tmp_path):
-    for example in deploy.epilog.removeprefix("Example: ").split("; "):
+    for example in deploy.epilog.partition("Example: ")[2].splitlines():
         done = run(*shlex.split(example)[2:], code=None)
         name, verdict = done.stdout.splitlines()[0].split()
         assert name == "verdict"
         assert done.returncode == (0 if verdict == "deploys" else 1)
         assert "outcome" in done.stdout
         assert done.stderr == ""
+    assert (tmp_path / "angles.svg").exists()
     assert (tmp_path / "unit-i.csv").exists()
 
 
