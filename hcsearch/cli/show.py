@@ -49,7 +49,7 @@ def show(
     its id shows the results of a scene; for a circuit, motions are planned and simulated anew.
     """
     if not as_html and (output or scene or panel or across):
-        raise HcsearchError("--output, --scene, --panel and --across are of a page: add --html")
+        raise HcsearchError("--output, --scene, --panel and --across apply to a page: add --html")
     from hcsearch.folding import folding_of, foldings, split_crease
     from hcsearch.subjects.designs import design_named
 
@@ -102,10 +102,18 @@ def _print_circuit(circuit: Circuit, row: dict[str, Any]) -> None:
     }
     shown: tuple[str, ...] = ("id", "status", "deployable", "flat_pairs", "needed_margin", "least_gap")
     shown += ("deploy_time", "min_clearance", "score")
-    facts |= {name.replace("_", " "): row[name] for name in shown if row.get(name) is not None}
+    facts |= {name.replace("_", " "): _with_unit(name, row[name]) for name in shown if row.get(name) is not None}
     for label, value in facts.items():
         click.echo(f"{label:16}{value}")
     click.echo("cells           " + "  ".join(",".join(map(str, cell)) for cell in circuit.cells))
+
+
+def _with_unit(name: str, value: object) -> str:
+    """A value of a column of `designs`, as the table of columns has its unit."""
+    from hcsearch.store.conditions import find_quantity
+
+    text = f"{value:.6g}" if isinstance(value, float) else str(value)
+    return f"{text} {find_quantity('designs', name).unit}".rstrip()
 
 
 def _print_folding(folding: Folding) -> None:
@@ -121,7 +129,7 @@ def _print_folding(folding: Folding) -> None:
         face = "top" if kind == "valley" else "bottom"
         click.echo(f"  {kind} creases, hinges on the {face} face: {' '.join(creases)}")
     flats = ", ".join(f"{k % n} ({folding.hinge_faces[k % n]})" for k in (folding.crease, folding.opposite))
-    click.echo(f"  flat creases (face for a hinge, where one is wanted): {flats}")
+    click.echo(f"  flat creases (the face of a hinge, if there is one): {flats}")
     if lk == 0:
         _print_mechanism(folding)
 
