@@ -92,12 +92,12 @@ def crew_of(jobs: int | None, scheduler: str | None) -> Crew:
     if jobs is not None and scheduler is not None:
         raise HcsearchError("give either --jobs K (this machine) or --scheduler ADDRESS (a cluster)")
     if jobs is not None and jobs < 1:
-        raise HcsearchError(f"--jobs {jobs} leaves nobody to work: give 1 or more, or leave it out")
+        raise HcsearchError(f"--jobs {jobs} is too few: give 1 or more, or leave it out")
     cores = usable_cores()
     most = JOBS_PER_CORE * cores
     if jobs is not None and jobs > most:
         raise HcsearchError(
-            f"--jobs {jobs} is more than the {cores} cores here are good for: give {most} at most, or leave it out"
+            f"--jobs {jobs} is more than four processes a core, of {cores} cores: give {most} at most, or leave it out"
         )
     return Crew(jobs or cores, scheduler)
 

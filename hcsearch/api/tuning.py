@@ -86,4 +86,6 @@ def check_counts(evaluations: int, samples: int, seed: int) -> None:
 def refuse_drives(subject: Subject) -> None:
     """Refuse what is driven, as springs alone are tuned."""
     if subject.drives is not None:
-        raise HcsearchError(f"{subject.title} has drives, and springs are tuned without: leave out its table [drive]")
+        raise HcsearchError(
+            f"{subject.title} has drives, but hcsearch tune chooses springs alone: leave out its table [drive]"
+        )

@@ -85,11 +85,11 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
         check_output(options["picture"], PICTURES)
     subject = read_subject(request_of(name, options | _own_springs(options)))
     if subject.drives is not None and options["explain"]:
-        raise HcsearchError("of a scene with drives nothing is left out that counts: leave out --explain")
+        raise HcsearchError("--explain does not apply to a scene with drives: leave it out")
     method, tolerance = options["method"], options["tolerance"]
     given = click.get_current_context().get_parameter_source("tolerance")
     if subject.drives is not None and given is ParameterSource.COMMANDLINE:
-        raise HcsearchError("a motion under control has a tolerance of its own: leave out --tolerance")
+        raise HcsearchError("--tolerance does not apply to a scene with drives: leave it out")
     formulation = options["formulation"]
     deployed = deploy_subject(subject, name=name, formulation=formulation, method=method, tolerance=tolerance)
     outcome = deployed.facts()

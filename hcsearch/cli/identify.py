@@ -87,7 +87,7 @@ def damping(files: tuple[str, ...], inertia: float, hinges: int, rate: float | N
     for file, vibration in zip(files, vibrations, strict=True):
         if not vibration.modes:
             raise HcsearchError(
-                f"{file} holds no decaying vibration that is clear of its noise: begin where the block is let go, "
+                f"{file} holds no decaying vibration that is clear of its noise: begin after the stroke of the hammer, "
                 "and leave out what does not move"
             )
     names = tuple(map(printable, files))

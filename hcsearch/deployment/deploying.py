@@ -131,7 +131,7 @@ def run(
 ) -> Deployment:
     """Simulate a compiled scene; as `deploy`."""
     if not 1e-13 <= tolerance <= 1e-1:
-        raise HcsearchError(f"a tolerance of {tolerance:g} is none: give one from 1e-13 to 0.1")
+        raise HcsearchError(f"a tolerance of {tolerance:g} is out of range: give one from 1e-13 to 0.1")
     scene = compiled.scene
     began = time.perf_counter()
     motion = simulate(

@@ -43,7 +43,9 @@ def reason_with_clearance(reason: str, outcome: Outcome, clearance: Clearance | 
     if clearance.kind == "collides":
         return f"{collision_sentence(clearance.panels, clearance.time, labels)}; {reason}"
     one, two = (labels.panels[panel] for panel in clearance.panels)
-    return f"panels {one} and {two} come so near at {clearance.time:.4g} s that a collision cannot be excluded; {reason}"
+    return (
+        f"panels {one} and {two} come so near at {clearance.time:.4g} s that a collision cannot be excluded; {reason}"
+    )
 
 
 def reason_of_check(

@@ -264,7 +264,7 @@ def read_text(text: str, origin: str) -> dict[str, Any]:
 def _checked(path: str, table: dict[str, Any]) -> dict[str, Any]:
     unknown = set(table) - {*_KINDS, *_ON_TOP, *_IN_MILLIMETRES}
     if unknown:
-        raise SceneError(f"{path} has {_shown(min(unknown))}, which nothing reads: see docs/reference/scenes.md")
+        raise SceneError(f"{path} has the unknown key {_shown(min(unknown))}: see docs/reference/scenes.md")
     if "design" in table and "assembly" in table:
         raise SceneError(f"{path} must name a design or an assembly, not both: leave one out")
     for key, (kind, example) in _KINDS.items():

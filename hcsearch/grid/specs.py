@@ -39,7 +39,7 @@ def parse_array(grid: Grid | str, spec: str) -> Array:
             # more digits than these are too large whatever they are
             sizes = [int(group[:9]) for group in re.findall("[0-9]+", spec)]
             if min(sizes) < 1:
-                raise NotationError(f"array {spec!r} has a size below 1")
+                raise NotationError(f"array {spec!r} has a size below 1: give sizes of 1 or more")
             least = sum(sizes) if "-" in spec else sizes[0] * sizes[-1] * (3 if spec[0] == "h" else 1) // 2
             check_size(least, f"array {spec!r}")
             cells = make(grid, sizes)

@@ -158,7 +158,9 @@ def _prepare_file(place: Location, *, create: bool, timeout: float) -> None:
         if revision == REVISION:
             return
         _upgrade_file(place, timeout)
-    raise DatabaseError(f"database {place.text} vanishes while it is made: see who removes it, or name another file")
+    raise DatabaseError(
+        f"database {place.text} vanishes while it is made: find the program that removes it, or name another file"
+    )
 
 
 def _revision(place: Location, timeout: float) -> str | None:

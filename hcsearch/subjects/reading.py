@@ -153,7 +153,7 @@ def _design(
     """A folding in a scene, as a look of the stage `deployment` takes it where parts of the scene's name say so."""
     pairs, springs = look_parts(parts)
     if parts:
-        raise SceneError(f"there is nothing called {parts[0]!r} in a scene: see `hcsearch show` for what was tried")
+        raise SceneError(f"a scene has no variant {parts[0]!r}: `hcsearch show ID` prints those that were tried")
     scene = with_size(scene, request.panel, request.across, folding.circuit.grid.name)
     panel = panel_of(scene, folding.circuit.grid.name)
     look = first_look(scene)

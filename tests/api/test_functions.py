@@ -131,7 +131,7 @@ def test_enumerate_into_is_the_command():
         ({"n": 8}, "name a grid"),
         ({"grid": "hex"}, "either"),
         ({"grid": "hex", "n": 8, "array": "3-4-3"}, "either"),
-        ({"grid": "hex", "n": 8, "jobs": 10**6}, "more than the"),
+        ({"grid": "hex", "n": 8, "jobs": 10**6}, "more than four processes a core"),
         ({"grid": "hex", "n": 8, "until": "sorting"}, "sorting"),
     ],
 )

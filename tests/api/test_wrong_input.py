@@ -77,7 +77,7 @@ CIRCUIT, LINKAGE = FOLDING.circuit, FOLDING.linkage()
         (lambda: save(FOLDING, 5), "save: path cannot be 5: give a text or a Path"),
         (lambda: enumerate_into("a.db", grid="hex", n="6"), "enumerate_into: n cannot be '6': give a whole number"),
         (lambda: enumerate_into("a.db", grid="hex", n=6, keep="x"), "give 'all', 'two-stack' or 'untwisted'"),
-        (lambda: enumerate_into("a.db", grid="hex", n=6, jobs=0), "--jobs 0 leaves nobody to work"),
+        (lambda: enumerate_into("a.db", grid="hex", n=6, jobs=0), "--jobs 0 is too few"),
         (lambda: enumerate_into("a.db", grid="hex", n=6, announce=3), "announce cannot be 3: give a function"),
         (lambda: enumerate_into("a.db", grid="square", array=CIRCUIT.array), "the array is on the grid hex"),
         (lambda: read(5), "read: db cannot be 5: give a text, a Path or a Database"),

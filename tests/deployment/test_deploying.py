@@ -241,7 +241,9 @@ def test_at_rest_where_springs_balance():
 def test_jammed():
     found = deploy(linkage_named("hex:0234405022:1"), DEFAULT, tolerance=1e-5)
     assert found.outcome == "jammed"
-    assert found.reason.startswith(f"at {found.motion.times[-1]:.4g} s stops and loops prevent any motion: closed hinges 0")
+    assert found.reason.startswith(
+        f"at {found.motion.times[-1]:.4g} s stops and loops prevent any motion: closed hinges 0"
+    )
     assert len(found.motion.events) >= 40
 
 
