@@ -233,7 +233,7 @@ def test_count(run):
         (("enumerate", "--grid", "hex", "--n", "6", "--panel", "50"), "length x width x thickness"),
         (("enumerate", "--grid", "hex", "--n", "6", "--panel", "50x0x6"), "length x width x thickness"),
         (("enumerate", "--grid", "hex", "--n", "6", "--jobs", "0"), "--jobs"),
-        (("enumerate", "--grid", "hex", "--n", "6", "--jobs", "40000"), "--jobs 40000 is more than four processes a core"),
+        (("enumerate", "--grid", "hex", "--n", "6", "--jobs", "40000"), "--jobs 40000 is more than four"),
         (("count", "--grid", "hex", "--n", "6", "--jobs", "40000"), "at most, or leave it out"),
         (("count", "--grid", "hex", "--array", "hex:f." + "f" * 50_000), "is larger than 20000 cells"),
         (("count", "--grid", "hex", "--array", "@pipe"), "cannot read the cells in pipe: it is a pipe or a device"),
