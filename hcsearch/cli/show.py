@@ -61,6 +61,8 @@ def show(
         _write_page(design, circuit, row, chosen, output, db, asked)
         return
     _print_circuit(circuit, row)
+    if not chosen:
+        click.echo("\nno two-stack folding")
     for folding in chosen:
         _print_folding(folding)
         for tried in row.get("deployments", ()):

@@ -53,7 +53,7 @@ def reason_of_check(
 ) -> str:
     """The reason for the verdict on a deployment whose motion was not kept; end : s. clear : None if undecided."""
     if outcome == "diverged":
-        return f"diverged at {end:.4g} s, so its results are not valid"
+        return f"diverged at {end:.4g} s: the results are not valid"
     if collision is not None:
         return collision_sentence(collision[1], collision[0], labels)
     apart = "clear until then" if clear else "a collision is neither certain nor excluded"
