@@ -25,10 +25,7 @@ def _shortened(text: str, longest: int) -> str:
 
 
 class HcsearchError(ValueError):
-    """Wrong input or an unusable resource; the message says what to do instead.
-
-    It is made one printable line here, whatever the input that it echoes.
-    """
+    """Wrong input, or a resource that cannot be used; the message is one line that says what to do instead."""
 
     def __init__(self, message: str = "") -> None:
         super().__init__(one_line(message))
