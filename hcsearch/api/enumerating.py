@@ -84,7 +84,7 @@ def search_of(grid: str | Grid, n: int | None, array: str | Array | None, keep: 
     if array is not None:
         return ArraySearch(parse_array(own, array) if isinstance(array, str) else array)
     assert n is not None
-    return search_all(own, n, keep)
+    return search_all(own, int(n), keep)  # NumPy's numbers cannot be stored as JSON
 
 
 def crew_of(jobs: int | None, scheduler: str | None) -> Crew:
