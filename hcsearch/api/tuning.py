@@ -41,10 +41,10 @@ def tune(
     progress: Progress | None = None,
     **values: Any,
 ) -> Tuning:
-    """Choose the stiffness of each hinge so that the array comes flat without a collision, as `hcsearch tune` does.
+    """Choose the stiffness of each hinge so that the array becomes flat without a collision, as `hcsearch tune` does.
 
     what, scene, panel, across, flat_pairs, merge, db, values : as in `deploy`.
-    formulation : `constrained` or `compliant`; by default `compliant` only if no array comes flat in `constrained`.
+    formulation : `constrained` or `compliant`; by default `compliant` only if no array becomes flat in `constrained`.
     catalogue : stiffnesses of springs that can be bought, N m/rad; each hinge gets none, one or two of them.
     evaluations : how many sets of springs the search tries. samples : how many simulations within the tolerances are
     run for each set that may be chosen. spread : the tolerances, a `hcsearch.tuning.robustness.Spread`.

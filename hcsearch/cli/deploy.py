@@ -72,8 +72,8 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
     50 mm), or the first collision is reported. A motion that ends flat is simulated at tighter tolerances, too. Its
     time is printed with the digits that agree; if one of them ends otherwise, the verdict is undecided.
 
-    Exit code: 0 if the array comes flat, certified free of collisions; 1 if it does not or if this is undecided; 2 for
-    wrong input.
+    Exit code: 0 if the array becomes flat, certified free of collisions; 1 if it does not or if this is undecided; 2
+    for wrong input.
     """
     from hcsearch.api.deploying import deploy_subject
     from hcsearch.deployment.savings import savings

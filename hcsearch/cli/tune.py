@@ -1,4 +1,4 @@
-"""`hcsearch tune`: springs for a deployment that comes flat without a collision."""
+"""`hcsearch tune`: springs for a deployment that becomes flat without a collision."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 @click.option(
     "--formulation",
     type=click.Choice(("constrained", "compliant")),
-    help="The equations of motion.  [default: constrained, unless nothing comes flat in it]",
+    help="The equations of motion.  [default: constrained, unless nothing becomes flat in it]",
 )
 @click.option(
     "--catalogue",
@@ -76,7 +76,7 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
     flat, certified free of collisions, it chooses the one that is least likely to fail within the tolerances. Every
     evaluation is stored in the database, so that the same command continues an interrupted search.
 
-    Exit code: 0 if the array comes flat with the chosen springs, certified free of collisions; 1 if there are no such
+    Exit code: 0 if the array becomes flat with the chosen springs, certified free of collisions; 1 if there are no such
     springs; 2 for wrong input.
     """
     from hcsearch.api.tuning import refuse_drives, tune_subject

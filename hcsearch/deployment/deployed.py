@@ -23,7 +23,7 @@ class Deployed:
     """The result of `deploy`: the verdict, the reason for it, and the simulated motion.
 
     name : the name of the folding or assembly. deployment : the simulation, with its states.
-    agreement : how simulations at tighter tolerances agree; None if the array does not come flat or is driven.
+    agreement : how simulations at tighter tolerances agree; None if the array does not become flat or is driven.
     """
 
     name: str
@@ -76,7 +76,7 @@ def deployed(
     tolerance: float = 1e-6,
     drives: Drives | None = None,
 ) -> Deployed:
-    """Deploy a linkage in a scene; what comes flat by springs is simulated at tighter tolerances, too."""
+    """Deploy a linkage in a scene; what becomes flat by springs is simulated at tighter tolerances, too."""
     deployment = deploy(linkage, scene, formulation, method=method, tolerance=tolerance, drives=drives)
     agreement = None if drives is not None else confirmed(deployment, method=method, tolerance=tolerance)
     return Deployed(name, deployment, agreement)

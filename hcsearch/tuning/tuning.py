@@ -1,4 +1,4 @@
-"""Stiffnesses of springs for a deployment that comes flat without a collision (thesis 4.4): search, choose, confirm."""
+"""Stiffnesses of springs for a deployment that ends flat without a collision (thesis 4.4): search, choose, confirm."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def tune(
 ) -> Tuning:
     """Choose the stiffness of each hinge in the scene's spring range, with dampers in proportion.
 
-    formulation : unless given `constrained`, or `compliant` where only so any set comes flat at first. catalogue :
+    formulation : unless given `constrained`, or `compliant` where only so any set becomes flat at first. catalogue :
     stiffnesses of what can be bought (N m/rad). evaluations : spring sets tried, in all but the rounding; half as many
     samples may be drawn to harden the best sets. samples : drawn of the tolerances in `spread`. memory : takes and
     gives evaluations, so that the same tuning again goes on where it stopped.
@@ -135,7 +135,7 @@ def _seen(place: Place, scales: Scales) -> SpringSet:
 def _evaluator(
     linkage: Linkage, scene: Scene, formulation: Formulation | None, first: Reals, memory: Memory | None
 ) -> Evaluator:
-    """The evaluator of the formulation that is asked for, or of exact closure unless only compliant arrays come flat.
+    """The evaluator of the formulation that is asked for, or of exact closure unless only compliant arrays become flat.
 
     Exact closure can keep hinges shut that a real array lets go (docs/explanation/dynamics.md, known limits).
     """
