@@ -72,7 +72,7 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
     """Choose springs that open a folding without a collision.
 
     The search varies the stiffness of each hinge, with equal springs at mirror hinges and dampers in proportion (thesis
-    4.4). In the scene default, stiffnesses are between 0.001 and 0.2 N m/rad. Of the sets with which the array comes
+    4.4). In the scene default, stiffnesses are between 0.001 and 0.2 N m/rad. Of the sets with which the array becomes
     flat, certified free of collisions, it chooses the one that is least likely to fail within the tolerances. Every
     evaluation is stored in the database, so that the same command continues an interrupted search.
 

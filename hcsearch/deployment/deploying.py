@@ -84,12 +84,12 @@ class Deployment:
 
     @property
     def verdict(self) -> Verdict:
-        """Whether it comes flat, certified clear; collides; or neither is certain."""
+        """Whether it becomes flat, certified clear; collides; or neither is certain."""
         return self.check.verdict
 
     @property
     def deploys(self) -> bool:
-        """Whether it comes flat, certified clear."""
+        """Whether it becomes flat, certified clear."""
         return self.check.deploys
 
     @property
