@@ -29,7 +29,7 @@ def check_kinds(function: Callable[..., Any], given: Mapping[str, Any]) -> None:
     """
     for name, kind in _annotated(function).items():
         if not _is(given[name], kind):
-            raise HcsearchError(refusal(f"{function.__name__}: {name}", given[name], _said(kind)))
+            raise HcsearchError(refusal(f"{function.__name__}: {name}", given[name], described(kind)))
 
 
 @cache
@@ -54,11 +54,11 @@ def _is(value: Any, kind: Any) -> bool:
     return isinstance(value, _NUMBERS.get(kind, kind)) and (kind is bool or not isinstance(value, bool))
 
 
-def _said(kind: Any) -> str:
+def described(kind: Any) -> str:
     """What an annotation asks for, in words."""
     origin, args = get_origin(kind), get_args(kind)
     if origin in _UNIONS:
-        return _either([_said(one) for one in args if one is not NoneType])
+        return _either([described(one) for one in args if one is not NoneType])
     if origin is Literal:
         return _either([repr(one) for one in args])
     if origin is Sequence:
@@ -76,7 +76,7 @@ def _is_protocol(kind: Any) -> bool:
 
 
 def _several(kind: Any) -> str:
-    return _said(kind).removeprefix("a ") + "s"
+    return described(kind).removeprefix("a ") + "s"
 
 
 def _either(words: Sequence[str]) -> str:

@@ -10,6 +10,12 @@ from functools import cached_property
 from typing import Any
 
 import hcsearch
+from hcsearch.api.asking import Named
+from hcsearch.api.kinds import described
+from hcsearch.api.places import Place
+from hcsearch.replays.sources import By
+from hcsearch.scenes import FlatPairs
+from hcsearch.vocabulary import Formulation, Keep
 
 TITLE = """# Reference of the Python names
 
@@ -33,6 +39,15 @@ PLAIN = {
     "SCENES": "The scenes of the program by their names: `default`, `earth`, `thesis`, `satellite`.",
     "__version__": "The release that is installed.",
 }
+KINDS = {
+    "By": By,
+    "FlatPairs": FlatPairs,
+    "Formulation": Formulation,
+    "Keep": Keep,
+    "Named": Named,
+    "Place": Place,
+}
+"""Names of kinds in the signatures of functions."""
 WIDTH = 100
 _ITEM = re.compile(r"(?:^|(?<=\.)) *([a-z_][a-z_, ]*) : ")
 """How docstrings describe parameters and fields: `name : text.`"""
@@ -44,6 +59,8 @@ def reference() -> str:
     for group, names in GROUPS.items():
         parts.append(f"\n## {group}\n")
         parts += [_entry(name, getattr(hcsearch, name)) for name in names]
+    parts.append("\n## Kinds in signatures\n\n| kind | what to give |\n|---|---|\n")
+    parts += [f"| `{name}` | {described(kind)} |\n" for name, kind in KINDS.items()]
     return "".join(parts)
 
 
