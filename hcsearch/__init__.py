@@ -1,11 +1,15 @@
-"""hcsearch: Hamiltonian-circuit designs of thick-panel arrays that fold into two stacks.
+"""Search for flat arrays of thick panels that fold into two stacks.
+
+`parse_array`, `enumerate_circuits`, `foldings` and `twist` give arrays, their circuits, and how these fold. `deploy`,
+`tune`, `replay` and `save` simulate a folding, choose its springs, play its motion, and export it. `enumerate_into`
+searches into a database; `read` and `rank` read it as pandas tables. docs/howto/python.md shows all of this.
 
 >>> from hcsearch import enumerate_circuits, foldings, twist
 >>> [[twist(folding) for folding in foldings(circuit)] for circuit in enumerate_circuits("hex", n=6)]
 [[], [0], [], []]
-
-Names are looked up on first use, so that the command line starts without loading what it does not need.
 """
+
+# names are imported on first use, so that the command line starts without loading what it does not need
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from hcsearch.drawing import draw_circuit
-from hcsearch.errors import ArrayError, NotationError
+from hcsearch.errors import ArrayError, NotationError, expect
 from hcsearch.grid import Array, Cell, Grid, Point, check_size, grid_named
 
 _STRAIGHT = 8
@@ -18,8 +18,8 @@ _STRAIGHT = 8
 class Circuit:
     """A Hamiltonian circuit of an array, up to translation; read one with `from_notation`.
 
-    word : directions of the n steps; crease k joins panels k and k + 1 (mod n), and word[k] points across it.
-    start : lattice point of panel 0, near the origin unless given; circuits that are moved are equal.
+    word : the directions of the n steps; crease k lies between panels k and k + 1 (mod n), and step k crosses it.
+    start : the lattice point of panel 0, by default near the origin. It does not count when circuits are compared.
     """
 
     grid: Grid
@@ -27,6 +27,7 @@ class Circuit:
     start: Point | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
+        expect("the grid of a circuit", self.grid, Grid, "a Grid, such as GRIDS['hex'], or use Circuit.from_notation")
         check_size(self.n, "the circuit")
         if len(self.word) < 3 or any(not 0 <= d < self.grid.directions for d in self.word):
             raise NotationError(
@@ -43,10 +44,11 @@ class Circuit:
 
     @staticmethod
     def from_notation(text: str, start: Point | None = None) -> Circuit:
-        """Read the notation that `notation` writes, such as `hex:024`; start : as of a circuit.
+        """Read the notation that `notation` writes, such as `hex:024`; start places panel 0.
 
         Errors: NotationError for what is no circuit, SizeError for more panels than an array has cells.
         """
+        expect("the notation of a circuit", text, str, "a text, such as 'hex:024'")
         name, colon, steps = text.partition(":")
         grid = grid_named(name)
         if not colon or not (steps.isascii() and steps.isdigit()):
@@ -57,7 +59,7 @@ class Circuit:
 
     @property
     def notation(self) -> str:
-        """Grid and step directions: `from_notation` gives the same circuit back."""
+        """The grid and the directions of the steps; `from_notation` reads it."""
         return f"{self.grid.name}:" + "".join(map(str, self.word))
 
     def __str__(self) -> str:
@@ -136,7 +138,7 @@ class Circuit:
             yield ahead[k::-1] + ahead[:k:-1], first
 
     def canonical(self) -> Circuit:
-        """The representative of all congruent circuits, the same in order and direction for each of them."""
+        """One circuit for all congruent ones, with the same first panel and direction whichever of them is given."""
         return Circuit(self.grid, self._canonical[0])
 
     def canonical_crease(self, crease: int) -> int:
@@ -146,7 +148,7 @@ class Circuit:
         return (start - crease if backwards else crease - start) % self.n
 
     def on(self, array: Array) -> Circuit:
-        """The circuit where it runs through the cells of an array, congruent with its own; ArrayError for another one.
+        """The circuit, moved to the cells of an array that is congruent with its own; ArrayError for another array.
 
         Panels and creases keep their numbers. By the first symmetry of the grid that fits.
 
@@ -155,6 +157,7 @@ class Circuit:
         >>> Circuit.from_notation("square:001223").on(wall).array == wall
         True
         """
+        expect("the array of a circuit", array, Array, "an Array, such as parse_array('hex', '3-4-3')")
         places = set(array.points)
         least, m = min(places), self.grid.directions
         for isometry in self.grid.point_group if array.grid == self.grid and array.n == self.n else ():
@@ -178,5 +181,5 @@ class Circuit:
 
     @property
     def orbit_size(self) -> int:
-        """Number of circuits on the same array that the array's symmetries make of this one."""
+        """Number of circuits on the same array that are images of this one under the array's symmetries."""
         return self.array.symmetry // self.symmetry

@@ -25,13 +25,22 @@ def _shortened(text: str, longest: int) -> str:
 
 
 class HcsearchError(ValueError):
-    """Wrong input or an unusable resource; the message says what to do instead.
-
-    It is made one printable line here, whatever the input that it echoes.
-    """
+    """Wrong input, or a resource that cannot be used; the message is one line that says what to do instead."""
 
     def __init__(self, message: str = "") -> None:
         super().__init__(one_line(message))
+
+
+def refusal(name: str, value: object, wanted: str) -> str:
+    """The message on a value that is of another kind than is wanted; wanted : what to give instead, in words."""
+    text = repr(value)
+    return f"{name} cannot be {text if len(text) <= 60 else text[:57] + '...'}: give {wanted}"
+
+
+def expect(name: str, value: object, kind: type, wanted: str) -> None:
+    """HcsearchError unless a value is of a kind; name : of what is given. wanted : what to give instead, in words."""
+    if not isinstance(value, kind):
+        raise HcsearchError(refusal(name, value, wanted))
 
 
 class NotationError(HcsearchError):

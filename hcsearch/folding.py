@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from numbers import Integral
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -12,12 +13,12 @@ from numpy.typing import NDArray
 
 from hcsearch.circuit import Circuit
 from hcsearch.drawing import draw_circuit
-from hcsearch.errors import NotationError, PatternError
+from hcsearch.errors import HcsearchError, NotationError, PatternError, expect, refusal
 from hcsearch.grid import grid_named
 from hcsearch.kernels.circuits.folds import fold_words
 from hcsearch.pattern import RIGID, Crease, Pair, Pattern
 from hcsearch.records import CircuitBatch, FoldingBatch
-from hcsearch.scenes import PanelSize, default_panel
+from hcsearch.scenes import PanelSize, default_panel, read_panel
 from hcsearch.system.notebooks import notebook_view
 
 if TYPE_CHECKING:
@@ -58,18 +59,20 @@ def divisible(circuits: CircuitBatch) -> NDArray[np.bool_]:
 class Folding:
     """A two-stack folding of a circuit: crease `crease` stays flat in the lowest layer, `opposite` in the highest.
 
-    Seen from above in the flat state, the sheet's top face is up; the two lowest panels keep it up when folded.
+    The top face of the sheet is the one seen from above in the flat state. The two lowest panels keep it up when the
+    others fold.
     """
 
     circuit: Circuit
     crease: int
 
     def __post_init__(self) -> None:
+        expect("the circuit of a folding", self.circuit, Circuit, "a Circuit, or use Folding.from_notation")
+        expect("the crease of a folding", self.crease, Integral, "the number of its lower flat crease")
         if not _folds_at(self.circuit, self.crease):
-            creases = ", ".join(str(folding.crease) for folding in foldings(self.circuit)) or "none"
-            raise NotationError(
-                f"{self.circuit.notation} has no two-stack folding at crease {self.crease}: its creases are {creases}"
-            )
+            creases = ", ".join(str(folding.crease) for folding in foldings(self.circuit))
+            others = f": its creases are {creases}" if creases else " or any other: choose a circuit that folds"
+            raise NotationError(f"{self.circuit.notation} has no two-stack folding at crease {self.crease}{others}")
 
     @staticmethod
     def from_notation(text: str) -> Folding:
@@ -78,6 +81,7 @@ class Folding:
         The circuit may be in any position, order or direction; the crease, or its opposite, is numbered in its
         canonical order. Errors: NotationError for what is no folding, SizeError as for circuits.
         """
+        expect("the notation of a folding", text, str, "a text, such as 'hex:0234550132:4'")
         design, crease = split_crease(text)
         if crease is None:
             raise NotationError(f"{text!r} names no crease: write a circuit notation and a crease, as hex:0234550132:4")
@@ -85,7 +89,7 @@ class Folding:
 
     @property
     def opposite(self) -> int:
-        """The other flat crease, half the circuit further on."""
+        """The other flat crease, half a circuit after the first."""
         return self.crease + self.circuit.n // 2
 
     @property
@@ -110,14 +114,14 @@ class Folding:
 
     @cached_property
     def stacks(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """Panels of the two stacks, each from the lowest layer to the highest: first the one after `crease`."""
+        """The panels of both stacks from the lowest layer to the highest; the first stack begins after `crease`."""
         n, j = self.circuit.n, self.crease
         layers = range(n // 2)
         return tuple((j + 1 + t) % n for t in layers), tuple((j - t) % n for t in layers)
 
     @cached_property
     def layers(self) -> tuple[int, ...]:
-        """Layer of each panel in its stack, 0 the lowest."""
+        """The layer of each panel in its stack, counted from 0 at the bottom."""
         layer = [0] * self.circuit.n
         for stack in self.stacks:
             for t, panel in enumerate(stack):
@@ -126,7 +130,7 @@ class Folding:
 
     @cached_property
     def frames(self) -> tuple[tuple[int, int], ...]:
-        """How folding turns the directions of each panel: direction i of panel p comes to face sign * i + offset."""
+        """How each panel is turned in the stacks: its direction i then points in direction sign * i + offset."""
         word, n, m = self.circuit.word, self.circuit.n, self.circuit.grid.directions
         frames = [(1, 0)] * n
         for stack, crease_after in ((self.stacks[0], 0), (self.stacks[1], -1)):
@@ -139,7 +143,7 @@ class Folding:
 
     @cached_property
     def assignment(self) -> tuple[Assignment, ...]:
-        """Mountain, valley or flat, for each crease.
+        """`mountain`, `valley` or `flat` for each crease.
 
         The lowest panels have their top face up, so the crease to the next layer closes top on top: a valley; from
         there on mountains and valleys alternate.
@@ -151,7 +155,7 @@ class Folding:
 
     @cached_property
     def hinge_faces(self) -> tuple[Face, ...]:
-        """Face of the panels that carries each hinge: the faces that meet when it closes.
+        """The face, `top` or `bottom`, on which each hinge lies; these faces meet when the hinge closes.
 
         A flat crease folds nowhere; its entry is the face that continues the alternation, where a hinge would go.
         """
@@ -164,7 +168,7 @@ class Folding:
 
     @cached_property
     def mirror_pairs(self) -> tuple[tuple[int, int], ...]:
-        """Pairs of panels that share an edge on a mirror axis of the circuit through both flat creases.
+        """Pairs of panels that share an edge on the mirror axis through both flat creases, if the circuit has one.
 
         They share it flat and folded, so that a pair can be made one panel (thesis 3.2.1 and 4.1.1). Empty where
         there is no such axis. The panels of the lowest layer come first. The compiled form, which only counts pairs,
@@ -186,7 +190,7 @@ class Folding:
         return tuple(pairs)
 
     def pattern(self, size: PanelSize, *, hinged: bool = False, merged: bool = False) -> Pattern:
-        """The flat pattern of thick panels that folds so; facets are the panels of the circuit, in its order.
+        """The flat pattern of thick panels that folds in this way; facets are the panels in the order of the circuit.
 
         size : length, width and thickness of a panel in metres; the side, twice, where cells are regular.
         hinged : whether the two flat pairs have hinges, on the faces that continue the alternation, or are rigid.
@@ -209,15 +213,16 @@ class Folding:
 
     def linkage(
         self,
-        panel: PanelSize | None = None,
+        panel: PanelSize | str | None = None,
         *,
         flat_pairs: Literal["rigid", "hinged"] = "rigid",
         merged: bool = False,
     ) -> Linkage:
-        """The folding as a linkage whose base is its bottom pair.
+        """The folding as a linkage of thick panels, which stands on its lowest flat pair.
 
-        panel : length, width, thickness (m), those of the scene `default` unless given. flat_pairs : whether the pairs
-        that lie flat beside each other in both states are one panel each, or hinged. merged : mirror pairs made one.
+        panel : length, width and thickness in metres, or a text in millimetres such as `50x6`; by default the panels of
+        the scene `default`. flat_pairs : whether each pair of panels at a flat crease is one `rigid` panel or `hinged`.
+        merged : whether the two panels of each mirror pair are one panel, too.
 
         >>> folding = Folding.from_notation("hex:0234550132:4")
         >>> folding.linkage().n_hinges, folding.linkage(flat_pairs="hinged").n_hinges
@@ -225,6 +230,11 @@ class Folding:
         """
         from hcsearch.linkage import Linkage  # noqa: PLC0415 - loads kernels that listing and showing do without
 
+        if flat_pairs not in ("rigid", "hinged"):
+            raise HcsearchError(refusal("flat_pairs", flat_pairs, "'rigid' or 'hinged'"))
+        panel = read_panel(panel) if isinstance(panel, str) else panel
+        if panel is not None and not (isinstance(panel, tuple) and len(panel) == 3):
+            raise HcsearchError(refusal("panel", panel, "a text in millimetres, such as '50x6', or three lengths in m"))
         size = panel or default_panel(self.circuit.grid.name)
         pattern = self.pattern(size, hinged=flat_pairs == "hinged", merged=merged)
         given = ["" if panel is None else repr(panel), "" if flat_pairs == "rigid" else f"flat_pairs={flat_pairs!r}"]
@@ -233,7 +243,15 @@ class Folding:
 
 
 def foldings(circuit: Circuit) -> list[Folding]:
-    """The two-stack foldings of one circuit, by crease. Crease numbers are those of the circuit as it is given."""
+    """The two-stack foldings of a circuit, in the order of their creases; an empty list if it does not fold.
+
+    Creases are numbered in the order of the circuit that is given, which need not be canonical.
+
+    >>> from hcsearch import Circuit, foldings
+    >>> foldings(Circuit.from_notation("hex:0234550132"))
+    [Folding.from_notation('hex:0234550132:3'), Folding.from_notation('hex:0234550132:4')]
+    """
+    expect("the circuit to fold", circuit, Circuit, "a Circuit, such as Circuit.from_notation('hex:0234550132')")
     words = np.array([circuit.word], np.int8)
     batch = fold(CircuitBatch(circuit.grid.name, words, np.ones(1, np.int16)))
     return [Folding(circuit, int(crease)) for crease in batch.crease]

@@ -14,6 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
+from hcsearch.errors import HcsearchError, expect
 from hcsearch.hinge_trees import HingeTree, hinge_tree
 from hcsearch.kernels.linkage.loops import Chain, bend_loops, close_loops, place_panels
 from hcsearch.pattern import Pattern
@@ -24,14 +25,19 @@ Walk = tuple[tuple[int, int], ...]
 
 @dataclass(frozen=True, repr=False)
 class Linkage:
-    """Panels and hinges of a pattern as a spatial linkage; fold angles in rad, lengths in metres.
+    """The panels and hinges of a pattern in space; fold angles are in rad, lengths in metres.
 
-    base : the panel that stays where it is. made_by : an expression that gives an equal linkage, or empty.
+    base : the panel that stays where it is. made_by : a Python expression that gives an equal linkage, or empty.
     """
 
     pattern: Pattern
     base: int = 0
     made_by: str = field(default="", compare=False)
+
+    def __post_init__(self) -> None:
+        expect("the pattern of a linkage", self.pattern, Pattern, "a Pattern, or use Folding.linkage")
+        if not 0 <= self.base < self.n_panels:
+            raise HcsearchError(f"there is no panel {self.base} to stand on: give 0 to {self.n_panels - 1}")
 
     def __repr__(self) -> str:
         return self.made_by or f"<Linkage of {self.n_panels} panels and {self.n_hinges} hinges, base {self.base}>"
@@ -88,7 +94,7 @@ class Linkage:
 
     @cached_property
     def loops(self) -> tuple[Walk, ...]:
-        """Independent loops: walks of (hinge, +1 from its first panel to its second or -1), back to where they began.
+        """Independent loops, as closed walks of pairs (hinge, sense); sense 1 leads from its first panel to its second.
 
         Those of the pattern where it names enough of them, else one for each hinge that the tree leaves out.
         """
@@ -115,7 +121,7 @@ class Linkage:
         return int(np.linalg.matrix_rank(crossed)) == len(walks) if walks else True
 
     def walk(self, hinges: Sequence[int]) -> Walk:
-        """A closed walk across hinges given in order, with the sense in which each is crossed.
+        """A closed walk across hinges that are given in order, with the sense in which each is crossed.
 
         It begins at the panel before the first hinge.
         """
@@ -132,7 +138,7 @@ class Linkage:
 
     @cached_property
     def loop_arrays(self) -> tuple[Whole, Whole, Whole]:
-        """The loops as the kernels take them: where each begins in the tables of hinges and of senses, and these."""
+        """The loops as three arrays: where each loop begins, then the hinges and the senses of all loops."""
         starts = np.cumsum([0, *map(len, self.loops)])
         steps = np.array([step for loop in self.loops for step in loop], np.int64).reshape(-1, 2)
         return starts, steps[:, 0].copy(), steps[:, 1].copy()
@@ -143,21 +149,23 @@ class Linkage:
         return 6 * len(self.loops)
 
     def closure(self, angles: Reals) -> tuple[Reals, Reals]:
-        """Closure residual (n_rows,) and its Jacobian (n_rows, n_hinges) in the screw form.
+        """The closure residual, shape (n_rows,), and its Jacobian in screw form, shape (n_rows, n_hinges).
 
         For each loop the rotation (rad) and the gap, divided by the pattern's size, that going around it leaves; the
         Jacobian's columns are the screws of the hinges, as seen from the first panel of the loop.
         """
         residual, jacobian = np.empty(self.n_rows), np.empty((self.n_rows, self.n_hinges))
+        angles = self._of_hinges("fold angles", angles)
         lines = (self.directions, self.points)
         close_loops(*lines, *self.loop_arrays, angles, self.pattern.size, residual, jacobian, np.empty((3, 4)))
         return residual, jacobian
 
     def bend(self, jacobian: Reals, velocity: Reals) -> Reals:
-        """Second-order closure error of a velocity of the fold angles, shape (n_rows,).
+        """The second-order closure error of rates of the fold angles, shape (n_rows,).
 
         Moving by t v + t^2 w / 2 keeps the loops closed to second order when J v = 0 and J w + bend = 0.
         """
+        velocity = self._of_hinges("rates of the fold angles", velocity)
         bend = np.empty(self.n_rows)
         starts, hinges, _ = self.loop_arrays
         bend_loops(starts, hinges, jacobian, velocity, bend)
@@ -165,18 +173,30 @@ class Linkage:
 
     @property
     def chain(self) -> Chain:
-        """What the kernels place panels by: lines of hinges, and a tree of panels from the base."""
+        """The lines of the hinges and a tree of panels from the base, as compiled functions take them."""
         tree = self._tree
         return Chain(self.directions, self.points, tree.order, tree.parents, tree.hinges, tree.signs)
 
     def poses(self, angles: Reals) -> Reals:
-        """Rotation and translation of each panel from the flat state, shape (n_panels, 3, 4), by a tree of hinges."""
+        """The rotation and translation of each panel from the flat state, shape (n_panels, 3, 4)."""
         poses = np.empty((self.n_panels, 3, 4))
-        place_panels(self.chain, np.asarray(angles, float), poses)
+        place_panels(self.chain, self._of_hinges("fold angles", angles), poses)
         return poses
 
+    def _of_hinges(self, name: str, values: Reals) -> Reals:
+        """Values of the hinges as the kernels take them, which do not look where an array ends."""
+        if isinstance(values, np.ndarray) and values.shape == self.flat.shape and values.dtype == np.float64:
+            return values
+        try:
+            array = np.ascontiguousarray(values, float)
+        except (TypeError, ValueError):
+            array = np.empty(())
+        if array.shape != (self.n_hinges,):
+            raise HcsearchError(f"{name} are one number for each hinge: give {self.n_hinges} of them")
+        return array
+
     def solids(self, angles: Reals) -> list[Reals]:
-        """Corners of each facet's prism, shape (2, n_corners, 3): bottom face, top face."""
+        """The corners of each facet's prism in space, shape (2, n_corners, 3): the bottom face, then the top face."""
         poses = self.poses(angles)
         solids = []
         for facet, panel in zip(self.pattern.facets, self.pattern.panel_of, strict=True):

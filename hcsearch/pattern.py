@@ -79,16 +79,16 @@ class Hinge:
         return Crease(self.face, self.closes)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Pattern:
-    """A flat pattern of panels of one thickness.
+    """A flat pattern of panels of one thickness; `Folding.pattern` makes that of a folding.
 
-    facets : convex polygons, corners counterclockwise, in metres; an edge is shared as a whole.
-    creases : of pairs of facets (i, j), i < j, that share an edge. The other shared edges are slits.
-    thickness : of all panels, in metres.
-    loops : creases of closed walks from panel to panel, one around each of the pattern's own elements, in their order;
-        empty where the pattern has no elements of its own. Each entry is a pair of facets as in `creases`.
-    of_circuit : whether the facets are the panels of a circuit, in its order: names of hinges are those of its creases.
+    facets : convex polygons whose corners run counterclockwise, in metres; facets that are joined by rigid creases
+    are one panel.
+    creases : how pairs of facets (i, j), i < j, that share a whole edge are joined; other shared edges are slits.
+    thickness : the thickness of all panels, in metres.
+    loops : closed walks over creases, one around each element that an assembly distinguishes; empty for a design.
+    of_circuit : whether facets are the panels of a circuit in its order, so that hinges have the numbers of creases.
     """
 
     facets: tuple[Facet, ...]
@@ -96,6 +96,10 @@ class Pattern:
     thickness: float
     loops: tuple[tuple[Pair, ...], ...] = field(default=())
     of_circuit: bool = False
+
+    def __repr__(self) -> str:
+        hinges, thickness = len(self.hinges), f"{1e3 * self.thickness:g} mm"
+        return f"<Pattern of {len(self.facets)} facets, {len(self.panels)} panels, {hinges} hinges, {thickness} thick>"
 
     def __post_init__(self) -> None:
         if not self.thickness > 0:
@@ -114,7 +118,7 @@ class Pattern:
 
     @cached_property
     def size(self) -> float:
-        """Length that makes gaps comparable with angles: the side of a square of a panel's mean area, in metres."""
+        """The side of a square of a panel's mean area, in metres, by which gaps are divided to compare with angles."""
         return math.sqrt(self.area / len(self.panels))
 
     @cached_property
@@ -146,7 +150,7 @@ class Pattern:
 
     @cached_property
     def panel_of(self) -> tuple[int, ...]:
-        """Panel of each facet."""
+        """The panel to which each facet belongs."""
         of = [0] * len(self.facets)
         for number, panel in enumerate(self.panels):
             for facet in panel:
@@ -155,7 +159,7 @@ class Pattern:
 
     @cached_property
     def panels(self) -> tuple[tuple[int, ...], ...]:
-        """Facets of each panel; panels by their first facet."""
+        """The facets of each panel; panels are in the order of their first facets."""
         import networkx as nx  # noqa: PLC0415 - most of what imports this module makes no pattern
 
         graph = nx.Graph()
@@ -165,7 +169,7 @@ class Pattern:
 
     @cached_property
     def hinges(self) -> tuple[Hinge, ...]:
-        """The joints. Creases between the same two panels that lie on one line of one face are one hinge."""
+        """The hinges; creases between the same two panels on one line of one face are one hinge."""
         return self._joints[0]
 
     @cached_property
@@ -201,7 +205,7 @@ class Pattern:
         return Hinge(first, second, crease.face, start, end, crease.closes)
 
     def hinge_of(self, pair: Pair) -> int:
-        """Number of the hinge that the crease between two facets is, or is part of."""
+        """The number of the hinge to which the crease between two facets belongs."""
         return self._joints[1][min(pair), max(pair)]
 
     @property
@@ -210,11 +214,11 @@ class Pattern:
         return 6 * (len(self.panels) - 1) - 5 * len(self.hinges)
 
     def with_creases(self, creases: Mapping[Pair, Crease]) -> Pattern:
-        """The pattern with some creases set: rigid ones merge panels (thesis 3.2.1 and 4.1.1)."""
+        """The pattern with some creases replaced; rigid ones merge panels (thesis 3.2.1 and 4.1.1)."""
         return replace(self, creases={**self.creases, **creases})
 
     def placed(self, isometry: Isometry) -> Pattern:
-        """The pattern where an isometry (m) takes it; a reflection turns the sheet over, which exchanges its faces."""
+        """The image of the pattern under an isometry (m); a reflection turns the sheet over and exchanges its faces."""
         over = isometry.reflects
         facets = tuple(tuple(map(isometry.image, facet if not over else reversed(facet))) for facet in self.facets)
         creases = {pair: crease.inverted if over else crease for pair, crease in self.creases.items()}

@@ -28,28 +28,32 @@ _ACROSS = {"square": 1.0, "hex": math.sqrt(3.0), "triangle": 0.5 * math.sqrt(3.0
 
 @dataclass(frozen=True, repr=False)
 class Scene:
-    """Panels, material, springs, stops, gravity, what is held, and the start of a deployment.
+    """All that a verdict on a folding depends on beside the folding: panels, springs, gravity, and the start.
 
-    panel : length, width and thickness, m; None for 50 x 50 x 6 mm (rectangles 50 x 40 x 6), and for assemblies, which
-        have sizes of their own. density : kg/m^3. areal_mass : kg/m^2, in place of a density where it is given.
-    flat_pairs : the two pairs of a folding that lie flat beside each other in both states: rigid, hinged or either.
-        merge : whether panels that meet on a mirror axis are made one. What is `either` is tried both ways.
-    margin : m, by which panels are shrunk on every face where collisions are looked for; None for 0.1 mm on 50 mm, in
-        proportion to the longest edge.
-    spring : moment-angle law of every hinge, in the notation of laws; springs : of single hinges, which a text names as
-        pictures do (`7`, by crease of a design) and a whole number by its place in the linkage.
-    spring_range : softest and stiffest spring that is tried or tuned, N m/rad; None for what the scene's own springs
-        and weight ask for (see `deployment.scales`).
-    damping_time : damping over stiffness of each hinge, s (proportional damping, thesis 4.4); damping : N m s/rad at
-        every hinge in its place, where it is given.
-    gravity : m/s^2, in axes of the flat state; the drawing is seen from +z.
-    held : the panel that stands still: `bottom`, the first, the lowest pair of a folding; one by its name on pictures,
-        a text, or by its number in the linkage. Or `free`: the first belongs to a floating base of base_mass (kg) and
-        base_inertia (kg m^2) about its centre, which is the panel's.
-    start : share of the folded angles at which it starts, projected onto closure and at rest.
-    restitution : of hinge stops, 0 to 1. seconds : how long it is simulated; None for what its natural time asks for.
-    stop_stiffness, stop_damping, cut_stiffness, cut_damping : of stops, and of the springs that close loops, in the
-        penalty (thesis Table 4.3) and the compliant formulation: N m/rad, N m s/rad, N/m, Ns/m.
+    name : the name under which a database keeps the verdicts.
+    panel : length, width and thickness in m; None for 50 x 50 x 6 mm (rectangles 50 x 40 x 6 mm), and for assemblies,
+    which have their own sizes.
+    density : the density of panels, kg/m^3. areal_mass : their mass per area, kg/m^2, which replaces the density.
+    flat_pairs : how the two panels at each flat crease are joined, `rigid` or `hinged`; `either` tries both.
+    merge : whether the two panels of each mirror pair are one; `either` tries both.
+    margin : by how much panels are shrunk on every face when collisions are checked, m; None for 0.1 mm on 50 mm, in
+    proportion to the longest edge.
+    spring : the law of all hinges, such as `linear:0.1` (N m/rad); docs/reference/scenes.md lists the laws.
+    springs : laws of single hinges as pairs, such as `(("7", "linear:0.2"),)`. A text is the number shown in pictures,
+    an integer the place of the hinge in the linkage.
+    spring_range : the softest and the stiffest spring that is tried or tuned, N m/rad; None for bounds that follow from
+    springs and weight.
+    damping_time : damping over stiffness at each hinge, s. damping : the damping at every hinge, N m s/rad, which
+    replaces damping_time.
+    gravity : its vector in m/s^2; z points up from the flat sheet, whose drawing is seen from above.
+    held : the panel that stands still: `bottom` for the lowest pair, a text for the number shown in pictures, or an
+    integer for the place of a panel in the linkage. With `free` the first panel belongs to a floating base.
+    base_mass : the mass of that base, kg. base_inertia : its moments of inertia about the panel's centre, kg m^2.
+    start : the share of the folded angles at which the motion starts, at rest.
+    restitution : the coefficient of restitution of hinge stops, 0 to 1.
+    seconds : how long the motion is simulated; None for a time that follows from panels and springs.
+    stop_stiffness, stop_damping, cut_stiffness, cut_damping : stops, and springs that close loops, in the formulations
+    `penalty` and `compliant`: N m/rad, N m s/rad, N/m, N s/m.
     """
 
     name: str = DEFAULT
@@ -81,7 +85,7 @@ class Scene:
         return f"Scene({', '.join(f'{name}={getattr(self, name)!r}' for name in changed)})"
 
     def density_of(self, thickness: float) -> float:
-        """Density of panels of a thickness (m), kg/m^3."""
+        """The density of panels with this thickness (m), kg/m^3."""
         return self.density if self.areal_mass is None else self.areal_mass / thickness
 
 

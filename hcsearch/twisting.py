@@ -7,6 +7,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.errors import expect
 from hcsearch.folding import Folding
 from hcsearch.grid import grid_named
 from hcsearch.kernels.circuits.folds import twist_words
@@ -27,7 +28,15 @@ def twist_batch(circuits: CircuitBatch, foldings: FoldingBatch) -> NDArray[np.in
 
 
 def twist(folding: Folding) -> int:
-    """|Lk| of one folding: 0 when the band of panels can reach the two stacks, topologically."""
+    """The twist of a folding: how many full turns its folded band of panels has. With any but 0 no motion opens it.
+
+    It is the absolute value of the linking number of the band's centre line and a parallel line.
+
+    >>> from hcsearch import Folding, twist
+    >>> twist(Folding.from_notation("hex:0234550132:4"))
+    0
+    """
+    expect("the folding to measure", folding, Folding, "a Folding, such as Folding.from_notation('hex:0234550132:4')")
     words = np.array([folding.circuit.word], np.int8)
     circuits = CircuitBatch(folding.circuit.grid.name, words, np.ones(1, np.int16))
     batch = FoldingBatch(np.zeros(1, np.int32), np.array([folding.crease], np.int16))
@@ -35,13 +44,13 @@ def twist(folding: Folding) -> int:
 
 
 def gauss_linking(folding: Folding) -> int:
-    """Linking number of the folded band's centre line and a parallel line, by counting signed crossings exactly.
+    """The linking number of the folded band's centre line and a parallel line, by counting signed crossings exactly.
 
-    Independent of `twist`: the band is laid out in its two stacks in integer coordinates (affine images of the true
-    ones, which changes no linking number), looked at along a general direction, and crossings are counted with
-    integer determinants. A direction along which anything coincides is passed over for the next one. The sign
-    changes under reflection of the circuit.
+    This does not use `twist`, whose value is the absolute value of this number. The band is laid out in its two stacks
+    in integer coordinates (an affine image, which changes no linking number) and projected along a direction in which
+    no two points coincide; the crossings are counted with integer determinants. The sign changes under reflection.
     """
+    expect("the folding to measure", folding, Folding, "a Folding, such as Folding.from_notation('hex:0234550132:4')")
     centre, parallel = folded_band(folding)
     height = folding.circuit.n
     for trial in range(1, 100):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from hcsearch.cli.options import Number
+from hcsearch.cli.options import Number, examples
 from hcsearch.system.outputs import check_folder, check_output
 
 if TYPE_CHECKING:
@@ -18,9 +18,12 @@ if TYPE_CHECKING:
 Command = Callable[..., Any]
 
 
-@click.group(epilog="Example: hcsearch bench enumeration --quick")
+@click.group(epilog=examples("hcsearch bench enumeration --quick"))
 def bench() -> None:
-    """Measure and compare: tables and plots of speed and memory, with machine and versions."""
+    """Measure speed, memory and accuracy.
+
+    Each command writes tables and plots, with the machine and the versions, and compares with other programs.
+    """
 
 
 def _checked(check: Callable[[Path], None]) -> Callable[[click.Context, click.Parameter, Path | None], Path | None]:
@@ -43,27 +46,33 @@ def _common(name: str) -> Callable[[Command], Command]:
         default=Path(f"reports/bench-{name}"),
         show_default=True,
         metavar="DIR",
-        help="Folder for tables (CSV, Markdown), plots and machine.json.",
+        help="The folder for tables (CSV, Markdown), plots and machine.json.",
     )
-    quick = click.option("--quick", is_flag=True, help="Small sizes, one run each: some seconds.")
+    quick = click.option("--quick", is_flag=True, help="Measure small sizes once each, in some seconds.")
     json_file = click.option(
         "--json",
         "json_file",
         type=Path,
         callback=_checked(check_output),
         metavar="FILE",
-        help="All tables in one file.",
+        help="Also write all tables to one file.",
     )
     return lambda command: output(quick(json_file(command)))
 
 
 _REPEATS = click.option(
-    "--repeats", type=click.IntRange(min=1), default=3, show_default=True, help="Runs to take medians of."
+    "--repeats",
+    type=click.IntRange(min=1),
+    default=3,
+    show_default=True,
+    help="The number of runs, of which medians are taken.",
 )
 
 
 def _limit(default: str, what: str) -> Callable[[Command], Command]:
-    return click.option("--limit", type=Number(min=0, min_open=True), help=f"Seconds for {what}.  [default: {default}]")
+    return click.option(
+        "--limit", type=Number(min=0, min_open=True), help=f"The greatest time for {what}, s.  [default: {default}]"
+    )
 
 
 def _say(step: str) -> None:
@@ -88,7 +97,7 @@ _POSTGRESQL = click.option(
     envvar="HCSEARCH_BENCH_POSTGRESQL",
     show_envvar=True,
     metavar="URL",
-    help="A server to store into, where databases may be made and dropped.",
+    help="A server on which databases may be made and dropped.",
 )
 
 
@@ -104,98 +113,97 @@ class _Bench(NamedTuple):
 _BENCHES = (
     _Bench(
         "enumeration",
-        "Circuits a second and memory against Graphillion, networkx and a plain backtracker, and cost as n grows.\n"
+        "Measure how fast circuits are listed. Compares with Graphillion, networkx and a plain backtracker.\n"
         "\n"
-        "Every engine runs in a process of its own. Graphillion is an extra: pip install 'hcsearch[bench]'.",
+        "Each program runs in its own process. Graphillion comes with an extra: pip install 'hcsearch[bench]'.",
         "hcsearch bench enumeration --output reports/bench-enumeration --json bench.json",
         (_REPEATS, _limit("60, quick: 2", "a peer")),
     ),
     _Bench(
         "folding",
-        "Designs that fold, joined from half-chains, against listing all circuits and filtering them.",
+        "Measure how fast designs that fold are listed. Compares half-chains with filtering all circuits.",
         "hcsearch bench folding --quick",
         (_REPEATS, _limit("180, quick: 60", "a process")),
     ),
     _Bench(
         "scale",
-        "The whole command with one and two processes, on a Dask cluster of two workers, and into databases.\n"
+        "Measure whole searches. Uses one and two processes, a Dask cluster of two workers, and databases.\n"
         "\n"
-        "The cluster is started for it; Dask is an extra: pip install 'hcsearch[cluster]'.",
+        "The command starts the cluster; Dask comes with an extra: pip install 'hcsearch[cluster]'.",
         "hcsearch bench scale --postgresql postgresql://USER@HOST/postgres",
         (_REPEATS, _POSTGRESQL),
     ),
     _Bench(
         "kinematics",
-        "Motions of linkages: error against time of path methods, branches, descents, extreme scenes.",
+        "Measure the kinematics of linkages. Errors and times of path methods, branches, descents, extreme scenes.",
         "hcsearch bench kinematics --quick",
         (_REPEATS,),
     ),
     _Bench(
         "mobility",
-        "The stage mobility: time of a folding, which foldings are locked, and what frees them.",
+        "Measure the stage mobility. Its time, which foldings are locked, and what frees them.",
         "hcsearch bench mobility --quick",
         (_REPEATS,),
     ),
     _Bench(
         "iftomm",
-        "Dynamics on the IFToMM benchmark problems A01 to A05: error, energy and time, beside other engines.\n"
+        "Measure the dynamics on published problems. Errors, energies and times for A01 to A05 of IFToMM, beside other "
+        "programs.\n"
         "\n"
-        "MuJoCo, Pinocchio and Exudyn are an extra: pip install 'hcsearch[bench]'.",
+        "MuJoCo, Pinocchio and Exudyn come with an extra: pip install 'hcsearch[bench]'.",
         "hcsearch bench iftomm --quick --json iftomm.json",
         (_REPEATS,),
     ),
     _Bench(
         "dynamics",
-        "Deployments: error against run time beside other engines, whole ones, cost of a panel, the quick check.\n"
+        "Measure deployments. Errors and times beside other programs, whole deployments, and quick checks.\n"
         "\n"
-        "MuJoCo, Pinocchio and Exudyn are an extra: pip install 'hcsearch[bench]'.",
+        "MuJoCo, Pinocchio and Exudyn come with an extra: pip install 'hcsearch[bench]'.",
         "hcsearch bench dynamics --quick --output dynamics",
         (_REPEATS,),
     ),
     _Bench(
         "collision",
-        "Distances of pairs of panels, random, degenerate and stacked, and of all pairs of deployments, beside coal.\n"
+        "Measure distances of panels. Compares random, degenerate, stacked and moving pairs with coal.\n"
         "\n"
-        "coal comes with Pinocchio, an extra: pip install 'hcsearch[bench]'.",
+        "coal comes with Pinocchio, in an extra: pip install 'hcsearch[bench]'.",
         "hcsearch bench collision --quick --json collision.json",
         (_REPEATS,),
     ),
     _Bench(
         "stability",
-        "Dynamics of extreme scenes, each with a verdict: accurate, degraded by a bound, refused with its reason.\n"
+        "Measure the dynamics of extreme scenes. Each is accurate, less accurate within a bound, or refused.\n"
         "\n"
-        "Stiffness, damping, thickness, masses, panels, starts, tolerances and restitution over many decades; a heat "
-        "map.\n"
-        "Then branches and verdicts with the linear algebra for other processors, beside this one's.",
+        "Stiffness, damping, thickness, masses, panels, starts, tolerances and restitution vary over many decades.\n"
+        "Branches and verdicts are also computed with the linear algebra of other processors.",
         "hcsearch bench stability --quick --json stability.json",
     ),
     _Bench(
         "planning",
-        "The stage motion: share of foldings settled against work, margin and thickness, and searches beside OMPL.\n"
+        "Measure the stage motion. Foldings settled against work, margin and thickness, and searches beside OMPL.\n"
         "\n"
-        "OMPL is an extra: pip install 'hcsearch[bench]'.",
+        "OMPL comes with an extra: pip install 'hcsearch[bench]'.",
         "hcsearch bench planning --quick",
     ),
     _Bench(
         "experiment",
-        "The thesis's deployment of the 4x4 array: equal, tuned and catalogue springs; gravity and panel held tried.",
+        "Repeat the experiment of the thesis. The 4x4 array with equal, tuned and catalogue springs and gravity.",
         "hcsearch bench experiment --quick",
     ),
     _Bench(
         "identification",
-        "Springs and damping from made-up measurements with known laws: error against noise, and the error reported.",
+        "Measure errors of identified springs and damping. Measurements are simulated, with known laws and noise.",
         "hcsearch bench identification --quick --json identification.json",
     ),
     _Bench(
         "tables",
-        "How many designs there are, on all arrays of n cells and on single arrays: docs/measurements/tables.md.",
+        "Count designs on all arrays of n cells and on single arrays. For docs/measurements/tables.md.",
         "hcsearch bench tables --output docs/measurements",
         (_limit("600, quick: 10", "a search"),),
     ),
     _Bench(
         "deployability",
-        "Which untwisted foldings come flat without a collision, and what helps the others: "
-        "docs/measurements/tables.md.",
+        "Count foldings that springs open, and what helps the others. For docs/measurements/tables.md.",
         "hcsearch bench deployability --quick",
     ),
 )
@@ -212,7 +220,7 @@ def _add(own: _Bench) -> None:
     for option in reversed(own.options):
         command = option(command)
     command = _common(own.name)(command)
-    bench.command(own.name, help=own.text, epilog=f"Example: {own.example}")(command)
+    bench.command(own.name, help=own.text, epilog=examples(own.example))(command)
 
 
 for _one in _BENCHES:

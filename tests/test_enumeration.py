@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hcsearch.circuit import Circuit
 from hcsearch.enumeration import ArraySearch, PolygonSearch, count_array, enumerate_circuits
 from hcsearch.enumeration.arrays import array_sweep, frontier_layers
-from hcsearch.errors import SizeError
+from hcsearch.errors import HcsearchError, SizeError
 from hcsearch.grid import GRIDS, parse_array
 from tests import golden, naive
 from tests.strategies import arrays
@@ -226,7 +226,7 @@ def test_arrays_too_wide():
 
 
 def test_enumerate_circuits_needs_one_target():
-    with pytest.raises(TypeError, match="grid and n, or an array"):
+    with pytest.raises(HcsearchError, match="give a grid and n"):
         enumerate_circuits("hex")
 
 

@@ -163,7 +163,7 @@ def test_values_that_no_scene_has_are_refused(values, message):
     [
         ("panel_mm = '1e300x1e300x1e300'", "is no panel"),
         ("a = " + 2000 * "[", "nested too deep|is no TOML"),
-        ("colour = 1", "nothing reads"),
+        ("colour = 1", "unknown key"),
         ("margin_mm = true", "margin_mm cannot be True"),
         ("scene = 3", r"write a table \[scene\]"),
         ("\xff", "is no text file"),

@@ -1,4 +1,4 @@
-"""What is asked for, in the words of Python: subjects and their scenes."""
+"""What the functions of Python are asked for: subjects and their scenes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from hcsearch.circuit import Circuit
 from hcsearch.deployment.naming import numbered
-from hcsearch.deployment.scene_files import scene_with
+from hcsearch.deployment.scene_files import checked_scene, scene_with
 from hcsearch.errors import HcsearchError
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
@@ -49,6 +49,9 @@ class Setting:
         """What is meant, in its scene."""
         if not isinstance(what, Linkage):
             return read_subject(self.request(what))
-        scene = read_scene(self.scene, self.db) if isinstance(self.scene, str) else self.scene or SCENES["default"]
+        if self.panel is not None or self.across is not None or self.flat_pairs is not None or self.merge:
+            raise HcsearchError("a Linkage has panels and flat pairs: leave out panel, across, flat_pairs and merge")
+        given = SCENES["default"] if self.scene is None else self.scene
+        scene = read_scene(given, self.db) if isinstance(given, str) else checked_scene(given)
         scene = scene_with(scene, {} if self.values is None else self.values)
         return Subject(what, replace(numbered(scene, what), panel=None), None, {"linkage": repr(what)})

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from hcsearch.api.asking import Named, Setting
+from hcsearch.api.kinds import check_kinds
 from hcsearch.api.places import located
 from hcsearch.deployment.deployed import Deployed, deployed
 from hcsearch.scenes import FlatPairs, Scene
@@ -27,11 +28,19 @@ def deploy(
     db: str | Path | None = None,
     **values: Any,
 ) -> Deployed:
-    """Simulate a deployment by springs, certified clear of collisions, as `hcsearch deploy` does.
+    """Simulate how springs open a folding or assembly, and check it for collisions, as `hcsearch deploy` does.
 
-    what : DESIGN:CREASE, an assembly, a file, a Folding, a Circuit with one folding, or a Linkage. scene : a Scene, its
-    name, or a file. panel, across : millimetres, `50x40x6`. db : where ids and scenes are looked up. values : more of
-    the scene, such as `gravity="0,0,-9.81"`, `held=3` and `springs={7: "linear:0.2"}`, with numbers as on pictures.
+    what : a Folding, a Circuit that has one folding, or a Linkage; or a text: a notation such as `hex:0234550132:4`,
+    `17:4` for a folding of design 17 in the database, an assembly such as `unit-ii`, or a file `.toml`.
+    scene : a Scene, the name of one, or a file `.toml`; by default the scene `default`.
+    formulation : `constrained`, `compliant`, `penalty` or `quasistatic`.
+    method : the integrator, one of those of `hcsearch deploy --method`.
+    tolerance : the error of a step, relative and absolute.
+    panel : the size of panels in millimetres, such as `50x40x6`. across : their width across flats and thickness.
+    flat_pairs : `rigid` or `hinged`. merge : whether the two panels of each mirror pair are one.
+    db : the database in which ids and scenes are looked up.
+    values : other values of the scene by the names of a scene file, such as `gravity="0,0,-9.81"`, `held=3` and
+    `springs={7: "linear:0.2"}`. Panels and hinges have the numbers shown in pictures.
 
     >>> from hcsearch import Folding, deploy
     >>> folding = Folding.from_notation("hex:0234550132:4")
@@ -40,6 +49,7 @@ def deploy(
     >>> deploy(folding, springs={7: "linear:0.2"}).verdict
     'undecided'
     """
+    check_kinds(deploy, locals())
     setting = Setting(scene, located(db), panel, across, flat_pairs, merge, values)
     return deploy_subject(setting.subject(what), formulation=formulation, method=method, tolerance=tolerance)
 
@@ -52,7 +62,7 @@ def deploy_subject(
     method: str | None = None,
     tolerance: float = 1e-6,
 ) -> Deployed:
-    """Deploy what was read, in the formulation that is asked for, or that its file names; name : to be shown."""
+    """Deploy a subject in the formulation that is given, or that its file names; name : to be shown."""
     return deployed(
         name or subject.title,
         subject.linkage,

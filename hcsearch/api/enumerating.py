@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from hcsearch.api.kinds import check_kinds
 from hcsearch.api.places import Place, located, writing
+from hcsearch.deployment.scene_files import checked_scene
 from hcsearch.enumeration import ArraySearch, Search, search_all
 from hcsearch.errors import HcsearchError
-from hcsearch.grid import Array, Grid, grid_named, parse_array
+from hcsearch.grid import Array, Grid, grid_of, parse_array
 from hcsearch.pipeline import Crew, Funnel, Plan, Summary, check_room, estimate, finished_shards, run_dry, run_into
 from hcsearch.pipeline.run import Announce, Progress
 from hcsearch.scenes import Scene
 from hcsearch.stages.order import STAGES, check_keep
 from hcsearch.subjects.scenes import read_scene, with_size
 from hcsearch.system.cores import usable_cores
+from hcsearch.vocabulary import Keep
 
 JOBS_PER_CORE = 4
 """Processes that one core may be given: more gain nothing, and each takes some hundred megabytes."""
@@ -26,7 +29,7 @@ def enumerate_into(
     n: int | None = None,
     array: str | Array | None = None,
     until: str | None = None,
-    keep: str = "all",
+    keep: Keep = "all",
     scene: Scene | str | None = None,
     panel: str | None = None,
     across: str | None = None,
@@ -35,16 +38,23 @@ def enumerate_into(
     progress: Progress | None = None,
     announce: Announce | None = None,
 ) -> Funnel:
-    """List all designs up to symmetry, filter and store them, and judge their motions, as `hcsearch enumerate` does.
+    """Search all arrays of n cells, or one array, and store the designs in a database, as `hcsearch enumerate` does.
 
-    Either n, for all arrays of n cells of a grid, or one array. db : a path, a URL or an open database; it is made
-    where there is none, and no work in it is done twice. until : the last stage. keep : `all`, `two-stack` or
-    `untwisted`. scene, panel, across : as of `deploy`. Gives how many designs each stage leaves.
+    Returns the number of designs that pass each stage. Finished work is not repeated: an interrupted search continues.
+
+    db : a path, a URL or an open database; a file that does not exist is made.
+    grid : `triangle`, `square`, `rectangle` or `hex`, or a Grid. n : the number of cells, to search all arrays.
+    array : the array to search, in place of n: an Array, or a text such as `3-4-3`.
+    until : the last stage: `circuits`, `foldings`, `twist`, `mobility`, `motion` or `deployment`.
+    keep : which designs are stored, `all`, `two-stack` or `untwisted`. scene, panel, across : as in `deploy`.
+    jobs : the number of processes. scheduler : the address of a Dask cluster, in place of jobs.
+    progress : called with the numbers of finished and of all batches. announce : called with sentences on long runs.
 
     >>> from hcsearch import enumerate_into
     >>> enumerate_into("designs.sqlite", grid="hex", n=8, until="twist")
     Funnel(fixed_circuits=123, arrays=14, circuits=16, two_stack=2, untwisted=1, movable=None, deployable=None)
     """
+    check_kinds(enumerate_into, locals())
     own = array.grid if isinstance(array, Array) and grid is None else grid
     if own is None:
         raise HcsearchError("name a grid: triangle, square, rectangle or hex")
@@ -68,22 +78,26 @@ def search_of(grid: str | Grid, n: int | None, array: str | Array | None, keep: 
     """The search of all arrays of n cells, or of one array, for the designs that are kept."""
     if (n is None) == (array is None):
         raise HcsearchError("give either --n N (every array of N cells) or --array SPEC (one array)")
-    own = grid_named(grid) if isinstance(grid, str) else grid
+    own = grid_of(grid)
+    if isinstance(array, Array) and array.grid != own:
+        raise HcsearchError(f"the array is on the grid {array.grid.name}, not {own.name}: leave the grid out")
     if array is not None:
         return ArraySearch(parse_array(own, array) if isinstance(array, str) else array)
     assert n is not None
-    return search_all(own, n, keep)
+    return search_all(own, int(n), keep)  # NumPy's numbers cannot be stored as JSON
 
 
 def crew_of(jobs: int | None, scheduler: str | None) -> Crew:
     """Who works: processes of this machine, all its cores unless given, or a Dask cluster."""
     if jobs is not None and scheduler is not None:
         raise HcsearchError("give either --jobs K (this machine) or --scheduler ADDRESS (a cluster)")
+    if jobs is not None and jobs < 1:
+        raise HcsearchError(f"--jobs {jobs} is too few: give 1 or more, or leave it out")
     cores = usable_cores()
     most = JOBS_PER_CORE * cores
     if jobs is not None and jobs > most:
         raise HcsearchError(
-            f"--jobs {jobs} is more than the {cores} cores here are good for: give {most} at most, or leave it out"
+            f"--jobs {jobs} is more than four processes a core, of {cores} cores: give {most} at most, or leave it out"
         )
     return Crew(jobs or cores, scheduler)
 
@@ -101,7 +115,7 @@ def plan_of(
     """What a run is to do; db : where scenes are looked up."""
     last = list(STAGES)[-1] if until is None else until
     check_keep(keep, last)
-    chosen = scene if isinstance(scene, Scene) else read_scene(scene, db)
+    chosen = checked_scene(scene) if isinstance(scene, Scene) else read_scene(scene, db)
     plan = Plan(search, last, keep, with_size(chosen, panel, across, search.grid.name), crew)
     plan.crew.check()
     return plan

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from hcsearch.api.asking import Setting
+from hcsearch.api.kinds import check_kinds
 from hcsearch.api.places import located
 from hcsearch.circuit import Circuit
 from hcsearch.export.writing import export
@@ -28,15 +29,18 @@ def save(
     db: str | Path | None = None,
     **settings: Any,
 ) -> list[Path]:
-    """Write a folding or an assembly to a file that other programs read, as `hcsearch export` does; gives the paths.
+    """Write a folding or an assembly to a file for another program, as `hcsearch export` does; return the paths.
 
-    The file's ending names the format, or `format` does. by : which motion, `path` or `springs`. settings : those of
-    the format, such as `state="folded"` or `kerf_mm=0.2`. The others as of `deploy`.
+    what, scene, panel, across, flat_pairs, merge, db : as in `deploy`; a Linkage cannot be exported.
+    path : the file; its ending sets the format. format : the format, if the ending does not tell it.
+    by : the motion to export, `path` or `springs`.
+    settings : options of the format, such as `state="folded"` or `kerf_mm=0.2`; names of lengths end in `_mm`.
 
     >>> from hcsearch import Folding, save
     >>> [path.name for path in save(Folding.from_notation("hex:0234550132:4"), "sheet.svg", kerf_mm=0.2)]
     ['sheet.svg']
     """
+    check_kinds(save, locals())
     design = what.notation if isinstance(what, Circuit) else what  # a circuit has an array, whatever its foldings
     request = Setting(scene, located(db), panel, across, flat_pairs, merge).request(design)
     return export(request, path, format, motion=by, **settings)

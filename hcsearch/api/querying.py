@@ -6,7 +6,9 @@ from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
+from hcsearch.api.kinds import check_kinds
 from hcsearch.api.places import Place, reading, writing
+from hcsearch.errors import QueryError
 from hcsearch.ranking import Ranked, complete_weights, rank_designs, save_ranks
 from hcsearch.store import Database
 from hcsearch.subjects.queries import Query
@@ -25,18 +27,21 @@ def read(
     *,
     view: str = "designs",
     columns: str | Sequence[str] = "",
-    sort: str = "",
+    sort: str | Sequence[str] = "",
     limit: int | None = None,
     scene: str | None = None,
     panel: str | None = None,
     across: str | None = None,
     sql: str | None = None,
 ) -> pd.DataFrame:
-    """Read the rows of a view that satisfy a query, as `hcsearch query` prints them, or those of one SELECT.
+    """Read the rows of a view that satisfy a query into a pandas table, as `hcsearch query` prints them.
 
-    db : a path, a URL or an open database. query, columns, sort : in the words of `hcsearch query`, all columns unless
-    some are named. view : designs, foldings, motions, deployments, evaluations, runs or units. scene, panel, across :
-    whose verdicts are read.
+    db : a path, a URL or an open database. query : conditions such as `n=12 untwisted dof<=6`; by default all rows.
+    view : `designs`, `foldings`, `motions`, `deployments`, `evaluations`, `runs` or `units`.
+    columns : names of columns, in a list or separated by commas; by default all. sort : the same; `-` before a name
+    sorts in descending order. limit : the greatest number of rows.
+    scene, panel, across : the scene, and the panels in millimetres, for which results are read.
+    sql : one SELECT, in place of all of these.
 
     >>> from hcsearch import enumerate_into, read
     >>> _ = enumerate_into("designs.sqlite", grid="hex", n=8, until="twist")
@@ -47,7 +52,9 @@ def read(
     """
     import pandas as pd  # noqa: PLC0415 - only where a table is wanted
 
-    asked = Query(query, view, columns, sort, limit, scene, panel, across, sql)
+    check_kinds(read, locals())
+    order = sort if isinstance(sort, str) else ",".join(sort)
+    asked = Query(query, view, columns, order, limit, scene, panel, across, sql)
     with reading(db) as database, asked.rows(database) as rows:
         table = pd.DataFrame([row for chunk in rows.chunks for row in chunk], columns=list(rows.columns))
         return table.astype({name: _DTYPES[kind] for name, kind in zip(rows.columns, rows.kinds, strict=True) if kind})
@@ -67,9 +74,16 @@ def rank(
 ) -> pd.DataFrame:
     """Rank the designs that a query selects by a weighted score, best first, as `hcsearch rank` does.
 
-    weights : of criteria, 1 for each that is not named. pareto : only those on the Pareto front. save : store all
-    scores in the column `score`. Designs known not to deploy are left out.
+    Designs that are known not to deploy are left out.
+
+    db, query, scene, panel, across : as in `read`.
+    weights : weights of criteria by their names, such as `{"dof": 2}`; 1 for each that is not named.
+    pareto : whether only the designs on the Pareto front are returned. limit : the greatest number of rows.
+    save : whether the scores of all ranked designs are stored in the column `score`.
     """
+    check_kinds(rank, locals())
+    if limit is not None and limit < 0:
+        raise QueryError(f"the limit {limit} is negative: give a number of rows, or leave it out")
     import pandas as pd  # noqa: PLC0415 - as above
 
     with opened(db, to_write=save) as database:

@@ -1,22 +1,28 @@
-"""The reference of all public names, made of their docstrings by `make docs`."""
+"""The reference of all public names, which `make docs` generates from their docstrings."""
 
 from __future__ import annotations
 
 import inspect
 import re
-import textwrap
 from collections.abc import Iterator
 from dataclasses import MISSING, fields, is_dataclass
 from functools import cached_property
 from typing import Any
 
 import hcsearch
+from hcsearch.api.asking import Named
+from hcsearch.api.kinds import described
+from hcsearch.api.places import Place
+from hcsearch.replays.sources import By
+from hcsearch.scenes import FlatPairs
+from hcsearch.vocabulary import Formulation, Keep
 
 TITLE = """# Reference of the Python names
 
-Everything here comes from `from hcsearch import NAME`; `docs/howto/python.md` shows how to use it. Made of the
-docstrings by `make docs`: edit those instead. Lengths are in metres, angles in rad, unless a name says otherwise
-(`panel="50x40x6"` is in millimetres).
+All names are imported from the package, as in `from hcsearch import deploy`; [python.md](../howto/python.md) shows how
+to use them. Lengths are in metres and angles in radians, but sizes in texts are in millimetres: `panel="50x40x6"`.
+
+`make docs` generates this page from the docstrings.
 """
 GROUPS: dict[str, tuple[str, ...]] = {
     "Do a job": ("deploy", "tune", "replay", "save", "enumerate_into", "read", "rank"),
@@ -26,16 +32,25 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "Panels in space": ("Pattern", "Linkage", "Scene", "SCENES"),
     "Results": ("Deployed", "Tuning", "Replay", "Funnel"),
     "Databases": ("open_database", "open_readonly", "select", "select_sql"),
-    "The rest": ("HcsearchError", "__version__"),
+    "Errors and version": ("HcsearchError", "__version__"),
 }
 PLAIN = {
     "GRIDS": "The grids by their names: `triangle`, `square`, `rectangle`, `hex`.",
     "SCENES": "The scenes of the program by their names: `default`, `earth`, `thesis`, `satellite`.",
     "__version__": "The release that is installed.",
 }
+KINDS = {
+    "By": By,
+    "FlatPairs": FlatPairs,
+    "Formulation": Formulation,
+    "Keep": Keep,
+    "Named": Named,
+    "Place": Place,
+}
+"""Names of kinds in the signatures of functions."""
 WIDTH = 100
 _ITEM = re.compile(r"(?:^|(?<=\.)) *([a-z_][a-z_, ]*) : ")
-"""What is said of parameters and fields, `name : text.`"""
+"""How docstrings describe parameters and fields: `name : text.`"""
 
 
 def reference() -> str:
@@ -44,6 +59,8 @@ def reference() -> str:
     for group, names in GROUPS.items():
         parts.append(f"\n## {group}\n")
         parts += [_entry(name, getattr(hcsearch, name)) for name in names]
+    parts.append("\n## Kinds in signatures\n\n| kind | what to give |\n|---|---|\n")
+    parts += [f"| `{name}` | {described(kind)} |\n" for name, kind in KINDS.items()]
     return "".join(parts)
 
 
@@ -93,7 +110,7 @@ def _parts(text: str) -> list[str]:
 
 
 def _members(kind: type) -> Iterator[tuple[str, str]]:
-    """Public methods and properties of a class, in its order, with the first line of what is said of each."""
+    """Public methods and properties of a class, in its order, with the first line of each docstring."""
     for name, member in vars(kind).items():
         own = member.__func__ if isinstance(member, staticmethod) else member
         if name.startswith("_") or not (inspect.isfunction(own) or isinstance(own, (property, cached_property))):
@@ -113,7 +130,7 @@ def _prose(value: Any) -> str:
     blocks = []
     for paragraph in (inspect.getdoc(value) or "").split("\n\n"):
         if paragraph.startswith(">>>"):
-            blocks.append(textwrap.indent(paragraph, "    "))
+            blocks.append(f"```python\n{paragraph}\n\n```")  # the empty line ends the output for doctest
         else:
             blocks.append(_ITEM.sub(r"\n- `\1`: ", " ".join(line.strip() for line in paragraph.splitlines())).strip())
     return "".join(f"\n{block}\n" for block in blocks)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from hcsearch.api.asking import Setting
+from hcsearch.api.kinds import check_kinds
 from hcsearch.api.places import located
 from hcsearch.circuit import Circuit
 from hcsearch.deployment.deployed import Deployed
@@ -28,10 +29,17 @@ def replay(
     db: str | Path | None = None,
     **values: Any,
 ) -> Replay:
-    """The motion of a folding, an assembly or a file: its planned path if it has one, else what springs do.
+    """Give a motion as a few states, to play in a notebook: the planned path if there is one, else that of springs.
 
-    by : `path` or `springs`, for one of them alone. The others as of `deploy`, of whose results it takes the motion.
+    what : as in `deploy`, but not a Linkage; or a result of `deploy`, whose simulated motion is taken.
+    by : `path` for the planned path, or `springs` for the motion that springs cause; the other is not tried then.
+    scene, panel, across, flat_pairs, merge, db, values : as in `deploy`.
+
+    >>> from hcsearch import replay
+    >>> replay("hex:0234550132:4", by="springs").ends_flat
+    True
     """
+    check_kinds(replay, locals())
     if isinstance(what, Deployed):
         return replay_of_deployment(what.deployment, what.name)
     setting = Setting(scene, located(db), panel, across, flat_pairs, merge, values)

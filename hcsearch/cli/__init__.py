@@ -19,6 +19,7 @@ from hcsearch.cli.drive import drive
 from hcsearch.cli.enumerate import enumerate_
 from hcsearch.cli.export import export
 from hcsearch.cli.identify import identify
+from hcsearch.cli.options import examples
 from hcsearch.cli.query import query
 from hcsearch.cli.rank import rank
 from hcsearch.cli.report import report
@@ -66,11 +67,17 @@ class _Commands(click.Group):
 @click.group(
     cls=_Commands,
     context_settings={"help_option_names": ["-h", "--help"]},
-    epilog="Example: hcsearch enumerate --grid hex --n 12, then hcsearch query 'untwisted' -s -symmetry --limit 10",
+    epilog=examples(
+        "hcsearch enumerate --grid hex --n 12", "hcsearch query untwisted -s -symmetry --limit 10", "hcsearch show 1174"
+    ),
 )
 @click.version_option(version("hcsearch"), prog_name="hcsearch")
 def hcsearch() -> None:
-    """Search for Hamiltonian-circuit designs of thick-panel arrays that fold into two stacks."""
+    """Search for flat arrays of thick panels that fold into two stacks.
+
+    `hcsearch COMMAND --help` describes a command. A design is named by its id in the database or by the notation of its
+    circuit, as 17 or hex:0234550132; a folding by the lower of its two flat creases, as 17:4 or hex:0234550132:4.
+    """
 
 
 for command in (

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hcsearch.cli.options import Number
+from hcsearch.cli.options import Number, examples
 from hcsearch.errors import HcsearchError
 from hcsearch.system.outputs import check_output, write_output
 
@@ -18,25 +18,30 @@ _UNITS = {"_mm": "mm", "_mm2": "mm2", "_mm3": "mm3", "_deg": "degrees"}
 
 
 @click.command(
-    epilog="Example: hcsearch assembly unit-ii --alpha 70 --base 30 --thickness 10 --picture unit-ii.svg; "
-    "hcsearch assembly array-6r 3x2 --json; hcsearch assembly list"
+    epilog=examples(
+        "hcsearch assembly list",
+        "hcsearch assembly unit-ii --alpha 70 --base 30 --thickness 10 --picture unit-ii.svg",
+        "hcsearch assembly array-6r 3x2 --json",
+    )
 )
 @click.argument("name", metavar="NAME|list")
 @click.argument("size", required=False)
-@click.option("--alpha", type=Number(), metavar="DEGREES", help="Base angle of the isosceles triangles, in degrees.")
-@click.option("--base", type=Number(), metavar="MM", help="Base of the isosceles triangles, in mm.")
-@click.option("--thickness", type=Number(), metavar="MM", help="Thickness of all panels, in mm.")
-@click.option("--side", type=Number(), metavar="MM", help="Side of squares, length of rectangles, in mm.")
-@click.option("--width", type=Number(), metavar="MM", help="Width of rectangles, in mm.")
-@click.option("--json", "as_json", is_flag=True, help="Print plain data; values not decided are null, with the reason.")
-@click.option("--picture", metavar="FILE", help="Draw the flat pattern as SVG, too.")
+@click.option("--alpha", type=Number(), metavar="DEGREES", help="The base angle of isosceles triangles, degrees.")
+@click.option("--base", type=Number(), metavar="MM", help="The base of isosceles triangles, mm.")
+@click.option("--thickness", type=Number(), metavar="MM", help="The thickness of all panels, mm.")
+@click.option("--side", type=Number(), metavar="MM", help="The side of squares, or the length of rectangles, mm.")
+@click.option("--width", type=Number(), metavar="MM", help="The width of rectangles, mm.")
+@click.option(
+    "--json", "as_json", is_flag=True, help="Print the results as JSON; undecided values are null, with the reason."
+)
+@click.option("--picture", metavar="FILE", help="Also draw the flat pattern into a file .svg.")
 def assembly(
     name: str, size: str | None, alpha: float | None, as_json: bool, picture: str | None, **lengths: float | None
 ) -> None:
-    """Print what is known of an assembly of the thesis, or the list of them.
+    """Print the properties of an assembly of the thesis.
 
-    SIZE is columns x rows, such as 3x2, where an assembly is an array of any size. What is not given has the value
-    that `hcsearch assembly list` shows.
+    `hcsearch assembly list` prints the names of all assemblies with their default sizes. SIZE is the number of columns
+    and rows of assemblies that can have any size, such as 3x2.
     """
     from hcsearch.assemblies.description import describe
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hcsearch.cli.options import examples
 from hcsearch.cli.progress import Meter
 from hcsearch.cli.subjects import circuit_options, request_of
 from hcsearch.system.surroundings import default_database
@@ -23,22 +24,26 @@ if TYPE_CHECKING:
 
 
 @click.command(
-    epilog="Example: hcsearch check pattern.fold; hcsearch check hex:0234435011; "
-    "hcsearch check pattern.fold --panel 80x8 --flat-pairs hinged"
+    epilog=examples(
+        "hcsearch check pattern.fold",
+        "hcsearch check hex:0234435011",
+        "hcsearch check pattern.fold --panel 80x8 --flat-pairs hinged",
+    )
 )
 @circuit_options
-@click.option("--json", "as_json", is_flag=True, help="Print plain data.")
+@click.option("--json", "as_json", is_flag=True, help="Print the results as JSON.")
 def check(name: str, as_json: bool, **options: Any) -> None:
-    """Take a pattern or a circuit of your own through every stage, and print what is left after each.
+    """Take a pattern or circuit of your own through all stages.
 
-    FILE.fold is a crease pattern of equal triangles, rectangles or regular hexagons, edge to edge, in any position: its
-    mountains, valleys, flat and unassigned edges are the creases of one circuit, all other edges slits. Where they are
-    assigned, only the folding that they are of is checked. Panels have the size that the file gives in a physical unit;
-    --panel and --across say otherwise. A circuit notation may be in any position, order or direction, and name one
-    folding, CIRCUIT:CREASE, with the crease numbered as in the circuit that is printed.
+    The command prints how many foldings pass each stage, and the results for each of them. FILE.fold is a crease
+    pattern of equal triangles, rectangles or regular hexagons, edge to edge, in any position. Its mountains, valleys,
+    flat and unassigned edges are the creases of one circuit; all other shared edges are slits. If mountains and valleys
+    are assigned, only the folding with this assignment is checked. Panels have the size that the file gives in a
+    physical unit, unless --panel or --across sets another. The notation of a circuit may be in any position, order or
+    direction; CIRCUIT:CREASE checks one folding, its crease numbered as in the circuit that is printed.
 
-    Exit code: 0 where springs bring a folding flat, certified clear; 1 where they do not, or that is open; 2 for wrong
-    input.
+    Exit code: 0 if springs open a folding, certified free of collisions; 1 if they do not or if this is undecided; 2
+    for wrong input.
     """
     from hcsearch.own_patterns.checking import check_circuit
 

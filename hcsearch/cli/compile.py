@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import click
 
+from hcsearch.cli.options import examples
 from hcsearch.cli.progress import Meter
 from hcsearch.errors import HcsearchError
 
@@ -131,10 +132,13 @@ SAMPLES = {
 """In the order in which they are begun: what takes longest first."""
 
 
-@click.command("compile", epilog="Example: hcsearch compile --jobs 2")
-@click.option("--jobs", type=click.IntRange(1, 16), default=2, show_default=True, help="Processes at work.")
+@click.command("compile", epilog=examples("hcsearch compile --jobs 2"))
+@click.option("--jobs", type=click.IntRange(1, 16), default=2, show_default=True, help="The number of processes.")
 def compile_(jobs: int) -> None:
-    """Compile the kernels of the main commands, so that none of these does so when it is first run."""
+    """Compile the numerical parts of the main commands now.
+
+    Otherwise each command compiles the parts that it needs when it runs for the first time.
+    """
     from hcsearch.kernels.compiling.under_way import kernels_named, left, missing
 
     todo = [name for name in SAMPLES if not _is_finished(name)]

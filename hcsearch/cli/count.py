@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import click
 
-from hcsearch.cli.options import crew_options, target_options
+from hcsearch.cli.options import crew_options, examples, target_options
 from hcsearch.cli.progress import Meter
 from hcsearch.errors import HcsearchError
 
 
 @click.command(
-    epilog="Example: hcsearch count --grid square --array 12x12, or hcsearch count --grid hex --n 20 --keep untwisted"
+    epilog=examples("hcsearch count --grid square --array 12x12", "hcsearch count --grid hex --n 20 --keep untwisted")
 )
 @target_options
 @crew_options
 def count(grid: str, n: int | None, array_spec: str | None, keep: str, jobs: int | None, scheduler: str | None) -> None:
-    """Count circuits exactly, or with --keep designs that fold: all of them, and up to symmetry.
+    """Count circuits, or designs that fold, exactly.
 
-    On an array circuits are counted by frontier states, without listing; designs that fold, over all arrays of N
-    cells, by joining half-chains; everything else by listing.
+    The command prints the number of all circuits and their number up to symmetry; with --keep it counts only those that
+    fold. Circuits of one array are counted by the states of a frontier, without listing them; designs that fold, over
+    all arrays of N cells, by joining half-chains; all others by listing them.
     """
     from hcsearch.api.enumerating import crew_of, search_of
     from hcsearch.enumeration import ArraySearch, count_array

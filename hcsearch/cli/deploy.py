@@ -8,7 +8,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from hcsearch.cli.options import json_option
+from hcsearch.cli.options import examples, json_option
 from hcsearch.cli.subjects import request_of, subject_options
 from hcsearch.errors import HcsearchError
 from hcsearch.system.outputs import PICTURES, TABLES, check_output, write_table
@@ -16,45 +16,64 @@ from hcsearch.vocabulary import FORMULATIONS, INTEGRATORS
 
 
 @click.command(
-    epilog="Example: hcsearch deploy thesis-4x4 --formulation penalty; hcsearch deploy hex:0234435011:1 --explain; "
-    "hcsearch deploy unit-i --spring linear:0.05 --output unit-i.csv"
+    epilog=examples(
+        "hcsearch deploy hex:0234550132:4 --picture angles.svg",
+        "hcsearch deploy thesis-4x4 --formulation penalty",
+        "hcsearch deploy unit-i --spring linear:0.05 --output unit-i.csv",
+    )
 )
 @subject_options
 @click.option(
     "--formulation",
     type=click.Choice(FORMULATIONS),
-    help="Equations of motion.  [default: constrained]",
+    help="The equations of motion.  [default: constrained]",
 )
 @click.option(
-    "--method", type=click.Choice(INTEGRATORS), help="Integrator.  [default: dormand-prince; compliant: implicit]"
+    "--method",
+    type=click.Choice(INTEGRATORS),
+    help="The integrator.  [default: dormand-prince; for compliant: implicit]",
 )
 @click.option(
-    "--tolerance", type=float, default=1e-6, show_default=True, help="Error of a step, relative and absolute."
+    "--tolerance", type=float, default=1e-6, show_default=True, help="The error of a step, relative and absolute."
 )
-@click.option("--spring", metavar="LAW", help="Moment-angle law of all hinges, as linear:0.1 (N m/rad).")
+@click.option("--spring", metavar="LAW", help="The spring at every hinge, such as linear:0.1 (N m/rad).")
 @click.option(
     "--springs",
     "own_springs",
     multiple=True,
     metavar="HINGE=LAW",
-    help="Law of one hinge, by its crease; may be repeated.",
+    help="The spring at one hinge, named by its crease; may be repeated.",
 )
-@click.option("--damping", type=float, metavar="C", help="N m s/rad at every hinge.  [default: 0.043 s x stiffness]")
-@click.option("--start", type=float, metavar="SHARE", help="Of the folded angles.  [default: 0.999]")
-@click.option("--restitution", type=float, metavar="E", help="Of hinge stops, 0 to 1.  [default: 0]")
-@click.option("--explain", is_flag=True, help="Say what was left out, why it may be, and what it saved.")
+@click.option(
+    "--damping", type=float, metavar="C", help="The damping at every hinge, N m s/rad.  [default: 0.043 s x stiffness]"
+)
+@click.option(
+    "--start",
+    type=float,
+    metavar="SHARE",
+    help="The share of the folded angles at which the motion starts.  [default: 0.999]",
+)
+@click.option("--restitution", type=float, metavar="E", help="The restitution of hinge stops, 0 to 1.  [default: 0]")
+@click.option(
+    "--explain",
+    is_flag=True,
+    help="List the parts that the simulation leaves out, and why this does not change the motion.",
+)
 @json_option
-@click.option("--output", metavar="FILE", help="Write all states: .csv, .npz or .parquet.")
-@click.option("--picture", metavar="FILE", help="Draw fold angles and energies over time: .svg, .png or .pdf.")
+@click.option("--output", metavar="FILE", help="Write all states to a file .csv, .npz or .parquet.")
+@click.option(
+    "--picture", metavar="FILE", help="Draw fold angles and energies over time into a file .svg, .png or .pdf."
+)
 def deploy(name: str, as_json: bool, **options: Any) -> None:
-    """Simulate the deployment of a folding, of an assembly of the thesis, or of what a file describes.
+    """Simulate how springs open a folding or an assembly.
 
-    It starts at rest in the packed state and ends flat, at rest elsewhere, jammed, or when the time is over. It is
-    certified clear of collisions, panels shrunk by a margin on every face (0.1 mm of panels of 50 mm), or else the
-    first collision is reported. What comes flat is simulated at tighter tolerances, too: its time is printed in the
-    digits that agree, and where one of them ends otherwise the motion is branch-singular, the verdict undecided.
+    The motion starts at rest in the packed state and ends when the array is flat, at rest, jammed, or when the time is
+    over. It is either certified free of collisions, for panels shrunk by a margin on every face (0.1 mm for panels of
+    50 mm), or the first collision is reported. A motion that ends flat is simulated at tighter tolerances, too. Its
+    time is printed with the digits that agree; if one of them ends otherwise, the verdict is undecided.
 
-    Exit code: 0 where it deploys, flat and certified clear; 1 where it does not, or that is open; 2 for wrong input.
+    Exit code: 0 if the array becomes flat, certified free of collisions; 1 if it does not or if this is undecided; 2
+    for wrong input.
     """
     from hcsearch.api.deploying import deploy_subject
     from hcsearch.deployment.savings import savings
@@ -66,11 +85,11 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
         check_output(options["picture"], PICTURES)
     subject = read_subject(request_of(name, options | _own_springs(options)))
     if subject.drives is not None and options["explain"]:
-        raise HcsearchError("of a scene with drives nothing is left out that counts: leave out --explain")
+        raise HcsearchError("--explain does not apply to a scene with drives: leave it out")
     method, tolerance = options["method"], options["tolerance"]
     given = click.get_current_context().get_parameter_source("tolerance")
     if subject.drives is not None and given is ParameterSource.COMMANDLINE:
-        raise HcsearchError("a motion under control has a tolerance of its own: leave out --tolerance")
+        raise HcsearchError("--tolerance does not apply to a scene with drives: leave it out")
     formulation = options["formulation"]
     deployed = deploy_subject(subject, name=name, formulation=formulation, method=method, tolerance=tolerance)
     outcome = deployed.facts()

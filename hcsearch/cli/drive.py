@@ -7,51 +7,59 @@ from typing import Any
 
 import click
 
-from hcsearch.cli.options import Number, json_option
+from hcsearch.cli.options import Number, examples, json_option
 from hcsearch.cli.subjects import folding_options, request_of
 from hcsearch.errors import HcsearchError
 from hcsearch.system.outputs import PICTURES, check_output
 
 
 @click.command(
-    epilog="Example: hcsearch drive hex:0234435011:1 --picture drive.svg; hcsearch drive hex:0234435011:1 --rate 0.5 "
-    "--scene earth --output drive.toml, then hcsearch deploy drive.toml; hcsearch drive hex:0234550132:3 --latches"
+    epilog=examples(
+        "hcsearch drive hex:0234435011:1 --picture drive.svg --output drive.toml",
+        "hcsearch deploy drive.toml",
+        "hcsearch drive hex:0234435011:1 --rate 0.5 --scene earth",
+        "hcsearch drive hex:0234550132:3 --latches",
+    )
 )
 @folding_options
 @click.option(
-    "--rate", type=Number(min=1e-6, max=1e6), metavar="R", help="Greatest rate of any hinge, rad/s.  [default: 1]"
+    "--rate", type=Number(min=1e-6, max=1e6), metavar="R", help="The greatest rate of any hinge, rad/s.  [default: 1]"
 )
 @click.option(
     "--acceleration",
     type=Number(min=1e-6, max=1e6),
     metavar="A",
-    help="Greatest acceleration of any hinge, rad/s^2.  [default: 5]",
+    help="The greatest acceleration of any hinge, rad/s^2.  [default: 5]",
 )
 @click.option(
     "--near",
     metavar="START,END",
-    help="How far from the packed state the drive starts and from the flat state it ends, rad.  [default: 0.01,0.005]",
+    help="How far from the packed state the drive starts, and how far from the flat state it ends, rad.  "
+    "[default: 0.01,0.005]",
 )
 @click.option(
     "--hinges",
     metavar="K,K,...",
-    help="Hinges to drive, by crease, at least as many as freedoms.  [default: chosen by the program]",
+    help="The driven hinges by their creases, at least as many as there are degrees of freedom.  [default: chosen by "
+    "the program]",
 )
 @click.option(
     "--firm",
     type=Number(min=0, max=1),
     metavar="S",
-    help="Drive more hinges until the least singular value of the reduced Jacobian reaches S; 0 adds none.  "
+    help="Add driven hinges until the least singular value of the reduced Jacobian reaches S; 0 adds none.  "
     "[default: 0.1]",
 )
 @click.option(
     "--period",
     type=Number(min=1e-5, max=0.1),
     metavar="S",
-    help="Time between two updates of the controller, s.  [default: 0.002]",
+    help="The time between two updates of the controller, s.  [default: 0.002]",
 )
 @click.option(
-    "--latches", is_flag=True, help="Simulate springs alone, too, with hinges latched and released in the path's order."
+    "--latches",
+    is_flag=True,
+    help="Also simulate springs alone, with hinges that are latched and released in the order of the path.",
 )
 @json_option
 @click.option(
@@ -59,19 +67,20 @@ from hcsearch.system.outputs import PICTURES, check_output
     "outputs",
     multiple=True,
     metavar="FILE",
-    help="Write the course, .csv or .parquet, or a scene with the drive, .toml; may be repeated.",
+    help="Write angles and torques over time (.csv, .parquet), or the scene with the drive (.toml); may be repeated.",
 )
-@click.option("--picture", metavar="FILE", help="Draw fold angles and torques over time: .svg, .png or .pdf.")
+@click.option(
+    "--picture", metavar="FILE", help="Draw fold angles and torques over time into a file .svg, .png or .pdf."
+)
 def drive(name: str, as_json: bool, **options: Any) -> None:
-    """Drive a folding from its packed to its flat state along a certified path.
+    """Choose motors that open a folding along a proved path.
 
-    As many hinges are driven as there are freedoms, chosen by the conditioning of the reduced Jacobian along the path,
-    monotone ones where possible; more are driven where the path comes near to a dead point. The path gets a time law,
-    torques follow by inverse dynamics in the scene, and the motion is simulated under position control and certified
-    clear.
+    The program chooses as many driven hinges as there are degrees of freedom, by the conditioning of the reduced
+    Jacobian along the path, and hinges that turn one way only where possible; near a dead point it adds more. It sets a
+    time law along the path, computes the torques by inverse dynamics, and simulates the motion under position control.
 
-    Exit code: 0 if the driven motion comes flat, certified clear; 1 if it does not, or if no path is proved; 2 for
-    wrong input.
+    Exit code: 0 if the driven motion ends flat, certified free of collisions; 1 if it does not, or if no path is
+    proved; 2 for wrong input.
     """
     from hcsearch.drive import driving, facts, files, pictures
     from hcsearch.subjects.reading import read_folding

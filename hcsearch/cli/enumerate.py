@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hcsearch.cli.compile import compiling_ahead
-from hcsearch.cli.options import crew_options, database_option, target_options
+from hcsearch.cli.options import crew_options, database_option, examples, target_options
 from hcsearch.cli.progress import Meter
 from hcsearch.cli.scenes import scene_options
 
@@ -15,17 +15,22 @@ if TYPE_CHECKING:
     from hcsearch.pipeline import Plan, Summary
 
 
-@click.command("enumerate", epilog="Example: hcsearch enumerate --grid hex --n 12 --db arrays.sqlite")
+@click.command(
+    "enumerate",
+    epilog=examples(
+        "hcsearch enumerate --grid hex --n 12", "hcsearch enumerate --grid square --array 6x5 --panel 80x8"
+    ),
+)
 @target_options
 @database_option
 @click.option(
     "--until",
     metavar="STAGE",
-    help="Last stage: circuits, foldings, twist, mobility, motion, deployment.  [default: the last]",
+    help="The last stage: circuits, foldings, twist, mobility, motion or deployment.  [default: deployment]",
 )
 @scene_options
 @crew_options
-@click.option("--dry-run", is_flag=True, help="List and print the funnel without a database.")
+@click.option("--dry-run", is_flag=True, help="Print how many designs pass each stage, without a database.")
 def enumerate_(
     grid: str,
     n: int | None,
@@ -40,7 +45,12 @@ def enumerate_(
     scheduler: str | None,
     dry_run: bool,
 ) -> None:
-    """List all designs up to symmetry, filter and store them, plan their motions and simulate their deployments."""
+    """Search arrays for designs that fold, and store them.
+
+    The search lists all circuits up to symmetry, finds their two-stack foldings and their twist, looks for locks, plans
+    a motion for each folding that may open, and simulates how springs open it. It prints how many designs pass each
+    stage. Finished work is stored: the same command continues an interrupted search.
+    """
     from hcsearch.api.enumerating import announce_size, crew_of, plan_of, run_plan, search_of
 
     search, crew = search_of(grid, n, array_spec, keep), crew_of(jobs, scheduler)

@@ -6,48 +6,58 @@ from typing import Any
 
 import click
 
-from hcsearch.cli.options import Number
+from hcsearch.cli.options import Number, examples
 from hcsearch.cli.subjects import request_of, subject_options
 from hcsearch.export.formats import FORMATS
 from hcsearch.export.settings import LEAST_STEP_S, MOST_KERF_MM, MOST_STEP_S, NAMES, PROFILES, SHEETS
 
 
 @click.command(
-    epilog="Example: hcsearch export hex:0234435011:1 --output design.fold; "
-    "hcsearch export 17:4 --output sheet.dxf --sheet panels --kerf 0.2; "
-    "hcsearch export thesis-4x4 --motion springs --output motion.csv"
+    epilog=examples(
+        "hcsearch export hex:0234435011:1 --output design.fold",
+        "hcsearch export 17:4 --output sheet.dxf --sheet panels --kerf 0.2",
+        "hcsearch export thesis-4x4 --motion springs --output motion.csv",
+    )
 )
 @subject_options
-@click.option("--output", required=True, metavar="FILE", help="The file to write; its ending names the format.")
+@click.option("--output", required=True, metavar="FILE", help="The file to write; its ending sets the format.")
 @click.option(
-    "--format", "format_name", type=click.Choice(tuple(FORMATS)), help="The format, where the ending leaves it open."
+    "--format", "format_name", type=click.Choice(tuple(FORMATS)), help="The format, if the ending does not tell it."
 )
 @click.option(
     "--motion",
     type=click.Choice(("path", "springs")),
-    help="The motion: a planned path from packed to flat, or what springs do.  [default: the path, where there is one]",
+    help="The planned path from packed to flat, or the motion by springs.  [default: the path if there is one]",
 )
-@click.option("--state", metavar="flat|folded|SHARE", help="Of solids: an end, or a share of the motion.")
-@click.option("--sheet", type=click.Choice(SHEETS), help="The sheet in one piece, or its panels apart.")
-@click.option("--kerf", "kerf_mm", type=Number(min=0.0, max=MOST_KERF_MM), metavar="MM", help="Width of a cut.")
 @click.option(
-    "--hinge-gap", "hinge_gap_mm", type=Number(min=0.0), metavar="MM", help="Gap between panels apart, along a hinge."
+    "--state",
+    metavar="flat|folded|SHARE",
+    help="The state of solids; a SHARE of the motion is between 0 (packed) and 1 (flat).",
 )
-@click.option("--profile", type=click.Choice(PROFILES), help="Colours for a laser cutter or for Origami Simulator.")
-@click.option("--part", metavar="PANEL", help="Of solids: one panel, by its name.  [default: all]")
+@click.option("--sheet", type=click.Choice(SHEETS), help="Draw the sheet in one piece, or its panels apart.")
+@click.option("--kerf", "kerf_mm", type=Number(min=0.0, max=MOST_KERF_MM), metavar="MM", help="The width of a cut.")
+@click.option(
+    "--hinge-gap", "hinge_gap_mm", type=Number(min=0.0), metavar="MM", help="The gap along hinges, for --sheet panels."
+)
+@click.option(
+    "--profile", type=click.Choice(PROFILES), help="Use the colours of laser cutters or of Origami Simulator."
+)
+@click.option("--part", metavar="PANEL", help="Write one panel of solids, named by its number.  [default: all]")
 @click.option("--contact", is_flag=True, default=None, help="Let panels collide in MuJoCo.")
 @click.option(
     "--timestep",
     "timestep_s",
     type=Number(min=LEAST_STEP_S, max=MOST_STEP_S),
     metavar="S",
-    help="Time step of MuJoCo, s.  [default: its natural time / 50000]",
+    help="The time step of MuJoCo, s.  [default: the time that deploy simulates / 50000]",
 )
 def export(name: str, output: str, format_name: str | None, motion: Any, **options: Any) -> None:
-    r"""Write a design, a folding or an assembly to a file that other programs read.
+    r"""Write a file for another program.
+
+    The ending of the file sets the format; an option that does not apply to the format is refused.
 
     \b
-    Formats, by their endings:
+    The endings:
     {formats}
     """
     from hcsearch.export.formats import format_of

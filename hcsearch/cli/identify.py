@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcsearch.cli.options import Number
+from hcsearch.cli.options import Number, examples
 from hcsearch.errors import HcsearchError, printable
 
 if TYPE_CHECKING:
@@ -21,21 +21,27 @@ _UNITS = {"stiffness": "N m/rad", "growth": "N m/rad^2", "preload": "N m", "hyst
 
 
 @click.group(
-    epilog="Example: hcsearch identify spring moments.csv; "
-    "hcsearch identify damping --inertia 0.0051 --hinges 4 test1.csv test2.csv"
+    epilog=examples(
+        "hcsearch identify spring moments.csv",
+        "hcsearch identify damping --inertia 0.0051 --hinges 4 test1.csv test2.csv",
+    )
 )
 def identify() -> None:
-    """Springs and dampers of hinges from measurements, as `hcsearch deploy` takes them."""
+    """Compute springs and damping from measurements.
+
+    The results are in the form that the options --spring and --damping of hcsearch deploy take.
+    """
 
 
-@identify.command(epilog="Example: hcsearch identify spring moments.csv, a file that begins: angle_deg,moment_N_mm")
+@identify.command(epilog=examples("hcsearch identify spring moments.csv"))
 @click.argument("file", metavar="FILE.csv")
 def spring(file: str) -> None:
-    """The moment-angle law of a spring from measured pairs, rows in the order measured.
+    """Compute the law of a spring from angles and moments.
 
-    The file has a column angle_rad or angle_deg (fold angle, 0 flat) and a column moment_N_m or moment_N_mm. Linear and
-    quadratic laws are tried, through the origin or preloaded, then a table; the simplest that suffices is chosen. Where
-    the angle also goes back, the gap between loading and unloading is reported, and the law lies midway.
+    The file has a column angle_rad or angle_deg (the fold angle, 0 in the flat state) and a column moment_N_m or
+    moment_N_mm; its rows are in the order of the measurement. Linear and quadratic laws are tried, with and without
+    preload, then a table; the simplest law that fits is chosen. If the angle also decreases, the gap between loading
+    and unloading is reported, and the law lies in the middle.
     """
     from hcsearch.identification.springs import identify_spring
     from hcsearch.identification.tables import read_moments
@@ -44,19 +50,33 @@ def spring(file: str) -> None:
 
 
 @identify.command(
-    epilog="Example: hcsearch identify damping --inertia 0.0051 --hinges 4 --from 0.2 test1.csv test2.csv, "
-    "files that begin: time_s,block_g,frame_g"
+    epilog=examples("hcsearch identify damping --inertia 0.0051 --hinges 4 --from 0.2 test1.csv test2.csv")
 )
 @click.argument("files", metavar="FILE.csv...", nargs=-1, required=True)
-@click.option("--inertia", type=Number(), required=True, metavar="I", help="Of the block about the hinges, kg m^2.")
-@click.option("--hinges", type=int, default=1, show_default=True, metavar="N", help="Equal ones that hold the block.")
-@click.option("--rate", type=Number(), metavar="HZ", help="Sampling rate of files without a column time_s.")
-@click.option("--from", "start", type=Number(), metavar="SECONDS", help="Leave out what was measured before.")
+@click.option(
+    "--inertia",
+    type=Number(),
+    required=True,
+    metavar="I",
+    help="The moment of inertia of the block about the hinges, kg m^2.",
+)
+@click.option(
+    "--hinges",
+    type=int,
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="The number of equal hinges that hold the block.",
+)
+@click.option("--rate", type=Number(), metavar="HZ", help="The sampling rate of files without a column time_s.")
+@click.option("--from", "start", type=Number(), metavar="SECONDS", help="Leave out measurements before this time.")
 def damping(files: tuple[str, ...], inertia: float, hinges: int, rate: float | None, start: float | None) -> None:
-    """The damping coefficient of a hinge from free vibrations of a block that swings on some, one file a test.
+    """Compute the damping of a hinge from free vibrations.
 
-    A file has a column time_s (or --rate) and a column for each accelerometer, all in one unit, whichever. It begins
-    when the hammer has let go, or --from says when. The mode of the lowest frequency is taken as the swing.
+    A block that swings on one or more equal hinges is struck with a hammer; each file holds one test. It has a column
+    time_s, unless --rate is given, and a column for each accelerometer, such as time_s,block_g,frame_g; all
+    accelerations are in one unit. It begins after the stroke, or at the time --from. The mode of the lowest frequency
+    is taken as the swing of the block.
     """
     from hcsearch.identification.damping import hinge_damping, hinge_test
     from hcsearch.identification.tables import read_accelerations
@@ -67,7 +87,7 @@ def damping(files: tuple[str, ...], inertia: float, hinges: int, rate: float | N
     for file, vibration in zip(files, vibrations, strict=True):
         if not vibration.modes:
             raise HcsearchError(
-                f"{file} holds no decaying vibration that is clear of its noise: begin where the block is let go, "
+                f"{file} holds no decaying vibration that is clear of its noise: begin after the stroke of the hammer, "
                 "and leave out what does not move"
             )
     names = tuple(map(printable, files))

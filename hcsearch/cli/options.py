@@ -35,19 +35,25 @@ class Number(click.FloatRange):
         return f"Number({self._describe_range()})"
 
 
+def examples(*commands: str) -> str:
+    """The last lines of a command's help: examples, each on a line of its own."""
+    return "\b\nExample: " + "\n         ".join(commands)  # click keeps the lines that follow the character \b
+
+
 def database_option(command: Command) -> Command:
     """`--db`, by default HCSEARCH_DB, else hcsearch.sqlite in the current folder."""
     return click.option(
         "--db",
         metavar="PATH|URL",
         default=default_database,
-        help="Database: a file or any SQLAlchemy URL.  [default: $HCSEARCH_DB, else hcsearch.sqlite]",
+        help="The database: a file, or the URL of an SQLite or PostgreSQL database.  [default: $HCSEARCH_DB, else "
+        "hcsearch.sqlite]",
     )(command)
 
 
 def json_option(command: Command) -> Command:
     """`--json`: what the command reports as JSON, in place of lines for people."""
-    return click.option("--json", "as_json", is_flag=True, help="Print plain data.")(command)
+    return click.option("--json", "as_json", is_flag=True, help="Print the results as JSON.")(command)
 
 
 def target_options(command: Command) -> Command:
@@ -58,12 +64,14 @@ def target_options(command: Command) -> Command:
             type=click.Choice(KEEPS),
             default="all",
             show_default=True,
-            help="Designs that are kept; for two-stack and untwisted, long searches list no others.",
+            help="Which designs are kept: all, those that fold into two stacks, or those that fold without twist.",
         ),
-        click.option("--array", "array_spec", metavar="SPEC", help="One array: 6x5, 3-4-3, p5x4, t5, h3, @file."),
-        click.option("--n", type=int, metavar="N", help="Every array of N cells."),
         click.option(
-            "--grid", type=click.Choice(tuple(GRIDS)), required=True, help="Tiling that the panels are cut from."
+            "--array", "array_spec", metavar="SPEC", help="Search one array: 6x5, 3-4-3, p5x4, t5, h3 or @FILE."
+        ),
+        click.option("--n", type=int, metavar="N", help="Search all arrays of N cells."),
+        click.option(
+            "--grid", type=click.Choice(tuple(GRIDS)), required=True, help="The tiling whose cells are the panels."
         ),
     ):
         command = option(command)
@@ -73,7 +81,9 @@ def target_options(command: Command) -> Command:
 def crew_options(command: Command) -> Command:
     """`--jobs` and `--scheduler`: who works."""
     for option in (
-        click.option("--scheduler", metavar="ADDRESS", help="Work on a Dask cluster instead, as tcp://HOST:8786."),
+        click.option(
+            "--scheduler", metavar="ADDRESS", help="Use the Dask cluster at this address, such as tcp://HOST:8786."
+        ),
         click.option(
             "--jobs",
             type=click.IntRange(min=1),

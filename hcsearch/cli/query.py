@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from hcsearch.cli.options import database_option
+from hcsearch.cli.options import database_option, examples
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import printable
 from hcsearch.store.columns import column_names
@@ -17,21 +17,26 @@ _COLUMNS = "id,grid,n,array,circuit,symmetry,n_foldings,n_untwisted,min_twist,st
 
 
 @click.command(
-    epilog="Example: hcsearch query 'grid=hex n=12 untwisted' -c id,array,symmetry -s -symmetry --limit 10; "
-    "hcsearch query 'array=4-4-4 (symmetry>1 or not min_twist=1)'. "
+    epilog=examples(
+        "hcsearch query 'grid=hex n=12 untwisted' -c id,array,symmetry -s -symmetry",
+        "hcsearch query 'array=4-4-4 (symmetry>1 or not min_twist=1)'",
+        "hcsearch query --sql 'SELECT status, count(*) FROM designs GROUP BY status'",
+    )
+    + "\n\n"
     f"Columns: {', '.join(column_names('designs'))}."
 )
 @click.argument("condition", default="", metavar="[QUERY]")
 @database_option
 @scene_options
-@click.option("-c", "--columns", help=f"Columns, separated by commas.  [default: {_COLUMNS}]")
-@click.option("-s", "--sort", help="Sort by columns, separated by commas; -NAME is descending.")
-@click.option("--limit", type=click.IntRange(min=0), help="At most this many rows.")
+@click.option("-c", "--columns", help=f"The columns to print, separated by commas.  [default: {_COLUMNS}]")
+@click.option("-s", "--sort", help="The columns to sort by, separated by commas; -NAME sorts in descending order.")
+@click.option("--limit", type=click.IntRange(min=0), help="The greatest number of rows.")
 @click.option("--format", "style", type=click.Choice(FORMATS), default="table", show_default=True)
-@click.option("--output", metavar="FILE", help="File to write; parquet needs one.  [default: standard output]")
+@click.option("--output", metavar="FILE", help="The file to write, which parquet needs.  [default: standard output]")
 @click.option(
     "--sql",
-    help="Run one SELECT on the views designs, foldings, motions, deployments, evaluations, runs and units instead.",
+    help="Run one SELECT, in place of QUERY, on the views designs, foldings, motions, deployments, evaluations, runs "
+    "and units.",
 )
 def query(
     condition: str,
@@ -46,11 +51,12 @@ def query(
     output: str | None,
     sql: str | None,
 ) -> None:
-    """Print the designs that satisfy QUERY: conditions such as n=12, dof<=6, untwisted, all of which must hold.
+    """Print the designs that satisfy a query.
 
-    They may also be joined by and, or, not and brackets; a condition has no spaces in it. array= takes any array
-    (6x5, 3-4-3, p5x4, t5, h3, @file), circuit= a circuit in any position, order or direction. An unknown value
-    satisfies neither a condition nor its opposite.
+    QUERY consists of conditions such as n=12, dof<=6 or untwisted, all of which must hold. They can also be combined by
+    and, or, not and brackets. A condition contains no spaces. array= takes any array (6x5, 3-4-3, p5x4, t5, h3, @FILE),
+    circuit= a circuit in any position, order or direction. An unknown value satisfies neither a condition nor its
+    negation.
     """
     from hcsearch.store import format_rows, open_readonly, save_rows
     from hcsearch.subjects.queries import Query

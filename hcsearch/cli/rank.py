@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcsearch.cli.options import database_option, named_numbers
+from hcsearch.cli.options import database_option, examples, named_numbers
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import QueryError
 from hcsearch.store.columns import CRITERIA
@@ -25,22 +25,26 @@ _CRITERIA = "\n".join(
 
 
 @click.command(
-    epilog=f"Example: hcsearch rank 'grid=hex untwisted' --weight dof=3 --limit 10\n\n\b\nCriteria:\n{_CRITERIA}"
+    epilog=examples("hcsearch rank 'grid=hex untwisted' --weight dof=3 --limit 10") + f"\n\n\b\nCriteria:\n{_CRITERIA}"
 )
 @click.argument("condition", default="", metavar="[QUERY]")
 @database_option
 @scene_options
 @click.option(
-    "--weight", "weights", multiple=True, metavar="NAME=W", help="Weight of a criterion, 0 leaves it out.  [default: 1]"
+    "--weight",
+    "weights",
+    multiple=True,
+    metavar="NAME=W",
+    help="The weight of a criterion; 0 leaves it out.  [default: 1]",
 )
 @click.option(
     "--pareto",
     is_flag=True,
-    help="Print only the Pareto front: no other is as good in all criteria and better in one.",
+    help="Print only the Pareto front: no other design is as good in all criteria and better in one.",
 )
-@click.option("--limit", type=click.IntRange(min=0), help="At most this many rows.")
+@click.option("--limit", type=click.IntRange(min=0), help="The greatest number of rows.")
 @click.option("--format", "style", type=click.Choice(_STYLES), default="table", show_default=True)
-@click.option("--save", is_flag=True, help="Store the scores of all designs ranked in the column `score`.")
+@click.option("--save", is_flag=True, help="Store the scores of all ranked designs in the column `score`.")
 def rank(
     condition: str,
     db: str,
@@ -53,10 +57,11 @@ def rank(
     style: str,
     save: bool,
 ) -> None:
-    """Rank the designs that satisfy QUERY: terms such as n=12, dof<=6, untwisted, all of which must hold.
+    """Rank the designs of a query by a weighted score.
 
-    The score is the weighted mean of the worth of six criteria, 0 to 1 by fixed scales; a missing value is worth 0.
-    Designs known not to deploy (no folding, twisted, locked) are left out.
+    QUERY consists of conditions such as n=12, dof<=6 or untwisted, as in hcsearch query. The score is the weighted mean
+    of the worths of the criteria below, each from 0 to 1; a missing value is worth 0. Designs that are known not to
+    deploy (without a folding, twisted or locked) are left out.
     """
     from hcsearch.api.querying import opened, rank_in
     from hcsearch.ranking import complete_weights

@@ -6,25 +6,29 @@ from pathlib import Path
 
 import click
 
-from hcsearch.cli.options import database_option
+from hcsearch.cli.options import database_option, examples
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import printable
 from hcsearch.subjects.scenes import scene_asked_for
 from hcsearch.system.outputs import check_output
 
 
-@click.command(epilog="Example: hcsearch report 'grid=hex n=12' --output hex-12.html")
+@click.command(epilog=examples("hcsearch report 'grid=hex n=12' --output hex-12.html"))
 @click.argument("condition", default="", metavar="[QUERY]")
 @database_option
 @scene_options
-@click.option("--output", default="reports/report.html", show_default=True, metavar="FILE", help="File to write.")
+@click.option("--output", default="reports/report.html", show_default=True, metavar="FILE", help="The file to write.")
 @click.option(
-    "--limit", type=click.IntRange(min=0), default=20_000, show_default=True, help="At most this many designs."
+    "--limit", type=click.IntRange(min=0), default=20_000, show_default=True, help="The greatest number of designs."
 )
 def report(
     condition: str, db: str, scene: str | None, panel: str | None, across: str | None, output: str, limit: int
 ) -> None:
-    """Write a self-contained HTML report of the designs that satisfy QUERY: funnel, gallery, numbers, notation."""
+    """Write one HTML page with all designs of a query.
+
+    The page shows how many circuits pass each stage and a card for each design, with motions to play; it makes no
+    network request. QUERY consists of conditions such as n=12, dof<=6 or untwisted, as in hcsearch query.
+    """
     from hcsearch.report import write_report
     from hcsearch.store import open_readonly
 

@@ -16,17 +16,17 @@ def scene_options(command: Command) -> Command:
         click.option(
             "--across",
             metavar="WxT",
-            help="Panels by their width across flats (of triangles, their height) and thickness, mm.",
+            help="Size of the panels in mm: width across flats (of triangles, the height) and thickness.",
         ),
         click.option(
             "--panel",
             metavar="LxWxT",
-            help="Panels by length, width, thickness, mm; of hexagons and triangles the side: SxT.",
+            help="Size of the panels in mm: length, width and thickness, or side and thickness (SxT).",
         ),
         click.option(
             "--scene",
             metavar="NAME|FILE.toml",
-            help="default, earth, thesis, a scene of the database, or a file.  [default: default]",
+            help="The panels, springs and gravity: a scene such as default or earth, or a file.  [default: default]",
         ),
     ):
         command = option(command)

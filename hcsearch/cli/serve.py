@@ -4,23 +4,27 @@ from __future__ import annotations
 
 import click
 
-from hcsearch.cli.options import database_option
+from hcsearch.cli.options import database_option, examples
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import HcsearchError
 from hcsearch.subjects.scenes import scene_asked_for
 
 
-@click.command(epilog="Example: hcsearch serve --db hcsearch.sqlite, then open http://127.0.0.1:8000/ in a browser")
+@click.command(epilog=examples("hcsearch serve --db hcsearch.sqlite"))
 @database_option
 @click.option(
-    "--port", type=click.IntRange(0, 65535), default=8000, show_default=True, help="Port; 0 takes any free one."
+    "--port", type=click.IntRange(0, 65535), default=8000, show_default=True, help="The port; 0 chooses any free one."
 )
-@click.option("--host", default="127.0.0.1", show_default=True, help="Address of this machine to listen on.")
+@click.option(
+    "--host", default="127.0.0.1", show_default=True, help="The address of this machine at which the server answers."
+)
 @scene_options
 def serve(db: str, port: int, host: str, scene: str | None, panel: str | None, across: str | None) -> None:
-    """Show a database as web pages, read-only and on this machine alone, until Ctrl-C.
+    """Show a database in a browser on this machine.
 
-    Lists of designs by query, with filters and orders, each design with its motions to play, exports, CSV and JSON.
+    The command prints an address to open in a browser; Ctrl-C ends it. The pages list the designs of a query, filtered
+    and sorted, and show each design with its motions to play. Exports, CSV and JSON have addresses of their own. The
+    database is only read.
     """
     from importlib.util import find_spec
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hcsearch.cli.options import database_option
+from hcsearch.cli.options import database_option, examples
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import HcsearchError, printable
 from hcsearch.scenes import DEFAULT
@@ -20,14 +20,15 @@ if TYPE_CHECKING:
 
 
 @click.command(
-    epilog="Example: hcsearch show 17:4, or without a database: hcsearch show hex:0234550132; as a page: "
-    "hcsearch show hex:0234550132 --html"
+    epilog=examples(
+        "hcsearch show 17:4", "hcsearch show hex:0234550132", "hcsearch show 17 --html --output design.html"
+    )
 )
 @click.argument("design", metavar="DESIGN[:CREASE]")
 @database_option
 @scene_options
-@click.option("--html", "as_html", is_flag=True, help="Write a page with everything known, motions to play, plots.")
-@click.option("--output", metavar="FILE", help="File of the page.  [default: reports/design-DESIGN.html]")
+@click.option("--html", "as_html", is_flag=True, help="Write a page with all results, plots, and motions to play.")
+@click.option("--output", metavar="FILE", help="The file of the page.  [default: reports/design-DESIGN.html]")
 def show(
     design: str,
     db: str,
@@ -37,17 +38,18 @@ def show(
     as_html: bool,
     output: str | None,
 ) -> None:
-    """Print a design, named by its id or its circuit notation, and its foldings (or only the one at CREASE).
+    """Print a design and its foldings, or write a page.
 
-    Untwisted ones with their degrees of freedom, whether an end of the motion is proved locked, and, of a design named
-    by its id, the deployments that are in the database.
+    A design is named by its id in the database or by the notation of its circuit, which may be in any position, order
+    or direction and needs no database. DESIGN:CREASE shows one folding. Creases have the numbers of the canonical
+    circuit, which the first line shows.
 
-    A circuit notation needs no database; it may be in any position, order or direction. Creases are numbered in the
-    canonical order that the first lines show. A page (--html) has verdicts in a scene, of a design named by its id;
-    of a circuit, motions are planned and let go anew.
+    For foldings without twist the command prints the degrees of freedom and whether the folded or the flat state is
+    proved to be locked, and for a design named by its id the deployments in the database. The page of a design named by
+    its id shows the results of a scene; for a circuit, motions are planned and simulated anew.
     """
     if not as_html and (output or scene or panel or across):
-        raise HcsearchError("--output, --scene, --panel and --across are of a page: add --html")
+        raise HcsearchError("--output, --scene, --panel and --across apply to a page: add --html")
     from hcsearch.folding import folding_of, foldings, split_crease
     from hcsearch.subjects.designs import design_named
 
@@ -59,6 +61,8 @@ def show(
         _write_page(design, circuit, row, chosen, output, db, asked)
         return
     _print_circuit(circuit, row)
+    if not chosen:
+        click.echo("\nno two-stack folding")
     for folding in chosen:
         _print_folding(folding)
         for tried in row.get("deployments", ()):
@@ -100,10 +104,18 @@ def _print_circuit(circuit: Circuit, row: dict[str, Any]) -> None:
     }
     shown: tuple[str, ...] = ("id", "status", "deployable", "flat_pairs", "needed_margin", "least_gap")
     shown += ("deploy_time", "min_clearance", "score")
-    facts |= {name.replace("_", " "): row[name] for name in shown if row.get(name) is not None}
+    facts |= {name.replace("_", " "): _with_unit(name, row[name]) for name in shown if row.get(name) is not None}
     for label, value in facts.items():
         click.echo(f"{label:16}{value}")
     click.echo("cells           " + "  ".join(",".join(map(str, cell)) for cell in circuit.cells))
+
+
+def _with_unit(name: str, value: object) -> str:
+    """A value of a column of `designs`, as the table of columns has its unit."""
+    from hcsearch.store.conditions import find_quantity
+
+    text = f"{value:.6g}" if isinstance(value, float) else str(value)
+    return f"{text} {find_quantity('designs', name).unit}".rstrip()
 
 
 def _print_folding(folding: Folding) -> None:
@@ -119,7 +131,7 @@ def _print_folding(folding: Folding) -> None:
         face = "top" if kind == "valley" else "bottom"
         click.echo(f"  {kind} creases, hinges on the {face} face: {' '.join(creases)}")
     flats = ", ".join(f"{k % n} ({folding.hinge_faces[k % n]})" for k in (folding.crease, folding.opposite))
-    click.echo(f"  flat creases (face for a hinge, where one is wanted): {flats}")
+    click.echo(f"  flat creases (the face of a hinge, if there is one): {flats}")
     if lk == 0:
         _print_mechanism(folding)
 

@@ -18,7 +18,10 @@ _VALUES = ("held", "seconds", "gravity", "spring", "springs", "damping", "start"
 """Values of a scene that one command or another has options for."""
 
 _SECONDS = click.option(
-    "--seconds", type=float, metavar="S", help="To simulate.  [default: 1, longer where the scene is slower]"
+    "--seconds",
+    type=float,
+    metavar="S",
+    help="How long the motion is simulated, s.  [default: 1; longer for large panels and soft springs]",
 )
 
 
@@ -41,17 +44,19 @@ def _options(command: Command, names: str, flat_pairs: str, *own: Command) -> Co
     """The options that all have, and a command's own; the last one comes first in its help."""
     options: tuple[Command, ...] = (
         database_option,
-        click.option("--merge", is_flag=True, help="Make the two panels of each mirror pair of a design one."),
+        click.option("--merge", is_flag=True, help="Join the two panels of each mirror pair of a design to one panel."),
         click.option(
             "--flat-pairs",
             type=click.Choice(("rigid", "hinged")),
-            help=f"How the flat pairs of a design are joined.  [default: {flat_pairs}]",
+            help=f"How the two panels at each flat crease are joined.  [default: {flat_pairs}]",
         ),
         *own,
         click.option(
-            "--held", metavar="PANEL|free", help="The panel that stands still.  [default: the bottom pair, or panel 0]"
+            "--held",
+            metavar="PANEL|free",
+            help="The panel that is held fixed.  [default: the lowest pair; of assemblies panel 0]",
         ),
-        click.option("--gravity", metavar="X,Y,Z", help="m/s^2, in axes of the flat state seen from +z."),
+        click.option("--gravity", metavar="X,Y,Z", help="Gravity in m/s^2; z points up from the flat sheet."),
         scene_options,
         click.argument("name", metavar=names),
     )

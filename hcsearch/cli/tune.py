@@ -1,4 +1,4 @@
-"""`hcsearch tune`: springs for a deployment that comes flat without a collision."""
+"""`hcsearch tune`: springs for a deployment that becomes flat without a collision."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hcsearch.cli.options import json_option, named_numbers
+from hcsearch.cli.options import examples, json_option, named_numbers
 from hcsearch.cli.progress import Meter
 from hcsearch.cli.subjects import request_of, subject_options
 from hcsearch.errors import HcsearchError
@@ -20,44 +20,64 @@ if TYPE_CHECKING:
 
 
 @click.command(
-    epilog="Example: hcsearch tune thesis-4x4 --scene thesis --output springs.toml, then hcsearch deploy springs.toml; "
-    "hcsearch tune square:012233230011:4 --catalogue 0.07,0.10"
+    epilog=examples(
+        "hcsearch tune thesis-4x4 --scene thesis --output springs.toml",
+        "hcsearch deploy springs.toml",
+        "hcsearch tune square:012233230011:4 --catalogue 0.07,0.10",
+    )
 )
 @subject_options
 @click.option(
     "--formulation",
     type=click.Choice(("constrained", "compliant")),
-    help="Equations of motion.  [default: constrained, unless nothing comes flat in it]",
+    help="The equations of motion.  [default: constrained, unless nothing becomes flat in it]",
 )
-@click.option("--catalogue", metavar="K,K", help="Springs to be bought (N m/rad): none, one or two at each hinge.")
+@click.option(
+    "--catalogue",
+    metavar="K,K",
+    help="Stiffnesses that can be bought, N m/rad; each hinge gets none, one or two of these springs.",
+)
 @click.option(
     "--evaluations",
     type=click.IntRange(min=1),
     default=500,
     show_default=True,
-    help="Spring sets to search; choosing the formulation takes 16 or 32 more.",
+    help="How many sets of springs are tried; the choice of the formulation takes 16 or 32 more.",
 )
-@click.option("--samples", type=click.IntRange(min=0), default=64, show_default=True, help="Of the tolerances.")
+@click.option(
+    "--samples",
+    type=click.IntRange(min=0),
+    default=64,
+    show_default=True,
+    help="How many simulations within the tolerances are run.",
+)
 @click.option(
     "--spread",
     "spreads",
     multiple=True,
     metavar="NAME=SHARE",
-    help="Tolerance of stiffness, damping, mass (default 0.05 each) or start (0.001); may be repeated.",
+    help="The tolerance of stiffness, damping, mass (default 0.05 each) or start (0.001); may be repeated.",
 )
-@click.option("--spring-range", metavar="SOFT,STIFF", help="Bounds of a spring, N m/rad.  [default: by the scene]")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of all that is random.")
+@click.option(
+    "--spring-range",
+    metavar="SOFT,STIFF",
+    help="The softest and the stiffest spring, N m/rad.  [default: those of the scene]",
+)
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the random numbers.")
 @json_option
-@click.option("--output", metavar="FILE.toml", help="Write the scene with its springs: hcsearch deploy replays it.")
+@click.option(
+    "--output", metavar="FILE.toml", help="Write the scene with its springs to a file that hcsearch deploy reads."
+)
 def tune(name: str, as_json: bool, **options: Any) -> None:
-    """Choose the stiffness of each hinge so that the array comes flat without a collision (thesis 4.4).
+    """Choose springs that open a folding without a collision.
 
-    Mirror hinges get equal springs, of 0.001 to 0.2 N m/rad in the scene default and in proportion elsewhere, with
-    dampers in proportion. Every evaluation is stored in the database: the same command again goes on where it stopped.
-    Of the sets that are certified clear the one is chosen that is least likely to fail within the tolerances, with its
-    catalogue springs where a catalogue is given.
+    The search varies the stiffness of each hinge, with equal springs at mirror hinges and dampers in proportion (thesis
+    4.4). In the scene default, stiffnesses are between 0.001 and 0.2 N m/rad. Of the sets with which the array becomes
+    flat, certified free of collisions, it chooses the one that is least likely to fail within the tolerances. Every
+    evaluation is stored in the database, so that the same command continues an interrupted search.
 
-    Exit code: 0 where the springs that are chosen come flat, certified clear; 1 where none do; 2 for wrong input.
+    Exit code: 0 if the array becomes flat with the chosen springs, certified free of collisions; 1 if there are no such
+    springs; 2 for wrong input.
     """
     from hcsearch.api.tuning import refuse_drives, tune_subject
     from hcsearch.store import open_database

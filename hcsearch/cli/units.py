@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcsearch.cli.options import Number
+from hcsearch.cli.options import Number, examples
 from hcsearch.cli.progress import Meter
 from hcsearch.errors import HcsearchError, printable
 from hcsearch.grid import GRIDS
@@ -23,17 +23,35 @@ _SHOWN = ("copies", "panels", "hinges", "directions", "kutzbach", "dof_folded", 
 
 
 @click.command(
-    epilog="Example: hcsearch units --grid triangle --n 10, or hcsearch units --grid triangle --n 10 --alpha 70"
+    epilog=examples("hcsearch units --grid triangle --n 10", "hcsearch units --grid triangle --n 10 --alpha 70")
 )
-@click.option("--grid", type=click.Choice(tuple(GRIDS)), required=True, help="Tiling that the panels are cut from.")
-@click.option("--n", type=int, required=True, metavar="N", help="Panels of the element's circuit.")
-@click.option("--alpha", type=Number(), metavar="DEGREES", help="Isosceles triangles with this base angle instead.")
-@click.option("--max-dof", type=click.IntRange(min=1), metavar="D", help="Leave out elements with more freedom.")
-@click.option("--copies", type=click.Choice(("2", "4", "both")), default="both", show_default=True, help="In a unit.")
-@click.option("--most", type=click.IntRange(min=1), default=20_000, show_default=True, help="Unions of one element.")
-@click.option("--seconds", type=Number(min=0), metavar="S", help="Time for one element.  [default: no limit]")
-@click.option("--db", metavar="PATH|URL", help="Database to store the units in.  [default: they are only printed]")
-@click.option("--json", "as_json", is_flag=True, help="Print the units as JSON, one a line.")
+@click.option("--grid", type=click.Choice(tuple(GRIDS)), required=True, help="The tiling whose cells are the panels.")
+@click.option("--n", type=int, required=True, metavar="N", help="The number of panels of an element.")
+@click.option("--alpha", type=Number(), metavar="DEGREES", help="Use isosceles triangles with this base angle.")
+@click.option(
+    "--max-dof", type=click.IntRange(min=1), metavar="D", help="Leave out elements with more degrees of freedom."
+)
+@click.option(
+    "--copies",
+    type=click.Choice(("2", "4", "both")),
+    default="both",
+    show_default=True,
+    help="How many copies of the element make a unit.",
+)
+@click.option(
+    "--most",
+    type=click.IntRange(min=1),
+    default=20_000,
+    show_default=True,
+    help="The greatest number of unions that are tried for one element.",
+)
+@click.option(
+    "--seconds", type=Number(min=0), metavar="S", help="The greatest time for one element, s.  [default: no limit]"
+)
+@click.option(
+    "--db", metavar="PATH|URL", help="The database in which units are stored.  [default: they are only printed]"
+)
+@click.option("--json", "as_json", is_flag=True, help="Print each unit as a line of JSON.")
 def units(
     grid: str,
     n: int,
@@ -45,11 +63,12 @@ def units(
     db: str | None,
     as_json: bool,
 ) -> None:
-    """Search for single-DoF units: copies of an element that overlap in panels and merge hinges.
+    """Search for units with one degree of freedom.
 
-    Elements are the untwisted foldings of all designs of N panels with their flat creases rigid. Pairs and rings of
-    four are laid in all ways; units move from folded to flat with one degree of freedom, by rank and path in floating
-    point.
+    A unit consists of two or four copies of an element that share panels, so that some of their hinges become one.
+    Elements are the foldings without twist of all designs of N panels, with rigid flat creases. All positions of two
+    copies and of rings of four are tried. A unit is reported if it moves from the folded to the flat state with one
+    degree of freedom, by rank and path in floating-point numbers.
     """
     from contextlib import ExitStack
 

@@ -59,9 +59,11 @@ def proximal_distances(
     """
     states = np.ascontiguousarray(states, float)
     if states.ndim != 2 or states.shape[1] != linkage.n_hinges:
-        raise HcsearchError(f"states of shape {states.shape} are none: give (number, {linkage.n_hinges}) fold angles")
+        raise HcsearchError(
+            f"states cannot have the shape {states.shape}: give (number, {linkage.n_hinges}) fold angles"
+        )
     if not reach > 0.0:
-        raise HcsearchError(f"a reach of {reach:g} m is none: give a positive length")
+        raise HcsearchError(f"a reach of {reach:g} m is out of range: give a positive length")
     allowed = TOUCH * linkage.pattern.size if allowed is None else allowed
     if not 0.0 <= allowed < math.inf:
         raise HcsearchError(f"a depth of {allowed:g} m cannot be allowed: give 0 or more")

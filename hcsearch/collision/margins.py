@@ -39,7 +39,7 @@ def check_margin(linkage: Linkage, margin: float) -> float:
     most = deepest_margin(linkage)
     if not 0.0 < margin < most:
         raise HcsearchError(
-            f"a margin of {1e3 * margin:g} mm is none or leaves nothing of a panel: "
+            f"a margin of {1e3 * margin:g} mm is not positive or leaves nothing of a panel: "
             f"give more than 0 and less than {1e3 * most:.4g} mm as margin_mm of a scene file, or thicker panels"
         )
     return most

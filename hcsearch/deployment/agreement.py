@@ -1,4 +1,4 @@
-"""What a deployment that comes flat and the same one at tighter tolerances agree on: the verdict, digits of its time.
+"""What a deployment that becomes flat and the same one at tighter tolerances agree on: the verdict, digits of its time.
 
 Where branches of motions cross, and where rounding decides which closure equations count, a simulation follows one
 continuation of several, and hardly shows how sure that one is.
@@ -61,7 +61,7 @@ def neighbours(tolerance: float, formulation: Formulation = "constrained") -> tu
 
 
 def agreed(seen: Sequence[Seen]) -> Agreement:
-    """What a simulation that comes flat, the first one, and others agree on."""
+    """What a simulation that becomes flat, the first one, and others agree on."""
     first, others = seen[0], tuple(seen[1:])
     verdict: Verdict = first.verdict if all(one.verdict == first.verdict for one in others) else "undecided"
     if any(one.outcome != "flat" for one in others):
@@ -82,7 +82,7 @@ def agreed(seen: Sequence[Seen]) -> Agreement:
 
 
 def confirmed(deployment: Deployment, *, method: str | None = None, tolerance: float = 1e-6) -> Agreement | None:
-    """What a deployment, simulated at a tolerance, and others agree on; None unless it comes flat."""
+    """What a deployment, simulated at a tolerance, and others agree on; None unless it becomes flat."""
     if deployment.outcome != "flat":
         return None
     compiled, certified = deployment.compiled, deployment.clearance is not None

@@ -120,7 +120,7 @@ def compile_scene(
     """Compile a scene. keep : names of `OMISSIONS` that are not to be left out."""
     unknown = keep - set(OMISSIONS)
     if unknown:
-        raise HcsearchError(f"nothing called {min(unknown)!r} is left out: choose from {', '.join(OMISSIONS)}")
+        raise HcsearchError(f"a simulation has no omission {min(unknown)!r}: choose from {', '.join(OMISSIONS)}")
     return _Compiler(linkage, settled(scene, linkage), formulation, keep).run()
 
 

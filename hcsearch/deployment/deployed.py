@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Deployed:
-    """What became of something that was deployed.
+    """The result of `deploy`: the verdict, the reason for it, and the simulated motion.
 
-    name : of what was deployed. deployment : with its states. agreement : None where it does not come flat, or is
-    driven: a flat time under position control is the drives' own.
+    name : the name of the folding or assembly. deployment : the simulation, with its states.
+    agreement : how simulations at tighter tolerances agree; None if the array does not become flat or is driven.
     """
 
     name: str
@@ -32,29 +32,29 @@ class Deployed:
 
     @property
     def verdict(self) -> Verdict:
-        """`deploys`, flat and certified clear at all tolerances; `collides`; or `undecided`."""
+        """`deploys` (flat and certified free of collisions at all tolerances), `collides` or `undecided`."""
         return self.deployment.verdict if self.agreement is None else self.agreement.verdict
 
     @property
     def flat_time(self) -> float | None:
-        """When it was flat, s, in the digits that tolerances agree on."""
+        """The time at which the array is flat, s, in the digits that all tolerances agree on; None if it never is."""
         return self.deployment.flat_time if self.agreement is None else self.agreement.flat_time
 
     @property
     def reason(self) -> str:
-        """What became of it, in a sentence that names panels and hinges."""
+        """The reason for the verdict, in words that name panels and hinges."""
         return str(self.facts()["reason"])
 
     def facts(self) -> dict[str, Any]:
-        """All of that as plain data, as `hcsearch deploy --json` prints it; keys name their units."""
+        """All results as plain data, as `hcsearch deploy --json` prints them; keys name their units."""
         return facts.facts(self.deployment, self.agreement)
 
     def table(self) -> pd.DataFrame:
-        """Time, energies, fold angles and rates of the states, as `hcsearch deploy --output` writes them."""
+        """A pandas table of times, energies, fold angles and rates, as `hcsearch deploy --output` writes it."""
         return facts.table(self.deployment)
 
     def picture(self, path: str) -> None:
-        """Draw fold angles and energies over time: .svg, .png or .pdf."""
+        """Draw fold angles and energies over time into a file .svg, .png or .pdf."""
         from hcsearch.deployment.pictures import picture  # noqa: PLC0415 - matplotlib, only where a picture is wanted
 
         picture(self.deployment, path, f"{self.name}: {self.verdict}, {self.reason}")
@@ -76,7 +76,7 @@ def deployed(
     tolerance: float = 1e-6,
     drives: Drives | None = None,
 ) -> Deployed:
-    """Deploy a linkage in a scene; what comes flat by springs is simulated at tighter tolerances, too."""
+    """Deploy a linkage in a scene; what becomes flat by springs is simulated at tighter tolerances, too."""
     deployment = deploy(linkage, scene, formulation, method=method, tolerance=tolerance, drives=drives)
     agreement = None if drives is not None else confirmed(deployment, method=method, tolerance=tolerance)
     return Deployed(name, deployment, agreement)

@@ -84,12 +84,12 @@ class Deployment:
 
     @property
     def verdict(self) -> Verdict:
-        """Whether it comes flat, certified clear; collides; or neither is certain."""
+        """Whether it becomes flat, certified clear; collides; or neither is certain."""
         return self.check.verdict
 
     @property
     def deploys(self) -> bool:
-        """Whether it comes flat, certified clear."""
+        """Whether it becomes flat, certified clear."""
         return self.check.deploys
 
     @property
@@ -131,7 +131,7 @@ def run(
 ) -> Deployment:
     """Simulate a compiled scene; as `deploy`."""
     if not 1e-13 <= tolerance <= 1e-1:
-        raise HcsearchError(f"a tolerance of {tolerance:g} is none: give one from 1e-13 to 0.1")
+        raise HcsearchError(f"a tolerance of {tolerance:g} is out of range: give one from 1e-13 to 0.1")
     scene = compiled.scene
     began = time.perf_counter()
     motion = simulate(

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def facts(deployment: Deployment, agreement: Agreement | None = None) -> dict[str, Any]:
     """What became of it; keys name their units, and what overflowed is None.
 
-    agreement : with the same deployment at tighter tolerances, where it comes flat: its verdict and time count.
+    agreement : with the same deployment at tighter tolerances, where it becomes flat: its verdict and time count.
     """
     return {name: finite(value) for name, value in _facts(deployment, agreement).items()}
 

@@ -53,7 +53,7 @@ class Check:
     outcome : `flat`; `moving` when the time was over; `at rest` elsewhere; `jammed`, stops and loops together let
         nothing move on; `diverged`; `out of steps`.
     clear : whether it is certified clear as long as it lasts; None where undecided, or nobody asked.
-    collision : when panels first collide (s) and which, or None. gap : smallest gap of one that comes flat and clear,
+    collision : when panels first collide (s) and which, or None. gap : smallest gap of one that becomes flat and clear,
         m (see `Clearance`). speed : at which panels come together where it is not clear, m/s, else 0. remaining : mean
         fold angle over pi then, or where it is clear at the end; end_remaining : at the end. widest : greatest fold
         angle at the end, rad. drift : greatest error of the energy balance, as a share of the largest energy.
@@ -80,12 +80,12 @@ class Check:
 
     @property
     def verdict(self) -> Verdict:
-        """Whether it comes flat, certified clear; collides; or neither is certain."""
+        """Whether it becomes flat, certified clear; collides; or neither is certain."""
         return verdict_of(self.outcome, self.clear)
 
     @property
     def deploys(self) -> bool:
-        """Whether it comes flat, certified clear."""
+        """Whether it becomes flat, certified clear."""
         return self.verdict == "deploys"
 
     @property

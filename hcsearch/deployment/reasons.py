@@ -16,7 +16,7 @@ def reason_of_motion(compiled: Compiled, motion: Motion, sooner: str = "give it 
     end = f"{motion.times[-1]:.4g} s"
     held = compiled.at_stops(motion.q[-1])
     shut, opened = (named_hinges(compiled.linkage, hinges) for hinges in (held.closed, held.open))
-    where = f"hinges {shut} closed, {opened} open"
+    where = f"closed hinges {shut}, open hinges {opened}"
     easier, tighter = "raise the tolerance, or take the implicit method", "lower the tolerance"
     closer = "take the compliant formulation, or start further from a singular state"
     if compiled.formulation == "penalty":
@@ -27,8 +27,8 @@ def reason_of_motion(compiled: Compiled, motion: Motion, sooner: str = "give it 
         "flat": f"flat after {end}",
         "time": f"after {end} the widest fold angle is {widest:.3g} rad: {sooner}",
         "rest": f"at rest from {end} on: {where}",
-        "jammed": f"at {end} stops and loops let nothing move on: {where}",
-        "steps": f"{motion.steps} steps reach to {end}: {easier}",
+        "jammed": f"at {end} stops and loops prevent any motion: {where}",
+        "steps": f"stopped at {end} after {motion.steps} steps: {easier}",
         "stuck": f"no step is short enough at {end}: {easier}",
         "open": f"the loops open at {end}: {closer}",
         "diverged": f"numbers overflow at {end}: {tighter}, or take the implicit method",
@@ -43,18 +43,20 @@ def reason_with_clearance(reason: str, outcome: Outcome, clearance: Clearance | 
     if clearance.kind == "collides":
         return f"{collision_sentence(clearance.panels, clearance.time, labels)}; {reason}"
     one, two = (labels.panels[panel] for panel in clearance.panels)
-    return f"panels {one} and {two} come too near to be told from a collision at {clearance.time:.4g} s; {reason}"
+    return (
+        f"panels {one} and {two} come so near at {clearance.time:.4g} s that a collision cannot be excluded; {reason}"
+    )
 
 
 def reason_of_check(
     outcome: Outcome, end: float, clear: bool | None, collision: tuple[float, tuple[int, int]] | None, labels: Labels
 ) -> str:
-    """What became of a deployment whose motion was not kept; end : s. clear : None where it is undecided."""
+    """The reason for the verdict on a deployment whose motion was not kept; end : s. clear : None if undecided."""
     if outcome == "diverged":
-        return f"diverged at {end:.4g} s, so nothing that it shows is certain"
+        return f"diverged at {end:.4g} s: the results are not valid"
     if collision is not None:
         return collision_sentence(collision[1], collision[0], labels)
-    apart = "clear until then" if clear else "whether panels collide is too close to tell"
+    apart = "clear until then" if clear else "a collision is neither certain nor excluded"
     if outcome == "flat":
         return f"flat after about {end:.1g} s, {apart}"  # more digits may hang on the tolerance
     return f"{outcome} at {end:.4g} s, {apart}"

@@ -7,12 +7,13 @@ import math
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
+from numbers import Real
 from typing import Any
 
 from hcsearch.deployment.naming import named
-from hcsearch.errors import SceneError
+from hcsearch.errors import SceneError, refusal
 from hcsearch.labels import Labels, is_name
-from hcsearch.scenes import SCENES, Scene, panel_text, read_panel
+from hcsearch.scenes import LARGEST, SCENES, SMALLEST, Scene, panel_text, read_panel
 from hcsearch.system.reading import read_toml
 from hcsearch.vocabulary import FORMULATIONS
 
@@ -43,6 +44,46 @@ def scene_with(scene: Scene, values: Mapping[str, Any], *, names: bool = True) -
             raise SceneError(f"a scene has no {key!r}: it has {', '.join(sorted(known))}")
         changes[key] = _read(key, value, names)
     return replace(scene, **changes)
+
+
+def checked_scene(scene: Scene) -> Scene:
+    """A scene made in Python, in which no value has been read yet; SceneError for values that a scene cannot have."""
+    read: dict[str, Any] = {}
+    for own in fields(Scene):
+        value = getattr(scene, own.name)
+        if value == own.default:
+            continue
+        if own.name in _AS_MADE:
+            accepted, wanted = _AS_MADE[own.name]
+            if not accepted(value):
+                raise SceneError(refusal(own.name, value, wanted))
+        elif own.name not in _READERS and not isinstance(value, Real):
+            raise SceneError(refusal(own.name, value, "a number"))
+        else:
+            read[own.name] = _read(own.name, value, names=False)
+    return replace(scene, **read)
+
+
+def _is_size(value: Any) -> bool:
+    return isinstance(value, tuple) and len(value) == 3 and all(
+        isinstance(length, (int, float)) and SMALLEST <= length <= LARGEST for length in value
+    )  # fmt: skip
+
+
+def _is_laws(value: Any) -> bool:
+    return isinstance(value, tuple) and all(
+        isinstance(pair, tuple) and len(pair) == 2 and isinstance(pair[0], (int, str)) and isinstance(pair[1], str)
+        for pair in value
+    )
+
+
+_AS_MADE: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "name": (lambda value: isinstance(value, str), "a text, such as 'solar'"),
+    "panel": (_is_size, "length, width and thickness in m, such as (0.05, 0.05, 0.006)"),
+    "springs": (_is_laws, "pairs of a hinge and its law, such as (('7', 'linear:0.2'),)"),
+    "held": (lambda value: isinstance(value, (int, str)), "'bottom', 'free', or the name of a panel, such as '3'"),
+}
+"""Values of a scene in Python that differ from those of files: whether one is right, and what to give."""
 
 
 def _read(key: str, value: Any, names: bool) -> Any:
@@ -222,7 +263,7 @@ def read_text(text: str, origin: str) -> dict[str, Any]:
 def _checked(path: str, table: dict[str, Any]) -> dict[str, Any]:
     unknown = set(table) - {*_KINDS, *_ON_TOP, *_IN_MILLIMETRES}
     if unknown:
-        raise SceneError(f"{path} has {_shown(min(unknown))}, which nothing reads: see docs/reference/scenes.md")
+        raise SceneError(f"{path} has the unknown key {_shown(min(unknown))}: see docs/reference/scenes.md")
     if "design" in table and "assembly" in table:
         raise SceneError(f"{path} must name a design or an assembly, not both: leave one out")
     for key, (kind, example) in _KINDS.items():

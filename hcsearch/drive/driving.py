@@ -113,7 +113,7 @@ def drive(folding: Folding, scene: Scene, motion: PlannedMotion, wishes: Wishes 
     if motion.way is None or motion.proof is None or motion.proof.motion is None or motion.margin is None:
         raise HcsearchError(why_not(folding, scene, motion))
     if not SHORTEST <= wishes.period <= LONGEST:
-        raise HcsearchError(f"a controller's period of {wishes.period:g} s is none: give one from 1e-5 to 0.1")
+        raise HcsearchError(f"a controller's period of {wishes.period:g} s is out of range: give one from 1e-5 to 0.1")
     panel = panel_of(scene, folding.circuit.grid.name)
     linkage = linkage_joined(folding, panel, motion.way)
     pairs: FlatPairs = "hinged" if motion.way == "hinged" else "rigid"

@@ -11,8 +11,8 @@ from hcsearch.enumeration.arrays import ArraySearch
 from hcsearch.enumeration.counting import ArrayCount, count_array
 from hcsearch.enumeration.folded import FoldedSearch
 from hcsearch.enumeration.polygons import PolygonSearch
-from hcsearch.errors import SizeError
-from hcsearch.grid import Array, Grid, grid_named
+from hcsearch.errors import HcsearchError, SizeError, expect
+from hcsearch.grid import Array, Grid, grid_of
 from hcsearch.records import CircuitBatch
 
 __all__ = [
@@ -94,26 +94,30 @@ def enumerate_circuits(
 ) -> Iterator[Circuit]:
     """Yield one circuit of every congruence class: on all arrays of n cells of a grid, or on one array.
 
-    Those of an array run through its own cells; others are canonical, near the origin.
+    Circuits of an array run through its own cells; those of all arrays are canonical and lie near the origin.
 
-    >>> from hcsearch import GRIDS, enumerate_circuits, parse_array
-    >>> wall = parse_array(GRIDS["hex"], "3-4-3")
+    >>> from hcsearch import enumerate_circuits, parse_array
+    >>> wall = parse_array("hex", "3-4-3")
     >>> [circuit.array == wall for circuit in enumerate_circuits(array=wall, limit=2)]
     [True, True]
 
-    Lazy: only `batch_size` circuits are held at a time, at any n. Take some with `limit`, hand them on in a loop;
-    whole batches as arrays come from `PolygonSearch(grid, n).batches()` and `ArraySearch(array).batches()`.
-    Raises SizeError for n below 3 or too large, or an array too wide.
+    The iterator is lazy and holds `batch_size` circuits at a time, whatever n is; `limit` ends it after so many.
+    `PolygonSearch(grid, n).batches()` and `ArraySearch(array).batches()` give whole batches as NumPy arrays.
+
+    Errors: SizeError for n below 3 or too large, and for an array that is too wide.
     """
+    for name, number in (("limit", limit), ("batch_size", batch_size)):
+        if number is not None:
+            expect(name, number, int, "a whole number")
     if batch_size < 1 or (limit is not None and limit < 0):
         raise SizeError(f"batch_size {batch_size} and limit {limit}: use at least 1 and 0")
     search: Search
     if array is not None and grid is None and n is None:
         search = ArraySearch(array)
     elif array is None and grid is not None and n is not None:
-        search = PolygonSearch(grid_named(grid) if isinstance(grid, str) else grid, n)
+        search = PolygonSearch(grid_of(grid), n)
     else:
-        raise TypeError("enumerate_circuits needs a grid and n, or an array")
+        raise HcsearchError("give a grid and n, as enumerate_circuits('hex', n=6), or one array, as array=...")
     circuits = (
         Circuit(search.grid, tuple(word)) for batch in search.batches(batch_size) for word in batch.words.tolist()
     )

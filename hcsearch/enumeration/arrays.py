@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.enumeration.sweep import Sweep, plan_sweep
-from hcsearch.errors import SizeError
+from hcsearch.errors import SizeError, expect
 from hcsearch.grid import Array, Grid, Point
 from hcsearch.kernels.circuits import frontier
 from hcsearch.kernels.circuits.words import canonicalise
@@ -29,12 +29,15 @@ _SHARD_SIZE = 1 << 15
 
 @dataclass(frozen=True)
 class ArraySearch:
-    """All circuits of one array, split into search prefixes: ranges of circuit numbers.
+    """All circuits of one array, in shards named by prefixes: the number of each shard's first circuit.
 
-    An array without circuits is fine: the search is empty. Raises SizeError when the array is too wide to list.
+    For an array without circuits the search is empty. Errors: SizeError for an array that is too wide to list.
     """
 
     array: Array
+
+    def __post_init__(self) -> None:
+        expect("the array of a search", self.array, Array, "an Array, such as parse_array('hex', '3-4-3')")
 
     @property
     def grid(self) -> Grid:
@@ -48,12 +51,12 @@ class ArraySearch:
 
     @property
     def lists(self) -> str:
-        """What is listed, in the words of `--keep`: everything."""
+        """Which circuits are listed, as `--keep` names them: `all`."""
         return "all"
 
     @cached_property
     def target(self) -> str:
-        """Name of the array that the search is bound to."""
+        """The notation of the array that is searched, in its canonical position."""
         return self.array.canonical().notation
 
     @cached_property
@@ -63,17 +66,17 @@ class ArraySearch:
 
     @cached_property
     def n_circuits(self) -> int:
-        """Number of circuits, congruent ones counted each; saturates at 2^61."""
+        """The number of circuits, in which congruent ones count separately, up to 2^61."""
         return 0 if self._dag is None else self._dag.total
 
     @property
     def expected(self) -> float:
-        """About how many circuits it lists: most have no symmetry."""
+        """An estimate of the number of circuits that are listed, since most have no symmetry."""
         return self.n_circuits / self.group_order
 
     @cached_property
     def prefixes(self) -> list[str]:
-        """Keys of the search's shards: the number of each shard's first circuit, as text."""
+        """The keys of the shards: the number of each shard's first circuit, as a text."""
         if self.n_circuits >= 10**12:
             raise SizeError(
                 f"the array has {'over ' if self.n_circuits >= frontier.SATURATED else ''}{self.n_circuits} circuits, "
@@ -101,7 +104,7 @@ class ArraySearch:
             yield CircuitBatch(self.grid.name, canonical, symmetry)
 
     def masks(self, batch_size: int = 1 << 16) -> Iterator[tuple[NDArray[np.uint64], NDArray[np.int16]]]:
-        """One circuit a class as an edge set, bit 63 of the first word the first edge, with its symmetry order."""
+        """One circuit of each class as bits of edges, from bit 63 of the first word, and its symmetry order."""
         if self._dag is not None:
             yield from self._dag.masks(0, self._dag.total, batch_size)
 

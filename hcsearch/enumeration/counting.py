@@ -17,6 +17,7 @@ import numpy as np
 
 from hcsearch.enumeration.arrays import array_sweep, frontier_layers, sweep_ranks
 from hcsearch.enumeration.sweep import Sweep, plan_sweep
+from hcsearch.errors import expect
 from hcsearch.grid import Array, LatticeIsometry, Point
 from hcsearch.kernels.circuits import frontier
 
@@ -25,7 +26,11 @@ Progress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True)
 class ArrayCount:
-    """Numbers of Hamiltonian circuits of an array: all of them, and classes under its symmetries (a group's order)."""
+    """The result of `count_array`.
+
+    circuits : the number of Hamiltonian circuits. classes : their number up to the symmetries of the array.
+    symmetry : the order of the symmetry group of the array.
+    """
 
     circuits: int
     classes: int
@@ -33,11 +38,17 @@ class ArrayCount:
 
 
 def count_array(array: Array, progress: Progress | None = None) -> ArrayCount:
-    """Count an array's circuits with exact integers of any size.
+    """Count the circuits of an array without listing them, in exact integers of any size.
 
-    progress : called after each edge decided with its number, that of all edges, and the number of states.
-    Raises SizeError when the array's frontier is wider than 24 cells.
+    progress : called after each edge with the number of edges that are done, of all edges, and of states.
+
+    Errors: SizeError when the frontier that sweeps over the array is wider than 24 cells.
+
+    >>> from hcsearch import count_array, parse_array
+    >>> count_array(parse_array("square", "6x5"))
+    ArrayCount(circuits=154, classes=44, symmetry=4)
     """
+    expect("the array to count on", array, Array, "an Array, such as parse_array('hex', '3-4-3')")
     circuits = count_cycles(array_sweep(array), progress=progress)
     symmetries = array.symmetries()
     if not circuits:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Integral
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from hcsearch.enumeration.classes import split_by_axis
 from hcsearch.enumeration.growth import connective_constant, expected_circuits
 from hcsearch.enumeration.plane import LatticePlane
-from hcsearch.errors import SizeError
+from hcsearch.errors import SizeError, expect
 from hcsearch.grid import Grid
 from hcsearch.kernels.circuits.polygons import walk_polygons
 from hcsearch.records import CircuitBatch
@@ -27,40 +28,41 @@ _MAX_LISTED = 1e11
 
 @dataclass(frozen=True)
 class PolygonSearch:
-    """All circuits of n panels on a grid, split into search prefixes: the first letters of the canonical turn word.
+    """All circuits of n panels on a grid, in shards named by prefixes: the first letters of the canonical turn word.
 
-    Odd n and n without circuits are fine: the search is empty. Raises SizeError below 3 and above 120 panels.
+    For odd n, or where there is no circuit, the search is empty. Errors: SizeError below 3 and above 120 panels.
     """
 
     grid: Grid
     n: int
 
     def __post_init__(self) -> None:
+        expect("the grid of a search", self.grid, Grid, "a Grid, such as GRIDS['hex']")
         check_length(self.n)
 
     @property
     def lists(self) -> str:
-        """What is listed, in the words of `--keep`: everything."""
+        """Which circuits are listed, as `--keep` names them: `all`."""
         return "all"
 
     @property
     def target(self) -> str:
-        """Name of the array that the search is bound to: none."""
+        """The notation of the array that is searched; empty, as this search is not limited to one."""
         return ""
 
     @property
     def group_order(self) -> int:
-        """Order of the grid's point group: circuits that differ by more than a translation are different."""
+        """Order of the point group of the grid."""
         return len(self.grid.point_group)
 
     @property
     def expected(self) -> float:
-        """About how many circuits it lists, by the published growth of their number."""
+        """An estimate of the number of circuits, from the published growth of this number."""
         return 0.0 if self._empty else expected_circuits(self.grid, self.n)
 
     @cached_property
     def prefixes(self) -> list[str]:
-        """Keys of the search's shards, in order; together they hold every circuit once.
+        """The keys of the shards, in order; together the shards hold every circuit once.
 
         Raises SizeError when there are more than about 1e11 circuits, too many to list them all.
         """
@@ -177,6 +179,7 @@ class _Walk:
 
 def check_length(n: int) -> None:
     """Refuse circuits of n panels, on any array, that are none or too many to list; SizeError names the remedy."""
+    expect("n", n, Integral, "a whole number of panels")
     if n < 3:
         raise SizeError(f"a circuit has at least 3 panels: --n {n} is too small, use --n 3 or more")
     if n > MAX_PANELS:

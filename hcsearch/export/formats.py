@@ -87,25 +87,31 @@ FORMATS: dict[str, Format] = {
             "FOLD 1.2: crease pattern and folded states, for origami software",
             frames=True,
         ),
-        Format("svg", "sheets", (".svg",), "sheets to cut and crease, as drawings in millimetres", takes=_SHEET),
-        Format("animation", "pictures", (".svg",), "a moving picture (--format animation)", of="motion", by_name=True),
-        Format("dxf", "sheets", (".dxf",), "the same sheets for CAD and cutters", takes=_SHEET, needs=("ezdxf",)),
-        Format("csv", "tables", (".csv",), "fold angles and gaps along the motion, as a table", of="motion"),
+        Format("svg", "sheets", (".svg",), "a sheet to cut and crease, as a drawing in millimetres", takes=_SHEET),
+        Format(
+            "animation", "pictures", (".svg",), "with --format animation: a moving picture", of="motion", by_name=True
+        ),
+        Format(
+            "dxf", "sheets", (".dxf",), "the same sheet for CAD systems and cutters", takes=_SHEET, needs=("ezdxf",)
+        ),
+        Format("csv", "tables", (".csv",), "a table of fold angles and gaps along the motion", of="motion"),
         Format("parquet", "tables", (".parquet",), "the same table", of="motion", extra="parquet", needs=("pyarrow",)),
-        Format("networkx", "tables", (".json",), "panels, creases and slits as a graph: node-link JSON", of="array"),
-        Format("graph6", "tables", (".g6",), "which panels are neighbours, as graph6", of="array"),
-        Format("glb", "solids", (".glb",), "the motion as an animated scene: binary glTF 2.0", of="motion"),
-        Format("stl", "solids", (".stl",), "triangles of all panels, or of one, in millimetres", takes=_SOLID),
-        Format("3mf", "solids", (".3mf",), "an object for each panel, to be printed", takes=_SOLID, module="threemf"),
+        Format(
+            "networkx", "tables", (".json",), "the graph of panels, creases and slits, as node-link JSON", of="array"
+        ),
+        Format("graph6", "tables", (".g6",), "the graph of neighbouring panels, as graph6", of="array"),
+        Format("glb", "solids", (".glb",), "the motion as an animation, in binary glTF 2.0", of="motion"),
+        Format("stl", "solids", (".stl",), "triangles of all panels or of one, in millimetres", takes=_SOLID),
+        Format("3mf", "solids", (".3mf",), "an object for each panel, for printers", takes=_SOLID, module="threemf"),
         Format("step", "solids", (".step", ".stp"), "an exact solid for each panel, for CAD systems", takes=_SOLID),
         Format(
             "mjcf",
             "simulators",
             (".xml",),
-            "the scene as a model of MuJoCo",
+            "a model of the scene for MuJoCo",
             takes=_SCENE,
         ),
-        Format("urdf", "simulators", (".urdf",), "the scene as a tree of links, with what closes its loops beside"),
+        Format("urdf", "simulators", (".urdf",), "a tree of links, with a second file of the loops"),
     )
 }
 

@@ -2,6 +2,17 @@
 
 from hcsearch.grid.arrays import Array, check_size
 from hcsearch.grid.specs import parse_array
-from hcsearch.grid.tilings import GRIDS, Cell, Grid, LatticeIsometry, Point, grid_named
+from hcsearch.grid.tilings import GRIDS, Cell, Grid, LatticeIsometry, Point, grid_named, grid_of
 
-__all__ = ["GRIDS", "Array", "Cell", "Grid", "LatticeIsometry", "Point", "check_size", "grid_named", "parse_array"]
+__all__ = [
+    "GRIDS",
+    "Array",
+    "Cell",
+    "Grid",
+    "LatticeIsometry",
+    "Point",
+    "check_size",
+    "grid_named",
+    "grid_of",
+    "parse_array",
+]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import re
 from collections import Counter
 from collections.abc import Iterable
@@ -11,8 +12,8 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from hcsearch.drawing import draw_array
-from hcsearch.errors import ArrayError, NotationError, SizeError
-from hcsearch.grid.tilings import Cell, Grid, LatticeIsometry, Point, grid_named
+from hcsearch.errors import ArrayError, NotationError, SizeError, expect
+from hcsearch.grid.tilings import Cell, Grid, LatticeIsometry, Point, grid_named, grid_of
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -24,17 +25,21 @@ MAX_CELLS = 20_000
 class Array:
     """A connected set of cells, up to translation; make one with `from_cells`, `from_notation` or `parse_array`.
 
-    rows : row y of the array as an integer, bottom row first; bit x (triangles: bit 2x + u) is cell x of that row.
-           The array touches x = 0 and y = 0.
+    rows : each row as an integer, the bottom row first; bit x (triangles: bit 2x + u) is cell x of the row. The least
+    x and the least y are 0.
     """
 
     grid: Grid
     rows: tuple[int, ...]
 
     @staticmethod
-    def from_cells(grid: Grid, cells: Iterable[Cell]) -> Array:
-        """The array of some cells; ArrayError when they are empty, repeated or not connected, SizeError too many."""
-        listed = list(islice(cells, MAX_CELLS + 1))
+    def from_cells(grid: Grid | str, cells: Iterable[Cell]) -> Array:
+        """The array of some cells of a grid, given by itself or its name.
+
+        Errors: ArrayError for cells of another form, repeated or not connected, or none; SizeError for too many.
+        """
+        grid = grid_of(grid)
+        listed = [_cell(grid, cell) for cell in islice(cells, MAX_CELLS + 1)]
         if not listed:
             raise ArrayError("an array needs at least one cell")
         check_size(len(listed), "the array")
@@ -49,6 +54,7 @@ class Array:
     @staticmethod
     def from_notation(text: str) -> Array:
         """Read the notation that `notation` writes, such as `square:f.f.f.f`."""
+        expect("the notation of an array", text, str, "a text, such as 'hex:e.f.7'")
         name, colon, body = text.partition(":")
         grid = grid_named(name)
         if not colon or not re.fullmatch(r"[0-9a-f]+(\.[0-9a-f]+)*", body):
@@ -76,7 +82,7 @@ class Array:
 
     @property
     def notation(self) -> str:
-        """Grid and rows in hexadecimal, bottom row first: `from_notation` gives the same array back."""
+        """The grid and the rows in hexadecimal, the bottom row first; `from_notation` reads it."""
         return f"{self.grid.name}:" + ".".join(f"{row:x}" for row in self.rows)
 
     def __str__(self) -> str:
@@ -98,7 +104,7 @@ class Array:
         )
 
     def canonical(self) -> Array:
-        """The image with the fewest rows and then the least rows: equal for congruent arrays."""
+        """One array for all congruent ones: the image with the fewest rows, and of those the least in order."""
         return min(self._images, key=lambda image: (len(image.rows), image.rows))
 
     @property
@@ -107,7 +113,7 @@ class Array:
         return sum(image.rows == self.rows for image in self._images)
 
     def symmetries(self) -> list[tuple[LatticeIsometry, Point]]:
-        """The isometries that map the array onto itself, each with the translation that goes after it."""
+        """The isometries that map the array onto itself, each with the translation that follows it."""
         least = min(self.points)
         pairs = []
         for isometry, image in zip(self.grid.point_group, self._images, strict=True):
@@ -117,7 +123,7 @@ class Array:
         return pairs
 
     def edges(self) -> list[tuple[int, int, int]]:
-        """Pairs of neighbouring cells as (i, j, direction from i to j), i < j, indices into `cells`."""
+        """Pairs of neighbouring cells as (i, j, direction from i to j) with i < j, by their places in `cells`."""
         index = {point: i for i, point in enumerate(self.points)}
         edges = []
         for i, point in enumerate(self.points):
@@ -128,7 +134,7 @@ class Array:
         return edges
 
     def graph(self) -> nx.Graph:
-        """The array's grid graph: cells as nodes, shared edges as edges."""
+        """The networkx graph of the array: its nodes are the cells, its edges the shared edges."""
         import networkx as nx  # noqa: PLC0415 - only who asks for the graph pays for the import
 
         graph = nx.Graph()
@@ -141,6 +147,18 @@ def check_size(n: int, what: str) -> None:
     """SizeError when there are more cells than arrays may have."""
     if n > MAX_CELLS:
         raise SizeError(f"{what} is larger than {MAX_CELLS} cells: take a smaller one")
+
+
+def _cell(grid: Grid, cell: Iterable[int]) -> Cell:
+    """A cell in whole numbers; ArrayError for what is none."""
+    try:
+        numbers = tuple(map(operator.index, cell))
+    except TypeError:
+        numbers = ()
+    if len(numbers) != 2 + grid.is_triangle or (grid.is_triangle and numbers[2] not in (0, 1)):
+        form = "(x, y, u), u 0 (up) or 1 (down)" if grid.is_triangle else "(q, r)" if grid.name == "hex" else "(x, y)"
+        raise ArrayError(f"{cell!r} is no cell of the {grid.name} grid: give {form} in whole numbers")
+    return numbers
 
 
 def _parts(grid: Grid, cells: Iterable[Cell]) -> int:

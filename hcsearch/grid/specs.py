@@ -4,21 +4,28 @@ from __future__ import annotations
 
 import re
 
-from hcsearch.errors import ArrayError, NotationError
+from hcsearch.errors import ArrayError, NotationError, expect
 from hcsearch.grid.arrays import Array, check_size
-from hcsearch.grid.tilings import Cell, Grid
+from hcsearch.grid.tilings import Cell, Grid, grid_of
 from hcsearch.system.reading import read_text
 
 
-def parse_array(grid: Grid, spec: str) -> Array:
-    """Read an array specification on a grid.
+def parse_array(grid: Grid | str, spec: str) -> Array:
+    """Read an array specification on a grid, which is given by itself or by its name.
 
-    `6x5` columns x rows (squares, rectangles); `3-4-3` rows of hexagons from the top; `p5x4` parallelogram;
-    `t5` triangle of side 5 (triangles, hexagons); `h3` hexagon of side 3 (triangles, hexagons); `@file` with one cell
-    a line; or an array's own notation.
-    Raises NotationError for a text that is none of these, SizeError for arrays that are too large, ArrayError for
+    `6x5` has 6 columns and 5 rows (squares, rectangles); `3-4-3` lists rows of hexagons from the top; `p5x4` is a
+    parallelogram; `t5` a triangle of side 5 and `h3` a hexagon of side 3 (triangles, hexagons); `@file` names a file
+    with one cell a line. An array's own notation is read, too.
+
+    Errors: NotationError for a text that is none of these, SizeError for an array that is too large, ArrayError for
     cells that are no array, InputFileError for a file that cannot be read.
+
+    >>> from hcsearch import parse_array
+    >>> parse_array("hex", "3-4-3").n
+    10
     """
+    grid = grid_of(grid)
+    expect("the specification of an array", spec, str, "a text, such as '3-4-3' or '6x5'")
     if spec.startswith("@"):
         return Array.from_cells(grid, _read_cells(grid, spec[1:]))
     if ":" in spec:
@@ -32,7 +39,7 @@ def parse_array(grid: Grid, spec: str) -> Array:
             # more digits than these are too large whatever they are
             sizes = [int(group[:9]) for group in re.findall("[0-9]+", spec)]
             if min(sizes) < 1:
-                raise NotationError(f"array {spec!r} has a size below 1")
+                raise NotationError(f"array {spec!r} has a size below 1: give sizes of 1 or more")
             least = sum(sizes) if "-" in spec else sizes[0] * sizes[-1] * (3 if spec[0] == "h" else 1) // 2
             check_size(least, f"array {spec!r}")
             cells = make(grid, sizes)

@@ -41,10 +41,9 @@ class LatticeIsometry:
 class Grid:
     """One of the four grids: `triangle`, `square`, `rectangle`, `hex`.
 
-    directions : number of directions that a full turn is divided into (6 or 4).
-    steps : shape (directions, 2), lattice move of a step in each direction.
-    turns : turns a circuit can make at a panel, sharpest left first, in units of 2 pi / directions.
-    first_directions : representatives of the directions under the grid's rotations; a canonical word begins with one.
+    directions : the number of directions in a full turn, 6 or 4. steps : the lattice vector of a step in each of them.
+    turns : the turns that a circuit can make at a panel, in units of 2 pi / directions, the sharpest left turn first.
+    first_directions : one direction of each class under the grid's rotations; a canonical circuit begins with one.
     """
 
     name: str
@@ -80,7 +79,7 @@ class Grid:
         return LatticeIsometry(sign, offset, tuple(v // det for v in matrix))  # type: ignore[arg-type]
 
     def point(self, cell: Cell) -> Point:
-        """Lattice point of a cell."""
+        """The lattice point of a cell, in exact integers."""
         if self.is_triangle:
             x, y, u = cell
             return (3 * x + 1 + u, 3 * y + 1 + u)
@@ -97,7 +96,7 @@ class Grid:
 
     @property
     def row_moves(self) -> list[list[tuple[int, int, int]]]:
-        """For each element of the point group and each direction: what a step adds to the column of bits and the row.
+        """What a step adds to the column of bits and to the row, for each element of the point group and direction.
 
         Columns are those of `Array.rows`; the third number is the column, modulo the columns of a cell, that a step in
         the direction leaves from.
@@ -112,7 +111,7 @@ class Grid:
         ]
 
     def neighbours(self, point: Point) -> Iterator[tuple[int, Point]]:
-        """Directions and lattice points of the cells that share an edge with the cell at `point`."""
+        """The cells that share an edge with the cell at a lattice point, as directions and lattice points."""
         parity = (point[0] % 3 - 1, 2) if self.is_triangle else (0, 1)
         for d in range(parity[0], self.directions, parity[1]):
             yield d, (point[0] + self.steps[d][0], point[1] + self.steps[d][1])
@@ -123,7 +122,7 @@ class Grid:
         return (a[0] + b[0], a[1] + b[1])
 
     def position(self, point: tuple[float, float]) -> tuple[float, float]:
-        """Cartesian coordinates of a lattice point where panels have side 1 (squares, triangles, hexagons alike)."""
+        """Cartesian coordinates of a lattice point, for panels of side 1."""
         x, y = point
         if self.directions == 4:
             return (x, y)
@@ -131,13 +130,13 @@ class Grid:
         return (scale * (x + y / 2), scale * y * math.sqrt(3) / 2)
 
     def corners(self, cell: Cell) -> list[tuple[float, float]]:
-        """Cartesian corners of a panel of side 1, counterclockwise; corner i begins the edge to the ith neighbour."""
+        """The corners of a panel of side 1, counterclockwise; the edge to neighbour i begins at corner i."""
         point = self.point(cell)
         cx, cy = self.position(point)
         return [(cx + x, cy + y) for x, y in self.corners_from_centre([d for d, _ in self.neighbours(point)])]
 
     def corners_from_centre(self, faces: Sequence[int]) -> list[tuple[float, float]]:
-        """The corners of a panel of side 1 about its centre, where it has neighbours in these directions."""
+        """The corners of a panel of side 1 about its centre, for a panel with neighbours in these directions."""
         radius = {3: 1 / math.sqrt(3), 4: math.sqrt(0.5), 6: 1.0}[len(faces)]
         turn = 2 * math.pi / self.directions
         first = math.pi / 6 if self.is_triangle else 0.0
@@ -166,3 +165,8 @@ def grid_named(name: str) -> Grid:
         return GRIDS[name]
     except KeyError:
         raise NotationError(f"unknown grid {name!r}: use one of {', '.join(GRIDS)}") from None
+
+
+def grid_of(grid: Grid | str) -> Grid:
+    """A grid that is given by itself or by its name."""
+    return grid if isinstance(grid, Grid) else grid_named(str(grid))

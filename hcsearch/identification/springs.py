@@ -124,10 +124,10 @@ def identify_spring(angles: Reals, moments: Reals) -> Spring:
 def _checked(angles: Reals, moments: Reals) -> tuple[Reals, Reals]:
     angles, moments = np.asarray(angles, float), np.asarray(moments, float)
     if not (np.isfinite(angles).all() and np.isfinite(moments).all()):
-        raise HcsearchError("angles or moments hold values that are no numbers: leave those rows out")
+        raise HcsearchError("angles or moments hold values that are not numbers: leave those rows out")
     distinct = len(np.unique(angles))
     if distinct < LEAST_ANGLES:
-        raise HcsearchError(f"{distinct} different angles tell no law: measure at {LEAST_ANGLES} or more")
+        raise HcsearchError(f"{distinct} different angles do not determine a law: measure at {LEAST_ANGLES} or more")
     if np.ptp(moments) == 0.0:
         raise HcsearchError(f"the moment is {moments[0]:g} N m at every angle: is the gauge connected?")
     return angles, moments

@@ -41,7 +41,7 @@ def read_accelerations(path: str, rate: float | None = None, start: float | None
     if not table:
         raise HcsearchError(f"{path} has no accelerations: give a column for each channel beside {TIME}")
     if times is None and rate is None:
-        raise HcsearchError(f"{path} has no column {TIME}: add one, or tell the sampling rate by --rate HZ")
+        raise HcsearchError(f"{path} has no column {TIME}: add one, or give the sampling rate by --rate HZ")
     if times is not None and rate is not None:
         raise HcsearchError(f"{path} has a column {TIME}: leave out --rate")
     rate = float(rate) if rate is not None else _rate(np.asarray(times), path)

@@ -92,9 +92,9 @@ def _checked(accelerations: Reals, rate: float) -> Reals:
     if not 0.0 < rate < math.inf:
         raise HcsearchError(f"a sampling rate of {rate:g} Hz: give a positive number")
     if not np.isfinite(records).all():
-        raise HcsearchError("accelerations hold values that are no numbers: cut the record before or after them")
+        raise HcsearchError("accelerations hold values that are not numbers: cut the record before or after them")
     if records.shape[1] < LEAST_SAMPLES:
-        raise HcsearchError(f"{records.shape[1]} samples tell no vibration: give {LEAST_SAMPLES} or more")
+        raise HcsearchError(f"{records.shape[1]} samples do not show a vibration: give {LEAST_SAMPLES} or more")
     for k, record in enumerate(records):
         if np.ptp(record) == 0.0:
             raise HcsearchError(f"acceleration {k} is {record[0]:g} all the time: leave out what was not measured")

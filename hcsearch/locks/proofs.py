@@ -84,10 +84,12 @@ class Lock:
         if self.order == 1:
             return "a wrench in the loops loads every hinge onto its stop, so none can open"
         if self.order == 2:
-            return "what the hinges can do at first order drives the loops apart at second order"
+            return "every motion that is possible at first order opens the loops at second order"
         if self.tried:
             return "the stops allow a motion at first order, and no wrench was found that excludes it at second order"
-        return "the stops allow many motions at first order, too many to look for what excludes them at second order"
+        return (
+            "the stops allow too many motions at first order to search for a wrench that excludes them at second order"
+        )
 
 
 def lock_at(linkage: Linkage, angles: Reals, contacts: Reals | None = None) -> Lock:

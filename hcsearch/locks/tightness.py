@@ -53,8 +53,8 @@ class Tightness:
         """The measurement in a sentence."""
         if self.closed is None:
             return f"leaving it would open the loops by more than {1e3 * self.opening:.2g} mm (measured)"
-        gives = f"loops that give way by {1e3 * self.opening:.2g} mm let it out"
-        return f"{gives}, to a closed state at {math.degrees(self.closed):.0f} degrees of all turns (measured)"
+        turned = f"{math.degrees(self.closed):.0f} degrees of all hinges"
+        return f"leaving it opens the loops by {1e3 * self.opening:.2g} mm, until a turn of {turned} in sum (measured)"
 
 
 def tightness(linkage: Linkage, angles: Reals, *, most: float | None = None) -> Tightness | None:

@@ -39,7 +39,7 @@ class FoldingVerdict:
 class CheckedCircuit:
     """A circuit in the canonical order, and what the stages say of it.
 
-    two_stack : number of its foldings. verdicts : of those that were looked at.
+    two_stack : number of its foldings. verdicts : of those that were checked.
     """
 
     circuit: Circuit
@@ -53,7 +53,7 @@ class CheckedCircuit:
         moves = sum(status in ("deploys", "movable") for status in statuses)
         return {
             "two-stack foldings": self.two_stack,
-            "looked at": len(statuses),
+            "checked": len(statuses),
             "untwisted": sum(status is not None for status in statuses),
             "not locked": sum(status not in (None, "locked") for status in statuses),
             "movable": moves,

@@ -125,7 +125,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Funnel:
-    """How many are left after each stage; None where it has not run, or where only later ones are listed."""
+    """How many circuits pass each stage; None where a stage has not run, or where its circuits were not listed."""
 
     fixed_circuits: int | None
     arrays: int

@@ -30,7 +30,7 @@ def complete_weights(given: Mapping[str, float]) -> dict[str, float]:
         if name not in names:
             raise QueryError(f"no criterion {name!r}{nearest(name, names)}: weigh {', '.join(names)}")
         if not (math.isfinite(weight) and weight >= 0):
-            raise QueryError(f"the weight {weight} of {name} cannot be: give a number from 0, which leaves it out")
+            raise QueryError(f"the weight {weight} of {name} is out of range: give 0 or more; 0 leaves it out")
     weights = {name: float(given.get(name, 1.0)) for name in names}
     if not any(weights.values()):
         raise QueryError("every weight is 0, so nothing is left to rank by: give one criterion a positive weight")

@@ -20,14 +20,17 @@ FLAT = 0.02
 
 @dataclass(frozen=True)
 class Replay:
-    """A motion from the packed towards the flat state.
+    """A motion from the packed towards the flat state, as a few states between which fold angles are interpolated.
 
-    at : (k,), rising: times in s where `axis` is `time`; shares of the path's length in fold angles, 0 to 1, where it
-        is `path`. angles : (k, n_hinges), fold angles, rad.
-    certified : intervals of `at` in which panels are certified clear with play of `margin` (m) on every face; of states
-        in the motion itself, which those interpolated here follow to within `error` (rad a hinge).
-    collision : where two panels collide first, and which; None where none do, or nobody knows.
-    title : what moves. source : where the motion comes from, in a sentence.
+    linkage : the panels and hinges that move. labels : their names.
+    axis : `time` or `path`. at : the place of each state on this axis, shape (k,), rising: a time in s, or the share of
+    the path's length in fold angles from 0 (packed) to 1 (flat).
+    angles : fold angles of the states in rad, shape (k, n_hinges).
+    certified : intervals of the axis in which panels are certified to keep apart. margin : the play on every face, in
+    m, with which they do so. error : the greatest error of a fold angle by interpolation, in rad.
+    collision : the place of the first collision and the numbers of its two panels; None if there is none or it is not
+    known.
+    title : the name of the folding or assembly. source : where the motion comes from, in words.
     """
 
     linkage: Linkage
@@ -41,6 +44,9 @@ class Replay:
     error: float
     title: str
     source: str
+
+    def __repr__(self) -> str:
+        return f"<{self.title}: {self.source}; {len(self.at)} states>"
 
     def _repr_html_(self) -> str | None:
         return notebook_view(self)

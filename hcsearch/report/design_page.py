@@ -73,7 +73,7 @@ def folding_facts(shown: ShownFolding) -> list[tuple[str, str, str]]:
         ("second stack", " ".join(map(str, folding.stacks[1])), "panels, the lowest first"),
         ("valley creases", _creases(folding, "valley"), "hinges on the top face"),
         ("mountain creases", _creases(folding, "mountain"), "hinges on the bottom face"),
-        ("flat creases", flats, "with the face for a hinge, where one is wanted"),
+        ("flat creases", flats, "with the face of a hinge, if there is one"),
     ]
     return _facts(FOLDINGS, shown.row) + made
 

@@ -265,7 +265,7 @@ EVALUATIONS = (
     Quantity("collision_time", "real", "s", "time of the first collision"),
     Quantity("first_panel", "integer", "", "panel that collides, by its number in the linkage"),
     Quantity("second_panel", "integer", "", "the panel it meets, likewise"),
-    Quantity("clearance", "real", "mm", "smallest gap of one that comes flat and clear", better="higher"),
+    Quantity("clearance", "real", "mm", "smallest gap of one that becomes flat and clear", better="higher"),
     Quantity("speed", "real", "m/s", "at which the panels that collide came together", better="lower"),
     Quantity("remaining", "real", "", "mean fold angle over pi at the collision, or at the end", better="lower"),
     Quantity("end_remaining", "real", "", "mean fold angle over pi at the end", better="lower"),

@@ -97,12 +97,14 @@ class Database:
             sqlite.remove_unused(self.path)
 
 
-def open_database(location: str, *, create: bool, timeout: float = TIMEOUT) -> Database:
-    """Open a database for writing, at the newest schema; made first when there is none and `create` says so.
+def open_database(location: str | Path, *, create: bool, timeout: float = TIMEOUT) -> Database:
+    """Open a database for writing, and upgrade an older one; use it in a `with` statement.
 
-    location : a path (an SQLite file) or an SQLAlchemy URL of SQLite or PostgreSQL.
-    timeout : longest wait for another program's lock, in seconds.
-    DatabaseError, with nothing changed on disk: missing, not ours, newer, damaged, locked, not writable.
+    location : the path of an SQLite file, or the URL of an SQLite or PostgreSQL database.
+    create : whether a database that does not exist is made. timeout : how long to wait for another program's lock, s.
+
+    Errors: DatabaseError for a database that does not exist, is damaged, locked, newer than this program, or not
+    writable, and for another program's file. Nothing is changed on disk then.
     """
     place = parse_location(location)
     if place.url is not None:
@@ -123,8 +125,11 @@ def open_database(location: str, *, create: bool, timeout: float = TIMEOUT) -> D
     return database
 
 
-def open_readonly(location: str, *, timeout: float = TIMEOUT) -> Database:
-    """Open a database of the newest schema so that no statement can change it; DatabaseError as in `open_database`."""
+def open_readonly(location: str | Path, *, timeout: float = TIMEOUT) -> Database:
+    """Open a database so that no statement can change it; use it in a `with` statement.
+
+    location, timeout : as in `open_database`, with the same errors. An older database is refused, not upgraded.
+    """
     place = parse_location(location)
     if place.url is not None:
         return _open_server(place, create=False, readonly=True, timeout=timeout)
@@ -153,7 +158,9 @@ def _prepare_file(place: Location, *, create: bool, timeout: float) -> None:
         if revision == REVISION:
             return
         _upgrade_file(place, timeout)
-    raise DatabaseError(f"database {place.text} vanishes while it is made: see who removes it, or name another file")
+    raise DatabaseError(
+        f"database {place.text} vanishes while it is made: find the program that removes it, or name another file"
+    )
 
 
 def _revision(place: Location, timeout: float) -> str | None:

@@ -33,8 +33,11 @@ class Location:
     url: URL | None = None
 
 
-def parse_location(text: str) -> Location:
+def parse_location(text: str | Path) -> Location:
     """Read a path or an SQLAlchemy URL; DatabaseError when it is neither."""
+    if not isinstance(text, (str, Path)):
+        raise DatabaseError(f"{text!r} names no database: {EXAMPLES}")
+    text = str(text)
     if not text or "\0" in text or text == ":memory:":
         raise DatabaseError(f"{_shown(text)!r} names no database that lasts: {EXAMPLES}")
     if "://" not in text:

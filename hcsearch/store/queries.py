@@ -12,7 +12,7 @@ from sqlalchemy import ColumnElement, FromClause, Select
 from sqlalchemy import select as sql_select
 
 from hcsearch.circuit import Circuit
-from hcsearch.errors import HcsearchError, QueryError, SceneError, printable
+from hcsearch.errors import HcsearchError, QueryError, SceneError, expect, printable
 from hcsearch.scenes import DEFAULT
 from hcsearch.store.columns import Kind, column_names
 from hcsearch.store.conditions import find_quantity, parse_query, sort_terms, split_names, view_table
@@ -107,13 +107,21 @@ def select(
     view: str = "designs",
     scene: str = DEFAULT,
 ) -> Result:
-    """Return the rows of a view that satisfy a query, with scene, columns, order and limit as in `stream`."""
+    """Return the rows of a view that satisfy a query as plain values; `read` gives a pandas table instead.
+
+    database : an open database. query, columns, sort, limit, view : as in `read`. scene : the name of a scene.
+    """
+    expect("the database to read", database, Database, "an open one, such as open_readonly('designs.sqlite')")
     with stream(database, query, columns=columns, sort=sort, limit=limit, view=view, scene=scene) as rows:
         return rows.gathered()
 
 
 def select_sql(database: Database, sql: str, kinds: Sequence[Kind] = ()) -> Result:
-    """Return the rows of one SQL statement that only reads, with `kinds` as in `stream_sql`."""
+    """Return the rows of one SQL statement that only reads, as plain values; `read(sql=...)` gives a pandas table.
+
+    database : from `open_readonly`. kinds : the kinds of the columns, if rows with other values are to be refused.
+    """
+    expect("the database to read", database, Database, "an open one, such as open_readonly('designs.sqlite')")
     with stream_sql(database, sql, kinds) as rows:
         return rows.gathered()
 

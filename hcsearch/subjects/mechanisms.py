@@ -34,8 +34,8 @@ class Freedoms:
             "undecided" if number is None else number for number in (self.moving, self.folded, self.flat)
         )
         return (
-            f"freedoms, {self.joined}: {moving} moving, {folded} folded, {flat} flat at first order; "
-            f"Kutzbach {self.kutzbach}"
+            f"degrees of freedom, {self.joined}: {moving} during the motion, {folded} folded and {flat} flat at first "
+            f"order; Kutzbach {self.kutzbach}"
         )
 
 

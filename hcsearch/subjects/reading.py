@@ -12,7 +12,7 @@ from hcsearch.deployment.driving import Drives, drives_in
 from hcsearch.deployment.looks import Look, first_look, look_parts, scene_of, springs_of
 from hcsearch.deployment.naming import numbered
 from hcsearch.deployment.scales import settled
-from hcsearch.deployment.scene_files import read_file, scene_in, scene_with
+from hcsearch.deployment.scene_files import checked_scene, read_file, scene_in, scene_with
 from hcsearch.deployment.springs import with_springs
 from hcsearch.errors import HcsearchError, SceneError
 from hcsearch.flat_pairs import linkage_joined
@@ -153,7 +153,7 @@ def _design(
     """A folding in a scene, as a look of the stage `deployment` takes it where parts of the scene's name say so."""
     pairs, springs = look_parts(parts)
     if parts:
-        raise SceneError(f"there is nothing called {parts[0]!r} in a scene: see `hcsearch show` for what was tried")
+        raise SceneError(f"a scene has no variant {parts[0]!r}: `hcsearch show ID` prints those that were tried")
     scene = with_size(scene, request.panel, request.across, folding.circuit.grid.name)
     panel = panel_of(scene, folding.circuit.grid.name)
     look = first_look(scene)
@@ -175,7 +175,7 @@ def _scene(content: dict[str, Any], request: Request) -> tuple[Scene, list[str]]
     base: Scene | None = None
     parts: list[str] = []
     if isinstance(text := request.scene, Scene):
-        base = text
+        base = checked_scene(text)
     elif text is not None and text.strip():
         named = [part.strip() for part in text.split(",")]
         before = list(named)

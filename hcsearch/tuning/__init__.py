@@ -1,1 +1,1 @@
-"""Tuning of springs: stiffnesses with which an array comes flat without a collision (thesis 4.4)."""
+"""Tuning of springs: stiffnesses with which an array becomes flat without a collision (thesis 4.4)."""

@@ -49,7 +49,7 @@ class SpringSet:
 
     @property
     def confirmed(self) -> bool:
-        """Whether the precise simulation comes flat, certified clear."""
+        """Whether the precise simulation becomes flat, certified clear."""
         return self.deployment is not None and self.deployment.deploys
 
 

@@ -54,7 +54,7 @@ def advice(tuning: Tuning) -> str:
     one = tuning.chosen
     name = "catalogue springs" if one is tuning.rounded else "tuned springs"
     if not one.confirmed:
-        return f"none: no set that was tried comes flat, certified clear; the {name} come nearest"
+        return f"none: no set that was tried becomes flat, certified clear; the {name} come nearest"
     chance = one.robustness
     if chance is None or not chance.failures:
         return f"{name}: flat, certified clear" + ("" if chance is None else f", in all {chance.samples} samples too")

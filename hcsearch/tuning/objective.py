@@ -24,7 +24,7 @@ DEFAULT = Scales()
 
 
 def objective(check: Check, slack: float = 0.0, scales: Scales = DEFAULT) -> float:
-    """The less, the better; least for what comes flat and clear.
+    """The less, the better; least for what becomes flat and clear.
 
     slack : what panels may be elsewhere as the loops give way, m.
 

@@ -1,4 +1,4 @@
-"""The search for springs with which an array comes flat without a collision (thesis 4.4).
+"""The search for springs with which an array becomes flat without a collision (thesis 4.4).
 
 The thesis starts at equal springs and follows gradients; from where they lead nowhere it starts anew. The objective has
 jumps where one collision takes the place of another, so here CMA-ES (Hansen 2016, the library `cma`) searches over
@@ -27,7 +27,7 @@ Progress = Callable[[int, int, str], None]
 GENERATION, GENERATIONS = 16, 40
 """Sets of a generation of CMA-ES, and generations until it starts anew."""
 LATER, MORE = 2, 0.01
-"""Generations without a gain, of this in the objective, after the first set that comes flat and clear."""
+"""Generations without a gain, of this in the objective, after the first set that becomes flat and clear."""
 APART = 0.05
 """Sets count as different where a stiffness differs by this share."""
 GOOD = -0.999
@@ -68,7 +68,7 @@ class Place:
 
 
 class SpringSearch:
-    """The search for springs: starts of CMA-ES until a set comes flat and clear, or evaluations are spent."""
+    """The search for springs: starts of CMA-ES until a set becomes flat and clear, or evaluations are spent."""
 
     def __init__(
         self, evaluator: Evaluator, tied: Sequence[tuple[int, ...]], budget: int, seed: int, progress: Progress
@@ -124,7 +124,7 @@ class SpringSearch:
         return np.array([place.value for place in places])
 
     def _round(self, number: int, start: Reals) -> None:
-        """One start of CMA-ES, and from the best set, where that comes flat and clear, up to its largest gap."""
+        """One start of CMA-ES, and from the best set, where that becomes flat and clear, up to its largest gap."""
         rng = np.random.default_rng([self.seed, number])
         self._own = None
         known = len(self.clear)

@@ -1,4 +1,4 @@
-"""Stiffnesses of springs for a deployment that comes flat without a collision (thesis 4.4): search, choose, confirm."""
+"""Stiffnesses of springs for a deployment that ends flat without a collision (thesis 4.4): search, choose, confirm."""
 
 from __future__ import annotations
 
@@ -31,13 +31,14 @@ NO_LABELS = Labels((), ())
 
 @dataclass(frozen=True)
 class Tuning:
-    """The result of a tuning.
+    """The result of `tune`; `springs` has the stiffnesses to use.
 
-    scene : that it was tuned in, settled. start : the springs it began with. best : the confirmed set least likely to
-        collide, or else the one of the least objective. rounded : the same of catalogue springs; None where none were
-        asked for.
-    evaluations : spring sets and samples that it took, each once; recalled : how many of them a memory knew before.
-    interrupted : by Ctrl-C. labels : names of the hinges, in the order of stiffnesses, and of panels.
+    scene : the scene of the simulations, with all values filled in. formulation : the equations of motion.
+    tied : the groups of hinges that have equal springs, by their places in the linkage.
+    start : the springs with which the search began. best : the confirmed set that is least likely to fail; if none is
+    confirmed, the set with the least objective. rounded : the same with springs of the catalogue; None without one.
+    evaluations : how many sets and samples were needed. recalled : how many of them a database already held.
+    interrupted : whether Ctrl-C ended the search. labels : the names of panels and hinges.
     """
 
     scene: Scene
@@ -51,14 +52,18 @@ class Tuning:
     interrupted: bool
     labels: Labels = NO_LABELS
 
+    def __repr__(self) -> str:
+        sure = "certified clear" if self.chosen.confirmed else "not certified clear"
+        return f"<{len(self.chosen.stiffnesses)} tuned springs: {sure}, {self.evaluations} evaluations>"
+
     @property
     def chosen(self) -> SpringSet:
-        """The springs to use: those of the catalogue where they are asked for and confirmed."""
+        """The springs to use, with their simulation: those of the catalogue if they are confirmed, else `best`."""
         return self.rounded if self.rounded is not None and self.rounded.confirmed else self.best
 
     @property
     def springs(self) -> dict[str, float]:
-        """Stiffness of each hinge to use, N m/rad, by the names of hinges."""
+        """The stiffness of each hinge's spring, N m/rad, by the names of hinges."""
         return dict(zip(self.labels.hinges, self.chosen.stiffnesses, strict=True))
 
 
@@ -77,7 +82,7 @@ def tune(
 ) -> Tuning:
     """Choose the stiffness of each hinge in the scene's spring range, with dampers in proportion.
 
-    formulation : unless given `constrained`, or `compliant` where only so any set comes flat at first. catalogue :
+    formulation : unless given `constrained`, or `compliant` where only so any set becomes flat at first. catalogue :
     stiffnesses of what can be bought (N m/rad). evaluations : spring sets tried, in all but the rounding; half as many
     samples may be drawn to harden the best sets. samples : drawn of the tolerances in `spread`. memory : takes and
     gives evaluations, so that the same tuning again goes on where it stopped.
@@ -130,7 +135,7 @@ def _seen(place: Place, scales: Scales) -> SpringSet:
 def _evaluator(
     linkage: Linkage, scene: Scene, formulation: Formulation | None, first: Reals, memory: Memory | None
 ) -> Evaluator:
-    """The evaluator of the formulation that is asked for, or of exact closure unless only compliant arrays come flat.
+    """The evaluator of the formulation that is asked for, or of exact closure unless only compliant arrays become flat.
 
     Exact closure can keep hinges shut that a real array lets go (docs/explanation/dynamics.md, known limits).
     """

@@ -118,7 +118,7 @@ def test_enumerate_into_is_the_command():
         funnel.fixed_circuits, funnel.circuits, funnel.arrays, funnel.two_stack, funnel.untwisted
     ]  # fmt: skip
     assert read("a.sqlite").equals(read("b.sqlite"))
-    assert enumerate_into("a.sqlite", grid="hex", n=8, until="twist") == funnel
+    assert enumerate_into("a.sqlite", grid="hex", n=np.int64(8), until="twist") == funnel
     wall = parse_array(GRIDS["hex"], "3-4-3")
     with open_database("c.sqlite", create=True) as database:
         assert enumerate_into(database, array=wall, until="twist") == enumerate_into(
@@ -133,7 +133,7 @@ def test_enumerate_into_is_the_command():
         ({"n": 8}, "name a grid"),
         ({"grid": "hex"}, "either"),
         ({"grid": "hex", "n": 8, "array": "3-4-3"}, "either"),
-        ({"grid": "hex", "n": 8, "jobs": 10**6}, "more than the"),
+        ({"grid": "hex", "n": 8, "jobs": 10**6}, "more than four processes a core"),
         ({"grid": "hex", "n": 8, "until": "sorting"}, "sorting"),
     ],
 )

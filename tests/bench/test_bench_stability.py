@@ -139,7 +139,7 @@ def test_verdicts():
 def test_refusals_have_their_reason():
     row = judge(case(tolerance=1e-20))
     assert (row.verdict, row.outcome, row.error) == ("refused", "-", None)
-    assert row.reason == "a tolerance of 1e-20 is none: give one from 1e-13 to 0.1"
+    assert row.reason == "a tolerance of 1e-20 is out of range: give one from 1e-13 to 0.1"
     long = judge(case(scene=replace(SCENE, damping=1e6, seconds=1.0)))
     assert (long.verdict, long.outcome) == ("refused", "out of steps")
     assert "take the implicit method" in long.reason

@@ -297,7 +297,7 @@ def test_margins_that_leave_nothing_of_a_facet_are_refused():
     narrow = chain([0.03, 0.001, 0.03], ["top", "top"], thickness=0.004)
     assert deepest_margin(narrow) == pytest.approx(0.0005)
     for linkage, most in ((thick, "2"), (narrow, "0.5")):
-        message = f"is none or leaves nothing of a panel: give more than 0 and less than {most} mm"
+        message = f"is not positive or leaves nothing of a panel: give more than 0 and less than {most} mm"
         for margin in (0.0, -1e-4, deepest_margin(linkage), 1.0, math.nan):
             with pytest.raises(HcsearchError, match=message):
                 certify(linkage, course, margin=margin)

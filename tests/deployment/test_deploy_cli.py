@@ -103,13 +103,14 @@ def run(*words, code=0):
 @pytest.mark.slow
 @pytest.mark.long
 def test_the_examples_of_its_help_work(tmp_path):
-    for example in deploy.epilog.removeprefix("Example: ").split("; "):
+    for example in deploy.epilog.partition("Example: ")[2].splitlines():
         done = run(*shlex.split(example)[2:], code=None)
         name, verdict = done.stdout.splitlines()[0].split()
         assert name == "verdict"
         assert done.returncode == (0 if verdict == "deploys" else 1)
         assert "outcome" in done.stdout
         assert done.stderr == ""
+    assert (tmp_path / "angles.svg").exists()
     assert (tmp_path / "unit-i.csv").exists()
 
 
@@ -327,8 +328,8 @@ WRONG_WORDS = [
     (("--spring", "quadratic:0,1e308"), "1e+308 is no moment or angle: give finite numbers"),
     (("--panel", "1e300x1e300x1e300"), "length x width x thickness, from 0.001 to 1e+07 mm"),
     (("--seconds", "inf"), "seconds cannot be inf: give a number of 0 or more"),
-    (("--tolerance", "-1"), "a tolerance of -1 is none: give one from 1e-13 to 0.1"),
-    (("--tolerance", "nan"), "a tolerance of nan is none: give one from 1e-13 to 0.1"),
+    (("--tolerance", "-1"), "a tolerance of -1 is out of range: give one from 1e-13 to 0.1"),
+    (("--tolerance", "nan"), "a tolerance of nan is out of range: give one from 1e-13 to 0.1"),
     (("--scene", "moon"), "there is no scene 'moon': choose one of default, earth, thesis, satellite"),
     (("--panel", "50"), "'50' is no panel: write length x width x thickness in mm, such as 50x40x6"),
     (("--panel", "0x0x6"), "'0x0x6' is no panel: write length x width x thickness, from 0.001 to"),
@@ -402,7 +403,7 @@ def test_wrong_subjects_say_what_to_do(words, message):
         ("design = 17", "scene.toml has design = 17: write design = 'hex:0234550132:4'"),
         ("design = ''", "there is no assembly ''"),
         ("assembly = 'unit-iv'", "there is no assembly 'unit-iv': see hcsearch assembly list"),
-        ("design = 'hex:023350:1'\nspeed = 3", "has 'speed', which nothing reads: see docs/reference/scenes.md"),
+        ("design = 'hex:023350:1'\nspeed = 3", "has the unknown key 'speed': see docs/reference/scenes.md"),
         (
             "design = 'hex:023350:1'\nflat_pairs = 'loose'",
             "flat_pairs cannot be 'loose': write 'rigid', 'hinged' or 'either'",

@@ -55,7 +55,7 @@ def test_the_files_hold_the_course_and_what_deploy_takes(written):
     assert again["drive_torque_N_m"] == pytest.approx(max(printed["torque_N_m"]), rel=0.01)
     for command, words, word in (
         (deploy, ["--formulation", "penalty"], "exact closure"),
-        (deploy, ["--explain"], "nothing is left out"),
+        (deploy, ["--explain"], "does not apply to a scene with drives"),
         (deploy, ["--held", "free"], "hold a panel"),
         (deploy, ["--flat-pairs", "rigid"], "not one of this design"),
         (tune, [], r"\[drive\]"),

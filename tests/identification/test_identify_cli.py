@@ -146,7 +146,7 @@ def test_wrong_moments_are_one_clear_line(tmp_path, text, message):
     ("text", "options", "message"),
     [
         (TEST + "\n".join(EVEN), ("--rate", "100"), "leave out --rate"),
-        ("block\n" + "\n".join("12" * 50), (), "tell the sampling rate by --rate"),
+        ("block\n" + "\n".join("12" * 50), (), "give the sampling rate by --rate"),
         ("block\n" + "\n".join("12" * 50), ("--rate", "0"), "sampling rate of 0 Hz"),
         ("time_s\n" + "\n".join(map(str, range(100))), (), "has no accelerations"),
         (TEST + "\n".join(EVEN[:20]), (), "20 samples"),

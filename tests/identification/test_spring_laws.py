@@ -142,8 +142,8 @@ def test_five_angles_are_enough():
     [
         ([0.0, 1.0, 2.0, 2.0, 1.0, 0.5], range(6), "4 different angles"),
         (range(6), [0.2] * 6, "0.2 N m at every angle"),
-        ([0.0, 1.0, 2.0, 3.0, math.nan], range(5), "no numbers"),
-        (range(5), [0.0, 1.0, 2.0, 3.0, math.inf], "no numbers"),
+        ([0.0, 1.0, 2.0, 3.0, math.nan], range(5), "not numbers"),
+        (range(5), [0.0, 1.0, 2.0, 3.0, math.inf], "not numbers"),
     ],
 )
 def test_wrong_pairs_are_refused(angles, moments, message):

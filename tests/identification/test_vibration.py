@@ -168,7 +168,7 @@ def test_a_fitted_sinusoid_says_the_same():
     ("record", "rate", "message"),
     [
         (np.zeros(63) + np.arange(63), RATE, "63 samples"),
-        (np.full(100, np.nan), RATE, "no numbers"),
+        (np.full(100, np.nan), RATE, "not numbers"),
         (np.stack([np.arange(100.0), np.ones(100)]), RATE, "acceleration 1 is 1 all the time"),
         (np.arange(100.0), 0.0, "sampling rate of 0 Hz"),
         (np.arange(100.0), math.nan, "sampling rate"),

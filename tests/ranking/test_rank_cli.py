@@ -121,9 +121,9 @@ def test_a_scene_is_ranked_and_saved_beside_the_default_one(path):
     [
         (("--weight", "doff=1"), "no criterion 'doff' (did you mean dof?): weigh symmetry, "),
         (("--weight", "status=1"), "no criterion 'status'"),
-        (("--weight", "dof=-1"), "the weight -1.0 of dof cannot be: give a number from 0"),
-        (("--weight", "dof=nan"), "the weight nan of dof cannot be"),
-        (("--weight", "dof=1e999"), "the weight inf of dof cannot be"),
+        (("--weight", "dof=-1"), "the weight -1.0 of dof is out of range: give 0 or more"),
+        (("--weight", "dof=nan"), "the weight nan of dof is out of range"),
+        (("--weight", "dof=1e999"), "the weight inf of dof is out of range"),
         (("--weight", "dof=heavy"), "cannot read the weight 'dof=heavy': write NAME=W, such as dof=2"),
         (("--weight", "dof"), "cannot read the weight 'dof': write NAME=W"),
         (("--weight", "=2"), "no criterion ''"),

@@ -122,7 +122,7 @@ def test_weights_that_are_not_given_are_one():
     [
         ({"doff": 1}, r"no criterion 'doff' \(did you mean dof\?\): weigh symmetry, dof, "),
         ({"n": 1}, "no criterion 'n': weigh"),
-        ({"dof": -1}, "the weight -1 of dof cannot be: give a number from 0"),
+        ({"dof": -1}, "the weight -1 of dof is out of range: give 0 or more"),
         ({"dof": math.nan}, "the weight nan of dof"),
         ({"dof": math.inf}, "the weight inf of dof"),
         (dict.fromkeys(NAMES, 0), "give one criterion a positive weight"),

@@ -367,4 +367,4 @@ def test_a_verdict_has_a_reason():
     assert replace(still, outcome="flat").verdict == "deploys"
     wild = replace(checked, outcome="diverged", end_time=0.25)
     assert wild.verdict == "undecided"
-    assert wild.reason(labels) == "diverged at 0.25 s, so nothing that it shows is certain"
+    assert wild.reason(labels) == "diverged at 0.25 s: the results are not valid"

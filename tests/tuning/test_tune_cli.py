@@ -92,7 +92,7 @@ def test_files_give_the_scene_and_the_formulation():
     assert printed["formulation"] == "compliant"
     assert set(printed["start"]["stiffness_N_m_rad"]) == {0.05}
     assert not printed["best"]["confirmed"]
-    assert printed["use"].startswith("none: no set that was tried comes flat, certified clear")
+    assert printed["use"].startswith("none: no set that was tried becomes flat, certified clear")
     assert printed["seconds"] == 0.05
     assert printed["spring_range_N_m_rad"] == [0.0005, 0.1]
 

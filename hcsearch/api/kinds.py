@@ -1,0 +1,83 @@
+"""Checks of what the functions of Python are given, by their own annotations: a wrong kind is refused by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from numbers import Integral, Real
+from types import NoneType, SimpleNamespace, UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from hcsearch.errors import HcsearchError, refusal
+
+_NOT_LOADED = {"pd": SimpleNamespace(DataFrame=object)}
+"""Names in annotations of results, whose modules are loaded only where they are needed."""
+_UNIONS = (Union, UnionType)
+_NUMBERS: dict[type, type] = {int: Integral, float: Real}
+_SAID = {
+    str: "a text",
+    int: "a whole number",
+    float: "a number",
+    bool: "True or False",
+}
+
+
+def check_kinds(function: Callable[..., Any], given: Mapping[str, Any]) -> None:
+    """Refuse arguments of other kinds than a function's annotations name; given : its arguments by name.
+
+    HcsearchError names the function, the argument, and what to give instead.
+    """
+    for name, kind in _annotated(function).items():
+        if not _is(given[name], kind):
+            raise HcsearchError(refusal(f"{function.__name__}: {name}", given[name], described(kind)))
+
+
+@cache
+def _annotated(function: Callable[..., Any]) -> dict[str, Any]:
+    hints = get_type_hints(function, localns=_NOT_LOADED)
+    return {name: kind for name, kind in hints.items() if name != "return" and kind is not Any}
+
+
+def _is(value: Any, kind: Any) -> bool:
+    """Whether a value is of the kind that an annotation names; of lists and dicts also what they hold."""
+    origin, args = get_origin(kind), get_args(kind)
+    if origin in _UNIONS:
+        return any(_is(value, one) for one in args)
+    if origin is Literal:
+        return isinstance(value, (str, bool)) and value in args
+    if origin is Sequence:
+        return isinstance(value, Sequence) and not isinstance(value, str) and all(_is(one, args[0]) for one in value)
+    if origin is Mapping:
+        return isinstance(value, Mapping) and all(_is(k, args[0]) and _is(v, args[1]) for k, v in value.items())
+    if origin is Callable or _is_protocol(kind):
+        return callable(value)
+    return isinstance(value, _NUMBERS.get(kind, kind)) and (kind is bool or not isinstance(value, bool))
+
+
+def described(kind: Any) -> str:
+    """What an annotation asks for, in words."""
+    origin, args = get_origin(kind), get_args(kind)
+    if origin in _UNIONS:
+        return _either([described(one) for one in args if one is not NoneType])
+    if origin is Literal:
+        return _either([repr(one) for one in args])
+    if origin is Sequence:
+        return f"a list of {_several(args[0])}"
+    if origin is Mapping:
+        return f"a dict from {_several(args[0])} to {_several(args[1])}"
+    if origin is Callable or _is_protocol(kind):
+        return "a function"
+    return _SAID.get(kind) or f"a {kind.__name__}"
+
+
+def _is_protocol(kind: Any) -> bool:
+    """Whether a kind is a protocol, here always of what is called."""
+    return bool(getattr(kind, "_is_protocol", False))
+
+
+def _several(kind: Any) -> str:
+    return described(kind).removeprefix("a ") + "s"
+
+
+def _either(words: Sequence[str]) -> str:
+    return " or ".join(word for word in (", ".join(words[:-1]), words[-1]) if word)
