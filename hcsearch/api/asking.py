@@ -37,9 +37,7 @@ class Setting:
     values: Mapping[str, Any] | None = None
 
     def request(self, what: str | Folding | Circuit) -> Request:
-        """The request for something that has a name, or is a design; HcsearchError for anything else."""
-        if not isinstance(what, str | Folding | Circuit):
-            raise HcsearchError(f"{what!r:.60} names no design: give a folding, a circuit or a text, of an id '24'")
+        """The request for something that has a name, or is a design."""
         folding = only_folding(what) if isinstance(what, Circuit) else None if isinstance(what, str) else what
         name = what if isinstance(what, str) else str(folding)
         values = {} if self.values is None else dict(self.values)

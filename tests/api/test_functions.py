@@ -73,8 +73,6 @@ def test_what_is_deployed_shows_its_states(tmp_path):
 def test_circuits_with_several_foldings_have_to_be_told_which():
     with pytest.raises(HcsearchError, match=r"has 2 foldings: name one as hex:02334051:CREASE"):
         deploy(Circuit.from_notation("hex:02334051"))
-    with pytest.raises(HcsearchError, match="24 names no design"):
-        deploy(24)
 
 
 def test_wrong_names_of_hinges_are_one_line():
