@@ -186,6 +186,8 @@ def _scene(content: dict[str, Any], request: Request) -> tuple[Scene, list[str]]
         base = read_scene(text, request.db)
     scene = scene_in(content, base=base)
     values = dict(request.values)
+    if request.merge and request.flat_pairs == "hinged":
+        raise HcsearchError("a merged flat pair has no hinge: leave out --merge, or --flat-pairs hinged")
     if request.flat_pairs is not None:
         values["flat_pairs"] = request.flat_pairs
     if request.merge:

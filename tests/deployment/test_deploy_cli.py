@@ -317,6 +317,7 @@ WRONG_WORDS = [
     (("--held", "6"), "there is no panel 6: the panels are 0, 1+2, 3, 4+5"),
     (("--held", "top"), "held cannot be 'top': give bottom, free, or the number of a panel"),
     (("--held", "1.5"), "held cannot be '1.5': give bottom, free, or the number of a panel"),
+    (("--merge", "--flat-pairs", "hinged"), "a merged flat pair has no hinge: leave out --merge"),
     (("--start", "0"), "no deployment starts at 0 of the folded angles: give a share above 0, up to 1"),
     (("--start", "1.5"), "no deployment starts at 1.5 of the folded angles: give a share above 0, up to 1"),
     (("--start", "nan"), "start cannot be nan: give a number of 0 or more"),
