@@ -30,7 +30,7 @@ from hcsearch.subjects.reading import Request, read_subject
 from hcsearch.subjects.scenes import stored_scene
 from hcsearch.twisting import twist
 
-NOT_JUDGED = "no stage has judged it in this scene: run `hcsearch enumerate` without --until"
+NOT_JUDGED = "no stage has judged it in this scene: run `hcsearch enumerate` in the scene, without --until"
 
 
 def design_data(

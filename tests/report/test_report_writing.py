@@ -7,6 +7,7 @@ from hcsearch.enumeration import ArraySearch
 from hcsearch.errors import OutputError, QueryError, SceneError
 from hcsearch.grid import GRIDS, parse_array
 from hcsearch.pipeline import Plan, run_into
+from hcsearch.records import Trial
 from hcsearch.report import write_report
 from hcsearch.report.fetching import fetch
 from hcsearch.scenes import Scene
@@ -88,7 +89,8 @@ def scenes(database_file, tmp_path):
         number, name = select(opened, "grid=hex n=8 untwisted", columns="id,circuit").rows[0]
         (crease,) = select(opened, f"design_id={number} untwisted", columns="crease", view="foldings").rows[0]
         judge(opened, [(name, crease, "deploys", 0.5, 1.25)])
-        judge(opened, [(name, crease, "undecided", None, None)], "flat")
+        tried = Trial(0, "flat", "", "constrained", "undecided", "moving at 1 s", None, None, None, 0.0, 0.0)
+        judge(opened, [(name, crease, "undecided", None, None)], "flat", [tried])
         judge(opened, [(name, crease, "movable", None, None)], "driven")
         judge(opened, [], "long")
         four = ArraySearch(parse_array(GRIDS["rectangle"], "4x4"))
@@ -106,7 +108,7 @@ def test_a_report_shows_the_verdicts_of_its_scene(scenes, tmp_path):
     }
     assert shown == {
         "default": ["deploys", 1.25, 0.01, 1, 1],
-        "driven": ["movable", None, 0.01, 1, 0],
+        "driven": ["movable", None, 0.01, 1, None],  # no springs were tried
         "flat": ["undecided", None, None, 0, 0],
     }
     statuses = [{row["status"] for rows in data.foldings.values() for row in rows} for data in reports.values()]
@@ -126,6 +128,15 @@ def test_a_report_shows_the_verdicts_of_its_scene(scenes, tmp_path):
 def test_panels_are_drawn_as_large_as_in_the_scene(scenes):
     sizes = [fetch(scenes, "grid=rectangle", limit=None, scene=scene).size for scene in ("flat", "long", "default")]
     assert sizes == [(60, 30), (80, 20), None]  # `default` was not run, and the others do not agree
+
+
+def test_numbers_of_a_scene_without_results_are_not_known(scenes):
+    data = fetch(scenes, "grid=hex n=8", limit=None, scene="long")
+    assert list(counts(data).values())[-3:] == [1, None, None]
+    assert data.notes[0].startswith(
+        "No motion was looked for in the scene long: --scene names one with results (default,"
+    )
+    assert not fetch(scenes, "grid=hex n=8", limit=None).notes
 
 
 def test_values_of_a_query_are_data(database):
