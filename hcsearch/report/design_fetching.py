@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -17,6 +16,7 @@ from hcsearch.player import payload_of
 from hcsearch.replays.recording import replay_of_deployment
 from hcsearch.replays.replay import Replay
 from hcsearch.replays.sources import replay_named, stored_replays
+from hcsearch.report.commands import database_option, scene_option
 from hcsearch.report.data import FoldingKey, Row
 from hcsearch.report.design_data import DesignData, ShownFolding, ShownMotion
 from hcsearch.report.envelopes import room_of
@@ -68,10 +68,14 @@ def design_data(
 
 @dataclass(frozen=True)
 class _Known:
-    """What a database holds of a design in a scene; the defaults stand for a design that no database holds."""
+    """What a database holds of a design in a scene; the defaults stand for a design that no database holds.
+
+    where : the option of commands that names the database.
+    """
 
     number: int = 0
     scene: str = DEFAULT
+    where: str = ""
     design: Row = field(default_factory=dict)
     rows: Mapping[int, Row] = field(default_factory=dict)
     best: int | None = None
@@ -94,6 +98,7 @@ def _known(database: Database, number: int, circuit: Circuit, scene: str) -> _Kn
     return _Known(
         number,
         scene,
+        database_option(database),
         design=dict(zip(result.columns, result.rows[0], strict=True)),
         rows={int(str(row["crease"])): row for row in foldings_of(database, [number], scene).get(number, [])},
         best=best_creases(database, [number], scene).get(number),
@@ -124,7 +129,7 @@ def _motions(folding: Folding, stored: _Known, best: Row | None, db: str) -> lis
     path = stored.path(folding, db)
     if path is not None:
         payload = payload_of(path)
-        command = f"hcsearch drive {folding.notation}{scene_option(stored.scene)}"
+        command = f"hcsearch drive {folding.notation}{scene_option(stored.scene, stored.where)}"
         motions.append(ShownMotion("Planned path", path.source, command, payload, plots_of(path, payload)))
     if best is None and stored.rows:
         return motions
@@ -136,12 +141,7 @@ def _motions(folding: Folding, stored: _Known, best: Row | None, db: str) -> lis
         return motions
     replay = replay_of_deployment(deployment, folding.notation, design=True)
     payload = payload_of(replay)
-    command = f"hcsearch deploy {folding.notation}{scene_option(name)}"
+    command = f"hcsearch deploy {folding.notation}{scene_option(name, stored.where)}"
     source = "; ".join([replay.source, *(mark.text for mark in marks_of(replay) if mark.bad)])
     motions.append(ShownMotion("Motion by springs", source, command, payload, plots_of(replay, payload, deployment)))
     return motions
-
-
-def scene_option(name: str) -> str:
-    """The option that names a scene, where it is not the usual one."""
-    return "" if name == DEFAULT else f" --scene {shlex.quote(name)}"

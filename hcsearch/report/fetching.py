@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 
+from hcsearch.report.commands import database_option
 from hcsearch.report.data import FoldingKey, FunnelStage, ReportData, Row
 from hcsearch.report.players import players_of
 from hcsearch.scenes import DEFAULT
@@ -83,6 +84,7 @@ def fetch(
         notes=[*([] if planned or tried else _elsewhere(database, scene)), *_notes(runs)],
         size=_size(runs, scene, scene_names(database)),
         scene=scene,
+        where=database_option(database),
     )
 
 

@@ -12,6 +12,7 @@ from typing import Any
 from markupsafe import Markup
 
 from hcsearch.errors import HcsearchError
+from hcsearch.report.commands import database_option
 from hcsearch.report.data import ReportData, Row
 from hcsearch.report.fetching import foldings_of, motions_of, size_of, tried_of
 from hcsearch.report.payload import as_script, page_data
@@ -149,6 +150,7 @@ def _payload(database: Database, asked: Asked, page: Page) -> Markup:
         designs=page.rows,
         total=len(ids),
         scene=asked.scene,
+        where=database_option(database),
         size=size_of(database, asked.scene),
         pages=design_address("{id}", asked.named),
         **known,

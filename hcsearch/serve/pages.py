@@ -11,6 +11,7 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader
 from hcsearch.drawing import stylesheet
 from hcsearch.player import player_script
 from hcsearch.report.page import environment, joined_script, source
+from hcsearch.report.words import written
 from hcsearch.serve.addresses import address_of, design_address
 from hcsearch.store.columns import VIEWS
 
@@ -29,7 +30,7 @@ def _environment() -> Environment:
     assert theirs.loader is not None
     made = theirs.overlay(loader=ChoiceLoader([PackageLoader("hcsearch.serve"), theirs.loader]))
     made.globals.update(address=address_of, design_address=design_address, views=tuple(VIEWS), static=static_address)
-    made.filters["cell"] = _cell
+    made.filters["cell"] = written
     return made
 
 
@@ -54,10 +55,3 @@ def static_files() -> dict[str, tuple[str, str]]:
 def static_address(name: str) -> str:
     """The address of a file, which is another one when the file is: browsers may keep it."""
     return f"/static/{hashlib.sha256(static_files()[name][0].encode()).hexdigest()[:16]}/{name}"
-
-
-def _cell(value: object) -> str:
-    """A value in a table."""
-    if value is None:
-        return "-"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -9,6 +9,7 @@ from hcsearch.grid import GRIDS, parse_array
 from hcsearch.pipeline import Plan, run_into
 from hcsearch.records import Trial
 from hcsearch.report import write_report
+from hcsearch.report.commands import scene_option
 from hcsearch.report.fetching import fetch
 from hcsearch.scenes import Scene
 from hcsearch.store import open_database, open_readonly, select
@@ -137,6 +138,15 @@ def test_numbers_of_a_scene_without_results_are_not_known(scenes):
         "No motion was looked for in the scene long: --scene names one with results (default,"
     )
     assert not fetch(scenes, "grid=hex n=8", limit=None).notes
+
+
+def test_commands_name_the_scene_and_the_file_that_holds_it(database, database_file, monkeypatch):
+    where = fetch(database, "grid=hex n=8", limit=1).where
+    assert where == f" --db {database_file}"
+    assert scene_option("solar, hinged", where) == f" --scene 'solar, hinged' --db {database_file}"
+    assert scene_option("default", where) == ""
+    monkeypatch.setenv("HCSEARCH_DB", str(database_file))
+    assert fetch(database, "grid=hex n=8", limit=1).where == ""
 
 
 def test_values_of_a_query_are_data(database):
