@@ -11,7 +11,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from hcsearch.errors import HcsearchError
+from hcsearch.errors import DatabaseError, HcsearchError
 from hcsearch.report.commands import database_option
 from hcsearch.report.data import ReportData, Row
 from hcsearch.report.fetching import foldings_of, motions_of, size_of, tried_of
@@ -100,6 +100,8 @@ def render_list(database: Database, asked: Asked, counts: Counts) -> tuple[str, 
     try:
         check_query(asked.query)
         page = page_of(database, asked, counts)
+    except DatabaseError:
+        raise
     except HcsearchError as error:
         wrong, status = str(error), 400
     scenes = list(dict.fromkeys((DEFAULT, *scene_names(database))))
