@@ -30,7 +30,7 @@ def _environment() -> Environment:
     assert theirs.loader is not None
     made = theirs.overlay(loader=ChoiceLoader([PackageLoader("hcsearch.serve"), theirs.loader]))
     made.globals.update(address=address_of, design_address=design_address, views=tuple(VIEWS), static=static_address)
-    made.filters["cell"] = written
+    made.filters["cell"] = _cell
     return made
 
 
@@ -55,3 +55,8 @@ def static_files() -> dict[str, tuple[str, str]]:
 def static_address(name: str) -> str:
     """The address of a file, which is another one when the file is: browsers may keep it."""
     return f"/static/{hashlib.sha256(static_files()[name][0].encode()).hexdigest()[:16]}/{name}"
+
+
+def _cell(value: object, name: str) -> str:
+    """A value in a table. Errors may be tiny; of anything else, rounding leaves so little of a zero."""
+    return f"{value:.4g}" if isinstance(value, float) and name.endswith("_error") else written(value)
