@@ -56,6 +56,7 @@ def test_a_page_says_where_in_how_many_it_is(asking, monkeypatch):
     assert shown(asking("/designs")) == "1 to 48 of 120"
     assert shown(asking("/designs?page=3")) == "97 to 120 of 120"
     assert shown(asking("/designs?page=4")) == "120"
+    assert "ends before this page" in asking("/designs?page=4").text
     assert 'rel="next" href="/designs?q=n=10&amp;page=3"' in asking("/designs?q=n=10&page=2").text
     monkeypatch.setattr("hcsearch.serve.listing.MOST", 50)
     many = asking("/designs?q=n<11")
