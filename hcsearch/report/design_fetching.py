@@ -9,6 +9,7 @@ from importlib.metadata import version
 from typing import Any
 
 from hcsearch.circuit import Circuit
+from hcsearch.deployment.agreement import confirmed
 from hcsearch.deployment.deploying import deploy
 from hcsearch.errors import HcsearchError
 from hcsearch.folding import Folding
@@ -117,10 +118,18 @@ def _folding(folding: Folding, stored: _Known, scene: Scene, db: str) -> ShownFo
     if not turns:
         known["freedoms"] = freedoms_of(folding, panel)
         known["locks"] = lock_sentences(folding, panel)
-        known["motions"] = _motions(folding, stored, best_try(tried), db)
+        known["motions"] = motions = _motions(folding, stored, best_try(tried), db)
+        if stored.paths is None:
+            known["status"] = _shown(motions)
     if not known["why"]:
         known["why"] = "; ".join(motion.source for motion in known.get("motions", ())) or NOT_JUDGED
     return ShownFolding(folding=folding, row=row, twist=turns, room=room_of(folding, scene), tried=tried, **known)
+
+
+def _shown(motions: Sequence[ShownMotion]) -> str:
+    """The status of a folding that no database holds: the best that its motions show."""
+    shown = {motion.shows for motion in motions}
+    return next((status for status in ("deploys", "movable") if status in shown), "not_judged")
 
 
 def _motions(folding: Folding, stored: _Known, best: Row | None, db: str) -> list[ShownMotion]:
@@ -130,7 +139,8 @@ def _motions(folding: Folding, stored: _Known, best: Row | None, db: str) -> lis
     if path is not None:
         payload = payload_of(path)
         command = f"hcsearch drive {folding.notation}{scene_option(stored.scene, stored.where)}"
-        motions.append(ShownMotion("Planned path", path.source, command, payload, plots_of(path, payload)))
+        shows = "movable" if path.certified else ""
+        motions.append(ShownMotion("Planned path", path.source, command, payload, plots_of(path, payload), shows))
     if best is None and stored.rows:
         return motions
     name = DEFAULT if best is None else str(best["scene"])
@@ -143,5 +153,8 @@ def _motions(folding: Folding, stored: _Known, best: Row | None, db: str) -> lis
     payload = payload_of(replay)
     command = f"hcsearch deploy {folding.notation}{scene_option(name, stored.where)}"
     source = "; ".join([replay.source, *(mark.text for mark in marks_of(replay) if mark.bad)])
-    motions.append(ShownMotion("Motion by springs", source, command, payload, plots_of(replay, payload, deployment)))
+    agreement = confirmed(deployment) if stored.paths is None else None
+    shows = "deploys" if agreement is not None and agreement.verdict == "deploys" else ""
+    plots = plots_of(replay, payload, deployment)
+    motions.append(ShownMotion("Motion by springs", source, command, payload, plots, shows))
     return motions
