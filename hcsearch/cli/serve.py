@@ -35,9 +35,10 @@ def serve(db: str, port: int, host: str, scene: str | None, panel: str | None, a
     from hcsearch.serve.server import address_of, open_socket
     from hcsearch.serve.server import serve as run
     from hcsearch.store import open_readonly
+    from hcsearch.store.pages import SECONDS
     from hcsearch.store.queries import check_scene
 
-    with open_readonly(db) as database:
+    with open_readonly(db, timeout=SECONDS) as database:
         asked = scene_asked_for(database, scene, panel, across)
         check_scene(database, asked)
         with open_socket(host, port) as listening:

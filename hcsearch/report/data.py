@@ -42,6 +42,7 @@ class ReportData:
     notes : sentences on what the numbers leave out.
     size : length and width of a panel on the square grids, None for the usual ones.
     columns : the quantities of a design, with their meaning.
+    where : the option of commands that names the database, empty for the usual one.
     pages : address of the page of a design, with `{id}` in it; empty where there is none.
     """
 
@@ -60,4 +61,5 @@ class ReportData:
     size: tuple[float, float] | None = None
     columns: Sequence[Quantity] = DESIGNS
     scene: str = DEFAULT
+    where: str = ""
     pages: str = ""

@@ -15,13 +15,17 @@ from hcsearch.subjects.mechanisms import Freedoms
 
 @dataclass(frozen=True)
 class ShownMotion:
-    """A motion that the page plays and plots; `command` reproduces it."""
+    """A motion that the page plays and plots; `command` reproduces it.
+
+    shows : the status that it gives its folding: `movable`, `deploys`, or empty for none.
+    """
 
     title: str
     source: str
     command: str
     payload: Payload
     plots: Sequence[Plot]
+    shows: str = ""
 
 
 @dataclass(frozen=True)

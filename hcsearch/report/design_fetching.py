@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import version
 
 from hcsearch.circuit import Circuit
+from hcsearch.deployment.agreement import confirmed
 from hcsearch.deployment.deploying import deploy
 from hcsearch.errors import HcsearchError
 from hcsearch.folding import Folding
@@ -16,6 +16,7 @@ from hcsearch.player import payload_of
 from hcsearch.replays.recording import replay_of_deployment
 from hcsearch.replays.replay import Replay
 from hcsearch.replays.sources import replay_named, stored_replays
+from hcsearch.report.commands import database_option, scene_option
 from hcsearch.report.data import FoldingKey, Row
 from hcsearch.report.design_data import DesignData, ShownFolding, ShownMotion
 from hcsearch.report.envelopes import room_of
@@ -29,7 +30,7 @@ from hcsearch.subjects.reading import Request, read_subject
 from hcsearch.subjects.scenes import stored_scene
 from hcsearch.twisting import twist
 
-NOT_JUDGED = "no stage has judged it in this scene: run `hcsearch enumerate` without --until"
+NOT_JUDGED = "no stage has judged it in this scene: run `hcsearch enumerate` in the scene, without --until"
 
 
 def design_data(
@@ -67,10 +68,14 @@ def design_data(
 
 @dataclass(frozen=True)
 class _Known:
-    """What a database holds of a design in a scene; the defaults stand for a design that no database holds."""
+    """What a database holds of a design in a scene; the defaults stand for a design that no database holds.
+
+    where : the option of commands that names the database.
+    """
 
     number: int = 0
     scene: str = DEFAULT
+    where: str = ""
     design: Row = field(default_factory=dict)
     rows: Mapping[int, Row] = field(default_factory=dict)
     best: int | None = None
@@ -93,6 +98,7 @@ def _known(database: Database, number: int, circuit: Circuit, scene: str) -> _Kn
     return _Known(
         number,
         scene,
+        database_option(database),
         design=dict(zip(result.columns, result.rows[0], strict=True)),
         rows={int(str(row["crease"])): row for row in foldings_of(database, [number], scene).get(number, [])},
         best=best_creases(database, [number], scene).get(number),
@@ -108,11 +114,12 @@ def _folding(folding: Folding, stored: _Known, scene: Scene, db: str) -> ShownFo
     tried, panel = stored.tried.get(key, ()), panel_of(scene, folding.circuit.grid.name)
     motions = [] if turns else _motions(folding, stored, best_try(tried), db)
     reason = why({**row, "twist": turns}, stored.motions.get(key), tried)
+    status = "twisted" if turns else str(row.get("status") or "not_judged")
     return ShownFolding(
         folding=folding,
         row=row,
         twist=turns,
-        status="twisted" if turns else str(row.get("status") or "not_judged"),
+        status=_shown(motions) if stored.paths is None and not turns else status,
         why=reason or "; ".join(motion.source for motion in motions) or NOT_JUDGED,
         room=room_of(folding, scene),
         tried=tried,
@@ -122,14 +129,21 @@ def _folding(folding: Folding, stored: _Known, scene: Scene, db: str) -> ShownFo
     )
 
 
+def _shown(motions: Sequence[ShownMotion]) -> str:
+    """The status of a folding that no database holds: the best that its motions show."""
+    shown = {motion.shows for motion in motions}
+    return next((status for status in ("deploys", "movable") if status in shown), "not_judged")
+
+
 def _motions(folding: Folding, stored: _Known, best: Row | None, db: str) -> list[ShownMotion]:
     """The path of a folding, and what the springs of its best deployment do; without a database, those of `default`."""
     motions = []
     path = stored.path(folding, db)
     if path is not None:
         payload = payload_of(path)
-        command = f"hcsearch drive {folding.notation}{scene_option(stored.scene)}"
-        motions.append(ShownMotion("Planned path", path.source, command, payload, plots_of(path, payload)))
+        command = f"hcsearch drive {folding.notation}{scene_option(stored.scene, stored.where)}"
+        shows = "movable" if path.certified else ""
+        motions.append(ShownMotion("Planned path", path.source, command, payload, plots_of(path, payload), shows))
     if best is None and stored.rows:
         return motions
     name = DEFAULT if best is None else str(best["scene"])
@@ -140,12 +154,10 @@ def _motions(folding: Folding, stored: _Known, best: Row | None, db: str) -> lis
         return motions
     replay = replay_of_deployment(deployment, folding.notation, design=True)
     payload = payload_of(replay)
-    command = f"hcsearch deploy {folding.notation}{scene_option(name)}"
+    command = f"hcsearch deploy {folding.notation}{scene_option(name, stored.where)}"
     source = "; ".join([replay.source, *(mark.text for mark in marks_of(replay) if mark.bad)])
-    motions.append(ShownMotion("Motion by springs", source, command, payload, plots_of(replay, payload, deployment)))
+    agreement = confirmed(deployment) if stored.paths is None else None
+    shows = "deploys" if agreement is not None and agreement.verdict == "deploys" else ""
+    plots = plots_of(replay, payload, deployment)
+    motions.append(ShownMotion("Motion by springs", source, command, payload, plots, shows))
     return motions
-
-
-def scene_option(name: str) -> str:
-    """The option that names a scene, where it is not the usual one."""
-    return "" if name == DEFAULT else f" --scene {shlex.quote(name)}"

@@ -9,10 +9,21 @@ from collections.abc import Iterable, Iterator, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 
+from hcsearch.report.commands import database_option
 from hcsearch.report.data import FoldingKey, FunnelStage, ReportData, Row
 from hcsearch.report.players import players_of
 from hcsearch.scenes import DEFAULT
-from hcsearch.store import Database, Result, best_creases, parse_query, select, select_sql, source_in
+from hcsearch.store import (
+    Database,
+    Result,
+    best_creases,
+    literal,
+    parse_query,
+    scene_names,
+    select,
+    select_sql,
+    source_in,
+)
 from hcsearch.store.columns import VIEWS
 
 BEST_FIRST = "-untwisted,-two_stack,-score,-deployable,deploy_time"
@@ -24,7 +35,7 @@ _COUNTS = """
     count(*) AS circuits, coalesce(sum(n_fixed), 0) AS fixed, count(DISTINCT "array") AS arrays,
     sum(two_stack) AS two_stack, sum(untwisted) AS untwisted, count(needed_margin) AS movable,
     sum(CASE WHEN status = 'deploys' THEN 1 ELSE 0 END) AS deploys,
-    sum(CASE WHEN status IN ('deploys', 'movable', 'undecided', 'locked') THEN 1 ELSE 0 END) AS judged
+    sum(CASE WHEN status = 'locked' THEN 1 ELSE 0 END) AS locked
 """
 
 
@@ -39,6 +50,9 @@ def fetch(
     where, designs = _where(database, query), source_in("designs", scene)
     selected = _rows(select(database, query, sort=sort, limit=limit, scene=scene))
     counts = _rows(select_sql(database, f"SELECT {_COUNTS} FROM {designs} WHERE {where}", ("integer",) * 8))[0]
+    here = f"= {literal(scene)} AND design_id IN (SELECT id FROM {designs} WHERE {where})"
+    planned = _has_rows(database, f"motions WHERE scene {here}")
+    tried = _has_rows(database, f"deployments WHERE base {here}")
     distinct = f"SELECT DISTINCT grid, n FROM {designs} WHERE {where} ORDER BY grid, n"
     kinds = select_sql(database, distinct, ("text", "integer")).rows
     arrays = select_sql(database, f'SELECT DISTINCT "array" FROM {designs} WHERE {where} LIMIT 2').rows
@@ -58,7 +72,7 @@ def fetch(
             ("hcsearch", version("hcsearch")),
             ("made", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
         ],
-        funnel=_funnel(counts, total),
+        funnel=_funnel(counts, total, planned=planned, tried=tried),
         census=list(select_sql(database, f"{census} WHERE {where} GROUP BY 1, 2", ("integer",) * 3).rows),
         designs=selected,
         foldings=foldings_of(database, ids, scene),
@@ -67,9 +81,10 @@ def fetch(
         tried=tried_of(database, ids, scene),
         players=players_of(database, selected, scene),
         total=total,
-        notes=_notes(runs),
-        size=_size(runs, scene),
+        notes=[*([] if planned or tried else _elsewhere(database, scene)), *_notes(runs)],
+        size=_size(runs, scene, scene_names(database)),
         scene=scene,
+        where=database_option(database),
     )
 
 
@@ -87,16 +102,32 @@ def _number(value: object) -> int:
     return int(str(value or 0))
 
 
-def _funnel(counts: Row, total: int) -> list[FunnelStage]:
-    """List the numbers of the funnel; None for a stage that ran on none of the designs."""
+def _has_rows(database: Database, source: str) -> bool:
+    return bool(select_sql(database, f"SELECT 1 FROM {source} LIMIT 1").rows)
+
+
+def _elsewhere(database: Database, scene: str) -> list[str]:
+    """Say where results are, when none are of this scene."""
+    others = [name for name in scene_names(database) if name != scene]
+    if not others:
+        return []
+    return [f"No motion was looked for in the scene {scene}: --scene names one with results ({', '.join(others)})."]
+
+
+def _funnel(counts: Row, total: int, *, planned: bool, tried: bool) -> list[FunnelStage]:
+    """List the numbers of the funnel; None for a stage that ran on none of the designs.
+
+    planned, tried : whether motions and deployments of some of the designs are recorded.
+    """
 
     def count(name: str) -> int | None:
         return 0 if not total else None if counts[name] is None else _number(counts[name])
 
     untwisted, movable, deploys = count("untwisted"), count("movable"), count("deploys")
-    # Twisted designs are known not to move before any motion was looked for.
-    if untwisted is None or (untwisted and not counts["judged"]):
-        movable = deploys = None
+    # Twisted and locked designs are known not to move before any motion was looked for.
+    if untwisted is None or untwisted > _number(counts["locked"]):
+        movable = movable if movable or planned else None
+        deploys = deploys if deploys or tried else None
     return [
         FunnelStage("fixed circuits", _number(counts["fixed"])),
         FunnelStage("array" if counts["arrays"] == 1 else "arrays", _number(counts["arrays"])),
@@ -175,11 +206,12 @@ def _notes(runs: Sequence[Row]) -> list[str]:
 
 def size_of(database: Database, scene: str) -> tuple[float, float] | None:
     """Length and width of the panels in a scene, where all runs agree on them."""
-    return _size(_rows(select(database, view="runs")), scene)
+    return _size(_rows(select(database, view="runs")), scene, scene_names(database))
 
 
-def _size(runs: Sequence[Row], scene: str) -> tuple[float, float] | None:
-    runs = [run for run in runs if json.loads(str(run["arguments"])).get("scene", DEFAULT) == scene] or runs
+def _size(runs: Sequence[Row], scene: str, scenes: Sequence[str]) -> tuple[float, float] | None:
+    own = [run for run in runs if json.loads(str(run["arguments"])).get("scene", DEFAULT) == scene]
+    runs = own or ([] if scenes else runs)  # where nothing depends on the scene yet, panels are those of any run
     sizes = {str(run["panel"]) for run in runs if run["panel"]}
     match = re.match(r"([\d.]+)x([\d.]+)", sizes.pop()) if len(sizes) == 1 else None
     return (float(match[1]), float(match[2])) if match else None

@@ -37,6 +37,7 @@ def page_data(data: ReportData) -> dict[str, Any]:
     return {
         "total": data.total,
         "scene": data.scene,
+        "where": data.where,
         "pages": data.pages,
         "size": data.size,
         "grids": {name: _grid(grid) for name, grid in GRIDS.items()},

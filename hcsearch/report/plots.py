@@ -11,7 +11,7 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#c061a0", "#b58900", "#3a9bdc", "#8
 """After Okabe and Ito, so that colour-blind readers tell them apart; mid tones, for light and dark pages."""
 DASHES = ("", "8 3", "2 3", "10 3 2 3")
 WIDTH, HEIGHT = 480, 220
-_LEFT, _RIGHT, _TOP, _BOTTOM = 64, 12, 10, 42
+_LEFT, _RIGHT, _TOP, _BOTTOM = 74, 12, 10, 42
 _SURE = 4
 """How far below the axis intervals are drawn, so that they hide no curve."""
 _TICKS = 6

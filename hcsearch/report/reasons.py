@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from hcsearch.deployment.looks import described, look_parts
 from hcsearch.report.data import Row
 
+UNTRIED = "not proved locked; no path was looked for and no springs were tried in this scene"
 LOCKED = "proved locked at an end of the motion, in every way that the scene may join its flat pairs"
 
 
@@ -29,7 +30,7 @@ def why(folding: Row, motion: str | None, tried: Sequence[Row]) -> str:
     if status == "deploys" and best is not None:
         return f"{best['reason']}; {springs_in(best)}"
     if motion is None and best is None:
-        return ""
+        return UNTRIED if status == "undecided" else ""
     springs = "springs were not tried" if best is None else f"{best['reason']}; {springs_in(best)}"
     return springs if motion is None else f"{springs}; {motion}"
 

@@ -17,6 +17,7 @@ Shape = Literal["cards", "table"]
 LONGEST = {"q": 2000, "sort": 200, "scene": 200, "columns": 1000, "page": 9, "limit": 12, "as": 5}
 """Characters of each parameter of a list."""
 LONGEST_QUERY_STRING = 8000
+_NUMBER = re.compile(r"(?<![^\s(])#([0-9]+)(?![^\s)])")
 MOST_SHAPES, MOST_CELLS = 10, 2500
 """Arrays and circuits in a query, and cells of such an array: each is brought to its canonical form first."""
 
@@ -74,14 +75,18 @@ def parameters(pairs: Sequence[tuple[str, str]], known: Mapping[str, int]) -> di
 
 
 def read_asked(view: str, pairs: Sequence[tuple[str, str]], scene: str) -> Asked:
-    """What the parameters of a list ask for; scene : where they name none."""
+    """What the parameters of a list ask for; its query is not yet read. scene : where they name none.
+
+    `#24` in a query of designs is read as `id=24`, as cards name them.
+    """
     given = parameters(pairs, LONGEST)
     shapes: dict[str, Shape] = {"": "cards", "cards": "cards", "table": "table"}
     shape = given.get("as", "")
     if shape not in shapes:
         raise AddressError(f"there is no list as {shape!r}: write as=cards or as=table")
     query = given.get("q", "").strip()
-    check_query(query)
+    if view == "designs":
+        query = _NUMBER.sub(r"id=\1", query)
     return Asked(
         view=view,
         query=query,

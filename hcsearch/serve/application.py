@@ -25,7 +25,7 @@ from werkzeug.wrappers import Request, Response
 from hcsearch.errors import DatabaseError, HcsearchError, QueryError
 from hcsearch.scenes import DEFAULT
 from hcsearch.serve import jobs
-from hcsearch.serve.addresses import LONGEST, parameters, read_asked
+from hcsearch.serve.addresses import LONGEST, check_query, parameters, read_asked
 from hcsearch.serve.computing import BusyError, Computing
 from hcsearch.serve.downloads import TYPES, Streams, read_export
 from hcsearch.serve.guards import FRAMED, HEADERS, POLICY, refusal
@@ -65,7 +65,7 @@ class Application:
     """
 
     def __init__(self, database: Database, db: str, *, scene: str = DEFAULT, host: str = "127.0.0.1") -> None:
-        self.database, self.db, self.scene, self.host = database, db, scene, host
+        self.database, self.db, self.scene, self.host = database.watched(), db, scene, host
         self.closed = False
         self.computing, self._counts, self._streams = Computing(), Counts(), Streams()
 
@@ -110,6 +110,7 @@ class Application:
 
     def _rows(self, request: Request, view: str, style: str) -> Response:
         asked = read_asked(view, _pairs(request), self.scene)
+        check_query(asked.query)
         pieces = self._streams.start(self.database, asked, style)
         if request.method == "HEAD":
             pieces.close()  # type: ignore[attr-defined]

@@ -58,7 +58,10 @@ def motion(db: str, notation: str, number: int, crease: int, scene: str) -> str:
 
     with open_readonly(db) as database:
         replays = stored_replays(database, {number: Circuit.from_notation(notation)}, scene)
-        return next(motion_json(replay) for path, replay in replays if path.crease == crease)
+        for path, replay in replays:
+            if path.crease == crease:
+                return motion_json(replay)
+    raise HcsearchError(f"the path of folding {crease} is no longer in the database: open the list again")
 
 
 def _formats(*of: str) -> list[Format]:

@@ -10,16 +10,17 @@ from typing import Any
 
 from markupsafe import Markup
 
-from hcsearch.errors import HcsearchError
+from hcsearch.errors import DatabaseError, HcsearchError
 from hcsearch.player.scripts import as_script
+from hcsearch.report.commands import database_option
 from hcsearch.report.data import ReportData, Row
 from hcsearch.report.fetching import foldings_of, motions_of, size_of, tried_of
 from hcsearch.report.payload import page_data
 from hcsearch.scenes import DEFAULT
-from hcsearch.serve.addresses import Asked, design_address, motion_address
+from hcsearch.serve.addresses import Asked, check_query, design_address, motion_address
 from hcsearch.serve.keeping import Kept
 from hcsearch.serve.pages import render
-from hcsearch.store import Database, best_creases, count_rows, foldings_with_paths, scene_names, select_page
+from hcsearch.store import SCENIC, Database, best_creases, count_rows, foldings_with_paths, scene_names, select_page
 from hcsearch.store.columns import VIEWS
 
 CARDS, ROWS = 48, 100
@@ -94,7 +95,10 @@ def render_list(database: Database, asked: Asked, counts: Counts) -> tuple[str, 
     """The page of a list, and its status: with what is wrong with the query, where something is."""
     wrong, status, page = "", 200, Page([], 1, 0, 1)
     try:
+        check_query(asked.query)
         page = page_of(database, asked, counts)
+    except DatabaseError:
+        raise
     except HcsearchError as error:
         wrong, status = str(error), 400
     scenes = list(dict.fromkeys((DEFAULT, *scene_names(database))))
@@ -105,6 +109,7 @@ def render_list(database: Database, asked: Asked, counts: Counts) -> tuple[str, 
         wrong=wrong,
         most=MOST,
         scenes=scenes,
+        scenic=asked.view in SCENIC,
         quantities=VIEWS[asked.view],
         orders=_orders(asked),
         payload=_payload(database, asked, page) if asked.view == "designs" and asked.shape == "cards" else "",
@@ -144,6 +149,7 @@ def _payload(database: Database, asked: Asked, page: Page) -> Markup:
         designs=page.rows,
         total=len(ids),
         scene=asked.scene,
+        where=database_option(database),
         size=size_of(database, asked.scene),
         pages=design_address("{id}", asked.named),
         **known,

@@ -10,6 +10,7 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader
 
 from hcsearch.player import player_script
 from hcsearch.report.templating import environment, joined_script, page_style
+from hcsearch.report.words import written
 from hcsearch.serve.addresses import address_of, design_address
 from hcsearch.store.columns import VIEWS
 
@@ -55,8 +56,6 @@ def static_address(name: str) -> str:
     return f"/static/{hashlib.sha256(static_files()[name][0].encode()).hexdigest()[:16]}/{name}"
 
 
-def _cell(value: object) -> str:
-    """A value in a table."""
-    if value is None:
-        return "-"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+def _cell(value: object, name: str) -> str:
+    """A value in a table. Errors may be tiny; of anything else, rounding leaves so little of a zero."""
+    return f"{value:.4g}" if isinstance(value, float) and name.endswith("_error") else written(value)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from hcsearch.store.saving import save_rows
     from hcsearch.store.scores import save_scores
     from hcsearch.store.verdicts import find_scene, record_scene, record_verdicts, scene_names
-    from hcsearch.store.views import source_in
+    from hcsearch.store.views import SCENIC, literal, source_in
     from hcsearch.store.writing import count_arrays, finish_run, finished_batches, record_batches, start_run
 
 _HOMES = {
@@ -38,12 +38,13 @@ _HOMES = {
     "saving": ("save_rows",),
     "scores": ("save_scores",),
     "verdicts": ("find_scene", "record_scene", "record_verdicts", "scene_names"),
-    "views": ("source_in",),
+    "views": ("SCENIC", "literal", "source_in"),
     "writing": ("count_arrays", "finish_run", "finished_batches", "record_batches", "start_run"),
 }
 
 __all__ = [
     "FORMATS",
+    "SCENIC",
     "VIEWS",
     "Database",
     "Quantity",
@@ -61,6 +62,7 @@ __all__ = [
     "finished_batches",
     "foldings_with_paths",
     "format_rows",
+    "literal",
     "open_database",
     "open_readonly",
     "parse_query",

@@ -68,7 +68,10 @@ _MECHANISM = (
 )
 _VERDICT = (
     Quantity("deployable", "boolean", "", "1: deploys or movable; 0: no folding, twisted or locked; null: not known"),
-    Quantity("flat_pairs", "text", "", "how flat pairs are joined in the proved path: rigid, hinged or merged", WAYS),
+    Quantity(
+        *("flat_pairs", "text", "", "how flat pairs are joined in the proved path: rigid, hinged or merged", WAYS),
+        label="flat pairs of the path",
+    ),
     Quantity(
         *("needed_margin", "real", "mm", "least play for each face at which a path from folded to flat is proved"),
         better="lower",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 
@@ -34,7 +34,7 @@ TIMEOUT = 60.0
 class Database:
     """An open database. `location` is its name for messages, without any password; `path` is its file, if it is one.
 
-    identity : of the file that is written to; made : whether it was made when it was opened.
+    identity : of the file, where no other may take its place; made : whether it was made when it was opened.
     """
 
     engine: Engine
@@ -71,7 +71,7 @@ class Database:
         self.check_place()
 
     def check_place(self) -> None:
-        """DatabaseError when the file that is written to was removed, renamed or replaced: SQLite would not notice."""
+        """DatabaseError when a watched file was removed, renamed or replaced: SQLite would not notice."""
         if self.identity is None:
             return
         assert self.path is not None
@@ -80,6 +80,10 @@ class Database:
                 f"database {self.location} was removed, renamed or replaced by another program while it was in use: "
                 "put it back with its -wal file, or give the same command again, from the start"
             )
+
+    def watched(self) -> Database:
+        """The same database, which refuses to go on when its name leads to another file by then."""
+        return self if self.path is None else replace(self, identity=file_identity(self.path))
 
     def close(self) -> None:
         """Close all connections."""

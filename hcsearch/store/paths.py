@@ -72,6 +72,8 @@ def _states(database: Database, packed: object, count: int) -> Reals:
     try:
         values = np.frombuffer(zlib.decompress(cast(bytes, packed)), "<f8")
         states: Reals = values.reshape(count, -1)
+        if not np.isfinite(states).all():
+            raise ValueError("not all fold angles are numbers")
     except (zlib.error, ValueError, TypeError) as error:
         raise DatabaseError(
             f"{database.location} is damaged: a path cannot be read ({error}); restore a copy, or enumerate anew"

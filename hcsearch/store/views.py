@@ -104,7 +104,7 @@ def select_in(view: str, scene: str) -> str:
     # Quoted, because `array` is a reserved word of PostgreSQL.
     columns = {quantity.name: f'{alias}."{quantity.name}"' for quantity in VIEWS[view]} | _EXPRESSIONS[view]
     lines = ",\n".join(f'    {expression} AS "{name}"' for name, expression in columns.items())
-    return f"SELECT\n{lines}\nFROM {source.replace(':scene', _literal(scene))}"
+    return f"SELECT\n{lines}\nFROM {source.replace(':scene', literal(scene))}"
 
 
 def source_in(view: str, scene: str) -> str:
@@ -112,5 +112,6 @@ def source_in(view: str, scene: str) -> str:
     return view if scene == DEFAULT or view not in SCENIC else f"({select_in(view, scene)}) AS {view}"
 
 
-def _literal(text: str) -> str:
+def literal(text: str) -> str:
+    """Write a text as SQL."""
     return "'" + text.replace("'", "''") + "'"

@@ -217,7 +217,18 @@ def random_query(choose: random.Random, depth: int = 3) -> str:
 
 def test_the_box_understands_queries_as_the_database_does(database_file, tmp_path):
     choose = random.Random(20)
-    queries = ["", *WORDS, *(random_query(choose) for _ in range(150)), "n=8 or", "(n=8", "n=8)", "and n=8", "not"]
+    queries = [
+        "",
+        *WORDS,
+        *(random_query(choose) for _ in range(150)),
+        "n=8 or",
+        "(n=8",
+        "n=8)",
+        "and n=8",
+        "not",
+        "n <= 8",
+        "n",
+    ]
     queries = list(dict.fromkeys(queries))
     with open_readonly(str(database_file)) as database:
         given = {"data": page_data(fetch(database, "", limit=None, sort="id")), "queries": queries}

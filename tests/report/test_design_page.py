@@ -53,6 +53,7 @@ def page_of(path: str, number: int, name: str, scene: str = "default"):
 def test_motions_are_planned_and_simulated_where_no_database_holds_the_design(computed):
     (shown,) = computed.foldings
     path, springs = shown.motions
+    assert (shown.status, path.shows, springs.shows) == ("deploys", "movable", "deploys")
     assert "proved with" in path.source
     assert path.command == "hcsearch drive hex:0234550132:4"
     assert springs.command == "hcsearch deploy hex:0234550132:4"

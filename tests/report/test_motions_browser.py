@@ -41,7 +41,7 @@ def mounted(tab, place: str) -> bool:
 def test_a_dialog_plays_the_path_of_the_folding_that_is_drawn(tab, hex_ten, tmp_path):
     (number,) = [design["id"] for design in hex_ten.designs if design["circuit"] == FOLDING.circuit.notation]
     payload = payload_of(replay_of("hex:0234550132:4"))
-    data = replace(hex_ten, best={number: 4}, players={(number, 4): payload})
+    data = replace(hex_ten, best={number: 4}, players={(number, 4): payload}, scene="solar", where=" --db x.db")
     path = show(tab, render(data), tmp_path)
     tab.value(
         f"document.getElementById('find').value = '#{number}';"
@@ -50,6 +50,8 @@ def test_a_dialog_plays_the_path_of_the_folding_that_is_drawn(tab, hex_ten, tmp_
     )
     tab.value(TWO_FRAMES)
     assert mounted(tab, "dialog .player")
+    shown = tab.value("document.querySelector('dialog').textContent")
+    assert f"hcsearch show {number} --html --scene 'solar' --db x.db" in shown
     other = "document.querySelector('dialog .fold[aria-pressed=false]').click()"
     tab.value(other)
     assert tab.value("document.querySelector('dialog .player').hidden")

@@ -7,7 +7,9 @@ from hcsearch.enumeration import ArraySearch
 from hcsearch.errors import OutputError, QueryError, SceneError
 from hcsearch.grid import GRIDS, parse_array
 from hcsearch.pipeline import Plan, run_into
+from hcsearch.records import Trial
 from hcsearch.report import write_report
+from hcsearch.report.commands import scene_option
 from hcsearch.report.fetching import fetch
 from hcsearch.scenes import Scene
 from hcsearch.store import open_database, open_readonly, select
@@ -88,7 +90,8 @@ def scenes(database_file, tmp_path):
         number, name = select(opened, "grid=hex n=8 untwisted", columns="id,circuit").rows[0]
         (crease,) = select(opened, f"design_id={number} untwisted", columns="crease", view="foldings").rows[0]
         judge(opened, [(name, crease, "deploys", 0.5, 1.25)])
-        judge(opened, [(name, crease, "undecided", None, None)], "flat")
+        tried = Trial(0, "flat", "", "constrained", "undecided", "moving at 1 s", None, None, None, 0.0, 0.0)
+        judge(opened, [(name, crease, "undecided", None, None)], "flat", [tried])
         judge(opened, [(name, crease, "movable", None, None)], "driven")
         judge(opened, [], "long")
         four = ArraySearch(parse_array(GRIDS["rectangle"], "4x4"))
@@ -106,7 +109,7 @@ def test_a_report_shows_the_verdicts_of_its_scene(scenes, tmp_path):
     }
     assert shown == {
         "default": ["deploys", 1.25, 0.01, 1, 1],
-        "driven": ["movable", None, 0.01, 1, 0],
+        "driven": ["movable", None, 0.01, 1, None],  # no springs were tried
         "flat": ["undecided", None, None, 0, 0],
     }
     statuses = [{row["status"] for rows in data.foldings.values() for row in rows} for data in reports.values()]
@@ -126,6 +129,24 @@ def test_a_report_shows_the_verdicts_of_its_scene(scenes, tmp_path):
 def test_panels_are_drawn_as_large_as_in_the_scene(scenes):
     sizes = [fetch(scenes, "grid=rectangle", limit=None, scene=scene).size for scene in ("flat", "long", "default")]
     assert sizes == [(60, 30), (80, 20), None]  # `default` was not run, and the others do not agree
+
+
+def test_numbers_of_a_scene_without_results_are_not_known(scenes):
+    data = fetch(scenes, "grid=hex n=8", limit=None, scene="long")
+    assert list(counts(data).values())[-3:] == [1, None, None]
+    assert data.notes[0].startswith(
+        "No motion was looked for in the scene long: --scene names one with results (default,"
+    )
+    assert not fetch(scenes, "grid=hex n=8", limit=None).notes
+
+
+def test_commands_name_the_scene_and_the_file_that_holds_it(database, database_file, monkeypatch):
+    where = fetch(database, "grid=hex n=8", limit=1).where
+    assert where == f" --db {database_file}"
+    assert scene_option("solar, hinged", where) == f" --scene 'solar, hinged' --db {database_file}"
+    assert scene_option("default", where) == ""
+    monkeypatch.setenv("HCSEARCH_DB", str(database_file))
+    assert fetch(database, "grid=hex n=8", limit=1).where == ""
 
 
 def test_values_of_a_query_are_data(database):

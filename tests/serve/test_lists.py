@@ -3,6 +3,7 @@ import html
 import io
 import json
 import re
+import shutil
 from urllib.parse import quote
 from wsgiref.validate import validator
 
@@ -55,6 +56,7 @@ def test_a_page_says_where_in_how_many_it_is(asking, monkeypatch):
     assert shown(asking("/designs")) == "1 to 48 of 120"
     assert shown(asking("/designs?page=3")) == "97 to 120 of 120"
     assert shown(asking("/designs?page=4")) == "120"
+    assert "ends before this page" in asking("/designs?page=4").text
     assert 'rel="next" href="/designs?q=n=10&amp;page=3"' in asking("/designs?q=n=10&page=2").text
     monkeypatch.setattr("hcsearch.serve.listing.MOST", 50)
     many = asking("/designs?q=n<11")
@@ -104,6 +106,32 @@ def test_what_is_wrong_with_a_query_stands_beside_it(asking):
     assert "did you mean symmetry" in answer.text
     assert 'value="symetry&gt;1"' in answer.text
     assert asking("/designs.csv?q=symetry%3E1").status == 400
+    answer = asking("/designs?q=(n%3C%3D+12")
+    assert (answer.status, 'value="(n&lt;= 12"' in answer.text) == (400, True)
+    assert asking("/designs.csv?q=(n%3C%3D+12").status == 400
+
+
+def test_conditions_that_the_page_names_can_be_asked(asking):
+    named = re.search("hcsearch query</code>:(.*?) satisfies", asking("/designs").text, re.DOTALL)[1]
+    words = re.findall("<code>(.*?)</code>", named, re.DOTALL)
+    assert len(words) > 3
+    for word in words:
+        assert asking(f"/designs?as=table&q={quote(' '.join(html.unescape(word).split()))}").status == 200, word
+
+
+def test_a_number_finds_its_design(asking, number):
+    assert ids(asking(f"/designs?q=n=10+(%23{number})")) == [number]
+    assert asking(f"/designs?q=%23{number}x").status == 400
+
+
+def test_a_list_without_rows_has_no_script_that_draws_them(asking):
+    answer = asking("/designs?q=id=99999")
+    assert ("Nothing fits." in answer.text, "cards.js" in answer.text) == (True, False)
+
+
+def test_a_scene_is_named_where_rows_depend_on_it(asking):
+    for view in VIEWS:
+        assert ("<dt>scene</dt>" in asking(f"/{view}").text) == (view in ("designs", "foldings"))
 
 
 def test_head_has_the_headers_and_no_body(asking):
@@ -148,6 +176,21 @@ def test_counts_and_pages_follow_the_database(tmp_path):
             assert (before, shown(asking("/designs"))) == ("1 to 48 of 86", "1 to 48 of 102")
 
 
+def test_another_file_in_place_of_the_database_is_refused(database_file, tmp_path, number):
+    from hcsearch.serve import Application
+
+    path = tmp_path / "designs.sqlite"
+    shutil.copy(database_file, path)
+    with open_readonly(str(path)) as opened:
+        asking = Asking(Application(opened, str(path)))
+        assert asking("/designs").status == 200
+        shutil.copy(database_file, tmp_path / "other.sqlite")
+        (tmp_path / "other.sqlite").replace(path)
+        for address in ("/designs", "/designs.csv", f"/designs/{number}"):
+            answer = asking(address)
+            assert (answer.status, "replaced by another program" in answer.text) == (500, True)
+
+
 def test_streams_are_limited_and_given_back(asking):
     started = [asking.application._streams.start(asking.application.database, *rows()) for _ in range(3)]
     assert asking("/designs.csv").status == 503
@@ -182,3 +225,10 @@ def test_the_scene_of_the_server_is_the_one_that_addresses_leave_out(database, d
     assert (drawn(other)["scene"], drawn(other)["pages"]) == ("default", "/designs/{id}?scene=default")
     assert 'href="/designs?page=2"' in usual.text
     assert 'href="/designs?scene=default&amp;page=2"' in other.text
+
+
+def test_a_zero_is_a_zero_in_tables_and_an_error_what_it_is():
+    from hcsearch.serve.pages import _cell
+
+    assert [_cell(value, "least_gap") for value in (-9e-14, 1 / 3, None, 7)] == ["0", "0.3333", "-", "7"]
+    assert _cell(4.2e-12, "energy_error") == "4.2e-12"

@@ -48,6 +48,9 @@ const Conditions = (() => {
     }
     if (tree.kind === "number") return (i) => table.designs.id[i] === tree.value;
     if (tree.kind === "text") {
+      if (table.quantity(tree.value) || /^[<>=!]/.test(tree.value)) {
+        throw new Error(`“${tree.value}” alone is no condition: write a comparison without spaces, as dof<=6`);
+      }
       const word = tree.value.toLowerCase();
       return (i) => table.text(i).includes(word);
     }

@@ -9,10 +9,12 @@ const Dialog = (() => {
     player = null;
   }
 
+  // Names a scene where it is not the usual one; where : names the database that may hold it.
+  const option = (scene, where) => (scene === null || scene === "default" ? "" : ` --scene '${scene}'${where}`);
+
   function command(table, i, row) {
     const { scene, crease } = table.foldings;
-    const named = scene[row] === null || scene[row] === "default" ? "" : ` --scene '${scene[row]}'`;
-    return `hcsearch deploy ${table.designs.circuit[i]}:${crease[row]}${named}`;
+    return `hcsearch deploy ${table.designs.circuit[i]}:${crease[row]}${option(scene[row], table.where)}`;
   }
 
   const named = ({ label, unit }) => label + (unit && `, ${unit}`);
@@ -75,7 +77,7 @@ const Dialog = (() => {
       Parts.facts(table, i, row, (name) => name !== "id"),
       rows.length ? foldings(table, rows) : null,
       row !== undefined && table.foldings.scene[row] !== null ? Parts.code("command", command(table, i, row)) : null,
-      Parts.code("command", `hcsearch show ${table.designs.id[i]} --html`)));
+      Parts.code("command", `hcsearch show ${table.designs.id[i]} --html${option(table.scene, "")}${table.where}`)));
     if (!dialog.open) dialog.showModal();
     play(table, row, place);
   }
