@@ -9,11 +9,19 @@ from hcsearch.labels import labels_of
 from hcsearch.linkage import Linkage
 from hcsearch.replays.replay import Replay, thinned, turned
 from hcsearch.typing import Reals
+from hcsearch.vocabulary import Formulation
 
 FINE = 4
 """States between two of a motion: steps are long where fold angles are smooth, and these are not straight."""
 NEAR = 2e-3
 """What interpolation between the states of a replay may miss a hinge by, rad: 0.1 degrees, less than a screen shows."""
+
+_LOOPS: dict[Formulation, str] = {
+    "constrained": "loops closed exactly",
+    "compliant": "loops closed by stiff springs",
+    "penalty": "loops closed by the springs of the thesis",
+    "quasistatic": "without inertia",
+}
 
 
 def replay_of_deployment(deployment: Deployment, title: str, *, design: bool | None = None) -> Replay:
@@ -39,7 +47,7 @@ def replay_of_deployment(deployment: Deployment, title: str, *, design: bool | N
         margin=compiled.margin,
         error=error,
         title=title,
-        source=f"simulated in the scene {compiled.scene.name!r}, {compiled.formulation}: {deployment.reason}",
+        source=f"simulated in the scene {compiled.scene.name!r}, {_LOOPS[compiled.formulation]}: {deployment.reason}",
     )
 
 

@@ -145,6 +145,7 @@ class Application:
         elif form.of != "array":
             below = f"/designs/{number}/foldings/CREASE/export.{ending}"
             raise QueryError(f"{form.name} is of one folding: ask for {below}")
+        stem += f"-{form.name}" if form.by_name else ""  # another format has this ending, too
         said = tuple(sorted(settings.items()))
         key = (form.name, subject, stem, scene, motion, said, stamp_of(self.database))
         made = self.computing(key, jobs.export_file, self.db, subject, stem, form.name, scene, motion, settings)

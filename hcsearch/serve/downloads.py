@@ -130,8 +130,9 @@ def read_export(ending: str, pairs: Any) -> tuple[Format, str, str | None, dict[
     HcsearchError for values that exports do not take.
     """
     given = parameters(pairs, dict.fromkeys(_READ, 20) | {"format": 20, "motion": 10, "scene": LONGEST["scene"]})
-    known = [form for form in FORMATS.values() if "." + ending in form.endings]
-    known = [form for form in known if given.get("format", form.name) == form.name]
+    name = given.get("format")
+    known = [form for form in FORMATS.values() if (not form.by_name if name is None else form.name == name)]
+    known = [form for form in known if "." + ending in form.endings]
     if len(known) != 1:
         names = ", ".join(f"{form.endings[0]} ({form.name})" for form in FORMATS.values())
         raise AddressError(f"no one export ends in .{ending}: the formats are {names}; choose with format=NAME")

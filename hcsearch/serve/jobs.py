@@ -77,8 +77,7 @@ def _formats(*of: str) -> list[Format]:
 
 def _export_address(number: int, form: Format, named: str, crease: int | None = None) -> str:
     below = "" if crease is None else f"/foldings/{crease}"
-    twins = [other for other in FORMATS.values() if form.endings[0] in other.endings]
-    chosen = {"format": form.name} if len(twins) > 1 else {}
+    chosen = {"format": form.name} if form.by_name else {}
     return design_address(number, named, f"{below}/export{form.endings[0]}", **chosen)
 
 

@@ -26,6 +26,7 @@ Answer = list[dict[str, Any]]
 
 CORES = ("Haswell", "Sandybridge", "Prescott", "SkylakeX")
 """Processors whose kernels are tried: with AVX2, with AVX, with neither, and with AVX-512."""
+OLDEST = "Prescott"
 LIMIT = 3600.0
 """Seconds for one process."""
 ROUNDED = 6
@@ -54,7 +55,10 @@ class ProcessorRow:
 
 
 def measure_processors(*, quick: bool, say: Say) -> list[ProcessorRow]:
-    """Ask everything with this machine's own kernels, then with those for others; quick: hexagons of 10 cells."""
+    """Ask everything with this machine's own kernels, then with those for others.
+
+    quick : hexagons of 10 cells, and of other kernels those for the oldest processor.
+    """
     own = kernels_for(None)
     if not own:
         note = "no OpenBLAS here whose kernels could be chosen: not tried"
@@ -69,7 +73,7 @@ def measure_processors(*, quick: bool, say: Say) -> list[ProcessorRow]:
         say(f"stability: {question}, own kernels")
         first[question] = ask(None)
     rows = []
-    for core in CORES:
+    for core in (OLDEST,) if quick else CORES:
         taken = kernels_for(core)
         if taken in {own, ""}:
             note = "this machine's own" if core.lower() in own.lower() else "not taken on this machine"

@@ -117,7 +117,7 @@ def test_a_folding_is_replayed_along_its_path_or_let_go_as_asked():
     assert path.source == asked.source
     assert path.angles.tolist() == asked.angles.tolist()
     assert (path.axis, springs.axis) == ("path", "time")
-    assert springs.source.startswith("simulated in the scene 'default', constrained: flat after 0.14")
+    assert springs.source.startswith("simulated in the scene 'default', loops closed exactly: flat after 0.14")
     assert path.title == springs.title == MOVES
 
 

@@ -61,6 +61,9 @@ def test_exports_are_files_to_download(asking, number):
     assert fold.headers["Content-Disposition"] == f"attachment; filename=design-{number}-folding-1.fold"
     assert json.loads(fold.body)["file_spec"] == 1.2
     assert asking(f"{below}.stl?state=folded&part=3").body != asking(f"{below}.stl?state=flat&part=3").body
+    moving = asking(f"{below}.svg?format=animation")
+    assert moving.headers["Content-Disposition"] == f"attachment; filename=design-{number}-folding-1-animation.svg"
+    assert moving.body != asking(f"{below}.svg").body
     tree = asking(f"{below}.urdf")
     assert zipfile.ZipFile(io.BytesIO(tree.body)).namelist()[0] == f"design-{number}-folding-1.urdf"
     graph = asking(f"/designs/{number}/export.g6")
