@@ -34,8 +34,21 @@ def _no_extras(request, monkeypatch):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Begin with what takes longest, on all workers, so that no core is left alone with it at the end."""
-    items.sort(key=lambda item: item.get_closest_marker("long") is None)
-    # each worker is given a part of the list to begin with: parts have equal shares of what takes long
+    """Begin with what takes longest, on all workers, so that no core is left alone with it at the end.
+
+    Each worker is given a part of the list to begin with. Parts have equal shares of what takes long, and whole modules
+    of the rest, as a module's fixtures are made in each worker that runs a test of it.
+    """
     workers = getattr(config, "workerinput", {}).get("workercount", 1)
-    items[:] = [item for worker in range(workers) for item in items[worker::workers]]
+    long = [item for item in items if item.get_closest_marker("long")]
+    rest = [item for item in items if not item.get_closest_marker("long")]
+    left = len(items)
+    items.clear()
+    for worker in range(workers):
+        part = long[worker::workers]
+        size = left // (workers - worker)  # as pytest-xdist divides them
+        left -= size
+        others = max(0, size - len(part))
+        items += [*part, *rest[:others]]
+        del rest[:others]
+    items += rest
