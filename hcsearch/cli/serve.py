@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import signal
+
 import click
 
 from hcsearch.cli.options import database_option, examples
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import HcsearchError
 from hcsearch.subjects.scenes import scene_asked_for
+from hcsearch.system.interrupts import leave
 
 
 @click.command(epilog=examples("hcsearch serve --db hcsearch.sqlite"))
@@ -44,11 +47,9 @@ def serve(db: str, port: int, host: str, scene: str | None, panel: str | None, a
         with open_socket(host, port) as listening:
             if not is_local(host):
                 click.echo(f"warning: whoever reaches {host} can read this database; there is no password", err=True)
-            run(
-                database,
-                db,
-                listening,
-                host=host,
-                scene=asked,
-                started=lambda: click.echo(f"{address_of(listening, host)} shows {database.location}; Ctrl-C ends it"),
-            )
+            shown = f"{address_of(listening, host)} shows {database.location}; Ctrl-C ends it"
+            try:
+                run(database, db, listening, host=host, scene=asked, started=lambda: click.echo(shown))
+            except KeyboardInterrupt:
+                signal.signal(signal.SIGINT, signal.SIG_IGN)
+                leave(said="hcsearch: the server has ended")

@@ -8,10 +8,10 @@ INTERRUPTED = "hcsearch: interrupted; work that is kept in a database goes on fr
 CODE = 128 + 2  # SIGINT, as shells say it
 
 
-def leave(*_signal: object) -> None:
+def leave(*_signal: object, said: str = INTERRUPTED) -> None:
     """End without the interpreter's own end, in which objects that the interrupt left half made would complain."""
     try:  # noqa: SIM105 - contextlib takes longer to load
-        os.write(2, f"{INTERRUPTED}\n".encode())
+        os.write(2, f"{said}\n".encode())
     except OSError:
         pass  # nobody is there to read it
     os._exit(CODE)
