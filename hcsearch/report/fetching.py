@@ -19,6 +19,7 @@ from hcsearch.store import (
     best_creases,
     literal,
     parse_query,
+    parts_of,
     scene_names,
     select,
     select_sql,
@@ -28,8 +29,6 @@ from hcsearch.store.columns import VIEWS
 
 BEST_FIRST = "-untwisted,-two_stack,-score,-deployable,deploy_time"
 """Order of the designs on the page, so that a limit cuts off the worst: what springs deploy has a time. Then by id."""
-
-_IDS_AT_ONCE = 5000
 
 _COUNTS = """
     count(*) AS circuits, coalesce(sum(n_fixed), 0) AS fixed, count(DISTINCT "array") AS arrays,
@@ -166,8 +165,8 @@ def tried_of(database: Database, ids: Sequence[int], scene: str) -> dict[Folding
 
 
 def _of_designs(database: Database, view: str, source: str, ids: Sequence[int], order: str) -> Iterator[Row]:
-    for first in range(0, len(ids), _IDS_AT_ONCE):
-        listed = ", ".join(map(str, ids[first : first + _IDS_AT_ONCE]))
+    for part in parts_of(ids):
+        listed = ", ".join(map(str, part))
         sql = f"SELECT * FROM {source} WHERE design_id IN ({listed}) ORDER BY design_id, {order}"
         yield from _rows(select_sql(database, sql, [quantity.kind for quantity in VIEWS[view]]))
 

@@ -119,7 +119,7 @@ class Application:
         return Response(pieces, mimetype=TYPES[style], headers=headers)
 
     def _design(self, request: Request, number: int) -> Response:
-        scene = self._scene(parameters(_pairs(request), _SCENE).get("scene", ""))
+        scene = self._scene_of(request)
         circuit = self._circuit(number)
         key = ("design", number, scene, stamp_of(self.database))
         named = "" if scene == self.scene else scene
@@ -127,7 +127,7 @@ class Application:
         return Response(text, mimetype="text/html", headers={"Content-Security-Policy": FRAMED})
 
     def _motion(self, request: Request, number: int, crease: int) -> Response:
-        scene = self._scene(parameters(_pairs(request), _SCENE).get("scene", ""))
+        scene = self._scene_of(request)
         circuit = self._circuit(number)
         if (number, crease) not in foldings_with_paths(self.database, [number], scene):
             raise NotFound
@@ -158,6 +158,10 @@ class Application:
         if not rows:
             raise NotFound
         return str(rows[0][0])
+
+    def _scene_of(self, request: Request) -> str:
+        """The scene that an address asks for, which has no other parameter."""
+        return self._scene(parameters(_pairs(request), _SCENE).get("scene", ""))
 
     def _scene(self, name: str) -> str:
         """A scene that the database has verdicts of. No other name is looked up: some are those of files."""

@@ -1,6 +1,6 @@
 """What a request may have computed, in a process of its own: the page of a design, and files of exports.
 
-The engine is loaded there alone, so that lists are there at once.
+Nothing is simulated or planned in the process that answers lists, so that these are answered all the time.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from hcsearch.store.pages import count_rows, select_page
     from hcsearch.store.paths import StoredPath, find_paths, foldings_with_paths
     from hcsearch.store.queries import find_design, parse_query, select, select_sql, stream, stream_sql
-    from hcsearch.store.rows import Result, Rows
+    from hcsearch.store.rows import Result, Rows, parts_of
     from hcsearch.store.saving import save_rows
     from hcsearch.store.scores import save_scores
     from hcsearch.store.verdicts import find_scene, record_scene, record_verdicts, scene_names
@@ -34,7 +34,7 @@ _HOMES = {
     "pages": ("count_rows", "select_page"),
     "paths": ("StoredPath", "find_paths", "foldings_with_paths"),
     "queries": ("find_design", "parse_query", "select", "select_sql", "stream", "stream_sql"),
-    "rows": ("Result", "Rows"),
+    "rows": ("Result", "Rows", "parts_of"),
     "saving": ("save_rows",),
     "scores": ("save_scores",),
     "verdicts": ("find_scene", "record_scene", "record_verdicts", "scene_names"),
@@ -66,6 +66,7 @@ __all__ = [
     "open_database",
     "open_readonly",
     "parse_query",
+    "parts_of",
     "record_batches",
     "record_scene",
     "record_verdicts",

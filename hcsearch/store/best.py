@@ -9,10 +9,8 @@ from sqlalchemy import select as sql_select
 
 from hcsearch.scenes import DEFAULT
 from hcsearch.store.database import Database
+from hcsearch.store.rows import parts_of
 from hcsearch.store.schema import design, outcome
-
-AT_ONCE = 5000
-"""Designs that one statement asks for."""
 
 
 def best_creases(database: Database, ids: Sequence[int], scene: str = DEFAULT) -> dict[int, int]:
@@ -24,8 +22,8 @@ def best_creases(database: Database, ids: Sequence[int], scene: str = DEFAULT) -
     best = func.coalesce(outcome.c.best_crease, design.c.best_crease)
     joined = design.outerjoin(outcome, and_(outcome.c.design_id == design.c.id, outcome.c.scene == scene))
     with database.reading() as connection:
-        for first in range(0, len(ids), AT_ONCE):
-            wanted = design.c.id.in_(list(ids[first : first + AT_ONCE]))
-            statement = sql_select(design.c.id, best).select_from(joined).where(wanted, best.is_not(None))
+        for part in parts_of(ids):
+            statement = sql_select(design.c.id, best).select_from(joined)
+            statement = statement.where(design.c.id.in_(part), best.is_not(None))
             creases.update((row[0], row[1]) for row in connection.execute(statement))
     return creases

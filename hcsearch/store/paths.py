@@ -5,20 +5,19 @@ from __future__ import annotations
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
+from sqlalchemy import Row, Select
 from sqlalchemy import select as sql_select
 
 from hcsearch.errors import DatabaseError
 from hcsearch.scenes import DEFAULT
 from hcsearch.store.database import Database
+from hcsearch.store.rows import parts_of
 from hcsearch.store.schema import motion
 from hcsearch.typing import Reals
 from hcsearch.vocabulary import Way
-
-AT_ONCE = 5000
-"""Designs that one statement asks for."""
 
 
 @dataclass(frozen=True)
@@ -38,33 +37,28 @@ class StoredPath:
 
 def foldings_with_paths(database: Database, ids: Sequence[int], scene: str = DEFAULT) -> list[tuple[int, int]]:
     """Id and crease of the foldings of some designs whose path in a scene is stored, proved or not."""
-    found: list[tuple[int, int]] = []
-    with database.reading() as connection:
-        for first in range(0, len(ids), AT_ONCE):
-            wanted = motion.c.design_id.in_(list(ids[first : first + AT_ONCE]))
-            statement = sql_select(motion.c.design_id, motion.c.crease).where(
-                wanted, motion.c.scene == scene, motion.c.path.is_not(None)
-            )
-            found += [(row.design_id, row.crease) for row in connection.execute(statement)]
-    return found
+    rows = _with_paths(database, sql_select(motion.c.design_id, motion.c.crease), ids, scene)
+    return [(row.design_id, row.crease) for row in rows]
 
 
 def find_paths(database: Database, ids: Sequence[int], scene: str = DEFAULT) -> list[StoredPath]:
     """The stored paths of the foldings of some designs in a scene, by design and crease; DatabaseError for damage."""
     paths = []
-    with database.reading() as connection:
-        for first in range(0, len(ids), AT_ONCE):
-            wanted = motion.c.design_id.in_(list(ids[first : first + AT_ONCE]))
-            statement = (
-                sql_select(motion)
-                .where(wanted, motion.c.scene == scene, motion.c.path.is_not(None))
-                .order_by(motion.c.design_id, motion.c.crease)
-            )
-            for row in connection.execute(statement):
-                states = _states(database, row.path, row.states)
-                way = cast("Way | None", row.flat_pairs)
-                paths.append(StoredPath(row.design_id, row.crease, way, states, row.needed_margin))
+    for row in _with_paths(database, sql_select(motion), ids, scene):
+        states = _states(database, row.path, row.states)
+        way = cast("Way | None", row.flat_pairs)
+        paths.append(StoredPath(row.design_id, row.crease, way, states, row.needed_margin))
     return paths
+
+
+def _with_paths(database: Database, columns: Select[Any], ids: Sequence[int], scene: str) -> list[Row[Any]]:
+    """Columns of the motions of some designs in a scene that have a path, by design and crease."""
+    rows: list[Row[Any]] = []
+    with database.reading() as connection:
+        for part in parts_of(ids):
+            wanted = motion.c.design_id.in_(part), motion.c.scene == scene, motion.c.path.is_not(None)
+            rows += connection.execute(columns.where(*wanted).order_by(motion.c.design_id, motion.c.crease))
+    return rows
 
 
 def _states(database: Database, packed: object, count: int) -> Reals:

@@ -27,6 +27,8 @@ _TYPES: dict[str, set[type]] = {
     "text": {str, _NONE},
 }
 
+AT_ONCE = 5000
+"""Designs that one statement asks for."""
 CHUNK = 1000
 """Rows fetched at once."""
 
@@ -53,6 +55,12 @@ class Rows:
     def gathered(self) -> Result:
         """All rows at once."""
         return Result(self.columns, tuple(chain.from_iterable(self.chunks)))
+
+
+def parts_of(ids: Sequence[int]) -> Iterator[list[int]]:
+    """Ids of designs in parts, each for one statement."""
+    for first in range(0, len(ids), AT_ONCE):
+        yield list(ids[first : first + AT_ONCE])
 
 
 def chunks_of(cursor: CursorResult[Any]) -> Iterator[Sequence[Row]]:
