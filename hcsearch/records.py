@@ -123,6 +123,8 @@ class Trial:
     sentence. clearance : smallest gap to which panels come near again after they have parted, m; a panel's size where
     none do. first_contact, deploy_time : s; None where there is none.
     energy_error : greatest relative error of the energy balance. closure_error : greatest gap of the closed loop, m.
+    needed_margin, least_gap : m, of one that deploys, else None: the least margin at which it is certified clear, and
+    the least gap of the panels as built. Where they overlap, `clearance` is that, too.
     """
 
     folding: int
@@ -136,6 +138,8 @@ class Trial:
     deploy_time: float | None
     energy_error: float
     closure_error: float
+    needed_margin: float | None = None
+    least_gap: float | None = None
 
 
 @dataclass(frozen=True)
@@ -181,6 +185,34 @@ class DeploymentBatch:
     def deploys(self) -> NDArray[np.bool_]:
         """Which foldings come flat, certified clear, in some deployment."""
         return ~np.isnan(self.time)
+
+    @property
+    def margin(self) -> NDArray[np.float64]:
+        """The least play for each face at which the deployment of a folding is certified clear, m; NaN without one."""
+        return self._of_trials("needed_margin")
+
+    @property
+    def gap(self) -> NDArray[np.float64]:
+        """The least gap of the panels as built in that deployment, m, below 0 where they overlap; NaN without one."""
+        return self._of_trials("least_gap")
+
+    def _of_trials(self, name: str) -> NDArray[np.float64]:
+        values = np.full(len(self.clearance), np.nan)
+        for trial in self.trials:
+            if trial.status == "deploys" and getattr(trial, name) is not None:
+                values[trial.folding] = getattr(trial, name)
+        return values
+
+
+def play_of(motion: MotionBatch, deployment: DeploymentBatch | None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Needed margins and least gaps of the motions that give foldings their status, m; NaN without one.
+
+    Those of the deployment where springs bring a folding flat, else those of its path.
+    """
+    if deployment is None:
+        return motion.margin, motion.gap
+    springs = deployment.deploys
+    return np.where(springs, deployment.margin, motion.margin), np.where(springs, deployment.gap, motion.gap)
 
 
 @dataclass(frozen=True)

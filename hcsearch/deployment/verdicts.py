@@ -19,8 +19,10 @@ from numpy.typing import NDArray
 from hcsearch.deployment.agreement import PATIENT, Agreement, agreed_checks, neighbours
 from hcsearch.deployment.checking import CALL, Screen, check, screen_of
 from hcsearch.deployment.compiling import Compiled, compile_scene
+from hcsearch.deployment.deploying import run
 from hcsearch.deployment.looks import Look, looks_at, scene_of, springs_of
 from hcsearch.deployment.outcomes import STEPS, Check
+from hcsearch.deployment.play import Play, needed_margin_of, play_of
 from hcsearch.deployment.scene_files import file_text
 from hcsearch.deployment.springs import with_springs
 from hcsearch.flat_pairs import can_be, linkage_joined, ways
@@ -136,11 +138,31 @@ class _Verdicts:
         """Whether what deploys does so at other tolerances, too."""
         deploying = {tried: scenes[tried] for tried, one in checks.items() if one.deploys}
         near, steps = neighbours(FINE), PATIENT * STEPS["constrained"]
-        others = [self._check(deploying, {"tolerance": tolerance, "max_steps": steps}) for tolerance in near]
-        return {
-            tried: agreed_checks([checks[tried], *(other[tried] for other in others)], (FINE, *near))
-            for tried in deploying
+        plays = {tried: self._play(compiled) for tried, (compiled, _) in deploying.items()}
+        # what is clear with the margin that the first motion needs is clear with the scene's
+        tight = {
+            tried: (compiled, screen_of(compiled, plays[tried].needed_margin))
+            for tried, (compiled, _) in deploying.items()
         }
+        agreements = {}
+        others = [self._check(tight, {"tolerance": tolerance, "max_steps": steps}) for tolerance in near]
+        for tried, (compiled, screen) in deploying.items():
+            needed, seen = plays[tried].needed_margin, [other[tried] for other in others]
+            for k, tolerance in enumerate(near):
+                if seen[k].outcome == "flat" and not seen[k].deploys:
+                    options = {"tolerance": tolerance, "max_steps": steps}
+                    seen[k] = self._check({tried: (compiled, screen)}, options)[tried]
+                    if seen[k].deploys:
+                        own = run(compiled, tolerance=tolerance, max_steps=steps, certified=False)
+                        needed = needed_margin_of(compiled, own.motion, needed)
+            agreement = agreed_checks([checks[tried], *seen], (FINE, *near))
+            agreements[tried] = replace(agreement, needed_margin=needed, least_gap=plays[tried].least_gap)
+        return agreements
+
+    @staticmethod
+    def _play(compiled: Compiled) -> Play:
+        """The play of the first motion, of which the check keeps no states."""
+        return play_of(compiled, run(compiled, tolerance=FINE, certified=False).motion)
 
     def _keep(self, i: int, look: Look, compiled: Compiled, one: Check, agreement: Agreement | None) -> None:
         if not (look.first or one.deploys):
@@ -177,7 +199,10 @@ class _Verdicts:
         if agreement is not None:
             status = agreement.verdict
             reason = agreement.reason + (", clear until then" if status == "deploys" else "")
-        size = compiled.linkage.pattern.size
+        size, clearance, play = compiled.linkage.pattern.size, None, None
+        if agreement is not None and status == "deploys" and agreement.needed_margin is not None:
+            play = Play(agreement.needed_margin, agreement.least_gap)
+            clearance = play.clearance(min(math.inf if one.gap is None else one.gap, size))
         facts = {"design": self.foldings[i].notation}
         tried = replace(
             compiled.scene,
@@ -192,11 +217,13 @@ class _Verdicts:
             formulation=compiled.formulation,
             status=status,
             reason=reason,
-            clearance=min(math.inf if one.gap is None else one.gap, size) if status == "deploys" else None,
+            clearance=clearance,
             first_contact=one.collision[0] if one.collision is not None and one.verdict == "collides" else None,
             deploy_time=agreement.flat_time if agreement is not None and status == "deploys" else None,
             energy_error=one.drift,
             closure_error=one.opening * size,
+            needed_margin=None if play is None else play.needed_margin,
+            least_gap=None if play is None else play.least_gap,
         )
 
     def _trials(self, i: int) -> Iterator[Trial]:

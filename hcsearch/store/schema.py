@@ -23,7 +23,7 @@ from sqlalchemy import (
 )
 from sqlalchemy.types import REAL, TypeEngine
 
-REVISION = "0006"
+REVISION = "0007"
 """The newest migration. Revisions are numbers of four digits, so that an older one is a smaller text."""
 
 VERSION_TABLE = "hcsearch_version"
@@ -154,6 +154,9 @@ verdict = Table(
     Column("status", _TEXT, nullable=False),
     Column("min_clearance", _REAL),
     Column("deploy_time", _REAL),
+    # Of the motion that gives the status: the deployment of what deploys, the path of what is movable.
+    Column("needed_margin", _REAL),
+    Column("least_gap", _REAL),
     _of_folding("crease"),
     _status("status", *_JUDGED),
     sqlite_strict=True,
@@ -206,6 +209,8 @@ deployment = Table(
     Column("deploy_time", _REAL),
     Column("energy_error", _REAL),
     Column("closure_error", _REAL),
+    Column("needed_margin", _REAL),
+    Column("least_gap", _REAL),
     _of_folding("crease"),
     _status("status", *_VERDICTS),
     sqlite_strict=True,
