@@ -137,32 +137,34 @@ class _Verdicts:
     ) -> dict[Tried, Agreement]:
         """Whether what deploys does so at other tolerances, too."""
         deploying = {tried: scenes[tried] for tried, one in checks.items() if one.deploys}
-        near, steps = neighbours(FINE), PATIENT * STEPS["constrained"]
-        plays = {tried: self._play(compiled) for tried, (compiled, _) in deploying.items()}
+        plays = {tried: _play(compiled) for tried, (compiled, _) in deploying.items()}
         # what is clear with the margin that the first motion needs is clear with the scene's
         tight = {
             tried: (compiled, screen_of(compiled, plays[tried].needed_margin))
             for tried, (compiled, _) in deploying.items()
         }
-        agreements = {}
-        others = [self._check(tight, {"tolerance": tolerance, "max_steps": steps}) for tolerance in near]
-        for tried, (compiled, screen) in deploying.items():
-            needed, seen = plays[tried].needed_margin, [other[tried] for other in others]
-            for k, tolerance in enumerate(near):
-                if seen[k].outcome == "flat" and not seen[k].deploys:
-                    options = {"tolerance": tolerance, "max_steps": steps}
-                    seen[k] = self._check({tried: (compiled, screen)}, options)[tried]
-                    if seen[k].deploys:
-                        own = run(compiled, tolerance=tolerance, max_steps=steps, certified=False)
-                        needed = needed_margin_of(compiled, own.motion, needed)
-            agreement = agreed_checks([checks[tried], *seen], (FINE, *near))
-            agreements[tried] = replace(agreement, needed_margin=needed, least_gap=plays[tried].least_gap)
-        return agreements
+        others = [self._check(tight, _as_near(tolerance)) for tolerance in neighbours(FINE)]
+        return {
+            tried: self._agreement(tried, scene, checks[tried], [other[tried] for other in others], plays[tried])
+            for tried, scene in deploying.items()
+        }
 
-    @staticmethod
-    def _play(compiled: Compiled) -> Play:
-        """The play of the first motion, of which the check keeps no states."""
-        return play_of(compiled, run(compiled, tolerance=FINE, certified=False).motion)
+    def _agreement(
+        self, tried: Tried, scene: tuple[Compiled, Screen], first: Check, others: list[Check], play: Play
+    ) -> Agreement:
+        """What one that deploys and the others agree on; others : checked with the margin that the first one needs.
+
+        Those that are not clear with it are checked with the scene's, and may need more.
+        """
+        near, needed = neighbours(FINE), play.needed_margin
+        for k, tolerance in enumerate(near):
+            if others[k].outcome == "flat" and not others[k].deploys:
+                others[k] = self._check({tried: scene}, _as_near(tolerance))[tried]
+                if others[k].deploys:
+                    motion = run(scene[0], certified=False, **_as_near(tolerance)).motion
+                    needed = needed_margin_of(scene[0], motion, needed)
+        agreement = agreed_checks([first, *others], (FINE, *near))
+        return replace(agreement, needed_margin=needed, least_gap=play.least_gap)
 
     def _keep(self, i: int, look: Look, compiled: Compiled, one: Check, agreement: Agreement | None) -> None:
         if not (look.first or one.deploys):
@@ -233,3 +235,13 @@ class _Verdicts:
             yield first
         if last is not None and last is not first:
             yield last
+
+
+def _play(compiled: Compiled) -> Play:
+    """The play of the first motion, of which a check keeps no states."""
+    return play_of(compiled, run(compiled, tolerance=FINE, certified=False).motion)
+
+
+def _as_near(tolerance: float) -> dict[str, Any]:
+    """How one that deploys is simulated at another tolerance."""
+    return {"tolerance": tolerance, "max_steps": PATIENT * STEPS["constrained"]}

@@ -24,8 +24,8 @@ class FoldingVerdict:
 
     twist : |Lk|. dof, kutzbach : freedoms with hinged flat pairs; dof is None where it is undecided, or the folding is
     twisted. status : None where it is twisted. reason : in a sentence. scene : the name of the one in which springs
-    bring it flat, for `hcsearch deploy`; None where none do. needed_margin, least_gap : m, of the deployment that brings
-    it flat, else of its path, as of `records.play_of`; None without either.
+    bring it flat, for `hcsearch deploy`; None where none do. needed_margin, least_gap : m, of the motion that gives it
+    its status, as of `records.play_of`; None without one.
     """
 
     folding: Folding
