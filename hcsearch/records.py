@@ -175,33 +175,20 @@ class DeploymentBatch:
     """What springs do with a batch of foldings in a scene, one entry each, and the deployments that say so.
 
     clearance (m), time (s) : of those that deploy, in the first scene in which they do; NaN else.
+    margin, gap : m, of the same: the least play for each face at which they are certified clear, and the least gap of
+        the panels as built, below 0 where they overlap.
     """
 
     clearance: NDArray[np.float64]
     time: NDArray[np.float64]
+    margin: NDArray[np.float64]
+    gap: NDArray[np.float64]
     trials: tuple[Trial, ...]
 
     @property
     def deploys(self) -> NDArray[np.bool_]:
         """Which foldings come flat, certified clear, in some deployment."""
         return ~np.isnan(self.time)
-
-    @property
-    def margin(self) -> NDArray[np.float64]:
-        """The least play for each face at which the deployment of a folding is certified clear, m; NaN without one."""
-        return self._of_trials("needed_margin")
-
-    @property
-    def gap(self) -> NDArray[np.float64]:
-        """The least gap of the panels as built in that deployment, m, below 0 where they overlap; NaN without one."""
-        return self._of_trials("least_gap")
-
-    def _of_trials(self, name: str) -> NDArray[np.float64]:
-        values = np.full(len(self.clearance), np.nan)
-        for trial in self.trials:
-            if trial.status == "deploys" and getattr(trial, name) is not None:
-                values[trial.folding] = getattr(trial, name)
-        return values
 
 
 def play_of(motion: MotionBatch, deployment: DeploymentBatch | None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -103,9 +103,9 @@ def play_facts(deployment: Deployment, agreement: Agreement | None = None) -> di
     if agreement is not None and agreement.needed_margin is not None:
         needed = agreement.needed_margin
     return {
-        "needed_margin_mm": millimetres(needed),
-        "least_gap_mm": None if play is None else millimetres(play.least_gap),
         "min_clearance_mm": millimetres(gap if play is None else play.clearance(gap)),
+        "least_gap_mm": None if play is None else millimetres(play.least_gap),
+        "needed_margin_mm": millimetres(needed),
         "play": play_sentence(millimetres(needed)),
     }
 

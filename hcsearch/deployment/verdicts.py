@@ -97,11 +97,12 @@ class _Verdicts:
         for begin in range(0, len(numbers), TOGETHER):
             self._try(numbers[begin : begin + TOGETHER])
             self.compiled.clear()
-        clearance, time = np.full(self.count, np.nan), np.full(self.count, np.nan)
+        clearance, time, margin, gap = np.full((4, self.count), np.nan)
         for i, trial in self.deploys.items():
             clearance[i], time[i] = trial.clearance, trial.deploy_time
+            margin[i], gap[i] = trial.needed_margin, trial.least_gap
         trials = [trial for i in self.foldings for trial in self._trials(i)]
-        return DeploymentBatch(clearance, time, tuple(trials))
+        return DeploymentBatch(clearance, time, margin, gap, tuple(trials))
 
     def _try(self, some: list[int]) -> None:
         """Try some foldings, each until it deploys: look by look, or as many looks at once as occupy all threads."""
