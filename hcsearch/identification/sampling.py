@@ -73,8 +73,8 @@ def _strip(times: Reals, numbers: Reals, step: float, unit: float) -> float:
 
 def _place(times: Reals, steps: Reals, unit: float) -> str:
     """Where times are uneven, and what to do."""
-    usual = float(np.median(steps))
-    gaps = np.flatnonzero(steps > 1.5 * usual + (unit if unit < COARSE * usual else 0.0))
+    usual = float(steps[steps < 1.5 * np.median(steps)].mean())  # of rounded steps no single one is
+    gaps = np.flatnonzero(steps > usual + max(0.5 * usual, unit if unit < COARSE * usual else 0.0))
     if len(gaps):
         named = ", ".join(f"{plain(times[k], 6)} to {plain(times[k + 1], 6)} s" for k in gaps[:3])
         more = f" and {len(gaps) - 3} more" if len(gaps) > 3 else ""

@@ -75,16 +75,13 @@ def _channels(columns: Columns, note: Callable[[str], None]) -> dict[str, Reals]
                 f"the first line of {columns.path} names no columns: {name} stands there {names.count(name)} times; "
                 f"write one name for each, such as {TIME}"
             )
-    channels = {}
-    for name in names:
-        texts = columns.texts(name)
-        if texts and not any(map(is_number, texts)):
-            note(f"column {name!r} of {columns.path} is left out: it holds no numbers")
-        else:
-            channels[name] = columns.numbers(name)
-    if not channels:
+    texts = {name: columns.texts(name) for name in names}
+    words = [name for name in names if columns.rows and not any(map(is_number, texts[name]))]
+    if len(words) == len(names):
         raise HcsearchError(f"{columns.path} has no accelerations: give a column for each channel beside {TIME}")
-    return channels
+    for name in words:
+        note(f"column {name!r} of {columns.path} is left out: it holds no numbers")
+    return {name: columns.numbers(name) for name in names if name not in words}
 
 
 def _without_counters(channels: dict[str, Reals], path: str, note: Callable[[str], None]) -> dict[str, Reals]:

@@ -44,8 +44,8 @@ class Columns:
         """The message on a cell without a measured number; remedy : what to do where nothing was measured."""
         number, cells = self.rows[row]
         k = self.names.index(name)
-        if k >= len(cells):
-            count = len(self.names)
+        count = max(j for j, known in enumerate(self.names, 1) if known)
+        if len(cells) < count:
             return HcsearchError(
                 f"line {number} of {self.path} has {len(cells)} values for {count} columns: complete it, or {remedy}"
             )

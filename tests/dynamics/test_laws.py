@@ -297,7 +297,7 @@ def test_a_law_of_a_file_becomes_its_points(tmp_path):
     assert spring_law("table:s.CSV-1e-2", tmp_path) == f"table:0@0,0.1@{math.pi / 2}-1e-2"
     for text in ("linear:0.1", "nonsense", "table:0@0,1@3.1416"):
         assert spring_law(text, tmp_path) == text
-    with pytest.raises(HcsearchError, match="an angle of 120 rad, .* are in rad"):
+    with pytest.raises(HcsearchError, match=r"an angle of 120 rad, .* are in rad"):
         spring_law("3*table:0@0,209@120+1", tmp_path)
 
 
