@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from hcsearch.errors import HcsearchError
-from hcsearch.system.numbers import plain
+from hcsearch.system.numbers import short
 from hcsearch.typing import Reals
 
 JITTER = 0.1
@@ -26,7 +26,7 @@ def sampling_rate(times: Reals, path: str) -> float:
     if len(times) < 2:
         raise HcsearchError(f"{path} has {len(times)} rows: a vibration needs many")
     steps, unit = np.diff(times), _unit(times)
-    numbers = np.arange(len(times)) - 0.5 * (len(times) - 1)
+    numbers: Reals = np.arange(len(times), dtype=float) - 0.5 * (len(times) - 1)
     step = float(numbers @ times / (numbers @ numbers))
     width = _strip(times, numbers, step, unit)
     if not (steps > 0.0).all():
@@ -76,15 +76,15 @@ def _place(times: Reals, steps: Reals, unit: float) -> str:
     usual = float(steps[steps < 1.5 * np.median(steps)].mean())  # of rounded steps no single one is
     gaps = np.flatnonzero(steps > usual + max(0.5 * usual, unit if unit < COARSE * usual else 0.0))
     if len(gaps):
-        named = ", ".join(f"{plain(times[k], 6)} to {plain(times[k + 1], 6)} s" for k in gaps[:3])
+        named = ", ".join(f"{short(times[k], 6)} to {short(times[k + 1], 6)} s" for k in gaps[:3])
         more = f" and {len(gaps) - 3} more" if len(gaps) > 3 else ""
-        after = plain(times[gaps[-1] + 1], 6)
+        after = short(times[gaps[-1] + 1], 6)
         return (
-            f": samples are missing from {named}{more}, where a step is {plain(steps[gaps[0]], 3)} s and not "
-            f"{plain(usual, 3)} s; fill what is missing, or begin after it by --from {after}"
+            f": samples are missing from {named}{more}, where a step is {short(steps[gaps[0]], 3)} s and not "
+            f"{short(usual, 3)} s; fill what is missing, or begin after it by --from {after}"
         )
     k = int(np.argmax(abs(steps - usual)))
     return (
-        f", near {plain(times[k], 6)} s, where a step is {plain(steps[k], 3)} s and not {plain(usual, 3)} s: resample "
+        f", near {short(times[k], 6)} s, where a step is {short(steps[k], 3)} s and not {short(usual, 3)} s: resample "
         "it, or give the sampling rate by --rate HZ if it is even"
     )
