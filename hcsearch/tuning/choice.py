@@ -55,10 +55,14 @@ class SpringSet:
 
     @property
     def confirmed(self) -> bool:
-        """Whether the precise simulation becomes flat, certified clear, at all tolerances."""
-        if self.deployment is None or not self.deployment.deploys:
-            return False
-        return self.agreement is None or self.agreement.verdict == "deploys"
+        """Whether the precise simulation becomes flat, certified clear."""
+        return self.deployment is not None and self.deployment.deploys
+
+    @property
+    def doubt(self) -> str:
+        """Why simulations at tighter tolerances do not confirm that it deploys; empty where they do."""
+        agreed = self.agreement is None or self.agreement.verdict == "deploys"
+        return "" if self.agreement is None or agreed else self.agreement.reason
 
     @property
     def flat_time(self) -> float | None:
