@@ -85,14 +85,15 @@ def shopping(tuning: Tuning) -> str:
     if each is None:
         none = "none was tried, give more --evaluations" if tuning.rounded is None else "none is certified clear"
         return f"nothing of the catalogue: {none}"
-    listed = ", ".join(f"{count} x {spring:g}" for spring, count in _counts(each)) or "no springs"
+    listed = ", ".join(f"{count} x {spring:g}" for spring, count in _counts(each))
+    listed = f"{listed} N m/rad" if listed else "no springs"
     where: dict[tuple[float, ...], list[str]] = {}
     for name, springs in zip(tuning.labels.hinges, each, strict=True):
         # pairs of equal springs are told by their stiffness in the table
         key = (0.0, 0.0) if len(springs) == 2 and springs[0] == springs[1] else springs
         where.setdefault(key, []).append(name)
     notes = [f"{_where(key)} at {_hinges(names)}" for key, names in sorted(where.items()) if len(key) != 1]
-    return f"{listed} N m/rad" + (f" ({'; '.join(notes)})" if notes else "")
+    return listed + (f" ({'; '.join(notes)})" if notes else "")
 
 
 def _where(springs: tuple[float, ...]) -> str:
