@@ -77,7 +77,7 @@ def damping(files: tuple[str, ...], inertia: float, hinges: int, rate: float | N
     """Compute the damping of a hinge from free vibrations.
 
     A block that swings on one or more equal hinges is struck with a hammer; each file holds one test. It has a column
-    time_s, unless --rate is given (it takes its place), and a column for each accelerometer, such as time_s,block_g,frame_g; all
+    time_s, unless --rate is given, and a column for each accelerometer, such as time_s,block_g,frame_g; all
     accelerations are in one unit. It begins after the stroke, or at the time --from. The mode of the lowest frequency
     is taken as the swing of the block.
     """
