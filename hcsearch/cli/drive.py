@@ -10,6 +10,7 @@ import click
 from hcsearch.cli.options import Number, examples, json_option
 from hcsearch.cli.subjects import folding_options, request_of
 from hcsearch.errors import HcsearchError
+from hcsearch.system.numbers import short
 from hcsearch.system.outputs import PICTURES, check_output
 
 
@@ -150,7 +151,7 @@ def _print(outcome: dict[str, Any]) -> None:
     for name, value in outcome.items():
         if name in lists:
             continue
-        shown = "-" if value is None else (f"{value:.6g}" if isinstance(value, float) else value)
+        shown = "-" if value is None else (short(value, 6) if isinstance(value, float) else value)
         if name == "latches":
             shown = (
                 "; ".join(f"{a} until {b} is at {angle:.3g} rad" for a, b, angle in map(dict.values, value)) or "none"
