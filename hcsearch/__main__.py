@@ -39,7 +39,7 @@ def _print_fault(error: Exception) -> None:
     where = error.__traceback__
     while where is not None and where.tb_next is not None:
         where = where.tb_next
-    line = "" if where is None else f" at {os.path.basename(where.tb_frame.f_code.co_filename)}:{where.tb_lineno}"
+    line = "" if where is None else f" at {where.tb_frame.f_globals.get('__name__')}:{where.tb_lineno}"
     message = (
         f"hcsearch: a fault of the program, {type(error).__name__}{line}: {error}; please report it with the command, "
         "which prints a traceback with HCSEARCH_TRACEBACK=1"

@@ -169,8 +169,8 @@ def read_panel(text: str, grid: str | None = None) -> PanelSize:
         )
     if match[3] is None and grid == "rectangle":
         raise SceneError(
-            f"{text!r} is no rectangle, which has a length, a width and a thickness: write three numbers in mm, such as "
-            f"{match[1]}x{match[2]}x6"
+            f"{text!r} is no rectangle, which has a length, a width and a thickness: write three numbers in mm, such "
+            f"as {match[1]}x{match[2]}x6"
         )
     sizes = [float(f"{float(part):.10g}") * 1e-3 for part in match.groups() if part is not None]
     length, width, thickness = sizes if len(sizes) == 3 else (sizes[0], *sizes)

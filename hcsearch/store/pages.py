@@ -16,6 +16,7 @@ from hcsearch.scenes import DEFAULT
 from hcsearch.store.columns import column_names
 from hcsearch.store.conditions import find_quantity, parse_query, view_table
 from hcsearch.store.database import Database
+from hcsearch.store.failures import again
 from hcsearch.store.queries import IDENTITY, check_scene, order_of
 from hcsearch.store.rows import Result, check_values, chunks_of, refusing
 from hcsearch.store.sqlite import STEPS
@@ -26,6 +27,7 @@ SECONDS = 10.0
 _STOPPED = "57014"  # SQLSTATE of a server that ends a statement at its time limit
 
 
+@again
 def select_page(
     database: Database,
     query: str = "",
@@ -62,6 +64,7 @@ def select_page(
     return Result(names, tuple(at[tuple(key)] for key in found if tuple(key) in at))
 
 
+@again
 def count_rows(
     database: Database,
     query: str = "",
