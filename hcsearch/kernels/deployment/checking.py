@@ -244,7 +244,7 @@ def _nth(s: Any, i: int) -> SceneTables:
         Chain(c.directions[i], c.points[i], c.order[i], c.parents[i], c.hinges[i], c.signs[i]),
         _nth_prisms(p, i),
         _nth_prisms(s.shrunk, i),
-        Pairs(r.prisms[i], r.lengths[i], r.hinges[i], r.beyond[i], r.before[i]),
+        Pairs(r.prisms[i], r.hinges[i], r.nexts[i], r.reaches[i]),
         s.deepest[i],
         s.reach[i],
     )
