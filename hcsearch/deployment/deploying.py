@@ -175,10 +175,10 @@ def run_driven(
     hit them in every period: the motion is certified clear only where no hinge passes one by more than the margin.
     """
     began = time.perf_counter()
-    system = compiled.system
+    system, commands = compiled.system, drives.commands(compiled)
     driven = simulate_driven(
         system.driven(tuple(replace(drive, lower=-math.inf, upper=math.inf) for drive in system.drives)),
-        drives.commands(compiled),
+        commands,
         compiled.start,
         end=compiled.seconds,
         method=method or "implicit",
@@ -187,6 +187,8 @@ def run_driven(
         flat=FLAT,
         watched=compiled.hinged,
     )
+    # states that are put between others move under the drives, too
+    compiled = replace(compiled, system=system.under_control(commands.targets))
     return judged(compiled, driven.motion, time.perf_counter() - began, certified=certified, driven=driven)
 
 
