@@ -8,7 +8,7 @@ import numpy as np
 
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.deployment.deploying import Deployment, compile_driven, run_driven
-from hcsearch.deployment.driving import LONGEST, MOST, SHORTEST, Drives
+from hcsearch.deployment.driving import LONGEST, SHORTEST, Drives
 from hcsearch.deployment.scales import settled
 from hcsearch.drive.choosing import FIRM, Choice, choice_of, choose
 from hcsearch.drive.gains import PERIOD, controlled
@@ -72,10 +72,9 @@ class Drive:
 
     @property
     def greatest(self) -> Reals:
-        """Greatest torque of each driven hinge under control, (n_driven,), N m."""
+        """Greatest torque of each driven hinge under control, until the course is over, (n_driven,), N m."""
         assert self.deployment.driven is not None
-        greatest: Reals = np.abs(self.deployment.driven.torques).max(axis=0)
-        return greatest
+        return self.deployment.driven.greatest
 
     @property
     def missed(self) -> float:
@@ -127,11 +126,6 @@ def drive(folding: Folding, scene: Scene, motion: PlannedMotion, wishes: Wishes 
         else choose(linkage, angles, wishes.firm)
     )
     course = timed(path, wishes.rate, wishes.acceleration)
-    if not course.seconds <= MOST * wishes.period:
-        raise HcsearchError(
-            f"a motion of {course.seconds:.4g} s has more than {MOST:,} periods of {wishes.period:g} s: give a greater "
-            "--rate and --acceleration, or a longer --period"
-        )
     scene = replace(scene, seconds=float(f"{course.seconds + SETTLING:.4g}"))
     compiled = compile_driven(linkage, scene, None)
     torques = torques_along(compiled, course, choice, COUNT)

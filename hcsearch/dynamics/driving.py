@@ -19,7 +19,7 @@ from hcsearch.dynamics.system import System
 from hcsearch.kernels.multibody.targets import Targets
 from hcsearch.typing import Reals
 
-FIRST, LONGEST = 1e-5, 0.005
+FIRST, LONGEST = 1e-5, 0.001
 """First and longest step, as shares of the course."""
 
 
@@ -94,7 +94,8 @@ class Driven:
 
     motion : its energies are those of the system without its drives, and `work` (k,) is what these have done (J).
     planned, torques : (k, n_driven), of the drives at its states, those known beforehand and those under control, N m.
-    missed : (k, n_driven), angles less those planned.
+    missed : (k, n_driven), angles less those planned. greatest : (n_driven,), of the torques until the course is over,
+    though the motion ends where it is flat, N m.
     """
 
     motion: Motion
@@ -102,6 +103,7 @@ class Driven:
     planned: Reals
     torques: Reals
     missed: Reals
+    greatest: Reals
 
     @property
     def drift(self) -> float:
@@ -145,7 +147,14 @@ def simulate_driven(
     torques = known + commands.stiffness * (wanted - angles) + commands.damping * (speeds - rates)
     plan = commands.at(motion.times)
     # the kernel books what dampers take less what drives give
-    return Driven(replace(motion, damped=damped), damped - motion.damped, plan[2], torques, angles - plan[0])
+    return Driven(
+        replace(motion, damped=damped),
+        damped - motion.damped,
+        plan[2],
+        torques,
+        angles - plan[0],
+        np.abs(torques).max(axis=0),
+    )
 
 
 def _damped(system: System, motion: Motion) -> Reals:
