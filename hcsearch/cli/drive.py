@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from hcsearch.cli.options import Number, examples, json_option
+from hcsearch.cli.progress import Meter
 from hcsearch.cli.subjects import folding_options, request_of
 from hcsearch.errors import HcsearchError
 from hcsearch.system.outputs import PICTURES, check_output
@@ -94,14 +95,16 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
     folding, scene = read_folding(request_of(name, options))
     if scene.held == "free":
         raise HcsearchError("drives are for an array that is held: hold a panel, such as --held bottom")
-    motion = driving.find_motion(folding, scene)
-    if motion.margin is None:
-        reason = driving.why_not(folding, scene, motion)
+    with Meter("step") as meter:
+        meter(0, len(driving.STEPS), driving.STEPS[0])
+        motion = driving.find_motion(folding, scene)
+        reason = driving.why_not(folding, scene, motion) if motion.margin is None else ""
+        driven = None if reason else driving.drive(folding, scene, motion, wishes, meter)
+    if driven is None:
         click.echo(
             json.dumps({"verdict": "no drive", "reason": reason}, indent=2) if as_json else f"no drive: {reason}"
         )
         click.get_current_context().exit(1)
-    driven = driving.drive(folding, scene, motion, wishes)
     for path in options["outputs"]:
         files.save(driven, path)
     if options["picture"]:

@@ -59,9 +59,7 @@ def _draw_simulated(axes: Axes, drive: Drive) -> None:
     middles, mean, least, greatest = envelope(drive.deployment.motion.times, driven.torques)
     for number in range(mean.shape[1]):
         own = look(number)
-        axes.fill_between(
-            middles, least[:, number], greatest[:, number], color=own["color"], alpha=0.2, linewidth=0.0
-        )
+        axes.fill_between(middles, least[:, number], greatest[:, number], color=own["color"], alpha=0.2, linewidth=0.0)
         axes.plot(middles, mean[:, number], color=own["color"], alpha=0.6, linewidth=0.4)
 
 

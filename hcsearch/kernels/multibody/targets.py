@@ -1,7 +1,7 @@
 """Joints under position control: what their drives are asked for at a time, and the torques that these give.
 
-A controller computes targets every period: angle, rate and torque. Within a period each drive interpolates, the angle by
-the cubic through the angles and rates at both ends, the torque by a straight line, and pulls without pause.
+A controller computes targets every period: angle, rate and torque. Within a period each drive interpolates: the angle
+by the cubic through angles and rates at both ends, the torque by a straight line. It pulls without pause.
 """
 
 from __future__ import annotations

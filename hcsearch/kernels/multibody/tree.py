@@ -88,7 +88,7 @@ class Work(NamedTuple):
     torques, soft : (n,), joint forces, and what implicit steps add to the joints' own inertia.
     accelerations, change, still : (n,), those of a stage, what a projection changes, and zeros. trial : (2, n), a state
         that is tried.
-    clock : (1,), the time (s) of the state that accelerations are computed for. asked : (n, 3), of drives, at that time.
+    clock : (1,), the time (s) of the state that accelerations are computed for. asked : (n, 3), of drives, at it.
     """
 
     bodies: Reals
