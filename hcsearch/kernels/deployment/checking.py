@@ -26,6 +26,7 @@ from hcsearch.kernels.multibody.motion import Hold, Mechanism
 from hcsearch.kernels.multibody.recording import Record
 from hcsearch.kernels.multibody.simulation import FLAT, GOES_ON, TIME_OUT, Simulation, begin, go_on, pace_for
 from hcsearch.kernels.multibody.steps import StepPlan
+from hcsearch.kernels.multibody.targets import no_targets
 from hcsearch.kernels.multibody.tree import Tree, work_for
 from hcsearch.typing import Reals, Whole
 
@@ -150,6 +151,7 @@ def _mechanism(subject: SceneTables, rules: Rules) -> Mechanism:
         rules.closure_stiffness,
         rules.closure_damping,
         False,
+        no_targets(),
     )
 
 
