@@ -23,7 +23,9 @@ def server_engine(url: URL, timeout: float, *, readonly: bool) -> Engine:
     timeout : longest wait for a lock, in seconds; readonly : the server refuses every change in its transactions.
     """
     wait = {} if "connect_timeout" in url.query else {"connect_timeout": CONNECT_TIMEOUT}
-    engine = create_engine(url, connect_args={"fallback_application_name": "hcsearch", **wait})
+    # as many connections as there are threads that use them: none waits for another to end
+    options = {"fallback_application_name": "hcsearch", **wait}
+    engine = create_engine(url, connect_args=options, max_overflow=-1)
 
     def begin(connection: Connection) -> None:
         first = f"SET LOCAL lock_timeout = {max(1, round(timeout * 1000))}"

@@ -117,7 +117,8 @@ def reading_engine(path: Path, timeout: float) -> Engine:
         return connection
 
     # No BEGIN, which the authorizer would refuse: one statement is one snapshot.
-    engine = create_engine("sqlite://", creator=creator, poolclass=QueuePool)
+    # As many connections as there are threads that read: none waits for another to end.
+    engine = create_engine("sqlite://", creator=creator, poolclass=QueuePool, max_overflow=-1)
     # Not in the creator: SQLAlchemy asks a PRAGMA of its first connection, before it calls this listener.
     event.listen(engine, "connect", lambda connection, _record: connection.set_authorizer(_authorize))
     return engine
