@@ -14,13 +14,13 @@ from hcsearch.serve.connections import Patience, Server
 from hcsearch.store import Database
 
 SETTINGS = {
-    "threads": 24,
+    "threads": 32,
     "ident": "hcsearch",
     "max_request_header_size": 32 * 1024,
     "max_request_body_size": 1024,
     "clear_untrusted_proxy_headers": True,
 }
-"""Of waitress. Of the threads, computations take four at most, long lists as many, files of all rows three: the others
+"""Of waitress. Of the threads, computations take four at most, long lists twelve, files of all rows three: the others
 answer what is quick all the time."""
 
 
