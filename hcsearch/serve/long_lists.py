@@ -24,7 +24,7 @@ LONG_LISTS, WAITING = 4, 8
 
 
 class LongLists:
-    """Asks for lists, each within a time; `most` at once may take more than `short` seconds, and `waiting` wait for that."""
+    """Asks for lists: `most` at once may take more than `short` seconds, and `waiting` more wait for that."""
 
     def __init__(
         self, most: int = LONG_LISTS, waiting: int = WAITING, short: float = SHORT, seconds: float = SECONDS
