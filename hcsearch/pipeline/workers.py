@@ -74,10 +74,10 @@ class Crew:
             own = ThreadPoolExecutor(threads)
             try:
                 # one waits while another is recorded, and tasks are not equally long
-                for sent, result in _in_order(own, task, inputs, 2 * threads - 1):
+                for one, result in _in_order(own, task, inputs, 2 * threads - 1):
                     if is_mixed():
                         raise ClusterError(_CHANGED)
-                    yield sent, result
+                    yield one, result
             finally:
                 own.shutdown(wait=False, cancel_futures=True)
             return
