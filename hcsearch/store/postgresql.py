@@ -31,7 +31,9 @@ def server_engine(url: URL, timeout: float, *, readonly: bool) -> Engine:
     wait = {} if "connect_timeout" in url.query else {"connect_timeout": CONNECT_TIMEOUT}
     # a database without an encoding would give bytes for texts
     encoding = {} if "client_encoding" in url.query else {"client_encoding": "utf8"}
-    engine = create_engine(url, connect_args={"fallback_application_name": "hcsearch", **wait, **encoding})
+    options = {"fallback_application_name": "hcsearch", **wait, **encoding}
+    # as many connections as there are threads that use them: none waits for another to end
+    engine = create_engine(url, connect_args=options, max_overflow=-1)
 
     def begin(connection: Connection) -> None:
         first = f"SET LOCAL lock_timeout = {max(1, round(timeout * 1000))}; {_SETTINGS}"

@@ -57,8 +57,8 @@ def stream(
     view_table(view)  # refuses an unknown view before its columns are looked up
     quantities = [find_quantity(view, name) for name in split_names(columns) or column_names(view)]
     names = tuple(quantity.name for quantity in quantities)
+    check_scene(database, scene)  # first: what is made of a scene's name is kept
     statement = _statement(view, scene, names, query, sort, limit)
-    check_scene(database, scene)
     with database.reading() as connection:
         with refusing():
             cursor = connection.execute(statement, execution_options=_CURSOR)

@@ -188,7 +188,8 @@ def reading_engine(path: Path, timeout: float) -> Engine:
             raise DisconnectionError("the file has changed")  # the pool opens it anew
 
     # No BEGIN, which the authorizer would refuse: one statement is one snapshot.
-    engine = create_engine("sqlite://", creator=creator, poolclass=QueuePool)
+    # As many connections as there are threads that read: none waits for another to end.
+    engine = create_engine("sqlite://", creator=creator, poolclass=QueuePool, max_overflow=-1)
     event.listen(engine, "connect", connected)
     event.listen(engine, "checkout", taken)
     return engine
