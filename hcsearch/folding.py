@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise
@@ -291,6 +292,20 @@ def folding_at(circuits: CircuitBatch, foldings: FoldingBatch, i: int) -> Foldin
     """Folding i of a batch."""
     word = tuple(circuits.words[foldings.row[i]].tolist())
     return Folding(Circuit(grid_named(circuits.grid), word), int(foldings.crease[i]))
+
+
+def representatives(foldings: Sequence[Folding], rows: Sequence[int], size: PanelSize) -> list[int]:
+    """The place of the folding that stands for each one of a list, with panels of a size (m); its own without one.
+
+    rows : of the circuit of each, equal for foldings of one circuit.
+    """
+    place = {(row, folding.crease): i for i, (row, folding) in enumerate(zip(rows, foldings, strict=True))}
+    standing = []
+    for i, (row, folding) in enumerate(zip(rows, foldings, strict=True)):
+        like = folding.likeness(size)
+        found = None if like is None or like.folding.circuit.word != folding.circuit.word else like.folding.crease
+        standing.append(i if found is None else place.get((row, found), i))
+    return standing
 
 
 def folding_of(circuit: Circuit, crease: int) -> Folding:
