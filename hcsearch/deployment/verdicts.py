@@ -198,7 +198,7 @@ class _Verdicts:
         return alike
 
     def _symmetric(self, i: int, first: int) -> bool:
-        """Whether the scene is the same for two congruent foldings: neither gravity nor a held panel tells them apart."""
+        """Whether a scene is the same for two congruent foldings, which gravity or what is held may tell apart."""
         own, other = (linkage_joined(self.foldings[k], self.panel, ways(self.scene)[0]) for k in (i, first))
         seen, scene = scene_of_twin(self.scene, own), numbered(self.scene, other)
         return seen.held == scene.held and bool(np.allclose(seen.gravity, scene.gravity, rtol=0.0, atol=1e-12))
