@@ -208,5 +208,5 @@ def test_a_worker_of_other_sources_that_joins_gives_no_results(lonely, stranger)
     with Client(lonely.address, set_as_default=False) as client:
         client.wait_for_workers(2, timeout=60)
     os.killpg(lonely.worker.pid, signal.SIGKILL)
-    with pytest.raises(ClusterError, match="has other sources of hcsearch .*: stop it"):
+    with pytest.raises(ClusterError, match=r"has other sources of hcsearch .*: stop it"):
         list(work)
