@@ -17,8 +17,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, TypeVar
 
-import hcsearch
-
 P = TypeVar("P")
 T = TypeVar("T")
 
@@ -46,7 +44,7 @@ def _version(library: str) -> str:
 
 def sources_digest() -> str:
     """A digest of the files of hcsearch as they are on disk now."""
-    digest, root = hashlib.blake2b(digest_size=16), Path(hcsearch.__file__).parent
+    digest, root = hashlib.blake2b(digest_size=16), Path(__file__).parents[1]
     for path in sorted(root.rglob("*.py")):
         text = path.read_bytes().replace(b"\r\n", b"\n")
         digest.update(f"{path.relative_to(root).as_posix()} {len(text)}\n".encode() + text)
