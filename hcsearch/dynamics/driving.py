@@ -163,5 +163,4 @@ def _damped(system: System, motion: Motion) -> Reals:
     step, v, a = np.diff(motion.times)[:, None], motion.v, motion.a
     middle = 0.5 * (v[1:] + v[:-1]) + step * (a[:-1] - a[1:]) / 8.0
     taken = (damping * step * (v[1:] ** 2 + v[:-1] ** 2 + 4.0 * middle**2) / 6.0).sum(axis=1)
-    total: Reals = np.r_[0.0, np.cumsum(taken)]
-    return total
+    return np.asarray(np.r_[0.0, np.cumsum(taken)], float)

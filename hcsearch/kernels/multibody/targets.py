@@ -123,5 +123,4 @@ def driving_power(targets: Targets, q: Reals, v: Reals, work: Work) -> float:
 def _torque(targets: Targets, d: int, q: Reals, v: Reals, work: Work) -> float:
     i, asked = targets.joints[d], work.asked[d]
     pull: float = targets.stiffness[d] * (asked[ANGLE] - q[i]) + targets.damping[d] * (asked[RATE] - v[i])
-    torque: float = pull + asked[TORQUE]
-    return torque
+    return pull + float(asked[TORQUE])
