@@ -25,6 +25,7 @@ Program = dict[str, str]
 
 _LIBRARIES = ("numpy", "numba", "llvmlite", "scipy", "shapely")
 _SOURCES = "sources"
+_ROOT = Path(__file__).parents[1]
 
 _checked: set[str] = set()
 """Modules of hcsearch that were loaded from the sources of `program`."""
@@ -44,10 +45,10 @@ def _version(library: str) -> str:
 
 def sources_digest() -> str:
     """A digest of the files of hcsearch as they are on disk now."""
-    digest, root = hashlib.blake2b(digest_size=16), Path(__file__).parents[1]
-    for path in sorted(root.rglob("*.py")):
+    digest = hashlib.blake2b(digest_size=16)
+    for path in sorted(_ROOT.rglob("*.py")):
         text = path.read_bytes().replace(b"\r\n", b"\n")
-        digest.update(f"{path.relative_to(root).as_posix()} {len(text)}\n".encode() + text)
+        digest.update(f"{path.relative_to(_ROOT).as_posix()} {len(text)}\n".encode() + text)
     return digest.hexdigest()
 
 
