@@ -1,6 +1,6 @@
 """Stage `deployment`: which foldings come flat without a collision in a scene, or with a few other spring sets.
 
-The first look is at the scene as it stands. Foldings that do not deploy in it get a second, cheap look: their flat
+The first look is at the scene as it stands. Foldings that do not deploy in it get a second look: their flat
 pairs hinged, their mirror pairs merged (where the scene leaves that open), spring sets graded over the layers, the
 faces or the stacks, so that panels open one after the other, and sets spread over all that springs may be
 (docs/measurements/tables.md says how many foldings each brings flat). A full search is `hcsearch tune`.
@@ -19,9 +19,11 @@ from numpy.typing import NDArray
 from hcsearch.deployment.agreement import PATIENT, Agreement, agreed_checks, neighbours
 from hcsearch.deployment.checking import CALL, Screen, check, screen_of
 from hcsearch.deployment.compiling import Compiled, compile_scene, scene_of_twin
+from hcsearch.deployment.deploying import run
 from hcsearch.deployment.looks import Look, looks_at, scene_of, springs_of
 from hcsearch.deployment.naming import numbered
 from hcsearch.deployment.outcomes import STEPS, Check
+from hcsearch.deployment.play import Play, needed_margin_of, play_of
 from hcsearch.deployment.scene_files import file_text
 from hcsearch.deployment.springs import with_springs
 from hcsearch.flat_pairs import can_be, linkage_joined, ways
@@ -31,16 +33,13 @@ from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch, Trial
 from hcsearch.scenes import Scene, panel_of
 from hcsearch.vocabulary import Way
 
-SCREENED, BRIEF, LARGE = 1e-5, 4000, 12
-"""Tolerance of the second look, steps that it may take, and the number of panels above which it takes more steps, in
-proportion to the square of that number.
-Of 12 hexagons few motions that deploy take a fifth of these steps; a few that do not would take most of the time. Of 22
-triangles some that deploy take 10,000. What deploys in it is simulated again as in the first look."""
-WORK = 1_000_000
+WORK = 5_000_000
 """Second looks at a folding end where they have taken so many evaluations times panels, so that those at large arrays
-do not take most of the time. Of 161 foldings of 10 to 18 panels that a look brings flat none is lost so."""
+do not take most of the time. Of the foldings of hexagons of 10 and 12 panels, squares of 12 and triangles of 18 that a
+look brings flat none is lost so; a fifth of it loses 4 of 17 of these triangles."""
 FINE = 1e-6
-"""Tolerance of the first look, and of what deploys in the second; what deploys is simulated at tighter ones, too."""
+"""Tolerance of all looks; what deploys is simulated at tighter ones, too. A looser one for the second looks would miss
+some motions that this one finds, and takes nine tenths of the time."""
 TOGETHER = 256
 """Foldings whose scenes are held in memory together."""
 Tried = tuple[int, Look]
@@ -79,8 +78,6 @@ class _Verdicts:
     ) -> None:
         self.scene, self.panel = scene, panel_of(scene, circuits.grid)
         self.looks = looks_at(scene)
-        steps = round(BRIEF * max(1.0, circuits.words.shape[1] / LARGE) ** 2)
-        self.second: dict[str, Any] = {"whole": False, "tolerance": SCREENED, "max_steps": steps}
         self.foldings = {i: folding_at(circuits, foldings, i) for i in range(len(foldings))}
         self.alike = self._alike(foldings.row.tolist())
         self.moves = moves
@@ -100,11 +97,12 @@ class _Verdicts:
             self._try(numbers[begin : begin + TOGETHER])
             self.compiled.clear()
             self.screens.clear()
-        clearance, time = np.full(self.count, np.nan), np.full(self.count, np.nan)
+        clearance, time, margin, gap = np.full((4, self.count), np.nan)
         for i, trial in self.deploys.items():
             clearance[i], time[i] = trial.clearance, trial.deploy_time
+            margin[i], gap[i] = trial.needed_margin, trial.least_gap
         trials = [trial for i in self.foldings for trial in self._trials(i)]
-        return DeploymentBatch(clearance, time, tuple(trials))
+        return DeploymentBatch(clearance, time, margin, gap, tuple(trials))
 
     def _try(self, some: list[int]) -> None:
         """Try some foldings, each until it deploys: look by look, or as many looks at once as occupy all threads."""
@@ -123,9 +121,7 @@ class _Verdicts:
         """Take some looks at some foldings; the first look that deploys counts."""
         tried = [(i, look) for look in looks for i in some if self._can(i, look)]
         scenes = {(i, look): (self._compiled(i, look), self.screens[i, look.pairs]) for i, look in tried}
-        checks = self._check(scenes, {} if looks[0].first else self.second)
-        if not looks[0].first:
-            checks |= self._check({tried: scenes[tried] for tried in scenes if checks[tried].deploys}, {})
+        checks = self._check(scenes, {"tolerance": FINE, "whole": looks[0].first})
         agreements = self._agreed(scenes, checks)
         for (i, look), one in checks.items():
             if look.first or self._goes_on(i):  # as if the looks had been taken one by one
@@ -141,12 +137,34 @@ class _Verdicts:
     ) -> dict[Tried, Agreement]:
         """Whether what deploys does so at other tolerances, too."""
         deploying = {tried: scenes[tried] for tried, one in checks.items() if one.deploys}
-        near, steps = neighbours(FINE), PATIENT * STEPS["constrained"]
-        others = [self._check(deploying, {"tolerance": tolerance, "max_steps": steps}) for tolerance in near]
-        return {
-            tried: agreed_checks([checks[tried], *(other[tried] for other in others)], (FINE, *near))
-            for tried in deploying
+        plays = {tried: _play(compiled) for tried, (compiled, _) in deploying.items()}
+        # what is clear with the margin that the first motion needs is clear with the scene's
+        tight = {
+            tried: (compiled, screen_of(compiled, plays[tried].needed_margin))
+            for tried, (compiled, _) in deploying.items()
         }
+        others = [self._check(tight, _as_near(tolerance)) for tolerance in neighbours(FINE)]
+        return {
+            tried: self._agreement(tried, scene, checks[tried], [other[tried] for other in others], plays[tried])
+            for tried, scene in deploying.items()
+        }
+
+    def _agreement(
+        self, tried: Tried, scene: tuple[Compiled, Screen], first: Check, others: list[Check], play: Play
+    ) -> Agreement:
+        """What one that deploys and the others agree on; others : checked with the margin that the first one needs.
+
+        Those that are not clear with it are checked with the scene's, and may need more.
+        """
+        near, needed = neighbours(FINE), play.needed_margin
+        for k, tolerance in enumerate(near):
+            if others[k].outcome == "flat" and not others[k].deploys:
+                others[k] = self._check({tried: scene}, _as_near(tolerance))[tried]
+                if others[k].deploys:
+                    motion = run(scene[0], certified=False, **_as_near(tolerance)).motion
+                    needed = needed_margin_of(scene[0], motion, needed)
+        agreement = agreed_checks([first, *others], (FINE, *near))
+        return replace(agreement, needed_margin=needed, least_gap=play.least_gap)
 
     def _keep(self, i: int, look: Look, compiled: Compiled, one: Check, agreement: Agreement | None) -> None:
         if not (look.first or one.deploys):
@@ -221,7 +239,10 @@ class _Verdicts:
         if agreement is not None:
             status = agreement.verdict
             reason = agreement.reason + (", clear until then" if status == "deploys" else "")
-        size = compiled.linkage.pattern.size
+        size, clearance, play = compiled.linkage.pattern.size, None, None
+        if agreement is not None and status == "deploys" and agreement.needed_margin is not None:
+            play = Play(agreement.needed_margin, agreement.least_gap)
+            clearance = play.clearance(min(math.inf if one.gap is None else one.gap, size))
         facts = {"design": self.foldings[i].notation}
         tried = replace(
             compiled.scene,
@@ -236,11 +257,13 @@ class _Verdicts:
             formulation=compiled.formulation,
             status=status,
             reason=reason,
-            clearance=min(math.inf if one.gap is None else one.gap, size) if status == "deploys" else None,
+            clearance=clearance,
             first_contact=one.collision[0] if one.collision is not None and one.verdict == "collides" else None,
             deploy_time=agreement.flat_time if agreement is not None and status == "deploys" else None,
             energy_error=one.drift,
             closure_error=one.opening * size,
+            needed_margin=None if play is None else play.needed_margin,
+            least_gap=None if play is None else play.least_gap,
         )
 
     def _trials(self, i: int) -> Iterator[Trial]:
@@ -250,3 +273,13 @@ class _Verdicts:
             yield first
         if last is not None and last is not first:
             yield last
+
+
+def _play(compiled: Compiled) -> Play:
+    """The play of the first motion, of which a check keeps no states."""
+    return play_of(compiled, run(compiled, tolerance=FINE, certified=False).motion)
+
+
+def _as_near(tolerance: float) -> dict[str, Any]:
+    """How one that deploys is simulated at another tolerance."""
+    return {"tolerance": tolerance, "max_steps": PATIENT * STEPS["constrained"]}
