@@ -14,6 +14,7 @@ from typing import NamedTuple
 from hcsearch.deployment.deploying import Deployment, run
 from hcsearch.deployment.outcomes import STEPS, Check
 from hcsearch.deployment.play import needed_margin_of
+from hcsearch.system.numbers import short
 from hcsearch.vocabulary import Formulation, Outcome, Verdict
 
 TIGHTER = (10.0, 100.0)
@@ -121,7 +122,7 @@ def _flat(seen: Sequence[Seen]) -> tuple[float | None, str]:
         return None, "flat, at a time on which tolerances disagree by more than a tenth"
     time, digits = _common(times)
     if digits.startswith("about"):
-        digits += f" ({_each(seen, [f'{one.time:.2g} s' for one in seen])})"
+        digits += f" ({_each(seen, [f'{short(one.time, 2)} s' for one in seen])})"
     return time, f"flat after {digits}"
 
 

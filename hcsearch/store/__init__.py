@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from hcsearch.store.database import Database, open_database, open_readonly
     from hcsearch.store.formats import FORMATS, format_rows
     from hcsearch.store.location import room_at
-    from hcsearch.store.pages import count_rows, select_page
+    from hcsearch.store.pages import SlowQueryError, count_rows, select_page
     from hcsearch.store.paths import StoredPath, find_paths, foldings_with_paths
     from hcsearch.store.queries import find_design, parse_query, select, select_sql, stream, stream_sql
     from hcsearch.store.rows import Result, Rows, parts_of
@@ -31,7 +31,7 @@ _HOMES = {
     "database": ("Database", "open_database", "open_readonly"),
     "formats": ("FORMATS", "format_rows"),
     "location": ("room_at",),
-    "pages": ("count_rows", "select_page"),
+    "pages": ("SlowQueryError", "count_rows", "select_page"),
     "paths": ("StoredPath", "find_paths", "foldings_with_paths"),
     "queries": ("find_design", "parse_query", "select", "select_sql", "stream", "stream_sql"),
     "rows": ("Result", "Rows", "parts_of"),
@@ -50,6 +50,7 @@ __all__ = [
     "Quantity",
     "Result",
     "Rows",
+    "SlowQueryError",
     "StoredPath",
     "best_creases",
     "column_names",

@@ -17,6 +17,7 @@ from hcsearch.scenes import DEFAULT
 from hcsearch.store.columns import Kind, column_names
 from hcsearch.store.conditions import find_quantity, parse_query, sort_terms, split_names, view_table
 from hcsearch.store.database import Database
+from hcsearch.store.failures import again
 from hcsearch.store.rows import CHUNK, Result, Row, Rows, check_values, chunks_of, refusing
 from hcsearch.store.verdicts import scene_names
 
@@ -56,8 +57,8 @@ def stream(
     view_table(view)  # refuses an unknown view before its columns are looked up
     quantities = [find_quantity(view, name) for name in split_names(columns) or column_names(view)]
     names = tuple(quantity.name for quantity in quantities)
+    check_scene(database, scene)  # first: what is made of a scene's name is kept
     statement = _statement(view, scene, names, query, sort, limit)
-    check_scene(database, scene)
     with database.reading() as connection:
         with refusing():
             cursor = connection.execute(statement, execution_options=_CURSOR)
@@ -97,6 +98,7 @@ def stream_sql(database: Database, sql: str, kinds: Sequence[Kind] = ()) -> Iter
             yield Rows(names, known, _checked(database, names, known, chunks_of(cursor)))
 
 
+@again
 def select(
     database: Database,
     query: str = "",
@@ -116,6 +118,7 @@ def select(
         return rows.gathered()
 
 
+@again
 def select_sql(database: Database, sql: str, kinds: Sequence[Kind] = ()) -> Result:
     """Return the rows of one SQL statement that only reads, as plain values; `read(sql=...)` gives a pandas table.
 
@@ -157,6 +160,7 @@ def order_of(source: FromClause, view: str, sort: str) -> list[ColumnElement[Any
     return wanted + [source.c[name] for name in IDENTITY[view]]
 
 
+@again
 def find_design(database: Database, text: str) -> dict[str, Any]:
     """Return the row of `designs` of an id or a circuit notation, with its rows of `foldings` and `deployments`.
 

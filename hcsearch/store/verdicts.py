@@ -14,6 +14,7 @@ from hcsearch.play import millimetres
 from hcsearch.records import DeploymentBatch, MotionBatch, StageResult, VerdictBatch, WorkKey, play_of
 from hcsearch.store.database import Database
 from hcsearch.store.designs import CHUNK, ids_of
+from hcsearch.store.failures import again
 from hcsearch.store.schema import deployment, motion, outcome, scene, verdict
 from hcsearch.store.upsert import insert_rows
 from hcsearch.store.writing import insert_results
@@ -34,6 +35,7 @@ def record_scene(database: Database, name: str, values: str) -> None:
             )
 
 
+@again
 def find_scene(database: Database, name: str) -> str | None:
     """The values of a stored scene as a TOML file; None where there is none of the name."""
     with database.reading() as connection:
@@ -41,6 +43,7 @@ def find_scene(database: Database, name: str) -> str | None:
     return values
 
 
+@again
 def scene_names(database: Database) -> list[str]:
     """The names of the scenes that were run on a database."""
     with database.reading() as connection:
