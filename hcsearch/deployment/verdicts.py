@@ -1,6 +1,6 @@
 """Stage `deployment`: which foldings come flat without a collision in a scene, or with a few other spring sets.
 
-The first look is at the scene as it stands. Foldings that do not deploy in it get a second, cheap look: their flat
+The first look is at the scene as it stands. Foldings that do not deploy in it get a second look: their flat
 pairs hinged, their mirror pairs merged (where the scene leaves that open), spring sets graded over the layers, the
 faces or the stacks, so that panels open one after the other, and sets spread over all that springs may be
 (docs/measurements/tables.md says how many foldings each brings flat). A full search is `hcsearch tune`.
@@ -33,16 +33,13 @@ from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch, Trial
 from hcsearch.scenes import Scene, panel_of
 from hcsearch.vocabulary import Way
 
-SCREENED, BRIEF, LARGE = 1e-5, 4000, 12
-"""Tolerance of the second look, steps that it may take, and the number of panels above which it takes more steps, in
-proportion to the square of that number.
-Of 12 hexagons few motions that deploy take a fifth of these steps; a few that do not would take most of the time. Of 22
-triangles some that deploy take 10,000. What deploys in it is simulated again as in the first look."""
-WORK = 1_000_000
+WORK = 5_000_000
 """Second looks at a folding end where they have taken so many evaluations times panels, so that those at large arrays
-do not take most of the time. Of 161 foldings of 10 to 18 panels that a look brings flat none is lost so."""
+do not take most of the time. Of the foldings of hexagons of 10 and 12 panels, squares of 12 and triangles of 18 that a
+look brings flat none is lost so; a fifth of it loses 4 of 17 of these triangles."""
 FINE = 1e-6
-"""Tolerance of the first look, and of what deploys in the second; what deploys is simulated at tighter ones, too."""
+"""Tolerance of all looks; what deploys is simulated at tighter ones, too. A looser one for the second looks would miss
+some motions that this one finds, and takes nine tenths of the time."""
 TOGETHER = 256
 """Foldings whose scenes are held in memory together."""
 Tried = tuple[int, Look]
@@ -81,8 +78,6 @@ class _Verdicts:
     ) -> None:
         self.scene, self.panel = scene, panel_of(scene, circuits.grid)
         self.looks = looks_at(scene)
-        steps = round(BRIEF * max(1.0, circuits.words.shape[1] / LARGE) ** 2)
-        self.second: dict[str, Any] = {"whole": False, "tolerance": SCREENED, "max_steps": steps}
         self.foldings = {i: folding_at(circuits, foldings, i) for i in range(len(foldings))}
         self.alike = self._alike(foldings.row.tolist())
         self.moves = moves
@@ -126,9 +121,7 @@ class _Verdicts:
         """Take some looks at some foldings; the first look that deploys counts."""
         tried = [(i, look) for look in looks for i in some if self._can(i, look)]
         scenes = {(i, look): (self._compiled(i, look), self.screens[i, look.pairs]) for i, look in tried}
-        checks = self._check(scenes, {} if looks[0].first else self.second)
-        if not looks[0].first:
-            checks |= self._check({tried: scenes[tried] for tried in scenes if checks[tried].deploys}, {})
+        checks = self._check(scenes, {"tolerance": FINE, "whole": looks[0].first})
         agreements = self._agreed(scenes, checks)
         for (i, look), one in checks.items():
             if look.first or self._goes_on(i):  # as if the looks had been taken one by one
