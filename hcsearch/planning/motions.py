@@ -84,7 +84,7 @@ class _Search:
 
     def __init__(self, linkages: dict[Way, Linkage], margin: float | None) -> None:
         self.linkages = linkages
-        self.planners: dict[tuple[Way, float], Planner] = {}
+        self.planner: tuple[tuple[Way, float], Planner] | None = None
         self.provers: dict[Way, Prover] = {}
         self.left: dict[Way, int] = {}
         self.growths: dict[Way, Growth] = {}
@@ -122,9 +122,11 @@ class _Search:
         return False
 
     def _planner(self, way: Way, margin: float) -> Planner:
-        if (way, margin) not in self.planners:
-            self.planners[way, margin] = Planner(self.linkages[way], margin)
-        return self.planners[way, margin]
+        """The planner of the last search, where it fits: one of a large array takes much memory."""
+        if self.planner is None or self.planner[0] != (way, margin):
+            self.planner = None
+            self.planner = ((way, margin), Planner(self.linkages[way], margin))
+        return self.planner[1]
 
     def _prove(self, way: Way, states: Reals) -> bool:
         """Prove a path, and keep it; whether it is proved."""
