@@ -232,7 +232,7 @@ class Folding:
 
         if flat_pairs not in ("rigid", "hinged"):
             raise HcsearchError(refusal("flat_pairs", flat_pairs, "'rigid' or 'hinged'"))
-        panel = read_panel(panel) if isinstance(panel, str) else panel
+        panel = read_panel(panel, self.circuit.grid.name) if isinstance(panel, str) else panel
         if panel is not None and not (isinstance(panel, tuple) and len(panel) == 3):
             raise HcsearchError(refusal("panel", panel, "a text in millimetres, such as '50x6', or three lengths in m"))
         size = panel or default_panel(self.circuit.grid.name)

@@ -8,7 +8,7 @@ from typing import Any
 
 from hcsearch.circuit import Circuit
 from hcsearch.deployment.naming import numbered
-from hcsearch.deployment.scene_files import checked_scene, scene_with
+from hcsearch.deployment.scene_files import checked_scene, given_by_user, scene_with
 from hcsearch.errors import HcsearchError
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
@@ -51,5 +51,5 @@ class Setting:
             raise HcsearchError("a Linkage has panels and flat pairs: leave out panel, across, flat_pairs and merge")
         given = SCENES["default"] if self.scene is None else self.scene
         scene = read_scene(given, self.db) if isinstance(given, str) else checked_scene(given)
-        scene = scene_with(scene, {} if self.values is None else self.values)
+        scene = scene_with(scene, given_by_user(self.values or {}))
         return Subject(what, replace(numbered(scene, what), panel=None), None, {"linkage": repr(what)})

@@ -11,6 +11,7 @@ from hcsearch.cli.options import database_option, examples
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import HcsearchError, printable
 from hcsearch.scenes import DEFAULT
+from hcsearch.system.numbers import short
 from hcsearch.system.outputs import check_output
 from hcsearch.system.surroundings import default_database
 
@@ -114,7 +115,7 @@ def _with_unit(name: str, value: object) -> str:
     """A value of a column of `designs`, as the table of columns has its unit."""
     from hcsearch.store.conditions import find_quantity
 
-    text = f"{value:.6g}" if isinstance(value, float) else str(value)
+    text = short(value, 6) if isinstance(value, float) else str(value)
     return f"{text} {find_quantity('designs', name).unit}".rstrip()
 
 

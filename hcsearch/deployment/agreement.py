@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from hcsearch.deployment.deploying import Deployment, run
 from hcsearch.deployment.outcomes import STEPS, Check
+from hcsearch.system.numbers import short
 from hcsearch.vocabulary import Formulation, Outcome, Verdict
 
 TIGHTER = (10.0, 100.0)
@@ -70,7 +71,7 @@ def agreed(seen: Sequence[Seen]) -> Agreement:
         return Agreement(verdict, None, reason, others)
     time, digits = _common([one.time for one in seen])
     if digits.startswith("about"):
-        digits += f" ({_each(seen, [f'{one.time:.2g} s' for one in seen])})"
+        digits += f" ({_each(seen, [f'{short(one.time, 2)} s' for one in seen])})"
     reason = f"flat after {digits}"
     loose = max(one.loose for one in seen)
     if verdict == "deploys" and loose >= LOOSE:

@@ -97,7 +97,7 @@ def _driven(deployment: Deployment) -> dict[str, Any]:
         return {}
     return {
         "drive_work_J": float(driven.work[-1]),
-        "drive_torque_N_m": float(np.abs(driven.torques).max(initial=0.0)),
+        "drive_torque_N_m": float(driven.greatest.max(initial=0.0)),
         "drive_missed_rad": float(np.abs(driven.missed).max(initial=0.0)),
     }
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from hcsearch.store.database import Database, open_database, open_readonly
     from hcsearch.store.formats import FORMATS, format_rows
     from hcsearch.store.location import room_at
-    from hcsearch.store.pages import count_rows, select_page
+    from hcsearch.store.pages import SlowQueryError, count_rows, select_page
     from hcsearch.store.paths import StoredPath, find_paths, foldings_with_paths
     from hcsearch.store.queries import (
         check_scene,
@@ -40,7 +40,7 @@ _HOMES = {
     "database": ("Database", "open_database", "open_readonly"),
     "formats": ("FORMATS", "format_rows"),
     "location": ("room_at",),
-    "pages": ("count_rows", "select_page"),
+    "pages": ("SlowQueryError", "count_rows", "select_page"),
     "paths": ("StoredPath", "find_paths", "foldings_with_paths"),
     "queries": (
         *("check_scene", "find_circuit", "find_design", "parse_query"),
@@ -62,6 +62,7 @@ __all__ = [
     "Quantity",
     "Result",
     "Rows",
+    "SlowQueryError",
     "StoredPath",
     "asks_for",
     "best_creases",

@@ -17,6 +17,7 @@ from hcsearch.scenes import DEFAULT
 from hcsearch.store.columns import Kind, column_names
 from hcsearch.store.conditions import find_quantity, parse_query, sort_terms, split_names, view_table
 from hcsearch.store.database import Database
+from hcsearch.store.failures import again
 from hcsearch.store.rows import CHUNK, Result, Row, Rows, check_values, chunks_of, refusing
 from hcsearch.store.schema import design
 from hcsearch.store.verdicts import scene_names
@@ -58,8 +59,8 @@ def stream(
     view_table(view)  # refuses an unknown view before its columns are looked up
     quantities = [find_quantity(view, name) for name in split_names(columns) or column_names(view)]
     names = tuple(quantity.name for quantity in quantities)
+    check_scene(database, scene, view)  # first: what is made of a scene's name is kept
     statement = _statement(view, scene, names, query, sort, limit)
-    check_scene(database, scene, view)
     with database.reading() as connection:
         with refusing():
             cursor = connection.execute(statement, execution_options=_CURSOR)
@@ -104,6 +105,7 @@ def stream_sql(
             yield Rows(names, known, _checked(database, names, known, chunks_of(cursor)))
 
 
+@again
 def select(
     database: Database,
     query: str = "",
@@ -123,6 +125,7 @@ def select(
         return rows.gathered()
 
 
+@again
 def select_sql(database: Database, sql: str, kinds: Sequence[Kind] = ()) -> Result:
     """Return the rows of one SQL statement that only reads, as plain values; `read(sql=...)` gives a pandas table.
 
@@ -167,6 +170,7 @@ def order_of(source: FromClause, view: str, sort: str) -> list[ColumnElement[Any
     return wanted + [source.c[name] for name in IDENTITY[view]]
 
 
+@again
 def find_design(database: Database, text: str, scene: str = DEFAULT) -> dict[str, Any]:
     """Return the row of `designs` of an id or a circuit notation, with its rows of the views of foldings.
 
@@ -179,6 +183,7 @@ def find_design(database: Database, text: str, scene: str = DEFAULT) -> dict[str
     return rows.pop("designs")[0] | rows
 
 
+@again
 def find_circuit(database: Database, text: str) -> tuple[int, str]:
     """Return the id and the circuit of the design of an id or a circuit notation; QueryError where there is none."""
     by_id = re.fullmatch(r"[0-9]+", text) is not None

@@ -13,6 +13,7 @@ from hcsearch.errors import DatabaseError, SceneError
 from hcsearch.records import DeploymentBatch, MotionBatch, StageResult, VerdictBatch, WorkKey
 from hcsearch.store.database import Database
 from hcsearch.store.designs import CHUNK, ids_of
+from hcsearch.store.failures import again
 from hcsearch.store.schema import deployment, motion, outcome, scene, verdict
 from hcsearch.store.upsert import insert_rows
 from hcsearch.store.writing import insert_results
@@ -33,6 +34,7 @@ def record_scene(database: Database, name: str, values: str) -> None:
             )
 
 
+@again
 def find_scene(database: Database, name: str) -> str | None:
     """The values of a stored scene as a TOML file; None where there is none of the name."""
     with database.reading() as connection:
@@ -40,6 +42,7 @@ def find_scene(database: Database, name: str) -> str | None:
     return values
 
 
+@again
 def scene_names(database: Database) -> list[str]:
     """The names of the scenes that were run on a database."""
     with database.reading() as connection:

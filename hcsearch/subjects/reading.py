@@ -12,7 +12,7 @@ from hcsearch.deployment.driving import Drives, drives_in
 from hcsearch.deployment.looks import Look, first_look, look_parts, scene_of, springs_of
 from hcsearch.deployment.naming import numbered
 from hcsearch.deployment.scales import settled
-from hcsearch.deployment.scene_files import checked_scene, read_file, scene_in, scene_with
+from hcsearch.deployment.scene_files import checked_scene, given_by_user, read_file, scene_in, scene_with
 from hcsearch.deployment.springs import with_springs
 from hcsearch.errors import HcsearchError, SceneError
 from hcsearch.flat_pairs import linkage_joined
@@ -185,7 +185,7 @@ def _scene(content: dict[str, Any], request: Request) -> tuple[Scene, list[str]]
     elif text is not None:
         base = read_scene(text, request.db)
     scene = scene_in(content, base=base)
-    values = dict(request.values)
+    values = given_by_user(request.values)
     if request.merge and request.flat_pairs == "hinged":
         raise HcsearchError("a merged flat pair has no hinge: leave out --merge, or --flat-pairs hinged")
     if request.flat_pairs is not None:

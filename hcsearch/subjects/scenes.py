@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hcsearch.errors import DatabaseError, SceneError
+from hcsearch.errors import DatabaseError, HcsearchWarning, SceneError
 from hcsearch.grid import GRIDS
 from hcsearch.scenes import (
     DEFAULT,
@@ -14,6 +15,7 @@ from hcsearch.scenes import (
     Scene,
     check_name,
     default_panel,
+    doubt_of,
     is_panel,
     joined_name,
     panel_text,
@@ -50,9 +52,12 @@ def read_scene(text: str | None, db: str) -> Scene:
 
 
 def with_size(scene: Scene, panel: str | None, across: str | None, grid: str) -> Scene:
-    """The scene with the panels that options ask for."""
+    """The scene with the panels that options ask for; HcsearchWarning where sizes are probably not meant."""
     size = read_size(panel, across, grid)
-    return scene if size is None else with_panel(scene, size, grid)
+    sized = scene if size is None else with_panel(scene, size, grid)
+    if sized.panel is not None and (doubt := doubt_of(sized.panel, grid if size is None else None)) is not None:
+        warnings.warn(doubt, HcsearchWarning, stacklevel=2)
+    return sized
 
 
 def read_size(panel: str | None, across: str | None, grid: str) -> PanelSize | None:
@@ -61,7 +66,7 @@ def read_size(panel: str | None, across: str | None, grid: str) -> PanelSize | N
         raise SceneError("give either --panel or --across: both say how large panels are")
     if across is not None:
         return read_across(across, grid)
-    return None if panel is None else read_panel(panel)
+    return None if panel is None else read_panel(panel, grid)
 
 
 def scene_asked_for(database: Database, text: str | None, panel: str | None, across: str | None) -> str:
@@ -86,13 +91,14 @@ def scene_asked_for(database: Database, text: str | None, panel: str | None, acr
             base = joined_name(name, panel_text(size))
     if panel is None and across is None:
         return base
-    sizes = {}
+    sizes, refused = {}, None
     for grid in GRIDS:
         try:
             sizes[grid] = read_size(panel, across, grid)
-        except SceneError:
-            if panel is not None or grid == list(GRIDS)[-1]:
-                raise
+        except SceneError as error:  # of rectangles sizes are given otherwise
+            refused = error
+    if not sizes and refused is not None:
+        raise refused
     names = [joined_name(base, panel_text(size)) for size in sizes.values() if size is not None]
     known = [name for name in dict.fromkeys(names) if name in scene_names(database)]
     if len(known) > 1:
