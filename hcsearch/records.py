@@ -123,6 +123,7 @@ class Trial:
     sentence. clearance : smallest gap to which panels come near again after they have parted, m; a panel's size where
     none do. first_contact, deploy_time : s; None where there is none.
     energy_error : greatest relative error of the energy balance. closure_error : greatest gap of the closed loop, m.
+    as_crease : the crease of the congruent folding that was simulated in its place, or None.
     """
 
     folding: int
@@ -136,6 +137,7 @@ class Trial:
     deploy_time: float | None
     energy_error: float
     closure_error: float
+    as_crease: int | None = None
 
 
 @dataclass(frozen=True)
@@ -146,6 +148,8 @@ class MotionBatch:
     margin : the least play for each face at which it is proved, m; gap : the least gap of the panels as they are, m,
         below 0 where they overlap; slack : what panels may be elsewhere, m; NaN without a path. paths : states of
         that, or of one that is not proved, (k, n_hinges). reason : a sentence; None where a folding was not looked at.
+    as_crease : the crease of the congruent folding whose motion this is; None of what was looked at itself, and empty
+        where all of them were.
     """
 
     flat_pairs: list[str | None]
@@ -154,6 +158,7 @@ class MotionBatch:
     slack: NDArray[np.float64]
     paths: tuple[NDArray[np.float64] | None, ...]
     reason: list[str | None]
+    as_crease: Sequence[int | None] = ()
 
     @property
     def moves(self) -> NDArray[np.bool_]:
@@ -170,7 +175,8 @@ class MotionBatch:
 class DeploymentBatch:
     """What springs do with a batch of foldings in a scene, one entry each, and the deployments that say so.
 
-    clearance (m), time (s) : of those that deploy, in the first scene in which they do; NaN else.
+    clearance (m), time (s) : of those that deploy, in the first scene in which they do; NaN else, the time also where
+        tolerances disagree on it.
     """
 
     clearance: NDArray[np.float64]
@@ -180,7 +186,7 @@ class DeploymentBatch:
     @property
     def deploys(self) -> NDArray[np.bool_]:
         """Which foldings come flat, certified clear, in some deployment."""
-        return ~np.isnan(self.time)
+        return ~np.isnan(self.clearance)
 
 
 @dataclass(frozen=True)

@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 
 from hcsearch.deployment.agreement import PATIENT, Agreement, agreed_checks, neighbours
 from hcsearch.deployment.checking import CALL, Screen, check, screen_of
-from hcsearch.deployment.compiling import Compiled, compile_scene
+from hcsearch.deployment.compiling import Compiled, compile_scene, scene_of_twin
 from hcsearch.deployment.looks import Look, looks_at, scene_of, springs_of
+from hcsearch.deployment.naming import numbered
 from hcsearch.deployment.outcomes import STEPS, Check
 from hcsearch.deployment.scene_files import file_text
 from hcsearch.deployment.springs import with_springs
 from hcsearch.flat_pairs import can_be, linkage_joined, ways
-from hcsearch.folding import folding_at
+from hcsearch.folding import folding_at, representatives
 from hcsearch.labels import labels_of
 from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch, Trial
 from hcsearch.scenes import Scene, panel_of
@@ -55,6 +56,7 @@ def verdicts(
 ) -> DeploymentBatch:
     """Deployments of a batch of untwisted foldings in a scene.
 
+    One of those that symmetries of circuit and scene make congruent is simulated, and its trials are carried over.
     locked : which are proved locked with rigid pairs; they are tried with hinged ones, where the scene allows it.
     moves : which have a path, proved or not; the others are tried in the scene as it stands alone, as what springs
         bring flat has a path.
@@ -80,21 +82,24 @@ class _Verdicts:
         steps = round(BRIEF * max(1.0, circuits.words.shape[1] / LARGE) ** 2)
         self.second: dict[str, Any] = {"whole": False, "tolerance": SCREENED, "max_steps": steps}
         self.foldings = {i: folding_at(circuits, foldings, i) for i in range(len(foldings))}
+        self.alike = self._alike(foldings.row.tolist())
         self.moves = moves
         self.count, self.threads = len(foldings), threads
         # the proof is of rigid pairs, and says nothing of a scene in which they are hinged
         self.locked = {i for i in self.foldings if locked[i] and ways(scene) != ("hinged",)}
-        self.compiled: dict[tuple[int, Way], tuple[Compiled, Screen]] = {}
+        self.compiled: dict[tuple[int, Way], Compiled] = {}
+        self.screens: dict[tuple[int, Way], Screen] = {}
         self.deploys: dict[int, Trial] = {}
         self.first: dict[int, Trial] = {}
         self.unsure: dict[int, Trial] = {}
         self.spent = np.zeros(self.count, np.int64)
 
     def run(self) -> DeploymentBatch:
-        numbers = list(self.foldings)
+        numbers = list(self.alike)
         for begin in range(0, len(numbers), TOGETHER):
             self._try(numbers[begin : begin + TOGETHER])
             self.compiled.clear()
+            self.screens.clear()
         clearance, time = np.full(self.count, np.nan), np.full(self.count, np.nan)
         for i, trial in self.deploys.items():
             clearance[i], time[i] = trial.clearance, trial.deploy_time
@@ -116,7 +121,8 @@ class _Verdicts:
 
     def _take(self, looks: Sequence[Look], some: list[int]) -> None:
         """Take some looks at some foldings; the first look that deploys counts."""
-        scenes = {(i, look): self._compiled(i, look) for look in looks for i in some if self._can(i, look)}
+        tried = [(i, look) for look in looks for i in some if self._can(i, look)]
+        scenes = {(i, look): (self._compiled(i, look), self.screens[i, look.pairs]) for i, look in tried}
         checks = self._check(scenes, {} if looks[0].first else self.second)
         if not looks[0].first:
             checks |= self._check({tried: scenes[tried] for tried in scenes if checks[tried].deploys}, {})
@@ -145,13 +151,18 @@ class _Verdicts:
     def _keep(self, i: int, look: Look, compiled: Compiled, one: Check, agreement: Agreement | None) -> None:
         if not (look.first or one.deploys):
             return
-        trial = self._trial(i, look, compiled, one, agreement)
-        if look.first:
-            self.first[i] = trial
-        if trial.status == "deploys":
-            self.deploys[i] = trial
-        elif one.deploys:
-            self.unsure.setdefault(i, trial)
+        for own in (i, *self.alike[i]):
+            trial = (
+                self._trial(i, look, compiled, one, agreement)
+                if own == i
+                else self._carried(own, i, look, one, agreement)
+            )
+            if look.first:
+                self.first[own] = trial
+            if trial.status == "deploys":
+                self.deploys[own] = trial
+            elif one.deploys:
+                self.unsure.setdefault(own, trial)
 
     def _can(self, i: int, look: Look) -> bool:
         if look.pairs == "hinged":
@@ -159,17 +170,50 @@ class _Verdicts:
         # merged motions are motions with rigid pairs, too
         return i not in self.locked and (look.first or can_be(self.foldings[i], look.pairs))
 
-    def _compiled(self, i: int, look: Look) -> tuple[Compiled, Screen]:
+    def _compiled(self, i: int, look: Look) -> Compiled:
         key = (i, look.pairs)
         if key not in self.compiled:
             linkage = linkage_joined(self.foldings[i], self.panel, look.pairs)
-            compiled = compile_scene(linkage, self.scene, keep=frozenset({"stops"}))
-            self.compiled[key] = compiled, screen_of(compiled)
-        compiled, solids = self.compiled[key]
+            self.compiled[key] = compile_scene(linkage, self.scene, keep=frozenset({"stops"}))
+        compiled = self.compiled[key]
+        if key not in self.screens:
+            self.screens[key] = screen_of(compiled)
         compiled = replace(compiled, scene=scene_of(compiled.scene, look))
         if look.springs:
             compiled = with_springs(compiled, springs_of(self.foldings[i], compiled, look.springs))
-        return compiled, solids
+        return compiled
+
+    def _alike(self, rows: list[int]) -> dict[int, list[int]]:
+        """The foldings that are simulated, each with those that are congruent to it in the scene.
+
+        rows : of the circuit of each folding.
+        """
+        standing = representatives(list(self.foldings.values()), rows, self.panel)
+        alike: dict[int, list[int]] = {}
+        for i, first in enumerate(standing):
+            if i == first or not self._symmetric(i, first):
+                alike[i] = []
+            else:
+                alike[first].append(i)
+        return alike
+
+    def _symmetric(self, i: int, first: int) -> bool:
+        """Whether a scene is the same for two congruent foldings, which gravity or what is held may tell apart."""
+        own, other = (linkage_joined(self.foldings[k], self.panel, ways(self.scene)[0]) for k in (i, first))
+        seen, scene = scene_of_twin(self.scene, own), numbered(self.scene, other)
+        return seen.held == scene.held and bool(np.allclose(seen.gravity, scene.gravity, rtol=0.0, atol=1e-12))
+
+    def _carried(self, i: int, first: int, look: Look, one: Check, agreement: Agreement | None) -> Trial:
+        """The trial of a folding, from that of the congruent one that was simulated: only numbers are others."""
+        compiled = self._compiled(i, look)
+        twin = compiled.linkage.twin
+        assert twin is not None
+        if one.collision is not None:
+            time, panels = one.collision
+            low, high = sorted(twin.panels.index(panel) for panel in panels)
+            one = replace(one, collision=(time, (low, high)))
+        trial = self._trial(i, look, compiled, one, agreement)
+        return replace(trial, as_crease=self.foldings[first].crease)
 
     def _trial(self, i: int, look: Look, compiled: Compiled, one: Check, agreement: Agreement | None) -> Trial:
         labels = labels_of(compiled.linkage)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from hcsearch.collision.margins import margin_of, scale_of
 from hcsearch.flat_pairs import can_be, linkage_joined
 from hcsearch.folding import Folding
+from hcsearch.kernels.collision.intervals import Course
 from hcsearch.labels import Labels, labels_of
 from hcsearch.linkage import Linkage
 from hcsearch.planning.planner import Growth, Planner
@@ -51,9 +52,31 @@ def motion_of(folding: Folding, panel: PanelSize, ways: Sequence[Way], margin: f
     """Look for a proved path of a folding.
 
     ways : how flat pairs may be joined, in this order. margin : m, the greatest; None for that of `margin_of`.
+    Congruent foldings have one search, that of the folding that stands for them.
     """
-    linkages = {way: linkage_joined(folding, panel, way) for way in ways if can_be(folding, way)}
-    return _Search(linkages, margin).run() if linkages else PlannedMotion(None, None, None, ())
+    like = folding.likeness(panel)
+    own = folding if like is None else like.folding
+    linkages = {way: linkage_joined(own, panel, way) for way in ways if can_be(own, way)}
+    found = _Search(linkages, margin).run() if linkages else PlannedMotion(None, None, None, ())
+    return found if like is None else carried(found, folding, panel)
+
+
+def carried(motion: PlannedMotion, folding: Folding, panel: PanelSize) -> PlannedMotion:
+    """The motion of a folding, from that of the congruent one that stands for it: only numbers are others."""
+    if motion.way is None or motion.states is None:
+        return motion
+    linkage = linkage_joined(folding, panel, motion.way)
+    assert linkage.twin is not None
+    hinges, proof = list(linkage.twin.hinges), motion.proof
+    if proof is not None and proof.motion is not None:
+        course = proof.motion
+        rows = (course.angles[:, hinges], course.rates[:, hinges], course.accelerations[:, hinges])
+        proof = replace(proof, motion=Course(course.times, *rows, course.cubic))
+    if proof is not None and proof.clear is not None and proof.clear.panels is not None:
+        one, two = sorted(linkage.twin.panels.index(panel) for panel in proof.clear.panels)
+        proof = replace(proof, clear=replace(proof.clear, panels=(one, two)))
+    states = motion.states[:, hinges]
+    return replace(motion, states=states, proof=proof, labels=labels_of(linkage))
 
 
 class _Search:

@@ -29,7 +29,7 @@ REVISION = "0009"
 VERSION_TABLE = "hcsearch_version"
 APPLICATION_ID = 0x68635346  # "hcSF", in the header of an SQLite file
 
-FUNNEL = ("fixed_circuits", "circuits", "arrays", "two_stack", "untwisted", "movable", "deployable")
+FUNNEL = ("fixed_circuits", "circuits", "arrays", "two_stack", "untwisted", "movable", "deploys")
 
 # Named constraints can be changed by later migrations.
 metadata = MetaData(
@@ -174,6 +174,8 @@ motion = Table(
     Column("reason", _TEXT, nullable=False),
     # Fold angles of the states (rad), doubles, little-endian, row by row, compressed by zlib; NULL without a path.
     Column("path", LargeBinary),
+    # The congruent folding whose motion this is; NULL of what was planned itself.
+    Column("as_crease", Integer),
     _of_folding("crease"),
     _status("flat_pairs", "rigid", "hinged", "merged"),
     sqlite_strict=True,
@@ -206,6 +208,8 @@ deployment = Table(
     Column("deploy_time", _REAL),
     Column("energy_error", _REAL),
     Column("closure_error", _REAL),
+    # The congruent folding that was simulated in its place, or NULL.
+    Column("as_crease", Integer),
     _of_folding("crease"),
     _status("status", *_VERDICTS),
     sqlite_strict=True,

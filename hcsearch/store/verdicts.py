@@ -106,6 +106,7 @@ def _insert_motions(connection: Connection, foldings: Columns, motions: MotionBa
         "slack": [_number(1e3 * float(motions.slack[i])) for i in kept],
         "states": [0 if (path := motions.paths[i]) is None else len(path) for i in kept],
         "reason": [motions.reason[i] for i in kept],
+        "as_crease": [motions.as_crease[i] if motions.as_crease else None for i in kept],
         "path": [
             None if (path := motions.paths[i]) is None else zlib.compress(path.astype("<f8").tobytes()) for i in kept
         ],
@@ -118,7 +119,7 @@ def _trial_columns(deployments: DeploymentBatch, foldings: Columns, name: str) -
     trials = deployments.trials
     columns: Columns = {key: [foldings[key][trial.folding] for trial in trials] for key in ("design_id", "crease")}
     columns |= {key: [getattr(t, key) for t in trials] for key in ("scene", "formulation", "status", "reason")}
-    columns |= {key: [getattr(t, key) for t in trials] for key in ("first_contact", "deploy_time")}
+    columns |= {key: [getattr(t, key) for t in trials] for key in ("first_contact", "deploy_time", "as_crease")}
     columns["base"] = [name] * len(trials)
     columns["scene_values"] = [trial.values for trial in trials]
     columns["clearance"] = [None if trial.clearance is None else 1e3 * trial.clearance for trial in trials]

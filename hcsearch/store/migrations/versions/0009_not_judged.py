@@ -6,7 +6,7 @@ A migration is frozen: it spells out its DDL and imports nothing of hcsearch.
 from alembic import op
 
 revision = "0009"
-down_revision = "0006"
+down_revision = "0008"
 
 
 def upgrade() -> None:
