@@ -36,7 +36,7 @@ CREATE TABLE deployment (
 	first_contact REAL,
 	deploy_time REAL,
 	energy_error REAL,
-	closure_error REAL, as_crease INTEGER,
+	closure_error REAL, needed_margin REAL, least_gap REAL, as_crease INTEGER,
 	CONSTRAINT pk_deployment PRIMARY KEY (design_id, crease, base, scene),
 	CONSTRAINT ck_deployment_status CHECK (status IN ('deploys', 'undecided', 'collides', 'locked')),
 	CONSTRAINT fk_deployment_folding FOREIGN KEY(design_id, crease) REFERENCES folding (design_id, crease) ON DELETE CASCADE
@@ -249,7 +249,7 @@ CREATE TABLE verdict (
 	scene TEXT NOT NULL,
 	status TEXT NOT NULL,
 	min_clearance REAL,
-	deploy_time REAL,
+	deploy_time REAL, needed_margin REAL, least_gap REAL,
 	CONSTRAINT pk_verdict PRIMARY KEY (design_id, crease, scene),
 	CONSTRAINT ck_verdict_status CHECK (status IN ('deploys', 'movable', 'undecided', 'locked')),
 	CONSTRAINT fk_verdict_scene FOREIGN KEY(scene) REFERENCES scene (name) ON DELETE CASCADE,
@@ -277,6 +277,8 @@ CREATE VIEW deployments AS SELECT
     p."deploy_time" AS "deploy_time",
     p."energy_error" AS "energy_error",
     p."closure_error" AS "closure_error",
+    p."needed_margin" AS "needed_margin",
+    p."least_gap" AS "least_gap",
     p."as_crease" AS "as_crease"
 FROM deployment AS p;
 
@@ -306,8 +308,8 @@ CREATE VIEW designs AS SELECT
         WHEN o.status IN ('deploys', 'movable') THEN 1
     END AS "deployable",
     m."flat_pairs" AS "flat_pairs",
-    m."needed_margin" AS "needed_margin",
-    m."least_gap" AS "least_gap",
+    v."needed_margin" AS "needed_margin",
+    v."least_gap" AS "least_gap",
     v."min_clearance" AS "min_clearance",
     v."deploy_time" AS "deploy_time",
     CASE
@@ -366,8 +368,8 @@ CREATE VIEW foldings AS SELECT
         WHEN v.status IN ('deploys', 'movable') THEN 1
     END AS "deployable",
     m.flat_pairs AS "flat_pairs",
-    m.needed_margin AS "needed_margin",
-    m.least_gap AS "least_gap",
+    v.needed_margin AS "needed_margin",
+    v.least_gap AS "least_gap",
     v.min_clearance AS "min_clearance",
     v.deploy_time AS "deploy_time"
 FROM folding AS f

@@ -123,6 +123,8 @@ class Trial:
     sentence. clearance : smallest gap to which panels come near again after they have parted, m; a panel's size where
     none do. first_contact, deploy_time : s; None where there is none.
     energy_error : greatest relative error of the energy balance. closure_error : greatest gap of the closed loop, m.
+    needed_margin, least_gap : m, of one that deploys, else None: the least margin at which it is certified clear, and
+    the least gap of the panels as built. Where they overlap, `clearance` is that, too.
     as_crease : the crease of the congruent folding that was simulated in its place, or None.
     """
 
@@ -137,6 +139,8 @@ class Trial:
     deploy_time: float | None
     energy_error: float
     closure_error: float
+    needed_margin: float | None = None
+    least_gap: float | None = None
     as_crease: int | None = None
 
 
@@ -177,16 +181,31 @@ class DeploymentBatch:
 
     clearance (m), time (s) : of those that deploy, in the first scene in which they do; NaN else, the time also where
         tolerances disagree on it.
+    margin, gap : m, of the same: the least play for each face at which they are certified clear, and the least gap of
+        the panels as built, below 0 where they overlap.
     """
 
     clearance: NDArray[np.float64]
     time: NDArray[np.float64]
+    margin: NDArray[np.float64]
+    gap: NDArray[np.float64]
     trials: tuple[Trial, ...]
 
     @property
     def deploys(self) -> NDArray[np.bool_]:
         """Which foldings come flat, certified clear, in some deployment."""
         return ~np.isnan(self.clearance)
+
+
+def play_of(motion: MotionBatch, deployment: DeploymentBatch | None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Needed margins and least gaps of the motions that give foldings their status, m; NaN without one.
+
+    Those of the deployment where springs bring a folding flat, else those of its path.
+    """
+    if deployment is None:
+        return motion.margin, motion.gap
+    springs = deployment.deploys
+    return np.where(springs, deployment.margin, motion.margin), np.where(springs, deployment.gap, motion.gap)
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,8 @@ def verdicts_of(judged: Sequence[Judged], trials: Sequence[Trial] = ()) -> Verdi
     deployments = DeploymentBatch(
         np.array([math.nan if gap is None else 1e-3 * gap for *_, gap, _ in judged]),
         np.array([math.nan if time is None else time for *_, time in judged]),
+        np.where([status == "deploys" for status in statuses], 1e-5, math.nan),
+        np.where([status == "deploys" for status in statuses], -5e-6, math.nan),
         tuple(trials),
     )
     return VerdictBatch(

@@ -45,20 +45,25 @@ def queried(path, *words):
 
 def assert_consistent(database, scene):
     """What is said of foldings, motions and deployments in a scene agrees."""
-    names = "design_id,crease,status,deployable,deploy_time,flat_pairs,needed_margin,least_gap"
+    names = "design_id,crease,status,deployable,deploy_time,needed_margin,least_gap,flat_pairs"
     selected = select(database, "untwisted", columns=names, view="foldings", scene=scene)
     motions = select(database, f"scene={scene}", view="motions")
     planned = {row[:2]: dict(zip(motions.columns, row, strict=True)) for row in motions.rows}
+    chosen = "design_id,crease,needed_margin,least_gap"
+    deployed = select(database, f"base={scene} status=deploys", columns=chosen, view="deployments").rows
+    springs = {row[:2]: list(row[2:]) for row in deployed}
     assert selected.rows
-    for number, crease, status, deployable, seconds, *path in selected.rows:
+    for number, crease, status, deployable, seconds, *play, pairs in selected.rows:
         motion = planned.get((number, crease))
         assert deployable == {"deploys": 1, "movable": 1, "undecided": None, "locked": 0}[status]
         assert (seconds is not None) == (status == "deploys")
         assert (motion is None) <= (status == "locked")
         if motion is None:
-            assert path == [None] * 3
+            assert [*play, pairs] == [None] * 3
             continue
-        assert path == [motion[name] for name in ("flat_pairs", "needed_margin", "least_gap")]
+        path = [motion[name] for name in ("flat_pairs", "needed_margin", "least_gap")]
+        assert pairs == path[0]
+        assert play == (springs[number, crease] if status == "deploys" else path[1:])  # of what gives the status
         assert motion["reason"]
         assert (motion["states"] > 1) >= (path[0] is not None)  # a path need not be proved
         assert (motion["states"] > 1) == ("a path" in motion["reason"])

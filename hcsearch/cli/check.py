@@ -12,6 +12,7 @@ import click
 from hcsearch.cli.options import examples
 from hcsearch.cli.progress import Meter
 from hcsearch.cli.subjects import circuit_options, request_of
+from hcsearch.play import millimetres, play_sentence
 from hcsearch.system.surroundings import default_database
 
 if TYPE_CHECKING:
@@ -105,6 +106,9 @@ def _facts(checked: CheckedCircuit, scene: Scene) -> dict[str, Any]:
                 "dof": verdict.dof,
                 "kutzbach": verdict.kutzbach,
                 "reason": verdict.reason,
+                "needed_margin_mm": millimetres(verdict.needed_margin),
+                "least_gap_mm": millimetres(verdict.least_gap),
+                "play": play_sentence(millimetres(verdict.needed_margin)),
                 "deploys_in": verdict.scene,
             }
             for verdict in checked.verdicts
@@ -131,6 +135,8 @@ def _print(checked: CheckedCircuit, scene: Scene, request: Request) -> None:
         freedoms = "" if verdict.dof is None else f", {verdict.dof} {degrees} of freedom (Kutzbach {verdict.kutzbach})"
         click.echo(f"{verdict.folding.notation}: {status}{freedoms}")
         click.echo(f"  {verdict.reason}")
+        if verdict.needed_margin is not None:
+            click.echo(f"  {play_sentence(millimetres(verdict.needed_margin))}")
         if verdict.scene is not None:
             words = ["hcsearch", "deploy", verdict.folding.notation, *_scene_options(verdict.scene, request)]
             click.echo(f"  {shlex.join(words)}")

@@ -10,6 +10,7 @@ import click
 from hcsearch.cli.options import database_option, examples
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import HcsearchError, printable
+from hcsearch.play import play_sentence
 from hcsearch.scenes import DEFAULT
 from hcsearch.system.numbers import short
 from hcsearch.system.outputs import check_output
@@ -69,6 +70,8 @@ def show(
         for tried in row.get("deployments", ()):
             if tried["crease"] == folding.crease:
                 click.echo(f"  deployment, {tried['scene']}: {tried['status']}, {tried['reason']}")
+                if tried["needed_margin"] is not None:
+                    click.echo(f"    {play_sentence(tried['needed_margin'])}")
                 click.echo(f"    hcsearch deploy {folding.notation} --scene {shlex.quote(tried['scene'])}{_where(db)}")
 
 
@@ -106,6 +109,8 @@ def _print_circuit(circuit: Circuit, row: dict[str, Any]) -> None:
     shown: tuple[str, ...] = ("id", "status", "deployable", "flat_pairs", "needed_margin", "least_gap")
     shown += ("deploy_time", "min_clearance", "score")
     facts |= {name.replace("_", " "): _with_unit(name, row[name]) for name in shown if row.get(name) is not None}
+    if row.get("needed_margin") is not None:
+        facts["play"] = play_sentence(row["needed_margin"])
     for label, value in facts.items():
         click.echo(f"{label:16}{value}")
     click.echo("cells           " + "  ".join(",".join(map(str, cell)) for cell in circuit.cells))

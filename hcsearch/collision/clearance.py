@@ -16,12 +16,14 @@ from typing import Literal
 
 import numpy as np
 
-from hcsearch.collision.margins import MARGIN, RESOLUTION
-from hcsearch.collision.solids import Solids, solids_of
+from hcsearch.collision.margins import MARGIN, RESOLUTION, TOUCHING
+from hcsearch.collision.prisms import prisms_of
+from hcsearch.collision.solids import Solids, pairs_of, solids_of
 from hcsearch.kernels.collision.approaches import approach
 from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES, Answer, Exactness, judge
 from hcsearch.kernels.collision.dips import smallest_dip
 from hcsearch.kernels.collision.intervals import Course
+from hcsearch.kernels.collision.least_gaps import least_gap as least_of_pairs
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals
 
@@ -70,6 +72,20 @@ def certify(
     if not len(solids.pairs.prisms) or len(course.times) < 2:
         return Clearance("clear", margin, None, None, None, 0)
     return _Certificate(linkage, solids, resolution).of(course, slack, measured)
+
+
+def least_gap(
+    linkage: Linkage, course: Course, *, resolution: float = TOUCHING, apart: Collection[tuple[int, int]] = ()
+) -> float | None:
+    """The least gap (m) of two panels as they are at any time of a motion, below 0 where they overlap.
+
+    An overlap is as deep as the least way by which the panels would have to be moved apart. No gap is less by more
+    than the resolution (m). apart : pairs of panels, the lower number first, that are left out. None without a pair.
+    """
+    prisms = prisms_of(linkage)
+    pairs = pairs_of(linkage, prisms, apart)
+    gap = float(least_of_pairs(linkage.chain, prisms, pairs, course, resolution))
+    return gap if math.isfinite(gap) else None
 
 
 class _Certificate:

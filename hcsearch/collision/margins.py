@@ -15,6 +15,10 @@ MARGIN = 1e-4
 """Panels are shrunk by this on every face (m), unless another margin is given."""
 RESOLUTION = 5e-5
 """A smallest gap is known to this (m)."""
+LEAST_PLAY = 1e-5
+"""The least margin of which it is asked whether it is enough (m)."""
+TOUCHING = 1e-6
+"""Panels nearer to each other than this, or overlapping by less, touch (m): loops are closed to about as much."""
 
 
 def scale_of(linkage: Linkage) -> float:

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from hcsearch.deployment.deploying import Deployment, run
 from hcsearch.deployment.outcomes import STEPS, Check
+from hcsearch.deployment.play import needed_margin_of
 from hcsearch.system.numbers import short
 from hcsearch.vocabulary import Formulation, Outcome, Verdict
 
@@ -49,12 +50,16 @@ class Agreement:
     flat_time : s, in the digits that agree, in one digit where none does; None unless all come flat, at times that
     differ by a tenth at most.
     reason : what became of it, in a sentence. others : the simulations at the other tolerances.
+    needed_margin : m, the least at which all of them are certified clear; least_gap : m, of the first, as of `Play`;
+    both None unless it deploys.
     """
 
     verdict: Verdict
     flat_time: float | None
     reason: str
     others: tuple[Seen, ...]
+    needed_margin: float | None = None
+    least_gap: float | None = None
 
     @property
     def untimed(self) -> bool:
@@ -95,7 +100,13 @@ def confirmed(deployment: Deployment, *, method: str | None = None, tolerance: f
     steps = PATIENT * STEPS[compiled.formulation]
     near = neighbours(tolerance, compiled.formulation)
     others = [run(compiled, method=method, tolerance=one, certified=certified, max_steps=steps) for one in near]
-    return agreed_checks([one.check for one in (deployment, *others)], (tolerance, *near))
+    agreement = agreed_checks([one.check for one in (deployment, *others)], (tolerance, *near))
+    if agreement.verdict != "deploys" or deployment.play is None:
+        return agreement
+    needed = deployment.play.needed_margin
+    for one in others:
+        needed = needed_margin_of(compiled, one.motion, needed)
+    return replace(agreement, needed_margin=needed, least_gap=deployment.play.least_gap)
 
 
 def agreed_checks(checks: Sequence[Check], tolerances: Sequence[float]) -> Agreement:

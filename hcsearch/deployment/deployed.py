@@ -41,6 +41,21 @@ class Deployed:
         return self.deployment.flat_time if self.agreement is None else self.agreement.flat_time
 
     @property
+    def needed_margin(self) -> float | None:
+        """The least margin on every face, m, at which it is certified clear at all tolerances; None unless it deploys.
+
+        Two such margins are to be left between faces.
+        """
+        if self.verdict != "deploys" or self.deployment.play is None:
+            return None
+        return self.deployment.play.needed_margin if self.agreement is None else self.agreement.needed_margin
+
+    @property
+    def least_gap(self) -> float | None:
+        """The least gap of the panels as built, m, below 0 where they overlap; None unless it deploys."""
+        return None if self.needed_margin is None or self.deployment.play is None else self.deployment.play.least_gap
+
+    @property
     def reason(self) -> str:
         """The reason for the verdict, in words that name panels and hinges."""
         return str(self.facts()["reason"])

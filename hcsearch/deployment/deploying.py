@@ -11,15 +11,16 @@ import numpy as np
 
 from hcsearch.collision.clearance import Clearance, certify
 from hcsearch.collision.margins import resolution_of
-from hcsearch.collision.reaches import reaches, slack_of
+from hcsearch.collision.reaches import reaches
 from hcsearch.deployment.compiling import Compiled, compile_scene
+from hcsearch.deployment.courses import path_of
 from hcsearch.deployment.driving import Drives
 from hcsearch.deployment.outcomes import FLAT, STEPS, STILL, Check, method_of, outcome_of
+from hcsearch.deployment.play import Play, play_of
 from hcsearch.deployment.reasons import reason_of_motion
 from hcsearch.dynamics.driving import Driven, simulate_driven
-from hcsearch.dynamics.simulation import Motion, closed_between, greatest_opening, loose_states, simulate
+from hcsearch.dynamics.simulation import Motion, greatest_opening, loose_states, simulate
 from hcsearch.errors import HcsearchError
-from hcsearch.kernels.collision.intervals import Course
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
 from hcsearch.typing import Reals
@@ -91,6 +92,15 @@ class Deployment:
     def deploys(self) -> bool:
         """Whether it becomes flat, certified clear."""
         return self.check.deploys
+
+    @cached_property
+    def play(self) -> Play | None:
+        """The play between panels that it needs, and their least gap as built; None unless it deploys."""
+        if not self.deploys:
+            return None
+        # no stop holds driven hinges, whose panels overlap by as much as they pass them
+        over = 0.0 if self.driven is None else float(_overlaps(self.compiled, self.angles).max(initial=0.0))
+        return play_of(self.compiled, self.motion, over)
 
     @property
     def flat_time(self) -> float | None:
@@ -223,13 +233,19 @@ def judged(
 
 def _within_stops(compiled: Compiled, times: Reals, angles: Reals, clearance: Clearance) -> Clearance:
     """The verdict, `undecided` where panels of a hinge overlap by more than the margin, as no stop keeps them apart."""
-    beyond = np.maximum(np.maximum(-angles, angles - math.pi), 0.0) * reaches(compiled.linkage)
+    beyond = _overlaps(compiled, angles)
     if clearance.kind != "clear" or beyond.max(initial=0.0) <= compiled.margin:
         return clearance
     state, hinge = np.unravel_index(beyond.argmax(), beyond.shape)
     own = compiled.linkage.pattern.hinges[int(hinge)]
     panels = (min(own.first, own.second), max(own.first, own.second))
     return replace(clearance, kind="undecided", time=float(times[state]), panels=panels)
+
+
+def _overlaps(compiled: Compiled, angles: Reals) -> Reals:
+    """How deep panels overlap as their hinges pass a stop (m), at most, shape (k, n_hinges)."""
+    beyond: Reals = np.maximum(np.maximum(-angles, angles - math.pi), 0.0) * reaches(compiled.linkage)
+    return beyond
 
 
 def _steep(compiled: Compiled, motion: Motion) -> bool:
@@ -241,24 +257,13 @@ def _steep(compiled: Compiled, motion: Motion) -> bool:
 
 def _clearance(compiled: Compiled, motion: Motion) -> Clearance:
     """The certified verdict on the motion."""
-    linkage = compiled.linkage
-    (times, q, v, a), gaps = closed_between(compiled.system, motion)
-    angles, rates = compiled.of_hinges(q, v)
-    cubic = motion.cubic or bool((compiled.joint_of < 0).any())  # accelerations of cut hinges are not known
-    accelerations = np.zeros_like(angles) if cubic else a[:, compiled.joint_of]
-    angles, rates, accelerations = map(np.ascontiguousarray, (angles, rates, accelerations))
-    course = Course(times, angles, rates, accelerations, cubic)
-    if (compiled.joint_of < 0).any():  # what the springs of cut hinges give way opens the loops
-        gaps = np.maximum(gaps, motion.gap)
-    # springs that close loops give way at impacts, for moments; exact loops hardly open at all
-    slack = slack_of(linkage, 1.0) * (gaps if motion.cubic else gaps.max(initial=0.0))
-    measured = motion.ending == "flat"
+    linkage, path = compiled.linkage, path_of(compiled, motion)
     return certify(
         linkage,
-        course,
+        path.course,
         margin=compiled.margin,
         resolution=resolution_of(linkage),
-        slack=slack,
+        slack=path.slack,
         apart=compiled.apart,
-        measured=measured,
+        measured=motion.ending == "flat",
     )

@@ -12,6 +12,7 @@ from hcsearch.deployment.arrivals import arrivals
 from hcsearch.deployment.deploying import Deployment
 from hcsearch.deployment.reasons import reason_with_clearance
 from hcsearch.labels import labels_of, plain
+from hcsearch.play import millimetres, play_sentence
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -49,8 +50,8 @@ def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any
         "clearance": None if clearance is None else clearance.kind,
         "collision_s": clearance.time if clearance is not None and collides else None,
         "collision_panels": [panels[k] for k in clearance.panels or ()] if clearance is not None and collides else None,
-        "min_clearance_mm": None if clearance is None or clearance.gap is None else 1e3 * clearance.gap,
         "margin_mm": 1e3 * compiled.margin,
+        **play_facts(deployment, agreement),
         "scene": compiled.scene.name,
         "formulation": compiled.formulation,
         "panels": compiled.linkage.n_panels,
@@ -88,6 +89,25 @@ def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any
         "rejected_steps": motion.rejected,
         "evaluations": motion.evaluations,
         "left_out": [{"name": o.name, "what": o.what, "why": o.why} for o in compiled.omissions],
+    }
+
+
+def play_facts(deployment: Deployment, agreement: Agreement | None = None) -> dict[str, Any]:
+    """The gaps of a deployment, mm, and how much to leave between faces; agreement : as of `facts`.
+
+    Where panels as built overlap, the smallest gap is that overlap, below 0.
+    """
+    play, gap = deployment.play, None if deployment.clearance is None else deployment.clearance.gap
+    if agreement is not None and agreement.verdict != "deploys":
+        play = None
+    needed = None if play is None else play.needed_margin
+    if agreement is not None and agreement.needed_margin is not None:
+        needed = agreement.needed_margin
+    return {
+        "min_clearance_mm": millimetres(gap if play is None else play.clearance(gap)),
+        "least_gap_mm": None if play is None else millimetres(play.least_gap),
+        "needed_margin_mm": millimetres(needed),
+        "play": play_sentence(millimetres(needed)),
     }
 
 

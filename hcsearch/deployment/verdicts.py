@@ -19,9 +19,11 @@ from numpy.typing import NDArray
 from hcsearch.deployment.agreement import PATIENT, Agreement, agreed_checks, neighbours
 from hcsearch.deployment.checking import CALL, Screen, check, screen_of
 from hcsearch.deployment.compiling import Compiled, compile_scene, scene_of_twin
+from hcsearch.deployment.deploying import run
 from hcsearch.deployment.looks import Look, looks_at, scene_of, springs_of
 from hcsearch.deployment.naming import numbered
 from hcsearch.deployment.outcomes import STEPS, Check
+from hcsearch.deployment.play import Play, needed_margin_of, play_of
 from hcsearch.deployment.scene_files import file_text
 from hcsearch.deployment.springs import with_springs
 from hcsearch.flat_pairs import can_be, linkage_joined, ways
@@ -100,11 +102,12 @@ class _Verdicts:
             self._try(numbers[begin : begin + TOGETHER])
             self.compiled.clear()
             self.screens.clear()
-        clearance, time = np.full(self.count, np.nan), np.full(self.count, np.nan)
+        clearance, time, margin, gap = np.full((4, self.count), np.nan)
         for i, trial in self.deploys.items():
             clearance[i], time[i] = trial.clearance, trial.deploy_time
+            margin[i], gap[i] = trial.needed_margin, trial.least_gap
         trials = [trial for i in self.foldings for trial in self._trials(i)]
-        return DeploymentBatch(clearance, time, tuple(trials))
+        return DeploymentBatch(clearance, time, margin, gap, tuple(trials))
 
     def _try(self, some: list[int]) -> None:
         """Try some foldings, each until it deploys: look by look, or as many looks at once as occupy all threads."""
@@ -141,12 +144,34 @@ class _Verdicts:
     ) -> dict[Tried, Agreement]:
         """Whether what deploys does so at other tolerances, too."""
         deploying = {tried: scenes[tried] for tried, one in checks.items() if one.deploys}
-        near, steps = neighbours(FINE), PATIENT * STEPS["constrained"]
-        others = [self._check(deploying, {"tolerance": tolerance, "max_steps": steps}) for tolerance in near]
-        return {
-            tried: agreed_checks([checks[tried], *(other[tried] for other in others)], (FINE, *near))
-            for tried in deploying
+        plays = {tried: _play(compiled) for tried, (compiled, _) in deploying.items()}
+        # what is clear with the margin that the first motion needs is clear with the scene's
+        tight = {
+            tried: (compiled, screen_of(compiled, plays[tried].needed_margin))
+            for tried, (compiled, _) in deploying.items()
         }
+        others = [self._check(tight, _as_near(tolerance)) for tolerance in neighbours(FINE)]
+        return {
+            tried: self._agreement(tried, scene, checks[tried], [other[tried] for other in others], plays[tried])
+            for tried, scene in deploying.items()
+        }
+
+    def _agreement(
+        self, tried: Tried, scene: tuple[Compiled, Screen], first: Check, others: list[Check], play: Play
+    ) -> Agreement:
+        """What one that deploys and the others agree on; others : checked with the margin that the first one needs.
+
+        Those that are not clear with it are checked with the scene's, and may need more.
+        """
+        near, needed = neighbours(FINE), play.needed_margin
+        for k, tolerance in enumerate(near):
+            if others[k].outcome == "flat" and not others[k].deploys:
+                others[k] = self._check({tried: scene}, _as_near(tolerance))[tried]
+                if others[k].deploys:
+                    motion = run(scene[0], certified=False, **_as_near(tolerance)).motion
+                    needed = needed_margin_of(scene[0], motion, needed)
+        agreement = agreed_checks([first, *others], (FINE, *near))
+        return replace(agreement, needed_margin=needed, least_gap=play.least_gap)
 
     def _keep(self, i: int, look: Look, compiled: Compiled, one: Check, agreement: Agreement | None) -> None:
         if not (look.first or one.deploys):
@@ -221,7 +246,10 @@ class _Verdicts:
         if agreement is not None:
             status = agreement.verdict
             reason = agreement.reason + (", clear until then" if status == "deploys" else "")
-        size = compiled.linkage.pattern.size
+        size, clearance, play = compiled.linkage.pattern.size, None, None
+        if agreement is not None and status == "deploys" and agreement.needed_margin is not None:
+            play = Play(agreement.needed_margin, agreement.least_gap)
+            clearance = play.clearance(min(math.inf if one.gap is None else one.gap, size))
         facts = {"design": self.foldings[i].notation}
         tried = replace(
             compiled.scene,
@@ -236,11 +264,13 @@ class _Verdicts:
             formulation=compiled.formulation,
             status=status,
             reason=reason,
-            clearance=min(math.inf if one.gap is None else one.gap, size) if status == "deploys" else None,
+            clearance=clearance,
             first_contact=one.collision[0] if one.collision is not None and one.verdict == "collides" else None,
             deploy_time=agreement.flat_time if agreement is not None and status == "deploys" else None,
             energy_error=one.drift,
             closure_error=one.opening * size,
+            needed_margin=None if play is None else play.needed_margin,
+            least_gap=None if play is None else play.least_gap,
         )
 
     def _trials(self, i: int) -> Iterator[Trial]:
@@ -250,3 +280,13 @@ class _Verdicts:
             yield first
         if last is not None and last is not first:
             yield last
+
+
+def _play(compiled: Compiled) -> Play:
+    """The play of the first motion, of which a check keeps no states."""
+    return play_of(compiled, run(compiled, tolerance=FINE, certified=False).motion)
+
+
+def _as_near(tolerance: float) -> dict[str, Any]:
+    """How one that deploys is simulated at another tolerance."""
+    return {"tolerance": tolerance, "max_steps": PATIENT * STEPS["constrained"]}

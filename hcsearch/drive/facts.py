@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcsearch.deployment.facts import finite
+from hcsearch.deployment.facts import finite, play_facts
 from hcsearch.drive.driving import Drive
 from hcsearch.drive.following import following
 from hcsearch.drive.latches import Latch
@@ -36,7 +36,7 @@ def _facts(drive: Drive) -> dict[str, Any]:
         "reason": deployment.reason,
         "clearance": None if clearance is None else clearance.kind,
         "margin_mm": 1e3 * deployment.compiled.margin,
-        "min_clearance_mm": None if clearance is None or clearance.gap is None else 1e3 * clearance.gap,
+        **play_facts(deployment),
         "path_play_mm": 1e3 * drive.play,
         "flat_pairs": drive.way,
         "scene": drive.scene.name,

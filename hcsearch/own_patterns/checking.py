@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from hcsearch.circuit import Circuit
 from hcsearch.folding import Folding
-from hcsearch.records import CircuitBatch, StagedDesigns
+from hcsearch.records import CircuitBatch, StagedDesigns, play_of
 from hcsearch.scenes import Scene, check_verdicts
 from hcsearch.stages.order import STAGES
 from hcsearch.stages.stage import run_stages
@@ -23,7 +24,8 @@ class FoldingVerdict:
 
     twist : |Lk|. dof, kutzbach : freedoms with hinged flat pairs; dof is None where it is undecided, or the folding is
     twisted. status : None where it is twisted. reason : in a sentence. scene : the name of the one in which springs
-    bring it flat, for `hcsearch deploy`; None where none do.
+    bring it flat, for `hcsearch deploy`; None where none do. needed_margin, least_gap : m, of the motion that gives it
+    its status, as of `records.play_of`; None without one.
     """
 
     folding: Folding
@@ -33,6 +35,8 @@ class FoldingVerdict:
     status: Status | None
     reason: str
     scene: str | None = None
+    needed_margin: float | None = None
+    least_gap: float | None = None
 
 
 @dataclass(frozen=True)
@@ -122,6 +126,7 @@ def _judged(circuit: Circuit, designs: StagedDesigns, scene: Scene) -> list[Fold
     assert deployment is not None
     trials = {trial.folding: trial for trial in deployment.trials if trial.status == "deploys"}
     first = {trial.folding: trial for trial in reversed(deployment.trials)}
+    margins, gaps = (column.tolist() for column in play_of(motion, deployment))
     verdicts = []
     for i, status in enumerate(folding_statuses(designs, scene)):
         assert status is not None
@@ -145,6 +150,8 @@ def _judged(circuit: Circuit, designs: StagedDesigns, scene: Scene) -> list[Fold
                 status,
                 reason,
                 trials[i].scene if status == "deploys" else None,
+                None if math.isnan(margins[i]) else margins[i],
+                None if math.isnan(gaps[i]) else gaps[i],
             )
         )
     return verdicts

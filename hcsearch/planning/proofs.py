@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from hcsearch.collision.clearance import Clearance, certify
-from hcsearch.collision.margins import scale_of
+from hcsearch.collision.margins import LEAST_PLAY, scale_of
 from hcsearch.collision.penetration import deepest_cut
 from hcsearch.collision.reaches import longest_way, reaches
 from hcsearch.collision.solids import kept_apart
@@ -29,7 +29,7 @@ from hcsearch.planning.problems import loops_of
 from hcsearch.planning.switches import switch_between
 from hcsearch.typing import Reals
 
-PLAYS = (1e-5, 2e-5, 5e-5, 1e-4)
+PLAYS = (LEAST_PLAY, 2e-5, 5e-5, 1e-4)
 """Margins at which a path is certified, least first, m, for panels with edges of 50 mm."""
 SHARE = 0.04
 """What closed states may be off, as a share of the least of these margins."""

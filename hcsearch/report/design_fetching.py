@@ -12,6 +12,7 @@ from hcsearch.deployment.agreement import confirmed
 from hcsearch.deployment.deploying import deploy
 from hcsearch.errors import HcsearchError
 from hcsearch.folding import Folding
+from hcsearch.play import millimetres, play_sentence
 from hcsearch.player import payload_of
 from hcsearch.replays.recording import replay_of_deployment
 from hcsearch.replays.replay import Replay
@@ -22,7 +23,7 @@ from hcsearch.report.design_data import DesignData, ShownFolding, ShownMotion
 from hcsearch.report.envelopes import room_of
 from hcsearch.report.fetching import foldings_of, motions_of, tried_of
 from hcsearch.report.motion_plots import marks_of, plots_of
-from hcsearch.report.reasons import best_try, why
+from hcsearch.report.reasons import best_try, play_of, why
 from hcsearch.scenes import DEFAULT, SCENES, Scene, panel_of, panel_text
 from hcsearch.store import Database, best_creases, select
 from hcsearch.subjects.mechanisms import freedoms_of, lock_sentences
@@ -143,7 +144,9 @@ def _motions(folding: Folding, stored: _Known, best: Row | None, db: str) -> lis
         payload = payload_of(path)
         command = f"hcsearch drive {folding.notation}{scene_option(stored.scene, stored.where)}"
         shows = "movable" if path.certified else ""
-        motions.append(ShownMotion("Planned path", path.source, command, payload, plots_of(path, payload), shows))
+        play = play_sentence(1e3 * path.margin) if path.certified else None
+        source = "; ".join(filter(None, (path.source, play)))
+        motions.append(ShownMotion("Planned path", source, command, payload, plots_of(path, payload), shows))
     if best is None and stored.rows:
         return motions
     name = DEFAULT if best is None else str(best["scene"])
@@ -155,8 +158,10 @@ def _motions(folding: Folding, stored: _Known, best: Row | None, db: str) -> lis
     replay = replay_of_deployment(deployment, folding.notation, design=True)
     payload = payload_of(replay)
     command = f"hcsearch deploy {folding.notation}{scene_option(name, stored.where)}"
-    source = "; ".join([replay.source, *(mark.text for mark in marks_of(replay) if mark.bad)])
     agreement = confirmed(deployment) if stored.paths is None else None
+    needed = None if agreement is None else millimetres(agreement.needed_margin)
+    play = play_sentence(needed) if best is None else play_of(best)
+    source = "; ".join(filter(None, (replay.source, *(mark.text for mark in marks_of(replay) if mark.bad), play)))
     shows = "deploys" if agreement is not None and agreement.verdict == "deploys" else ""
     plots = plots_of(replay, payload, deployment)
     motions.append(ShownMotion("Motion by springs", source, command, payload, plots, shows))

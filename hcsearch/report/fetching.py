@@ -33,7 +33,8 @@ BEST_FIRST = "-untwisted,-two_stack,-score,-deployable,deploy_time"
 
 _COUNTS = """
     count(*) AS circuits, coalesce(sum(n_fixed), 0) AS fixed, count(DISTINCT "array") AS arrays,
-    sum(two_stack) AS two_stack, sum(untwisted) AS untwisted, count(needed_margin) AS movable,
+    sum(two_stack) AS two_stack, sum(untwisted) AS untwisted,
+    sum(CASE WHEN status IN ('deploys', 'movable') THEN 1 ELSE 0 END) AS movable,
     sum(CASE WHEN status = 'deploys' THEN 1 ELSE 0 END) AS deploys,
     sum(CASE WHEN status = 'locked' THEN 1 ELSE 0 END) AS locked
 """

@@ -6,6 +6,7 @@ import tomllib
 from collections.abc import Sequence
 
 from hcsearch.deployment.looks import described, look_parts
+from hcsearch.play import play_sentence
 from hcsearch.report.data import Row
 
 UNTRIED = "not proved locked; no path was looked for and no springs were tried in this scene"
@@ -28,11 +29,17 @@ def why(folding: Row, motion: str | None, tried: Sequence[Row]) -> str:
     if status == "locked":
         return LOCKED
     if status == "deploys" and best is not None:
-        return f"{best['reason']}; {springs_in(best)}"
+        return "; ".join(filter(None, (str(best["reason"]), play_of(folding), springs_in(best))))
     if motion is None and best is None:
         return UNTRIED if status == "undecided" else ""
     springs = "springs were not tried" if best is None else f"{best['reason']}; {springs_in(best)}"
-    return springs if motion is None else f"{springs}; {motion}"
+    return "; ".join(filter(None, (springs, motion, play_of(folding))))
+
+
+def play_of(row: Row) -> str | None:
+    """How much to leave between faces for the motion that gives a folding its status; None where it has none."""
+    needed = row.get("needed_margin")
+    return play_sentence(needed if isinstance(needed, float) else None)
 
 
 def springs_in(row: Row) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.records import NONE, StagedDesigns
+from hcsearch.records import NONE, StagedDesigns, play_of
 from hcsearch.scenes import Scene
 from hcsearch.stages.mobility import locked_with
 from hcsearch.vocabulary import STATUSES, Status
@@ -34,15 +34,17 @@ def folding_statuses(designs: StagedDesigns, scene: Scene | None = None) -> list
 def best_foldings(designs: StagedDesigns, statuses: list[Status | None] | None = None) -> Whole:
     """Index of the best untwisted folding of each design, shape (n_circuits,); -1 without one.
 
-    The best has the best status, then the least needed margin, the lowest dof (undecided ones come last), the lowest
-    crease. statuses : of the foldings, left out of the comparison unless given.
+    The best has the best status, then the least needed margin of the motion that gives it that status, the lowest dof
+    (undecided ones come last), the lowest crease. statuses : of the foldings, left out of the comparison unless given.
     """
     foldings, mobility = designs.folded, designs.mobility
     assert mobility is not None
     count = len(foldings)
     chosen = np.arange(count) if designs.twists is None else np.flatnonzero(designs.twists == 0)
     place = np.array([0 if word is None else STATUSES.index(word) for word in statuses or [None] * count], int)
-    margin = np.zeros(count) if designs.motion is None else np.nan_to_num(designs.motion.margin, nan=np.inf)
+    margin = np.zeros(count)
+    if designs.motion is not None:
+        margin = np.nan_to_num(play_of(designs.motion, designs.deployment)[0], nan=np.inf)
     dof = np.where(mobility.dof == NONE, np.iinfo(np.int32).max, mobility.dof)
     keys = (foldings.crease, dof, margin, place, foldings.row)
     order = chosen[np.lexsort([key[chosen] for key in keys])]

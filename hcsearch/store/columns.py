@@ -73,16 +73,16 @@ _VERDICT = (
         label="flat pairs of the path",
     ),
     Quantity(
-        *("needed_margin", "real", "mm", "least play for each face at which a path from folded to flat is proved"),
+        *("needed_margin", "real", "mm", "least play for each face at which the deployment, else the path, is clear"),
         better="lower",
         half=0.02,
     ),
     Quantity(
-        *("least_gap", "real", "mm", "least gap of the panels as they are on that path; below 0 they overlap"),
+        *("least_gap", "real", "mm", "least gap of the panels as built in that motion; below 0 they overlap"),
         better="higher",
     ),
     Quantity(
-        *("min_clearance", "real", "mm", "smallest gap to which panels come back, at most a panel's size"),
+        *("min_clearance", "real", "mm", "smallest gap to which panels come back; below 0 where they overlap as built"),
         better="higher",
         half=1.0,
         label="clearance",
@@ -200,7 +200,8 @@ DEPLOYMENTS = (
     Quantity("status", "text", "", "of this deployment: deploys, undecided or collides", VERDICTS),
     Quantity("reason", "text", "", "the sentence behind the status"),
     Quantity(
-        "clearance", "real", "mm", "smallest gap to which panels come back; null unless it deploys", better="higher"
+        *("clearance", "real", "mm", "smallest gap to which panels come back, below 0 where they overlap as built"),
+        better="higher",
     ),
     Quantity("first_contact", "real", "s", "time of the first collision"),
     Quantity(
@@ -209,6 +210,8 @@ DEPLOYMENTS = (
     ),
     Quantity("energy_error", "real", "", "largest relative error of the energy balance"),
     Quantity("closure_error", "real", "mm", "largest gap of the closed loop"),
+    Quantity("needed_margin", "real", "mm", "least play for each face at which it is certified clear", better="lower"),
+    Quantity("least_gap", "real", "mm", "least gap of the panels as built; below 0 they overlap", better="higher"),
     Quantity("as_crease", "integer", "", "crease of the congruent folding that was simulated; null where it was"),
 )
 

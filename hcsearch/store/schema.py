@@ -154,6 +154,9 @@ verdict = Table(
     Column("status", _TEXT, nullable=False),
     Column("min_clearance", _REAL),
     Column("deploy_time", _REAL),
+    # Of the motion that gives the status: the deployment of what deploys, the path of what is movable.
+    Column("needed_margin", _REAL),
+    Column("least_gap", _REAL),
     _of_folding("crease"),
     _status("status", *_JUDGED),
     sqlite_strict=True,
@@ -208,6 +211,8 @@ deployment = Table(
     Column("deploy_time", _REAL),
     Column("energy_error", _REAL),
     Column("closure_error", _REAL),
+    Column("needed_margin", _REAL),
+    Column("least_gap", _REAL),
     # The congruent folding that was simulated in its place, or NULL.
     Column("as_crease", Integer),
     _of_folding("crease"),

@@ -10,7 +10,8 @@ from typing import Any
 from sqlalchemy import Connection, delete, select
 
 from hcsearch.errors import DatabaseError, SceneError
-from hcsearch.records import DeploymentBatch, MotionBatch, StageResult, VerdictBatch, WorkKey
+from hcsearch.play import millimetres
+from hcsearch.records import DeploymentBatch, MotionBatch, StageResult, VerdictBatch, WorkKey, play_of
 from hcsearch.store.database import Database
 from hcsearch.store.designs import CHUNK, ids_of
 from hcsearch.store.failures import again
@@ -81,12 +82,16 @@ def _insert(connection: Connection, database: Database, name: str, verdicts: Ver
     deployments = verdicts.deployment
     clearance, time = ([], []) if deployments is None else (deployments.clearance.tolist(), deployments.time.tolist())
     none = [None] * len(designs)
+    margins, gaps = play_of(verdicts.motion, deployments)
     rows |= {
         "status": verdicts.folding_status,
-        "min_clearance": [_number(1e3 * gap) for gap in clearance] or none,
+        "min_clearance": [millimetres(gap) for gap in clearance] or none,
         "deploy_time": [_number(seconds) for seconds in time] or none,
+        "needed_margin": [millimetres(margin) for margin in margins.tolist()],
+        "least_gap": [millimetres(gap) for gap in gaps.tolist()],
     }
-    insert_rows(connection, verdict, rows, ("status", "min_clearance", "deploy_time"))
+    own = ("status", "min_clearance", "deploy_time", "needed_margin", "least_gap")
+    insert_rows(connection, verdict, rows, own)
     if deployments is not None and deployments.trials:
         trials = _trial_columns(deployments, rows, name)
         changed = [column for column in trials if column not in ("design_id", "crease", "base", "scene")]
@@ -101,8 +106,8 @@ def _insert_motions(connection: Connection, foldings: Columns, motions: MotionBa
     columns: Columns = {name: [values[i] for i in kept] for name, values in foldings.items()}
     columns |= {
         "flat_pairs": [motions.flat_pairs[i] for i in kept],
-        "needed_margin": [_number(1e3 * float(motions.margin[i])) for i in kept],
-        "least_gap": [_number(1e3 * float(motions.gap[i])) for i in kept],
+        "needed_margin": [millimetres(float(motions.margin[i])) for i in kept],
+        "least_gap": [millimetres(float(motions.gap[i])) for i in kept],
         "slack": [_number(1e3 * float(motions.slack[i])) for i in kept],
         "states": [0 if (path := motions.paths[i]) is None else len(path) for i in kept],
         "reason": [motions.reason[i] for i in kept],
@@ -122,7 +127,9 @@ def _trial_columns(deployments: DeploymentBatch, foldings: Columns, name: str) -
     columns |= {key: [getattr(t, key) for t in trials] for key in ("first_contact", "deploy_time", "as_crease")}
     columns["base"] = [name] * len(trials)
     columns["scene_values"] = [trial.values for trial in trials]
-    columns["clearance"] = [None if trial.clearance is None else 1e3 * trial.clearance for trial in trials]
+    columns |= {
+        key: [millimetres(getattr(t, key)) for t in trials] for key in ("clearance", "needed_margin", "least_gap")
+    }
     # a simulation that diverged leaves numbers that overflowed
     columns["energy_error"] = [_finite(trial.energy_error) for trial in trials]
     columns["closure_error"] = [_finite(1e3 * trial.closure_error) for trial in trials]

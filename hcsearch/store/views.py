@@ -42,20 +42,19 @@ _FOLDINGS = {
     END""",
     "min_clearance": "v.min_clearance",
     "deploy_time": "v.deploy_time",
+    "needed_margin": "v.needed_margin",
+    "least_gap": "v.least_gap",
     "flat_pairs": "m.flat_pairs",
-    "needed_margin": "m.needed_margin",
-    "least_gap": "m.least_gap",
 }
 _BEST_FOLDING = ("kutzbach", "dof", "merged_panels", "kutzbach_merged", "dof_merged")
-_BEST_DEPLOYING = ("min_clearance", "deploy_time")
-_BEST_MOTION = ("flat_pairs", "needed_margin", "least_gap")
+_OF_VERDICT = ("min_clearance", "deploy_time", "needed_margin", "least_gap")
 
 # Where a column of a view is more than the column of that name in its table.
 _EXPRESSIONS = {
     "designs": _DESIGNS
     | {name: f'f."{name}"' for name in _BEST_FOLDING}
-    | {name: f'v."{name}"' for name in _BEST_DEPLOYING}
-    | {name: f'm."{name}"' for name in _BEST_MOTION},
+    | {name: f'v."{name}"' for name in _OF_VERDICT}
+    | {"flat_pairs": 'm."flat_pairs"'},
     "foldings": _FOLDINGS,
     "motions": {},
     "deployments": {},

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
+from hcsearch.deployment.facts import play_facts
 from hcsearch.deployment.reasons import reason_with_clearance
 from hcsearch.labels import Labels, plain
+from hcsearch.play import millimetres
 from hcsearch.tuning.catalogue import springs_for
 from hcsearch.tuning.choice import SpringSet
 from hcsearch.tuning.tuning import Tuning
@@ -43,7 +45,7 @@ def _set_facts(one: SpringSet, labels: Labels) -> dict[str, Any]:
         "clear": check.clear,
         "collision_s": None if check.collision is None else check.collision[0],
         "collision_panels": None if check.collision is None else [plain(labels.panels[k]) for k in check.collision[1]],
-        "min_clearance_mm": None if check.gap is None else 1e3 * check.gap,
+        **({"min_clearance_mm": millimetres(check.gap)} if precise is None else play_facts(precise)),
         "objective": one.value,
         "confirmed": one.confirmed,
         "flat_time_s": one.flat_time,
@@ -127,6 +129,8 @@ def sentence(one: SpringSet, labels: Labels) -> str:
         text = reason_with_clearance(reason, precise.outcome, precise.clearance, labels)
         clear = precise.clearance is not None and precise.clearance.kind == "clear"
         text += f", {'' if clear else 'not '}certified clear"
+        play = play_facts(precise)["play"]
+        text += f"; {play}" if play else ""
     if chance is not None:
         low, high = chance.interval
         text += f"; collides in {chance.collisions} of {chance.samples} samples, {low:.0%} to {high:.0%} at 95 %"

@@ -25,8 +25,11 @@ KEYS = [
     "clearance",
     "collision_s",
     "collision_panels",
-    "min_clearance_mm",
     "margin_mm",
+    "min_clearance_mm",
+    "least_gap_mm",
+    "needed_margin_mm",
+    "play",
     "scene",
     "formulation",
     "panels",
@@ -139,9 +142,13 @@ def test_json_tells_events_and_clearance():
     assert facts["merged_panels"] == ["0+9", "4+5"]
     assert {hinge for event in facts["events"] for hinge in event["hinges"]} <= {0, 1, 2, 3, 5, 6, 7, 8}
     assert [facts[key] for key in ("clearance", "collision_s", "collision_panels")] == ["clear", None, None]
-    assert facts["min_clearance_mm"] == pytest.approx(0.575, abs=1e-3)
+    # panels as built overlap, which is what the smallest gap says, too: 0.575 mm is where others come back to
+    assert facts["min_clearance_mm"] == facts["least_gap_mm"] == pytest.approx(-0.1989, abs=1e-3)
+    assert facts["margin_mm"] == facts["needed_margin_mm"] == 0.1
+    assert facts["play"].startswith("leave 0.2 mm between faces: certified clear with panels 0.1 mm smaller")
     facts = facts_of("hex:02234400:1")
     assert [facts[key] for key in ("clearance", "collision_panels", "min_clearance_mm")] == ["collides", [4, 7], None]
+    assert [facts[key] for key in ("least_gap_mm", "needed_margin_mm", "play")] == [None] * 3
     assert 0.0 < facts["collision_s"] < facts["flat_time_s"]
 
 

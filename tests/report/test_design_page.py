@@ -95,7 +95,9 @@ def test_a_stored_design_shows_its_verdicts_and_paths(stored):
     first, *_ = data.foldings
     assert (data.best, first.folding.crease, first.status) == (crease, crease, "movable")
     assert first.why == (
-        "panels 1 and 5 collide at 0.01 s; springs of the scene default, flat pairs hinged; a reason for movable"
+        "panels 1 and 5 collide at 0.01 s; springs of the scene default, flat pairs hinged; a reason for movable; "
+        "leave 0.02 mm between faces: certified clear with panels 0.01 mm smaller on every face, and hinges where they "
+        "are"
     )
     assert [motion.title for motion in first.motions] == ["Planned path", "Motion by springs"]
     assert np.isclose(first.room.packed.height, 0.024)

@@ -61,7 +61,8 @@ DEPLOYMENTS = (
 )
 MOTION = dict.fromkeys(("flat_pairs", "needed_margin", "least_gap"))
 """Columns that are new since, and without a value in each row of older views."""
-NEW = {"designs": MOTION, "foldings": MOTION, "runs": {"movable": None}}
+PLAY = dict.fromkeys(("needed_margin", "least_gap"))
+NEW = {"designs": MOTION, "foldings": MOTION, "deployments": PLAY, "runs": {"movable": None}}
 BEST_FOLDING = ("kutzbach", "dof", "merged_panels", "kutzbach_merged", "dof_merged")
 
 
@@ -142,7 +143,7 @@ def test_views_show_what_they_showed(before, upgraded):
         7: (1, 1),
     }
     assert [without(row, "base", "scene_values") for row in rows(upgraded, "deployments")] == [
-        without(row, "scene_values") for row in before["deployments"]
+        without(now("deployments", row), "scene_values") for row in before["deployments"]
     ]
     assert {row["base"] for row in rows(upgraded, "deployments")} == {"default"}
 
@@ -273,20 +274,49 @@ def test_rewritten_verdicts_go_with_their_designs_and_scenes(path):
             assert sql(database, f"SELECT scene FROM {table}") == []
 
 
-def test_the_newest_old_database_has_motions_in_two_scenes(path):
+def test_motions_in_two_scenes_are_kept(path):
+    """Schema 0006: what is movable has the play of its path."""
     before, database = opened_from(path, "0006")
     with database:
         names = "status,deployable,min_clearance,deploy_time,score,flat_pairs,needed_margin,least_gap"
-        path = ("rigid", 0.01, -0.005)
-        assert select(database, "id=3", columns=names).rows == (("deploys", 1, 1.5, 0.5, 0.5, *path),)
+        # the play of deployments is known once they are judged anew
+        deploys = select(database, "id=3", columns=names).rows
+        assert deploys == (("deploys", 1, 1.5, 0.5, 0.5, "rigid", None, None),)
         solar = select(database, "id=3", columns=names, scene="solar").rows
-        assert solar == (("movable", 1, None, None, 0.25, *path),)
+        assert solar == (("movable", 1, None, None, 0.25, "rigid", 0.01, -0.005),)
         shown = select(database, view="motions", columns="scene,slack,states,reason").rows
         assert shown == (
             ("default", 1e-5, 2, "a reason for deploys"),
             ("solar", 1e-5, 2, "a reason for movable"),
         )
         assert select(database, view="runs", columns="id,movable,deployable").rows == ((1, 1, 1), (2, 1, 0))
+        assert_readable(database)
+        for view, old in before.items():
+            new = PLAY if view == "deployments" else {}
+            play = PLAY if view in ("designs", "foldings") else {}
+            assert rows(database, view) == [
+                {**row, **new, **(play if row.get("status") == "deploys" else {})} for row in old
+            ]
+
+
+def test_noise_of_least_gaps_is_none_after_an_upgrade(path):
+    with closing(sqlite3.connect(path)) as connection:
+        connection.executescript((OLD / "0006.sql").read_text())
+        connection.execute("UPDATE motion SET least_gap = -5.6e-14 WHERE scene = 'solar'")
+        connection.commit()
+    with open_database(str(path), create=False) as database:
+        assert select(database, "least_gap>=0", columns="least_gap", scene="solar").rows == ((0.0,),)
+        assert sql(database, "SELECT least_gap FROM motion ORDER BY scene") == [(-0.005,), (0.0,)]
+
+
+def test_the_newest_old_database_has_the_play_of_deployments(path):
+    before, database = opened_from(path, "0007")
+    with database:
+        assert select(database, columns="needed_margin,least_gap", view="deployments").rows == (
+            (None, None),
+            (0.01, -0.005),
+            (None, None),
+        )
         assert_readable(database)
         for view, old in before.items():
             assert rows(database, view) == old

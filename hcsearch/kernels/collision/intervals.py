@@ -180,7 +180,7 @@ def _separate(prisms: Prisms, pairs: Pairs, p: int, need: float, wait: float, bo
     The direction that separated the pair before is tried first, then those of the shortest way at either end.
     """
     way = at(book.ways, p, 0)
-    low, first, second = _gap(prisms, pairs, p, book.keepers[p], way, wait, book)
+    low, first, second = chord_gap(prisms, pairs, p, book.keepers[p], way, wait, book)
     if low > need:
         return low, first, second
     for end in range(2):
@@ -191,7 +191,7 @@ def _separate(prisms: Prisms, pairs: Pairs, p: int, need: float, wait: float, bo
             first = distance
         for keeper in range(2):
             own = times(-1.0, _turned_back(book.seen[end], way)) if keeper else way
-            gap, _, _ = _gap(prisms, pairs, p, keeper, own, wait, book)
+            gap, _, _ = chord_gap(prisms, pairs, p, keeper, own, wait, book)
             if gap > low:
                 low = gap
                 book.keepers[p] = keeper
@@ -200,7 +200,7 @@ def _separate(prisms: Prisms, pairs: Pairs, p: int, need: float, wait: float, bo
 
 
 @lean
-def _gap(
+def chord_gap(
     prisms: Prisms, pairs: Pairs, p: int, keeper: int, way: Vector, wait: float, book: Book
 ) -> tuple[float, float, float]:
     """What the gap along a direction does not come below in an interval, and the gaps at its ends.
@@ -214,12 +214,12 @@ def _gap(
     for end in range(2):
         seen = book.seen[end]
         if keeper:  # the place of the first panel, from the second, is -R^T t
-            turned = _turned(seen, way)
-            shift = -dot(turned, (seen[0, 3], seen[1, 3], seen[2, 3]))
+            other_way = turned(seen, way)
+            shift = -dot(other_way, (seen[0, 3], seen[1, 3], seen[2, 3]))
         else:
-            turned = _turned_back(seen, way)
+            other_way = _turned_back(seen, way)
             shift = dot(way, (seen[0, 3], seen[1, 3], seen[2, 3]))
-        gap = shift - _extent(prisms, other, times(-1.0, turned)) - top
+        gap = shift - _extent(prisms, other, times(-1.0, other_way)) - top
         gaps = (gaps[0], gap) if end else (gap, gaps[1])
     return min(gaps[0], gaps[1]) - book.bends[p, keeper] * wait * wait, gaps[0], gaps[1]
 
@@ -238,11 +238,11 @@ def nearest(prisms: Prisms, pairs: Pairs, p: int, seen: Reals, book: Book) -> tu
     """Distance of a pair, and the direction from the first prism to the second, as the first panel sees it."""
     f, g = pairs.prisms[p, 0], pairs.prisms[p, 1]
     for k in range(prisms.counts[g, 0]):
-        x = _turned(seen, at(prisms.vertices[g], k, 0))
+        x = turned(seen, at(prisms.vertices[g], k, 0))
         put(book.points, k, 0, (x[0] + seen[0, 3], x[1] + seen[1, 3], x[2] + seen[2, 3]))
     guess = at(book.ways, p, 0)
     if book.keepers[p]:
-        guess = times(-1.0, _turned(seen, guess))
+        guess = times(-1.0, turned(seen, guess))
     last = (book.corners[p, 0], book.corners[p, 1], book.corners[p, 2], book.corners[p, 3])
     gap, way, last = closest(prisms.vertices[f], prisms.counts[f, 0], book.points, prisms.counts[g, 0], guess, last)
     book.corners[p, 0], book.corners[p, 1], book.corners[p, 2], book.corners[p, 3] = last
@@ -253,7 +253,7 @@ def nearest(prisms: Prisms, pairs: Pairs, p: int, seen: Reals, book: Book) -> tu
 def spheres(prisms: Prisms, pairs: Pairs, p: int, seen: Reals) -> float:
     """What the distance of a pair does not come below, by the spheres around both."""
     f, g = pairs.prisms[p, 0], pairs.prisms[p, 1]
-    x = _turned(seen, at(prisms.middles, g, 0))
+    x = turned(seen, at(prisms.middles, g, 0))
     way = minus((x[0] + seen[0, 3], x[1] + seen[1, 3], x[2] + seen[2, 3]), at(prisms.middles, f, 0))
     return math.sqrt(dot(way, way)) - float(prisms.reaches[f] + prisms.reaches[g])
 
@@ -272,7 +272,7 @@ def relate(prisms: Prisms, pairs: Pairs, p: int, poses: Reals, seen: Reals) -> N
 
 
 @lean
-def _turned(pose: Reals, a: Vector) -> Vector:
+def turned(pose: Reals, a: Vector) -> Vector:
     """The rotation of a pose, times a vector."""
     return (
         dot((pose[0, 0], pose[0, 1], pose[0, 2]), a),
