@@ -14,10 +14,11 @@ Whole = NDArray[np.intp]
 
 
 def folding_statuses(designs: StagedDesigns, scene: Scene | None = None) -> list[Status | None]:
-    """The status of each folding, by the stages that have run; None where it is twisted, and where none has judged it.
+    """The status of each folding, by the stages that have run; None where it is twisted, and where none judged it.
 
-    Undecided : a path was looked for, and none is proved; before that stage only locks are known. Locked : for every way of joining flat pairs that the scene allows; of them all where no scene is given. A folding
-    whose pairs are merged is locked where one with rigid pairs is.
+    Undecided : a path was looked for, and none is proved; before that stage only locks are known. Locked : for every
+    way of joining flat pairs that the scene allows; of them all where no scene is given. A folding whose pairs are
+    merged is locked where one with rigid pairs is.
     """
     assert designs.mobility is not None
     rigid = scene is not None and (scene.flat_pairs == "rigid" or scene.merge is True)

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from hcsearch.store.scores import save_scores
     from hcsearch.store.verdicts import find_scene, record_scene, record_verdicts, scene_names
     from hcsearch.store.views import SCENIC, asks_for, literal, source_in
+    from hcsearch.store.ways import StoredVerdict, find_verdict
     from hcsearch.store.writing import count_arrays, finish_run, finished_batches, record_batches, start_run
 
 _HOMES = {
@@ -51,6 +52,7 @@ _HOMES = {
     "scores": ("save_scores",),
     "verdicts": ("find_scene", "record_scene", "record_verdicts", "scene_names"),
     "views": ("SCENIC", "asks_for", "literal", "source_in"),
+    "ways": ("StoredVerdict", "find_verdict"),
     "writing": ("count_arrays", "finish_run", "finished_batches", "record_batches", "start_run"),
 }
 
@@ -64,6 +66,7 @@ __all__ = [
     "Rows",
     "SlowQueryError",
     "StoredPath",
+    "StoredVerdict",
     "asks_for",
     "best_creases",
     "check_scene",
@@ -74,6 +77,7 @@ __all__ = [
     "find_design",
     "find_paths",
     "find_scene",
+    "find_verdict",
     "finish_run",
     "finished_batches",
     "foldings_with_paths",

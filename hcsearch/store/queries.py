@@ -79,9 +79,7 @@ def _checked(
 
 
 @contextmanager
-def stream_sql(
-    database: Database, sql: str, kinds: Sequence[Kind] = (), scene: str = DEFAULT
-) -> Iterator[Rows]:
+def stream_sql(database: Database, sql: str, kinds: Sequence[Kind] = (), scene: str = DEFAULT) -> Iterator[Rows]:
     """Give the rows of one SQL statement that only reads, as they are read; the database is from `open_readonly`.
 
     kinds : of its columns, where other values are to be refused. scene : that the views `designs` and `foldings` show.

@@ -12,4 +12,4 @@ down_revision = "0008"
 def upgrade() -> None:
     """Keep what is proved; verdicts in scenes stand in tables of their own."""
     for table in ("design", "folding"):
-        op.execute(f"UPDATE {table} SET status = NULL WHERE status = 'undecided'")  # noqa: S608 - two fixed names
+        op.execute(f"UPDATE {table} SET status = NULL WHERE status = 'undecided'")
