@@ -75,6 +75,10 @@ class DatabaseError(HcsearchError):
     """A database that cannot be opened, is not ours, or is newer than this program."""
 
 
+class NoDatabaseError(DatabaseError):
+    """A database that does not exist."""
+
+
 class QueryError(HcsearchError):
     """A query that cannot be read, or that would change the database."""
 

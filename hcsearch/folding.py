@@ -84,9 +84,7 @@ class Folding:
         expect("the circuit of a folding", self.circuit, Circuit, "a Circuit, or use Folding.from_notation")
         expect("the crease of a folding", self.crease, Integral, "the number of its lower flat crease")
         if not _folds_at(self.circuit, self.crease):
-            creases = ", ".join(str(folding.crease) for folding in foldings(self.circuit))
-            others = f": its creases are {creases}" if creases else " or any other: choose a circuit that folds"
-            raise NotationError(f"{self.circuit.notation} has no two-stack folding at crease {self.crease}{others}")
+            raise _no_folding(self.circuit, self.crease)
 
     @staticmethod
     def from_notation(text: str) -> Folding:
@@ -310,8 +308,19 @@ def representatives(foldings: Sequence[Folding], rows: Sequence[int], size: Pane
 
 def folding_of(circuit: Circuit, crease: int) -> Folding:
     """The folding with a given flat crease, or its opposite; NotationError when the circuit does not fold there."""
+    expect("the crease of a folding", crease, Integral, "the number of one of its flat creases")
     half = circuit.n // 2
-    return Folding(circuit, crease - half if half <= crease < circuit.n and circuit.n % 2 == 0 else crease)
+    lower = crease - half if half <= crease < circuit.n and circuit.n % 2 == 0 else crease
+    if not _folds_at(circuit, lower):
+        raise _no_folding(circuit, crease)  # which names the crease that was given
+    return Folding(circuit, lower)
+
+
+def _no_folding(circuit: Circuit, crease: int) -> NotationError:
+    """The refusal of a crease that is flat in no folding."""
+    creases = ", ".join(str(folding.crease) for folding in foldings(circuit))
+    others = f": its creases are {creases}" if creases else " or any other: choose a circuit that folds"
+    return NotationError(f"{circuit.notation} has no two-stack folding at crease {crease}{others}")
 
 
 def split_crease(text: str) -> tuple[str, int | None]:

@@ -62,7 +62,7 @@ class DesignBatch:
     folding_twist, n_untwisted, min_twist : None where the stage `twist` has not run; min_twist is -1 without a folding.
     mobility, best_crease : None where the stage `mobility` has not run. `mobility` has a row a folding; best_crease is
         that of the untwisted folding with the lowest dof, then crease, or -1.
-    folding_status : locked or undecided, for each folding, None where it is twisted; status : the best of each design's
+    folding_status : locked, for each folding, None where that is not proved; status : the best of each design's
         foldings, None without an untwisted one. None where the stage `mobility` has not run.
     """
 

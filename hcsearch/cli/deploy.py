@@ -9,7 +9,7 @@ import click
 from click.core import ParameterSource
 
 from hcsearch.cli.options import examples, json_option
-from hcsearch.cli.subjects import request_of, subject_options
+from hcsearch.cli.subjects import known_request, subject_options
 from hcsearch.errors import HcsearchError
 from hcsearch.system.numbers import short
 from hcsearch.system.outputs import PICTURES, TABLES, check_output, write_table
@@ -84,7 +84,7 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
         check_output(options["output"], TABLES)
     if options["picture"]:
         check_output(options["picture"], PICTURES)
-    subject = read_subject(request_of(name, options | _own_springs(options)))
+    subject = read_subject(known_request(name, options | _own_springs(options)))
     if subject.drives is not None and options["explain"]:
         raise HcsearchError("--explain does not apply to a scene with drives: leave it out")
     method, tolerance = options["method"], options["tolerance"]

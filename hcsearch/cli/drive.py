@@ -86,21 +86,25 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
     proved; 2 for wrong input.
     """
     from hcsearch.drive import driving, facts, files, pictures
+    from hcsearch.replays.finding import find_path
     from hcsearch.subjects.reading import read_folding
+    from hcsearch.subjects.requests import settled
+    from hcsearch.system.notices import say
 
     for path in options["outputs"]:
         check_output(path, (*files.TABLES, *files.SCENES))
     if options["picture"]:
         check_output(options["picture"], PICTURES)
     wishes = _wishes(options)
-    folding, scene = read_folding(request_of(name, options))
-    if scene.held == "free":
+    request = settled(request_of(name, options))
+    if read_folding(request)[1].held == "free":
         raise HcsearchError("drives are for an array that is held: hold a panel, such as --held bottom")
     with Meter("step") as meter:
         meter(0, len(driving.STEPS), driving.STEPS[0])
-        motion = driving.find_motion(folding, scene)
+        folding, scene, motion, said = find_path(request)
         reason = driving.why_not(folding, scene, motion) if motion.margin is None else ""
         driven = None if reason else driving.drive(folding, scene, motion, wishes, meter)
+    say(said)
     if driven is None:
         click.echo(
             json.dumps({"verdict": "no drive", "reason": reason}, indent=2) if as_json else f"no drive: {reason}"

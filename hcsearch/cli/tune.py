@@ -9,7 +9,7 @@ import click
 
 from hcsearch.cli.options import examples, json_option, named_numbers
 from hcsearch.cli.progress import Meter
-from hcsearch.cli.subjects import request_of, subject_options
+from hcsearch.cli.subjects import known_request, subject_options
 from hcsearch.errors import HcsearchError
 from hcsearch.system.numbers import short
 from hcsearch.system.outputs import check_output, write_output
@@ -88,7 +88,7 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
     if options["output"]:
         check_output(options["output"], (".toml",))
     catalogue, spread = _catalogue(options["catalogue"]), _spread(options["spreads"])
-    subject = read_subject(request_of(name, options))
+    subject = read_subject(known_request(name, options))
     refuse_drives(subject)
     _check_catalogue(catalogue, subject)
     with open_database(options["db"], create=True) as database, Meter("set") as meter:

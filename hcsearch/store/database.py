@@ -11,7 +11,7 @@ from types import TracebackType
 from sqlalchemy import Connection, Engine
 from sqlalchemy.exc import ProgrammingError
 
-from hcsearch.errors import DatabaseError, HcsearchError
+from hcsearch.errors import DatabaseError, HcsearchError, NoDatabaseError
 from hcsearch.store import postgresql, sqlite
 from hcsearch.store.failures import ChangedError, explained
 from hcsearch.store.location import (
@@ -209,8 +209,8 @@ def _upgrade_file(place: Location, timeout: float) -> None:
     engine.dispose()
 
 
-def _missing(place: Location) -> DatabaseError:
-    return DatabaseError(
+def _missing(place: Location) -> NoDatabaseError:
+    return NoDatabaseError(
         f"there is no hcsearch database at {place.text}: make one with `hcsearch enumerate`, or name another with --db"
     )
 

@@ -50,7 +50,7 @@ def select_page(
     reads no others and makes no other joins; the second reads the page. SlowQueryError: one takes more than `seconds`.
     """
     view_table(view)
-    check_scene(database, scene)
+    check_scene(database, scene, view)
     source, identity = view_table(view, scene), IDENTITY[view]
     order = order_of(source, view, sort)
     keys = sql_select(*(source.c[name] for name in identity)).where(parse_query(query, view, scene)).order_by(*order)

@@ -23,7 +23,7 @@ from sqlalchemy import (
 )
 from sqlalchemy.types import REAL, TypeEngine
 
-REVISION = "0008"
+REVISION = "0009"
 """The newest migration. Revisions are numbers of four digits, so that an older one is a smaller text."""
 
 VERSION_TABLE = "hcsearch_version"

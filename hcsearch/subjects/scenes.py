@@ -23,6 +23,7 @@ from hcsearch.scenes import (
     read_panel,
     with_panel,
 )
+from hcsearch.system.notices import say
 
 if TYPE_CHECKING:
     from hcsearch.scenes import PanelSize
@@ -69,9 +70,19 @@ def read_size(panel: str | None, across: str | None, grid: str) -> PanelSize | N
 
 
 def scene_asked_for(database: Database, text: str | None, panel: str | None, across: str | None) -> str:
-    """The name of a stored scene that options stand for, whichever grid it is of."""
-    from hcsearch.store import scene_names
+    """The name of a stored scene that options stand for, whichever grid it is of.
 
+    Without options, `default`; where a database has verdicts of one other scene alone, this, which a line on stderr
+    says. SceneError where it has verdicts of several, and none of `default`.
+    """
+    from hcsearch.store import check_scene, scene_names
+
+    if text is None and panel is None and across is None:
+        only = only_scene(database)
+        say("" if only is None else f"in the scene {only}, the only one that {database.location} has verdicts of")
+        if only is None:
+            check_scene(database, DEFAULT)
+        return only or DEFAULT
     base = DEFAULT if text is None else _of_file(text).name if text.endswith(".toml") else text
     if base not in scene_names(database):
         parted = _parted(base)
@@ -95,6 +106,14 @@ def scene_asked_for(database: Database, text: str | None, panel: str | None, acr
     if not known and any(size == default_panel(grid) for grid, size in sizes.items()):
         return base
     return known[0] if known else names[0]
+
+
+def only_scene(database: Database) -> str | None:
+    """The name of the scene that a database has verdicts of, where there is one, and it is not `default`."""
+    from hcsearch.store import scene_names
+
+    names = scene_names(database)
+    return names[0] if len(names) == 1 and names[0] != DEFAULT else None
 
 
 def _parted(text: str) -> tuple[str, PanelSize] | None:
