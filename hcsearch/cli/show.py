@@ -113,7 +113,7 @@ def _print_design(
     panel: str | None,
     across: str | None,
 ) -> None:
-    """A design of a database: its verdict in a scene, and motions of its foldings, in all scenes unless one is named."""
+    """A design of a database: its verdict in a scene, and motions of its foldings, in all scenes or in that one."""
     from hcsearch.scenes import panel_of
     from hcsearch.store import best_creases, find_design, find_verdict, open_readonly
     from hcsearch.subjects.scenes import scene_asked_for, stored_scene
