@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 from hcsearch.drawing import draw_circuit
 from hcsearch.errors import ArrayError, NotationError, expect
@@ -12,6 +13,25 @@ from hcsearch.grid import Array, Cell, Grid, Point, check_size, grid_named
 
 _STRAIGHT = 8
 """What stands for turn 0 where turns are bytes, which compare and copy fast."""
+
+
+class Renumbering(NamedTuple):
+    """Other numbers for the n creases and panels of a circuit: from another crease on, perhaps in the other direction.
+
+    start : the crease that gets the number 0.
+    """
+
+    n: int
+    start: int
+    backwards: bool
+
+    def __call__(self, crease: int) -> int:
+        """The new number of a crease."""
+        return (self.start - crease if self.backwards else crease - self.start) % self.n
+
+    def panel(self, panel: int) -> int:
+        """The new number of a panel: crease k joins panels k and k + 1 by either numbers."""
+        return (self(panel) + self.backwards) % self.n
 
 
 @dataclass(frozen=True, repr=False)
@@ -143,9 +163,14 @@ class Circuit:
 
     def canonical_crease(self, crease: int) -> int:
         """The number that a crease, 0 to n - 1, has in the canonical circuit; of several by symmetry, one."""
+        return self.renumberings()[0](crease)
+
+    def renumberings(self) -> list[Renumbering]:
+        """The ways to number the circuit as the canonical one: as many as it has symmetries."""
         keys = list(self._keys())
-        start, backwards = divmod(keys.index(min(keys)), 2)
-        return (start - crease if backwards else crease - start) % self.n
+        least = min(keys)
+        places = [divmod(place, 2) for place, key in enumerate(keys) if key == least]
+        return [Renumbering(self.n, start, bool(backwards)) for start, backwards in places]
 
     def on(self, array: Array) -> Circuit:
         """The circuit, moved to the cells of an array that is congruent with its own; ArrayError for another array.

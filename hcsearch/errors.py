@@ -31,6 +31,10 @@ class HcsearchError(ValueError):
         super().__init__(one_line(message))
 
 
+class HcsearchWarning(UserWarning):
+    """Input that is taken as it is, and is probably not meant so; the message names the likely meaning."""
+
+
 def refusal(name: str, value: object, wanted: str) -> str:
     """The message on a value that is of another kind than is wanted; wanted : what to give instead, in words."""
     text = repr(value)
@@ -69,6 +73,10 @@ class StageError(HcsearchError):
 
 class DatabaseError(HcsearchError):
     """A database that cannot be opened, is not ours, or is newer than this program."""
+
+
+class NoDatabaseError(DatabaseError):
+    """A database that does not exist."""
 
 
 class QueryError(HcsearchError):

@@ -6,6 +6,8 @@ mirror symmetry of the folding, panels that meet on its axis can also be made on
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import PanelSize, Scene
@@ -23,6 +25,11 @@ def ways(scene: Scene) -> tuple[Way, ...]:
 def linkage_joined(folding: Folding, panel: PanelSize, way: Way) -> Linkage:
     """A folding as a linkage with its flat pairs joined in a way."""
     return folding.linkage(panel, flat_pairs="hinged" if way == "hinged" else "rigid", merged=way == "merged")
+
+
+def scene_joined(scene: Scene, way: Way) -> Scene:
+    """The scene in which flat pairs are joined in one way alone."""
+    return replace(scene, flat_pairs="hinged" if way == "hinged" else "rigid", merge=way == "merged")
 
 
 def can_be(folding: Folding, way: Way) -> bool:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from numbers import Integral
 from typing import TYPE_CHECKING, Literal
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.circuit import Circuit
+from hcsearch.circuit import Circuit, Renumbering
 from hcsearch.drawing import draw_circuit
 from hcsearch.errors import HcsearchError, NotationError, PatternError, expect, refusal
 from hcsearch.grid import grid_named
@@ -55,6 +56,19 @@ def divisible(circuits: CircuitBatch) -> NDArray[np.bool_]:
     return divides
 
 
+@dataclass(frozen=True)
+class Likeness:
+    """A folding that is congruent to another one, and how.
+
+    panels : its panel for each of the other one's. turn : (3, 3), the matrix that takes directions in space from the
+    other one's sheet to its own.
+    """
+
+    folding: Folding
+    panels: tuple[int, ...]
+    turn: tuple[tuple[float, float, float], ...]
+
+
 @dataclass(frozen=True, repr=False)
 class Folding:
     """A two-stack folding of a circuit: crease `crease` stays flat in the lowest layer, `opposite` in the highest.
@@ -70,9 +84,7 @@ class Folding:
         expect("the circuit of a folding", self.circuit, Circuit, "a Circuit, or use Folding.from_notation")
         expect("the crease of a folding", self.crease, Integral, "the number of its lower flat crease")
         if not _folds_at(self.circuit, self.crease):
-            creases = ", ".join(str(folding.crease) for folding in foldings(self.circuit))
-            others = f": its creases are {creases}" if creases else " or any other: choose a circuit that folds"
-            raise NotationError(f"{self.circuit.notation} has no two-stack folding at crease {self.crease}{others}")
+            raise _no_folding(self.circuit, self.crease)
 
     @staticmethod
     def from_notation(text: str) -> Folding:
@@ -189,6 +201,17 @@ class Folding:
                 pairs.append((b, a))
         return tuple(pairs)
 
+    def likeness(self, size: PanelSize) -> Likeness | None:
+        """The folding that stands for all congruent ones, with panels of a size (m); None if that is this one.
+
+        It is a folding of the canonical circuit, whose symmetries map foldings onto each other: the one with the lowest
+        crease. Either flat crease may be the lower one, as a symmetry may turn the stacks upside down.
+        """
+        circuit = self.circuit
+        if size[0] != size[1] and circuit.grid.name == "square":  # the panels have the symmetries of rectangles only
+            circuit = Circuit(grid_named("rectangle"), circuit.word)
+        return _likeness(circuit, self.crease)
+
     def pattern(self, size: PanelSize, *, hinged: bool = False, merged: bool = False) -> Pattern:
         """The flat pattern of thick panels that folds in this way; facets are the panels in the order of the circuit.
 
@@ -228,18 +251,24 @@ class Folding:
         >>> folding.linkage().n_hinges, folding.linkage(flat_pairs="hinged").n_hinges
         (8, 10)
         """
-        from hcsearch.linkage import Linkage  # noqa: PLC0415 - loads kernels that listing and showing do without
+        from hcsearch.linkage import Linkage, Twin  # noqa: PLC0415 - loads kernels that listing and showing do without
 
         if flat_pairs not in ("rigid", "hinged"):
             raise HcsearchError(refusal("flat_pairs", flat_pairs, "'rigid' or 'hinged'"))
-        panel = read_panel(panel) if isinstance(panel, str) else panel
+        panel = read_panel(panel, self.circuit.grid.name) if isinstance(panel, str) else panel
         if panel is not None and not (isinstance(panel, tuple) and len(panel) == 3):
             raise HcsearchError(refusal("panel", panel, "a text in millimetres, such as '50x6', or three lengths in m"))
         size = panel or default_panel(self.circuit.grid.name)
         pattern = self.pattern(size, hinged=flat_pairs == "hinged", merged=merged)
         given = ["" if panel is None else repr(panel), "" if flat_pairs == "rigid" else f"flat_pairs={flat_pairs!r}"]
         words = ", ".join(word for word in (*given, "merged=True" if merged else "") if word)
-        return Linkage(pattern, pattern.panel_of[self.crease], f"{self!r}.linkage({words})")
+        like, lowest, twin = self.likeness(size), self.crease, None
+        if like is not None:
+            # of a hinged pair one panel stands: that which stands for it in the congruent folding
+            lowest = like.panels.index(like.folding.crease)
+            other = like.folding.linkage(size, flat_pairs=flat_pairs, merged=merged)
+            twin = Twin.of(pattern, other, like.panels, np.array(like.turn))
+        return Linkage(pattern, pattern.panel_of[lowest], f"{self!r}.linkage({words})", twin)
 
 
 def foldings(circuit: Circuit) -> list[Folding]:
@@ -263,10 +292,35 @@ def folding_at(circuits: CircuitBatch, foldings: FoldingBatch, i: int) -> Foldin
     return Folding(Circuit(grid_named(circuits.grid), word), int(foldings.crease[i]))
 
 
+def representatives(foldings: Sequence[Folding], rows: Sequence[int], size: PanelSize) -> list[int]:
+    """The place of the folding that stands for each one of a list, with panels of a size (m); its own without one.
+
+    rows : of the circuit of each, equal for foldings of one circuit.
+    """
+    place = {(row, folding.crease): i for i, (row, folding) in enumerate(zip(rows, foldings, strict=True))}
+    standing = []
+    for i, (row, folding) in enumerate(zip(rows, foldings, strict=True)):
+        like = folding.likeness(size)
+        found = None if like is None or like.folding.circuit.word != folding.circuit.word else like.folding.crease
+        standing.append(i if found is None else place.get((row, found), i))
+    return standing
+
+
 def folding_of(circuit: Circuit, crease: int) -> Folding:
     """The folding with a given flat crease, or its opposite; NotationError when the circuit does not fold there."""
+    expect("the crease of a folding", crease, Integral, "the number of one of its flat creases")
     half = circuit.n // 2
-    return Folding(circuit, crease - half if half <= crease < circuit.n and circuit.n % 2 == 0 else crease)
+    lower = crease - half if half <= crease < circuit.n and circuit.n % 2 == 0 else crease
+    if not _folds_at(circuit, lower):
+        raise _no_folding(circuit, crease)  # which names the crease that was given
+    return Folding(circuit, lower)
+
+
+def _no_folding(circuit: Circuit, crease: int) -> NotationError:
+    """The refusal of a crease that is flat in no folding."""
+    creases = ", ".join(str(folding.crease) for folding in foldings(circuit))
+    others = f": its creases are {creases}" if creases else " or any other: choose a circuit that folds"
+    return NotationError(f"{circuit.notation} has no two-stack folding at crease {crease}{others}")
 
 
 def split_crease(text: str) -> tuple[str, int | None]:
@@ -278,6 +332,39 @@ def split_crease(text: str) -> tuple[str, int | None]:
     # more digits than these are no crease whatever they are, and Python reads no more than 4300
     crease = int(parts[1 + notation].lstrip("0")[:9] or "0") if len(parts) > 1 + notation else None
     return ":".join(parts[: 1 + notation]), crease
+
+
+@lru_cache(maxsize=1024)
+def _likeness(circuit: Circuit, crease: int) -> Likeness | None:
+    """As `Folding.likeness`, of the symmetries of a circuit's grid."""
+    canonical, half = circuit.canonical(), circuit.n // 2
+    ways = circuit.renumberings()
+    # of several, one that leaves the lower crease below
+    way = min(ways, key=lambda way: (way(crease) % half, way(crease)))
+    lowest, over = way(crease) % half, way(crease) >= half
+    if circuit.word == canonical.word and lowest == crease:
+        return None
+    # turned upside down, mountains become valleys where the number of layers is odd
+    upright = -1.0 if over and half % 2 else 1.0
+    (a, b), (c, d) = _turn(circuit, canonical, way)
+    turn = ((a, b, 0.0), (c, d, 0.0), (0.0, 0.0, upright))
+    return Likeness(Folding(canonical, lowest), tuple(map(way.panel, range(circuit.n))), turn)
+
+
+def _turn(circuit: Circuit, canonical: Circuit, way: Renumbering) -> NDArray[np.float64]:
+    """The matrix, shape (2, 2), that takes directions of a circuit's drawing to those of the canonical one's."""
+    grid, m = circuit.grid, circuit.grid.directions
+    back = m // 2 if way.backwards else 0
+    isometry = next(
+        own
+        for own in grid.point_group
+        if all(
+            (own.sign * (d + back) + own.offset - canonical.word[way(k)]) % m == 0 for k, d in enumerate(circuit.word)
+        )
+    )
+    basis = np.array([grid.position((1, 0)), grid.position((0, 1))]).T
+    turned: NDArray[np.float64] = basis @ np.reshape(isometry.matrix, (2, 2)) @ np.linalg.inv(basis)
+    return turned.round(15)  # zeros and ones are exact
 
 
 def _folds_at(circuit: Circuit, crease: int) -> bool:

@@ -23,16 +23,46 @@ from hcsearch.typing import Reals, Whole
 Walk = tuple[tuple[int, int], ...]
 
 
+@dataclass(frozen=True, eq=False)
+class Twin:
+    """A linkage that is congruent to another one, and how: rotated, reflected or turned upside down.
+
+    panels, hinges : its panel and its hinge for each of the other one's. turn : shape (3, 3), the matrix that takes
+    directions in space from the other one to this one.
+    """
+
+    linkage: Linkage
+    panels: tuple[int, ...]
+    hinges: tuple[int, ...]
+    turn: Reals
+
+    @staticmethod
+    def of(pattern: Pattern, linkage: Linkage, facets: Sequence[int], turn: Reals) -> Twin:
+        """The twin of a pattern's linkage. facets : the twin's facet for each of the pattern's."""
+        own, other = pattern, linkage.pattern
+        panels, hinges = [0] * len(own.panels), [0] * len(own.hinges)
+        for facet, image in enumerate(facets):
+            panels[own.panel_of[facet]] = other.panel_of[image]
+        for pair, crease in own.creases.items():
+            if crease.face is not None:
+                first, second = sorted(facets[facet] for facet in pair)
+                hinges[own.hinge_of(pair)] = other.hinge_of((first, second))
+        return Twin(linkage, tuple(panels), tuple(hinges), turn)
+
+
 @dataclass(frozen=True, repr=False)
 class Linkage:
     """The panels and hinges of a pattern in space; fold angles are in rad, lengths in metres.
 
     base : the panel that stays where it is. made_by : a Python expression that gives an equal linkage, or empty.
+    twin : the congruent linkage that is simulated in place of this one, so that no verdict hangs on how a circuit is
+    written; None where it is this one.
     """
 
     pattern: Pattern
     base: int = 0
     made_by: str = field(default="", compare=False)
+    twin: Twin | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         expect("the pattern of a linkage", self.pattern, Pattern, "a Pattern, or use Folding.linkage")

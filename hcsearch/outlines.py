@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import heapq
 import math
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Sequence
@@ -24,11 +25,9 @@ def same_places(points: Sequence[Point], tolerance: float) -> list[int]:
     return representatives
 
 
-def faces_between(edges: Iterable[Edge], points: Sequence[Point]) -> list[list[int]]:
-    """The bounded faces of a plane graph, corners counterclockwise; dead ends are left out.
-
-    edges : pairs of numbers of points, which meet at their ends only.
-    """
+def without_dead_ends(edges: Iterable[Edge]) -> list[Edge]:
+    """Edges without those, one after the other, at an end of which no other one is."""
+    edges = list(edges)
     around: dict[int, set[int]] = defaultdict(set)
     for a, b in edges:
         around[a].add(b)
@@ -40,6 +39,18 @@ def faces_between(edges: Iterable[Edge], points: Sequence[Point]) -> list[list[i
             around[other].discard(v)
             if len(around[other]) == 1:
                 ends.append(other)
+    return [(a, b) for a, b in edges if a in around and b in around[a]]
+
+
+def faces_between(edges: Iterable[Edge], points: Sequence[Point]) -> list[list[int]]:
+    """The bounded faces of a plane graph, corners counterclockwise; dead ends are left out.
+
+    edges : pairs of numbers of points, which meet at their ends only.
+    """
+    around: dict[int, set[int]] = defaultdict(set)
+    for a, b in without_dead_ends(edges):
+        around[a].add(b)
+        around[b].add(a)
     turn = {
         v: sorted(near, key=lambda w, v=v: math.atan2(points[w][1] - points[v][1], points[w][0] - points[v][0]))  # type: ignore[misc]
         for v, near in around.items()
@@ -100,18 +111,55 @@ def joined_faces(faces: Sequence[Sequence[int]], within: Collection[Edge]) -> li
     return joined
 
 
-def without_straight_corners(face: Sequence[int], points: Sequence[Point], same: float) -> list[int]:
-    """A face without the corners in the middle of its sides.
+def without_spurs(ring: Sequence[int]) -> list[int]:
+    """A ring without corners that stand there twice in a row, and without ways that lead out and back the same way."""
+    own: list[int] = []
+    for v in ring:
+        if own and own[-1] == v:
+            continue
+        if len(own) > 1 and own[-2] == v:
+            own.pop()
+            continue
+        own.append(v)
+    low, high = 0, len(own) - 1
+    while high - low > 1 and (own[low] == own[high] or own[low + 1] == own[high] or own[low] == own[high - 1]):
+        if own[low] == own[high]:
+            high -= 1
+        elif own[low + 1] == own[high]:
+            low += 1
+        else:
+            high -= 1
+    return own[low : high + 1]
 
-    same : by which share of a side a corner may be off it.
+
+def without_straight_corners(face: Sequence[int], points: Sequence[Point], same: float) -> list[int]:
+    """A face without the corners in the middle of its sides, the straightest one first.
+
+    same : how far a corner may be off the line between those before and after it, over the root of the face's area.
     """
-    corners = []
-    for k, v in enumerate(face):
-        (ax, ay), (x, y), (bx, by) = points[face[k - 1]], points[v], points[face[(k + 1) % len(face)]]
-        off = abs((x - ax) * (by - ay) - (y - ay) * (bx - ax))
-        if off > same * math.dist((ax, ay), (bx, by)) ** 2:
-            corners.append(v)
-    return corners
+    n = len(face)
+    limit = same * math.sqrt(abs(facet_area([points[v] for v in face])))
+    before, after = [(k - 1) % n for k in range(n)], [(k + 1) % n for k in range(n)]
+
+    def off(k: int) -> float:
+        (ax, ay), (x, y), (bx, by) = (points[face[i]] for i in (before[k], k, after[k]))
+        long = math.dist((ax, ay), (bx, by))
+        return abs((x - ax) * (by - ay) - (y - ay) * (bx - ax)) / long if long > 0.0 else math.inf
+
+    offs = [off(k) for k in range(n)]
+    waiting = [(offs[k], k) for k in range(n)]
+    heapq.heapify(waiting)
+    left = n
+    while waiting and waiting[0][0] <= limit and left > 3:
+        far, k = heapq.heappop(waiting)
+        if far != offs[k]:
+            continue
+        offs[k], left = -1.0, left - 1
+        after[before[k]], before[after[k]] = after[k], before[k]
+        for i in (before[k], after[k]):
+            offs[i] = off(i)
+            heapq.heappush(waiting, (offs[i], i))
+    return [face[k] for k in range(n) if offs[k] >= 0.0]
 
 
 def _sides(face: Sequence[int]) -> Iterable[Edge]:

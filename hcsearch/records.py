@@ -62,7 +62,7 @@ class DesignBatch:
     folding_twist, n_untwisted, min_twist : None where the stage `twist` has not run; min_twist is -1 without a folding.
     mobility, best_crease : None where the stage `mobility` has not run. `mobility` has a row a folding; best_crease is
         that of the untwisted folding with the lowest dof, then crease, or -1.
-    folding_status : locked or undecided, for each folding, None where it is twisted; status : the best of each design's
+    folding_status : locked, for each folding, None where that is not proved; status : the best of each design's
         foldings, None without an untwisted one. None where the stage `mobility` has not run.
     """
 
@@ -125,6 +125,7 @@ class Trial:
     energy_error : greatest relative error of the energy balance. closure_error : greatest gap of the closed loop, m.
     needed_margin, least_gap : m, of one that deploys, else None: the least margin at which it is certified clear, and
     the least gap of the panels as built. Where they overlap, `clearance` is that, too.
+    as_crease : the crease of the congruent folding that was simulated in its place, or None.
     """
 
     folding: int
@@ -140,6 +141,7 @@ class Trial:
     closure_error: float
     needed_margin: float | None = None
     least_gap: float | None = None
+    as_crease: int | None = None
 
 
 @dataclass(frozen=True)
@@ -150,6 +152,8 @@ class MotionBatch:
     margin : the least play for each face at which it is proved, m; gap : the least gap of the panels as they are, m,
         below 0 where they overlap; slack : what panels may be elsewhere, m; NaN without a path. paths : states of
         that, or of one that is not proved, (k, n_hinges). reason : a sentence; None where a folding was not looked at.
+    as_crease : the crease of the congruent folding whose motion this is; None of what was looked at itself, and empty
+        where all of them were.
     """
 
     flat_pairs: list[str | None]
@@ -158,6 +162,7 @@ class MotionBatch:
     slack: NDArray[np.float64]
     paths: tuple[NDArray[np.float64] | None, ...]
     reason: list[str | None]
+    as_crease: Sequence[int | None] = ()
 
     @property
     def moves(self) -> NDArray[np.bool_]:
@@ -174,7 +179,8 @@ class MotionBatch:
 class DeploymentBatch:
     """What springs do with a batch of foldings in a scene, one entry each, and the deployments that say so.
 
-    clearance (m), time (s) : of those that deploy, in the first scene in which they do; NaN else.
+    clearance (m), time (s) : of those that deploy, in the first scene in which they do; NaN else, the time also where
+        tolerances disagree on it.
     margin, gap : m, of the same: the least play for each face at which they are certified clear, and the least gap of
         the panels as built, below 0 where they overlap.
     """
@@ -188,7 +194,7 @@ class DeploymentBatch:
     @property
     def deploys(self) -> NDArray[np.bool_]:
         """Which foldings come flat, certified clear, in some deployment."""
-        return ~np.isnan(self.time)
+        return ~np.isnan(self.clearance)
 
 
 def play_of(motion: MotionBatch, deployment: DeploymentBatch | None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -19,6 +19,8 @@ Merge = bool | Literal["either"]
 DEFAULT = "default"
 SMALLEST, LARGEST = 1e-6, 1e4
 """Lengths of panels, m."""
+SMALL_SIDE = 0.005
+"""A side below which a size may have been meant in metres, m."""
 _NUMBER = r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
 _PANEL = re.compile(rf"({_NUMBER})x({_NUMBER})(?:x({_NUMBER}))?", re.ASCII)
 _NAME = re.compile(r"[A-Za-z][\w.+-]{0,39}(?: [\w.+-]+)*", re.ASCII)
@@ -153,16 +155,22 @@ def joined_name(base: str, *parts: str) -> str:
     return ", ".join(part for part in (base if base != DEFAULT else "", *parts) if part) or DEFAULT
 
 
-def read_panel(text: str) -> PanelSize:
+def read_panel(text: str, grid: str | None = None) -> PanelSize:
     """The size of a panel (m) in millimetres: length x width x thickness, or side x thickness.
 
-    For hexagons and triangles length and width are the side.
+    For hexagons and triangles length and width are the side. grid : whose panel it is, where that is known; panels of
+    `rectangle` have three sizes.
     """
     match = _PANEL.fullmatch(text)
     if match is None:
         raise SceneError(
             f"{text!r} is no panel: write length x width x thickness in mm, such as 50x40x6, or side x "
             "thickness, such as 50x6"
+        )
+    if match[3] is None and grid == "rectangle":
+        raise SceneError(
+            f"{text!r} is no rectangle, which has a length, a width and a thickness: write three numbers in mm, such "
+            f"as {match[1]}x{match[2]}x6"
         )
     sizes = [float(f"{float(part):.10g}") * 1e-3 for part in match.groups() if part is not None]
     length, width, thickness = sizes if len(sizes) == 3 else (sizes[0], *sizes)
@@ -182,6 +190,35 @@ def read_across(text: str, grid: str) -> PanelSize:
     if grid not in _ACROSS:
         raise SceneError(f"panels of the {grid} grid have no width across flats: write --panel 50x40x6")
     return read_panel(f"{float(match[1]) / _ACROSS[grid]:.10g}x{match[2]}")
+
+
+def doubt_of(panel: PanelSize, grid: str | None = None) -> str | None:
+    """A sentence on sizes that are probably not meant, with the likely ones; None where there is no doubt.
+
+    Doubtful are sides of less than 5 mm, as of a size in metres, and panels thicker than half their shortest side, as
+    of sizes in another order. grid : of panels that may have been read from two numbers; rectangles have three.
+    """
+    length, width, thickness = panel
+    side = min(length, width)
+    faults = [f"a side of less than {1e3 * SMALL_SIDE:g} mm"] if side < SMALL_SIDE else []
+    faults += ["a thickness of more than half their side"] if thickness > 0.5 * side else []
+    order = "sizes are in mm, sides first, then the thickness"
+    if not faults:
+        if grid != "rectangle" or length != width:
+            return None
+        return f"rectangles of {_brief(panel)} mm have equal sides: {order}, such as 80x40x6"
+    scale = 1e3 if side < SMALL_SIDE else 1.0
+    turned = (thickness, thickness, side) if length == width else tuple(sorted(panel, reverse=True))
+    length, width, thickness = (scale * size for size in (turned if thickness > side else panel))
+    likely = _brief((length, width, thickness))
+    meant = f"; did you mean {likely}?" if max(length, width) <= LARGEST and likely != _brief(panel) else ""
+    return f"panels of {_brief(panel)} mm have {' and '.join(faults)}: {order}{meant}"
+
+
+def _brief(panel: PanelSize) -> str:
+    """Side x thickness, or length x width x thickness, in millimetres, for people."""
+    sizes = panel[1:] if panel[0] == panel[1] else panel
+    return "x".join(f"{1e3 * size:.4g}" for size in sizes)
 
 
 def panel_text(panel: PanelSize) -> str:

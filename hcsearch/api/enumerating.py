@@ -52,7 +52,7 @@ def enumerate_into(
 
     >>> from hcsearch import enumerate_into
     >>> enumerate_into("designs.sqlite", grid="hex", n=8, until="twist")
-    Funnel(fixed_circuits=123, arrays=14, circuits=16, two_stack=2, untwisted=1, movable=None, deployable=None)
+    Funnel(fixed_circuits=123, arrays=14, circuits=16, two_stack=2, untwisted=1, movable=None, deploys=None)
     """
     check_kinds(enumerate_into, locals())
     own = array.grid if isinstance(array, Array) and grid is None else grid

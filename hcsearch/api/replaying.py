@@ -13,8 +13,9 @@ from hcsearch.deployment.deployed import Deployed
 from hcsearch.folding import Folding
 from hcsearch.replays.recording import replay_of_deployment
 from hcsearch.replays.replay import Replay
-from hcsearch.replays.sources import By, replay_named
+from hcsearch.replays.sources import By, find_replay
 from hcsearch.scenes import FlatPairs, Scene
+from hcsearch.system.notices import say
 
 
 def replay(
@@ -43,4 +44,6 @@ def replay(
     if isinstance(what, Deployed):
         return replay_of_deployment(what.deployment, what.name)
     setting = Setting(scene, located(db), panel, across, flat_pairs, merge, values)
-    return replay_named(setting.request(what), by)
+    shown, said = find_replay(setting.request(what), by)
+    say(said)
+    return shown

@@ -46,7 +46,7 @@ def tune(
     what, scene, panel, across, flat_pairs, merge, db, values : as in `deploy`.
     formulation : `constrained` or `compliant`; by default `compliant` only if no array becomes flat in `constrained`.
     catalogue : stiffnesses of springs that can be bought, N m/rad; each hinge gets none, one or two of them.
-    evaluations : how many sets of springs the search tries. samples : how many simulations within the tolerances are
+    evaluations : how many sets of springs are tried at most. samples : how many simulations within the tolerances are
     run for each set that may be chosen. spread : the tolerances, a `hcsearch.tuning.robustness.Spread`.
     seed : of the random numbers; equal arguments give equal springs.
     keep_in : a database that keeps every evaluation, so that the same call continues an interrupted search.

@@ -5,6 +5,9 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.metadata import entry_points, version
 from typing import Any, TextIO
 
@@ -27,7 +30,7 @@ from hcsearch.cli.serve import serve
 from hcsearch.cli.show import show
 from hcsearch.cli.tune import tune
 from hcsearch.cli.units import units
-from hcsearch.errors import HcsearchError, one_line
+from hcsearch.errors import HcsearchError, HcsearchWarning, one_line
 from hcsearch.system.interrupts import leave
 
 _ADDED = "hcsearch.commands"
@@ -109,7 +112,8 @@ def main() -> None:
     os.environ.setdefault("NUMBA_OPT", "1")
     try:
         signal.signal(signal.SIGINT, _interrupt)
-        code = hcsearch.main(standalone_mode=False)
+        with _warning_in_lines():
+            code = hcsearch.main(standalone_mode=False)
         if sys.stdout is not None:
             sys.stdout.flush()
         if isinstance(code, int) and code:  # what a command ends with that neither fails nor succeeds
@@ -136,6 +140,23 @@ def main() -> None:
         _fail(f"cannot write or read: {error.strerror or error}; make room or choose another place")
     finally:
         signal.signal(signal.SIGINT, leave)
+
+
+@contextmanager
+def _warning_in_lines() -> Iterator[None]:
+    """Print the program's own warnings as lines for people; those of libraries stay as they are."""
+    with warnings.catch_warnings():
+        others = warnings.showwarning
+
+        def show(message: Warning | str, category: type[Warning], *rest: Any, **options: Any) -> None:
+            if issubclass(category, HcsearchWarning):
+                _print_error(f"hcsearch: warning: {one_line(str(message))}")
+            else:
+                others(message, category, *rest, **options)
+
+        warnings.showwarning = show
+        warnings.simplefilter("default", HcsearchWarning)
+        yield
 
 
 def _interrupt(_number: int, _frame: object) -> None:

@@ -9,6 +9,7 @@ import click
 
 from hcsearch.cli.options import Number, examples
 from hcsearch.errors import HcsearchError
+from hcsearch.system.numbers import short
 from hcsearch.system.outputs import check_output, write_output
 
 if TYPE_CHECKING:
@@ -136,7 +137,7 @@ def _text(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return f"{value:.6g}"
+        return short(value, 6)
     if isinstance(value, list | tuple):
         return " ".join(map(_text, value))
     if isinstance(value, dict):

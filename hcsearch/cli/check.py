@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hcsearch.circuit import Circuit
     from hcsearch.own_patterns.checking import CheckedCircuit
     from hcsearch.scenes import Scene
-    from hcsearch.subjects.reading import Request
+    from hcsearch.subjects.requests import Request
 
 
 @click.command(

@@ -9,8 +9,9 @@ import click
 from click.core import ParameterSource
 
 from hcsearch.cli.options import examples, json_option
-from hcsearch.cli.subjects import request_of, subject_options
+from hcsearch.cli.subjects import known_request, subject_options
 from hcsearch.errors import HcsearchError
+from hcsearch.system.numbers import short
 from hcsearch.system.outputs import PICTURES, TABLES, check_output, write_table
 from hcsearch.vocabulary import FORMULATIONS, INTEGRATORS
 
@@ -83,7 +84,7 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
         check_output(options["output"], TABLES)
     if options["picture"]:
         check_output(options["picture"], PICTURES)
-    subject = read_subject(request_of(name, options | _own_springs(options)))
+    subject = read_subject(known_request(name, options | _own_springs(options)))
     if subject.drives is not None and options["explain"]:
         raise HcsearchError("--explain does not apply to a scene with drives: leave it out")
     method, tolerance = options["method"], options["tolerance"]
@@ -129,13 +130,13 @@ def _print(outcome: dict[str, Any]) -> None:
     saved = outcome.pop("saved", None)
     outcome["merged_panels"] = ", ".join(outcome["merged_panels"]) or "none"
     for name, value in outcome.items():
-        shown = "-" if value is None else (f"{value:.6g}" if isinstance(value, float) else value)
+        shown = "-" if value is None else (short(value, 6) if isinstance(value, float) else value)
         click.echo(f"{name.replace('_', ' '):24}{shown}")
     click.echo(f"{'stops hit':24}{sum(event['kind'] == 'hit' for event in events)}")
     for arrival in arrived[:10]:
         hinges = ", ".join(map(str, arrival["hinges"]))
-        what = f"hinge {hinges} {arrival['stop']} at {arrival['speed_rad_s']:.3g} rad/s"
-        click.echo(f"{'':24}{arrival['time_s']:.6g} s: {what}")
+        what = f"hinge {hinges} {arrival['stop']} at {short(arrival['speed_rad_s'], 3)} rad/s"
+        click.echo(f"{'':24}{short(arrival['time_s'], 6)} s: {what}")
     if saved is None:
         return
     click.echo("left out")
@@ -143,7 +144,7 @@ def _print(outcome: dict[str, Any]) -> None:
         click.echo(f"  {omission['name']:22}{omission['what']}: {omission['why']}")
         for row in saved:
             if row["name"] == omission["name"]:
-                pairs = [f"{key.replace('_', ' ')} {a:.4g} -> {b:.4g}" for key, (a, b) in _numbers(row).items()]
+                pairs = [f"{key.replace('_', ' ')} {short(a)} -> {short(b)}" for key, (a, b) in _numbers(row).items()]
                 click.echo(f"{'':24}{', '.join(pairs)}")
 
 

@@ -8,8 +8,10 @@ from typing import Any
 import click
 
 from hcsearch.cli.options import Number, examples, json_option
+from hcsearch.cli.progress import Meter
 from hcsearch.cli.subjects import folding_options, request_of
 from hcsearch.errors import HcsearchError
+from hcsearch.system.numbers import short
 from hcsearch.system.outputs import PICTURES, check_output
 
 
@@ -54,7 +56,7 @@ from hcsearch.system.outputs import PICTURES, check_output
     "--period",
     type=Number(min=1e-5, max=0.1),
     metavar="S",
-    help="The time between two updates of the controller, s.  [default: 0.002]",
+    help="The time between two updates of the controller, s; drives interpolate between them.  [default: 0.002]",
 )
 @click.option(
     "--latches",
@@ -78,29 +80,36 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
     The program chooses as many driven hinges as there are degrees of freedom, by the conditioning of the reduced
     Jacobian along the path, and hinges that turn one way only where possible; near a dead point it adds more. It sets a
     time law along the path, computes the torques by inverse dynamics, and simulates the motion under position control.
+    The greatest planned torque sizes the motor; the torques of the simulation show whether the controller follows.
 
     Exit code: 0 if the driven motion ends flat, certified free of collisions; 1 if it does not, or if no path is
     proved; 2 for wrong input.
     """
     from hcsearch.drive import driving, facts, files, pictures
+    from hcsearch.replays.finding import find_path
     from hcsearch.subjects.reading import read_folding
+    from hcsearch.subjects.requests import settled
+    from hcsearch.system.notices import say
 
     for path in options["outputs"]:
         check_output(path, (*files.TABLES, *files.SCENES))
     if options["picture"]:
         check_output(options["picture"], PICTURES)
     wishes = _wishes(options)
-    folding, scene = read_folding(request_of(name, options))
-    if scene.held == "free":
+    request = settled(request_of(name, options))
+    if read_folding(request)[1].held == "free":
         raise HcsearchError("drives are for an array that is held: hold a panel, such as --held bottom")
-    motion = driving.find_motion(folding, scene)
-    if motion.margin is None:
-        reason = driving.why_not(folding, scene, motion)
+    with Meter("step") as meter:
+        meter(0, len(driving.STEPS), driving.STEPS[0])
+        folding, scene, motion, said = find_path(request)
+        reason = driving.why_not(folding, scene, motion) if motion.margin is None else ""
+        driven = None if reason else driving.drive(folding, scene, motion, wishes, meter)
+    say(said)
+    if driven is None:
         click.echo(
             json.dumps({"verdict": "no drive", "reason": reason}, indent=2) if as_json else f"no drive: {reason}"
         )
         click.get_current_context().exit(1)
-    driven = driving.drive(folding, scene, motion, wishes)
     for path in options["outputs"]:
         files.save(driven, path)
     if options["picture"]:
@@ -146,20 +155,22 @@ def _near(text: str) -> tuple[float, float]:
 
 def _print(outcome: dict[str, Any]) -> None:
     """One fact a line, and the driven hinges as a table."""
-    lists = ("torque_N_m", "torque_rms_N_m", "planned_torque_N_m", "gain_N_m_rad", "gain_N_m_s_rad")
+    lists = ("planned_torque_N_m", "torque_rms_N_m", "torque_N_m", "gain_N_m_rad", "gain_N_m_s_rad")
     for name, value in outcome.items():
-        if name in lists:
+        if name in (*lists, "follows"):
             continue
-        shown = "-" if value is None else (f"{value:.6g}" if isinstance(value, float) else value)
+        shown = "-" if value is None else (short(value, 6) if isinstance(value, float) else value)
         if name == "latches":
             shown = (
                 "; ".join(f"{a} until {b} is at {angle:.3g} rad" for a, b, angle in map(dict.values, value)) or "none"
             )
         elif isinstance(value, list):
             shown = ", ".join(map(str, value)) or "none"
+        elif name == "motor_torque_N_m":
+            shown = f"{shown}, planned: this torque sizes the motor"
         click.echo(f"{name.replace('_', ' '):30}{shown}")
-    heads = ("greatest", "planned", "rms", "gain", "damping")
+    heads = ("planned", "rms", "simulated", "gain", "damping")
     click.echo("\nhinge" + "".join(f"{head:>11}" for head in heads) + "   N m, N m/rad, N m s/rad")
-    columns = (outcome[name] for name in ("torque_N_m", "planned_torque_N_m", *lists[1:2], *lists[3:]))
+    columns = (outcome[name] for name in lists)
     for hinge, row in zip(outcome["driven"], zip(*columns, strict=True), strict=True):
         click.echo(f"{hinge!s:<5}" + "".join(f"{'-' if value is None else format(value, '.4g'):>11}" for value in row))

@@ -77,7 +77,7 @@ def _print_summary(plan: Plan, summary: Summary, place: str | None) -> None:
         ("two-stack", funnel.two_stack),
         ("untwisted", funnel.untwisted),
         ("movable", funnel.movable),
-        ("deployable by springs", funnel.deployable),
+        ("deployable by springs", funnel.deploys),
     ):
         click.echo(f"  {label:24}{'-' if count is None else f'{count:,}':>16}")
     times = ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in summary.stage_times.items())

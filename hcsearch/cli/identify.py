@@ -46,7 +46,10 @@ def spring(file: str) -> None:
     from hcsearch.identification.springs import identify_spring
     from hcsearch.identification.tables import read_moments
 
-    _print_spring(identify_spring(*read_moments(file)))
+    measured = identify_spring(*read_moments(file))
+    for doubt in measured.doubts:
+        _note(f"{file}: {doubt}")
+    _print_spring(measured)
 
 
 @identify.command(
@@ -68,7 +71,7 @@ def spring(file: str) -> None:
     metavar="N",
     help="The number of equal hinges that hold the block.",
 )
-@click.option("--rate", type=Number(), metavar="HZ", help="The sampling rate of files without a column time_s.")
+@click.option("--rate", type=Number(), metavar="HZ", help="The sampling rate; it takes the place of time_s.")
 @click.option("--from", "start", type=Number(), metavar="SECONDS", help="Leave out measurements before this time.")
 def damping(files: tuple[str, ...], inertia: float, hinges: int, rate: float | None, start: float | None) -> None:
     """Compute the damping of a hinge from free vibrations.
@@ -83,7 +86,7 @@ def damping(files: tuple[str, ...], inertia: float, hinges: int, rate: float | N
     from hcsearch.identification.vibration import identify_modes
 
     hinge_damping(0.0, 0.0, inertia, hinges)  # refuses what is no inertia before the work begins
-    vibrations = [identify_modes(*read_accelerations(file, rate, start)) for file in files]
+    vibrations = [identify_modes(*read_accelerations(file, rate, start, _note)) for file in files]
     for file, vibration in zip(files, vibrations, strict=True):
         if not vibration.modes:
             raise HcsearchError(
@@ -94,6 +97,10 @@ def damping(files: tuple[str, ...], inertia: float, hinges: int, rate: float | N
     tests = [hinge_test(vibration.modes[0], inertia, hinges) for vibration in vibrations]
     _print_tests(names, tests)
     _print_modes(names, vibrations)
+
+
+def _note(text: str) -> None:
+    click.echo(f"hcsearch: {printable(text)}", err=True)
 
 
 def _print_spring(measured: Spring) -> None:

@@ -51,6 +51,13 @@ def database_option(command: Command) -> Command:
     )(command)
 
 
+def query_argument(command: Command) -> Command:
+    """The conditions of a query, `condition`: one argument, or several, as a shell gives them without quotes."""
+    return click.argument(
+        "condition", nargs=-1, metavar="[QUERY]", callback=lambda _ctx, _param, words: " ".join(words)
+    )(command)
+
+
 def json_option(command: Command) -> Command:
     """`--json`: what the command reports as JSON, in place of lines for people."""
     return click.option("--json", "as_json", is_flag=True, help="Print the results as JSON.")(command)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from hcsearch.cli.options import database_option, examples
+from hcsearch.cli.options import database_option, examples, query_argument
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import printable
 from hcsearch.store.columns import column_names
@@ -25,7 +25,7 @@ _COLUMNS = "id,grid,n,array,circuit,symmetry,n_foldings,n_untwisted,min_twist,st
     + "\n\n"
     f"Columns: {', '.join(column_names('designs'))}."
 )
-@click.argument("condition", default="", metavar="[QUERY]")
+@query_argument
 @database_option
 @scene_options
 @click.option("-c", "--columns", help=f"The columns to print, separated by commas.  [default: {_COLUMNS}]")

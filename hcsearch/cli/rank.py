@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcsearch.cli.options import database_option, examples, named_numbers
+from hcsearch.cli.options import database_option, examples, named_numbers, query_argument
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import QueryError
 from hcsearch.store.columns import CRITERIA
@@ -27,7 +27,7 @@ _CRITERIA = "\n".join(
 @click.command(
     epilog=examples("hcsearch rank 'grid=hex untwisted' --weight dof=3 --limit 10") + f"\n\n\b\nCriteria:\n{_CRITERIA}"
 )
-@click.argument("condition", default="", metavar="[QUERY]")
+@query_argument
 @database_option
 @scene_options
 @click.option(

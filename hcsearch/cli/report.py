@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from hcsearch.cli.options import database_option, examples
+from hcsearch.cli.options import database_option, examples, query_argument
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import printable
 from hcsearch.subjects.scenes import scene_asked_for
@@ -14,7 +14,7 @@ from hcsearch.system.outputs import check_output
 
 
 @click.command(epilog=examples("hcsearch report 'grid=hex n=12' --output hex-12.html"))
-@click.argument("condition", default="", metavar="[QUERY]")
+@query_argument
 @database_option
 @scene_options
 @click.option("--output", default="reports/report.html", show_default=True, metavar="FILE", help="The file to write.")

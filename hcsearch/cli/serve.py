@@ -27,7 +27,7 @@ def serve(db: str, port: int, host: str, scene: str | None, panel: str | None, a
 
     The command prints an address to open in a browser; Ctrl-C ends it. The pages list the designs of a query, filtered
     and sorted, and show each design with its motions to play. Exports, CSV and JSON have addresses of their own. The
-    database is only read.
+    database is only read. Every user of this machine can read the pages.
     """
     from importlib.util import find_spec
 
@@ -37,9 +37,8 @@ def serve(db: str, port: int, host: str, scene: str | None, panel: str | None, a
     from hcsearch.serve.guards import is_local
     from hcsearch.serve.server import address_of, open_socket
     from hcsearch.serve.server import serve as run
-    from hcsearch.store import open_readonly
+    from hcsearch.store import check_scene, open_readonly
     from hcsearch.store.pages import SECONDS
-    from hcsearch.store.queries import check_scene
 
     with open_readonly(db, timeout=SECONDS) as database:
         asked = scene_asked_for(database, scene, panel, across)

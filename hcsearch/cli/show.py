@@ -12,12 +12,16 @@ from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import HcsearchError, printable
 from hcsearch.play import play_sentence
 from hcsearch.scenes import DEFAULT
+from hcsearch.system.numbers import short
 from hcsearch.system.outputs import check_output
 from hcsearch.system.surroundings import default_database
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
     from hcsearch.circuit import Circuit
     from hcsearch.folding import Folding
+    from hcsearch.scenes import PanelSize
 
 
 @click.command(
@@ -46,45 +50,130 @@ def show(
     circuit, which the first line shows.
 
     For foldings without twist the command prints the degrees of freedom and whether the folded or the flat state is
-    proved to be locked, and for a design named by its id the deployments in the database. The page of a design named by
-    its id shows the results of a scene; for a circuit, motions are planned and simulated anew.
+    proved to be locked, and for a design named by its id the paths and deployments in the database. Status and numbers
+    are those in a scene, and so are all results on the page; for a circuit, motions are planned and simulated anew.
     """
-    if not as_html and (output or scene or panel or across):
-        raise HcsearchError("--output, --scene, --panel and --across apply to a page: add --html")
+    if output and not as_html:
+        raise HcsearchError("--output applies to a page: add --html")
     from hcsearch.folding import folding_of, foldings, split_crease
     from hcsearch.subjects.designs import design_named
 
+    if not design[:1].isdigit() and ":" not in design:
+        raise _unknown(design)
     name, crease = split_crease(design)
-    circuit, row = design_named(name, db)
+    circuit, number = design_named(name, db)
     chosen = foldings(circuit) if crease is None else [folding_of(circuit, crease)]
     if as_html:
-        asked = _scene_of_page(row, db, scene, panel, across)
-        _write_page(design, circuit, row, chosen, output, db, asked)
-        return
-    _print_circuit(circuit, row)
-    if not chosen:
-        click.echo("\nno two-stack folding")
-    for folding in chosen:
-        _print_folding(folding)
-        for tried in row.get("deployments", ()):
-            if tried["crease"] == folding.crease:
-                click.echo(f"  deployment, {tried['scene']}: {tried['status']}, {tried['reason']}")
-                if tried["needed_margin"] is not None:
-                    click.echo(f"    {play_sentence(tried['needed_margin'])}")
-                click.echo(f"    hcsearch deploy {folding.notation} --scene {shlex.quote(tried['scene'])}{_where(db)}")
+        asked = _scene_of_page(number, db, scene, panel, across)
+        _write_page(design, circuit, number, chosen, output, db, asked)
+    elif number is None:
+        _print_circuit(circuit, {})
+        _print_foldings(chosen, _panel_asked_for(circuit, db, scene, panel, across))
+    else:
+        _print_design(circuit, number, chosen, db, scene, panel, across)
 
 
-def _scene_of_page(row: dict[str, Any], db: str, scene: str | None, panel: str | None, across: str | None) -> str:
+def _unknown(name: str) -> HcsearchError:
+    from hcsearch.assemblies import ASSEMBLIES
+
+    if name in ASSEMBLIES:
+        return HcsearchError(f"{name} is an assembly: see hcsearch assembly {name}")
+    return HcsearchError(f"{name!r} is no design: give an id, or the notation of a circuit such as hex:0234550132")
+
+
+def _panel_asked_for(circuit: Circuit, db: str, scene: str | None, panel: str | None, across: str | None) -> PanelSize:
+    """The size of panels of a circuit that no database names, m."""
+    from hcsearch.subjects.reading import read_scene_of
+    from hcsearch.subjects.requests import Request
+
+    panel_ = read_scene_of(Request(circuit.notation, db, scene, panel, across), circuit.grid.name).panel
+    assert panel_ is not None
+    return panel_
+
+
+def _scene_of_page(number: int | None, db: str, scene: str | None, panel: str | None, across: str | None) -> str:
     """The name of the scene whose verdicts a page has."""
     from hcsearch.store import open_readonly
     from hcsearch.subjects.scenes import scene_asked_for
 
-    if not row:
+    if number is None:
         if scene or panel or across:
             raise HcsearchError("a circuit is shown in the scene default: name the design by its id in a database")
         return DEFAULT
     with open_readonly(db) as database:
         return scene_asked_for(database, scene, panel, across)
+
+
+def _print_design(
+    circuit: Circuit,
+    number: int,
+    chosen: list[Folding],
+    db: str,
+    scene: str | None,
+    panel: str | None,
+    across: str | None,
+) -> None:
+    """A design of a database: its verdict in a scene, and motions of its foldings, in all scenes or in that one."""
+    from hcsearch.scenes import panel_of
+    from hcsearch.store import best_creases, find_design, find_verdict, open_readonly
+    from hcsearch.subjects.scenes import scene_asked_for, stored_scene
+
+    with open_readonly(db) as database:
+        asked = scene_asked_for(database, scene, panel, across)
+        row = find_design(database, str(number), asked)
+        best = best_creases(database, [number], asked).get(number)
+        rows = [*row["motions"], *row["deployments"]]
+        places = {(one["crease"], one.get("base", one["scene"])) for one in rows}
+        verdicts = {place: find_verdict(database, number, *place) for place in places}
+        size = panel_of(stored_scene(database, asked), circuit.grid.name)
+    if scene or panel or across:
+        row["motions"] = [one for one in row["motions"] if one["scene"] == asked]
+        row["deployments"] = [one for one in row["deployments"] if one["base"] == asked]
+    _print_circuit(circuit, row | {"scene": asked, "best": best})
+
+    def tell(folding: Folding) -> None:
+        _print_motions(folding, row, verdicts, db)
+
+    _print_foldings(chosen, size, tell)
+
+
+def _print_foldings(
+    chosen: list[Folding], panel: PanelSize, tell: Callable[[Folding], None] = lambda _folding: None
+) -> None:
+    """Foldings with panels of a size; tell : prints what is known of one beside."""
+    if not chosen:
+        click.echo("\nno two-stack folding")
+    for folding in chosen:
+        _print_folding(folding, panel)
+        tell(folding)
+
+
+def _print_motions(folding: Folding, row: dict[str, Any], verdicts: Mapping[tuple[int, str], Any], db: str) -> None:
+    """The paths and the deployments of a folding that a database holds, with the commands that repeat them."""
+    from hcsearch.report.reasons import asked_scene, flat_pairs_in, way_option
+
+    deployed = {
+        (one["crease"], one["base"]): flat_pairs_in(one) for one in row["deployments"] if one["status"] == "deploys"
+    }
+    for path in row["motions"]:
+        if path["crease"] != folding.crease:
+            continue
+        if path["flat_pairs"] is None:
+            click.echo(f"  path, {path['scene']}: none proved, {path['reason']}")
+            continue
+        play = f"{path['needed_margin']:.4g} mm of play on every face"
+        click.echo(f"  path, {path['scene']}: proved, flat pairs {path['flat_pairs']}, with {play}")
+        other = deployed.get((folding.crease, path["scene"]), path["flat_pairs"]) != path["flat_pairs"]
+        way = way_option(path["flat_pairs"]) if other else ""
+        where = "" if path["scene"] == DEFAULT else f" --scene {shlex.quote(path['scene'])}"
+        click.echo(f"    hcsearch drive {row['id']}:{folding.crease}{where}{_where(db)}{way}")
+    for tried in row["deployments"]:
+        if tried["crease"] == folding.crease:
+            click.echo(f"  deployment, {tried['scene']}: {tried['status']}, {tried['reason']}")
+            if tried["needed_margin"] is not None:
+                click.echo(f"    {play_sentence(tried['needed_margin'])}")
+            scene = asked_scene(tried, verdicts[folding.crease, tried["base"]])
+            click.echo(f"    hcsearch deploy {folding.notation} --scene {shlex.quote(scene)}{_where(db)}")
 
 
 def _where(db: str) -> str:
@@ -105,8 +194,10 @@ def _print_circuit(circuit: Circuit, row: dict[str, Any]) -> None:
         "orbit size": circuit.orbit_size,
         "fixed copies": circuit.n_fixed,
     }
-    shown: tuple[str, ...] = ("id", "status", "deployable", "flat_pairs", "needed_margin", "least_gap")
-    shown += ("deploy_time", "min_clearance", "score")
+    if row:
+        facts |= {"id": row["id"], "scene": row["scene"], "status": row["status"] or "not judged"}
+        facts |= _joined(row)
+    shown = ("deployable", "needed_margin", "least_gap", "deploy_time", "min_clearance", "score")
     facts |= {name.replace("_", " "): _with_unit(name, row[name]) for name in shown if row.get(name) is not None}
     if row.get("needed_margin") is not None:
         facts["play"] = play_sentence(row["needed_margin"])
@@ -115,15 +206,30 @@ def _print_circuit(circuit: Circuit, row: dict[str, Any]) -> None:
     click.echo("cells           " + "  ".join(",".join(map(str, cell)) for cell in circuit.cells))
 
 
+def _joined(row: dict[str, Any]) -> dict[str, object]:
+    """How flat pairs are joined in the motion that gave a design its status, of which its numbers are."""
+    from hcsearch.report.reasons import flat_pairs_in
+
+    if row["status"] == "movable":
+        return {"flat pairs": f"{row['flat_pairs']}, in the proved path of folding {row['best']}"}
+    own = (one for one in row["deployments"] if (one["crease"], one["base"]) == (row["best"], row["scene"]))
+    deploys = next((one for one in own if one["status"] == "deploys"), None)
+    if deploys is None:
+        return {}
+    return {"flat pairs": f"{flat_pairs_in(deploys)}, in the deployment of folding {row['best']}"}
+
+
 def _with_unit(name: str, value: object) -> str:
     """A value of a column of `designs`, as the table of columns has its unit."""
     from hcsearch.store.conditions import find_quantity
 
-    text = f"{value:.6g}" if isinstance(value, float) else str(value)
+    if find_quantity("designs", name).kind == "boolean":
+        return "yes" if value else "no"
+    text = short(value, 6) if isinstance(value, float) else str(value)
     return f"{text} {find_quantity('designs', name).unit}".rstrip()
 
 
-def _print_folding(folding: Folding) -> None:
+def _print_folding(folding: Folding, panel: PanelSize) -> None:
     from hcsearch.twisting import twist
 
     n = folding.circuit.n
@@ -138,14 +244,12 @@ def _print_folding(folding: Folding) -> None:
     flats = ", ".join(f"{k % n} ({folding.hinge_faces[k % n]})" for k in (folding.crease, folding.opposite))
     click.echo(f"  flat creases (the face of a hinge, if there is one): {flats}")
     if lk == 0:
-        _print_mechanism(folding)
+        _print_mechanism(folding, panel)
 
 
-def _print_mechanism(folding: Folding) -> None:
-    from hcsearch.scenes import default_panel
+def _print_mechanism(folding: Folding, panel: PanelSize) -> None:
     from hcsearch.subjects.mechanisms import freedoms_of, lock_sentences
 
-    panel = default_panel(folding.circuit.grid.name)
     for freedoms in freedoms_of(folding, panel):
         click.echo(f"  {freedoms.sentence}")
     for sentence, *more in lock_sentences(folding, panel):
@@ -155,13 +259,18 @@ def _print_mechanism(folding: Folding) -> None:
 
 
 def _write_page(
-    design: str, circuit: Circuit, row: dict[str, Any], chosen: list[Folding], output: str | None, db: str, scene: str
+    design: str,
+    circuit: Circuit,
+    number: int | None,
+    chosen: list[Folding],
+    output: str | None,
+    db: str,
+    scene: str,
 ) -> None:
     from pathlib import Path
 
     from hcsearch.report import write_design
 
-    number = int(row["id"]) if row else None
     path = Path(output or f"reports/design-{design.replace(':', '-')}.html")
     check_output(path)
     click.echo(printable(str(write_design(circuit, chosen, path, db=db, number=number, scene=scene))))

@@ -11,7 +11,7 @@ from hcsearch.cli.options import database_option
 from hcsearch.cli.scenes import scene_options
 
 if TYPE_CHECKING:
-    from hcsearch.subjects.reading import Request
+    from hcsearch.subjects.requests import Request
 
 Command = Callable[..., Any]
 _VALUES = ("held", "seconds", "gravity", "spring", "springs", "damping", "start", "restitution", "spring_range")
@@ -67,8 +67,15 @@ def _options(command: Command, names: str, flat_pairs: str, *own: Command) -> Co
 
 def request_of(name: str, options: Mapping[str, Any]) -> Request:
     """What these options ask for; more values of the scene, where a command has any, go by their names in it."""
-    from hcsearch.subjects.reading import Request
+    from hcsearch.subjects.requests import Request
 
     named = {option: options[option] for option in ("db", "scene", "panel", "across", "flat_pairs", "merge")}
     values = {key: options[key] for key in _VALUES if options.get(key) is not None}
     return Request(name, values=values, **named)
+
+
+def known_request(name: str, options: Mapping[str, Any]) -> Request:
+    """The same with what it comes to, of which stderr says what users should know."""
+    from hcsearch.subjects.requests import announced
+
+    return announced(request_of(name, options))

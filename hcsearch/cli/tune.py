@@ -9,8 +9,9 @@ import click
 
 from hcsearch.cli.options import examples, json_option, named_numbers
 from hcsearch.cli.progress import Meter
-from hcsearch.cli.subjects import request_of, subject_options
+from hcsearch.cli.subjects import known_request, subject_options
 from hcsearch.errors import HcsearchError
+from hcsearch.system.numbers import short
 from hcsearch.system.outputs import check_output, write_output
 
 if TYPE_CHECKING:
@@ -42,14 +43,14 @@ if TYPE_CHECKING:
     type=click.IntRange(min=1),
     default=500,
     show_default=True,
-    help="How many sets of springs are tried; the choice of the formulation takes 16 or 32 more.",
+    help="How many sets of springs are tried at most, in all, each by one quick simulation.",
 )
 @click.option(
     "--samples",
     type=click.IntRange(min=0),
     default=64,
     show_default=True,
-    help="How many simulations within the tolerances are run.",
+    help="How many simulations within the tolerances are run for each set that is reported; more compare sets.",
 )
 @click.option(
     "--spread",
@@ -87,7 +88,7 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
     if options["output"]:
         check_output(options["output"], (".toml",))
     catalogue, spread = _catalogue(options["catalogue"]), _spread(options["spreads"])
-    subject = read_subject(request_of(name, options))
+    subject = read_subject(known_request(name, options))
     refuse_drives(subject)
     _check_catalogue(catalogue, subject)
     with open_database(options["db"], create=True) as database, Meter("set") as meter:
@@ -121,8 +122,11 @@ def _write(path: str, tuning: Tuning, subject: Subject) -> None:
 
     if tuning.rounded is not None and not tuning.rounded.confirmed:
         click.echo(f"no catalogue springs are certified clear: {path} has the tuned ones", err=True)
+    from hcsearch.tuning import facts
+
     scene = scene_springs(tuning.scene, tuning.chosen.stiffnesses)
-    write_output(path, file_text(subject.facts, tuning.formulation, scene, tuning.labels))
+    bought = "" if facts.bought(tuning) is None else f"# buy: {facts.shopping(tuning)}\n"
+    write_output(path, bought + file_text(subject.facts, tuning.formulation, scene, tuning.labels))
 
 
 def _catalogue(text: str | None) -> tuple[float, ...]:
@@ -141,7 +145,8 @@ def _check_catalogue(catalogue: tuple[float, ...], subject: Subject) -> None:
     from hcsearch.tuning.catalogue import catalogue_levels
 
     if catalogue:
-        catalogue_levels(catalogue, range_of(settled(subject.scene, subject.linkage))[1])
+        softest, stiffest = range_of(settled(subject.scene, subject.linkage))
+        catalogue_levels(catalogue, stiffest, softest)
 
 
 def _spread(texts: tuple[str, ...]) -> Spread:
@@ -163,10 +168,13 @@ def _print(tuning: Tuning, subject: Subject) -> None:
     labels, hinges = tuning.labels, subject.linkage.pattern.hinges
     low, high = tuning.scene.spring_range or (0.0, 0.0)
     click.echo(f"{'use':24}{facts.advice(tuning)}")
+    if tuning.catalogue:
+        click.echo(f"{'buy':24}{facts.shopping(tuning)}")
     click.echo(f"{'formulation':24}{tuning.formulation}")
     click.echo(f"{'springs, N m/rad':24}{low:g} to {high:g}")
-    click.echo(f"{'seconds':24}{tuning.scene.seconds:g}")
-    click.echo(f"{'evaluations':24}{tuning.evaluations}, {tuning.recalled} of them known before")
+    click.echo(f"{'seconds':24}{short(tuning.scene.seconds or 0.0, 6)}")
+    click.echo(f"{'evaluations':24}{tuning.evaluations} sets of springs, {tuning.recalled} of them known before")
+    click.echo(f"{'samples':24}{tuning.samples} simulations within the tolerances")
     sets = [("start", tuning.start), ("tuned", tuning.best), ("catalogue", tuning.rounded)]
     shown = [(name, one) for name, one in sets if one is not None]
     for name, one in shown:

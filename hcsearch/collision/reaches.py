@@ -33,19 +33,34 @@ def longest_way(linkage: Linkage) -> float:
     for own, point in zip(pattern.hinges, linkage.points, strict=True):
         ends += [(*own.start, point[2]), (*own.end, point[2])]
         panels += 2 * [(own.first, own.second)]
-    points, sides = np.array(ends), np.array(panels)
-    shared = (sides[:, None, :, None] == sides[None, :, None, :]).any(axis=(2, 3))
-    ways = np.where(shared, np.linalg.norm(points[:, None] - points, axis=2), np.inf)
+    points = np.array(ends)
+    ways = np.full((len(points), len(points)), np.inf)
+    beside: list[list[int]] = [[] for _ in pattern.panels]  # ends of the hinges of each panel
+    for k, pair in enumerate(panels):
+        for panel in set(pair):
+            beside[panel].append(k)
+    for k, pair in enumerate(panels):
+        others = sorted({end for panel in pair for end in beside[panel]})
+        ways[k, others] = np.linalg.norm(points[k] - points[others], axis=1)
+    longer = np.empty_like(ways)
     for k in range(len(points)):  # Floyd and Warshall's shortest paths
-        ways = np.minimum(ways, ways[:, k, None] + ways[k])
+        np.add(ways[:, k, None], ways[k], out=longer)
+        np.minimum(ways, longer, out=ways)
     corners, owners = [], []
     for panel, facets in enumerate(pattern.panels):
         for x, y in (corner for facet in facets for corner in pattern.facets[facet]):
             corners += [(x, y, 0.0), (x, y, pattern.thickness)]
             owners += 2 * [panel]
-    own_ends = (sides[None] == np.array(owners)[:, None, None]).any(axis=2)
-    first = np.where(own_ends, np.linalg.norm(np.array(corners)[:, None] - points, axis=2), np.inf)
-    return float(_by_way_of(_by_way_of(first, ways), first.T).max())
+    # from each corner to the ends of its panel's hinges, of which most panels have four
+    most = max(map(len, beside))
+    near = np.array([[*beside[panel], *[0] * (most - len(beside[panel]))] for panel in owners])
+    there = np.arange(most) < np.array([[len(beside[panel])] for panel in owners])
+    first = np.where(there, np.linalg.norm(np.array(corners)[:, None] - points[near], axis=2), np.inf)
+    longest = 0.0
+    for k in range(len(corners)):  # a corner at a time: all pairs at once would take gigabytes
+        out = (first[k][:, None] + ways[near[k]]).min(axis=0)
+        longest = max(longest, float((out[near] + first).min(axis=1).max()))
+    return longest
 
 
 def reaches(linkage: Linkage) -> Reals:
@@ -58,11 +73,3 @@ def reaches(linkage: Linkage) -> Reals:
             across = linkage.directions[k, 0] * ways[:, 1] - linkage.directions[k, 1] * ways[:, 0]
             farthest[k] = max(farthest[k], math.hypot(float(np.abs(across).max()), pattern.thickness))
     return farthest
-
-
-def _by_way_of(before: Reals, after: Reals) -> Reals:
-    """Shortest ways in two parts, shape (i, j), from those to places, (i, k), and those from the places, (k, j)."""
-    shortest = np.full((len(before), after.shape[1]), np.inf)
-    for k in range(len(after)):
-        np.minimum(shortest, before[:, k, None] + after[k], out=shortest)
-    return shortest

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from hcsearch.deployment.deploying import Deployment, run
 from hcsearch.deployment.outcomes import STEPS, Check
 from hcsearch.deployment.play import needed_margin_of
+from hcsearch.system.numbers import short
 from hcsearch.vocabulary import Formulation, Outcome, Verdict
 
 TIGHTER = (10.0, 100.0)
@@ -24,6 +25,8 @@ PATIENT = 4
 """Steps that these simulations may take, over those of the first."""
 DIGITS = 4
 """No flat time is reported with more."""
+APART = 0.1
+"""Share of their mean by which flat times may differ to be one."""
 LOOSE = 0.1
 """Share of the states with open loops from which on a motion runs along a branch of singular states. Of the motions of
 10 and 12 hexagons that come flat at 1e-6 or 1e-7 those of four foldings have 0.16 to 0.79, all others at most 0.03."""
@@ -44,7 +47,8 @@ class Agreement:
     """What simulations at several tolerances agree on.
 
     verdict : that of all; `undecided` where they differ, or would deploy along a branch of singular states.
-    flat_time : s, in the digits that agree, in one digit where none does; None unless all come flat.
+    flat_time : s, in the digits that agree, in one digit where none does; None unless all come flat, at times that
+    differ by a tenth at most.
     reason : what became of it, in a sentence. others : the simulations at the other tolerances.
     needed_margin : m, the least at which all of them are certified clear; least_gap : m, of the first, as of `Play`;
     both None unless it deploys.
@@ -56,6 +60,11 @@ class Agreement:
     others: tuple[Seen, ...]
     needed_margin: float | None = None
     least_gap: float | None = None
+
+    @property
+    def untimed(self) -> bool:
+        """Whether all come flat, at times too different to be one."""
+        return self.flat_time is None and all(one.outcome == "flat" for one in self.others)
 
 
 def neighbours(tolerance: float, formulation: Formulation = "constrained") -> tuple[float, ...]:
@@ -73,10 +82,7 @@ def agreed(seen: Sequence[Seen]) -> Agreement:
         outcomes = _each(seen, [one.outcome for one in seen])
         reason = f"branch-singular: {outcomes}; the motion passes a state where its continuation depends on that"
         return Agreement(verdict, None, reason, others)
-    time, digits = _common([one.time for one in seen])
-    if digits.startswith("about"):
-        digits += f" ({_each(seen, [f'{one.time:.2g} s' for one in seen])})"
-    reason = f"flat after {digits}"
+    time, reason = _flat(seen)
     loose = max(one.loose for one in seen)
     if verdict == "deploys" and loose >= LOOSE:
         what = f"at {loose:.0%} of its states loops stay open, so that rounding decides which closure equations count"
@@ -107,6 +113,17 @@ def agreed_checks(checks: Sequence[Check], tolerances: Sequence[float]) -> Agree
     """What checks at several tolerances agree on."""
     pairs = zip(checks, tolerances, strict=True)
     return agreed([Seen(near, one.outcome, one.verdict, one.end_time, one.loose) for one, near in pairs])
+
+
+def _flat(seen: Sequence[Seen]) -> tuple[float | None, str]:
+    """When simulations that all come flat do so, s, and a sentence; None where they differ by more than a tenth."""
+    times = [one.time for one in seen]
+    if max(times) - min(times) > APART * sum(times) / len(times):
+        return None, "flat, at a time on which tolerances disagree by more than a tenth"
+    time, digits = _common(times)
+    if digits.startswith("about"):
+        digits += f" ({_each(seen, [f'{short(one.time, 2)} s' for one in seen])})"
+    return time, f"flat after {digits}"
 
 
 def _common(times: Sequence[float]) -> tuple[float, str]:

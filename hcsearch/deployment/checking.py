@@ -23,6 +23,8 @@ from hcsearch.kernels.deployment.checking import Findings, Rules, SceneTables, c
 
 CALL = 16
 """Scenes in one call of the kernel: few enough that threads end together and that their tables need little memory."""
+TABLES, RECORD = 2**28, 2**29
+"""Bytes that the tables of the scenes in one call, and the record of one motion, take at most."""
 
 
 class Screen(NamedTuple):
@@ -69,12 +71,16 @@ def check(
             raise HcsearchError("the quick check is of scenes with a panel held, constrained or compliant")
         key = (compiled.formulation, compiled.seconds, scene.restitution, scene.cut_stiffness, scene.cut_damping)
         groups[(exactness, *key, *_shapes(subject))].append(i)
-    calls = [(key[0], members[k : k + CALL]) for key, members in groups.items() for k in range(0, len(members), CALL)]
+    calls = []
+    for key, members in groups.items():
+        together = max(1, min(CALL, TABLES // _bytes(subjects[members[0]])))
+        calls += [(key[0], members[k : k + together]) for k in range(0, len(members), together)]
 
     def run(call: tuple[tuple[float, float], list[int]]) -> list[Check]:
         exactness, members = call
         own = [scenes[i] for i in members]
-        steps = max_steps or STEPS[own[0].formulation]
+        joint = 3 * 8 * own[0].system.n_joints  # an angle, a rate and an acceleration in each state
+        steps = min(max_steps or STEPS[own[0].formulation], max(1, RECORD // joint))
         return _run(own, [subjects[i] for i in members], tolerance, exactness, whole, steps)
 
     checks: dict[int, Check] = {}
@@ -170,6 +176,11 @@ def _check(compiled: Compiled, subject: SceneTables, findings: Findings, i: int)
         looks,
         float(findings.looses[i]),
     )
+
+
+def _bytes(value: Any) -> int:
+    """Bytes of all tables of nested tuples."""
+    return sum(map(_bytes, value)) if isinstance(value, tuple) else int(np.asarray(value).nbytes)
 
 
 def _shapes(value: Any) -> tuple[Any, ...]:

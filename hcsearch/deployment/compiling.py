@@ -48,7 +48,7 @@ class Compiled:
     """A scene of a linkage as a system of bodies.
 
     scene : settled, nothing in it is left to the panels.
-    start : (n_joints,), coordinates. joint_of : (n_hinges,), the joint of each hinge, -1 where it is cut open.
+    start : (n_joints,), coordinates. joint_of : (n_hinges,), the joint of each hinge, -1 - k where it is cut k.
     hinged : (n_joints,), whether the joint is a hinge, and not one of a floating base. shares : (n_joints,), 1/2 where
         half of a hinge is left, else 1.
     factor : what energies are to be multiplied by, 2 where half of the array is left out.
@@ -84,13 +84,14 @@ class Compiled:
         angles, rates = q[:, self.joint_of], v[:, self.joint_of]
         cut = np.flatnonzero(self.joint_of < 0)
         if len(cut):
-            angles[:, cut], rates[:, cut] = cut_states(self.system, q, v)
+            own, turning = cut_states(self.system, q, v)
+            angles[:, cut], rates[:, cut] = own[:, -1 - self.joint_of[cut]], turning[:, -1 - self.joint_of[cut]]
         return angles, rates
 
     def hinges_of(self, joint: int) -> list[int]:
         """The hinges that move as a joint does; cut hinges are counted after the joints."""
         cut = joint - len(self.system.joints)
-        hinges = np.flatnonzero(self.joint_of == joint) if cut < 0 else np.flatnonzero(self.joint_of < 0)[cut : cut + 1]
+        hinges = np.flatnonzero(self.joint_of == (joint if cut < 0 else -1 - cut))
         return [int(hinge) for hinge in hinges]
 
     def at_stops(self, q: Reals) -> Stops:
@@ -117,11 +118,36 @@ def compile_scene(
     *,
     keep: frozenset[str] = frozenset(),
 ) -> Compiled:
-    """Compile a scene. keep : names of `OMISSIONS` that are not to be left out."""
+    """Compile a scene. keep : names of `OMISSIONS` that are not to be left out.
+
+    Bodies and joints are those of the linkage's twin, where it has one.
+    """
     unknown = keep - set(OMISSIONS)
     if unknown:
         raise HcsearchError(f"a simulation has no omission {min(unknown)!r}: choose from {', '.join(OMISSIONS)}")
-    return _Compiler(linkage, settled(scene, linkage), formulation, keep).run()
+    own, twin = settled(scene, linkage), linkage.twin
+    if twin is None:
+        return _Compiler(linkage, own, formulation, keep).run()
+    compiled = compile_scene(twin.linkage, scene_of_twin(scene, linkage), formulation, keep=keep)
+    # what follows from the panels is the twin's, as sums in another order are rounded otherwise
+    own = replace(compiled.scene, held=own.held, springs=own.springs, gravity=own.gravity)
+    panel_of = {image: panel for panel, image in enumerate(twin.panels)}
+    apart = frozenset(
+        (min(pair), max(pair)) for one, two in compiled.apart for pair in ((panel_of[one], panel_of[two]),)
+    )
+    joint_of = compiled.joint_of[list(twin.hinges)]
+    return replace(compiled, linkage=linkage, scene=own, joint_of=joint_of, apart=apart)
+
+
+def scene_of_twin(scene: Scene, linkage: Linkage) -> Scene:
+    """A scene of a linkage as its twin sees it: other numbers, and gravity in another direction."""
+    twin, own = linkage.twin, numbered(scene, linkage)
+    if twin is None:
+        return own
+    held = own.held if isinstance(own.held, str) else twin.panels[own.held]
+    springs = tuple(sorted((twin.hinges[int(hinge)], law) for hinge, law in own.springs))
+    x, y, z = (float(part) for part in twin.turn @ np.array(own.gravity))
+    return replace(own, held=held, springs=springs, gravity=(x, y, z))
 
 
 class _Compiler:
@@ -169,6 +195,8 @@ class _Compiler:
         joint_of = np.where(tree.joint_of >= 0, tree.joint_of + shift, -1)
         start = np.zeros(len(joints))
         start[joint_of[joint_of >= 0]] = self.angles[joint_of >= 0]
+        for cut, (hinge, _, _) in enumerate(tree.cuts):
+            joint_of[hinge] = -1 - cut
         hinged = np.arange(len(joints)) >= shift
         self._say_rest()
         factor = 1.0 if mirror is None else 2.0

@@ -26,7 +26,7 @@ from hcsearch.scenes import Scene
 from hcsearch.typing import Reals
 from hcsearch.vocabulary import Formulation, Outcome, Verdict
 
-DRIVEN = 1e-3
+DRIVEN = 1e-5
 """Error of a step under control, relative and absolute."""
 SMALL = 1e-300
 """Energy (J) below which an error of the balance is no share of it."""
@@ -182,21 +182,31 @@ def run_driven(
     """Simulate a scene that `compile_driven` compiled, under position control, until flat or the scene's time is over.
 
     tolerance : of a step; what is missed by it control takes back. Stops are left out, as a course along them would
-    hit them in every period: the motion is certified clear only where no hinge passes one by more than the margin.
+    hit them again and again: the motion is certified clear only where no hinge passes one by more than the margin.
     """
     began = time.perf_counter()
-    system = compiled.system
-    driven = simulate_driven(
-        system.driven(tuple(replace(drive, lower=-math.inf, upper=math.inf) for drive in system.drives)),
-        drives.commands(compiled),
-        compiled.start,
-        end=compiled.seconds,
-        method=method or "implicit",
-        tolerance=tolerance,
-        restitution=compiled.scene.restitution,
-        flat=FLAT,
-        watched=compiled.hinged,
-    )
+    system, commands = compiled.system, drives.commands(compiled)
+    free = system.driven(tuple(replace(drive, lower=-math.inf, upper=math.inf) for drive in system.drives))
+
+    def follow(end: float, flat: float | None) -> Driven:
+        return simulate_driven(
+            free,
+            commands,
+            compiled.start,
+            end=end,
+            method=method or "implicit",
+            tolerance=tolerance,
+            restitution=compiled.scene.restitution,
+            flat=flat,
+            watched=compiled.hinged,
+        )
+
+    driven = follow(compiled.seconds, FLAT)
+    if driven.motion.ending == "flat" and driven.motion.times[-1] < drives.times[-1]:
+        # drives go on to the end of their course, where torques may be greatest
+        driven = replace(driven, greatest=follow(float(drives.times[-1]), None).greatest)
+    # states that are put between others move under the drives, too
+    compiled = replace(compiled, system=system.under_control(commands.targets))
     return judged(compiled, driven.motion, time.perf_counter() - began, certified=certified, driven=driven)
 
 

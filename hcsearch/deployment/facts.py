@@ -40,6 +40,7 @@ def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any
     verdict = deployment.verdict if agreement is None else agreement.verdict
     flat_time = deployment.flat_time if agreement is None else agreement.flat_time
     reason = deployment.reason if agreement is None else agreement.reason
+    untimed = agreement is not None and agreement.untimed
     collides = verdict == "collides"
     labels = labels_of(compiled.linkage)
     panels, hinges = [plain(name) for name in labels.panels], [plain(name) for name in labels.hinges]
@@ -61,7 +62,7 @@ def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any
         "seconds": compiled.seconds,
         "outcome": deployment.outcome,
         "flat_time_s": flat_time,
-        "end_time_s": float(motion.times[-1]) if flat_time is None else flat_time,
+        "end_time_s": float(motion.times[-1]) if flat_time is None and not untimed else flat_time,
         "other_tolerances": None if agreement is None else [one.tolerance for one in agreement.others],
         "other_outcomes": None if agreement is None else [one.outcome for one in agreement.others],
         "widest_angle_rad": float(np.abs(deployment.angles[-1]).max(initial=0.0)),
@@ -117,7 +118,7 @@ def _driven(deployment: Deployment) -> dict[str, Any]:
         return {}
     return {
         "drive_work_J": float(driven.work[-1]),
-        "drive_torque_N_m": float(np.abs(driven.torques).max(initial=0.0)),
+        "drive_torque_N_m": float(driven.greatest.max(initial=0.0)),
         "drive_missed_rad": float(np.abs(driven.missed).max(initial=0.0)),
     }
 

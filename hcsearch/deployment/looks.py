@@ -10,7 +10,7 @@ from hcsearch.deployment.compiling import Compiled
 from hcsearch.deployment.springs import range_of, spring_sets
 from hcsearch.flat_pairs import ways
 from hcsearch.folding import Folding
-from hcsearch.scenes import Scene, joined_name
+from hcsearch.scenes import Scene, joined_name, panel_of
 from hcsearch.typing import Reals
 from hcsearch.vocabulary import WAYS, Way
 
@@ -130,8 +130,17 @@ def springs_of(folding: Folding, compiled: Compiled, name: str) -> Reals:
 
 
 def _places(folding: Folding, compiled: Compiled) -> Reals:
-    """Layer (0 lowest to 1), face (1 for a valley) and stack (1 for the second) of the hinge of each joint."""
-    pattern, half = compiled.linkage.pattern, folding.circuit.n // 2
+    """Layer (0 lowest to 1), face (1 for a valley) and stack (1 for the second) of the hinge of each joint.
+
+    As the folding has them that stands for all congruent ones: which stack is the first depends on how a circuit is
+    written.
+    """
+    linkage, joint_of, twin = compiled.linkage, compiled.joint_of, compiled.linkage.twin
+    if twin is not None:
+        like = folding.likeness(panel_of(compiled.scene, folding.circuit.grid.name))
+        assert like is not None
+        folding, linkage, joint_of = like.folding, twin.linkage, joint_of[np.argsort(twin.hinges)]
+    pattern, half = linkage.pattern, folding.circuit.n // 2
     first = set(folding.stacks[0])
     places = np.zeros((compiled.system.n_joints, 3))
     for pair, crease in pattern.creases.items():
@@ -139,6 +148,6 @@ def _places(folding: Folding, compiled: Compiled) -> Reals:
             continue
         layers = [folding.layers[panel] for panel in pair]
         layer = min(layers) / max(1, half - 2)
-        joint = compiled.joint_of[pattern.hinge_of(pair)]
+        joint = joint_of[pattern.hinge_of(pair)]
         places[joint] = min(layer, 1.0), crease.face == "top", pair[0] not in first
     return places

@@ -8,12 +8,13 @@ from hcsearch.collision.clearance import Clearance
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.dynamics.simulation import Motion
 from hcsearch.labels import Labels, named_hinges
+from hcsearch.system.numbers import short
 from hcsearch.vocabulary import Outcome
 
 
 def reason_of_motion(compiled: Compiled, motion: Motion, sooner: str = "give it more seconds") -> str:
     """How a motion ended, and the remedy; sooner : the one against the end of the scene's time."""
-    end = f"{motion.times[-1]:.4g} s"
+    end = f"{short(motion.times[-1])} s"
     held = compiled.at_stops(motion.q[-1])
     shut, opened = (named_hinges(compiled.linkage, hinges) for hinges in (held.closed, held.open))
     where = f"closed hinges {shut}, open hinges {opened}"
@@ -43,9 +44,8 @@ def reason_with_clearance(reason: str, outcome: Outcome, clearance: Clearance | 
     if clearance.kind == "collides":
         return f"{collision_sentence(clearance.panels, clearance.time, labels)}; {reason}"
     one, two = (labels.panels[panel] for panel in clearance.panels)
-    return (
-        f"panels {one} and {two} come so near at {clearance.time:.4g} s that a collision cannot be excluded; {reason}"
-    )
+    when = "" if clearance.time is None else f" at {short(clearance.time)} s"
+    return f"panels {one} and {two} come so near{when} that a collision cannot be excluded; {reason}"
 
 
 def reason_of_check(
@@ -53,16 +53,16 @@ def reason_of_check(
 ) -> str:
     """The reason for the verdict on a deployment whose motion was not kept; end : s. clear : None if undecided."""
     if outcome == "diverged":
-        return f"diverged at {end:.4g} s: the results are not valid"
+        return f"diverged at {short(end)} s: the results are not valid"
     if collision is not None:
         return collision_sentence(collision[1], collision[0], labels)
     apart = "clear until then" if clear else "a collision is neither certain nor excluded"
     if outcome == "flat":
-        return f"flat after about {end:.1g} s, {apart}"  # more digits may hang on the tolerance
-    return f"{outcome} at {end:.4g} s, {apart}"
+        return f"flat after about {short(end, 1)} s, {apart}"  # more digits may hang on the tolerance
+    return f"{outcome} at {short(end)} s, {apart}"
 
 
 def collision_sentence(panels: tuple[int, int], time: float | None, labels: Labels) -> str:
     """Which panels collide, by their names, and when (s)."""
     one, two = (labels.panels[panel] for panel in panels)
-    return f"panels {one} and {two} collide at {time:.4g} s"
+    return f"panels {one} and {two} collide" + ("" if time is None else f" at {short(time)} s")

@@ -8,9 +8,11 @@ import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
 from numbers import Real
+from pathlib import Path
 from typing import Any
 
 from hcsearch.deployment.naming import named
+from hcsearch.dynamics.laws import spring_law
 from hcsearch.errors import SceneError, refusal
 from hcsearch.labels import Labels, is_name
 from hcsearch.scenes import LARGEST, SCENES, SMALLEST, Scene, panel_text, read_panel
@@ -61,6 +63,10 @@ def checked_scene(scene: Scene) -> Scene:
             raise SceneError(refusal(own.name, value, "a number"))
         else:
             read[own.name] = _read(own.name, value, names=False)
+    if "spring" in read:
+        read["spring"] = spring_law(read["spring"], Path())
+    if scene.springs:
+        read["springs"] = tuple((hinge, spring_law(law, Path())) for hinge, law in scene.springs)
     return replace(scene, **read)
 
 
@@ -246,9 +252,39 @@ def read_file(path: str) -> dict[str, Any]:
     Keys: `design` or `assembly` with a table `parameters`, `formulation`, `name`, `panel_mm`, `margin_mm`,
     `flat_pairs`, `merge`, `held`, a table `springs` of single hinges, a table `scene` of all other values, which may
     name a scene to start from, and a table `drive` of driven hinges. Panels and hinges go by the names on pictures; in
-    a table `scene`, as files had it before, `held` and `springs` count those of the linkage.
+    a table `scene`, as files had it before, `held` and `springs` count those of the linkage. Files that are named in
+    laws count from the folder of this one; their points take their place.
     """
-    return _checked(path, read_toml(path))
+    table = _checked(path, read_toml(path))
+    folder = Path(path).parent
+    if isinstance(table.get("springs"), dict):
+        table["springs"] = _springs_with_points(table["springs"], folder)
+    if "scene" in table:
+        table["scene"] = _with_points(table["scene"], folder)
+    return table
+
+
+def given_by_user(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of a scene from a command line or from Python, in which files of springs count from the current folder."""
+    return _with_points(values, Path())
+
+
+def _with_points(values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Values of a scene with points of tables in place of files; what is no law is left for `scene_with` to refuse."""
+    changed = dict(values)
+    if isinstance(changed.get("spring"), str):
+        changed["spring"] = spring_law(changed["spring"], folder)
+    if "springs" in changed:
+        changed["springs"] = _springs_with_points(changed["springs"], folder)
+    return changed
+
+
+def _springs_with_points(springs: Any, folder: Path) -> Any:
+    try:
+        pairs = list(dict(springs).items())
+    except (TypeError, ValueError):
+        return springs
+    return {hinge: spring_law(law, folder) if isinstance(law, str) else law for hinge, law in pairs}
 
 
 def read_text(text: str, origin: str) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """Stage `deployment`: which foldings come flat without a collision in a scene, or with a few other spring sets.
 
-The first look is at the scene as it stands. Foldings that do not deploy in it get a second, cheap look: their flat
+The first look is at the scene as it stands. Foldings that do not deploy in it get a second look: their flat
 pairs hinged, their mirror pairs merged (where the scene leaves that open), spring sets graded over the layers, the
 faces or the stacks, so that panels open one after the other, and sets spread over all that springs may be
 (docs/measurements/tables.md says how many foldings each brings flat). A full search is `hcsearch tune`.
@@ -18,30 +18,28 @@ from numpy.typing import NDArray
 
 from hcsearch.deployment.agreement import PATIENT, Agreement, agreed_checks, neighbours
 from hcsearch.deployment.checking import CALL, Screen, check, screen_of
-from hcsearch.deployment.compiling import Compiled, compile_scene
+from hcsearch.deployment.compiling import Compiled, compile_scene, scene_of_twin
 from hcsearch.deployment.deploying import run
 from hcsearch.deployment.looks import Look, looks_at, scene_of, springs_of
+from hcsearch.deployment.naming import numbered
 from hcsearch.deployment.outcomes import STEPS, Check
 from hcsearch.deployment.play import Play, needed_margin_of, play_of
 from hcsearch.deployment.scene_files import file_text
 from hcsearch.deployment.springs import with_springs
 from hcsearch.flat_pairs import can_be, linkage_joined, ways
-from hcsearch.folding import folding_at
+from hcsearch.folding import folding_at, representatives
 from hcsearch.labels import labels_of
 from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch, Trial
 from hcsearch.scenes import Scene, panel_of
 from hcsearch.vocabulary import Way
 
-SCREENED, BRIEF, LARGE = 1e-5, 4000, 12
-"""Tolerance of the second look, steps that it may take, and the number of panels above which it takes more steps, in
-proportion to the square of that number.
-Of 12 hexagons few motions that deploy take a fifth of these steps; a few that do not would take most of the time. Of 22
-triangles some that deploy take 10,000. What deploys in it is simulated again as in the first look."""
-WORK = 1_000_000
+WORK = 5_000_000
 """Second looks at a folding end where they have taken so many evaluations times panels, so that those at large arrays
-do not take most of the time. Of 161 foldings of 10 to 18 panels that a look brings flat none is lost so."""
+do not take most of the time. Of the foldings of hexagons of 10 and 12 panels, squares of 12 and triangles of 18 that a
+look brings flat none is lost so; a fifth of it loses 4 of 17 of these triangles."""
 FINE = 1e-6
-"""Tolerance of the first look, and of what deploys in the second; what deploys is simulated at tighter ones, too."""
+"""Tolerance of all looks; what deploys is simulated at tighter ones, too. A looser one for the second looks would miss
+some motions that this one finds, and takes nine tenths of the time."""
 TOGETHER = 256
 """Foldings whose scenes are held in memory together."""
 Tried = tuple[int, Look]
@@ -57,6 +55,7 @@ def verdicts(
 ) -> DeploymentBatch:
     """Deployments of a batch of untwisted foldings in a scene.
 
+    One of those that symmetries of circuit and scene make congruent is simulated, and its trials are carried over.
     locked : which are proved locked with rigid pairs; they are tried with hinged ones, where the scene allows it.
     moves : which have a path, proved or not; the others are tried in the scene as it stands alone, as what springs
         bring flat has a path.
@@ -79,24 +78,25 @@ class _Verdicts:
     ) -> None:
         self.scene, self.panel = scene, panel_of(scene, circuits.grid)
         self.looks = looks_at(scene)
-        steps = round(BRIEF * max(1.0, circuits.words.shape[1] / LARGE) ** 2)
-        self.second: dict[str, Any] = {"whole": False, "tolerance": SCREENED, "max_steps": steps}
         self.foldings = {i: folding_at(circuits, foldings, i) for i in range(len(foldings))}
+        self.alike = self._alike(foldings.row.tolist())
         self.moves = moves
         self.count, self.threads = len(foldings), threads
         # the proof is of rigid pairs, and says nothing of a scene in which they are hinged
         self.locked = {i for i in self.foldings if locked[i] and ways(scene) != ("hinged",)}
-        self.compiled: dict[tuple[int, Way], tuple[Compiled, Screen]] = {}
+        self.compiled: dict[tuple[int, Way], Compiled] = {}
+        self.screens: dict[tuple[int, Way], Screen] = {}
         self.deploys: dict[int, Trial] = {}
         self.first: dict[int, Trial] = {}
         self.unsure: dict[int, Trial] = {}
         self.spent = np.zeros(self.count, np.int64)
 
     def run(self) -> DeploymentBatch:
-        numbers = list(self.foldings)
+        numbers = list(self.alike)
         for begin in range(0, len(numbers), TOGETHER):
             self._try(numbers[begin : begin + TOGETHER])
             self.compiled.clear()
+            self.screens.clear()
         clearance, time, margin, gap = np.full((4, self.count), np.nan)
         for i, trial in self.deploys.items():
             clearance[i], time[i] = trial.clearance, trial.deploy_time
@@ -119,10 +119,9 @@ class _Verdicts:
 
     def _take(self, looks: Sequence[Look], some: list[int]) -> None:
         """Take some looks at some foldings; the first look that deploys counts."""
-        scenes = {(i, look): self._compiled(i, look) for look in looks for i in some if self._can(i, look)}
-        checks = self._check(scenes, {} if looks[0].first else self.second)
-        if not looks[0].first:
-            checks |= self._check({tried: scenes[tried] for tried in scenes if checks[tried].deploys}, {})
+        tried = [(i, look) for look in looks for i in some if self._can(i, look)]
+        scenes = {(i, look): (self._compiled(i, look), self.screens[i, look.pairs]) for i, look in tried}
+        checks = self._check(scenes, {"tolerance": FINE, "whole": looks[0].first})
         agreements = self._agreed(scenes, checks)
         for (i, look), one in checks.items():
             if look.first or self._goes_on(i):  # as if the looks had been taken one by one
@@ -170,13 +169,18 @@ class _Verdicts:
     def _keep(self, i: int, look: Look, compiled: Compiled, one: Check, agreement: Agreement | None) -> None:
         if not (look.first or one.deploys):
             return
-        trial = self._trial(i, look, compiled, one, agreement)
-        if look.first:
-            self.first[i] = trial
-        if trial.status == "deploys":
-            self.deploys[i] = trial
-        elif one.deploys:
-            self.unsure.setdefault(i, trial)
+        for own in (i, *self.alike[i]):
+            trial = (
+                self._trial(i, look, compiled, one, agreement)
+                if own == i
+                else self._carried(own, i, look, one, agreement)
+            )
+            if look.first:
+                self.first[own] = trial
+            if trial.status == "deploys":
+                self.deploys[own] = trial
+            elif one.deploys:
+                self.unsure.setdefault(own, trial)
 
     def _can(self, i: int, look: Look) -> bool:
         if look.pairs == "hinged":
@@ -184,17 +188,50 @@ class _Verdicts:
         # merged motions are motions with rigid pairs, too
         return i not in self.locked and (look.first or can_be(self.foldings[i], look.pairs))
 
-    def _compiled(self, i: int, look: Look) -> tuple[Compiled, Screen]:
+    def _compiled(self, i: int, look: Look) -> Compiled:
         key = (i, look.pairs)
         if key not in self.compiled:
             linkage = linkage_joined(self.foldings[i], self.panel, look.pairs)
-            compiled = compile_scene(linkage, self.scene, keep=frozenset({"stops"}))
-            self.compiled[key] = compiled, screen_of(compiled)
-        compiled, solids = self.compiled[key]
+            self.compiled[key] = compile_scene(linkage, self.scene, keep=frozenset({"stops"}))
+        compiled = self.compiled[key]
+        if key not in self.screens:
+            self.screens[key] = screen_of(compiled)
         compiled = replace(compiled, scene=scene_of(compiled.scene, look))
         if look.springs:
             compiled = with_springs(compiled, springs_of(self.foldings[i], compiled, look.springs))
-        return compiled, solids
+        return compiled
+
+    def _alike(self, rows: list[int]) -> dict[int, list[int]]:
+        """The foldings that are simulated, each with those that are congruent to it in the scene.
+
+        rows : of the circuit of each folding.
+        """
+        standing = representatives(list(self.foldings.values()), rows, self.panel)
+        alike: dict[int, list[int]] = {}
+        for i, first in enumerate(standing):
+            if i == first or not self._symmetric(i, first):
+                alike[i] = []
+            else:
+                alike[first].append(i)
+        return alike
+
+    def _symmetric(self, i: int, first: int) -> bool:
+        """Whether a scene is the same for two congruent foldings, which gravity or what is held may tell apart."""
+        own, other = (linkage_joined(self.foldings[k], self.panel, ways(self.scene)[0]) for k in (i, first))
+        seen, scene = scene_of_twin(self.scene, own), numbered(self.scene, other)
+        return seen.held == scene.held and bool(np.allclose(seen.gravity, scene.gravity, rtol=0.0, atol=1e-12))
+
+    def _carried(self, i: int, first: int, look: Look, one: Check, agreement: Agreement | None) -> Trial:
+        """The trial of a folding, from that of the congruent one that was simulated: only numbers are others."""
+        compiled = self._compiled(i, look)
+        twin = compiled.linkage.twin
+        assert twin is not None
+        if one.collision is not None:
+            time, panels = one.collision
+            low, high = sorted(twin.panels.index(panel) for panel in panels)
+            one = replace(one, collision=(time, (low, high)))
+        trial = self._trial(i, look, compiled, one, agreement)
+        return replace(trial, as_crease=self.foldings[first].crease)
 
     def _trial(self, i: int, look: Look, compiled: Compiled, one: Check, agreement: Agreement | None) -> Trial:
         labels = labels_of(compiled.linkage)

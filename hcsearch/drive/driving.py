@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.deployment.deploying import Deployment, compile_driven, run_driven
-from hcsearch.deployment.driving import LONGEST, MOST, SHORTEST, Drives
+from hcsearch.deployment.driving import LONGEST, SHORTEST, Drives
 from hcsearch.deployment.scales import settled
 from hcsearch.drive.choosing import FIRM, Choice, choice_of, choose
 from hcsearch.drive.gains import PERIOD, controlled
@@ -30,6 +31,9 @@ from hcsearch.vocabulary import Way
 
 SETTLING = 0.5
 """Time that is simulated after the end of the course (s)."""
+STEPS = ("motion", "driven hinges", "torques", "simulation")
+"""What is computed, one after the other."""
+Progress = Callable[[int, int, str], None]
 COUNT, PLACES = 1000, 600
 """Times at which torques are computed, and places on the path at which driven hinges are judged."""
 
@@ -72,10 +76,9 @@ class Drive:
 
     @property
     def greatest(self) -> Reals:
-        """Greatest torque of each driven hinge under control, (n_driven,), N m."""
+        """Greatest torque of each driven hinge under control, until the course is over, (n_driven,), N m."""
         assert self.deployment.driven is not None
-        greatest: Reals = np.abs(self.deployment.driven.torques).max(axis=0)
-        return greatest
+        return self.deployment.driven.greatest
 
     @property
     def missed(self) -> float:
@@ -107,9 +110,23 @@ def why_not(folding: Folding, scene: Scene, motion: PlannedMotion) -> str:
     return f"undecided: {reason_of(motion)}; try other panels, a larger margin or other flat pairs"
 
 
-def drive(folding: Folding, scene: Scene, motion: PlannedMotion, wishes: Wishes | None = None) -> Drive:
-    """The drive of a folding along a proved motion in a scene; HcsearchError for wishes that cannot be met."""
+def drive(
+    folding: Folding,
+    scene: Scene,
+    motion: PlannedMotion,
+    wishes: Wishes | None = None,
+    progress: Progress | None = None,
+) -> Drive:
+    """The drive of a folding along a proved motion in a scene; HcsearchError for wishes that cannot be met.
+
+    progress : called with steps done, their number, and what comes next; the first step is the search for the motion.
+    """
     wishes = wishes or Wishes()
+
+    def say(done: int) -> None:
+        if progress is not None:
+            progress(done, len(STEPS), STEPS[done])
+
     if motion.way is None or motion.proof is None or motion.proof.motion is None or motion.margin is None:
         raise HcsearchError(why_not(folding, scene, motion))
     if not SHORTEST <= wishes.period <= LONGEST:
@@ -118,6 +135,7 @@ def drive(folding: Folding, scene: Scene, motion: PlannedMotion, wishes: Wishes 
     linkage = linkage_joined(folding, panel, motion.way)
     pairs: FlatPairs = "hinged" if motion.way == "hinged" else "rigid"
     scene = settled(replace(scene, panel=panel, flat_pairs=pairs, merge=motion.way == "merged"), linkage)
+    say(1)
     path = smooth_path(linkage, motion.proof.motion, wishes.near)
     angles = path.at(np.linspace(0.0, path.length, PLACES))[0]
     labels = labels_of(linkage)
@@ -126,16 +144,13 @@ def drive(folding: Folding, scene: Scene, motion: PlannedMotion, wishes: Wishes 
         if wishes.hinges
         else choose(linkage, angles, wishes.firm)
     )
+    say(2)
     course = timed(path, wishes.rate, wishes.acceleration)
-    if not course.seconds <= MOST * wishes.period:
-        raise HcsearchError(
-            f"a motion of {course.seconds:.4g} s has more than {MOST:,} periods of {wishes.period:g} s: give a greater "
-            "--rate and --acceleration, or a longer --period"
-        )
     scene = replace(scene, seconds=float(f"{course.seconds + SETTLING:.4g}"))
     compiled = compile_driven(linkage, scene, None)
     torques = torques_along(compiled, course, choice, COUNT)
     drives = controlled(compiled, torques, wishes.period)
+    say(3)
     deployment = run_driven(started(compiled, drives), drives)
     return Drive(folding, motion.way, linkage, scene, motion.margin, choice, course, torques, drives, deployment)
 

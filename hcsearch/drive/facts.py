@@ -8,6 +8,7 @@ import numpy as np
 
 from hcsearch.deployment.facts import finite, play_facts
 from hcsearch.drive.driving import Drive
+from hcsearch.drive.following import following
 from hcsearch.drive.latches import Latch
 from hcsearch.labels import labels_of, plain
 
@@ -26,9 +27,12 @@ def _facts(drive: Drive) -> dict[str, Any]:
     choice, deployment = drive.choice, drive.deployment
     labels = labels_of(drive.linkage)
     clearance = deployment.clearance
+    followed = following(drive)
     span = float(np.ptp(drive.torques.stored) + np.ptp(drive.torques.kinetic) + np.ptp(drive.torques.height))
     return {
         "verdict": deployment.verdict,
+        "motor_torque_N_m": max(_greatest(drive.torques.torques), default=0.0),
+        "control": followed.sentence,
         "reason": deployment.reason,
         "clearance": None if clearance is None else clearance.kind,
         "margin_mm": 1e3 * deployment.compiled.margin,
@@ -54,9 +58,11 @@ def _facts(drive: Drive) -> dict[str, Any]:
         "greatest_rate_rad_s": float(np.abs(drive.torques.rates).max()),
         "greatest_acceleration_rad_s2": float(np.abs(drive.torques.accelerations).max()),
         "missed_rad": drive.missed,
+        "follows": followed.follows,
+        "torque_from_plan": followed.share,
         "planned_torque_N_m": _greatest(drive.torques.torques),
-        "torque_N_m": drive.greatest.tolist(),
         "torque_rms_N_m": np.sqrt((drive.torques.torques**2).mean(axis=0)).tolist(),
+        "torque_N_m": drive.greatest.tolist(),
         "gain_N_m_rad": drive.drives.stiffness.tolist(),
         "gain_N_m_s_rad": drive.drives.damping.tolist(),
         "energy_imbalance": drive.torques.imbalance / span if span else 0.0,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from hcsearch.deployment.pictures import head, legend, look, mark_collision
@@ -9,32 +11,69 @@ from hcsearch.deployment.reasons import reason_with_clearance
 from hcsearch.drive.driving import Drive
 from hcsearch.labels import labels_of
 from hcsearch.system.outputs import PICTURES, replacing
+from hcsearch.typing import Reals
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+PARTS = 60
+"""Parts of the time in which the simulated torques are drawn as one mean, least and greatest each."""
+SIMPLER = 0.5
+"""Pixels by which a line may be drawn aside, so that it has fewer points."""
 
 
 def picture(drive: Drive, path: str) -> None:
-    """Draw fold angles and torques over time, as planned and as simulated under control."""
-    from matplotlib.figure import Figure  # noqa: PLC0415 - only where a picture is wanted
+    """Draw fold angles and torques over time: planned torques as lines, simulated ones as a mean in a faint band."""
+    from matplotlib import rc_context  # noqa: PLC0415 - only where a picture is wanted
+    from matplotlib.figure import Figure  # noqa: PLC0415 - as above
 
-    own, motion, driven = drive.torques, drive.deployment.motion, drive.deployment.driven
-    labels, deployment = labels_of(drive.linkage), drive.deployment
-    figure = Figure(figsize=(9, 7), layout="constrained")
-    above, below = figure.subplots(2, 1, sharex=True)
-    for number, k in enumerate(own.driven):
-        above.plot(own.times, own.angles[:, k], label=labels.hinges[k], zorder=3.0, **look(number))
-    for number, column in enumerate(np.delete(own.angles, own.driven, axis=1).T):
-        above.plot(own.times, column, linewidth=0.6, color="grey", alpha=0.6, label="_others" if number else "others")
-    above.set(ylabel="fold angle, rad")
-    reason = reason_with_clearance(deployment.reason, deployment.outcome, deployment.clearance, labels)
-    head(above, f"{drive.folding.notation}: {reason}")
-    mark_collision(above, deployment)
-    for number, column in enumerate(own.torques.T):
-        below.plot(own.times, column, label=labels.hinges[own.driven[number]], **look(number))
-        if driven is not None:
-            thin = look(number) | {"linewidth": 0.4, "linestyle": "-", "alpha": 0.6}
-            below.plot(motion.times, driven.torques[:, number], **thin)
-    below.set(xlabel="time, s", ylabel="torque, N m")
-    for axes in (above, below):
-        axes.grid(alpha=0.3)
-        legend(axes, "driven hinge")
-    with replacing(path, PICTURES) as part:
-        figure.savefig(part, dpi=120)
+    own, labels, deployment = drive.torques, labels_of(drive.linkage), drive.deployment
+    with rc_context({"path.simplify": True, "path.simplify_threshold": SIMPLER}):
+        figure = Figure(figsize=(9, 7), layout="constrained")
+        above, below = figure.subplots(2, 1, sharex=True)
+        for number, k in enumerate(own.driven):
+            above.plot(own.times, own.angles[:, k], label=labels.hinges[k], zorder=3.0, **look(number))
+        for number, column in enumerate(np.delete(own.angles, own.driven, axis=1).T):
+            label = "_others" if number else "others"
+            above.plot(own.times, column, linewidth=0.6, color="grey", alpha=0.6, label=label)
+        above.set(ylabel="fold angle, rad")
+        reason = reason_with_clearance(deployment.reason, deployment.outcome, deployment.clearance, labels)
+        head(above, f"{drive.folding.notation}: {reason}")
+        mark_collision(above, deployment)
+        for number, column in enumerate(own.torques.T):
+            below.plot(own.times, column, label=labels.hinges[own.driven[number]], **look(number))
+        _draw_simulated(below, drive)
+        below.set(xlabel="time, s", ylabel="torque, N m (band: simulated)")
+        for axes in (above, below):
+            axes.grid(alpha=0.3)
+            legend(axes, "driven hinge")
+        with replacing(path, PICTURES) as part:
+            figure.savefig(part, dpi=120)
+
+
+def _draw_simulated(axes: Axes, drive: Drive) -> None:
+    """The simulated torques of each driven hinge: a faint band from the least to the greatest, and their mean."""
+    driven = drive.deployment.driven
+    if driven is None:
+        return
+    middles, mean, least, greatest = envelope(drive.deployment.motion.times, driven.torques)
+    for number in range(mean.shape[1]):
+        own = look(number)
+        axes.fill_between(middles, least[:, number], greatest[:, number], color=own["color"], alpha=0.2, linewidth=0.0)
+        axes.plot(middles, mean[:, number], color=own["color"], alpha=0.6, linewidth=0.4)
+
+
+def envelope(times: Reals, values: Reals, parts: int = PARTS) -> tuple[Reals, Reals, Reals, Reals]:
+    """Mean, least and greatest of values, (k, n), in even parts of the time that hold any, and where these lie.
+
+    The mean is over time, with straight lines between states.
+    """
+    edges = np.linspace(times[0], times[-1], parts + 1)[1:-1]
+    part = np.searchsorted(edges, times, side="right")
+    first = np.flatnonzero(np.r_[True, np.diff(part) > 0])
+    least, greatest = np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
+    step = np.diff(times)
+    weight = 0.5 * (np.r_[step, 0.0] + np.r_[0.0, step]) + 1e-300
+    whole = np.add.reduceat(weight, first)
+    mean = np.add.reduceat(values * weight[:, None], first) / whole[:, None]
+    return np.add.reduceat(times * weight, first) / whole, mean, least, greatest

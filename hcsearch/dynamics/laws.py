@@ -7,7 +7,7 @@ their integral, so both are exact. Laws have a notation, moments in N m and angl
     linear:STIFFNESS                 linear:0.1
     quadratic:STIFFNESS,GROWTH       quadratic:0.02,0.03
     table:MOMENT@ANGLE,...           table:0@0,0.1@1.5,0.3@3.1
-    table:FILE.csv                   rows of angle, moment; the law's own text holds the points
+    table:FILE.csv                   a file of `spring_files`; the law's own text holds the points
     tape:PEAK@ANGLE,LOW@BACK         tape:0.2@0.05,0.03@0.01
 
 Any but `free` may end in a preload, linear:0.1+0.02, and have a factor in front, 2*linear:0.1 (springs in parallel).
@@ -15,19 +15,18 @@ Any but `free` may end in a preload, linear:0.1+0.02, and have a factor in front
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 
+from hcsearch.dynamics.spring_files import check_angles, read_moments
 from hcsearch.errors import HcsearchError, NotationError
-from hcsearch.system.reading import read_text
 from hcsearch.typing import Reals, Whole
 
 Cubic = tuple[float, float, float, float]
@@ -214,7 +213,7 @@ def scaled(law: Law, factor: float) -> Law:
 def law_named(text: str) -> Law:
     """The law that a notation describes, as in the head of this module; `law_named(law.text) == law`.
 
-    A file has two columns, angle (rad) and moment (N m), separated by commas; a first line of words is a heading.
+    A file has the columns that `spring_files.read_moments` reads, angles rising or falling, each once.
     Errors: NotationError, HcsearchError as of the laws.
     """
     factors, name = [], text.strip()
@@ -252,23 +251,33 @@ def _from_points(text: str, preload: float) -> Law:
 
 def _from_file(name: str, preload: float) -> Law:
     """The law of a table in a file."""
-    try:
-        lines = csv.reader(io.StringIO(read_text(name, "the table"), newline=""))
-        rows = [row for row in lines if any(cell.strip() for cell in row)]
-    except csv.Error as error:
-        raise HcsearchError(f"{name} is no table: write lines of angle (rad), moment (N m)") from error
-    points = []
-    for k, row in enumerate(rows):
-        try:
-            angle, moment = map(float, row)
-        except ValueError:
-            if k == 0 and not any(re.fullmatch(_NUMBER, cell.strip()) for cell in row):
-                continue  # the heading
+    angles, moments = read_moments(name)
+    if len(angles) > 1 and (np.diff(angles) < 0.0).all():
+        angles, moments = angles[::-1], moments[::-1]
+    for one, two in pairwise(angles):
+        if not two - one >= APART:
             raise HcsearchError(
-                f"cannot read {','.join(row)!r} in {name}: write lines of angle (rad), moment (N m)"
-            ) from None
-        points.append((angle, moment))
-    return tabulated([angle for angle, _ in points], [moment for _, moment in points], preload)
+                f"angle {two:.6g} rad of {name} comes after {one:.6g}: sort it, each angle once, or fit a law to its "
+                "rows by hcsearch identify spring"
+            )
+    return tabulated(angles, moments, preload)
+
+
+def spring_law(text: str, folder: Path) -> str:
+    """A law as a user gives it, with the points of a table in place of the name of its file.
+
+    folder : from which names of files count. So a scene holds all that its verdicts depend on. What is no table is left
+    as it is. Errors: HcsearchError for files that cannot be read, and for tables with angles that no hinge has.
+    """
+    match = _TABLE.fullmatch(text.strip())
+    if match is None:
+        return text
+    factors, rest, preload = match["factors"], match["rest"], match["preload"] or ""
+    if re.fullmatch(_POINTS, rest, re.ASCII):
+        angles = np.array(_numbers(rest)[1::2])
+        check_angles(angles, "the table of the spring", "; angles of table: are in rad, moments in N m")
+        return text
+    return f"{factors}{_from_file(str(folder / rest), 0.0).text}{preload}"
 
 
 # one way to read each number: with two, what is no table would be read in 2^n ways
@@ -276,6 +285,11 @@ _UNSIGNED = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _NUMBER = rf"[+-]?{_UNSIGNED}"
 _PRELOAD = rf"[+-]{_UNSIGNED}"
 _POINT = rf"{_NUMBER}@{_NUMBER}"
+_POINTS = rf"{_POINT}(?:,{_POINT})*"
+_FILE = r".+\.[cC][sS][vV]"
+_TABLE = re.compile(
+    rf"(?P<factors>(?:{_NUMBER}\*\s*)*)table:(?P<rest>{_POINTS}|{_FILE})(?P<preload>{_PRELOAD})?", re.ASCII
+)
 
 
 def _numbers(text: str) -> list[float]:
@@ -286,8 +300,8 @@ _NOTATIONS: dict[str, tuple[tuple[str, Callable[[str, float], Law]], ...]] = {
     "linear": ((_NUMBER, lambda text, preload: linear(float(text), preload)),),
     "quadratic": ((rf"{_NUMBER},{_NUMBER}", lambda text, preload: _of_numbers(quadratic, text, preload)),),
     "table": (
-        (rf"{_POINT}(?:,{_POINT})*", _from_points),
-        (r".+\.csv", _from_file),
+        (_POINTS, _from_points),
+        (_FILE, _from_file),
     ),
     "tape": ((rf"{_POINT},{_POINT}", lambda text, preload: _of_numbers(tape_spring, text, preload)),),
 }

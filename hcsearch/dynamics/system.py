@@ -15,6 +15,7 @@ from hcsearch.dynamics.trees import GROUND, Joint, Weld, tree_of
 from hcsearch.kernels.multibody.cuts import Cuts
 from hcsearch.kernels.multibody.hinges import Hinges, Struts
 from hcsearch.kernels.multibody.motion import Mechanism
+from hcsearch.kernels.multibody.targets import Targets, no_targets
 from hcsearch.kernels.multibody.tree import INERTIA, MASS
 from hcsearch.typing import Reals
 
@@ -73,6 +74,7 @@ class System:
     closure_stiffness, closure_damping : of springs that close the loops across the welds (N/m, Ns/m; turns are held as
         by springs at the distance `size`); 0 for exact closure.
     overdamped : whether inertia is left out, so that dampers alone resist: every joint needs one.
+    targets : of drives; None without drives.
     """
 
     joints: tuple[Joint, ...]
@@ -90,6 +92,7 @@ class System:
     closure_stiffness: float = 0.0
     closure_damping: float = 0.0
     overdamped: bool = False
+    targets: Targets | None = None
 
     @property
     def n_joints(self) -> int:
@@ -108,12 +111,19 @@ class System:
         hinges = self._hinges(self.drives)
         area = self.size**2
         closure = (self.closure_stiffness * area, self.closure_damping * area)
-        return Mechanism(tree, hinges, self._struts(), self._cuts(), loads, *closure, self.overdamped)
+        targets = no_targets() if self.targets is None else self.targets
+        return Mechanism(tree, hinges, self._struts(), self._cuts(), loads, *closure, self.overdamped, targets)
 
     def driven(self, drives: tuple[JointDrive, ...]) -> System:
         """The same bodies with other laws, dampers and stops in the joints; the tables of the tree are kept."""
         system = replace(self, drives=drives)
         system.__dict__["mechanism"] = self.mechanism._replace(hinges=self._hinges(drives))
+        return system
+
+    def under_control(self, targets: Targets) -> System:
+        """The same bodies and laws with drives that follow targets; the tables are kept."""
+        system = replace(self, targets=targets)
+        system.__dict__["mechanism"] = self.mechanism._replace(targets=targets)
         return system
 
     def _hinges(self, drives: Sequence[JointDrive]) -> Hinges:

@@ -78,10 +78,11 @@ def search_all(grid: Grid, n: int, keep: str = "all") -> Search:
     What folds is joined from half-chains, unless all circuits are so few that listing them takes no time: then they
     are listed, and counted too.
     """
+    if keep == "all":
+        return PolygonSearch(grid, n)
+    folded = FoldedSearch(grid, n, untwisted=keep == "untwisted")
     everything = PolygonSearch(grid, n)
-    if keep == "all" or everything.expected < _FEW:
-        return everything
-    return FoldedSearch(grid, n, untwisted=keep == "untwisted")
+    return everything if everything.expected < _FEW else folded
 
 
 def enumerate_circuits(

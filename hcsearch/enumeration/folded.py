@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -53,7 +53,10 @@ class FoldedSearch:
         longest = int(math.log(_MAX_CHAINS) / math.log(connective_constant(self.grid)))
         most = 2 * min(longest + 1, _CODE_BITS // self._letter_bits)
         if self.n % 2 == 0 and self.n > most:
-            raise SizeError(f"--n {self.n} has too many half-chains on this grid: use --n {most} or less")
+            raise SizeError(
+                f"--n {self.n} has too many half-chains on this grid: list designs of --n {self._longest_listed} or "
+                f"less, or count them with `hcsearch count --keep {self.lists}` up to --n {most}"
+            )
 
     @property
     def target(self) -> str:
@@ -80,10 +83,19 @@ class FoldedSearch:
         """Names of the shards, in order: `first-last` for whole keys, `key:part/parts` for part of one."""
         if self.n_pairs > _MAX_LISTED:
             raise SizeError(
-                f"--n {self.n} is too large to list: about {0.05 * self.n_pairs:.0e} circuits; use a smaller n, or "
-                f"`hcsearch count --keep {self.lists}`"
+                f"--n {self.n} is too large to list: about {0.05 * self.n_pairs:.0e} circuits; use --n "
+                f"{self._longest_listed} or less, or `hcsearch count --keep {self.lists}`"
             )
         return self.shards(max(_SHARD_PAIRS, int(self.n_pairs / _MAX_SHARDS)))
+
+    @property
+    def _longest_listed(self) -> int:
+        """The greatest n of which all is listed: pairs are counted for small n, and grow as circuits do from there."""
+        n, pairs = 4, 0.0
+        while pairs < 1e-3 * _MAX_LISTED:
+            n += 2
+            pairs = replace(self, n=n).n_pairs
+        return n + 2 * int(math.log(_MAX_LISTED / pairs) / math.log(connective_constant(self.grid)) / 2)
 
     @property
     def counting_shards(self) -> list[str]:

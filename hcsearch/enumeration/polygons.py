@@ -39,6 +39,8 @@ class PolygonSearch:
     def __post_init__(self) -> None:
         expect("the grid of a search", self.grid, Grid, "a Grid, such as GRIDS['hex']")
         check_length(self.n)
+        if self.n > MAX_PANELS:
+            raise SizeError(_too_large(self.grid, self.n, "or `count --array` for one array"))
 
     @property
     def lists(self) -> str:
@@ -69,10 +71,8 @@ class PolygonSearch:
         if self._empty:
             return []
         if self.expected > _MAX_LISTED:
-            raise SizeError(
-                f"--n {self.n} is too large to list: about {self.expected:.0e} circuits; use a smaller n, or take some "
-                "of them with `enumerate_circuits` in Python"
-            )
+            about = f"or take some of the {self.expected:.0e} circuits with `enumerate_circuits` in Python"
+            raise SizeError(_too_large(self.grid, self.n, about))
         words: list[tuple[int, ...]] = [()]
         depth = 0
         # shards differ in size, the largest hold several times the mean, so aim lower
@@ -178,9 +178,12 @@ class _Walk:
 
 
 def check_length(n: int) -> None:
-    """Refuse circuits of n panels, on any array, that are none or too many to list; SizeError names the remedy."""
+    """Refuse circuits of n panels, on any array, where n is none or too small; SizeError names the remedy."""
     expect("n", n, Integral, "a whole number of panels")
     if n < 3:
         raise SizeError(f"a circuit has at least 3 panels: --n {n} is too small, use --n 3 or more")
-    if n > MAX_PANELS:
-        raise SizeError(f"--n {n} is too large to list: use --n {MAX_PANELS} or less, or `count --array` for one array")
+
+
+def _too_large(grid: Grid, n: int, otherwise: str) -> str:
+    longest = max(m for m in range(4, MAX_PANELS, 2) if expected_circuits(grid, m) <= _MAX_LISTED)
+    return f"--n {n} is too large to list on this grid: use --n {longest} or less, {otherwise}"

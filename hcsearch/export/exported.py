@@ -21,7 +21,7 @@ class Exported:
 
     name : notation of the design or folding, or name of the assembly. circuit, folding : None of an assembly; folding
         is None of a design without a crease, too, which only formats of the array are given.
-    replay : its motion; None unless the format or the user wants one.
+    replay : its motion; None unless the format or the user wants one. sentence : what users should know of it.
     """
 
     name: str
@@ -29,6 +29,7 @@ class Exported:
     folding: Folding | None
     _subject: Subject | None
     replay: Replay | None
+    sentence: str = ""
 
     @property
     def subject(self) -> Subject:

@@ -107,7 +107,7 @@ FORMATS: dict[str, Format] = {
         Format(
             "mjcf",
             "simulators",
-            (".xml",),
+            (".xml", ".mjcf"),
             "a model of the scene for MuJoCo",
             takes=_SCENE,
         ),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import get_args
 
 from hcsearch.errors import HcsearchError
@@ -10,19 +9,18 @@ from hcsearch.export.exported import Exported
 from hcsearch.export.formats import Format
 from hcsearch.export.settings import State
 from hcsearch.folding import Folding, split_crease
-from hcsearch.replays.sources import By, replay_named
-from hcsearch.scenes import DEFAULT, Scene
-from hcsearch.store import best_creases, find_design, open_readonly
-from hcsearch.subjects.designs import design_named, is_id
-from hcsearch.subjects.reading import Request, read_subject
-from hcsearch.subjects.scenes import scene_asked_for
+from hcsearch.replays.sources import By, find_replay
+from hcsearch.subjects.designs import design_named
+from hcsearch.subjects.reading import read_subject
+from hcsearch.subjects.requests import Request, known_of, settled
 
 
 def exported_named(request: Request, wanted: Format, by: By | None = None, state: State = "flat") -> Exported:
     """What a name stands for, as a format takes it.
 
     by : where the motion comes from (`replay_named`). state : a share of the motion needs a motion that ends flat.
-    A design named by its id in a database stands for its best folding there, in the scene that is asked for.
+    A design stands for its best folding in the database, in the scene that is asked for, and flat pairs are joined in
+    the way that gave it its status there (`requests`).
     Errors: HcsearchError where there is no such motion, and where one is asked for that the format has no place for.
     """
     if by is not None and by not in get_args(By):
@@ -37,25 +35,18 @@ def exported_named(request: Request, wanted: Format, by: By | None = None, state
     if by is not None and not (wanted.of == "motion" or wanted.frames or share):
         remedy = ", or give --state SHARE" if "state" in wanted.takes else ""
         raise HcsearchError(f"{wanted.name} holds no motion: leave out --motion{remedy}")
-    if is_id(request.name):
-        crease = _best_crease(request)
-        request = request if crease is None else replace(request, name=f"{request.name}:{crease}")
+    request = settled(request)
+    known = known_of(request)
     subject = read_subject(request)
-    folding = request.folding
+    folding = known.folding
     if folding is None and "design" in subject.facts:
         folding = Folding.from_notation(subject.facts["design"])
-    replay = replay_named(request, by) if wanted.of == "motion" or by is not None or share else None
+    replay, said = None, known.sentence
+    if wanted.of == "motion" or by is not None or share:
+        replay, said = find_replay(request, by)
     name = subject.title
     if share and replay is not None and not replay.ends_flat:
         raise HcsearchError(f"the motion of {name} does not end flat ({replay.source}): write --state flat or folded")
-    return Exported(name, None if folding is None else folding.circuit, folding, subject, replay)
-
-
-def _best_crease(request: Request) -> int | None:
-    """The crease of the best folding of a design named by its id; None where no stage has compared them."""
-    with open_readonly(request.db) as database:
-        number = int(find_design(database, request.name)["id"])
-        scene = DEFAULT
-        if not isinstance(request.scene, Scene):
-            scene = scene_asked_for(database, request.scene, request.panel, request.across)
-        return best_creases(database, [number], scene).get(number)
+    faults = "" if replay is None else replay.faults
+    sentence = "; ".join(filter(None, (said, faults and f"the motion: {faults}")))
+    return Exported(name, None if folding is None else folding.circuit, folding, subject, replay, sentence)

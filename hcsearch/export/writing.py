@@ -15,7 +15,8 @@ from hcsearch.export.reading import exported_named
 from hcsearch.export.settings import NAMES, Settings
 from hcsearch.folding import Folding
 from hcsearch.replays.sources import By
-from hcsearch.subjects.reading import Request
+from hcsearch.subjects.requests import Request
+from hcsearch.system.notices import say
 from hcsearch.system.outputs import check_output, replacing
 
 
@@ -58,7 +59,7 @@ def settings_of(wanted: Format, given: Mapping[str, Any]) -> Settings:
 
 
 def write_export(path: str | Path, wanted: Format, exported: Exported, settings: Settings) -> list[Path]:
-    """Write what a format makes: all of its files, or none."""
+    """Write what a format makes, all of its files or none, and say on stderr what users should know of it."""
     content = wanted.write(exported, replace(settings, stem=Path(path).stem))
     files: Mapping[str, Content] = content if isinstance(content, Mapping) else {Path(path).suffix: content}
     paths = [Path(path), *(Path(path).with_suffix(ending) for ending in list(files)[1:])]
@@ -66,4 +67,5 @@ def write_export(path: str | Path, wanted: Format, exported: Exported, settings:
         for place, text in zip(paths, files.values(), strict=True):
             part = stack.enter_context(replacing(place))
             part.write_bytes(text.encode() if isinstance(text, str) else text)
+    say(exported.sentence)
     return paths

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from scipy.stats import f as f_distribution
 from scipy.stats import t as t_distribution
 
 from hcsearch.dynamics.laws import Law, linear, quadratic, tabulated
+from hcsearch.dynamics.spring_files import FOLDED
 from hcsearch.errors import HcsearchError
 from hcsearch.typing import Reals
 
@@ -25,6 +27,8 @@ MISFIT = 0.005
 """Systematic error of a law that no measurement of a spring shows: share of the greatest moment, rms."""
 TURN = 0.05
 """By how much of its range the angle must go back to be unloading: less is noise."""
+FALL = 0.05
+"""Share of the greatest moment by which a law falls over the measured angles before that is doubted."""
 CONFIDENCE = 0.95
 
 _TERMS: dict[str, tuple[str, ...]] = {
@@ -88,6 +92,34 @@ class Spring:
     def chosen(self) -> SpringFit:
         """The sufficient law with the fewest coefficients; of two with as many, the one that leaves less."""
         return min((fit for fit in self.fits if fit.sufficient), key=lambda fit: (fit.size, fit.residual))
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What no spring of a hinge shows, in sentences that say what may be wrong with the measurement."""
+        doubts, (low, high) = [], self.span
+        if max(-low, high) > FOLDED:
+            doubts.append(
+                f"angles go from {low:.4g} to {high:.4g} rad, and hinges turn from 0 (flat) to pi: leave out what is "
+                "beyond, or change the unit in the name of the column"
+            )
+        begin, end = (self.chosen.law.straight.moment(angle) for angle in self.span)
+        if begin - end > FALL * max(abs(begin), abs(end)):
+            doubts.append(
+                f"the moment falls from {begin:.3g} to {end:.3g} N m as the angle grows from {low:.3g} to {high:.3g} "
+                "rad; a hinge turns from 0 (flat) to pi (folded): write pi or 180 degrees minus an angle that counts "
+                "from the folded state, or turn the sign of the moments"
+            )
+        hysteresis = self.chosen.estimates.get("hysteresis")
+        if hysteresis is not None and hysteresis.high < 0.0:
+            doubts.append(
+                "an angle that goes back returns more moment than a growing one takes, which no spring does: give the "
+                "rows in the order of the measurement, and moments the sign of the angle"
+            )
+        if 0.0 < high <= math.radians(math.pi):
+            doubts.append(
+                f"angles reach {math.degrees(high):.3g} degrees alone: name the column angle_rad if they are in rad"
+            )
+        return tuple(doubts)
 
 
 def identify_spring(angles: Reals, moments: Reals) -> Spring:

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcsearch.circuit import Circuit
-from hcsearch.folding import Folding
+from hcsearch.folding import Folding, representatives
 from hcsearch.records import CircuitBatch, StagedDesigns, play_of
-from hcsearch.scenes import Scene, check_verdicts
+from hcsearch.scenes import Scene, check_verdicts, panel_of
 from hcsearch.stages.order import STAGES
 from hcsearch.stages.stage import run_stages
 from hcsearch.stages.statuses import folding_statuses
@@ -102,12 +102,17 @@ def check_circuit(
         if lk
     }
     plain = np.flatnonzero(untwisted)
-    for done, place in enumerate(plain):
-        one = designs.take(np.ones(1, bool), np.arange(len(untwisted)) == place)
+    known = [Folding(circuit, int(designs.folded.crease[place])) for place in plain]
+    standing = np.array(representatives(known, [0] * len(known), panel_of(scene, circuit.grid.name)), int)
+    done = 0
+    for first in np.unique(standing):  # congruent foldings are judged together
+        alike = plain[standing == first]
+        some = designs.take(np.ones(1, bool), np.isin(np.arange(len(untwisted)), alike))
         for stage in (STAGES[name] for name in ("mobility", "motion", "deployment")):
             progress(done, len(plain), stage.name)
-            one, _ = run_stages(one, [stage], scene)
-        verdicts |= {verdict.folding.crease: verdict for verdict in _judged(circuit, one, scene)}
+            some, _ = run_stages(some, [stage], scene)
+        verdicts |= {verdict.folding.crease: verdict for verdict in _judged(circuit, some, scene)}
+        done += len(alike)
     return CheckedCircuit(circuit, two_stack, tuple(verdicts[crease] for crease in sorted(verdicts)))
 
 

@@ -1,30 +1,51 @@
 """FOLD files read back: facets, and what joins each two that share an edge.
 
-Takes what drawing programs write, too: slits as `C` edges or as two boundary edges, faces that are not listed, points
-that stand there twice, points in the middle of an edge, `J` edges within a facet.
+Takes what drawing programs write, too: slits as `C` edges or as two boundary edges, faces that are not listed, lines
+that cross or end on each other, points that stand there twice, sheets in any plane, `J` edges within a facet.
 """
 
 from __future__ import annotations
 
 import json
 import math
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from itertools import pairwise
+from typing import Any, TypeVar
+
+import numpy as np
 
 from hcsearch.errors import InputFileError
-from hcsearch.outlines import faces_between, joined_faces, same_places, without_straight_corners
-from hcsearch.own_patterns.fold_values import FrameValues
+from hcsearch.outlines import (
+    faces_between,
+    joined_faces,
+    without_dead_ends,
+    without_spurs,
+    without_straight_corners,
+)
+from hcsearch.own_patterns.fold_frames import pattern_frame
+from hcsearch.own_patterns.fold_values import MOST, FrameValues
+from hcsearch.own_patterns.lines import CrossingError, split_lines
+from hcsearch.own_patterns.places import in_plane, place_text
 from hcsearch.pattern import RIGID, Crease, Face, Facet, Pair, Pattern, facet_area
 from hcsearch.system.reading import read_text
+from hcsearch.typing import Reals
 
 MOST_BYTES = 32 * 2**20
-UNITS = {"in": 0.0254, "pt": 0.0254 / 72, "m": 1.0, "cm": 0.01, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}
 SAME = 1e-3
-"""Points nearer than this share of the shortest edge are the same, as drawings are rounded."""
+"""Share of a side that points may be off, in both directions of the plane and square to it, as drawings are rounded."""
+NEAR = 3.0 * SAME
+"""Two points that are off by so much are nearer to each other than this share of a side."""
+STRAIGHT = 5.0 * SAME
+"""How far a point in the middle of a side may be off it, over the root of a panel's area."""
+TOLERANCES = (NEAR, 10.0 * SAME)
+"""Shares of a typical edge within which points are one: the second where lines end at no other with the first."""
+LONGER = 1.5
+"""Edges are drawn longer or shorter than panels are where they differ by this factor."""
 
 Side = tuple[int, int]
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
@@ -43,6 +64,7 @@ class Drawing:
         first; other pairs that share an edge have a slit between them.
     unit : metres to a unit, None where the file has no physical one. thickness : in units, None where it has none.
     notation : of the design or assembly that it was written from, or empty. loops : as of `Pattern`.
+    remarks : what a user should know of how the file was read, a sentence each.
     """
 
     facets: tuple[Facet, ...]
@@ -51,6 +73,7 @@ class Drawing:
     thickness: float | None
     notation: str
     loops: tuple[tuple[Pair, ...], ...] = ()
+    remarks: tuple[str, ...] = ()
 
 
 def read_fold(path: str) -> Drawing:
@@ -66,7 +89,7 @@ def parse_fold(text: str, path: str = "the text") -> Drawing:
         raise InputFileError(f"{path} is no FOLD file, which is JSON: {error}; export it as FOLD") from None
     if not isinstance(data, dict):
         raise InputFileError(f"{path} is no FOLD file: it holds no object; export it as FOLD")
-    return _Reader(FrameValues(_pattern_frame(data, path), path)).drawing()
+    return _Reader(FrameValues(pattern_frame(data, path), path)).drawing()
 
 
 def pattern_of(drawing: Drawing, thickness: float | None = None) -> Pattern:
@@ -93,133 +116,260 @@ def pattern_of(drawing: Drawing, thickness: float | None = None) -> Pattern:
     return Pattern(facets, creases, thickness, drawing.loops)
 
 
-def _pattern_frame(data: Mapping[str, Any], path: str) -> Mapping[str, Any]:
-    """The crease pattern: the first frame that says it is one, else the key frame."""
-    frames = data.get("file_frames", [])
-    if not isinstance(frames, list) or not all(isinstance(frame, dict) for frame in frames):
-        raise InputFileError(f"{path} is no sound FOLD file: file_frames is not a list of frames; export it anew")
-    if _is_pattern(data):
-        return data
-    for frame in filter(_is_pattern, frames):
-        return {**data, **frame} if frame.get("frame_inherit") and frame.get("frame_parent", 0) == 0 else frame
-    return data
-
-
-def _is_pattern(frame: Mapping[str, Any]) -> bool:
-    classes = frame.get("frame_classes")
-    return isinstance(classes, list) and "creasePattern" in classes
-
-
 class _Reader:
-    """One crease pattern of a file."""
+    """One crease pattern of a file: its points, edges and faces, as they are listed."""
 
     def __init__(self, values: FrameValues) -> None:
         self.values = values
-        self.points = values.points()
-        self.edges = values.edges(len(self.points))
-        faces = values.faces(len(self.points))
-        if not self.edges and not faces:
+        points = values.points()
+        self.edges = values.edges(len(points))
+        self.faces = values.faces(len(points))
+        if not self.edges and not self.faces:
             raise values.wrong("it has neither edges nor faces")
         self.named = bool(self.edges)  # else edges are those of faces, of which the file says nothing
+        sides = dict.fromkeys((min(side), max(side)) for face in self.faces for side in _sides(face))
         if not self.edges:
-            sides = (sorted(side) for face in faces for side in zip(face, [*face[1:], face[0]], strict=True))
-            self.edges = list(dict.fromkeys((a, b) for a, b in sides))
-        lengths = [math.dist(self.points[a], self.points[b]) for a, b in self.edges]
-        self.place = same_places(self.points, SAME * min((length for length in lengths if length > 0.0), default=1.0))
-        self.faces = [[self.place[v] for v in face] for face in faces]
+            self.edges = list(sides)
+        # sides of faces are split where lines of the drawing are, so that faces share whole sides
+        listed = {(min(edge), max(edge)) for edge in self.edges}
+        self.lines = [*self.edges, *(side for side in sides if side not in listed)]
+        ends = points[np.array(self.edges)]
+        lengths = np.sort(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
+        lengths = lengths[lengths > 0.0]
+        if not len(lengths):
+            raise values.wrong("all of its edges are points")
+        self.median, self.short = float(lengths[(len(lengths) - 1) // 2]), float(lengths[(len(lengths) - 1) // 4])
+        self.points = self._flat(points)
+
+    def _flat(self, points: Reals) -> Reals:
+        """The points in the plane of those at which lines end."""
+        used = np.array(sorted({v for line in self.lines for v in line}))
+        own, off = in_plane(points[used])
+        worst = int(off.argmax())
+        if off[worst] > NEAR * self.median:
+            where, far = place_text(points[used[worst]].tolist(), self.median), place_text([off[worst]], self.median)
+            raise self.values.wrong(
+                f"{self.values.name} is folded: vertex {used[worst]} at {where} is {far[1:-1]} off the plane of the "
+                "others; put the flat crease pattern first"
+            )
+        flat = np.zeros((len(points), 2))
+        flat[used] = own
+        return flat
 
     def drawing(self) -> Drawing:
-        """The facets and what joins them."""
-        marks = self._marks()
-        faces, points = self._panels(marks), self.points
-        if sum(facet_area([points[v] for v in face]) for face in faces) < 0.0:  # drawn as seen from below
-            points = [(-x, y) for x, y in points]
-        facets = []
-        sides: dict[Side, int] = {}
-        for f, face in enumerate(faces):
-            corners = tuple(points[v] for v in without_straight_corners(face, points, SAME))
-            whole = 2 < len(corners) == len(set(corners))
-            if not whole or not facet_area(corners) > SAME * math.dist(corners[0], corners[1]) ** 2:
-                raise self.values.wrong(f"face {f} is no polygon that runs counterclockwise, or a sliver")
-            facets.append(corners)
-            for side in zip(face, [*face[1:], face[0]], strict=True):
-                if side in sides:
-                    raise self.values.wrong(f"faces {sides[side]} and {f} overlap: they lie on one side of an edge")
-                sides[side] = f
-        joins = self._joins(sides, marks)
+        """The facets and what joins them.
+
+        Points that are nearer than a share of a typical edge are one. Where lines then end at no other, a greater share
+        is tried, and that of a shorter edge; where panels have sides of another length than edges, as these are drawn
+        across several panels or in parts, that length counts.
+        """
+        tolerances = [share * self.median for share in TOLERANCES]
+        if self.short < self.median / LONGER:
+            tolerances.append(NEAR * self.short)
+        read: list[tuple[int, _Reading]] = []
+        first: InputFileError | None = None
+        for tolerance in tolerances:
+            try:
+                reading = _Reading(self, tolerance)
+            except InputFileError as error:
+                first = first or error
+                continue
+            read.append((reading.loose, reading))
+            if not reading.loose:
+                break
+        if not read:
+            assert first is not None
+            raise first
+        best = min(read, key=lambda item: item[0])[1]
+        side = best.side
+        if not self.median / LONGER < side < LONGER * self.median:
+            try:
+                again = _Reading(self, NEAR * side)
+            except InputFileError:
+                return best.drawing()
+            best = min((best, again), key=lambda reading: reading.loose)
+        return best.drawing()
+
+
+class _Reading:
+    """The panels of a pattern with points nearer than a tolerance made one.
+
+    loose : how many lines end at no other.
+    """
+
+    def __init__(self, whole: _Reader, tolerance: float) -> None:
+        self.values, self.whole = whole.values, whole
+        try:
+            split = split_lines(whole.points, whole.lines, tolerance, MOST)
+        except CrossingError:
+            raise self.values.wrong(f"its lines cross more than {MOST} times") from None
+        self.points, self.place = split.points, split.place
+        self.ways = split.ways[: len(whole.edges)]
+        self.between = {(way[0], way[-1]): way for way in split.ways if way}
+        self.marks = self._marks()
+        self.loose = 0
+        self.faces = self._panels()
+        if sum(facet_area([self.points[v] for v in face]) for face in self.faces) < 0.0:  # drawn as seen from below
+            self.points = [(-x, y) for x, y in self.points]
+        self.facets, self.sides = self._facets()
+        self.joins = self._joins()
+
+    @property
+    def side(self) -> float:
+        """The median side of the panels."""
+        lengths = sorted(math.dist(*side) for facet in self.facets for side in _sides(facet))
+        return lengths[(len(lengths) - 1) // 2]
+
+    def drawing(self) -> Drawing:
+        """What was read."""
+        values = self.values
+        unit, remark = values.unit()
         return Drawing(
-            tuple(facets),
-            self._ordered(joins, faces),
-            UNITS.get(self.values.text("frame_unit")),
-            self.values.length("hcsearch:thickness"),
-            self.values.text("hcsearch:notation"),
-            self.values.loops("hcsearch:loops"),
+            tuple(self.facets),
+            self._ordered(),
+            unit,
+            values.length("hcsearch:thickness"),
+            values.text("hcsearch:notation"),
+            values.loops("hcsearch:loops"),
+            () if remark is None else (remark,),
         )
 
-    def _panels(self, marks: Mapping[tuple[int, int], Join]) -> list[list[int]]:
+    def _at(self, *places: int) -> str:
+        """Places as messages write them."""
+        return " to ".join(place_text(self.points[v], self.whole.median) for v in places)
+
+    def _facets(self) -> tuple[list[Facet], dict[Side, int]]:
+        """The corners of each face, and the face on the left of each side."""
+        facets = []
+        sides: dict[Side, int] = {}
+        for f, listed in enumerate(self.faces):
+            # some programs list faces in either sense
+            face = listed if facet_area([self.points[v] for v in listed]) >= 0.0 else listed[::-1]
+            self.faces[f] = face
+            corners = tuple(self.points[v] for v in without_straight_corners(face, self.points, STRAIGHT))
+            whole = 2 < len(corners) == len(set(corners))
+            if not whole or not facet_area(corners) > SAME * math.dist(corners[0], corners[1]) ** 2:
+                raise self.values.wrong(f"face {f} at {self._at(face[0])} is no polygon, or a sliver")
+            facets.append(corners)
+            for side in _sides(face):
+                if side in sides:
+                    raise self.values.wrong(
+                        f"faces {sides[side]} and {f} overlap: they lie on one side of the edge from {self._at(*side)}"
+                    )
+                sides[side] = f
+        return facets, sides
+
+    def _panels(self) -> list[list[int]]:
         """The faces, with those made one that `J` edges join; those between the edges where no faces are listed."""
-        if self.faces:
-            return joined_faces(self.faces, {pair for pair, mark in marks.items() if mark.assignment == "J"})
-        faces = faces_between([pair for pair in marks if marks[pair].assignment != "J"], self.points)
-        faces = [face for face in faces if not _is_hole(face, marks)]
+        marks = self.marks
+        if self.whole.faces:
+            rings = [self._ring(face) for face in self.whole.faces]
+            faces = [ring for ring in rings if len(ring) > 2]
+            faces = joined_faces(faces, {pair for pair, mark in marks.items() if mark.assignment == "J"})
+        else:
+            drawn = [pair for pair in marks if marks[pair].assignment != "J"]
+            closed = without_dead_ends(drawn)
+            self.loose = len(drawn) - len(closed)
+            faces = faces_between(closed, self.points)
+            faces = [face for face in faces if not _is_hole(face, marks)]
         if not faces:
-            raise self.values.wrong("its edges bound no panel")
+            loose = "" if not self.loose else f": {self._first_loose()}"
+            raise self.values.wrong(f"its edges bound no panel{loose}")
         return faces
 
-    def _joins(self, sides: Mapping[Side, int], marks: Mapping[tuple[int, int], Join]) -> dict[Pair, Join]:
-        """What joins each two faces that share an edge; sides : the face on the left of each."""
+    def _first_loose(self) -> str:
+        """The first edge that ends at no other one, as a sentence."""
+        drawn = [pair for pair, mark in self.marks.items() if mark.assignment != "J"]
+        closed = set(without_dead_ends(drawn))
+        for k, way in enumerate(self.ways):
+            for pair in pairwise(way):
+                if (min(pair), max(pair)) not in closed:
+                    return f"edge {k} from {self._at(way[0], way[-1])} ends at no other edge"
+        return "edges end at no others"  # pragma: no cover
+
+    def _ring(self, face: Sequence[int]) -> list[int]:
+        """A listed face with the places that lie on its sides, and without lines that end within it."""
+        ring: list[int] = []
+        for a, b in _sides([self.place[v] for v in face]):
+            ring += self._way(a, b)[:-1] if a != b else []
+        return without_spurs(ring)
+
+    def _way(self, a: int, b: int) -> list[int]:
+        """The places along a line between two."""
+        return self.between[a, b] if (a, b) in self.between else self.between[b, a][::-1]
+
+    def _joins(self) -> dict[Pair, Join]:
+        """What joins each two faces that share an edge."""
         joins: dict[Pair, Join] = {}
-        kinds: dict[Pair, set[Join | None]] = defaultdict(set)
-        for (a, b), f in sides.items():
-            g = sides.get((b, a), -1)
+        kinds: dict[Pair, dict[Join | None, Side]] = defaultdict(dict)
+        for (a, b), f in self.sides.items():
+            g = self.sides.get((b, a), -1)
             if g > f:
-                mark = marks.get((min(a, b), max(a, b)), Join("U"))
-                kinds[f, g].add(None if mark.assignment in {"B", "C"} else mark)
-        for pair, own_kinds in sorted(kinds.items()):
-            if len(own_kinds) > 1:
-                raise self.values.wrong(f"the edge between faces {pair[0]} and {pair[1]} has two assignments")
-            join = own_kinds.pop()
+                mark = self.marks.get((min(a, b), max(a, b)), Join("U"))
+                kinds[f, g][None if mark.assignment in {"B", "C"} else mark] = (a, b)
+        for pair, own in sorted(kinds.items()):
+            if len(own) > 1:
+                own.pop(Join("U"), None)
+            if len(own) > 1:
+                where = " and ".join(
+                    f"{'slit' if join is None else join.assignment} from {self._at(*side)}"
+                    for join, side in own.items()
+                )
+                raise self.values.wrong(f"the edge between faces {pair[0]} and {pair[1]} has two assignments: {where}")
+            join = next(iter(own))
             if join is not None:
                 joins[pair] = join
         return joins
 
-    def _ordered(self, joins: dict[Pair, Join], faces: Sequence[Sequence[int]]) -> dict[Pair, Join]:
+    def _ordered(self) -> dict[Pair, Join]:
         """Joins in the order of the file's edges, which numbers hinges."""
         at: dict[Pair, int] = {}
-        of: dict[tuple[int, int], list[int]] = defaultdict(list)
-        for f, face in enumerate(faces):
-            for a, b in zip(face, [*face[1:], face[0]], strict=True):
-                of[min(a, b), max(a, b)].append(f)
-        for k, edge in enumerate(self.edges):
-            a, b = sorted(self.place[v] for v in edge)
-            beside = sorted(of.get((a, b), ()))
-            if len(beside) == 2:
-                at.setdefault((beside[0], beside[1]), k)
-        return dict(sorted(joins.items(), key=lambda item: at.get(item[0], len(self.edges))))
+        for k, way in enumerate(self.ways):
+            for a, b in pairwise(way):
+                beside = sorted({self.sides.get((a, b), -1), self.sides.get((b, a), -1)})
+                if len(beside) == 2 and beside[0] >= 0:
+                    at.setdefault((beside[0], beside[1]), k)
+        return dict(sorted(self.joins.items(), key=lambda item: at.get(item[0], len(self.ways))))
 
     def _marks(self) -> dict[tuple[int, int], Join]:
         """What the file says of each edge, by its two places; of edges that lie on each other they must agree."""
         letters, angles, hinges = (
-            self.values.of_edges(key) if self.named else None
+            self.values.of_edges(key) if self.whole.named else None
             for key in ("edges_assignment", "edges_foldAngle", "edges_hcsearch:hingeFace")
         )
         marks: dict[tuple[int, int], Join] = {}
-        ends = [sorted(self.place[v] for v in edge) for edge in self.edges]
-        times = Counter(map(tuple, ends))
-        for k, (a, b) in enumerate(ends):
-            if letters is not None:
-                letter = str(letters[k]).upper()
-            elif angles is not None and angles[k]:
-                letter = "V" if self._angle(k, angles[k]) > 0.0 else "M"
-            else:
-                letter = "U" if times[a, b] == 1 else "B"  # an edge that stands there twice is a slit
-            if letter not in {"B", "M", "V", "F", "U", "C", "J"}:
-                raise self.values.wrong(f"edge {k} has the assignment {letter!r}: write B, M, V, F, U, C or J")
-            face = hinges[k] if hinges is not None and hinges[k] in ("top", "bottom") else None
-            mark = Join(letter, face)
-            if a != b and marks.setdefault((a, b), mark) != mark:
-                raise self.values.wrong(f"edge {k} lies on another one with another assignment")
+        of: dict[tuple[int, int], list[int]] = defaultdict(list)
+        for k, way in enumerate(self.ways):
+            for a, b in pairwise(way):
+                of[min(a, b), max(a, b)].append(k)
+        own = [self._mark(k, letters, angles, hinges) for k in range(len(self.ways))]
+        for pair, edges in of.items():
+            if letters is None and len(edges) > 1 and all(own[k].assignment == "U" for k in edges):
+                marks[pair] = Join("B")  # an edge that stands there twice is a slit
+                continue
+            for k in edges:
+                mark, other = own[k], marks.get(pair)
+                if other is None or other == Join("U"):
+                    marks[pair] = mark
+                elif mark not in (other, Join("U")):
+                    first = next(j for j in edges if own[j] == other)
+                    raise self.values.wrong(
+                        f"edge {k} ({mark.assignment}) lies on edge {first}, another one with another assignment "
+                        f"({other.assignment}), from {self._at(*pair)}"
+                    )
         return marks
+
+    def _mark(self, k: int, letters: list[Any] | None, angles: list[Any] | None, hinges: list[Any] | None) -> Join:
+        """What the file says of an edge."""
+        if letters is not None:
+            letter = str(letters[k]).upper()
+        elif angles is not None and angles[k]:
+            letter = "V" if self._angle(k, angles[k]) > 0.0 else "M"
+        else:
+            letter = "U"
+        if letter not in {"B", "M", "V", "F", "U", "C", "J"}:
+            raise self.values.wrong(f"edge {k} has the assignment {letter!r}: write B, M, V, F, U, C or J")
+        return Join(letter, hinges[k] if hinges is not None and hinges[k] in ("top", "bottom") else None)
 
     def _angle(self, edge: int, value: Any) -> float:
         if not isinstance(value, int | float) or math.isnan(value):
@@ -229,5 +379,9 @@ class _Reader:
 
 def _is_hole(face: Sequence[int], marks: Mapping[tuple[int, int], Join]) -> bool:
     """Whether a face has borders alone: a panel would hang on nothing."""
-    sides = zip(face, [*face[1:], face[0]], strict=True)
-    return all(marks[min(side), max(side)].assignment in {"B", "C"} for side in sides)
+    return all(marks[min(side), max(side)].assignment in {"B", "C"} for side in _sides(face))
+
+
+def _sides(ring: Sequence[_T]) -> list[tuple[_T, _T]]:
+    """Each corner with the next."""
+    return list(zip(ring, [*ring[1:], *ring[:1]], strict=True))

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from hcsearch.errors import InputFileError
 from hcsearch.grid.arrays import MAX_CELLS
-from hcsearch.pattern import Pair, Point
+from hcsearch.own_patterns.fold_frames import Frame
+from hcsearch.own_patterns.units import metres_of
+from hcsearch.pattern import Pair
 from hcsearch.typing import Reals
 
 MOST = 10 * MAX_CELLS
@@ -19,34 +20,22 @@ MOST = 10 * MAX_CELLS
 FAR = 1e12
 """Coordinates are below this, so that areas do not overflow."""
 
-_PLANES = (
-    (2, np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])),
-    (1, np.array([[1.0, 0.0], [0.0, 0.0], [0.0, -1.0]])),
-    (0, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])),
-)
-"""Axes that a flat drawing may be square to, and what takes its points to the plane, seen from above that axis."""
-
 
 class FrameValues:
     """The values of one frame; InputFileError, which names the file and the key, for what has not the format's type."""
 
-    def __init__(self, frame: Mapping[str, Any], path: str) -> None:
-        self._frame, self._path = frame, path
+    def __init__(self, frame: Frame, path: str) -> None:
+        self._frame, self._path, self.name = frame.values, path, frame.name
 
-    def points(self) -> list[Point]:
-        """`vertices_coords`, in the plane that they lie in: z, y or x is the same for all, as y is in some programs."""
+    def points(self) -> Reals:
+        """`vertices_coords`, shape (k, 3); the third is 0 where a file has two."""
         rows = self._listed("vertices_coords")
         if not rows:
             raise self.wrong("it has no vertices_coords")
         for k, row in enumerate(rows):
             if not (isinstance(row, list) and len(row) >= 2 and all(map(_is_number, row))):
                 raise self._unsound(f"vertex {k} in vertices_coords is not two or three numbers below {FAR:g}")
-        table = np.array([[*map(float, row), 0.0][:3] for row in rows])
-        extent: Reals = np.ptp(table, axis=0)
-        for axis, plane in _PLANES:
-            if extent[axis] <= 1e-6 * max(extent):
-                return [(float(x), float(y)) for x, y in table @ plane]
-        raise self.wrong("its first frame is folded: put the flat crease pattern first")
+        return np.array([[*map(float, row), 0.0][:3] for row in rows])
 
     def edges(self, n_points: int) -> list[tuple[int, int]]:
         """`edges_vertices`, which may be missing."""
@@ -81,6 +70,10 @@ class FrameValues:
         if not _is_number(value) or value <= 0:
             raise self._unsound(f"{key} is not a length above 0")
         return float(value)
+
+    def unit(self) -> tuple[float | None, str | None]:
+        """Metres to a unit of `frame_unit`, None where it is no physical one; what to say of one that is unknown."""
+        return metres_of(self._frame.get("frame_unit"))
 
     def text(self, key: str) -> str:
         """A text; empty where the frame has none."""

@@ -125,7 +125,10 @@ class Plan:
 
 @dataclass(frozen=True)
 class Funnel:
-    """How many circuits pass each stage; None where a stage has not run, or where its circuits were not listed."""
+    """How many circuits pass each stage; None where a stage has not run, or where its circuits were not listed.
+
+    movable : with a proved path from packed to flat, or deploying. deploys : by springs alone.
+    """
 
     fixed_circuits: int | None
     arrays: int
@@ -133,7 +136,7 @@ class Funnel:
     two_stack: int | None = None
     untwisted: int | None = None
     movable: int | None = None
-    deployable: int | None = None
+    deploys: int | None = None
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import pickle
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from importlib.metadata import version
 from itertools import islice
 from typing import Any, Protocol, TypeVar
@@ -20,6 +20,7 @@ from typing import Any, Protocol, TypeVar
 from hcsearch.errors import ClusterError
 from hcsearch.pipeline.addresses import greets_as_dask, host_and_port
 from hcsearch.pipeline.processes import DeadWorkerError, ProcessExecutor
+from hcsearch.pipeline.sameness import Program, Refusal, are_changed, difference, is_mixed, packed, program, work_on
 
 P = TypeVar("P")
 T = TypeVar("T")
@@ -29,10 +30,14 @@ _AHEAD = 4  # parcels in work or waiting for each worker: more even out their si
 _PATIENCE = 10.0  # seconds
 _GLANCE = 0.2  # seconds
 _VERSION = version("hcsearch")
+_CHANGED = (
+    "the sources of hcsearch were changed while it ran, and results of two programs would be mixed: run the same "
+    "command again; finished batches are kept"
+)
 
 
 class _Pool(Protocol):
-    def submit(self, task: Callable[[P], T], parcel: P, /) -> Future[T]: ...
+    def submit(self, task: Callable[..., T], /, *arguments: Any) -> Future[T]: ...
 
 
 @dataclass(frozen=True)
@@ -60,22 +65,40 @@ class Crew:
         parcel : the most inputs that travel together. A kill loses no parcel that has come back and been recorded.
         threads : of a crew of one process.
 
-        Raises ClusterError when workers die or the scheduler cannot be reached; what was yielded before stays good.
+        Raises ClusterError when workers die or the scheduler cannot be reached, and when a worker or this process runs
+        another program than this one was when it began; what was yielded before stays good.
         """
+        expected = program()
         if self.scheduler is None and (self.jobs == 1 or len(inputs) < 2):
             # one at least, so that Ctrl-C finds this one waiting and not within a kernel
             own = ThreadPoolExecutor(threads)
             try:
                 # one waits while another is recorded, and tasks are not equally long
-                yield from _in_order(own, task, inputs, 2 * threads - 1)
+                for one, result in _in_order(own, task, inputs, 2 * threads - 1):
+                    if is_mixed():
+                        raise ClusterError(_CHANGED)
+                    yield one, result
             finally:
                 own.shutdown(wait=False, cancel_futures=True)
             return
         with self._pool() as (pool, workers):
             size = max(1, min(parcel, len(inputs) // (2 * _AHEAD * workers)))
             parcels = [inputs[at : at + size] for at in range(0, len(inputs), size)]
-            for sent, results in _in_order(pool, partial(_unpack, task), parcels, _AHEAD * workers):
-                yield from zip(sent, results, strict=True)
+            for sent, answer in _in_order(_Packing(pool, expected), task, parcels, _AHEAD * workers):
+                if isinstance(answer, Refusal) or is_mixed():
+                    raise self._refused(answer)
+                yield from zip(sent, answer, strict=True)
+
+    def _refused(self, answer: object) -> ClusterError:
+        """Why results are not to be used."""
+        other = answer.program if isinstance(answer, Refusal) else None
+        if self.scheduler is None or is_mixed():
+            return ClusterError(_CHANGED)
+        who = "loaded sources that were changed while it ran" if other is None else f"has {difference(other)}"
+        return ClusterError(
+            f"a Dask worker at {self.scheduler} {who}: stop it, install there what runs here, and run the same command "
+            "again; finished batches are kept"
+        )
 
     @contextmanager
     def _pool(self) -> Iterator[tuple[_Pool, int]]:
@@ -90,6 +113,8 @@ class Crew:
         try:
             yield pool, self.jobs
         except DeadWorkerError as error:
+            if are_changed():
+                raise ClusterError(_CHANGED) from error
             raise ClusterError(
                 "a worker process died, perhaps for want of memory: run it again, with fewer --jobs; finished batches "
                 "are kept"
@@ -99,12 +124,8 @@ class Crew:
             pool.kill()
 
 
-def _unpack(task: Callable[[P], T], parcel: Sequence[P]) -> list[T]:
-    return [task(item) for item in parcel]
-
-
-def _in_order(pool: _Pool, task: Callable[[P], T], parcels: Sequence[P], ahead: int) -> Iterator[tuple[P, T]]:
-    waiting: deque[tuple[P, Future[T]]] = deque()
+def _in_order(pool: _Pool, task: Callable[..., Any], parcels: Sequence[P], ahead: int) -> Iterator[tuple[P, Any]]:
+    waiting: deque[tuple[P, Future[Any]]] = deque()
     todo = iter(parcels)
     try:
         while True:
@@ -128,9 +149,20 @@ class _ClusterPool:
     def __init__(self, client: Any) -> None:
         self._client = client
 
-    def submit(self, task: Callable[[P], T], parcel: P) -> Future[T]:
-        future: Future[T] = self._client.submit(task, parcel, pure=False)
+    def submit(self, task: Callable[..., T], /, *arguments: Any) -> Future[T]:
+        future: Future[T] = self._client.submit(task, *arguments, pure=False)
         return future
+
+
+class _Packing:
+    """A pool whose workers work on parcels of inputs, if they run the expected program."""
+
+    def __init__(self, pool: _Pool, expected: Program) -> None:
+        self._pool, self._expected = pool, expected
+
+    def submit(self, task: Callable[..., Any], /, *arguments: Any) -> Future[Any]:
+        (parcel,) = arguments
+        return self._pool.submit(work_on, self._expected, packed(task, parcel))
 
 
 def _result(future: Future[T]) -> T:
@@ -171,6 +203,9 @@ def _cluster(address: str) -> Iterator[tuple[_Pool, int]]:
             f"the Dask cluster at {address} lost its scheduler, or the same batch on several workers: see their logs, "
             "start them again and run the same command; finished batches are kept"
         ) from error
+    except (ImportError, AttributeError, TypeError, pickle.UnpicklingError):
+        _check_workers(client, address)  # one that has joined may run another hcsearch, which has not what was sent
+        raise
     finally:
         client.close(timeout=_PATIENCE)
 
@@ -204,11 +239,17 @@ def _check_workers(client: Any, address: str) -> int:
         raise ClusterError(f"the Dask scheduler at {address} has no workers: {remedy}") from error
     try:
         versions = set(client.run(version, "hcsearch").values())
+        programs = client.run(program) if versions == {_VERSION} else {}
     except Exception as error:
         raise ClusterError(
-            f"the Dask workers at {address} cannot import hcsearch: install it where they run"
+            f"the Dask workers at {address} cannot import hcsearch, or have an older one: install there what runs here"
         ) from error
     if versions != {_VERSION}:
         others = ", ".join(sorted(versions))
         raise ClusterError(f"the Dask workers at {address} run hcsearch {others}: install {_VERSION} there")
+    for worker, other in programs.items():
+        if found := difference(other):
+            raise ClusterError(
+                f"the Dask worker {worker} has {found}: install there what runs here, and start it again"
+            )
     return sum(client.nthreads().values())

@@ -8,8 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from hcsearch.flat_pairs import ways
-from hcsearch.folding import Folding, folding_at
-from hcsearch.planning.motions import PlannedMotion, motion_of
+from hcsearch.folding import folding_at, representatives
+from hcsearch.planning.motions import PlannedMotion, carried, motion_of
 from hcsearch.planning.reasons import reason_of
 from hcsearch.records import CircuitBatch, FoldingBatch, MotionBatch
 from hcsearch.scenes import Scene, panel_of
@@ -27,20 +27,28 @@ def motions(
 
     locked : (n_foldings,) each, which are proved locked with rigid and with hinged flat pairs: no path is searched for
         with those, and none at all where both are.
+    One of congruent foldings is looked at, and its motion carried over to the others.
     """
     panel, allowed = panel_of(scene, circuits.grid), ways(scene)
+    own = [folding_at(circuits, foldings, i) for i in range(len(foldings))]
+    standing = representatives(own, foldings.row.tolist(), panel)
 
     def run(i: int) -> PlannedMotion | None:
-        own = [way for way in allowed if not locked[way == "hinged"][i]]
-        folding: Folding = folding_at(circuits, foldings, i)
-        return motion_of(folding, panel, own, scene.margin) if own else None
+        free = [way for way in allowed if not locked[way == "hinged"][i]]
+        return motion_of(own[i], panel, free, scene.margin) if free else None
 
+    judged = sorted(set(standing))
     with ThreadPoolExecutor(threads) as pool:  # the kernels leave the interpreter's lock
-        planned = list(pool.map(run, range(len(foldings))))
-    return _batch(planned)
+        known = dict(zip(judged, pool.map(run, judged), strict=True))
+    planned = [
+        motion if motion is None or i == first else carried(motion, own[i], panel)
+        for i, first in enumerate(standing)
+        for motion in (known[first],)
+    ]
+    return _batch(planned, [None if i == first else own[first].crease for i, first in enumerate(standing)])
 
 
-def _batch(planned: Sequence[PlannedMotion | None]) -> MotionBatch:
+def _batch(planned: Sequence[PlannedMotion | None], like: list[int | None]) -> MotionBatch:
     """Motions as a struct of arrays."""
     count = len(planned)
     margin, gap, slack = np.full(count, np.nan), np.full(count, np.nan), np.full(count, np.nan)
@@ -54,4 +62,5 @@ def _batch(planned: Sequence[PlannedMotion | None]) -> MotionBatch:
         slack,
         tuple(None if motion is None else motion.states for motion in planned),
         [None if motion is None else reason_of(motion) for motion in planned],
+        like,
     )

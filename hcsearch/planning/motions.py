@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from hcsearch.collision.margins import margin_of, scale_of
 from hcsearch.flat_pairs import can_be, linkage_joined
 from hcsearch.folding import Folding
+from hcsearch.kernels.collision.intervals import Course
 from hcsearch.labels import Labels, labels_of
 from hcsearch.linkage import Linkage
 from hcsearch.planning.planner import Growth, Planner
@@ -51,9 +52,31 @@ def motion_of(folding: Folding, panel: PanelSize, ways: Sequence[Way], margin: f
     """Look for a proved path of a folding.
 
     ways : how flat pairs may be joined, in this order. margin : m, the greatest; None for that of `margin_of`.
+    Congruent foldings have one search, that of the folding that stands for them.
     """
-    linkages = {way: linkage_joined(folding, panel, way) for way in ways if can_be(folding, way)}
-    return _Search(linkages, margin).run() if linkages else PlannedMotion(None, None, None, ())
+    like = folding.likeness(panel)
+    own = folding if like is None else like.folding
+    linkages = {way: linkage_joined(own, panel, way) for way in ways if can_be(own, way)}
+    found = _Search(linkages, margin).run() if linkages else PlannedMotion(None, None, None, ())
+    return found if like is None else carried(found, folding, panel)
+
+
+def carried(motion: PlannedMotion, folding: Folding, panel: PanelSize) -> PlannedMotion:
+    """The motion of a folding, from that of the congruent one that stands for it: only numbers are others."""
+    if motion.way is None or motion.states is None:
+        return motion
+    linkage = linkage_joined(folding, panel, motion.way)
+    assert linkage.twin is not None
+    hinges, proof = list(linkage.twin.hinges), motion.proof
+    if proof is not None and proof.motion is not None:
+        course = proof.motion
+        rows = (course.angles[:, hinges], course.rates[:, hinges], course.accelerations[:, hinges])
+        proof = replace(proof, motion=Course(course.times, *rows, course.cubic))
+    if proof is not None and proof.clear is not None and proof.clear.panels is not None:
+        one, two = sorted(linkage.twin.panels.index(panel) for panel in proof.clear.panels)
+        proof = replace(proof, clear=replace(proof.clear, panels=(one, two)))
+    states = motion.states[:, hinges]
+    return replace(motion, states=states, proof=proof, labels=labels_of(linkage))
 
 
 class _Search:
@@ -61,7 +84,7 @@ class _Search:
 
     def __init__(self, linkages: dict[Way, Linkage], margin: float | None) -> None:
         self.linkages = linkages
-        self.planners: dict[tuple[Way, float], Planner] = {}
+        self.planner: tuple[tuple[Way, float], Planner] | None = None
         self.provers: dict[Way, Prover] = {}
         self.left: dict[Way, int] = {}
         self.growths: dict[Way, Growth] = {}
@@ -99,9 +122,11 @@ class _Search:
         return False
 
     def _planner(self, way: Way, margin: float) -> Planner:
-        if (way, margin) not in self.planners:
-            self.planners[way, margin] = Planner(self.linkages[way], margin)
-        return self.planners[way, margin]
+        """The planner of the last search, where it fits: one of a large array takes much memory."""
+        if self.planner is None or self.planner[0] != (way, margin):
+            self.planner = None
+            self.planner = ((way, margin), Planner(self.linkages[way], margin))
+        return self.planner[1]
 
     def _prove(self, way: Way, states: Reals) -> bool:
         """Prove a path, and keep it; whether it is proved."""

@@ -258,6 +258,8 @@ class Prover:
 
     def _rates(self, times: Reals, path: Reals) -> Reals:
         """Rates at the states of a path: of the parabola through three of them, less what would open the loops."""
+        if len(path) < 2:
+            return np.zeros_like(path)
         h, slopes = np.diff(times)[:, None], np.diff(path, axis=0) / np.diff(times)[:, None]
         rates = np.concatenate(
             [slopes[:1], (h[1:] * slopes[:-1] + h[:-1] * slopes[1:]) / (h[1:] + h[:-1]), slopes[-1:]]

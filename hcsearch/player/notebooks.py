@@ -7,7 +7,7 @@ from hcsearch.folding import Folding
 from hcsearch.player.page import notebook_html
 from hcsearch.replays.recording import replay_of_deployment
 from hcsearch.replays.sources import replay_named
-from hcsearch.subjects.reading import Request
+from hcsearch.subjects.requests import Request
 from hcsearch.system.surroundings import default_database
 from hcsearch.twisting import twist
 

@@ -8,6 +8,7 @@ from hcsearch.deployment.deploying import Deployment
 from hcsearch.labels import labels_of
 from hcsearch.linkage import Linkage
 from hcsearch.replays.replay import Replay, thinned, turned
+from hcsearch.system.numbers import short
 from hcsearch.typing import Reals
 from hcsearch.vocabulary import Formulation
 
@@ -63,7 +64,7 @@ def replay_of_path(
     at = length / length[-1] if length[-1] > 0.0 else np.linspace(0.0, 1.0, len(states))
     at, states = _without_repeats(at, np.asarray(states, float))
     kept, error = thinned(at, states, near)
-    proved = "not proved" if margin is None else f"proved with {1e3 * margin:.2g} mm of play on every face"
+    proved = "not proved" if margin is None else f"proved with {short(1e3 * margin, 2)} mm of play on every face"
     return Replay(
         linkage=linkage,
         labels=labels_of(linkage, design=design),

@@ -56,6 +56,28 @@ class Replay:
         """Whether the last state is the flat one, to within `FLAT`: springs may be too slow, or held up."""
         return bool(np.abs(self.angles[-1] - self.linkage.flat).max(initial=0.0) <= FLAT)
 
+    @property
+    def faults(self) -> str:
+        """What is wrong with the motion, in a sentence: panels that collide, an end that is not flat, no proof.
+
+        Empty where it is certified as a whole, and ends flat.
+        """
+        said = []
+        if self.collision is not None:
+            at, (one, two) = self.collision
+            where = f"{at:.4g} s" if self.axis == "time" else f"{at:.3g} of the path"
+            said.append(f"panels {self.labels.panels[one]} and {self.labels.panels[two]} collide at {where}")
+        elif not self._certified:
+            said.append("it is not certified that panels keep apart")
+        if not self.ends_flat:
+            said.append("not flat at the end")
+        return "; ".join(said)
+
+    @property
+    def _certified(self) -> bool:
+        """Whether panels are certified to keep apart all the time."""
+        return any(begin <= self.at[0] and end >= self.at[-1] for begin, end in self.certified)
+
     def at_time(self, at: Reals) -> Reals:
         """Fold angles at places of the axis, shape (len(at), n_hinges)."""
         return np.stack([np.interp(at, self.at, column) for column in self.angles.T], axis=1)

@@ -11,69 +11,84 @@ from hcsearch.deployment.deploying import deploy
 from hcsearch.drive.driving import find_motion, why_not
 from hcsearch.errors import HcsearchError
 from hcsearch.flat_pairs import can_be, linkage_joined
-from hcsearch.folding import Folding, folding_of, split_crease
+from hcsearch.folding import Folding, folding_of
 from hcsearch.linkage import Linkage
+from hcsearch.planning.motions import PlannedMotion
+from hcsearch.replays.finding import find_path
 from hcsearch.replays.recording import replay_of_deployment, replay_of_path
 from hcsearch.replays.replay import Replay
 from hcsearch.scenes import DEFAULT, PanelSize, Scene, panel_of
-from hcsearch.store import Database, StoredPath, find_paths, open_readonly, scene_names
-from hcsearch.subjects.designs import design_named, is_id
-from hcsearch.subjects.reading import Request, read_folding, read_subject
-from hcsearch.subjects.scenes import scene_asked_for, stored_scene
+from hcsearch.store import Database, StoredPath, find_paths, open_readonly
+from hcsearch.subjects.reading import read_folding, read_subject
+from hcsearch.subjects.requests import Request, known_of, settled
+from hcsearch.subjects.scenes import stored_scene
 from hcsearch.vocabulary import WAYS
 
 By = Literal["path", "springs"]
 
 
 def replay_named(request: Request, by: By | None = None) -> Replay:
-    """The replay of a folding, an assembly or a file.
+    """The replay of a folding, an assembly or a file, with its flat pairs joined in the way that gave it its status.
 
-    by : `path`, from packed to flat: the one that a database holds of a design named by its id, else planned in the
-    scene; `springs`, simulated. Unless given: the path of a folding that has one, else what springs do. HcsearchError
-    where a path is asked for and there is none.
+    by : `path`, from packed to flat: the one that a database holds of a judged folding, else planned in the scene;
+    `springs`, simulated. Unless given: the path of a folding that has one, else what springs do. HcsearchError where a
+    path is asked for and there is none.
     """
+    return find_replay(request, by)[0]
+
+
+def find_replay(request: Request, by: By | None = None) -> tuple[Replay, str]:
+    """The same, and what users should know of how its flat pairs are joined."""
+    request = settled(request)
+    sentence = known_of(request).sentence
     if by != "springs":
-        replay = _stored(request) or _of_path(request, required=by == "path")
+        replay, said = _stored(request), sentence
+        if replay is None:
+            replay, said = _of_path(request, required=by == "path")
         if replay is not None:
-            return replay
+            return replay, said
     subject = read_subject(request)
     deployment = deploy(subject.linkage, subject.scene, subject.formulation or "constrained", drives=subject.drives)
-    return replay_of_deployment(deployment, subject.title, design="design" in subject.facts)
+    return replay_of_deployment(deployment, subject.title, design="design" in subject.facts), sentence
 
 
 def _stored(request: Request) -> Replay | None:
-    """The proved path in the request's scene of a folding named by the id of its design; None where there is none."""
-    name, crease = split_crease(request.name)
-    own = request.values or request.flat_pairs or request.merge or request.folding
-    scene = request.scene
-    if crease is None or not is_id(name) or own or isinstance(scene, Scene) or (scene or "").endswith(".toml"):
+    """The proved path of a judged folding, where it is of the way that gave its status; None without one."""
+    known = known_of(request)
+    folding, verdict = known.folding, known.verdict
+    if folding is None or verdict is None or verdict.path is None or known.number is None:
         return None
-    circuit, row = design_named(name, request.db)
-    wanted = folding_of(circuit, crease).crease
+    circuit = Circuit.from_notation(folding.circuit.notation)
+    own = request.values or request.flat_pairs or request.merge or known.parts or circuit != folding.circuit
+    if own or (known.look is not None and known.look.pairs != verdict.path):
+        return None
     with open_readonly(request.db) as database:
-        asked = scene_asked_for(database, scene, request.panel, request.across)
-        if asked != DEFAULT and asked not in scene_names(database):
-            return None
-        replays = stored_replays(database, {int(row["id"]): circuit}, asked)
-        return next((replay for path, replay in replays if path.crease == wanted and path.way is not None), None)
+        replays = stored_replays(database, {known.number: circuit}, known.stored)
+        return next((replay for path, replay in replays if path.crease == folding.crease), None)
 
 
-def _of_path(request: Request, *, required: bool) -> Replay | None:
-    if required and request.name in ASSEMBLIES:
-        raise HcsearchError(f"{request.name} is an assembly, for which no path is planned: ask for --motion springs")
+def _of_path(request: Request, *, required: bool) -> tuple[Replay | None, str]:
+    name = known_of(request).name
+    if required and name in ASSEMBLIES:
+        raise HcsearchError(f"{name} is an assembly, for which no path is planned: ask for --motion springs")
     try:
-        folding, scene = read_folding(request)
+        folding, scene, motion, said = find_path(request) if required else _opened(request)
     except HcsearchError:
         if required:
             raise
-        return None  # an assembly, or a file with springs or a drive of its own
-    motion = find_motion(folding, scene)
+        return None, ""  # an assembly, or a file with springs or a drive of its own
     if motion.states is None or motion.way is None:
         if required:
             raise HcsearchError(why_not(folding, scene, motion))
-        return None
+        return None, ""
     linkage = linkage_joined(folding, panel_of(scene, folding.circuit.grid.name), motion.way)
-    return replay_of_path(linkage, motion.states, folding.notation, margin=motion.margin)
+    return replay_of_path(linkage, motion.states, folding.notation, margin=motion.margin), said
+
+
+def _opened(request: Request) -> tuple[Folding, Scene, PlannedMotion, str]:
+    """As `find_path`, in the way alone that gave the folding its status: springs open it where no path does."""
+    folding, scene = read_folding(request)
+    return folding, scene, find_motion(folding, scene), known_of(request).sentence
 
 
 def stored_replays(

@@ -23,11 +23,12 @@ from hcsearch.report.design_data import DesignData, ShownFolding, ShownMotion
 from hcsearch.report.envelopes import room_of
 from hcsearch.report.fetching import foldings_of, motions_of, tried_of
 from hcsearch.report.motion_plots import marks_of, plots_of
-from hcsearch.report.reasons import best_try, play_of, why
+from hcsearch.report.reasons import asked_scene, best_try, flat_pairs_in, play_of, verdict_in, way_option, why
 from hcsearch.scenes import DEFAULT, SCENES, Scene, panel_of, panel_text
 from hcsearch.store import Database, best_creases, select
 from hcsearch.subjects.mechanisms import freedoms_of, lock_sentences
-from hcsearch.subjects.reading import Request, read_subject
+from hcsearch.subjects.reading import read_subject
+from hcsearch.subjects.requests import Request
 from hcsearch.subjects.scenes import stored_scene
 from hcsearch.twisting import twist
 
@@ -113,7 +114,7 @@ def _folding(folding: Folding, stored: _Known, scene: Scene, db: str) -> ShownFo
     row, turns = stored.rows.get(folding.crease, {}), twist(folding)
     key = (stored.number, folding.crease)
     tried, panel = stored.tried.get(key, ()), panel_of(scene, folding.circuit.grid.name)
-    motions = [] if turns else _motions(folding, stored, best_try(tried), db)
+    motions = [] if turns else _motions(folding, stored, row, tried, db)
     reason = why({**row, "twist": turns}, stored.motions.get(key), tried)
     status = "twisted" if turns else str(row.get("status") or "not_judged")
     return ShownFolding(
@@ -136,20 +137,22 @@ def _shown(motions: Sequence[ShownMotion]) -> str:
     return next((status for status in ("deploys", "movable") if status in shown), "not_judged")
 
 
-def _motions(folding: Folding, stored: _Known, best: Row | None, db: str) -> list[ShownMotion]:
+def _motions(folding: Folding, stored: _Known, row: Row, tried: Sequence[Row], db: str) -> list[ShownMotion]:
     """The path of a folding, and what the springs of its best deployment do; without a database, those of `default`."""
-    motions = []
+    motions, best, verdict = [], best_try(tried), verdict_in(row, tried)
     path = stored.path(folding, db)
     if path is not None:
         payload = payload_of(path)
-        command = f"hcsearch drive {folding.notation}{scene_option(stored.scene, stored.where)}"
+        own = "" if verdict is None or best is None or verdict.deployed is None else flat_pairs_in(best)
+        way = way_option(verdict.path) if verdict is not None and own not in ("", verdict.path) else ""
+        command = f"hcsearch drive {folding.notation}{scene_option(stored.scene, stored.where)}{way}"
         shows = "movable" if path.certified else ""
         play = play_sentence(1e3 * path.margin) if path.certified else None
         source = "; ".join(filter(None, (path.source, play)))
         motions.append(ShownMotion("Planned path", source, command, payload, plots_of(path, payload), shows))
     if best is None and stored.rows:
         return motions
-    name = DEFAULT if best is None else str(best["scene"])
+    name = DEFAULT if best is None else asked_scene(best, verdict)
     try:
         subject = read_subject(Request(folding.notation, db, scene=name))
         deployment = deploy(subject.linkage, subject.scene, subject.formulation or "constrained")

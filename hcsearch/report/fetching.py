@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 
+from hcsearch.errors import DatabaseError
 from hcsearch.report.commands import database_option
 from hcsearch.report.data import FoldingKey, FunnelStage, ReportData, Row
 from hcsearch.report.players import players_of
@@ -82,7 +83,7 @@ def fetch(
         players=players_of(database, selected, scene),
         total=total,
         notes=[*([] if planned or tried else _elsewhere(database, scene)), *_notes(runs)],
-        size=_size(runs, scene, scene_names(database)),
+        size=_size(database, runs, scene),
         scene=scene,
         where=database_option(database),
     )
@@ -206,12 +207,29 @@ def _notes(runs: Sequence[Row]) -> list[str]:
 
 def size_of(database: Database, scene: str) -> tuple[float, float] | None:
     """Length and width of the panels in a scene, where all runs agree on them."""
-    return _size(_rows(select(database, view="runs")), scene, scene_names(database))
+    return _size(database, _rows(select(database, view="runs")), scene)
 
 
-def _size(runs: Sequence[Row], scene: str, scenes: Sequence[str]) -> tuple[float, float] | None:
-    own = [run for run in runs if json.loads(str(run["arguments"])).get("scene", DEFAULT) == scene]
-    runs = own or ([] if scenes else runs)  # where nothing depends on the scene yet, panels are those of any run
+def _size(database: Database, runs: Sequence[Row], scene: str) -> tuple[float, float] | None:
+    own = [run for run in runs if _scene_of(database, run) == scene]
+    # where nothing depends on the scene yet, panels are those of any run
+    runs = own or ([] if scene_names(database) else runs)
     sizes = {str(run["panel"]) for run in runs if run["panel"]}
-    match = re.match(r"([\d.]+)x([\d.]+)", sizes.pop()) if len(sizes) == 1 else None
+    if len(sizes) != 1:
+        return None
+    match = re.match(r"(\d{1,9}(?:\.\d+)?)x(\d{1,9}(?:\.\d+)?)", sizes.pop(), re.ASCII)
     return (float(match[1]), float(match[2])) if match else None
+
+
+def _scene_of(database: Database, run: Row) -> str:
+    """The scene of a run, as its arguments name it."""
+    try:
+        arguments = json.loads(str(run["arguments"]))
+    except (ValueError, RecursionError):
+        arguments = None
+    if not isinstance(arguments, dict):
+        raise DatabaseError(
+            f"database {database.location} is damaged, the arguments of run {run['id']} are no object in JSON: restore "
+            "a copy, or mend it with `sqlite3 FILE`"
+        )
+    return str(arguments.get("scene", DEFAULT))

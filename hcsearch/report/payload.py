@@ -10,7 +10,7 @@ from hcsearch.errors import HcsearchError
 from hcsearch.grid import GRIDS, Grid
 from hcsearch.report.data import ReportData, Row
 from hcsearch.report.packing import packed
-from hcsearch.report.reasons import best_try, why
+from hcsearch.report.reasons import asked_scene, best_try, verdict_in, why
 from hcsearch.store.columns import FOLDINGS, Quantity
 from hcsearch.vocabulary import STATUSES
 
@@ -31,7 +31,10 @@ def page_data(data: ReportData) -> dict[str, Any]:
     foldings: dict[str, list[Any]] = {
         "design": [k for k, _ in rows],
         **{q.name: [row.get(q.name) for _, row in rows] for q in FOLDING_COLUMNS},
-        "scene": [None if (row := best_try(own)) is None else row["scene"] for own in tried],
+        "scene": [
+            None if (best_ := best_try(own)) is None else asked_scene(best_, verdict_in(row, own))
+            for (_, row), own in zip(rows, tried, strict=True)
+        ],
         "why": [reason or None for reason in reasons],
     }
     return {

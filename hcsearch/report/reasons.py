@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Sequence
+from typing import cast
 
 from hcsearch.deployment.looks import described, look_parts
 from hcsearch.play import play_sentence
 from hcsearch.report.data import Row
+from hcsearch.scenes import joined_name
+from hcsearch.store import StoredVerdict
+from hcsearch.vocabulary import STATUSES, Way
 
 UNTRIED = "not proved locked; no path was looked for and no springs were tried in this scene"
 LOCKED = "proved locked at an end of the motion, in every way that the scene may join its flat pairs"
@@ -31,7 +35,7 @@ def why(folding: Row, motion: str | None, tried: Sequence[Row]) -> str:
     if status == "deploys" and best is not None:
         return "; ".join(filter(None, (str(best["reason"]), play_of(folding), springs_in(best))))
     if motion is None and best is None:
-        return UNTRIED if status == "undecided" else ""
+        return UNTRIED if status == "undecided" or folding.get("kutzbach") is not None else ""
     springs = "springs were not tried" if best is None else f"{best['reason']}; {springs_in(best)}"
     return "; ".join(filter(None, (springs, motion, play_of(folding))))
 
@@ -49,6 +53,34 @@ def springs_in(row: Row) -> str:
     text = f"springs: {described(springs)}" if springs else f"springs of the scene {row['base']}"
     pairs = flat_pairs_in(row)
     return f"{text}, flat pairs {pairs}" if pairs else text
+
+
+def asked_scene(row: Row, verdict: StoredVerdict | None) -> str:
+    """The name of a deployment's scene by which `hcsearch deploy` repeats it.
+
+    verdict : on the folding in the scene that it serves. Where another look gave it, the scene as it stands names its
+    flat pairs: they are joined otherwise unless somebody says so.
+    """
+    scene, pairs = str(row["scene"]), flat_pairs_in(row)
+    if verdict is None or scene != row["base"] or not pairs:
+        return scene
+    deploys, moves = verdict.status == "deploys", verdict.status == "movable" and verdict.path is not None
+    other = verdict.deployed not in (None, scene) if deploys else moves and verdict.path != pairs
+    return joined_name(scene, pairs) if other else scene
+
+
+def way_option(way: str | None) -> str:
+    """The option by which `hcsearch drive` joins flat pairs in a way; nothing for none."""
+    return "" if way is None else " --merge" if way == "merged" else f" --flat-pairs {way}"
+
+
+def verdict_in(folding: Row, tried: Sequence[Row]) -> StoredVerdict | None:
+    """The verdict of a row of `foldings`, with its deployments; None where no stage has judged it."""
+    status, best = folding.get("status"), best_try(tried)
+    if status not in STATUSES:
+        return None
+    deployed = str(best["scene"]) if best is not None and best["status"] == "deploys" else None
+    return StoredVerdict(status, cast("Way | None", folding.get("flat_pairs")), deployed)
 
 
 def flat_pairs_in(row: Row) -> str:

@@ -22,22 +22,29 @@ from werkzeug.exceptions import HTTPException, NotFound
 from werkzeug.routing import Map, Rule
 from werkzeug.wrappers import Request, Response
 
+from hcsearch.circuit import Circuit
 from hcsearch.errors import DatabaseError, HcsearchError, QueryError
 from hcsearch.scenes import DEFAULT
 from hcsearch.serve import jobs
 from hcsearch.serve.addresses import LONGEST, check_query, parameters, read_asked
 from hcsearch.serve.computing import BusyError, Computing
-from hcsearch.serve.downloads import TYPES, Streams, read_export
+from hcsearch.serve.downloads import TYPES, Streams, few_rows, is_few, read_export
 from hcsearch.serve.guards import FRAMED, HEADERS, POLICY, refusal
 from hcsearch.serve.listing import Counts, render_list, stamp_of
+from hcsearch.serve.long_lists import LongLists
 from hcsearch.serve.pages import render, static_files
 from hcsearch.store import Database, foldings_with_paths, scene_names, select
 from hcsearch.store.columns import VIEWS
 
+
+class MissingError(HcsearchError):
+    """What an address names is not in the database."""
+
+
 _VIEWS = f"<any({', '.join(VIEWS)}):view>"
 _SCENE = {"scene": LONGEST["scene"]}
 """Parameters of a design, with the most characters of each."""
-_STATUSES = ((BusyError, 503), (DatabaseError, 500), (HcsearchError, 400))
+_STATUSES = ((BusyError, 503), (MissingError, 404), (DatabaseError, 500), (HcsearchError, 400))
 _FOREVER = "public, max-age=31536000, immutable"
 
 ROUTES = Map(
@@ -68,6 +75,7 @@ class Application:
         self.database, self.db, self.scene, self.host = database.watched(), db, scene, host
         self.closed = False
         self.computing, self._counts, self._streams = Computing(), Counts(), Streams()
+        self._long_lists = LongLists()
 
     def close(self) -> None:
         """End what is computed."""
@@ -105,17 +113,20 @@ class Application:
         return Response(text, mimetype=kind, headers={"Cache-Control": _FOREVER})
 
     def _listed(self, request: Request, view: str) -> Response:
-        text, status = render_list(self.database, read_asked(view, _pairs(request), self.scene), self._counts)
+        asked = read_asked(view, _pairs(request), self.scene)
+        text, status = render_list(self.database, asked, self._counts, self._long_lists)
         return Response(text, status=status, mimetype="text/html")
 
     def _rows(self, request: Request, view: str, style: str) -> Response:
         asked = read_asked(view, _pairs(request), self.scene)
         check_query(asked.query)
+        headers = {"Content-Disposition": f"attachment; filename={view}.csv"} if style == "csv" else {}
+        if is_few(asked):
+            text = self._long_lists(lambda seconds: few_rows(self.database, asked, style, seconds))
+            return Response(text, mimetype=TYPES[style], headers=headers)
         pieces = self._streams.start(self.database, asked, style)
         if request.method == "HEAD":
-            pieces.close()  # type: ignore[attr-defined]
-            pieces = iter(())
-        headers = {"Content-Disposition": f"attachment; filename={view}.csv"} if style == "csv" else {}
+            pieces.close()
         return Response(pieces, mimetype=TYPES[style], headers=headers)
 
     def _design(self, request: Request, number: int) -> Response:
@@ -130,7 +141,7 @@ class Application:
         scene = self._scene_of(request)
         circuit = self._circuit(number)
         if (number, crease) not in foldings_with_paths(self.database, [number], scene):
-            raise NotFound
+            raise MissingError(f"the database has no path of folding {crease} of design {number} in the scene {scene}")
         key = ("motion", number, crease, scene, stamp_of(self.database))
         text = self.computing(key, jobs.motion, self.db, circuit, number, crease, scene)
         return Response(text, mimetype="application/json")
@@ -138,7 +149,7 @@ class Application:
     def _export(self, request: Request, number: int, ending: str, crease: int | None = None) -> Response:
         form, named, motion, settings = read_export(ending, _pairs(request))
         scene = self._scene(named)
-        self._circuit(number)  # NotFound without
+        self._circuit(number)  # refused without
         subject, stem = str(number), f"design-{number}"
         if crease is not None:
             subject, stem = f"{subject}:{crease}", f"{stem}-folding-{crease}"
@@ -153,11 +164,17 @@ class Application:
         return Response(made.content, mimetype="application/octet-stream", headers=headers)
 
     def _circuit(self, number: int) -> str:
-        """The notation of a design's circuit; NotFound where there is none of its number."""
+        """The notation of a design's circuit; MissingError where there is none of its number."""
         rows = select(self.database, f"id={number}", columns="circuit").rows if number < 2**63 else ()
         if not rows:
-            raise NotFound
-        return str(rows[0][0])
+            raise MissingError(f"no design {number} in {self.database.location}: choose one of those at /designs")
+        try:
+            return Circuit.from_notation(str(rows[0][0])).notation
+        except HcsearchError as error:
+            raise DatabaseError(
+                f"database {self.database.location} is damaged, the circuit of design {number} cannot be read: restore "
+                "a copy, or mend it with `sqlite3 FILE`"
+            ) from error
 
     def _scene_of(self, request: Request) -> str:
         """The scene that an address asks for, which has no other parameter."""

@@ -31,24 +31,22 @@ class Streams:
     def __init__(self, most: int = STREAMS) -> None:
         self._room = threading.BoundedSemaphore(most)
 
-    def start(self, database: Database, asked: Asked, style: str) -> Iterator[bytes]:
-        """Begin to read; what is wrong with the query is raised here, and not in the midst of the answer."""
+    def start(self, database: Database, asked: Asked, style: str) -> Sent:
+        """Begin to read all rows; what is wrong with the query is raised here, and not in the midst of the answer."""
         if not self._room.acquire(blocking=False):
             raise BusyError("other files are being sent right now: try again when they have ended")
         stack = ExitStack()
         stack.callback(self._room.release)
         try:
-            few = asked.page is not None or (asked.limit is not None and asked.limit <= FEW)
-            rows = _some(database, asked) if few else stack.enter_context(_all(database, asked))
-            texts = format_rows(rows, style)
+            texts = format_rows(stack.enter_context(_all(database, asked)), style)
             first = next(texts, "")
         except BaseException:
             stack.close()
             raise
-        return _Sent(first, texts, stack)
+        return Sent(first, texts, stack)
 
 
-class _Sent(Iterator[bytes]):
+class Sent(Iterator[bytes]):
     """Pieces of a text; `close` gives back what reading it held, also of one that nobody began to read."""
 
     def __init__(self, first: str, texts: Iterator[str], held: ExitStack) -> None:
@@ -83,18 +81,31 @@ def _all(database: Database, asked: Asked) -> Any:
     )
 
 
-def _some(database: Database, asked: Asked) -> Rows:
-    """The rows of one page, or the first few."""
+def is_few(asked: Asked) -> bool:
+    """Whether the rows of one page are asked for, or the first few."""
+    return asked.page is not None or (asked.limit is not None and asked.limit <= FEW)
+
+
+def few_rows(database: Database, asked: Asked, style: str, seconds: float) -> bytes:
+    """The text of the rows of one page, or of the first few; SlowQueryError after some seconds."""
     size = FEW if asked.page is None else rows_of_a_page(asked)
     names = [find_quantity(asked.view, name).name for name in split_names(asked.columns) or column_names(asked.view)]
     skip = (asked.number - 1) * size
     count = size if asked.limit is None else min(size, asked.limit)
     selected = select_page(
-        database, asked.query, sort=asked.sort, skip=skip, count=count, view=asked.view, scene=asked.scene
+        database,
+        asked.query,
+        sort=asked.sort,
+        skip=skip,
+        count=count,
+        view=asked.view,
+        scene=asked.scene,
+        seconds=seconds,
     )
     places = [selected.columns.index(name) for name in names]
     kinds = tuple(find_quantity(asked.view, name).kind for name in names)
-    return Rows(tuple(names), kinds, iter([[tuple(row[place] for place in places) for row in selected.rows]]))
+    rows = Rows(tuple(names), kinds, iter([[tuple(row[place] for place in places) for row in selected.rows]]))
+    return "".join(format_rows(rows, style)).encode(errors="replace")
 
 
 def _number(text: str) -> float:

@@ -17,6 +17,7 @@ from hcsearch.serve.addresses import LONGEST_QUERY_STRING
 _HOST = re.compile(r"(\[[0-9A-Fa-f:.]{2,45}\]|[A-Za-z0-9._-]{1,255})(:[0-9]{1,5})?")
 _PATH = re.compile("/|(/[A-Za-z0-9._-]+)+")
 _HERE = ("localhost", "127.0.0.1", "::1")
+_FRAMES = ("iframe", "frame", "fencedframe", "embed", "object")
 _EVERYWHERE = ("0.0.0.0", "::")
 
 POLICY = (
@@ -45,9 +46,21 @@ def refusal(environ: Mapping[str, Any], host: str) -> tuple[int, str] | None:
         return 414, "the address is too long: shorten the query"
     if not _PATH.fullmatch(environ.get("PATH_INFO", "")):
         return 404, "there is nothing at this address: begin at /designs"
+    reason = _uninvited(environ)
+    return None if reason is None else (403, reason)
+
+
+def _uninvited(environ: Mapping[str, Any]) -> str | None:
+    """Why a page of another site may not have this, by what its browser says of the request; None where it may.
+
+    A link there may lead here. A frame would show nothing, as the headers of pages here forbid it, on any site.
+    """
+    if environ.get("HTTP_SEC_FETCH_DEST", "") in _FRAMES:
+        return "pages here are shown in no frame of another page: open the address itself"
     site, mode = environ.get("HTTP_SEC_FETCH_SITE", ""), environ.get("HTTP_SEC_FETCH_MODE", "")
-    if site in ("cross-site", "same-site") and mode != "navigate":
-        return 403, "another site's page asks for this: open the address itself"
+    followed = mode == "navigate" and "prefetch" not in environ.get("HTTP_SEC_PURPOSE", "")
+    if site in ("cross-site", "same-site") and not followed:
+        return "another site's page asks for this: open the address itself"
     return None
 
 

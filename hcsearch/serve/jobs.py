@@ -14,7 +14,6 @@ from typing import Any
 
 from hcsearch.errors import HcsearchError
 from hcsearch.export.formats import FORMATS, Format
-from hcsearch.scenes import DEFAULT
 from hcsearch.serve.addresses import Asked, address_of, design_address
 from hcsearch.store import open_readonly
 
@@ -87,11 +86,11 @@ def export_file(
     """An export of a design or folding of the database; of several files, an archive. stem : of its name."""
     from hcsearch.export.reading import exported_named  # noqa: PLC0415 - the engine
     from hcsearch.export.writing import settings_of  # noqa: PLC0415 - the engine
-    from hcsearch.subjects.reading import Request  # noqa: PLC0415 - the engine
+    from hcsearch.subjects.requests import Request  # noqa: PLC0415 - the engine
 
     wanted = FORMATS[name]
     chosen = replace(settings_of(wanted, settings), stem=stem)
-    request = Request(subject, db, scene=None if scene == DEFAULT else scene)
+    request = Request(subject, db, scene=scene)
     content = wanted.write(exported_named(request, wanted, motion, chosen.state), chosen)
     if not isinstance(content, Mapping):
         return Made(stem + wanted.endings[0], _bytes(content))

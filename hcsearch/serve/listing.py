@@ -18,7 +18,9 @@ from hcsearch.report.fetching import foldings_of, motions_of, size_of, tried_of
 from hcsearch.report.payload import page_data
 from hcsearch.scenes import DEFAULT
 from hcsearch.serve.addresses import Asked, check_query, design_address, motion_address
+from hcsearch.serve.computing import BusyError
 from hcsearch.serve.keeping import Kept
+from hcsearch.serve.long_lists import LongLists
 from hcsearch.serve.pages import render
 from hcsearch.store import SCENIC, Database, best_creases, count_rows, foldings_with_paths, scene_names, select_page
 from hcsearch.store.columns import VIEWS
@@ -37,12 +39,12 @@ class Counts:
     def __init__(self) -> None:
         self._kept: Kept[int | None] = Kept(KEPT)
 
-    def of(self, database: Database, asked: Asked) -> int | None:
-        """The number of rows of a query."""
+    def of(self, database: Database, asked: Asked, seconds: float) -> int | None:
+        """The number of rows of a query, counted within some seconds."""
         key = (asked.view, asked.query, asked.scene, stamp_of(database))
         with suppress(KeyError):
             return self._kept[key]
-        count = count_rows(database, asked.query, most=MOST + 1, view=asked.view, scene=asked.scene)
+        count = count_rows(database, asked.query, most=MOST + 1, view=asked.view, scene=asked.scene, seconds=seconds)
         self._kept[key] = None if count > MOST else count
         return None if count > MOST else count
 
@@ -72,17 +74,25 @@ class Page:
     last: int | None
 
 
-def page_of(database: Database, asked: Asked, counts: Counts) -> Page:
-    """The rows of a page, and how many there are in all."""
+def page_of(database: Database, asked: Asked, counts: Counts, seconds: float) -> Page:
+    """The rows of a page, and how many there are in all; SlowQueryError where that takes more than some seconds."""
+    end = time.monotonic() + seconds
     size = rows_of_a_page(asked)
     skip = (asked.number - 1) * size
     selected = select_page(
-        database, asked.query, sort=asked.sort, skip=skip, count=size, view=asked.view, scene=asked.scene
+        database,
+        asked.query,
+        sort=asked.sort,
+        skip=skip,
+        count=size,
+        view=asked.view,
+        scene=asked.scene,
+        seconds=seconds,
     )
     rows = [dict(zip(selected.columns, row, strict=True)) for row in selected.rows]
     # the end of the list says how long it is, and nothing is counted
     ended = len(rows) < size and (rows or not skip)
-    total = skip + len(rows) if ended else counts.of(database, asked)
+    total = skip + len(rows) if ended else counts.of(database, asked, end - time.monotonic())
     return Page(rows, skip + 1, total, None if total is None else max(1, -(-total // size)))
 
 
@@ -91,13 +101,13 @@ def rows_of_a_page(asked: Asked) -> int:
     return CARDS if asked.view == "designs" and asked.shape == "cards" else ROWS
 
 
-def render_list(database: Database, asked: Asked, counts: Counts) -> tuple[str, int]:
+def render_list(database: Database, asked: Asked, counts: Counts, long_lists: LongLists) -> tuple[str, int]:
     """The page of a list, and its status: with what is wrong with the query, where something is."""
     wrong, status, page = "", 200, Page([], 1, 0, 1)
     try:
         check_query(asked.query)
-        page = page_of(database, asked, counts)
-    except DatabaseError:
+        page = long_lists(lambda seconds: page_of(database, asked, counts, seconds))
+    except (DatabaseError, BusyError):
         raise
     except HcsearchError as error:
         wrong, status = str(error), 400

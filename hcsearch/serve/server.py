@@ -8,14 +8,20 @@ import socket
 import threading
 from collections.abc import Callable
 
-from waitress import create_server
-
 from hcsearch.errors import HcsearchError
 from hcsearch.scenes import DEFAULT
+from hcsearch.serve.connections import Patience, Server
 from hcsearch.store import Database
 
-THREADS = 12
-"""Computations take four of them at most, files of all rows three: lists are answered all the time."""
+SETTINGS = {
+    "threads": 32,
+    "ident": "hcsearch",
+    "max_request_header_size": 32 * 1024,
+    "max_request_body_size": 1024,
+    "clear_untrusted_proxy_headers": True,
+}
+"""Of waitress. Of the threads, computations take four at most, long lists twelve, files of all rows three: the others
+answer what is quick all the time."""
 
 
 def open_socket(host: str, port: int) -> socket.socket:
@@ -62,16 +68,7 @@ def serve(
     from hcsearch.serve.application import Application  # noqa: PLC0415 - takes long, and requests can wait
 
     application = Application(database, db, scene=scene, host=host)
-    server = create_server(
-        application,
-        sockets=[listening],
-        threads=THREADS,
-        ident="hcsearch",
-        max_request_header_size=32 * 1024,
-        max_request_body_size=1024,
-        channel_timeout=60,
-        clear_untrusted_proxy_headers=True,
-    )
+    server = Server(application, listening, Patience(), SETTINGS)
     ended = threading.Event()
 
     def run() -> None:

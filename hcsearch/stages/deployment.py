@@ -30,5 +30,5 @@ def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:
 
 
 STAGE = Stage(
-    "deployment", VERSION, _run, _passed, below=motion.STAGE, in_a_scene=True, counts="deployable", they="deploy"
+    "deployment", VERSION, _run, _passed, below=motion.STAGE, in_a_scene=True, counts="deploys", they="deploy"
 )

@@ -29,9 +29,10 @@ def _run(designs: StagedDesigns, scene: Scene) -> StagedDesigns:
 
 
 def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:
-    """Designs of which a folding moves."""
+    """Designs of which a folding has a proved path, or deploys: what springs bring flat moves."""
     assert designs.motion is not None
-    return designs.with_folding(designs.motion.moves)
+    moves = designs.motion.moves
+    return designs.with_folding(moves if designs.deployment is None else moves | designs.deployment.deploys)
 
 
-STAGE = Stage("motion", 4, _run, _passed, below=mobility.STAGE, in_a_scene=True, counts="movable", they="move")
+STAGE = Stage("motion", 5, _run, _passed, below=mobility.STAGE, in_a_scene=True, counts="movable", they="move")

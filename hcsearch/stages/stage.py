@@ -57,9 +57,17 @@ def run_stages(
         designs = stage.run(designs, scene)
         passed = stage.passed(designs, scene)
         now = time.perf_counter()
-        n_fixed = int(designs.n_fixed[passed].sum())
-        results.append(StageResult(stage.name, stage.number, int(passed.sum()), n_fixed, now - clock))
+        results.append((stage, _result(stage, designs, passed, now - clock)))
         clock = now
         if stage.keep == keep and not passed.all():
             designs = designs.take(passed)
-    return designs, tuple(results)
+    # in a scene a later stage may show that more pass an earlier one: what deploys moves
+    counted = [
+        _result(stage, designs, stage.passed(designs, scene), result.seconds) if stage.in_a_scene else result
+        for stage, result in results
+    ]
+    return designs, tuple(counted)
+
+
+def _result(stage: Stage, designs: StagedDesigns, passed: Flags, seconds: float) -> StageResult:
+    return StageResult(stage.name, stage.number, int(passed.sum()), int(designs.n_fixed[passed].sum()), seconds)

@@ -14,10 +14,11 @@ Whole = NDArray[np.intp]
 
 
 def folding_statuses(designs: StagedDesigns, scene: Scene | None = None) -> list[Status | None]:
-    """The status of each folding, by the stages that have run; None where it is twisted.
+    """The status of each folding, by the stages that have run; None where it is twisted, and where none judged it.
 
-    Locked : for every way of joining flat pairs that the scene allows; of them all where no scene is given. A folding
-    whose pairs are merged is locked where one with rigid pairs is.
+    Undecided : a path was looked for, and none is proved; before that stage only locks are known. Locked : for every
+    way of joining flat pairs that the scene allows; of them all where no scene is given. A folding whose pairs are
+    merged is locked where one with rigid pairs is.
     """
     assert designs.mobility is not None
     rigid = scene is not None and (scene.flat_pairs == "rigid" or scene.merge is True)
@@ -27,7 +28,8 @@ def folding_statuses(designs: StagedDesigns, scene: Scene | None = None) -> list
     moves = none if designs.motion is None else designs.motion.moves
     twisted = none if designs.twists is None else designs.twists != 0
     place = np.select([deploys, moves, locked], [0, 1, 3], 2)
-    return [None if out else STATUSES[k] for k, out in zip(place.tolist(), twisted.tolist(), strict=True)]
+    unknown = twisted if designs.motion is not None else twisted | ~locked
+    return [None if out else STATUSES[k] for k, out in zip(place.tolist(), unknown.tolist(), strict=True)]
 
 
 def best_foldings(designs: StagedDesigns, statuses: list[Status | None] | None = None) -> Whole:

@@ -15,14 +15,24 @@ if TYPE_CHECKING:
     from hcsearch.store.database import Database, open_database, open_readonly
     from hcsearch.store.formats import FORMATS, format_rows
     from hcsearch.store.location import room_at
-    from hcsearch.store.pages import count_rows, select_page
+    from hcsearch.store.pages import SlowQueryError, count_rows, select_page
     from hcsearch.store.paths import StoredPath, find_paths, foldings_with_paths
-    from hcsearch.store.queries import find_design, parse_query, select, select_sql, stream, stream_sql
+    from hcsearch.store.queries import (
+        check_scene,
+        find_circuit,
+        find_design,
+        parse_query,
+        select,
+        select_sql,
+        stream,
+        stream_sql,
+    )
     from hcsearch.store.rows import Result, Rows, parts_of
     from hcsearch.store.saving import save_rows
     from hcsearch.store.scores import save_scores
     from hcsearch.store.verdicts import find_scene, record_scene, record_verdicts, scene_names
-    from hcsearch.store.views import SCENIC, literal, source_in
+    from hcsearch.store.views import SCENIC, asks_for, literal, source_in
+    from hcsearch.store.ways import StoredVerdict, find_verdict
     from hcsearch.store.writing import count_arrays, finish_run, finished_batches, record_batches, start_run
 
 _HOMES = {
@@ -31,14 +41,18 @@ _HOMES = {
     "database": ("Database", "open_database", "open_readonly"),
     "formats": ("FORMATS", "format_rows"),
     "location": ("room_at",),
-    "pages": ("count_rows", "select_page"),
+    "pages": ("SlowQueryError", "count_rows", "select_page"),
     "paths": ("StoredPath", "find_paths", "foldings_with_paths"),
-    "queries": ("find_design", "parse_query", "select", "select_sql", "stream", "stream_sql"),
+    "queries": (
+        *("check_scene", "find_circuit", "find_design", "parse_query"),
+        *("select", "select_sql", "stream", "stream_sql"),
+    ),
     "rows": ("Result", "Rows", "parts_of"),
     "saving": ("save_rows",),
     "scores": ("save_scores",),
     "verdicts": ("find_scene", "record_scene", "record_verdicts", "scene_names"),
-    "views": ("SCENIC", "literal", "source_in"),
+    "views": ("SCENIC", "asks_for", "literal", "source_in"),
+    "ways": ("StoredVerdict", "find_verdict"),
     "writing": ("count_arrays", "finish_run", "finished_batches", "record_batches", "start_run"),
 }
 
@@ -50,14 +64,20 @@ __all__ = [
     "Quantity",
     "Result",
     "Rows",
+    "SlowQueryError",
     "StoredPath",
+    "StoredVerdict",
+    "asks_for",
     "best_creases",
+    "check_scene",
     "column_names",
     "count_arrays",
     "count_rows",
+    "find_circuit",
     "find_design",
     "find_paths",
     "find_scene",
+    "find_verdict",
     "finish_run",
     "finished_batches",
     "foldings_with_paths",

@@ -9,10 +9,12 @@ from sqlalchemy import select as sql_select
 
 from hcsearch.scenes import DEFAULT
 from hcsearch.store.database import Database
+from hcsearch.store.failures import again
 from hcsearch.store.rows import parts_of
 from hcsearch.store.schema import design, outcome
 
 
+@again
 def best_creases(database: Database, ids: Sequence[int], scene: str = DEFAULT) -> dict[int, int]:
     """The crease of the best folding of each design in a scene, as in the view `designs`; designs without one left out.
 

@@ -88,7 +88,12 @@ _VERDICT = (
         label="clearance",
     ),
     Quantity(
-        *("deploy_time", "real", "s", "time from folded to flat, in the digits that tolerances agree on"),
+        *(
+            "deploy_time",
+            "real",
+            "s",
+            "time from folded to flat, in the digits that tolerances agree on, if to a tenth",
+        ),
         better="lower",
         half=0.5,
         label="time to flat",
@@ -183,6 +188,7 @@ MOTIONS = (
     Quantity("slack", "real", "mm", "what panels may be elsewhere than the path places them"),
     Quantity("states", "integer", "", "states of a path, proved or not; 0 without one"),
     Quantity("reason", "text", "", "the sentence behind it"),
+    Quantity("as_crease", "integer", "", "crease of the congruent folding whose motion it is; null of its own"),
 )
 
 DEPLOYMENTS = (
@@ -199,13 +205,14 @@ DEPLOYMENTS = (
     ),
     Quantity("first_contact", "real", "s", "time of the first collision"),
     Quantity(
-        *("deploy_time", "real", "s", "time from folded to flat, as tolerances agree on it; null unless it deploys"),
+        *("deploy_time", "real", "s", "time from folded to flat, if it deploys and tolerances agree on it to a tenth"),
         better="lower",
     ),
     Quantity("energy_error", "real", "", "largest relative error of the energy balance"),
     Quantity("closure_error", "real", "mm", "largest gap of the closed loop"),
     Quantity("needed_margin", "real", "mm", "least play for each face at which it is certified clear", better="lower"),
     Quantity("least_gap", "real", "mm", "least gap of the panels as built; below 0 they overlap", better="higher"),
+    Quantity("as_crease", "integer", "", "crease of the congruent folding that was simulated; null where it was"),
 )
 
 RUNS = (
@@ -225,8 +232,8 @@ RUNS = (
     Quantity("arrays", "integer", "", "arrays they lie on"),
     Quantity("two_stack", "integer", "", "designs with a two-stack folding"),
     Quantity("untwisted", "integer", "", "designs with an untwisted folding"),
-    Quantity("movable", "integer", "", "designs with a proved path from folded to flat"),
-    Quantity("deployable", "integer", "", "designs that springs alone bring flat, clear"),
+    Quantity("movable", "integer", "", "designs with a proved path from folded to flat, or that deploy"),
+    Quantity("deploys", "integer", "", "designs that springs alone bring flat, clear"),
     Quantity("stage_times", "text", "s", "time of each stage, as JSON"),
     Quantity("batches_done", "integer", "", "batches worked out by this run"),
     Quantity("batches_reused", "integer", "", "batches taken from earlier runs"),

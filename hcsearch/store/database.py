@@ -11,9 +11,9 @@ from types import TracebackType
 from sqlalchemy import Connection, Engine
 from sqlalchemy.exc import ProgrammingError
 
-from hcsearch.errors import DatabaseError, HcsearchError
+from hcsearch.errors import DatabaseError, HcsearchError, NoDatabaseError
 from hcsearch.store import postgresql, sqlite
-from hcsearch.store.failures import explained
+from hcsearch.store.failures import ChangedError, explained
 from hcsearch.store.location import (
     EXAMPLES,
     FileIdentity,
@@ -46,16 +46,30 @@ class Database:
 
     @contextmanager
     def reading(self) -> Iterator[Connection]:
-        """Give a connection for reading."""
+        """Give a connection for reading; ChangedError where the file changed in a way that no lock shows."""
         with self._in_place(), explained(self.location), self.engine.connect() as connection:
-            yield connection
+            try:
+                yield connection
+            except BaseException as error:
+                if isinstance(error, Exception) and self._has_changed(connection):
+                    raise ChangedError(self.location) from error
+                raise
+            if self._has_changed(connection):
+                raise ChangedError(self.location)
+
+    def _has_changed(self, connection: Connection) -> bool:
+        return self.path is not None and sqlite.is_outdated(self.path, sqlite.opened_stamp(connection))
 
     @contextmanager
-    def writing(self) -> Iterator[Connection]:
-        """Give a connection in a transaction that holds the write lock; an exception leaves nothing behind."""
+    def writing(self, *, durable: bool = True) -> Iterator[Connection]:
+        """Give a connection in a transaction that holds the write lock; an exception leaves nothing behind.
+
+        durable : whether it survives a power failure once it is committed, for which a commit waits for the disk; else
+            that holds once a later durable one is committed. A file is consistent either way.
+        """
         if self.readonly:
             raise DatabaseError(f"database {self.location} is open read-only: open it with open_database to write")
-        engine = self.engine.execution_options(hcsearch_begin="IMMEDIATE")
+        engine = self.engine.execution_options(hcsearch_begin="IMMEDIATE", hcsearch_durable=durable)
         with self._in_place(), explained(self.location), engine.begin() as connection:
             yield connection
 
@@ -114,6 +128,7 @@ def open_database(location: str | Path, *, create: bool, timeout: float = TIMEOU
     if place.url is not None:
         return _open_server(place, create=create, readonly=False, timeout=timeout)
     assert place.path is not None
+    sqlite.check_version()
     with explained(place.text):
         made = not is_filled(place)
         _prepare_file(place, create=create, timeout=timeout)
@@ -138,6 +153,7 @@ def open_readonly(location: str | Path, *, timeout: float = TIMEOUT) -> Database
     if place.url is not None:
         return _open_server(place, create=False, readonly=True, timeout=timeout)
     assert place.path is not None
+    sqlite.check_version()
     with explained(place.text):
         if not is_filled(place):
             raise _missing(place)
@@ -193,8 +209,8 @@ def _upgrade_file(place: Location, timeout: float) -> None:
     engine.dispose()
 
 
-def _missing(place: Location) -> DatabaseError:
-    return DatabaseError(
+def _missing(place: Location) -> NoDatabaseError:
+    return NoDatabaseError(
         f"there is no hcsearch database at {place.text}: make one with `hcsearch enumerate`, or name another with --db"
     )
 

@@ -8,10 +8,12 @@ from typing import Any
 from sqlalchemy import select
 
 from hcsearch.store.database import Database
+from hcsearch.store.failures import again
 from hcsearch.store.schema import evaluation
 from hcsearch.store.upsert import insert_rows
 
 
+@again
 def find_evaluations(database: Database, subject: str) -> list[Mapping[str, Any]]:
     """All evaluations of a subject, as columns of the table by name."""
     with database.reading() as connection:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import logging
 import sqlite3
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import wraps
+from typing import ParamSpec, TypeVar
 
 from sqlalchemy.exc import DBAPIError, IntegrityError, ProgrammingError
 
@@ -14,6 +16,11 @@ from hcsearch.errors import DatabaseError
 # A pool logs the traceback of what goes wrong while a connection returns to it. It raises an interrupt all the same;
 # after other errors it discards the connection, whose transaction has ended. Without logging set up, nobody reads it.
 logging.getLogger("sqlalchemy.pool").addHandler(logging.NullHandler())
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+_TRIES = 5
 
 LOCKED = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 
@@ -36,6 +43,7 @@ _SERVER_CAUSES: dict[str, str | None] = {
     "25006": "cannot be written, its server only reads ({detail}): name the primary server",
     "28": "refuses the user ({detail}): check the user and the password",
     "3D000": "does not exist ({detail}): make it with createdb, or name another",
+    "3F000": "has no schema to use ({detail}): set the search path of the user, as to public",
     "40": "refuses the transaction ({detail}): try again",
     "42501": "refuses the user ({detail}): grant the right, or name another user in the URL",
     "53100": "cannot grow, the disk of the server is full: make room there",
@@ -47,6 +55,29 @@ _SERVER_CAUSES: dict[str, str | None] = {
     "XX": "is damaged, or its server has a fault ({detail}): see the log of the server",
 }
 _UNREACHED = "cannot be used ({detail}): check that the server runs, has this database, and takes the user and password"
+
+
+class ChangedError(DatabaseError):
+    """A file that was written to while it was read without locks, so that what was read may be in pieces."""
+
+    def __init__(self, location: str) -> None:
+        super().__init__(
+            f"database {location} is being written to, in a folder where this user must not write, so that SQLite "
+            "cannot lock it: give the command again, or copy the file to a folder of your own"
+        )
+
+
+def again(read: Callable[P, T]) -> Callable[P, T]:
+    """Let a function that only reads, and returns all at once, read again where the file changed meanwhile."""
+
+    @wraps(read)
+    def reading(*arguments: P.args, **options: P.kwargs) -> T:
+        for _ in range(_TRIES):
+            with suppress(ChangedError):
+                return read(*arguments, **options)
+        return read(*arguments, **options)
+
+    return reading
 
 
 def primary_code(error: BaseException | None) -> int:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from hcsearch.errors import QueryError, printable
+from hcsearch.system.numbers import short
 
 if TYPE_CHECKING:
     from hcsearch.store.rows import Rows
@@ -108,7 +109,7 @@ def _is_number(value: Any) -> bool:
 def _cell(value: Any, style: str) -> str:
     if value is None:
         return "-"
-    text = f"{value:.6g}" if isinstance(value, float) else str(plain(value))
+    text = short(value, 6) if isinstance(value, float) else str(plain(value))
     # A cell is one line that no terminal acts on, and a bar would end it in markdown.
     text = printable(" ".join(text.splitlines()))
     return text.replace("|", "\\|") if style == "pipe" else text

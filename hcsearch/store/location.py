@@ -18,6 +18,13 @@ _SERVERS = ("postgresql", "postgresql+psycopg")
 _OPEN = ("host", "hostaddr", "port", "user")
 """Options of a URL that messages show; the values of all others may be secrets, by whatever name."""
 
+_MISTYPED = re.compile(r"(postgres|sqlite)[\w+]*(:|//)", re.IGNORECASE)
+"""The beginning of a URL with a mistake in it."""
+_SECRET = re.compile(r"(pass|pwd|secret|token)\w*\s*(=|%3d)", re.IGNORECASE)
+"""An option of libpq or of a URL that may hold a secret."""
+LONGEST_PATH = 500
+"""Bytes of a path: SQLite takes 512 with the names of its journals."""
+
 FileIdentity = tuple[int, int]
 """Device and number of a file."""
 
@@ -41,7 +48,9 @@ def parse_location(text: str | Path) -> Location:
     if not text or "\0" in text or text == ":memory:":
         raise DatabaseError(f"{_shown(text)!r} names no database that lasts: {EXAMPLES}")
     if "://" not in text:
-        return Location(_shown(text), path=Path(text))
+        if _MISTYPED.match(text) or _SECRET.search(text):
+            raise _unreadable()
+        return _file(text)
     try:
         url = make_url(text)
     except (ArgumentError, ValueError) as error:
@@ -72,7 +81,20 @@ def _sqlite_file(url: URL) -> Location:
         raise DatabaseError(
             "the SQLite URL has options or a host, which are not supported: give sqlite:///PATH or a path"
         )
-    return Location(_shown(url.database), path=Path(url.database))
+    return _file(url.database)
+
+
+def _file(path: str) -> Location:
+    try:
+        length = len(os.fsencode(Path(path).absolute()))
+    except UnicodeEncodeError as error:
+        raise DatabaseError(f"{_shown(path)} is no path that this system can have: {EXAMPLES}") from error
+    if length > LONGEST_PATH:
+        raise DatabaseError(
+            f"the path of database {_shown(Path(path).name)} has {length} bytes and SQLite takes {LONGEST_PATH}: name "
+            "a file in a folder with a shorter path"
+        )
+    return Location(_shown(path), path=Path(path))
 
 
 def _shown(path: str) -> str:

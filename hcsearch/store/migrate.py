@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import threading
 from pathlib import Path
 
 from sqlalchemy import Connection, inspect, text
@@ -11,6 +12,9 @@ from hcsearch.errors import DatabaseError
 from hcsearch.store.columns import VIEWS
 from hcsearch.store.schema import APPLICATION_ID, REVISION, VERSION_TABLE
 from hcsearch.store.views import create_view
+
+_ALEMBIC = threading.Lock()
+"""Held while Alembic works: what it migrates is a global of its module."""
 
 SCRIPTS = Path(__file__).with_name("migrations")
 
@@ -79,4 +83,5 @@ def _run_migrations(connection: Connection) -> None:
     config = Config(attributes={"connection": connection})
     config.set_main_option("script_location", str(SCRIPTS).replace("%", "%%"))
     config.set_main_option("path_separator", "os")
-    command.upgrade(config, "head")
+    with _ALEMBIC:
+        command.upgrade(config, "head")

@@ -16,6 +16,7 @@ from hcsearch.scenes import DEFAULT
 from hcsearch.store.columns import column_names
 from hcsearch.store.conditions import find_quantity, parse_query, view_table
 from hcsearch.store.database import Database
+from hcsearch.store.failures import again
 from hcsearch.store.queries import IDENTITY, check_scene, order_of
 from hcsearch.store.rows import Result, check_values, chunks_of, refusing
 from hcsearch.store.sqlite import STEPS
@@ -23,9 +24,15 @@ from hcsearch.store.sqlite import STEPS
 SECONDS = 10.0
 """How long a statement may take."""
 
+
+class SlowQueryError(QueryError):
+    """A query that takes more time than it has."""
+
+
 _STOPPED = "57014"  # SQLSTATE of a server that ends a statement at its time limit
 
 
+@again
 def select_page(
     database: Database,
     query: str = "",
@@ -40,10 +47,10 @@ def select_page(
     """Return `count` rows of a view, all columns, after the first `skip` of those that `select` returns.
 
     Two statements: the first passes over the rows before in the columns of query and order alone, of which SQLite
-    reads no others and makes no other joins; the second reads the page. QueryError: it takes more than `seconds`.
+    reads no others and makes no other joins; the second reads the page. SlowQueryError: one takes more than `seconds`.
     """
     view_table(view)
-    check_scene(database, scene)
+    check_scene(database, scene, view)
     source, identity = view_table(view, scene), IDENTITY[view]
     order = order_of(source, view, sort)
     keys = sql_select(*(source.c[name] for name in identity)).where(parse_query(query, view, scene)).order_by(*order)
@@ -62,6 +69,7 @@ def select_page(
     return Result(names, tuple(at[tuple(key)] for key in found if tuple(key) in at))
 
 
+@again
 def count_rows(
     database: Database,
     query: str = "",
@@ -81,10 +89,10 @@ def count_rows(
 
 @contextmanager
 def _limited(database: Database, seconds: float) -> Iterator[Connection]:
-    """A connection for reading, of which each statement ends after some seconds; QueryError where one does."""
+    """A connection for reading, whose statements end after some seconds; SlowQueryError where they do."""
     end = time.monotonic() + seconds
-    too_long = QueryError(
-        f"the query takes more than {seconds:g} s here: narrow it, as with grid= and n=, or ask `hcsearch query`"
+    too_long = SlowQueryError(
+        f"the query takes more than {seconds:.3g} s: narrow it, as with grid= and n=, or give it more time"
     )
     try:
         with database.reading() as connection:

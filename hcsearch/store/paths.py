@@ -14,10 +14,14 @@ from sqlalchemy import select as sql_select
 from hcsearch.errors import DatabaseError
 from hcsearch.scenes import DEFAULT
 from hcsearch.store.database import Database
+from hcsearch.store.failures import again
 from hcsearch.store.rows import parts_of
 from hcsearch.store.schema import motion
 from hcsearch.typing import Reals
 from hcsearch.vocabulary import Way
+
+LARGEST_PATH = 64 << 20
+"""Bytes of the states of a path, far beyond those of any motion: what was tampered with may expand to fill memory."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,7 @@ def find_paths(database: Database, ids: Sequence[int], scene: str = DEFAULT) -> 
     return paths
 
 
+@again
 def _with_paths(database: Database, columns: Select[Any], ids: Sequence[int], scene: str) -> list[Row[Any]]:
     """Columns of the motions of some designs in a scene that have a path, by design and crease."""
     rows: list[Row[Any]] = []
@@ -64,7 +69,10 @@ def _with_paths(database: Database, columns: Select[Any], ids: Sequence[int], sc
 def _states(database: Database, packed: object, count: int) -> Reals:
     """Fold angles of so many states."""
     try:
-        values = np.frombuffer(zlib.decompress(cast(bytes, packed)), "<f8")
+        unpacking = zlib.decompressobj()
+        values = np.frombuffer(unpacking.decompress(cast(bytes, packed), LARGEST_PATH), "<f8")
+        if not unpacking.eof:
+            raise ValueError(f"it is cut short, or takes more than {LARGEST_PATH >> 20} MB")
         states: Reals = values.reshape(count, -1)
         if not np.isfinite(states).all():
             raise ValueError("not all fold angles are numbers")

@@ -13,6 +13,12 @@ from sqlalchemy.exc import DBAPIError
 
 from hcsearch.store.schema import APPLICATION_ID
 
+_SETTINGS = "; ".join(
+    f"SET LOCAL {name} = {value}"
+    for name, value in (("extra_float_digits", 1), ("bytea_output", "hex"), ("standard_conforming_strings", "on"))
+)
+"""What a role or a database may set otherwise, so that numbers lose digits or texts and paths are read differently."""
+
 CONNECT_TIMEOUT = 10
 """How long to wait for a server to answer at first, in seconds, unless the URL says otherwise."""
 
@@ -23,10 +29,14 @@ def server_engine(url: URL, timeout: float, *, readonly: bool) -> Engine:
     timeout : longest wait for a lock, in seconds; readonly : the server refuses every change in its transactions.
     """
     wait = {} if "connect_timeout" in url.query else {"connect_timeout": CONNECT_TIMEOUT}
-    engine = create_engine(url, connect_args={"fallback_application_name": "hcsearch", **wait})
+    # a database without an encoding would give bytes for texts
+    encoding = {} if "client_encoding" in url.query else {"client_encoding": "utf8"}
+    options = {"fallback_application_name": "hcsearch", **wait, **encoding}
+    # as many connections as there are threads that use them: none waits for another to end
+    engine = create_engine(url, connect_args=options, max_overflow=-1)
 
     def begin(connection: Connection) -> None:
-        first = f"SET LOCAL lock_timeout = {max(1, round(timeout * 1000))}"
+        first = f"SET LOCAL lock_timeout = {max(1, round(timeout * 1000))}; {_SETTINGS}"
         if connection.get_execution_options().get("hcsearch_begin") == "IMMEDIATE":
             # As in SQLite one transaction writes at a time, so that two of them neither deadlock nor give an id twice.
             first += f"; SELECT pg_advisory_xact_lock({APPLICATION_ID})"

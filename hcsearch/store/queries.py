@@ -17,10 +17,13 @@ from hcsearch.scenes import DEFAULT
 from hcsearch.store.columns import Kind, column_names
 from hcsearch.store.conditions import find_quantity, parse_query, sort_terms, split_names, view_table
 from hcsearch.store.database import Database
+from hcsearch.store.failures import again
 from hcsearch.store.rows import CHUNK, Result, Row, Rows, check_values, chunks_of, refusing
+from hcsearch.store.schema import design
 from hcsearch.store.verdicts import scene_names
+from hcsearch.store.views import SCENIC, sql_in
 
-__all__ = ["find_design", "parse_query", "select", "select_sql", "stream", "stream_sql"]
+__all__ = ["find_circuit", "find_design", "parse_query", "select", "select_sql", "stream", "stream_sql"]
 
 # The columns that distinguish rows of a view: the last resort of every order, so that results are the same each time.
 IDENTITY = {
@@ -56,8 +59,8 @@ def stream(
     view_table(view)  # refuses an unknown view before its columns are looked up
     quantities = [find_quantity(view, name) for name in split_names(columns) or column_names(view)]
     names = tuple(quantity.name for quantity in quantities)
+    check_scene(database, scene, view)  # first: what is made of a scene's name is kept
     statement = _statement(view, scene, names, query, sort, limit)
-    check_scene(database, scene)
     with database.reading() as connection:
         with refusing():
             cursor = connection.execute(statement, execution_options=_CURSOR)
@@ -76,14 +79,17 @@ def _checked(
 
 
 @contextmanager
-def stream_sql(database: Database, sql: str, kinds: Sequence[Kind] = ()) -> Iterator[Rows]:
+def stream_sql(database: Database, sql: str, kinds: Sequence[Kind] = (), scene: str = DEFAULT) -> Iterator[Rows]:
     """Give the rows of one SQL statement that only reads, as they are read; the database is from `open_readonly`.
 
-    kinds : of its columns, where other values are to be refused.
+    kinds : of its columns, where other values are to be refused. scene : that the views `designs` and `foldings` show.
     QueryError: a statement that would change something, several statements, or a mistake in the SQL.
     """
     if not database.readonly:
         raise QueryError("SQL is run on read-only databases: open this one with open_readonly")
+    if scene != DEFAULT:
+        check_scene(database, scene)
+        sql = sql_in(sql, scene)
     with database.reading() as connection:
         with refusing():
             # The text goes to the driver as it is: no parameters, so neither `:` nor `%` mean anything. On a server it
@@ -97,6 +103,7 @@ def stream_sql(database: Database, sql: str, kinds: Sequence[Kind] = ()) -> Iter
             yield Rows(names, known, _checked(database, names, known, chunks_of(cursor)))
 
 
+@again
 def select(
     database: Database,
     query: str = "",
@@ -116,6 +123,7 @@ def select(
         return rows.gathered()
 
 
+@again
 def select_sql(database: Database, sql: str, kinds: Sequence[Kind] = ()) -> Result:
     """Return the rows of one SQL statement that only reads, as plain values; `read(sql=...)` gives a pandas table.
 
@@ -126,17 +134,20 @@ def select_sql(database: Database, sql: str, kinds: Sequence[Kind] = ()) -> Resu
         return rows.gathered()
 
 
-def check_scene(database: Database, scene: str) -> None:
-    """Refuse a scene that was never run on a database; `default` may always be asked about."""
-    if scene == DEFAULT:
+def check_scene(database: Database, scene: str, view: str = "designs") -> None:
+    """Refuse a scene that was never run on a database; `default` stands for what needs none, where none was."""
+    if scene == DEFAULT and view not in SCENIC:
         return
     known = scene_names(database)
-    if scene not in known:
-        names = ", ".join(map(shlex.quote, known)) or "none yet"
-        raise SceneError(
-            f"no verdicts of the scene {scene!r} in {database.location}, its scenes are: {names}; run "
-            f"`hcsearch enumerate --scene {shlex.quote(scene)}` with the grid and --n or --array first"
-        )
+    if scene in known or (scene == DEFAULT and not known):
+        return
+    names = ", ".join(map(shlex.quote, known)) or "none yet"
+    own = "" if scene == DEFAULT else f" --scene {shlex.quote(scene)}"
+    others = "name one of these with --scene, or " if known else ""
+    raise SceneError(
+        f"no verdicts of the scene {scene!r} in {database.location}, its scenes are: {names}; {others}run "
+        f"`hcsearch enumerate{own}` with the grid and --n or --array first"
+    )
 
 
 def _statement(view: str, scene: str, names: Sequence[str], query: str, sort: str, limit: int | None) -> Select[Any]:
@@ -157,23 +168,32 @@ def order_of(source: FromClause, view: str, sort: str) -> list[ColumnElement[Any
     return wanted + [source.c[name] for name in IDENTITY[view]]
 
 
-def find_design(database: Database, text: str) -> dict[str, Any]:
-    """Return the row of `designs` of an id or a circuit notation, with its rows of `foldings` and `deployments`.
+@again
+def find_design(database: Database, text: str, scene: str = DEFAULT) -> dict[str, Any]:
+    """Return the row of `designs` of an id or a circuit notation, with its rows of the views of foldings.
 
-    For people: control characters in its texts are escaped.
+    These are `foldings`, `motions` and `deployments`. scene : whose verdicts `designs` and `foldings` show. For people:
+    control characters in its texts are escaped.
     """
+    key, _ = find_circuit(database, text)
+    queries = {"designs": f"id={key}"} | dict.fromkeys(("foldings", "motions", "deployments"), f"design_id={key}")
+    rows = {view: _for_people(select(database, query, view=view, scene=scene)) for view, query in queries.items()}
+    return rows.pop("designs")[0] | rows
+
+
+@again
+def find_circuit(database: Database, text: str) -> tuple[int, str]:
+    """Return the id and the circuit of the design of an id or a circuit notation; QueryError where there is none."""
     by_id = re.fullmatch(r"[0-9]+", text) is not None
-    source = view_table("designs")
-    wanted = source.c.id == int(text[:20]) if by_id else source.c.circuit.in_(_spellings(text))
+    wanted = design.c.id == int(text[:20]) if by_id else design.c.circuit.in_(_spellings(text))
     if by_id and int(text[:20]) >= 2**63:
         raise _unknown(database, text)
     with database.reading() as connection:
-        key = connection.execute(sql_select(source.c.id).where(wanted)).scalar()
-    if key is None:
+        found = connection.execute(sql_select(design.c.id, design.c.circuit).where(wanted)).first()
+    if found is None:
         raise _unknown(database, text)
-    queries = {"designs": f"id={key}", "foldings": f"design_id={key}", "deployments": f"design_id={key}"}
-    rows = {view: _for_people(select(database, query, view=view)) for view, query in queries.items()}
-    return rows.pop("designs")[0] | rows
+    check_values(database.location, ("id", "circuit"), ("integer", "text"), [found])
+    return found.id, found.circuit
 
 
 def _for_people(result: Result) -> list[dict[str, Any]]:

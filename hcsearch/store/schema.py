@@ -23,13 +23,13 @@ from sqlalchemy import (
 )
 from sqlalchemy.types import REAL, TypeEngine
 
-REVISION = "0007"
+REVISION = "0009"
 """The newest migration. Revisions are numbers of four digits, so that an older one is a smaller text."""
 
 VERSION_TABLE = "hcsearch_version"
 APPLICATION_ID = 0x68635346  # "hcSF", in the header of an SQLite file
 
-FUNNEL = ("fixed_circuits", "circuits", "arrays", "two_stack", "untwisted", "movable", "deployable")
+FUNNEL = ("fixed_circuits", "circuits", "arrays", "two_stack", "untwisted", "movable", "deploys")
 
 # Named constraints can be changed by later migrations.
 metadata = MetaData(
@@ -177,6 +177,8 @@ motion = Table(
     Column("reason", _TEXT, nullable=False),
     # Fold angles of the states (rad), doubles, little-endian, row by row, compressed by zlib; NULL without a path.
     Column("path", LargeBinary),
+    # The congruent folding whose motion this is; NULL of what was planned itself.
+    Column("as_crease", Integer),
     _of_folding("crease"),
     _status("flat_pairs", "rigid", "hinged", "merged"),
     sqlite_strict=True,
@@ -211,6 +213,8 @@ deployment = Table(
     Column("closure_error", _REAL),
     Column("needed_margin", _REAL),
     Column("least_gap", _REAL),
+    # The congruent folding that was simulated in its place, or NULL.
+    Column("as_crease", Integer),
     _of_folding("crease"),
     _status("status", *_VERDICTS),
     sqlite_strict=True,

@@ -9,14 +9,20 @@ from collections.abc import Callable
 from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
 from sqlalchemy import Connection, Engine, Pool, QueuePool, create_engine, event
+from sqlalchemy.exc import DisconnectionError
 
+from hcsearch.errors import DatabaseError
 from hcsearch.store.failures import LOCKED, primary_code
 from hcsearch.store.schema import APPLICATION_ID, VERSION_TABLE
 
 _READING = (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ, sqlite3.SQLITE_FUNCTION, sqlite3.SQLITE_RECURSIVE)
+
+NEEDED = (3, 37, 0)
+"""The oldest SQLite that knows tables that are STRICT."""
 
 STEPS = 100_000  # of SQLite's virtual machine
 
@@ -27,6 +33,16 @@ class FirstLook:
 
     version: str | None
     empty: bool
+
+
+def check_version() -> None:
+    """DatabaseError where the SQLite of this Python is too old: it calls a good database damaged."""
+    if sqlite3.sqlite_version_info < NEEDED:
+        needed = ".".join(map(str, NEEDED[:2]))
+        raise DatabaseError(
+            f"the SQLite of this Python is {sqlite3.sqlite_version}, hcsearch needs {needed} or newer: use another "
+            "Python, or a PostgreSQL database"
+        )
 
 
 def connect(path: Path, mode: str, timeout: float) -> sqlite3.Connection:
@@ -40,8 +56,50 @@ def connect(path: Path, mode: str, timeout: float) -> sqlite3.Connection:
     return connection
 
 
+Stamp = tuple[int, int, int, bytes, bool]
+"""What a change of a file changes: its number, size and time, SQLite's counter of changes, whether it has a log."""
+
+_STAMP = "stamp"
+_TRIES = 5
+
+
+def stamp(path: Path) -> Stamp:
+    """The stamp of a file as it is now."""
+    with path.open("rb") as file:
+        status = os.fstat(file.fileno())
+        counter = file.read(28)[24:]
+    return status.st_ino, status.st_size, status.st_mtime_ns, counter, _has_content(path, "-wal")
+
+
+def is_outdated(path: Path, opened: Stamp | None) -> bool:
+    """Whether a file that was opened without locks, with this stamp, has been written to since; False for others."""
+    return opened is not None and opened != stamp(path)
+
+
+def opened_stamp(connection: Connection) -> Stamp | None:
+    """The stamp of the file when a connection opened it without locks; None where SQLite locks it."""
+    opened: Stamp | None = connection.info.get(_STAMP)
+    return opened
+
+
 def look(path: Path, timeout: float) -> FirstLook:
     """Look at a file without changing anything on disk, if it is not in use."""
+    for _ in range(_TRIES):
+        before = stamp(path)
+        try:
+            seen = _looked(path, timeout)
+        except sqlite3.DatabaseError:
+            if stamp(path) == before:
+                raise
+            continue  # what was read of a file that changes may be in pieces
+        if stamp(path) == before:
+            break
+    else:
+        return _look(path, "ro", timeout)  # somebody goes on writing, and SQLite's locks say when to read
+    return seen
+
+
+def _looked(path: Path, timeout: float) -> FirstLook:
     # An immutable connection leaves no -wal and -shm files behind, but sees only what is in the main file.
     if not _has_content(path, "-journal"):
         if not _has_content(path, "-wal"):
@@ -90,7 +148,6 @@ def writing_engine(path: Path, timeout: float) -> Engine:
     def creator() -> sqlite3.Connection:
         connection = connect(path, "rw", timeout)
         _use_write_ahead_log(connection, timeout)
-        connection.execute("PRAGMA synchronous=NORMAL")
         connection.execute("PRAGMA foreign_keys=ON")
         connection.execute("PRAGMA wal_autocheckpoint=4000")  # pages; at 1000, bulk inserts wait for the disk
         connection.execute("PRAGMA cache_size=-262144")  # KiB; the index of circuits is hit all over
@@ -106,20 +163,35 @@ def upgrading_engine(path: Path, timeout: float) -> Engine:
 
 def reading_engine(path: Path, timeout: float) -> Engine:
     """Return an engine on which no statement can change anything, here or in any other file."""
+    stamps: dict[int, Stamp] = {}
 
     def creator() -> sqlite3.Connection:
-        folder, log = path.absolute().parent, path.with_name(path.name + "-wal")
-        # Where SQLite cannot make its shared memory beside the file, nobody else of this user writes there either.
-        sealed = not os.access(folder, os.W_OK) and not log.exists()
+        log = path.with_name(path.name + "-wal")
+        # SQLite cannot make its shared memory, which holds its locks, where this user must not write. Others may write
+        # there, so that the file is looked at around each statement.
+        sealed = not os.access(path.absolute().parent, os.W_OK) and not log.exists()
+        opened = stamp(path) if sealed else None
         connection = connect(path, "ro&immutable=1" if sealed else "ro", timeout)
         connection.execute("PRAGMA query_only=ON")
         connection.execute("PRAGMA trusted_schema=OFF")
+        if opened is not None:
+            stamps[id(connection)] = opened
         return connection
 
+    def connected(connection: sqlite3.Connection, record: Any) -> None:
+        # Not in the creator: SQLAlchemy asks a PRAGMA of its first connection, before it calls this listener.
+        connection.set_authorizer(_authorize)
+        record.info[_STAMP] = stamps.pop(id(connection), None)
+
+    def taken(_connection: sqlite3.Connection, record: Any, _proxy: object) -> None:
+        if is_outdated(path, record.info[_STAMP]):
+            raise DisconnectionError("the file has changed")  # the pool opens it anew
+
     # No BEGIN, which the authorizer would refuse: one statement is one snapshot.
-    engine = create_engine("sqlite://", creator=creator, poolclass=QueuePool)
-    # Not in the creator: SQLAlchemy asks a PRAGMA of its first connection, before it calls this listener.
-    event.listen(engine, "connect", lambda connection, _record: connection.set_authorizer(_authorize))
+    # As many connections as there are threads that read: none waits for another to end.
+    engine = create_engine("sqlite://", creator=creator, poolclass=QueuePool, max_overflow=-1)
+    event.listen(engine, "connect", connected)
+    event.listen(engine, "checkout", taken)
     return engine
 
 
@@ -159,8 +231,12 @@ def _engine(creator: Callable[[], sqlite3.Connection], pool: type[Pool]) -> Engi
 
 
 def _begin(connection: Connection) -> None:
+    options = connection.get_execution_options()
+    if "hcsearch_durable" in options:
+        # FULL waits for the disk at each commit; after NORMAL ones a power failure may undo the last commits, whole.
+        connection.exec_driver_sql(f"PRAGMA synchronous={'FULL' if options['hcsearch_durable'] else 'NORMAL'}")
     # IMMEDIATE takes the write lock at once: a transaction that read first could not get it after another's commit.
-    connection.exec_driver_sql(f"BEGIN {connection.get_execution_options().get('hcsearch_begin', 'DEFERRED')}")
+    connection.exec_driver_sql(f"BEGIN {options.get('hcsearch_begin', 'DEFERRED')}")
 
 
 def _use_write_ahead_log(connection: sqlite3.Connection, timeout: float) -> None:

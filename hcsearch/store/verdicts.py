@@ -14,6 +14,7 @@ from hcsearch.play import millimetres
 from hcsearch.records import DeploymentBatch, MotionBatch, StageResult, VerdictBatch, WorkKey, play_of
 from hcsearch.store.database import Database
 from hcsearch.store.designs import CHUNK, ids_of
+from hcsearch.store.failures import again
 from hcsearch.store.schema import deployment, motion, outcome, scene, verdict
 from hcsearch.store.upsert import insert_rows
 from hcsearch.store.writing import insert_results
@@ -34,6 +35,7 @@ def record_scene(database: Database, name: str, values: str) -> None:
             )
 
 
+@again
 def find_scene(database: Database, name: str) -> str | None:
     """The values of a stored scene as a TOML file; None where there is none of the name."""
     with database.reading() as connection:
@@ -41,6 +43,7 @@ def find_scene(database: Database, name: str) -> str | None:
     return values
 
 
+@again
 def scene_names(database: Database) -> list[str]:
     """The names of the scenes that were run on a database."""
     with database.reading() as connection:
@@ -108,6 +111,7 @@ def _insert_motions(connection: Connection, foldings: Columns, motions: MotionBa
         "slack": [_number(1e3 * float(motions.slack[i])) for i in kept],
         "states": [0 if (path := motions.paths[i]) is None else len(path) for i in kept],
         "reason": [motions.reason[i] for i in kept],
+        "as_crease": [motions.as_crease[i] if motions.as_crease else None for i in kept],
         "path": [
             None if (path := motions.paths[i]) is None else zlib.compress(path.astype("<f8").tobytes()) for i in kept
         ],
@@ -120,7 +124,7 @@ def _trial_columns(deployments: DeploymentBatch, foldings: Columns, name: str) -
     trials = deployments.trials
     columns: Columns = {key: [foldings[key][trial.folding] for trial in trials] for key in ("design_id", "crease")}
     columns |= {key: [getattr(t, key) for t in trials] for key in ("scene", "formulation", "status", "reason")}
-    columns |= {key: [getattr(t, key) for t in trials] for key in ("first_contact", "deploy_time")}
+    columns |= {key: [getattr(t, key) for t in trials] for key in ("first_contact", "deploy_time", "as_crease")}
     columns["base"] = [name] * len(trials)
     columns["scene_values"] = [trial.values for trial in trials]
     columns |= {

@@ -6,6 +6,8 @@ scene `default`; the same SELECT shows any other one.
 
 from __future__ import annotations
 
+import re
+
 from hcsearch.scenes import DEFAULT
 from hcsearch.store.columns import VIEWS
 
@@ -92,6 +94,13 @@ SCENIC = tuple(view for view, (_, source) in _SOURCES.items() if ":scene" in sou
 """Views whose columns are those in a scene."""
 
 
+_SELECT = re.compile(
+    r"(?:\s|--[^\n]*(?:\n|$)|/\*.*?\*/)*(?:(?P<with>WITH\s+)(?P<recursive>RECURSIVE\s+)?|(?=SELECT\b|VALUES\b|\())",
+    re.IGNORECASE | re.DOTALL,
+)
+"""The beginning of a statement that is a SELECT, after remarks."""
+
+
 def create_view(view: str) -> str:
     """Return the CREATE VIEW statement of a view."""
     return f"CREATE VIEW {view} AS {select_in(view, DEFAULT)}"
@@ -109,6 +118,26 @@ def select_in(view: str, scene: str) -> str:
 def source_in(view: str, scene: str) -> str:
     """Return what to select from, to see a view in a scene: the view itself, or a subquery of its name."""
     return view if scene == DEFAULT or view not in SCENIC else f"({select_in(view, scene)}) AS {view}"
+
+
+def sql_in(sql: str, scene: str) -> str:
+    """Return a SELECT of which the views show a scene: subqueries of their names stand before its own.
+
+    What is no SELECT, such as EXPLAIN, is left as it is.
+    """
+    match = _SELECT.match(sql)
+    if match is None:
+        return sql
+    views = ",\n".join(f"{view} AS ({select_in(view, scene)})" for view in SCENIC if asks_for(sql, view))
+    if not views:
+        return sql
+    rest = sql[match.end() :]
+    return f"WITH {views}\n{sql}" if match["with"] is None else f"WITH {match['recursive'] or ''} {views},\n{rest}"
+
+
+def asks_for(sql: str, *views: str) -> bool:
+    """Return whether a statement may read one of some views: whether it has its name as a word."""
+    return any(re.search(rf"\b{view}\b", sql, re.IGNORECASE) for view in views)
 
 
 def literal(text: str) -> str:

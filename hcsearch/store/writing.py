@@ -99,10 +99,12 @@ def record_batches(
 ) -> None:
     """Store batches in one transaction: designs and foldings, and that these stages are done for the search prefix.
 
+    They are on disk for certain from the next durable transaction on, such as that of the end of the run.
+
     The same batch twice adds nothing. A design that was there before gets the columns of the stages that ran; the
     columns of other stages stay.
     """
-    with database.writing() as connection:
+    with database.writing(durable=False) as connection:  # a batch takes milliseconds to find again
         for prefix, designs, results in batches:
             insert_designs(connection, designs)
             insert_results(connection, run_id, work, prefix, results)

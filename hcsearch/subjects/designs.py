@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.circuit import Circuit
 from hcsearch.errors import HcsearchError
 from hcsearch.folding import Folding, folding_of, foldings, split_crease
-from hcsearch.store import find_design, open_readonly
+from hcsearch.store import find_circuit, open_readonly
 
 
 def is_id(name: str) -> bool:
@@ -15,13 +14,15 @@ def is_id(name: str) -> bool:
     return name.isascii() and name.isdigit()
 
 
-def design_named(name: str, db: str) -> tuple[Circuit, dict[str, Any]]:
-    """The circuit of a design, named by notation or by its id in a database, and its row there; empty without."""
+def design_named(name: str, db: str) -> tuple[Circuit, int | None]:
+    """The circuit of a design, named by notation or by its id in a database, and this id; None without."""
     if ":" in name:
-        return Circuit.from_notation(name).canonical(), {}
+        return Circuit.from_notation(name).canonical(), None
+    if name in ASSEMBLIES:
+        raise HcsearchError(f"{name} is an assembly, no design of a database: see hcsearch assembly {name}")
     with open_readonly(db) as database:
-        row = find_design(database, name)
-    return Circuit.from_notation(row["circuit"]), row
+        number, circuit = find_circuit(database, name)
+    return Circuit.from_notation(circuit), number
 
 
 def folding_named(name: str, db: str) -> Folding:

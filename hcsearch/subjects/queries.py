@@ -7,13 +7,14 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 
 from hcsearch.errors import QueryError
-from hcsearch.store import Database, Rows, stream, stream_sql
+from hcsearch.scenes import DEFAULT
+from hcsearch.store import SCENIC, Database, Rows, asks_for, stream, stream_sql
 from hcsearch.subjects.scenes import scene_asked_for
 
 
 @dataclass(frozen=True)
 class Query:
-    """A query on a view, with the scene and the panels whose verdicts are read; `sql` stands alone."""
+    """A query on a view, with the scene and the panels whose verdicts are read; `sql` stands in place of the rest."""
 
     conditions: str = ""
     view: str = "designs"
@@ -26,17 +27,13 @@ class Query:
     sql: str | None = None
 
     def __post_init__(self) -> None:
-        texts = (self.conditions, self.columns, self.sort, self.scene, self.panel, self.across)
-        if self.sql is not None and (any(texts) or self.limit is not None):
-            raise QueryError(
-                "a SELECT stands alone: put conditions, columns, order and limit into it; the view deployments has "
-                "all scenes"
-            )
+        if self.sql is not None and (any((self.conditions, self.columns, self.sort)) or self.limit is not None):
+            raise QueryError("a SELECT stands alone: put conditions, columns, order and limit into it")
 
     def rows(self, database: Database) -> AbstractContextManager[Rows]:
         """The rows, as they are read from a database, which must come from `open_readonly` for SQL."""
         if self.sql is not None:
-            return stream_sql(database, self.sql)
+            return stream_sql(database, self.sql, scene=self._scene(database, asks_for(self.sql, *SCENIC)))
         return stream(
             database,
             self.conditions,
@@ -44,5 +41,10 @@ class Query:
             sort=self.sort,
             limit=self.limit,
             view=self.view,
-            scene=scene_asked_for(database, self.scene, self.panel, self.across),
+            scene=self._scene(database, self.view in SCENIC),
         )
+
+    def _scene(self, database: Database, scenic: bool) -> str:
+        """The scene that is asked for; scenic : whether what is read depends on one, where none is named."""
+        named = (self.scene, self.panel, self.across)
+        return scene_asked_for(database, *named) if scenic or any(name is not None for name in named) else DEFAULT

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hcsearch.errors import DatabaseError, SceneError
+from hcsearch.errors import DatabaseError, HcsearchWarning, SceneError
 from hcsearch.grid import GRIDS
 from hcsearch.scenes import (
     DEFAULT,
@@ -14,6 +15,7 @@ from hcsearch.scenes import (
     Scene,
     check_name,
     default_panel,
+    doubt_of,
     is_panel,
     joined_name,
     panel_text,
@@ -21,6 +23,7 @@ from hcsearch.scenes import (
     read_panel,
     with_panel,
 )
+from hcsearch.system.notices import say
 
 if TYPE_CHECKING:
     from hcsearch.scenes import PanelSize
@@ -49,9 +52,12 @@ def read_scene(text: str | None, db: str) -> Scene:
 
 
 def with_size(scene: Scene, panel: str | None, across: str | None, grid: str) -> Scene:
-    """The scene with the panels that options ask for."""
+    """The scene with the panels that options ask for; HcsearchWarning where sizes are probably not meant."""
     size = read_size(panel, across, grid)
-    return scene if size is None else with_panel(scene, size, grid)
+    sized = scene if size is None else with_panel(scene, size, grid)
+    if sized.panel is not None and (doubt := doubt_of(sized.panel, grid if size is None else None)) is not None:
+        warnings.warn(doubt, HcsearchWarning, stacklevel=2)
+    return sized
 
 
 def read_size(panel: str | None, across: str | None, grid: str) -> PanelSize | None:
@@ -60,13 +66,23 @@ def read_size(panel: str | None, across: str | None, grid: str) -> PanelSize | N
         raise SceneError("give either --panel or --across: both say how large panels are")
     if across is not None:
         return read_across(across, grid)
-    return None if panel is None else read_panel(panel)
+    return None if panel is None else read_panel(panel, grid)
 
 
 def scene_asked_for(database: Database, text: str | None, panel: str | None, across: str | None) -> str:
-    """The name of a stored scene that options stand for, whichever grid it is of."""
-    from hcsearch.store import scene_names
+    """The name of a stored scene that options stand for, whichever grid it is of.
 
+    Without options, `default`; where a database has verdicts of one other scene alone, this, which a line on stderr
+    says. SceneError where it has verdicts of several, and none of `default`.
+    """
+    from hcsearch.store import check_scene, scene_names
+
+    if text is None and panel is None and across is None:
+        only = only_scene(database)
+        say("" if only is None else f"in the scene {only}, the only one that {database.location} has verdicts of")
+        if only is None:
+            check_scene(database, DEFAULT)
+        return only or DEFAULT
     base = DEFAULT if text is None else _of_file(text).name if text.endswith(".toml") else text
     if base not in scene_names(database):
         parted = _parted(base)
@@ -75,13 +91,14 @@ def scene_asked_for(database: Database, text: str | None, panel: str | None, acr
             base = joined_name(name, panel_text(size))
     if panel is None and across is None:
         return base
-    sizes = {}
+    sizes, refused = {}, None
     for grid in GRIDS:
         try:
             sizes[grid] = read_size(panel, across, grid)
-        except SceneError:
-            if panel is not None or grid == list(GRIDS)[-1]:
-                raise
+        except SceneError as error:  # of rectangles sizes are given otherwise
+            refused = error
+    if not sizes and refused is not None:
+        raise refused
     names = [joined_name(base, panel_text(size)) for size in sizes.values() if size is not None]
     known = [name for name in dict.fromkeys(names) if name in scene_names(database)]
     if len(known) > 1:
@@ -89,6 +106,14 @@ def scene_asked_for(database: Database, text: str | None, panel: str | None, acr
     if not known and any(size == default_panel(grid) for grid, size in sizes.items()):
         return base
     return known[0] if known else names[0]
+
+
+def only_scene(database: Database) -> str | None:
+    """The name of the scene that a database has verdicts of, where there is one, and it is not `default`."""
+    from hcsearch.store import scene_names
+
+    names = scene_names(database)
+    return names[0] if len(names) == 1 and names[0] != DEFAULT else None
 
 
 def _parted(text: str) -> tuple[str, PanelSize] | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from itertools import combinations_with_replacement
 
@@ -12,14 +13,40 @@ from hcsearch.typing import Reals
 
 Levels = tuple[int, ...]
 
+NEAR = 1e-9
+"""Share by which two equal stiffnesses may differ: sums of decimals are rounded."""
 
-def catalogue_levels(springs: Sequence[float], upper: float) -> tuple[float, ...]:
-    """Stiffnesses (N m/rad) that a hinge can get, rising: 0, each spring, and two in parallel, up to a bound."""
-    if not springs or not all(0.0 < spring <= upper for spring in springs):
-        raise HcsearchError(f"a catalogue has springs above 0 and up to {upper:g} N m/rad: write --catalogue 0.07,0.10")
-    pairs = (one + two for one, two in combinations_with_replacement(springs, 2))
-    stiffnesses = {0.0, *springs, *(round(pair, 12) for pair in pairs)}
-    return tuple(sorted(level for level in stiffnesses if level <= upper * (1.0 + 1e-9)))
+
+def catalogue_levels(springs: Sequence[float], upper: float, softest: float = 0.0) -> tuple[float, ...]:
+    """Stiffnesses (N m/rad) that a hinge can get, rising: 0, each spring, and two in parallel, up to a bound.
+
+    softest : of the springs that are tuned, for the remedy where the catalogue has a stiffer one than the bound.
+    """
+    if not springs or not all(0.0 < spring < math.inf for spring in springs):
+        raise HcsearchError("a catalogue has springs above 0 N m/rad: write --catalogue 0.07,0.10")
+    stiffest = max(springs)
+    if stiffest > upper * (1.0 + NEAR):
+        low = softest or stiffest / 200.0
+        raise HcsearchError(
+            f"the catalogue has a spring of {stiffest:g} N m/rad, and springs are tried up to {upper:g} N m/rad: add "
+            f"--spring-range {low:g},{stiffest:g}, or leave that spring out"
+        )
+    return tuple(level for level in sorted(_made_of(springs)) if level <= upper * (1.0 + NEAR))
+
+
+def springs_for(stiffness: float, catalogue: Sequence[float]) -> tuple[float, ...]:
+    """The springs of a catalogue that make a level of `catalogue_levels` in parallel: the fewest."""
+    return next(made for level, made in _made_of(catalogue).items() if abs(level - stiffness) <= NEAR * stiffness)
+
+
+def _made_of(catalogue: Sequence[float]) -> dict[float, tuple[float, ...]]:
+    """Springs by the stiffness that they make: none, one, or two; the fewest of each."""
+    each = sorted(set(catalogue))
+    made: dict[float, tuple[float, ...]] = {0.0: ()}
+    for springs in [*((one,) for one in each), *combinations_with_replacement(each, 2)]:
+        level = springs[0] if len(springs) == 1 else round(sum(springs), 12)
+        made.setdefault(level, springs)
+    return made
 
 
 def nearest_levels(stiffnesses: Sequence[float] | Reals, levels: Sequence[float]) -> Levels:
@@ -42,10 +69,11 @@ def descend(
 ) -> dict[Levels, float]:
     """Search the sets around some: from the best one seen whose neighbours have not been asked for, to these.
 
-    Ends when all neighbours of the best sets are known or when the budget of sets is spent; returns all that it saw.
+    Ends when all neighbours of the best sets are known or when the budget of sets, 1 or more, is spent; returns all of
+    them that it saw.
     costs : of sets, together.
     """
-    first = list(dict.fromkeys(starts))
+    first = list(dict.fromkeys(starts))[:budget]
     seen = dict(zip(first, map(float, costs(first)), strict=True))
     opened: set[Levels] = set()
     while len(seen) < budget:
@@ -54,7 +82,7 @@ def descend(
             break
         best = min(waiting, key=lambda chosen: (seen[chosen], chosen))
         opened.add(best)
-        fresh = [chosen for chosen in neighbours(best, levels) if chosen not in seen]
+        fresh = [chosen for chosen in neighbours(best, levels) if chosen not in seen][: budget - len(seen)]
         if fresh:
             seen.update(zip(fresh, map(float, costs(fresh)), strict=True))
     return seen

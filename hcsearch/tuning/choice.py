@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.deployment.agreement import Agreement, confirmed
 from hcsearch.deployment.deploying import Deployment, deploy
 from hcsearch.deployment.outcomes import Check
 from hcsearch.deployment.springs import scene_springs
@@ -24,6 +26,8 @@ STARTS = 31
 """Sets, beside the best, that are rounded to catalogue springs, where the search of catalogue springs begins."""
 TRIES = 6
 """Sets that are simulated precisely until one is confirmed."""
+HARDENED = STAGES[0][0] // 2 + 1
+"""Sets that the search for robust ones leaves, which are evaluated."""
 HARDENING = (8, 4)
 """Sets of a generation of the search for robust ones, and samples that each is judged by."""
 
@@ -33,7 +37,8 @@ class SpringSet:
     """Springs and what they do.
 
     stiffnesses : of each hinge, N m/rad. check : the quick check. deployment : the scene itself, precisely; None where
-        it was not simulated. robustness : None where no samples were drawn. scales : of its scene.
+        it was not simulated. agreement : with the same at tighter tolerances, where it becomes flat, as of `hcsearch
+        deploy`. robustness : None where no samples were drawn. scales : of its scene.
     """
 
     stiffnesses: tuple[float, ...]
@@ -41,6 +46,7 @@ class SpringSet:
     deployment: Deployment | None = None
     robustness: Robustness | None = None
     scales: Scales = DEFAULT
+    agreement: Agreement | None = None
 
     @property
     def value(self) -> float:
@@ -52,12 +58,39 @@ class SpringSet:
         """Whether the precise simulation becomes flat, certified clear."""
         return self.deployment is not None and self.deployment.deploys
 
+    @property
+    def doubt(self) -> str:
+        """Why simulations at tighter tolerances do not confirm that it deploys; empty where they do."""
+        agreed = self.agreement is None or self.agreement.verdict == "deploys"
+        return "" if self.agreement is None or agreed else self.agreement.reason
+
+    @property
+    def flat_time(self) -> float | None:
+        """When the precise simulation is flat, s, in the digits that all tolerances agree on."""
+        if self.agreement is not None:
+            return self.agreement.flat_time
+        return None if self.deployment is None else self.deployment.flat_time
+
+
+class Shares(NamedTuple):
+    """How many evaluations there are in all, and how many are kept for robust sets and for catalogue springs."""
+
+    total: int
+    hardened: int
+    rounded: int
+
+
+def shares_of(evaluations: int, samples: int, catalogue: bool) -> Shares:
+    """The shares of a number of evaluations; the rest is the search's, one at least."""
+    rounded = min(max(1, evaluations // 4), evaluations - 1) if catalogue else 0
+    return Shares(evaluations, min(HARDENED, evaluations // 8) if samples else 0, rounded)
+
 
 class Finder:
     """From the sets that were seen to those that are reported: confirmed, and the least likely to collide."""
 
-    def __init__(self, search: SpringSearch, scene: Scene, samples: int, spread: Spread) -> None:
-        self.search, self.scene, self.samples, self.spread = search, scene, samples, spread
+    def __init__(self, search: SpringSearch, scene: Scene, samples: int, spread: Spread, shares: Shares) -> None:
+        self.search, self.scene, self.samples, self.spread, self.shares = search, scene, samples, spread, shares
         self.evaluator = search.evaluator
         self.best: SpringSet | None = None
 
@@ -88,7 +121,7 @@ class Finder:
         strategy = strategy_from(begin, 0.04, self.search.bounds, HARDENING[0], rng)
         trials: list[tuple[float, int, Reals]] = []
         least, idle = math.inf, 0
-        generations = max(1, self.search.budget // (2 * HARDENING[0] * HARDENING[1]))
+        generations = max(1, self.shares.total // (2 * HARDENING[0] * HARDENING[1]))
         for k in range(generations):
             points = np.array(strategy.ask())
             near = [spread_out(np.exp(point), tied) for point in points]
@@ -100,7 +133,8 @@ class Finder:
             if strategy.stop() or idle == 2:
                 break
         middle = spread_out(np.exp(strategy.result.xfavorite), tied)
-        return [middle, *(one for _, _, one in sorted(trials)[: STAGES[0][0] // 2])]
+        left = self.shares.total - self.evaluator.done - self.shares.rounded
+        return [middle, *(one for _, _, one in sorted(trials)[: HARDENED - 1])][: max(0, left)]
 
     def _means(self, sets: Sequence[Reals]) -> list[float]:
         """Mean objective of each set over the same few samples."""
@@ -113,9 +147,12 @@ class Finder:
         values = [self.evaluator.value(check) for check in self.evaluator.of_scenes(scenes)]
         return [float(np.mean(values[k : k + count])) for k in range(0, len(values), count)]
 
-    def round(self, levels: Sequence[float]) -> SpringSet:
-        """Catalogue springs near the best set."""
+    def round(self, levels: Sequence[float]) -> SpringSet | None:
+        """Catalogue springs near the best set; None where no evaluation is left."""
         assert self.best is not None
+        left = self.shares.total - self.evaluator.done
+        if left < 1:
+            return None
         tied = self.search.tied
         # sets further from the best one may round to better ones
         near = [np.array(self.best.stiffnesses), *self.search.candidates()[:STARTS]]
@@ -129,7 +166,7 @@ class Finder:
             self.search.progress(self.search.budget, self.search.budget, f"catalogue springs, {len(chosen)} sets")
             return values
 
-        seen = descend(starts, len(levels), costs, budget=self.search.budget // 4)
+        seen = descend(starts, len(levels), costs, budget=min(left, max(self.shares.rounded, STARTS + 1)))
         ranked = sorted(seen, key=lambda chosen: (seen[chosen], chosen))
         clear = [chosen for chosen in ranked if seen[chosen] < 1.0]
         return self._chosen(sets(clear or ranked[:1]))
@@ -159,7 +196,8 @@ class Finder:
     def precise(self, place: SpringSet) -> SpringSet:
         """With the deployment in the scene itself, as `hcsearch deploy` simulates it."""
         scene = scene_springs(self.scene, place.stiffnesses)
-        return replace(place, deployment=deploy(self.evaluator.linkage, scene, self.evaluator.formulation))
+        deployment = deploy(self.evaluator.linkage, scene, self.evaluator.formulation)
+        return replace(place, deployment=deployment, agreement=confirmed(deployment))
 
     def sampled(self, place: SpringSet) -> SpringSet:
         """With what becomes of samples of the tolerances, where they are wanted."""

@@ -70,7 +70,9 @@ class Evaluator:
     """Checks of one array in scenes that differ in their springs, or in more.
 
     scene : settled, nothing in it is left to the panels. strict : margin of the checks, m.
-    done, recalled : how many have been asked for, each once, and how many of these the memory knew before.
+    done, samples : how many sets of springs, and how many other scenes, have been asked for, each once. recalled,
+    samples_recalled : how many of these the memory knew before. before : evaluations of another formulation that the
+    choice of this one took; they are in `done`.
     """
 
     def __init__(self, linkage: Linkage, scene: Scene, formulation: Formulation, memory: Memory | None = None) -> None:
@@ -82,31 +84,50 @@ class Evaluator:
         self.strict = STRICT * scene.margin
         self.scales = Scales(scale_of(linkage), scene.seconds)
         self.reach = slack_of(linkage, 1.0) if formulation == "compliant" else 0.0
-        self.recalled = 0
+        self.recalled = self.samples_recalled = self.before = 0
         self._memory = Own() if memory is None else memory
-        self._asked: set[Key] = set()
+        self._sets: set[Key] = set()
+        self._samples: set[Key] = set()
         self._base: Compiled | None = None
         self._screens: dict[frozenset[tuple[int, int]], Screen] = {}
 
     @property
     def done(self) -> int:
-        """How many have been asked for."""
-        return len(self._asked)
+        """How many sets of springs have been asked for."""
+        return self.before + len(self._sets)
+
+    @property
+    def samples(self) -> int:
+        """How many scenes have been asked for that are no sets of springs."""
+        return len(self._samples)
 
     def of_springs(self, sets: Iterable[Sequence[float] | Reals], whole: bool = False) -> list[Check]:
         """Check spring sets, each a stiffness (N m/rad) for every hinge; mirror hinges have equal ones.
 
-        whole : whether motions that collide are followed to their end, too.
+        whole : whether motions that collide are followed to their end, too. What was once is not checked otherwise.
         """
         if self._base is None:
             # mirror hinges have equal springs in all sets, so that one with equal springs everywhere stands for all
             self._base = self._compiled(replace(self.scene, spring="linear:0.1", springs=()))
         scenes = [scene_springs(self.scene, stiffnesses) for stiffnesses in sets]
-        return self._checked(scenes, self._sprung, whole)
+        keys = [self._key(scene, True) for scene in scenes]
+        keys = [
+            key if whole or key in self._sets else self._key(scene, False)
+            for key, scene in zip(keys, scenes, strict=True)
+        ]
+        known = dict(self._memory.recall(keys))
+        self.recalled += len((set(keys) - self._sets) & set(known))
+        self._sets |= set(keys)
+        return self._checked(keys, scenes, known, self._sprung, whole)
 
     def of_scenes(self, scenes: Sequence[Scene]) -> list[Check]:
         """Check scenes that may differ in anything, all with linear springs."""
-        return self._checked(scenes, self._compiled, whole=False)
+        keys = [self._key(scene, False) for scene in scenes]
+        known = dict(self._memory.recall(keys))
+        fresh = set(keys) - self._samples - self._sets
+        self.samples_recalled += len(fresh & set(known))
+        self._samples |= fresh
+        return self._checked(keys, scenes, known, self._compiled, whole=False)
 
     def slack(self, check: Check) -> float:
         """What panels may be elsewhere as springs that close loops give way, m: checks leave it out of account."""
@@ -126,11 +147,10 @@ class Evaluator:
         # whether folded stops can be reached depends on the springs, which change
         return compile_scene(self.linkage, scene, self.formulation, keep=frozenset({"stops"}))
 
-    def _checked(self, scenes: Sequence[Scene], compiled: Any, whole: bool) -> list[Check]:
-        keys = [self._key(scene, whole) for scene in scenes]
-        known = dict(self._memory.recall(keys))
-        self.recalled += len((set(keys) - self._asked) & set(known))
-        self._asked |= set(keys)
+    def _checked(
+        self, keys: Sequence[Key], scenes: Sequence[Scene], known: dict[Key, Check], compiled: Any, whole: bool
+    ) -> list[Check]:
+        """The checks of scenes, of which the memory knows some."""
         missing = {key: scene for key, scene in zip(keys, scenes, strict=True) if key not in known}
         if missing:
             fresh = self._run([compiled(scene) for scene in missing.values()], whole)

@@ -19,6 +19,7 @@ import numpy as np
 
 from hcsearch.deployment.outcomes import Check
 from hcsearch.deployment.springs import range_of
+from hcsearch.system.numbers import short
 from hcsearch.tuning.evaluation import Evaluator
 from hcsearch.typing import Reals
 
@@ -194,6 +195,6 @@ def strategy_from(
 def summary(check: Check) -> str:
     """A check in a few words."""
     if check.deploys:
-        return "flat, clear" if check.gap is None else f"flat, clear by {1e3 * check.gap:.2g} mm"
+        return "flat, clear" if check.gap is None else f"flat, clear by {short(1e3 * check.gap, 2)} mm"
     verdict = {True: "clear", False: "collides", None: "undecided"}[check.clear]
     return f"{check.outcome}, {verdict}"

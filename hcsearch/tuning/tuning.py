@@ -14,7 +14,7 @@ from hcsearch.labels import Labels, labels_of
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
 from hcsearch.tuning.catalogue import catalogue_levels
-from hcsearch.tuning.choice import Finder, SpringSet
+from hcsearch.tuning.choice import Finder, SpringSet, shares_of
 from hcsearch.tuning.evaluation import TOLERANCES, Evaluator, Memory
 from hcsearch.tuning.objective import Scales
 from hcsearch.tuning.robustness import Spread
@@ -23,7 +23,7 @@ from hcsearch.typing import Reals
 from hcsearch.vocabulary import Formulation
 
 EVALUATIONS, SAMPLES = 500, 64
-"""Spring sets that a search tries, and samples of the tolerances that are drawn for a set that is confirmed."""
+"""Sets of springs that are tried, and samples of the tolerances that are drawn for a set that is confirmed."""
 
 
 NO_LABELS = Labels((), ())
@@ -37,7 +37,9 @@ class Tuning:
     tied : the groups of hinges that have equal springs, by their places in the linkage.
     start : the springs with which the search began. best : the confirmed set that is least likely to fail; if none is
     confirmed, the set with the least objective. rounded : the same with springs of the catalogue; None without one.
-    evaluations : how many sets and samples were needed. recalled : how many of them a database already held.
+    evaluations : how many sets of springs were tried, each by one quick simulation. samples : how many simulations
+    within the tolerances were drawn. recalled, samples_recalled : how many of these a database already held.
+    catalogue : the springs that can be bought, N m/rad.
     interrupted : whether Ctrl-C ended the search. labels : the names of panels and hinges.
     """
 
@@ -51,6 +53,9 @@ class Tuning:
     recalled: int
     interrupted: bool
     labels: Labels = NO_LABELS
+    samples: int = 0
+    samples_recalled: int = 0
+    catalogue: tuple[float, ...] = ()
 
     def __repr__(self) -> str:
         sure = "certified clear" if self.chosen.confirmed else "not certified clear"
@@ -83,8 +88,9 @@ def tune(
     """Choose the stiffness of each hinge in the scene's spring range, with dampers in proportion.
 
     formulation : unless given `constrained`, or `compliant` where only so any set becomes flat at first. catalogue :
-    stiffnesses of what can be bought (N m/rad). evaluations : spring sets tried, in all but the rounding; half as many
-    samples may be drawn to harden the best sets. samples : drawn of the tolerances in `spread`. memory : takes and
+    stiffnesses of what can be bought (N m/rad). evaluations : sets of springs that are tried at most, in all: for the
+    choice of the formulation, the search and the rounding. samples : drawn of the tolerances in `spread` for each set
+    that is reported; half as many as evaluations may be drawn besides to compare and harden sets. memory : takes and
     gives evaluations, so that the same tuning again goes on where it stopped.
     The same arguments give the same springs. The springs of the scene are the start; softer ones count as the softest.
     Errors: HcsearchError for stiffer or negative ones, for a floating scene, and for other formulations.
@@ -100,13 +106,16 @@ def tune(
     if not (given >= 0.0).all() or not (given <= stiffest * (1.0 + 1e-9)).all():
         raise HcsearchError(
             f"springs of {given.min():g} to {given.max():g} N m/rad are no start of a search from {softest:g} to "
-            f"{stiffest:g}: give some within, or none, or another --spring-range"
+            f"{stiffest:g}: {_remedy(float(given.min()), float(given.max()), softest)}"
         )
+    levels = catalogue_levels(catalogue, stiffest, softest) if catalogue else ()
     start = spread_out([np.clip(given[list(hinges)].mean(), softest, stiffest) for hinges in tied], tied)
     first = first_generation(start, tied, seed, (softest, stiffest))
-    evaluator = _evaluator(linkage, scene, formulation, first, memory)
-    search = SpringSearch(evaluator, tied, evaluations, seed, progress or _silent)
-    finder = Finder(search, scene, samples, spread or Spread())
+    evaluator = _evaluator(linkage, scene, formulation, first, memory, evaluations)
+    shares = shares_of(evaluations - evaluator.before, samples, bool(catalogue))
+    budget = max(1, shares.total - shares.hardened - shares.rounded)
+    search = SpringSearch(evaluator, tied, budget, seed, progress or _silent)
+    finder = Finder(search, scene, samples, spread or Spread(), shares._replace(total=evaluations))
     interrupted = False
     rounded = None
     begin = SpringSet(tuple(start.tolist()), evaluator.of_springs([start])[0], scales=evaluator.scales)
@@ -115,13 +124,33 @@ def tune(
         begin = finder.precise(begin)
         search.run(start, first)
         finder.choose(search.candidates(), begin)
-        if catalogue:
-            rounded = finder.round(catalogue_levels(catalogue, stiffest))
+        if levels:
+            rounded = finder.round(levels)
     except KeyboardInterrupt:
         interrupted = True
     best = finder.best or (begin if search.best is None else _seen(search.best, evaluator.scales))
-    done, recalled, labels = evaluator.done, evaluator.recalled, labels_of(linkage)
-    return Tuning(scene, evaluator.formulation, tied, begin, best, rounded, done, recalled, interrupted, labels)
+    return Tuning(
+        scene,
+        evaluator.formulation,
+        tied,
+        begin,
+        best,
+        rounded,
+        evaluator.done,
+        evaluator.recalled,
+        interrupted,
+        labels_of(linkage),
+        evaluator.samples,
+        evaluator.samples_recalled,
+        tuple(map(float, catalogue)),
+    )
+
+
+def _remedy(least: float, most: float, softest: float) -> str:
+    """What to do about springs outside the range."""
+    if least < 0.0:
+        return "give springs of 0 N m/rad or more, or none"
+    return f"add --spring-range {min(softest, most / 2.0):g},{most:g}, or give softer springs"
 
 
 def _silent(done: int, total: int, note: str) -> None:
@@ -133,7 +162,12 @@ def _seen(place: Place, scales: Scales) -> SpringSet:
 
 
 def _evaluator(
-    linkage: Linkage, scene: Scene, formulation: Formulation | None, first: Reals, memory: Memory | None
+    linkage: Linkage,
+    scene: Scene,
+    formulation: Formulation | None,
+    first: Reals,
+    memory: Memory | None,
+    evaluations: int = EVALUATIONS,
 ) -> Evaluator:
     """The evaluator of the formulation that is asked for, or of exact closure unless only compliant arrays become flat.
 
@@ -143,8 +177,13 @@ def _evaluator(
         return Evaluator(linkage, scene, formulation, memory)
     exact = Evaluator(linkage, scene, "constrained", memory)
     tied = tied_hinges(linkage, scene)
-    sets = [spread_out(np.exp(point), tied) for point in first]
+    sets = [spread_out(np.exp(point), tied) for point in first][:evaluations]
     if any(check.outcome == "flat" for check in exact.of_springs(sets, whole=True)):
         return exact
     other = Evaluator(linkage, scene, "compliant", memory)
-    return other if any(check.outcome == "flat" for check in other.of_springs(sets, whole=True)) else exact
+    sets = sets[: evaluations - exact.done]
+    chosen, left = (
+        (other, exact) if any(c.outcome == "flat" for c in other.of_springs(sets, whole=True)) else (exact, other)
+    )
+    chosen.before, chosen.recalled = left.done, chosen.recalled + left.recalled
+    return chosen

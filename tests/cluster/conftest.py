@@ -27,10 +27,12 @@ class Cluster:
     """A scheduler with two workers, each a process group of its own."""
 
     def __init__(self, folder: Path, workers: int = 2):
-        dask = [sys.executable, "-m", "dask"]
+        self.folder, self.dask = folder, [sys.executable, "-m", "dask"]
         address_file = folder / "scheduler.json"
         words = ["--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(address_file)]
-        self.scheduler = subprocess.Popen([*dask, "scheduler", *words], cwd=folder, start_new_session=True, **QUIET)
+        self.scheduler = subprocess.Popen(
+            [*self.dask, "scheduler", *words], cwd=folder, start_new_session=True, **QUIET
+        )
         self.address = until(
             lambda: (
                 address_file.exists()
@@ -38,10 +40,19 @@ class Cluster:
                 and json.loads(address_file.read_text())["address"]
             )
         )
-        self.worker = None
+        self.workers: list[subprocess.Popen[bytes]] = []
         if workers:
-            words = [self.address, "--nworkers", str(workers), "--nthreads", "1", "--no-dashboard"]
-            self.worker = subprocess.Popen([*dask, "worker", *words], cwd=folder, start_new_session=True, **QUIET)
+            self.start_workers(workers)
+
+    def start_workers(self, workers, **environment):
+        words = [self.address, "--nworkers", str(workers), "--nthreads", "1", "--no-dashboard"]
+        command, others = [*self.dask, "worker", *words], os.environ | environment
+        self.workers.append(subprocess.Popen(command, cwd=self.folder, env=others, start_new_session=True, **QUIET))
+
+    @property
+    def worker(self):
+        """The first that was started."""
+        return self.workers[0]
 
     def working(self):
         """Process ids of the workers themselves, children of the one that was started."""
@@ -51,8 +62,8 @@ class Cluster:
         return [int(line) for line in listed.stdout.split()]
 
     def stop(self):
-        for process in (self.worker, self.scheduler):
-            if process is not None and process.poll() is None:
+        for process in (*self.workers, self.scheduler):
+            if process.poll() is None:
                 os.killpg(process.pid, signal.SIGKILL)
                 process.wait(30)
 

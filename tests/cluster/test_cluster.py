@@ -1,15 +1,19 @@
 """The same work on a Dask cluster: the same rows with the same ids, whoever dies meanwhile."""
 
 import os
+import shutil
 import signal
 import socket
 import sqlite3
 import subprocess
 import sys
 import time
+from pathlib import Path
+from shutil import ignore_patterns
 
 import pytest
 
+import hcsearch
 from hcsearch.errors import ClusterError
 from hcsearch.pipeline import Crew
 from hcsearch.store import open_readonly, select_sql
@@ -172,3 +176,37 @@ def test_a_stranger_at_the_address_is_one_line_within_seconds(tmp_path):
     assert time.monotonic() - begin < 15
     assert (process.returncode, errors.count("\n")) == (2, 1)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture
+def stranger(tmp_path):
+    """The sources of hcsearch with a change that nothing but a look into them shows, to run a worker on."""
+    shutil.copytree(
+        Path(hcsearch.__file__).parent, tmp_path / "other" / "hcsearch", ignore=ignore_patterns("__pycache__")
+    )
+    with (tmp_path / "other" / "hcsearch" / "twisting.py").open("a", encoding="utf-8") as file:
+        file.write("\n# another commit\n")
+    return {"PYTHONPATH": str(tmp_path / "other")}
+
+
+def test_a_worker_of_other_sources_is_refused_before_a_run(tmp_path, lonely, stranger):
+    lonely.start_workers(1, **stranger)
+    process = start(tmp_path, "--n", "6", "--scheduler", lonely.address, "--db", "d.sqlite")
+    _, errors = process.communicate(timeout=120)
+    assert (process.returncode, errors.count("\n")) == (2, 1)
+    assert "has other sources of hcsearch 0.1.0: install there what runs here" in errors
+    assert not (tmp_path / "d.sqlite").exists()
+
+
+def test_a_worker_of_other_sources_that_joins_gives_no_results(lonely, stranger):
+    from distributed import Client
+
+    lonely.start_workers(1)
+    work = Crew(scheduler=lonely.address).work(int, [str(item) for item in range(40)])
+    assert next(work) == ("0", 0)
+    lonely.start_workers(1, **stranger)
+    with Client(lonely.address, set_as_default=False) as client:
+        client.wait_for_workers(2, timeout=60)
+    os.killpg(lonely.worker.pid, signal.SIGKILL)
+    with pytest.raises(ClusterError, match=r"has other sources of hcsearch .*: stop it"):
+        list(work)

@@ -9,6 +9,7 @@ from naive_clearance import chain, fan, polynomial, random_course
 from hcsearch.collision.prisms import prisms_of
 from hcsearch.collision.solids import pairs_of
 from hcsearch.kernels.linkage.courses import TERMS, bound_rates, follow, path_bend, path_speed, rates_at, write_course
+from hcsearch.kernels.linkage.reaches import Pairs
 
 LINKAGES = {
     "2 panels": chain([0.02, 0.03], ["top"]),
@@ -88,7 +89,8 @@ def seen_from(linkage, states, f, g):
 @pytest.mark.parametrize("name", LINKAGES)
 def test_no_point_is_faster_than_its_bound(name, cubic, back):
     linkage = LINKAGES[name]
-    pairs = pairs_of(linkage, prisms_of(linkage))
+    prisms = prisms_of(linkage)
+    pairs = pairs_of(linkage, prisms)
     rng = np.random.default_rng(len(name) + 2 * cubic)
     tight = 0.0
     for _ in range(3):
@@ -101,9 +103,8 @@ def test_no_point_is_faster_than_its_bound(name, cubic, back):
             places = seen_from(linkage, states, *((g, f) if back else (f, g)))
             fast = np.linalg.norm(np.diff(places, axis=0), axis=2).max() / step
             bent = np.linalg.norm(np.diff(places, 2, axis=0), axis=2).max() / step**2
-            reaches = pairs.before if back else pairs.beyond
-            speed = path_speed(pairs.hinges, p, pairs.lengths[p], reaches, rates[0])
-            bend = path_bend(pairs.hinges, p, pairs.lengths[p], back, reaches, *rates)
+            speed = path_speed(pairs, p, int(back), rates[0], prisms.panels)
+            bend = path_bend(pairs, p, int(back), *rates, prisms.panels)
             assert fast <= speed * (1 + 1e-9)
             assert bent <= bend * (1 + 1e-9)
             tight = max(tight, fast / speed, bent / bend)
@@ -116,15 +117,18 @@ def test_the_bounds_of_one_hinge_that_turns_evenly_are_exact(back):
     pairs = pairs_of(linkage, prisms_of(linkage))
     corners = linkage.solids(linkage.flat)[0 if back else 1].reshape(-1, 3) - linkage.points[0]
     radius = np.linalg.norm(np.cross(corners, linkage.directions[0]), axis=1).max()
-    reaches = pairs.before if back else pairs.beyond
-    speed = path_speed(pairs.hinges, 0, 1, reaches, np.array([7.0]))
-    bend = path_bend(pairs.hinges, 0, 1, back, reaches, np.array([7.0]), np.array([0.0]))
+    panels = np.array(linkage.pattern.panel_of)
+    speed = path_speed(pairs, 0, int(back), np.array([7.0]), panels)
+    bend = path_bend(pairs, 0, int(back), np.array([7.0]), np.array([0.0]), panels)
     assert (speed, bend) == pytest.approx((7.0 * radius, 49.0 * radius), rel=1e-12)
 
 
 def test_the_bounds_of_turns_about_one_line_add_up():
     """Two hinges that turn as one: |x''| = (w + w')^2 r, and no less is allowed."""
-    hinges, reaches = np.array([[0, 1]]), np.array([[2.0, 2.0]])
-    speeds, none = np.array([3.0, 4.0]), np.zeros(2)
-    assert path_speed(hinges, 0, 2, reaches, speeds) == pytest.approx(14.0)
-    assert [path_bend(hinges, 0, 2, back, reaches, speeds, none) for back in (False, True)] == pytest.approx([98.0] * 2)
+    # two prisms on panels 0 and 2, with hinge 0 from panel 0 to 1 and hinge 1 from 1 to 2
+    hinges = np.array([[-1, 0, 1], [0, -1, 1], [0, 1, -1]], np.int32)
+    nexts = np.array([[-1, 0, 1], [1, -1, 1], [1, 2, -1]], np.int32)
+    pairs = Pairs(np.array([[0, 1]]), hinges, nexts, np.full((2, 2), 2.0))
+    panels, speeds, none = np.array([0, 2]), np.array([3.0, 4.0]), np.zeros(2)
+    assert path_speed(pairs, 0, 0, speeds, panels) == pytest.approx(14.0)
+    assert [path_bend(pairs, 0, back, speeds, none, panels) for back in (0, 1)] == pytest.approx([98.0] * 2)

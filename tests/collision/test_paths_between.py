@@ -35,6 +35,15 @@ def tree_of(linkage):
     return tree
 
 
+def way_between(pairs, one, two):
+    """The hinges from one panel to another."""
+    way = []
+    while one != two:
+        way.append(int(pairs.hinges[two, one]))
+        one = int(pairs.nexts[two, one])
+    return way
+
+
 @pytest.mark.parametrize("apart", [False, True])
 @pytest.mark.parametrize("name", LINKAGES)
 def test_ways_are_those_of_the_tree(name, apart):
@@ -43,9 +52,11 @@ def test_ways_are_those_of_the_tree(name, apart):
     left_out = hinged(linkage) if apart else set()
     pairs = pairs_of(linkage, prisms_of(linkage), left_out)
     assert [tuple(pair) for pair in pairs.prisms] == pairs_looked_at(linkage, left_out)
-    for (f, g), count, hinges in zip(pairs.prisms, pairs.lengths, pairs.hinges, strict=True):
+    for f, g in pairs.prisms:
         path = nx.shortest_path(tree, panel[f], panel[g])
-        assert hinges[:count].tolist() == [tree.edges[a, b]["hinge"] for a, b in itertools.pairwise(path)]
+        assert way_between(pairs, panel[f], panel[g]) == [
+            tree.edges[a, b]["hinge"] for a, b in itertools.pairwise(path)
+        ]
 
 
 @pytest.mark.parametrize("name", LINKAGES)
@@ -53,34 +64,37 @@ def test_no_corner_is_further_from_a_hinge_than_its_reach(name):
     linkage = LINKAGES[name]
     pairs = pairs_of(linkage, prisms_of(linkage))
     rng = np.random.default_rng(5)
-    greatest = np.zeros((2, *pairs.beyond.shape))
+    panel, facets = linkage.pattern.panel_of, len(linkage.pattern.facets)
+    greatest = np.zeros((facets, linkage.n_hinges))
     for _ in range(60):
         angles = rng.uniform(-np.pi, np.pi, linkage.n_hinges)
         poses, solids = linkage.poses(angles), linkage.solids(angles)
         corners = [solid.reshape(-1, 3) for solid in solids]
-        away = np.empty((linkage.n_hinges, len(corners)))
         for hinge, between in enumerate(linkage.pattern.hinges):
             # every hinge moves with the panels it joins
             pose = poses[between.first]
             point = pose[:, :3] @ linkage.points[hinge] + pose[:, 3]
             line = pose[:, :3] @ linkage.directions[hinge]
-            away[hinge] = [np.linalg.norm(np.cross(one - point, line), axis=1).max() for one in corners]
-        for p, (f, g) in enumerate(pairs.prisms):
-            way = pairs.hinges[p, : pairs.lengths[p]]
-            for side, facet in enumerate((g, f)):
-                distances = greatest[side, p, : len(way)]
-                np.maximum(distances, away[way, facet], out=distances)
-    on_the_way = np.arange(pairs.beyond.shape[1]) < pairs.lengths[:, None]
-    for distances, reach, last in ((greatest[0], pairs.beyond, pairs.lengths - 1), (greatest[1], pairs.before, 0)):
-        assert (distances <= reach * (1 + 1e-12))[on_the_way].all()
+            away = [np.linalg.norm(np.cross(one - point, line), axis=1).max() for one in corners]
+            np.maximum(greatest[:, hinge], away, out=greatest[:, hinge])
+    in_tree = sorted(hinge for *_, hinge in tree_of(linkage).edges.data("hinge"))
+    assert (greatest <= pairs.reaches * (1 + 1e-12))[:, in_tree].all()
+    assert (np.delete(pairs.reaches, in_tree, axis=1) == 0.0).all()
+    for f in range(facets):
         # of the hinge next to the prism it is exact
-        rows = np.arange(len(reach))
-        assert distances[rows, last] == pytest.approx(reach[rows, last], rel=1e-12)
-        assert (reach[~on_the_way] == 0.0).all()
+        for other in tree_of(linkage)[panel[f]]:
+            hinge = way_between(pairs, panel[f], other)[0]
+            assert greatest[f, hinge] == pytest.approx(pairs.reaches[f, hinge], rel=1e-12)
+
+
+def test_tables_grow_with_the_square_of_the_panels():
+    long = Linkage(chain([0.02] * 120, ["top", "bottom"] * 59 + ["top"]).pattern, base=60)
+    pairs = pairs_of(long, prisms_of(long))
+    assert sum(table.nbytes for table in pairs) <= 4 * 120**2 * 8
 
 
 def test_one_panel_has_no_pairs():
     one = chain([0.02], [])
     pairs = pairs_of(one, prisms_of(one))
     assert pairs.prisms.shape == (0, 2)
-    assert pairs.hinges.shape == (0, 0)
+    assert pairs.reaches.shape == (1, 0)

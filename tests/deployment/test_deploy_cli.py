@@ -292,10 +292,33 @@ def test_parameters_of_an_assembly():
 
 
 def test_a_table_of_a_spring_is_read_from_a_file():
-    write("angle,moment\n0,0\n3.2,0.32\n", "spring.csv")
+    write("moment_N_mm,angle_deg\n0,0\n314.159265358979,180\n", "spring.csv")
     table, linear = (facts_of(*SMALL, "--spring", spring) for spring in ("table:spring.csv", "linear:0.1"))
     assert table["energy_start_J"] == pytest.approx(linear["energy_start_J"], rel=1e-12)
     assert table["widest_angle_rad"] == pytest.approx(linear["widest_angle_rad"], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "spring",
+    [
+        '[scene]\nspring = "table:spring.csv"',
+        '[scene]\nsprings = { 0 = "table:spring.csv", 1 = "table:spring.csv", 2 = "2*table:spring.csv" }',
+        '[springs]\n0 = "table:../folder/spring.csv"\n3 = "2*table:spring.csv+0.01"',
+    ],
+)
+def test_files_that_a_scene_file_names_count_from_its_folder(spring):
+    Path("folder").mkdir()
+    write("angle_rad,moment_N_m\n0,0\n1.5,0.3\n", "folder/spring.csv")
+    write("angle_rad,moment_N_m\n0,0\n1.5,0.1\n", "spring.csv")
+    own = f"{spring}\n" if "[scene]" in spring else f"[scene]\nseconds = 0.02\n{spring}\n"
+    name = write(f'design = "hex:023350:1"\n{own}', "folder/scene.toml")
+    expected = write(f'design = "hex:023350:1"\n{own.replace("folder/", "").replace("../", "")}', "scene.toml")
+    write("angle_rad,moment_N_m\n0,0\n1.5,0.3\n", "spring.csv")
+    there = facts_of(expected, "--seconds", "0.02")
+    write("angle_rad,moment_N_m\n0,0\n1.5,0.1\n", "spring.csv")
+    assert facts_of(name, "--seconds", "0.02")["energy_start_J"] == there["energy_start_J"]
+    Path("spring.csv").unlink()
+    assert facts_of(name, "--seconds", "0.02")["energy_start_J"] == there["energy_start_J"]
 
 
 def test_a_design_with_one_folding_needs_no_crease():
@@ -308,6 +331,8 @@ WRONG_WORDS = [
     (("--spring", "linear:nan"), "cannot read the law 'linear:nan': write free"),
     (("--spring", "linear:1e999"), "inf is no moment or angle: give finite numbers"),
     (("--spring", "tape:0.2@0.05,0.15@0.01"), "give a low moment of at most half the peak"),
+    (("--spring", "table:0@0,209@120"), "has an angle of 120 rad, and hinges turn from 0 (flat) to pi"),
+    (("--springs", "3=table:0@0,209@120"), "has an angle of 120 rad, and hinges turn from 0 (flat) to pi"),
     (("--spring", "table:missing.csv"), "cannot read the table missing.csv: No such file or directory; name a file"),
     (("--springs", "3"), "cannot read --springs '3': write HINGE=LAW, such as 3=linear:0.2"),
     (("--springs", "x=free"), "cannot read --springs 'x': write HINGE=LAW"),

@@ -7,12 +7,16 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from hcsearch.deployment.deploying import compile_driven, deploy
 from hcsearch.deployment.driving import drives_in, drives_text
 from hcsearch.drive import driving
 from hcsearch.drive.choosing import choose, frames_at, least_values, monotone_hinges
+from hcsearch.drive.following import following
 from hcsearch.drive.gains import stability
+from hcsearch.drive.pictures import envelope
 from hcsearch.drive.smoothing import smooth_path
 from hcsearch.drive.timing import timed
 from hcsearch.drive.torques import torques_along
@@ -20,8 +24,10 @@ from hcsearch.dynamics.laws import linear
 from hcsearch.dynamics.simulation import simulate
 from hcsearch.errors import HcsearchError, SceneError
 from hcsearch.folding import Folding
+from hcsearch.kernels.multibody.targets import ask
+from hcsearch.kernels.multibody.tree import work_for
 from hcsearch.labels import labels_of
-from hcsearch.scenes import SCENES
+from hcsearch.scenes import SCENES, read_panel, with_panel
 
 QUICK = driving.Wishes(rate=4.0, acceleration=40.0, period=0.005)
 TEN = (
@@ -64,6 +70,76 @@ def test_it_comes_flat_under_control_certified_clear(machine):
     assert (machine.greatest > 0.0).all()
     driven = machine.deployment.driven
     assert driven.drift < 1e-3 * np.ptp(driven.motion.stored)
+
+
+@pytest.mark.parametrize("period", [1e-4, 5e-3])
+@pytest.mark.parametrize(
+    ("name", "scene", "panel"),
+    [
+        ("hex:0234435011:1", "earth", None),
+        ("triangle:0123434501:1", "default", None),
+        ("rectangle:0122230323000121:5", "earth", None),
+        ("square:01223330000111233221:0", "earth", "300x12"),  # whose greatest torques come after it counts as flat
+    ],
+)
+def test_greatest_torques_are_those_planned_at_any_period(name, scene, panel, period):
+    folding, scene = folding_named(name), SCENES[scene]
+    if panel is not None:
+        scene = with_panel(scene, read_panel(panel), folding.circuit.grid.name)
+    own = driving.drive(folding, scene, driving.find_motion(folding, scene), driving.Wishes(period=period))
+    assert own.deployment.deploys
+    assert own.greatest == pytest.approx(np.abs(own.torques.torques).max(axis=0), rel=0.05)
+    assert following(own).follows
+    driven = own.deployment.driven
+    assert driven.drift < 1e-3 * np.ptp(driven.motion.stored)
+
+
+@pytest.mark.parametrize("wishes", [{"firm": 0.0}, {"rate": 100.0, "acceleration": 1e4, "period": 0.1}])
+def test_a_drive_that_does_not_follow_says_so_with_the_remedy(wishes):
+    folding, scene = folding_named("hex:0234550132:3"), SCENES["default"]
+    own = following(driving.drive(folding, scene, driving.find_motion(folding, scene), driving.Wishes(**wishes)))
+    assert not own.follows
+    assert own.share > 0.05
+    assert own.sentence.startswith("does not follow: hinge ")
+    assert own.sentence.endswith("(a greater --firm)" if "firm" in wishes else "--period, or a smaller --rate")
+
+
+def test_the_work_of_drives_is_the_integral_of_their_power(machine):
+    """The simulation books energies and dampers; torques and rates are looked at apart from it."""
+    driven, motion = machine.deployment.driven, machine.deployment.motion
+    joints = [int(machine.deployment.compiled.joint_of[hinge]) for hinge in machine.drives.hinges]
+    power = (driven.torques * motion.v[:, joints]).sum(axis=1)
+    work = np.r_[0.0, np.cumsum(0.5 * np.diff(motion.times) * (power[1:] + power[:-1]))]
+    assert driven.work == pytest.approx(work, abs=1e-4 * np.ptp(work))
+
+
+@given(period=st.floats(1e-5, 0.1), share=st.floats(0.0, 1.3))
+@settings(max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_drives_are_asked_for_what_the_plan_interpolated_within_a_period_says(machine, period, share):
+    own = replace(machine.drives.commands(machine.deployment.compiled), period=period)
+    time = np.array([share * own.times[-1]])
+    work = work_for(machine.deployment.compiled.system.mechanism.tree)
+    ask(own.targets, float(time[0]), work)
+    expected = np.array([part[0] for part in own.asked(time)]).T
+    size = np.abs(np.array(own.at(own.times))).max(axis=(1, 2))
+    assert (np.abs(work.asked[: len(own.joints)] - expected) <= 1e-9 * size + 1e-12).all()
+    ends = period * np.floor(time / period) + period * np.array([[0.0], [1.0]])  # where nothing is left to interpolate
+    for end in ends:
+        for asked, planned in zip(own.asked(end), own.at(end), strict=True):
+            assert asked == pytest.approx(planned, abs=1e-6 * np.abs(size).max())
+
+
+def test_torques_that_are_drawn_lie_in_their_band():
+    rng = np.random.default_rng(3)
+    times = np.r_[0.0, np.cumsum(rng.exponential(size=400))]
+    values = rng.normal(size=(401, 3))
+    middles, mean, least, greatest = envelope(times, values, 20)
+    assert (np.diff(middles) > 0.0).all()
+    assert len(middles) <= 20
+    assert ((least <= mean) & (mean <= greatest)).all()
+    assert (least.min(axis=0) == values.min(axis=0)).all()
+    assert (greatest.max(axis=0) == values.max(axis=0)).all()
+    assert np.ptp(envelope(times, np.ones((401, 1)))[1]) < 1e-12
 
 
 def test_the_path_is_closed_and_smooth(machine):

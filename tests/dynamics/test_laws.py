@@ -1,6 +1,8 @@
 """Laws as the kernel evaluates them: energy is the moment's integral, and each does what its name says."""
 
 import math
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from hcsearch.dynamics.laws import (
     linear,
     quadratic,
     scaled,
+    spring_law,
     tables_of,
     tabulated,
     tape_spring,
@@ -180,10 +183,18 @@ def test_laws_of_one_text_are_one_whoever_made_them():
     assert Law(LawBranch((0.0,), ((0.0, 1.0, 0.0, 0.0),))).text == ""
 
 
-@pytest.mark.parametrize("heading", ["", "angle,moment\n", "\ufeffangle (rad),moment (N m)\n\n"])
-def test_a_table_in_a_file_is_the_law_of_its_points(tmp_path, heading):
+@pytest.mark.parametrize(
+    "text",
+    [
+        "angle_rad,moment_N_m\n0,0\n1.5, 0.1\n3.1,3e-1\n",
+        "\ufeffangle (rad),moment (N m)\n\n0,0\n1.5,0.1\n3.1,0.3\n",
+        "moment_N_mm,angle_rad\n0,0\n100,1.5\n300,3.1\n",
+        ",Moment [N mm],remark,Angle (rad),\n0,300,ok,3.1,\n1,100,,1.5,\n2,0,slack,0,\n",
+    ],
+)
+def test_a_table_in_a_file_is_the_law_of_its_points(tmp_path, text):
     file = tmp_path / "spring+1.csv"
-    file.write_text(f"{heading}0,0\n1.5, 0.1\n3.1,3e-1\n", encoding="utf-8")
+    file.write_text(text, encoding="utf-8")
     expected = tabulated([0.0, 1.5, 3.1], [0.0, 0.1, 0.3])
     assert law_named(f"table:{file}") == expected
     assert law_named(f"2*table:{file}+0.02").text == "2*table:0@0,0.1@1.5,0.3@3.1+0.02"
@@ -240,12 +251,54 @@ def test_what_is_no_notation_is_refused(text):
     assert len(str(caught.value)) < 500
 
 
-@pytest.mark.parametrize("lines", ["0,0\n1;1\n", "0,0,0\n1,1,1\n", "0\n1\n", "0,0\n1,one\n"])
-def test_files_that_are_no_table_are_refused_with_the_line(tmp_path, lines):
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("0,0\n3.1,0.3\n", "first line .* names no columns"),
+        ("angle,moment\n0,0\n3.1,0.3\n", "no columns of the angle .* angle_rad or angle_deg"),
+        ("angle_rad,moment_kN_m\n0,0\n3.1,0.3\n", "no columns of the moment .* moment_N_m or moment_N_mm"),
+        ("angle_rad,moment_N_m\n0,0\n1;1\n", "line 3 .* 1 values for 2 columns"),
+        ("angle_rad,moment_N_m\n0,0\n1,0,1\n", "line 3 .* 3 values for 2 columns"),
+        ("angle_rad,moment_N_m\n0,0\n1,one\n", "line 3 .* 'one' for moment_N_m: leave the row out"),
+        ("angle_rad,moment_N_m\n0,0\n150,1\n", "an angle of 150 rad, .* name the column angle_deg"),
+        ("angle_deg,moment_N_m\n0,0\n200,1\n", "an angle of 3.49066 rad, .* hinges turn from 0 .flat. to pi"),
+        ("angle_deg,moment_N_m\n0,0\n-20,-1\n", "turn the sign of its angles and moments"),
+        ("angle_deg,moment_N_m\n0,0\n-20,1\n", "turn the sign of its angles$"),
+        ("angle_deg,moment_N_m\n0,0\n20,-1\n", "turn the sign of its moments"),
+        ("angle_deg,moment_N_m\n0,0\n20,2\n10,1\n", "sort it, each angle once, or .* identify spring"),
+    ],
+)
+def test_files_that_are_no_table_are_refused(tmp_path, text, message):
     file = tmp_path / "spring.csv"
-    file.write_text(lines)
-    with pytest.raises(HcsearchError, match=r"cannot read .* write lines of angle \(rad\), moment \(N m\)"):
+    file.write_text(text)
+    with pytest.raises(HcsearchError, match=message):
         law_named(f"table:{file}")
+
+
+@given(tables(), st.sampled_from(["rad", "deg"]), st.sampled_from(["N_m", "N_mm"]), st.booleans())
+def test_a_table_means_the_same_in_any_unit_and_order(table, angle, moment, swapped):
+    angles, moments = np.array(table[0]), np.array(table[1])
+    angles = abs(angles - angles[0]) * 3.0 / np.ptp(angles)
+    moments = abs(moments)
+    columns = {f"angle_{angle}": np.degrees(angles) if angle == "deg" else angles}
+    columns[f"moment_{moment}"] = 1e3 * moments if moment == "N_mm" else moments
+    names = list(columns)[::-1] if swapped else list(columns)
+    with TemporaryDirectory() as folder:
+        lines = [",".join(names), *(",".join(repr(float(columns[n][k])) for n in names) for k in range(len(angles)))]
+        (Path(folder) / "spring.csv").write_text("\n".join(lines))
+        read = law_named(spring_law("table:spring.csv", Path(folder)))
+    for one, two in zip(angles, moments, strict=True):
+        assert value(read, one) == pytest.approx(two, rel=1e-9, abs=1e-9)
+
+
+def test_a_law_of_a_file_becomes_its_points(tmp_path):
+    (tmp_path / "s.CSV").write_text("angle_deg,moment_N_m\n0,0\n90,0.1\n")
+    assert spring_law("2*table:s.CSV+0.02", tmp_path) == f"2*table:0@0,0.1@{math.pi / 2}+0.02"
+    assert spring_law("table:s.CSV-1e-2", tmp_path) == f"table:0@0,0.1@{math.pi / 2}-1e-2"
+    for text in ("linear:0.1", "nonsense", "table:0@0,1@3.1416"):
+        assert spring_law(text, tmp_path) == text
+    with pytest.raises(HcsearchError, match=r"an angle of 120 rad, .* are in rad"):
+        spring_law("3*table:0@0,209@120+1", tmp_path)
 
 
 def test_joints_of_one_law_share_its_pieces():

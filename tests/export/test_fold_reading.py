@@ -173,7 +173,7 @@ BENT = {"vertices_coords": [[0, 0], [3, 0], [0, 1]], "faces_vertices": [[0, 1, 2
         ('{"vertices_coords": [[0, 0], [1, 0]], "edges_vertices": 3}', "is no sound FOLD file"),
         ('{"vertices_coords": [[0, 0], [1, 0]], "faces_vertices": [[0, 1]]}', "is no polygon"),
         (
-            '{"vertices_coords": [[0, 0, 0], [1, 0, 5], [0, 1, 0]], "faces_vertices": [[0, 1, 2]]}',
+            '{"vertices_coords": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 1]], "faces_vertices": [[0, 1, 2, 3]]}',
             "put the flat crease",
         ),
         ('{"file_frames": [7]}', "file_frames is not a list of frames"),

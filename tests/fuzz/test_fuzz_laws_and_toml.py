@@ -28,7 +28,7 @@ LAWS = [
     ),
 ]
 TABLES = [
-    "angle,moment\n0,0\n1.5,0.1\n3.1,0.3\n",
+    "angle_rad,moment_N_m\n0,0\n1.5,0.1\n3.1,0.3\n",
     "angle_deg,moment_N_mm\n" + "".join(f"{10 * k},{k * k}\n" for k in range(9)),
     "time_s,block_g\n" + "".join(f"{k / 100},{math.sin(k / 5):.4f}\n" for k in range(60)),
     "\ufeffangle_rad,moment_N_m\r\n0,0\r\n1e300,1e-300\r\n",
@@ -65,7 +65,7 @@ def is_file(text, folder):
 
 def fuzz(seed, count, folder):
     """Judge so many mutations of both kinds; the numbers taken and refused."""
-    (folder / "law.csv").write_text("0,0\n3.1,0.3\n")
+    (folder / "law.csv").write_text("angle_rad,moment_N_m\n0,0\n3.1,0.3\n")
     chance = random.Random(seed)
     numbers = [is_law(text) for text in LAWS] + [is_file(text, folder) for text in (*TABLES, *SCENES)]
     for _ in range(count):

@@ -145,7 +145,9 @@ def test_wrong_moments_are_one_clear_line(tmp_path, text, message):
 @pytest.mark.parametrize(
     ("text", "options", "message"),
     [
-        (TEST + "\n".join(EVEN), ("--rate", "100"), "leave out --rate"),
+        (TEST + "\n".join([*EVEN[:50], "0.5,", *EVEN[51:]]), (), "line 52 .* '' for block: .* leave the column out"),
+        (TEST + "\n".join([*EVEN[:50], ",1", *EVEN[51:]]), (), "line 52 .* '' for time_s"),
+        ("time_s,note\n" + "\n".join(f"{k / 100},ok" for k in range(100)), (), "has no accelerations"),
         ("block\n" + "\n".join("12" * 50), (), "give the sampling rate by --rate"),
         ("block\n" + "\n".join("12" * 50), ("--rate", "0"), "sampling rate of 0 Hz"),
         ("time_s\n" + "\n".join(map(str, range(100))), (), "has no accelerations"),
@@ -168,6 +170,156 @@ def test_wrong_records_are_one_clear_line(tmp_path, text, options, message):
     path = tmp_path / "test.csv"
     path.write_text(text, encoding="utf-8")
     assert re.search(message, refused("damping", "--inertia", "0.0051", *options, path))
+
+
+SWING = [(k, math.exp(-1.5 * k) * math.cos(15.6 * k)) for k in np.arange(800) / 400.0]
+
+
+def swing(path, times, values=None, heading="time_s,block", line="{},{:.6f}"):
+    """A file of a swing with times as texts."""
+    values = [a for _, a in SWING] if values is None else values
+    path.write_text("\n".join([heading, *(line.format(*row) for row in zip(times, values, strict=True))]) + "\n")
+    return path
+
+
+@pytest.mark.parametrize("rate", [80.0, 333.0, 400.0, 900.0, 1000.0])
+@pytest.mark.parametrize("rounded", [lambda t: f"{t:.3f}", lambda t: f"{math.floor(1e3 * t + 1e-9) / 1e3:g}", repr])
+def test_times_rounded_to_milliseconds_are_even(tmp_path, rate, rounded):
+    records, found = read_accelerations(str(swing(tmp_path / "a.csv", [rounded(k / rate) for k in range(800)])))
+    assert records.shape == (1, 800)
+    assert found == pytest.approx(rate, rel=1e-4)
+
+
+def test_times_of_six_digits_are_even(tmp_path):
+    times = [f"{99.0 + k / 400.0:.6g}" for k in range(800)]
+    assert read_accelerations(str(swing(tmp_path / "a.csv", times)))[1] == pytest.approx(400.0, rel=1e-5)
+
+
+def test_a_rate_takes_the_place_of_times(tmp_path):
+    path = swing(tmp_path / "a.csv", [f"{k / 400.0:.2f}" for k in range(800)])
+    with pytest.raises(HcsearchError, match=r"rounded to 0\.01 s, more than a step: give the sampling rate by --rate"):
+        read_accelerations(str(path))
+    assert read_accelerations(str(path), 400.0)[1] == 400.0
+    assert "2.500" not in refused("damping", "--inertia", "0.0051", path)
+    assert re.search(r"2\.4\d\d \+-", run("damping", "--inertia", "0.0051", "--rate", "400", path))
+
+
+@pytest.mark.parametrize("rate", [100.0, 400.0, 1000.0])
+@pytest.mark.parametrize("digits", [3, 9])
+@pytest.mark.parametrize(("gaps", "named"), [([(50, 1)], 1), ([(200, 2)], 1), ([(20, 10), (300, 1)], 2)])
+def test_gaps_are_named_where_they_are(tmp_path, rate, digits, gaps, named):
+    lost = {k for first, count in gaps for k in range(first, first + count)}
+    kept = [k for k in range(800) if k not in lost]
+    texts = [f"{k / rate:.{digits}f}" for k in kept]
+    path = swing(tmp_path / "a.csv", texts, [SWING[k][1] for k in kept])
+    message = refused("damping", "--inertia", "0.0051", path)
+    assert "is not sampled evenly" in message
+    places = [(first - 1, first + count) for first, count in gaps]
+    for before, after in places:
+        assert f"{float(f'{before / rate:.{digits}f}'):g} to {float(f'{after / rate:.{digits}f}'):g} s" in message
+    assert message.count(" to ") == named
+    after = f"{float(f'{places[-1][1] / rate:.{digits}f}'):g}"
+    assert f"--from {after}" in message
+    if len(kept) - places[-1][1] > 200:
+        assert read_accelerations(str(path), start=float(after))[1] == pytest.approx(rate, rel=1e-4)
+
+
+def test_a_gap_before_the_start_does_not_count(tmp_path):
+    times, values = [k / 100 for k in range(400) if k != 50], [math.cos(k) for k in range(399)]
+    path = swing(tmp_path / "a.csv", times, values)
+    assert read_accelerations(str(path), start=0.51)[0].shape == (1, 349)
+
+
+def test_columns_that_nobody_asked_for_are_left_out_with_a_line(tmp_path):
+    rows = [(k, f"{t:.6f}", "struck" if k == 0 else "", f"{a:.6f}") for k, (t, a) in enumerate(SWING)]
+    path = tmp_path / "a.csv"
+    text = "\n".join(",".join(map(str, (*row, ""))) for row in rows)
+    path.write_text(f"sample,time_s,remark,block,\n{text}\n")
+    plain = swing(tmp_path / "plain.csv", [f"{t:.6f}" for t, _ in SWING])
+    result = CliRunner().invoke(hcsearch, ["identify", "damping", "--inertia", "1", str(path)])
+    expected = CliRunner().invoke(hcsearch, ["identify", "damping", "--inertia", "1", str(plain)])
+    assert result.stdout.replace(str(path), "").split() == expected.stdout.replace(str(plain), "").split()
+    assert "column 'remark' of" in result.stderr
+    assert "column 'sample' of" in result.stderr
+    assert result.stderr.count("is left out") == 2
+    assert expected.stderr == ""
+    path.write_text(f",time_s,,block,\n{text}\n")
+    assert CliRunner().invoke(hcsearch, ["identify", "damping", "--inertia", "1", str(path)]).stderr == ""
+
+
+ROWS = [(angle, 2.0 + 0.6 * angle + 0.008 * angle**2) for angle in range(0, 151, 15)]
+BACK = [(angle, moment - 4.0) for angle, moment in ROWS[-2::-1]]
+
+
+def moments(path, rows, heading="angle_deg,moment_N_mm", line="{},{:.1f}"):
+    path.write_text("\n".join([heading, *(line.format(*row) for row in rows)]) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("heading", "line"),
+    [
+        ("angle_deg,moment_N_mm,", "{},{:.1f},"),
+        ("angle_deg,moment_N_mm", "{},{:.1f},,"),
+        ("angle_deg,moment_N_mm,,", "{},{:.1f}"),
+        ("\ufeff,angle_deg,moment_N_mm", "7,{},{:.1f}"),
+        ("angle_deg,moment_N_mm,remark,remark", "{},{:.1f},ok,turned by hand"),
+        ("angle_deg,remark,moment_N_mm", '{},"slack, once",{:.1f}'),
+        ("Angle (°),Moment / N mm", "{},{:.1f}"),
+    ],
+)
+def test_what_is_named_is_read_of_tables_as_people_write_them(tmp_path, heading, line):
+    expected = run("spring", moments(tmp_path / "plain.csv", ROWS + BACK))
+    assert "hysteresis    0.004 N m" in expected
+    assert run("spring", moments(tmp_path / "spring.csv", ROWS + BACK, heading, line)) == expected
+
+
+@pytest.mark.parametrize("cell", ["", "NaN", "n/a", "-", "#VALUE!", "inf"])
+def test_a_row_without_a_value_is_to_be_left_out(tmp_path, cell):
+    path = moments(tmp_path / "spring.csv", ROWS)
+    lines = path.read_text().splitlines()
+    lines[5] = f"60,{cell}"
+    path.write_text("\n".join(lines))
+    message = refused("spring", path)
+    assert f"line 6 of {path} has {cell!r} for moment_N_mm: leave the row out" in message
+    assert "write 0" not in message
+
+
+@pytest.mark.parametrize(
+    ("angle", "moment", "message"),
+    [
+        (-1, -1, r"angles from -2.618 to 0 rad, and hinges turn from 0 \(flat\) to pi: turn .* its angles and moments"),
+        (-1, 1, r"hinges turn from 0 \(flat\) to pi: turn the sign of its angles$"),
+        (1, -1, "turn the sign of its moments"),
+    ],
+)
+def test_signs_that_no_hinge_has_are_refused(tmp_path, angle, moment, message):
+    path = moments(tmp_path / "spring.csv", [(angle * a, moment * m) for a, m in ROWS + BACK])
+    assert re.search(message, refused("spring", path))
+
+
+@pytest.mark.parametrize(
+    ("rows", "heading", "message"),
+    [
+        ([(150 - a, m) for a, m in ROWS], "angle_deg,moment_N_mm", "minus an angle that counts from the folded state"),
+        ([*ROWS, *((a, m + 8.0) for a, m in BACK)], "angle_deg,moment_N_mm", "which no spring does: give the rows"),
+        ([(0.9 * k, 0.1 * k) for k in range(6)], "angle_rad,moment_N_m", "from 0 to 4.5 rad, and hinges turn from 0"),
+        ([(math.radians(a), m) for a, m in ROWS], "angle_deg,moment_N_mm", "name the column angle_rad if they are in"),
+    ],
+)
+def test_what_no_spring_shows_is_said_in_one_line(tmp_path, rows, heading, message):
+    path = moments(tmp_path / "spring.csv", rows, heading, "{},{:.4f}")
+    result = CliRunner().invoke(hcsearch, ["identify", "spring", str(path)])
+    assert result.exit_code == 0
+    assert message in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+    plain = moments(tmp_path / "plain.csv", ROWS + BACK)
+    assert CliRunner().invoke(hcsearch, ["identify", "spring", str(plain)]).stderr == ""
+
+
+def test_degrees_that_are_named_rad_are_refused(tmp_path):
+    path = moments(tmp_path / "spring.csv", ROWS, "angle_rad,moment_N_mm")
+    assert re.search("an angle of 150 rad, .* name the column angle_deg", refused("spring", path))
 
 
 def test_files_that_cannot_be_read(tmp_path):

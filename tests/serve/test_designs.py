@@ -28,7 +28,13 @@ def test_the_page_of_a_design_plays_its_motion_and_names_its_files(asking, numbe
     assert "frame-ancestors 'none'" in answer.headers["Content-Security-Policy"]
     files = re.findall(f'href="(/designs/{number}/foldings/1/export[^"]*)"', answer.text)
     assert {Path(file).suffix for file in files} >= {".fold", ".glb", ".stl", ".urdf"}
-    assert asking("/designs/121").status == 404
+
+
+@pytest.mark.parametrize("below", ["", "/export.g6", "/foldings/1/export.fold", "/foldings/1/motion.json"])
+@pytest.mark.parametrize("missing", [121, 99999, 2**63, 10**60])
+def test_a_design_that_is_not_there_is_named(asking, missing, below):
+    answer = asking(f"/designs/{missing}{below}")
+    assert (answer.status, f"no design {missing} in " in answer.text) == (404, True)
 
 
 def test_a_list_names_the_motions_that_the_database_holds(asking, number):
@@ -39,7 +45,9 @@ def test_a_list_names_the_motions_that_the_database_holds(asking, number):
     assert answer.headers["Content-Type"].startswith("application/json")
     assert replay_in(json.loads(answer.body)).title == f"{MOVES}:1"
     assert [asking(address.replace("/1/", f"/{crease}/")).status for crease in (3, 4, 10**30)] == [404] * 3
-    assert asking(f"{address}?scene=solar").status == 404
+    missing = asking(f"{address}?scene=solar")
+    assert missing.status == 404
+    assert f"no path of folding 1 of design {number} in the scene solar" in missing.text
     assert "motion.json" not in asking(f"/designs?q=id={number}&scene=solar").text
     assert asking(f"{address}?scene=lunar").status == 400
 

@@ -1,8 +1,10 @@
 """Requests that nobody sends in good faith: each is refused or answered harmlessly, and nothing changes."""
 
+import gc
 import hashlib
 import html
 import re
+import tracemalloc
 
 import pytest
 
@@ -162,6 +164,53 @@ def test_hostile_requests_are_refused_or_answered_harmlessly(asking, database_fi
     assert capsys.readouterr().err == ""  # where faults of the program are written
     assert fingerprint(database_file) == before
     assert asking("/designs").status == 200
+
+
+@pytest.mark.parametrize("site", ["cross-site", "same-site", "same-origin", "none"])
+@pytest.mark.parametrize("kind", ["iframe", "frame", "fencedframe", "embed", "object"])
+def test_no_frame_is_answered(asking, number, monkeypatch, site, kind):
+    monkeypatch.setattr(asking.application, "computing", None)  # which nothing comes to
+    said = {"HTTP_SEC_FETCH_SITE": site, "HTTP_SEC_FETCH_MODE": "navigate", "HTTP_SEC_FETCH_DEST": kind}
+    for address in (f"/designs/{number}", f"/designs/{number}/export.g6", "/designs"):
+        assert asking(address, **said).status == 403
+
+
+@pytest.mark.parametrize(
+    ("site", "mode", "purpose", "status"),
+    [
+        ("cross-site", "navigate", "", 200),
+        ("none", "navigate", "", 200),
+        ("none", "navigate", "prefetch", 200),
+        ("same-origin", "no-cors", "prefetch", 200),
+        ("cross-site", "navigate", "prefetch", 403),
+        ("same-site", "navigate", "prefetch;prerender", 403),
+        ("cross-site", "no-cors", "", 403),
+        ("cross-site", "cors", "", 403),
+        ("cross-site", "websocket", "", 403),
+    ],
+)
+def test_links_lead_here_and_nothing_else_of_another_site(asking, site, mode, purpose, status):
+    said = {"HTTP_SEC_FETCH_SITE": site, "HTTP_SEC_FETCH_MODE": mode, "HTTP_SEC_FETCH_DEST": "document"}
+    assert asking("/designs.json?limit=1", HTTP_SEC_PURPOSE=purpose, **said).status == status
+
+
+@pytest.mark.parametrize(
+    "address",
+    ["/designs.csv?scene=x{}", "/motions.json?scene=x{}", "/foldings?scene=x{}", "/designs?q=x{}=1", "/designs/{}0000"],
+)
+def test_refused_requests_leave_nothing_in_memory(asking, address):
+    def ask(numbers):
+        for k in numbers:
+            assert asking(address.format(k)).status in (400, 404)
+        gc.collect()
+        return tracemalloc.get_traced_memory()[0]
+
+    tracemalloc.start()
+    try:
+        before = ask(range(1000, 1050))
+        assert ask(range(2000, 2100)) - before < 100_000  # what is kept of scenes has 30 kB each
+    finally:
+        tracemalloc.stop()
 
 
 def test_what_is_asked_is_shown_as_text(asking):

@@ -195,6 +195,8 @@ def test_streams_are_limited_and_given_back(asking):
     started = [asking.application._streams.start(asking.application.database, *rows()) for _ in range(3)]
     assert asking("/designs.csv").status == 503
     assert asking("/designs").status == 200
+    for few in ("page=2", "limit=500", "limit=0"):
+        assert asking(f"/designs.csv?{few}").status == 200
     for one in started:
         one.close()
     assert asking("/designs.csv").status == 200

@@ -2,6 +2,7 @@ import os
 import sqlite3
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -72,10 +73,83 @@ def test_settings_of_a_new_file(path):
 
         assert pragma("journal_mode") == "wal"
         assert pragma("foreign_keys") == 1
-        assert pragma("synchronous") == 1
         assert pragma("busy_timeout") == 60_000
         assert pragma("application_id") == APPLICATION_ID
     assert path.read_bytes()[68:72] == APPLICATION_ID.to_bytes(4, "big")
+
+
+def test_pieces_of_seconds_are_on_disk_once_they_are_committed(path):
+    with open_database(str(path), create=True) as database:
+        for durable, setting in ((True, 2), (False, 1), (True, 2)):
+            with database.writing(durable=durable) as connection:
+                assert connection.exec_driver_sql("PRAGMA synchronous").scalar() == setting
+
+
+def test_what_another_user_writes_is_read_where_sqlite_cannot_lock(path, monkeypatch):
+    def write():
+        with open_database(str(path), create=True) as database:
+            begin(database)
+
+    write()
+    allowed = os.access
+    monkeypatch.setattr(os, "access", lambda place, mode: mode != os.W_OK)
+    with open_readonly(path) as reader:
+        assert len(select(reader, view="runs").rows) == 1
+        for count in (2, 3):
+            monkeypatch.setattr(os, "access", allowed)
+            write()
+            monkeypatch.setattr(os, "access", lambda place, mode: mode != os.W_OK)
+            assert len(select(reader, view="runs").rows) == count
+
+
+def test_what_is_read_while_the_file_changes_is_read_again(path, monkeypatch):
+    with open_database(str(path), create=True) as database:
+        begin(database)
+    changes = iter([True, True, False])
+    monkeypatch.setattr(database_module.Database, "_has_changed", lambda *_: next(changes, True))
+    with open_readonly(path) as reader:
+        assert len(select(reader, view="runs").rows) == 1
+        with pytest.raises(DatabaseError, match=r"is being written to.*give the command again"):
+            select(reader, view="runs")
+
+
+def test_an_old_sqlite_is_named_before_a_file_is_opened(path, monkeypatch):
+    with open_database(str(path), create=True) as database:
+        begin(database)
+    before = files(path.parent)
+    monkeypatch.setattr(sqlite3, "sqlite_version_info", (3, 34, 1))
+    monkeypatch.setattr(sqlite3, "sqlite_version", "3.34.1")
+    for place in (path, path.with_name("new.sqlite")):
+        for message in every_way(place):
+            assert message.startswith("the SQLite of this Python is 3.34.1, hcsearch needs 3.37 or newer: ")
+    assert files(path.parent) == before
+
+
+def test_paths_that_sqlite_does_not_take_are_named(tmp_path):
+    folder = tmp_path
+    while len(os.fsencode(folder)) < 480:
+        folder /= "f" * 30
+    folder.mkdir(parents=True)
+    for message in every_way(folder / "designs.sqlite"):
+        assert "designs.sqlite has" in message
+        assert "SQLite takes 500" in message
+    longest = folder.parent / ("a" * (499 - len(os.fsencode(folder.parent))))
+    with open_database(longest, create=True) as database:
+        begin(database)
+
+
+def test_a_path_that_is_no_text_of_this_system_is_refused():
+    for message in every_way("a\ud800b.sqlite"):
+        assert "a\\ud800b.sqlite is no path" in message
+
+
+def test_databases_are_made_by_threads_at_once(tmp_path):
+    with ThreadPoolExecutor(4) as pool:
+        places = [tmp_path / f"{number}.sqlite" for number in range(4)]
+        made = list(pool.map(lambda place: open_database(place, create=True), places))
+    for database in made:
+        with database:
+            begin(database)
 
 
 def test_opening_again_changes_nothing(path):
@@ -258,7 +332,13 @@ def test_application_number_of_another_program(path):
         ("postgresql://u%3Asecret@host/name", "cannot be read"),
         ("postgresql://u:secret@host/\udcff", "cannot be read"),
         ("postgresql://u\x1b:secret@host/name", "cannot be read"),
-        ("postgresql:/u:secret@host/name", "postgresql:***@host/name"),
+        ("postgresql:/u:secret@host/name", "cannot be read"),
+        ("postgresql:/host/name?user=u&password=secret", "cannot be read"),
+        ("postgresql:u:secret@host/name", "cannot be read"),
+        ("PostgreSQL//u:secret@host/name", "cannot be read"),
+        ("host=h user=u password=secret dbname=d", "cannot be read"),
+        ("host=h password = 'secret'", "cannot be read"),
+        ("host/d?sslpassword%3Dsecret", "cannot be read"),
         ("u:secret@host.sqlite\0", "names no database"),
         ("sqlite:///x?password=secret", "options"),
         ("sqlite://u:secret@host/x", "a host"),

@@ -70,9 +70,9 @@ def test_views_have_the_promised_columns(database):
         " dof_merged status deployable flat_pairs needed_margin least_gap min_clearance deploy_time"
     )
     assert " ".join(column_names("motions")) == (
-        "design_id crease scene flat_pairs needed_margin least_gap slack states reason"
+        "design_id crease scene flat_pairs needed_margin least_gap slack states reason as_crease"
     )
-    assert " ".join(column_names("runs")).count(" two_stack untwisted movable deployable ") == 1
+    assert " ".join(column_names("runs")).count(" two_stack untwisted movable deploys ") == 1
 
 
 def test_schema_file_is_the_generated_one():

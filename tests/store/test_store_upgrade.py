@@ -62,7 +62,8 @@ DEPLOYMENTS = (
 MOTION = dict.fromkeys(("flat_pairs", "needed_margin", "least_gap"))
 """Columns that are new since, and without a value in each row of older views."""
 PLAY = dict.fromkeys(("needed_margin", "least_gap"))
-NEW = {"designs": MOTION, "foldings": MOTION, "deployments": PLAY, "runs": {"movable": None}}
+LIKE = {"as_crease": None}
+NEW = {"designs": MOTION, "foldings": MOTION, "deployments": PLAY | LIKE, "runs": {"movable": None}}
 BEST_FOLDING = ("kutzbach", "dof", "merged_panels", "kutzbach_merged", "dof_merged")
 
 
@@ -120,7 +121,12 @@ def sql(database, statement):
 def now(view, row):
     """What a row of an older view is now: that one deployment collides says nothing of a folding."""
     word = "undecided" if view != "deployments" and row.get("status") == "collides" else row.get("status")
-    return {**row, **NEW.get(view, {}), **({"status": word} if "status" in row else {})}
+    return renamed({**row, **NEW.get(view, {}), **({"status": word} if "status" in row else {})})
+
+
+def renamed(row):
+    """A row of `runs` of schema 0007 or older: what springs alone do was called deployable there."""
+    return {"deploys" if "finished" in row and name == "deployable" else name: row[name] for name in row}
 
 
 def without(row, *names):
@@ -289,13 +295,13 @@ def test_motions_in_two_scenes_are_kept(path):
             ("default", 1e-5, 2, "a reason for deploys"),
             ("solar", 1e-5, 2, "a reason for movable"),
         )
-        assert select(database, view="runs", columns="id,movable,deployable").rows == ((1, 1, 1), (2, 1, 0))
+        assert select(database, view="runs", columns="id,movable,deploys").rows == ((1, 1, 1), (2, 1, 0))
         assert_readable(database)
         for view, old in before.items():
-            new = PLAY if view == "deployments" else {}
+            new = PLAY | LIKE if view == "deployments" else {}
             play = PLAY if view in ("designs", "foldings") else {}
             assert rows(database, view) == [
-                {**row, **new, **(play if row.get("status") == "deploys" else {})} for row in old
+                {**renamed(row), **new, **(play if row.get("status") == "deploys" else {})} for row in old
             ]
 
 
@@ -309,7 +315,8 @@ def test_noise_of_least_gaps_is_none_after_an_upgrade(path):
         assert sql(database, "SELECT least_gap FROM motion ORDER BY scene") == [(-0.005,), (0.0,)]
 
 
-def test_the_newest_old_database_has_the_play_of_deployments(path):
+def test_the_play_of_deployments_is_kept(path):
+    """Schema 0007."""
     before, database = opened_from(path, "0007")
     with database:
         assert select(database, columns="needed_margin,least_gap", view="deployments").rows == (
@@ -317,6 +324,18 @@ def test_the_newest_old_database_has_the_play_of_deployments(path):
             (0.01, -0.005),
             (None, None),
         )
+        assert_readable(database)
+        for view, old in before.items():
+            new = LIKE if view == "deployments" else {}
+            assert rows(database, view) == [{**renamed(row), **new} for row in old]
+
+
+def test_the_newest_old_database_says_whose_motions_it_has(path):
+    before, database = opened_from(path, "0008")
+    with database:
+        for view in ("motions", "deployments"):
+            assert set(select(database, columns="as_crease", view=view).rows) == {(None,)}
+        assert select(database, view="runs", columns="id,movable,deploys").rows == ((1, 1, 1), (2, 1, 0))
         assert_readable(database)
         for view, old in before.items():
             assert rows(database, view) == old

@@ -6,7 +6,9 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -17,10 +19,11 @@ from click.testing import CliRunner
 from hcsearch.cli import hcsearch
 from hcsearch.deployment.outcomes import Check
 from hcsearch.errors import HcsearchError
+from hcsearch.labels import Labels
 from hcsearch.scenes import SCENES
 from hcsearch.store import open_readonly, select
 from hcsearch.tuning.choice import SpringSet
-from hcsearch.tuning.facts import advice
+from hcsearch.tuning.facts import advice, shopping
 from hcsearch.tuning.robustness import Robustness
 from hcsearch.tuning.tuning import Tuning
 
@@ -56,6 +59,17 @@ def test_a_tuning_is_told_stored_and_replayed(folder):
     again = json.loads(run(*words))
     assert again["known_before"] == again["evaluations"] == printed["evaluations"]
     assert again["best"] == printed["best"]
+    assert printed["evaluations"] <= 30
+    assert again["samples_known_before"] == again["samples"] == printed["samples"]
+    at_hinges = printed["buy"]["at_hinges_N_m_rad"]
+    assert list(map(sum, at_hinges)) == pytest.approx(printed["rounded"]["stiffness_N_m_rad"])
+    counts = Counter(chain.from_iterable(at_hinges))
+    assert {one["stiffness_N_m_rad"]: one["count"] for one in printed["buy"]["springs"]} == counts
+    assert (folder / "found.toml").read_text().startswith("# buy: ")
+    text = run(*words[:-1])
+    (used,) = [line for line in text.splitlines() if line.startswith("catalogue  ")]
+    replayed_reason = json.loads(run("deploy", "found.toml", "--json"))["reason"]
+    assert used.split(maxsplit=1)[1].startswith(f"{replayed_reason}, certified clear")
     replayed = json.loads(run("deploy", "found.toml", "--json"))
     assert replayed["outcome"] == "flat"
     assert replayed["clearance"] == "clear"
@@ -105,6 +119,30 @@ def advised(confirmed, failures, samples=64):
     return advice(Tuning(SCENES["default"], "constrained", (), one, one, None, 1, 0, False))
 
 
+@pytest.mark.parametrize(
+    ("catalogue", "stiffnesses", "line"),
+    [
+        ((0.1, 0.2), (0.0, 0.1, 0.4, 0.2, 0.4), "1 x 0.1, 5 x 0.2 N m/rad (none at hinge 0; two each at hinges 4, 8)"),
+        (
+            (0.07, 0.1),
+            (0.17, 0.07, 0.14, 0.1, 0.17),
+            "5 x 0.07, 3 x 0.1 N m/rad (two each at hinge 4; 0.07 and 0.1 at hinges 0, 8)",
+        ),
+        ((0.1,), (0.1,) * 5, "5 x 0.1 N m/rad"),
+        ((0.1,), (0.0,) * 5, "no springs (none at hinges 0, 3, 4, 6, 8)"),
+    ],
+)
+def test_what_to_buy_is_counted_by_hinges(catalogue, stiffnesses, line):
+    check = Check("flat", 0.2, True, None, None, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1, 1, 1)
+    one = SpringSet(stiffnesses, check, deployment=Mock(deploys=True))
+    labels = Labels(("0",), ("0", "3", "4", "6", "8"))
+    tuning = Tuning(SCENES["default"], "constrained", (), one, one, one, 1, 0, False, labels, catalogue=catalogue)
+    assert shopping(tuning) == line
+    unsure = replace(one, deployment=None)
+    assert "none is certified clear" in shopping(replace(tuning, rounded=unsure))
+    assert "give more --evaluations" in shopping(replace(tuning, rounded=None))
+
+
 def test_a_verdict_in_doubt_does_not_shine():
     assert advised(True, 0) == "tuned springs: flat, certified clear, in all 64 samples too"
     assert advised(True, 0, None) == "tuned springs: flat, certified clear"
@@ -126,7 +164,9 @@ def test_the_range_of_springs_can_be_given():
     ("words", "message"),
     [
         (f"{DESIGN} --catalogue springs", "is no catalogue"),
-        (f"{DESIGN} --catalogue 0.5", "up to 0.2 N m/rad"),
+        (f"{DESIGN} --catalogue 0.5", "up to 0.2 N m/rad: add --spring-range 0.001,0.5"),
+        (f"{DESIGN} --catalogue 0.1,-0.2", "springs above 0 N m/rad"),
+        (f"{DESIGN} --catalogue 0.1,0.4 --spring-range 0.01,0.3", "up to 0.3 N m/rad: add --spring-range 0.01,0.4"),
         (f"{DESIGN} --spread length=0.1", "is no tolerance"),
         (f"{DESIGN} --spread mass=-0.1", "is no tolerance"),
         (f"{DESIGN} --output found.csv", "write .toml"),
@@ -226,4 +266,4 @@ def test_ctrl_c_leaves_what_was_found(monkeypatch):
     monkeypatch.setattr(Ledger, "record", record)
     assert json.loads(run("deploy", "found.toml", "--json"))["outcome"] == "flat"
     printed = json.loads(run("tune", DESIGN, *QUICK, "--json"))
-    assert printed["known_before"] >= sum(map(len, calls))
+    assert printed["known_before"] + printed["samples_known_before"] >= sum(map(len, calls))

@@ -7,7 +7,7 @@ hinge that they hang on, with the axes of the flat state: all fold angles 0 is t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -82,7 +82,8 @@ class CutTree:
 
 def cut_tree(linkage: Linkage, labels: Labels, scene: Scene) -> CutTree:
     """The links of a scene; HcsearchError as of `compile_scene`."""
-    compiled = compile_scene(linkage, scene, keep=frozenset(OMISSIONS))
+    # frames of links are those of this linkage, and not of its twin
+    compiled = compile_scene(replace(linkage, twin=None), scene, keep=frozenset(OMISSIONS))
     system, held = compiled.system, held_panel(linkage, scene)
     shift = int(np.count_nonzero(~compiled.hinged))
     base = system.bodies[shift - 1] if shift else panel_bodies(linkage, compiled.scene.density)[held]

@@ -13,6 +13,7 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 
+from hcsearch.collision.margins import check_margin
 from hcsearch.collision.prisms import prisms_of
 from hcsearch.deployment.scales import settled
 from hcsearch.errors import HcsearchError
@@ -150,6 +151,7 @@ def _add_meshes(root: Xml.Element, tree: CutTree) -> None:
     """A convex mesh for each facet, less the margin by which our own check shrinks panels."""
     asset = Xml.SubElement(root, "asset")
     assert tree.scene.margin is not None  # settled
+    check_margin(tree.linkage, tree.scene.margin)
     prisms = prisms_of(tree.linkage, tree.scene.margin)
     for link in tree.links:
         for facet in tree.linkage.pattern.panels[link.panel] if link.whole else ():

@@ -8,8 +8,10 @@ meshes and extras bear the names of `Labels`. Metres; glTF has y upwards, so tha
 from __future__ import annotations
 
 import json
+import math
 import struct
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -34,6 +36,8 @@ COLOURS: dict[Side, tuple[float, float, float]] = {
 }
 """Linear red, green and blue of each kind of face; walls with a hinge have the colours of creases in drawings."""
 
+TURN = 0.25 * math.pi
+"""The furthest that a hinge turns between two keys, rad."""
 _FLOAT, _UNSIGNED = 5126, 5125
 _VERTICES, _TRIANGLES = 34962, 34963
 _KINDS = tuple(COLOURS)
@@ -56,6 +60,7 @@ def glb_of(replay: Replay) -> bytes:
     meshes: list[dict[str, Any]] = []
     channels: list[dict[str, Any]] = []
     samplers: list[dict[str, Any]] = []
+    replay = _in_short_turns(replay)
     times = _rising(SECONDS * (replay.at - replay.at[0]) / ((replay.at[-1] - replay.at[0]) or 1.0))
     clock = buffer.add(times[:, None], "SCALAR", bounds=True)
     node_of: dict[int, int] = {}
@@ -175,6 +180,19 @@ def _quaternions(axis: Reals, angles: Reals) -> Reals:
     """
     halves = 0.5 * angles[:, None]
     return np.hstack([np.sin(halves) * axis, np.cos(halves)])
+
+
+def _in_short_turns(replay: Replay) -> Replay:
+    """The replay with states between those from which a hinge turns further than `TURN`, as fold angles run linearly.
+
+    At half a turn the sense of a rotation would hang on rounding, and viewers that do not follow the sphere lag behind.
+    """
+    turns = np.abs(np.diff(replay.angles, axis=0)).max(axis=1, initial=0.0)
+    parts = np.maximum(np.ceil(turns / TURN - 1e-9).astype(int), 1)
+    place = np.concatenate([k + np.arange(count) / count for k, count in enumerate(parts)] + [[float(len(parts))]])
+    states = np.arange(len(replay.angles))
+    angles = np.column_stack([np.interp(place, states, column) for column in replay.angles.T])
+    return replace(replay, at=np.interp(place, states, replay.at), angles=angles)
 
 
 def _rising(times: Reals) -> Reals:

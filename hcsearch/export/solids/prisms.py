@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from hcsearch.errors import HcsearchError
-from hcsearch.labels import Labels
+from hcsearch.labels import Labels, is_name, ranges
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Pattern, Point
 from hcsearch.typing import Reals, Whole
@@ -108,9 +108,9 @@ def wanted_panels(labels: Labels, name: str | None) -> tuple[int, ...] | None:
     """The panel of a name, None for all where no name is given; HcsearchError where there is none of that name."""
     if name is None:
         return None
-    if name not in labels.panels:
-        raise HcsearchError(f"there is no panel {name!r}: choose one of {', '.join(labels.panels)}")
-    return (labels.panels.index(name),)
+    if not is_name(name):
+        raise HcsearchError(f"there is no panel {name!r}: the panels are {ranges(labels.panels)}")
+    return (labels.panel(name),)
 
 
 def placed(pose: Reals, vertices: Reals) -> Reals:

@@ -94,7 +94,7 @@ def search(chain: Chain, prisms: Prisms, pairs: Pairs, course: Course, slack: fl
     """Follow all pairs through a motion; CLEAR, or the verdict at the first time at which no gap is above a slack."""
     book = book_for(chain, prisms, pairs, course)
     for k in range(len(course.times) - 1):
-        h = begin(chain, pairs, course, k, slack, book)
+        h = begin(chain, prisms, pairs, course, k, slack, book)
         top = 0 if h > 0.0 else -1
         while top >= 0:
             share = book.high[top] - book.low[top]

@@ -50,7 +50,7 @@ def smallest_dip(
     _rise(prisms, pairs, rise, book, dips)
     looks = 0
     for k in range(len(course.times) - 1):
-        h = begin(chain, pairs, course, k, dips.best[0] + rise, book)
+        h = begin(chain, prisms, pairs, course, k, dips.best[0] + rise, book)
         top = 0 if h > 0.0 else -1
         while top >= 0:
             share = book.high[top] - book.low[top]

@@ -100,7 +100,7 @@ def book_for(chain: Chain, prisms: Prisms, pairs: Pairs, course: Course) -> Book
 
 
 @lean
-def begin(chain: Chain, pairs: Pairs, course: Course, k: int, need: float, book: Book) -> float:
+def begin(chain: Chain, prisms: Prisms, pairs: Pairs, course: Course, k: int, need: float, book: Book) -> float:
     """Begin the step from state k, with the pairs whose gap may come down to what is needed in it.
 
     The others had a gap, when it was last computed, that they cannot have lost since. Returns the length
@@ -116,17 +116,14 @@ def begin(chain: Chain, pairs: Pairs, course: Course, k: int, need: float, book:
     bound_rates(book.course, h, book.rates, book.accelerations)
     listed = 0
     for p in range(len(pairs.prisms)):
-        count = pairs.lengths[p]
-        speed = path_speed(pairs.hinges, p, count, pairs.beyond, book.rates)
+        speed = path_speed(pairs, p, 0, book.rates, prisms.panels)
         book.spare[p] -= speed * h
         if book.spare[p] > need:
             continue
         book.spare[p] = -math.inf
         book.speeds[p] = speed
         for back in range(2):
-            reaches = pairs.before if back else pairs.beyond
-            bend = path_bend(pairs.hinges, p, count, back == 1, reaches, book.rates, book.accelerations)
-            book.bends[p, back] = bend / 8.0
+            book.bends[p, back] = path_bend(pairs, p, back, book.rates, book.accelerations, prisms.panels) / 8.0
         book.lists[0, listed] = p
         listed += 1
     book.low[0], book.high[0], book.counts[0] = 0.0, 1.0, listed

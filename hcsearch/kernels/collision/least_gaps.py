@@ -42,7 +42,7 @@ def least_gap(chain: Chain, prisms: Prisms, pairs: Pairs, course: Course, resolu
     book = book_for(chain, prisms, pairs, course)
     least = _first(prisms, pairs, book)
     for k in range(len(course.times) - 1):
-        h = begin(chain, pairs, course, k, least - resolution, book)
+        h = begin(chain, prisms, pairs, course, k, least - resolution, book)
         top = 0 if h > 0.0 else -1
         while top >= 0:
             share = book.high[top] - book.low[top]

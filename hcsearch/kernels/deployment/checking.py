@@ -26,6 +26,7 @@ from hcsearch.kernels.multibody.motion import Hold, Mechanism
 from hcsearch.kernels.multibody.recording import Record
 from hcsearch.kernels.multibody.simulation import FLAT, GOES_ON, TIME_OUT, Simulation, begin, go_on, pace_for
 from hcsearch.kernels.multibody.steps import StepPlan
+from hcsearch.kernels.multibody.targets import no_targets
 from hcsearch.kernels.multibody.tree import Tree, work_for
 from hcsearch.typing import Reals, Whole
 
@@ -150,6 +151,7 @@ def _mechanism(subject: SceneTables, rules: Rules) -> Mechanism:
         rules.closure_stiffness,
         rules.closure_damping,
         False,
+        no_targets(),
     )
 
 
@@ -244,7 +246,7 @@ def _nth(s: Any, i: int) -> SceneTables:
         Chain(c.directions[i], c.points[i], c.order[i], c.parents[i], c.hinges[i], c.signs[i]),
         _nth_prisms(p, i),
         _nth_prisms(s.shrunk, i),
-        Pairs(r.prisms[i], r.lengths[i], r.hinges[i], r.beyond[i], r.before[i]),
+        Pairs(r.prisms[i], r.hinges[i], r.nexts[i], r.reaches[i]),
         s.deepest[i],
         s.reach[i],
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from hcsearch.kernels.compiling.compiled import lean
+from hcsearch.kernels.linkage.reaches import Pairs
 from hcsearch.typing import Reals, Whole
 
 TERMS = 6
@@ -72,31 +73,38 @@ def bound_rates(course: Reals, h: float, speeds: Reals, accelerations: Reals) ->
 
 
 @lean
-def path_speed(hinges: Whole, row: int, count: int, reaches: Reals, speeds: Reals) -> float:
-    """What speed (m/s) of a panel's points is not exceeded, as seen from another panel.
+def path_speed(pairs: Pairs, p: int, back: int, speeds: Reals, panels: Whole) -> float:
+    """What speed (m/s) of points of the second prism of a pair is not exceeded, as seen from the panel of the first.
 
-    hinges : in the first `count` entries of a row, the way from the other panel. reaches : greatest distance (m) of a
-    point from each hinge's line. Each hinge turns all that lies beyond it.
+    back : 1 for points of the first, seen from the second. panels : of the prisms. Each hinge on the way turns all that
+    lies beyond it.
     """
+    g = pairs.prisms[p, 1 - back]
+    here, there = panels[pairs.prisms[p, back]], panels[g]
+    hinges, nexts, reaches = pairs.hinges[there], pairs.nexts[there], pairs.reaches[g]
     speed = 0.0
-    for k in range(count):
-        speed += speeds[hinges[row, k]] * reaches[row, k]
+    while here != there:
+        hinge = hinges[here]
+        speed += speeds[hinge] * reaches[hinge]
+        here = nexts[here]
     return speed
 
 
 @lean
-def path_bend(
-    hinges: Whole, row: int, count: int, back: bool, reaches: Reals, speeds: Reals, accelerations: Reals
-) -> float:
-    """What acceleration (m/s^2) of a panel's points is not exceeded, as seen from another panel.
+def path_bend(pairs: Pairs, p: int, back: int, speeds: Reals, accelerations: Reals, panels: Whole) -> float:
+    """What acceleration (m/s^2) of points of the second prism is not exceeded, as seen from the panel of the first.
 
-    back : the way leads to the other panel. |x''| <= sum of r_l (a_l + w_l (w_l + 2 sum of w_k over k before l)).
+    back, panels : as of `path_speed`. |x''| <= sum of r_l (a_l + w_l (w_l + 2 sum of w_k over k
+    before l)).
     """
+    g = pairs.prisms[p, 1 - back]
+    here, there = panels[pairs.prisms[p, back]], panels[g]
+    hinges, nexts, reaches = pairs.hinges[there], pairs.nexts[there], pairs.reaches[g]
     acceleration = before = 0.0
-    for i in range(count):
-        k = count - 1 - i if back else i
-        hinge, r = hinges[row, k], reaches[row, k]
+    while here != there:
+        hinge = hinges[here]
         w = speeds[hinge]
-        acceleration += r * (accelerations[hinge] + w * (w + 2.0 * before))
+        acceleration += reaches[hinge] * (accelerations[hinge] + w * (w + 2.0 * before))
         before += w
+        here = nexts[here]
     return acceleration

@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcsearch.kernels.algebra.vectors import at, cross, dot, minus
 from hcsearch.kernels.compiling.compiled import compiled, lean
@@ -17,68 +18,93 @@ from hcsearch.typing import Reals, Whole
 class Pairs(NamedTuple):
     """Pairs of prisms, and the ways between their panels through the tree of the chain.
 
-    prisms : (p, 2). lengths : (p,), hinges on the way. hinges : (p, m), from the first panel to the second.
-    beyond, before : (p, m), greatest distance (m) from each hinge's line of points of the second prism, and of the
-        first.
+    A way is walked by its next hinge, so that tables grow with the square of the panels: written out, ways of all
+    pairs grow with the cube.
+
+    prisms : (p, 2). hinges, nexts : (n, n), the first hinge on the way to a panel (row) from another one (column), and
+        the panel beyond it. reaches : (f, m), greatest distance (m) of points of each prism from the line of each hinge
+        of the tree, however it folds; 0 of hinges that it leaves out.
     """
 
     prisms: Whole
-    lengths: Whole
-    hinges: Whole
-    beyond: Reals
-    before: Reals
+    hinges: NDArray[np.int32]
+    nexts: NDArray[np.int32]
+    reaches: Reals
 
 
 @compiled
 def pairs_between(chain: Chain, prisms: Prisms, wanted: Whole) -> Pairs:
     """The ways between the panels of some pairs of prisms, shape (p, 2)."""
-    count, most = len(wanted), len(chain.points)
-    lengths, hinges = np.zeros(count, np.int64), np.zeros((count, most), np.int64)
-    beyond, before = np.zeros((count, most)), np.zeros((count, most))
-    depth = np.zeros(len(chain.order), np.int64)
+    n = len(chain.order)
+    hinges, nexts = np.full((n, n), np.int32(-1)), np.full((n, n), np.int32(-1))
     for panel in chain.order:
-        if chain.parents[panel] >= 0:
-            depth[panel] = depth[chain.parents[panel]] + 1
-    back = np.empty(most, np.int64)
-    for p in range(count):
-        one, two = prisms.panels[wanted[p, 0]], prisms.panels[wanted[p, 1]]
-        out = returned = 0
-        while one != two:
-            if depth[one] >= depth[two]:
-                hinges[p, out] = chain.hinges[one]
-                one = chain.parents[one]
-                out += 1
-            else:
-                back[returned] = chain.hinges[two]
-                two = chain.parents[two]
-                returned += 1
-        for k in range(returned):
-            hinges[p, out + k] = back[returned - 1 - k]
-        lengths[p] = out + returned
-        _reach(chain, prisms, wanted[p, 1], hinges[p], lengths[p], 1, beyond[p])
-        _reach(chain, prisms, wanted[p, 0], hinges[p], lengths[p], -1, before[p])
-    most = lengths.max() if count else 0
-    return Pairs(wanted, lengths, hinges[:, :most].copy(), beyond[:, :most].copy(), before[:, :most].copy())
+        parent, hinge = chain.parents[panel], chain.hinges[panel]
+        if parent < 0:
+            continue
+        for other in range(n):  # those that the tree came to before are beyond the parent
+            if hinges[other, parent] >= 0 or other == parent:
+                hinges[other, panel], nexts[other, panel] = hinge, parent
+        for other in range(n):
+            if hinges[parent, other] >= 0:
+                hinges[panel, other], nexts[panel, other] = hinges[parent, other], nexts[parent, other]
+        hinges[panel, parent], nexts[panel, parent] = hinge, panel
+    reaches = np.zeros((len(prisms.panels), len(chain.points)))
+    lengths = np.zeros(n)
+    for f in range(len(prisms.panels)):
+        _reach(chain, prisms, hinges, nexts, f, lengths, reaches[f])
+    return Pairs(wanted, hinges, nexts, reaches)
 
 
 @lean
-def _reach(chain: Chain, prisms: Prisms, f: int, way: Whole, count: int, sense: int, reaches: Reals) -> None:
-    """Greatest distance of the corners of a prism at one end of a way from the line of each hinge, however it folds.
+def _reach(
+    chain: Chain,
+    prisms: Prisms,
+    hinges: NDArray[np.int32],
+    nexts: NDArray[np.int32],
+    f: int,
+    lengths: Reals,
+    reaches: Reals,
+) -> None:
+    """Write the greatest distance of the corners of a prism from the line of each hinge, however those between fold.
 
-    sense : 1 for the prism at the end, -1 for the one at the beginning.
+    lengths : room for each panel, of the way from the corners to the hinge that leads to it.
     """
-    reach = 0.0
-    for i in range(count):
-        k = count - 1 - i if sense > 0 else i
-        point, line = at(chain.points, way[k], 0), at(chain.directions, way[k], 0)
-        if i == 0:
-            for c in range(prisms.counts[f, 0]):
-                arm = minus(at(prisms.vertices[f], c, 0), point)
-                across = cross(arm, line)
-                reaches[k] = max(reaches[k], math.sqrt(dot(across, across)))
-                reach = max(reach, math.sqrt(dot(arm, arm)))
-        else:
-            arm = minus(at(chain.points, way[k + sense], 0), point)
+    own = prisms.panels[f]
+    # down from the panel to the root first, then up: a panel comes after the next one on its way to the prism
+    panel = own
+    while chain.parents[panel] >= 0:
+        _pass(chain, prisms, hinges, nexts, f, chain.parents[panel], lengths, reaches)
+        panel = chain.parents[panel]
+    for panel in chain.order:
+        if panel != own and nexts[own, panel] >= 0 and nexts[own, panel] == chain.parents[panel]:
+            _pass(chain, prisms, hinges, nexts, f, panel, lengths, reaches)
+
+
+@lean
+def _pass(
+    chain: Chain,
+    prisms: Prisms,
+    hinges: NDArray[np.int32],
+    nexts: NDArray[np.int32],
+    f: int,
+    panel: int,
+    lengths: Reals,
+    reaches: Reals,
+) -> None:
+    """Write the reach of a prism beyond the hinge that leads from a panel to it, by that of the hinge after."""
+    own = prisms.panels[f]
+    hinge, after = hinges[own, panel], nexts[own, panel]
+    point, line = at(chain.points, hinge, 0), at(chain.directions, hinge, 0)
+    if after == own:
+        length = 0.0
+        for c in range(prisms.counts[f, 0]):
+            arm = minus(at(prisms.vertices[f], c, 0), point)
             across = cross(arm, line)
-            reaches[k] = math.sqrt(dot(across, across)) + reach
-            reach += math.sqrt(dot(arm, arm))
+            reaches[hinge] = max(reaches[hinge], math.sqrt(dot(across, across)))
+            length = max(length, math.sqrt(dot(arm, arm)))
+        lengths[panel] = length
+    else:
+        arm = minus(at(chain.points, hinges[own, after], 0), point)
+        across = cross(arm, line)
+        reaches[hinge] = math.sqrt(dot(across, across)) + lengths[after]
+        lengths[panel] = lengths[after] + math.sqrt(dot(arm, arm))

@@ -92,6 +92,7 @@ def refined(mechanism: Mechanism, states: States, closed: float, work: Work) -> 
                 for i in range(n):
                     still = abs(q[k + 1, i] - q[k, i]) <= STILL and max(abs(v[k, i]), abs(v[k + 1, i])) <= STILL
                     hold.held[i] = 1 if still else 0
+                work.clock[0] = 0.5 * (times[k] + times[k + 1])
                 wide[k] = _close(mechanism, hold, scale, middles[0, k], middles[1, k], middles[2, k], work) < gap
         more = wide.sum()
         if more == 0:

@@ -9,6 +9,7 @@ from hcsearch.kernels.compiling.compiled import inlined, lean
 from hcsearch.kernels.multibody.cuts import cut_energy
 from hcsearch.kernels.multibody.hinges import lost_power
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, Stepper, closure_energy, evaluate
+from hcsearch.kernels.multibody.targets import driving_power
 from hcsearch.kernels.multibody.tree import Work
 from hcsearch.typing import Reals
 
@@ -37,6 +38,7 @@ def step(method: Method, stepper: Stepper, h: float) -> float:
     a, q, v = work.accelerations, end[:n], end[n : 2 * n]
     for k in range(1, s + 1):
         _join(method.a[k] if k < s else method.b, k, h, stages, stepper.start, end)
+        work.clock[0] = end[2 * n + 1]
         evaluate(mechanism, hold, q, v, stepper.scale, False, work, a)
         write_stage(mechanism, hold, end, a, work, stages[k])
     return h * _error(method.errors, stepper)
@@ -59,7 +61,7 @@ def _error(weights: Reals, stepper: Stepper) -> float:
     """Error of a step over what is allowed, and over its length."""
     stages, start, end = stepper.stages, stepper.start, stepper.end
     first = second = 0.0
-    count = len(start) - 1
+    count = len(start) - 2
     for j in range(count):
         one = two = 0.0
         for i in range(len(stages)):
@@ -76,13 +78,15 @@ def _error(weights: Reals, stepper: Stepper) -> float:
 
 @inlined
 def write_stage(mechanism: Mechanism, hold: Hold, state: Reals, a: Reals, work: Work, stage: Reals) -> None:
-    """Derivative of a state (q, v, energy lost), with the accelerations given; after `evaluate`."""
+    """Derivative of a state (q, v, energy lost, time), with the accelerations given; after `evaluate`."""
     n = len(a)
     for i in range(n):
         rate = a[i] if mechanism.overdamped else state[n + i]
         stage[i] = 0.0 if hold.held[i] else rate
         stage[n + i] = 0.0 if hold.held[i] or mechanism.overdamped else a[i]
     stage[2 * n] = lost_power(mechanism.hinges, mechanism.struts, state[:n], stage[:n], work)
+    stage[2 * n] -= driving_power(mechanism.targets, state[:n], stage[:n], work)
+    stage[2 * n + 1] = 1.0
     if len(mechanism.cuts.bodies):
         _, _, _, lost = cut_energy(mechanism.cuts, hold.cut_branches, work)
         stage[2 * n] += lost

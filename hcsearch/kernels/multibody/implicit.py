@@ -14,13 +14,14 @@ from hcsearch.kernels.multibody.compliance import spring_loss
 from hcsearch.kernels.multibody.cuts import cut_energy
 from hcsearch.kernels.multibody.hinges import joint_torques, lost_power, steepness
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, Stepper, solve, solve_ahead, view
+from hcsearch.kernels.multibody.targets import ask, drive_ahead, driving_power
 from hcsearch.kernels.multibody.tree import Work
 from hcsearch.typing import Reals
 
 
 @lean
 def _part(mechanism: Mechanism, hold: Hold, h: float, scale: float, work: Work, a: Reals, state: Reals) -> None:
-    """One linearly implicit Euler step of a state (q, v, energy lost)."""
+    """One linearly implicit Euler step of a state (q, v, energy lost, time)."""
     n = len(a)
     q, v = state[:n], state[n : 2 * n]
     view(mechanism, hold, q, v, work)
@@ -34,6 +35,9 @@ def _part(mechanism: Mechanism, hold: Hold, h: float, scale: float, work: Work, 
             drag += mechanism.hinges.stop_damping
         work.soft[i] = h * drag + h * h * slope
         work.torques[i] -= h * slope * v[i]
+    state[2 * n + 1] += h
+    ask(mechanism.targets, state[2 * n + 1], work)
+    drive_ahead(mechanism.targets, h, q, v, work)
     if mechanism.closure_stiffness > 0.0:
         solve_ahead(mechanism, hold, h, work, a)
     else:
@@ -42,7 +46,8 @@ def _part(mechanism: Mechanism, hold: Hold, h: float, scale: float, work: Work, 
         if not hold.held[i]:
             v[i] += h * a[i]
             q[i] += h * v[i]
-    state[2 * n] += h * lost_power(mechanism.hinges, mechanism.struts, q, v, work)
+    lost = lost_power(mechanism.hinges, mechanism.struts, q, v, work)
+    state[2 * n] += h * (lost - driving_power(mechanism.targets, q, v, work))
     if len(mechanism.cuts.bodies):
         _, _, _, lost = cut_energy(mechanism.cuts, hold.cut_branches, work)
         state[2 * n] += h * lost
@@ -58,12 +63,12 @@ def implicit_step(columns: int, stepper: Stepper, h: float) -> float:
     a = work.accelerations
     error = 0.0
     for j in range(columns):
-        for i in range(2 * n + 1):
+        for i in range(2 * n + 2):
             end[i] = start[i]
         for _ in range(j + 1):
             _part(stepper.mechanism, hold, h / (j + 1), stepper.scale, work, a, end)
         # Aitken and Neville: row k of the table holds what parts up to this one make of order k
-        for i in range(2 * n + 1):
+        for i in range(2 * n + 2):
             value = end[i]
             for k in range(j):
                 old = table[k, i]
@@ -72,6 +77,7 @@ def implicit_step(columns: int, stepper: Stepper, h: float) -> float:
             table[j, i] = value
     work.soft[:] = 0.0
     end[2 * n] = table[columns - 1, 2 * n]
+    end[2 * n + 1] = start[2 * n + 1] + h
     for i in range(2 * n):
         end[i] = table[columns - 1, i]
         weight = stepper.floor + stepper.tolerance * max(abs(start[i]), abs(end[i]))

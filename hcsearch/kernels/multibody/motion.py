@@ -12,6 +12,7 @@ from hcsearch.kernels.multibody.compliance import forces_ahead, spring_energy, s
 from hcsearch.kernels.multibody.cuts import Cuts, pull_cuts
 from hcsearch.kernels.multibody.hinges import Hinges, Struts, joint_torques, pull_struts
 from hcsearch.kernels.multibody.sweeps import gather, load, move, place, release
+from hcsearch.kernels.multibody.targets import Targets, ask, drive
 from hcsearch.kernels.multibody.tree import CENTRE, PULL_COUPLE, PULL_FORCE, TURN, Tree, Work
 from hcsearch.kernels.multibody.welds import choose, close_rows, factorise, weld_errors, weld_rates
 from hcsearch.typing import Reals, Signs, Whole
@@ -24,6 +25,7 @@ class Mechanism(NamedTuple):
     closure_stiffness, closure_damping : of springs in place of exact closure, N m and N m s per rad, or per gap over
         size; 0 where it is exact.
     overdamped : whether bodies have no inertia, and dampers alone resist; then masses are 0 and weights are loads.
+    targets : of drives, which depend on time.
     """
 
     tree: Tree
@@ -34,6 +36,7 @@ class Mechanism(NamedTuple):
     closure_stiffness: float
     closure_damping: float
     overdamped: bool
+    targets: Targets
 
 
 class Hold(NamedTuple):
@@ -52,8 +55,8 @@ class Stepper(NamedTuple):
     """What steps of a motion are made with.
 
     scale : the pivot that others are compared to. tolerance, floor : relative and absolute error of a step.
-    stages : (s + 1, 2 n + 1), derivatives of the state (q, v, energy lost) in a step, the last one at its end.
-    start, end : (2 n + 1,), states. counts : of the record.
+    stages : (s + 1, 2 n + 2), derivatives of the state (q, v, energy lost, time) in a step, the last one at its end.
+    start, end : (2 n + 2,), states. counts : of the record.
     """
 
     mechanism: Mechanism
@@ -137,6 +140,8 @@ def evaluate(
     """As `accelerate`, compiled into its caller: for steps, which spend their time here."""
     view(mechanism, hold, q, v, work)
     joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
+    ask(mechanism.targets, work.clock[0], work)
+    drive(mechanism.targets, q, v, work, work.torques)
     if mechanism.overdamped:
         for i in range(len(work.soft)):
             work.soft[i] = mechanism.hinges.damping[i]
@@ -149,7 +154,7 @@ def accelerate(
 ) -> bool:
     """Write the joint accelerations, at held joints what holds them; whether the chosen rows were independent.
 
-    Where motion is overdamped these are velocities, and `v` is 0.
+    Where motion is overdamped these are velocities, and `v` is 0. Drives are asked at the time of `work.clock`.
     scale : of `choose`. fresh : whether to choose rows anew. The forces of the rows are left in `work.forces`.
     """
     return evaluate(mechanism, hold, q, v, scale, fresh, work, a)

@@ -104,6 +104,7 @@ def begin(simulation: Simulation) -> None:
     a, books = np.zeros(len(q)), np.zeros(6)
     record.counts[:] = 0
     record.counts[4] = GOES_ON
+    work.clock[0] = 0.0
     scale = largest_pivot(mechanism, q, work)
     pace[:HERE], pace[HERE:] = 0.0, q
     pace[SCALE], pace[GRIP] = scale, _grip(mechanism, hold, q)
@@ -125,15 +126,16 @@ def go_on(simulation: Simulation, most: int) -> None:
     mechanism, hold, method, plan = simulation.mechanism, simulation.hold, simulation.method, simulation.plan
     q, v, work, pace, record = simulation.q, simulation.v, simulation.work, simulation.pace, simulation.record
     n = len(q)
-    stages = np.zeros((len(method.b) + 1, 2 * n + 1))
-    start, end = np.zeros(2 * n + 1), np.zeros(2 * n + 1)
+    stages = np.zeros((len(method.b) + 1, 2 * n + 2))
+    start, end = np.zeros(2 * n + 2), np.zeros(2 * n + 2)
     a = np.zeros(n)
     counts = record.counts
     books = record.books[counts[0] - 1].copy()
     scale, rejected = pace[SCALE], False
     stepper = Stepper(mechanism, hold, scale, plan.tolerance, plan.floor, work, stages, start, end, counts)
+    work.clock[0] = pace[TIME]
     accelerate(mechanism, hold, q, v, scale, True, work, a)
-    start[:n], start[n : 2 * n], start[2 * n] = q, v, books[4]
+    start[:n], start[n : 2 * n], start[2 * n], start[2 * n + 1] = q, v, books[4], pace[TIME]
     write_stage(mechanism, hold, start, a, work, stages[0])
     turns = np.zeros(n + len(mechanism.cuts.bodies))
     all_turns(mechanism, q, v, work, turns, turns.copy())
@@ -151,6 +153,7 @@ def go_on(simulation: Simulation, most: int) -> None:
         took, came, joint, kind = _shorten(simulation, stepper, a)
         q[:], v[:], books[4] = end[:n], end[n : 2 * n], end[2 * n]
         pace[TIME] += took
+        work.clock[0] = pace[TIME]
         gap, _ = project(mechanism.tree, hold.held, q, v, plan.closed, work)
         if len(mechanism.cuts.bodies):
             gap = cut_gap(mechanism.cuts, work) / mechanism.tree.size
@@ -161,7 +164,7 @@ def go_on(simulation: Simulation, most: int) -> None:
         if mechanism.hinges.stop_stiffness > 0.0:
             note_stops(mechanism, pace[TIME], took, q, v, work, turns, record)
         save(record, hold, pace[TIME], q, v, a, books, gap)
-        start[:n], start[n : 2 * n], start[2 * n] = q, v, books[4]
+        start[:n], start[n : 2 * n], start[2 * n], start[2 * n + 1] = q, v, books[4], pace[TIME]
         write_stage(mechanism, hold, start, a, work, stages[0])
         _tally(pace, q, books)
         counts[4] = _ending_after(mechanism, plan, gap, came < 1.0, pace, books)

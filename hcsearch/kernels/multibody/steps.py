@@ -71,6 +71,7 @@ def _accelerate(stepper: Stepper, state: Reals, fresh: bool) -> None:
     """Write the accelerations at a state; as `accelerate`."""
     n, work = len(stepper.hold.held), stepper.work
     q, v = state[:n], state[n : 2 * n]
+    work.clock[0] = state[2 * n + 1]
     accelerate(stepper.mechanism, stepper.hold, q, v, stepper.scale, fresh, work, work.accelerations)
 
 
@@ -124,6 +125,7 @@ def land(method: Method, stepper: Stepper, guess: float, longest: float, joint: 
                     end[j] += more * (last[j] + 0.5 * more * last[n + j])
                     end[n + j] += more * last[n + j]
                 end[2 * n] += more * last[2 * n]
+                end[2 * n + 1] += more
                 return float(h + more)
         if sign * miss > 0.0:
             high = min(high, h)
@@ -141,7 +143,7 @@ def _parabolic(stepper: Stepper, h: float, more: float, last: Reals) -> bool:
     more : the time (s), beside the step h in which they change from the first stage to the last.
     """
     first, end = stepper.stages[0], stepper.end
-    n = len(end) // 2
+    n = len(end) // 2 - 1
     for j in range(n, 2 * n):
         allowed = SURE * (stepper.floor + stepper.tolerance * abs(end[j]))
         if abs(last[j] - first[j]) * more * more > 2.0 * h * allowed:
@@ -202,7 +204,7 @@ def loosen(method: Method, stepper: Stepper, closed: float, grip: float, firm: b
 
 @lean
 def _pull(stepper: Stepper, closed: float, state: Reals) -> float:
-    """By how much a stop would have to pull at most at a state (q, v, energy lost), N m.
+    """By how much a stop would have to pull at most at a state (q, v, energy lost, time), N m.
 
     closed : residual after projection.
     """
@@ -212,5 +214,6 @@ def _pull(stepper: Stepper, closed: float, state: Reals) -> float:
     for i in range(n):
         q[i], v[i] = state[i], state[n + i]
     project(mechanism.tree, hold.held, q, v, closed, work)
+    work.clock[0] = state[2 * n + 1]
     accelerate(mechanism, hold, q, v, stepper.scale, True, work, work.accelerations)
     return greatest_pull(hold, work.accelerations)

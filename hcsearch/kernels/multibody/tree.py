@@ -88,6 +88,7 @@ class Work(NamedTuple):
     torques, soft : (n,), joint forces, and what implicit steps add to the joints' own inertia.
     accelerations, change, still : (n,), those of a stage, what a projection changes, and zeros. trial : (2, n), a state
         that is tried.
+    clock : (1,), the time (s) of the state that accelerations are computed for. asked : (n, 3), of drives, at it.
     """
 
     bodies: Reals
@@ -108,6 +109,8 @@ class Work(NamedTuple):
     change: Reals
     still: Reals
     trial: Reals
+    clock: Reals
+    asked: Reals
 
 
 @compiled
@@ -133,4 +136,6 @@ def work_for(tree: Tree) -> Work:
         change=np.zeros(n),
         still=np.zeros(n),
         trial=np.zeros((2, n)),
+        clock=np.zeros(1),
+        asked=np.zeros((n, 3)),
     )

@@ -165,7 +165,8 @@ def new_work(space: Space) -> SpaceWork:
     twists = np.zeros((len(space.loops.chain.order), 6))
     whole, directions = np.zeros((k, 2), np.int64), np.zeros((k, 3))
     conditions = Conditions(whole, directions, np.zeros((k, 3)), np.zeros(k), np.zeros(k, np.int64))
-    rows, bounds, forces = np.zeros((k, m)), np.zeros(k), np.zeros(k)
+    # seldom more than a few of these rows are written: memory that nobody writes to is not taken
+    rows, bounds, forces = np.empty((k, m)), np.zeros(k), np.zeros(k)
     return SpaceWork(
         closing, np.zeros(m), np.zeros(m), np.zeros(m), wanted, axes, twists, conditions, rows, bounds, forces
     )

@@ -1,0 +1,105 @@
+"""Results come from one program: each task says which, and whoever works on it refuses another.
+
+All commits of hcsearch may have one version, and a worker may have started before an upgrade, or join after one: so a
+program is known by its sources and by what it computes with. Modules are loaded when they are needed. One that is
+loaded after its file was changed would be part of another program, so files are looked at again when there are more.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, TypeVar
+
+P = TypeVar("P")
+T = TypeVar("T")
+
+Program = dict[str, str]
+"""What results hang on, by name: plain, as a worker of any version must be able to read it."""
+
+_LIBRARIES = ("numpy", "numba", "llvmlite", "scipy", "shapely")
+_SOURCES = "sources"
+_ROOT = Path(__file__).parents[1]
+
+_checked: set[str] = set()
+"""Modules of hcsearch that were loaded from the sources of `program`."""
+
+
+@cache
+def program() -> Program:
+    """The program that this process runs, looked up once."""
+    versions = {name: _version(name) for name in ("hcsearch", *_LIBRARIES)}
+    return versions | {"Python": f"{sys.version_info[0]}.{sys.version_info[1]}", _SOURCES: sources_digest()}
+
+
+def _version(library: str) -> str:
+    """The version of a library: of what is loaded, which another may have replaced on disk."""
+    return str(getattr(sys.modules.get(library), "__version__", None) or version(library))
+
+
+def sources_digest() -> str:
+    """A digest of the files of hcsearch as they are on disk now."""
+    digest = hashlib.blake2b(digest_size=16)
+    for path in sorted(_ROOT.rglob("*.py")):
+        text = path.read_bytes().replace(b"\r\n", b"\n")
+        digest.update(f"{path.relative_to(_ROOT).as_posix()} {len(text)}\n".encode() + text)
+    return digest.hexdigest()
+
+
+def are_changed() -> bool:
+    """Whether the files of hcsearch are others than they were for `program`."""
+    return sources_digest() != program()[_SOURCES]
+
+
+def is_mixed() -> bool:
+    """Whether modules may have been loaded from other sources than those of `program`."""
+    program()
+    loaded = {name for name in list(sys.modules) if name.partition(".")[0] == "hcsearch"}
+    if loaded <= _checked:
+        return False
+    if are_changed():
+        return True
+    _checked.update(loaded)
+    return False
+
+
+def difference(other: Program) -> str:
+    """How another program differs from this one, in words; empty where it does not."""
+    own = program()
+    parts = [f"{name} {other.get(name)} instead of {own[name]}" for name in own if name != _SOURCES]
+    differ = [part for part, name in zip(parts, own, strict=False) if other.get(name) != own[name]]
+    if not differ and other.get(_SOURCES) != own[_SOURCES]:
+        return f"other sources of hcsearch {own['hcsearch']}"
+    return ", ".join(differ)
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """Why a task was not worked on, or its results are not to be used. program : who refused; None of mixed sources."""
+
+    program: Program | None
+
+
+def packed(task: Callable[[P], Any], inputs: Sequence[P]) -> bytes:
+    """A task and inputs as they travel: another program can tell that it is another before it reads them."""
+    return pickle.dumps((task, inputs))
+
+
+def work_on(expected: Program, sent: bytes) -> list[Any] | Refusal:
+    """Work on what `packed` gives, in a process that runs the expected program."""
+    if program() != expected:
+        return Refusal(program())
+    try:
+        task, inputs = pickle.loads(sent)
+        results = [task(item) for item in inputs]
+    except Exception:
+        if is_mixed():
+            return Refusal(None)  # which is the reason for whatever has failed
+        raise
+    return Refusal(None) if is_mixed() else results

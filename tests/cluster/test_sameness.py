@@ -1,0 +1,96 @@
+"""Results of another program, or of one whose files change while it runs, are not used."""
+
+import subprocess
+import sys
+from pathlib import Path
+from shutil import copytree, ignore_patterns
+
+import pytest
+
+import hcsearch
+from hcsearch.errors import ClusterError
+from hcsearch.pipeline import Crew, sameness
+from hcsearch.pipeline.sameness import Refusal, difference, packed, program, sources_digest, work_on
+
+SCRIPT = """
+from pathlib import Path
+import hcsearch
+from hcsearch.errors import ClusterError
+from hcsearch.pipeline import Crew
+
+crew = Crew({jobs})
+work = crew.work(len, ["a", "bb"] * 20)
+assert next(work) == ("a", 1)
+with (Path(hcsearch.__file__).parent / "circuit.py").open("a") as file:
+    file.write("# changed")
+if {jobs} == 1:
+    import hcsearch.tuning.search  # which is loaded from other files than the rest
+    rest = work
+else:
+    rest = crew.work(len, ["a", "bb"])  # by processes that start now
+try:
+    list(rest)
+except ClusterError as error:
+    print(error)
+"""
+
+
+@pytest.fixture
+def copy(tmp_path):
+    """A copy of the program that may be changed."""
+    copytree(Path(hcsearch.__file__).parent, tmp_path / "hcsearch", ignore=ignore_patterns("__pycache__"))
+    return tmp_path
+
+
+def test_sources_are_known_by_what_is_in_them(copy, monkeypatch):
+    own = sources_digest()
+    monkeypatch.setattr(sameness, "_ROOT", copy / "hcsearch")
+    assert sources_digest() == own
+    path = copy / "hcsearch" / "twisting.py"
+    path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))  # as some systems check files out
+    assert sources_digest() == own
+    path.rename(path.with_name("twisted.py"))
+    renamed = sources_digest()
+    path.with_name("twisted.py").write_text("", encoding="utf-8")
+    assert len({own, renamed, sources_digest()}) == 3
+
+
+@pytest.mark.parametrize("name", sorted(program()))
+def test_whatever_results_hang_on_is_compared_before_a_task_is_read(name):
+    expected = program() | {name: "another"}
+    assert work_on(expected, b"nothing that could be read") == Refusal(program())
+    assert difference(expected) == (
+        "other sources of hcsearch 0.1.0" if name == "sources" else f"{name} another instead of {program()[name]}"
+    )
+
+
+def test_the_same_program_works(monkeypatch):
+    assert difference(program()) == ""
+    assert work_on(program(), packed(len, ["a", "bb"])) == [1, 2]
+    with pytest.raises(TypeError):
+        work_on(program(), packed(len, [1]))
+
+
+def test_what_older_programs_do_not_say_is_a_difference():
+    assert difference({"hcsearch": program()["hcsearch"]}).startswith("numpy None instead of")
+
+
+def test_modules_that_were_loaded_after_a_change_are_noticed(monkeypatch):
+    assert not sameness.is_mixed()
+    monkeypatch.setattr(sameness, "sources_digest", lambda: "changed")
+    assert not sameness.is_mixed()  # nothing more was loaded since: all is as it was
+    monkeypatch.setitem(sys.modules, "hcsearch.loaded_now", sys)
+    assert sameness.is_mixed()
+    assert work_on(program(), packed(len, ["a"])) == Refusal(None)
+    assert work_on(program(), packed(len, [1])) == Refusal(None)
+    with pytest.raises(ClusterError, match="were changed while it ran"):
+        list(Crew(1).work(len, ["a", "bb"]))
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_files_that_change_during_a_run_end_it(copy, jobs):
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT.format(jobs=jobs)], cwd=copy, capture_output=True, text=True, check=True
+    )
+    assert (done.stdout.count("\n"), done.stderr) == (1, "")
+    assert "the sources of hcsearch were changed while it ran" in done.stdout

@@ -1,0 +1,27 @@
+"""Numbers are written out, as people write them."""
+
+import pytest
+
+from hcsearch.pipeline.amounts import duration, size
+from hcsearch.system.numbers import short
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [
+        (10.0, 1, "10"),
+        (162.0, 2, "160"),
+        (-17361.2, 4, "-17360"),
+        (0.141, 4, "0.141"),
+        (4.2e12, 2, "4.2e+12"),
+        (0, 2, "0"),
+    ],
+)
+def test_numbers_have_digits_and_no_powers_of_ten(value, digits, text):
+    assert short(value, digits) == text
+
+
+def test_times_and_sizes_are_written_out():
+    assert size(1.62e8) == "160 MB"
+    assert duration(80 * 86400.0) == "80 days"
+    assert duration(120 * 86400.0) == "120 days"
