@@ -43,11 +43,14 @@ def _one_array() -> None:
 def _check() -> None:
     from hcsearch.deployment.checking import check
     from hcsearch.deployment.compiling import compile_scene
+    from hcsearch.deployment.deploying import run
+    from hcsearch.deployment.play import play_of
     from hcsearch.folding import Folding
     from hcsearch.scenes import SCENES
 
-    linkage = Folding.from_notation(_FOLDING).linkage()
-    check([compile_scene(linkage, SCENES["default"])], whole=False)
+    compiled = compile_scene(Folding.from_notation(_FOLDING).linkage(), SCENES["default"])
+    check([compiled], whole=False)
+    play_of(compiled, run(compiled, certified=False).motion)
 
 
 def _plan() -> None:
@@ -102,8 +105,19 @@ _DEPLOY = (
     "multibody.tree.work_for",
     "collision.approaches.approach",
     "collision.clearance.judge",
+    "collision.least_gaps.least_gap",
 )
-_CHECK = ("deployment.checking.check_all", "linkage.loops.close_loops", "linkage.reaches.pairs_between")
+_CHECK = (
+    "deployment.checking.check_all",
+    "linkage.loops.close_loops",
+    "linkage.reaches.pairs_between",
+    "multibody.simulation.simulate",
+    "multibody.between.refined",
+    "multibody.between.opening",
+    "multibody.tree.work_for",
+    "collision.clearance.judge",
+    "collision.least_gaps.least_gap",
+)
 _PLAN = (
     "planning.closing.close",
     "planning.closing.keep_closed",
