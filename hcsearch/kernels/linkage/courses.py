@@ -85,7 +85,8 @@ def path_speed(pairs: Pairs, p: int, back: int, speeds: Reals, panels: Whole) ->
     speed = 0.0
     while here != there:
         hinge = hinges[here]
-        speed += speeds[hinge] * reaches[hinge]
+        if hinge >= 0:  # none joins panels that stand still
+            speed += speeds[hinge] * reaches[hinge]
         here = nexts[here]
     return speed
 
@@ -103,8 +104,9 @@ def path_bend(pairs: Pairs, p: int, back: int, speeds: Reals, accelerations: Rea
     acceleration = before = 0.0
     while here != there:
         hinge = hinges[here]
-        w = speeds[hinge]
-        acceleration += reaches[hinge] * (accelerations[hinge] + w * (w + 2.0 * before))
-        before += w
+        if hinge >= 0:
+            w = speeds[hinge]
+            acceleration += reaches[hinge] * (accelerations[hinge] + w * (w + 2.0 * before))
+            before += w
         here = nexts[here]
     return acceleration

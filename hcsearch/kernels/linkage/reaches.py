@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.kernels.algebra.vectors import at, cross, dot, minus
+from hcsearch.kernels.algebra.vectors import Vector, at, cross, dot, minus
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import Chain
 from hcsearch.kernels.linkage.prisms import Prisms
@@ -22,7 +22,8 @@ class Pairs(NamedTuple):
     pairs grow with the cube.
 
     prisms : (p, 2). hinges, nexts : (n, n), the first hinge on the way to a panel (row) from another one (column), and
-        the panel beyond it. reaches : (f, m), greatest distance (m) of points of each prism from the line of each hinge
+        the panel beyond it; the first panels of parts that no hinge joins are beside each other, with hinge -1, as each
+        of them stands still. reaches : (f, m), greatest distance (m) of points of each prism from the line of each hinge
         of the tree, however it folds; 0 of hinges that it leaves out.
     """
 
@@ -35,23 +36,26 @@ class Pairs(NamedTuple):
 @compiled
 def pairs_between(chain: Chain, prisms: Prisms, wanted: Whole) -> Pairs:
     """The ways between the panels of some pairs of prisms, shape (p, 2)."""
-    n = len(chain.order)
+    n, parents = len(chain.order), chain.parents.copy()
+    for panel in chain.order[1:]:
+        if parents[panel] < 0:
+            parents[panel] = chain.order[0]
     hinges, nexts = np.full((n, n), np.int32(-1)), np.full((n, n), np.int32(-1))
     for panel in chain.order:
-        parent, hinge = chain.parents[panel], chain.hinges[panel]
+        parent, hinge = parents[panel], chain.hinges[panel]
         if parent < 0:
             continue
         for other in range(n):  # those that the tree came to before are beyond the parent
-            if hinges[other, parent] >= 0 or other == parent:
+            if nexts[other, parent] >= 0 or other == parent:
                 hinges[other, panel], nexts[other, panel] = hinge, parent
         for other in range(n):
-            if hinges[parent, other] >= 0:
+            if nexts[parent, other] >= 0:
                 hinges[panel, other], nexts[panel, other] = hinges[parent, other], nexts[parent, other]
         hinges[panel, parent], nexts[panel, parent] = hinge, panel
     reaches = np.zeros((len(prisms.panels), len(chain.points)))
     lengths = np.zeros(n)
     for f in range(len(prisms.panels)):
-        _reach(chain, prisms, hinges, nexts, f, lengths, reaches[f])
+        _reach(chain, prisms, parents, hinges, nexts, f, lengths, reaches[f])
     return Pairs(wanted, hinges, nexts, reaches)
 
 
@@ -59,6 +63,7 @@ def pairs_between(chain: Chain, prisms: Prisms, wanted: Whole) -> Pairs:
 def _reach(
     chain: Chain,
     prisms: Prisms,
+    parents: Whole,
     hinges: NDArray[np.int32],
     nexts: NDArray[np.int32],
     f: int,
@@ -72,11 +77,11 @@ def _reach(
     own = prisms.panels[f]
     # down from the panel to the root first, then up: a panel comes after the next one on its way to the prism
     panel = own
-    while chain.parents[panel] >= 0:
-        _pass(chain, prisms, hinges, nexts, f, chain.parents[panel], lengths, reaches)
-        panel = chain.parents[panel]
+    while parents[panel] >= 0:
+        _pass(chain, prisms, hinges, nexts, f, parents[panel], lengths, reaches)
+        panel = parents[panel]
     for panel in chain.order:
-        if panel != own and nexts[own, panel] >= 0 and nexts[own, panel] == chain.parents[panel]:
+        if panel != own and nexts[own, panel] >= 0 and nexts[own, panel] == parents[panel]:
             _pass(chain, prisms, hinges, nexts, f, panel, lengths, reaches)
 
 
@@ -94,17 +99,25 @@ def _pass(
     """Write the reach of a prism beyond the hinge that leads from a panel to it, by that of the hinge after."""
     own = prisms.panels[f]
     hinge, after = hinges[own, panel], nexts[own, panel]
-    point, line = at(chain.points, hinge, 0), at(chain.directions, hinge, 0)
+    point, line = _point(chain, hinge), (0.0, 0.0, 0.0) if hinge < 0 else at(chain.directions, hinge, 0)
     if after == own:
         length = 0.0
         for c in range(prisms.counts[f, 0]):
             arm = minus(at(prisms.vertices[f], c, 0), point)
             across = cross(arm, line)
-            reaches[hinge] = max(reaches[hinge], math.sqrt(dot(across, across)))
+            if hinge >= 0:
+                reaches[hinge] = max(reaches[hinge], math.sqrt(dot(across, across)))
             length = max(length, math.sqrt(dot(arm, arm)))
         lengths[panel] = length
     else:
-        arm = minus(at(chain.points, hinges[own, after], 0), point)
+        arm = minus(_point(chain, hinges[own, after]), point)
         across = cross(arm, line)
-        reaches[hinge] = math.sqrt(dot(across, across)) + lengths[after]
+        if hinge >= 0:
+            reaches[hinge] = math.sqrt(dot(across, across)) + lengths[after]
         lengths[panel] = lengths[after] + math.sqrt(dot(arm, arm))
+
+
+@lean
+def _point(chain: Chain, hinge: int) -> Vector:
+    """A point of the line of a hinge; the origin, which is at rest in both, between panels that stand still."""
+    return (0.0, 0.0, 0.0) if hinge < 0 else at(chain.points, hinge, 0)
