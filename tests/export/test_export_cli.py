@@ -238,6 +238,23 @@ def test_check_ends_with_1_where_nothing_folds(run):
     assert (result.exit_code, "two-stack foldings           0" in result.output) == (1, True)
 
 
+def test_check_says_how_much_memory_too_many_panels_would_take(run):
+    long = "square:" + 999 * "0" + "1" + 999 * "2" + "3"
+    message = refusal(run("check", long))
+    assert "checking 2,000 panels takes about 4.5 GB of memory, more than 2 GB" in message
+    assert "at most 1,200 panels" in message
+
+
+def test_check_says_what_it_leaves_out_of_a_file(run):
+    line = {"vertices_coords": [[0, 0], [1, 0], [1, 1], [0, 1], [2, 2]], "frame_unit": "parsec"}
+    line |= {"edges_vertices": [[0, 1], [1, 2], [2, 3], [3, 0], [0, 2], [2, 4]], "edges_assignment": [*"BBBBVU"]}
+    Path("line.fold").write_text(json.dumps(line), encoding="utf-8")
+    result = run("check", "line.fold")
+    assert result.exit_code == 2
+    assert "line.fold: frame_unit 'parsec' is no unit of length" in result.stderr
+    assert "line.fold: edge 5 from (1, 1) to (2, 2) ends at no other edge" in result.stderr
+
+
 def test_check_refuses_what_is_no_pattern(run):
     Path("bad.fold").write_text("no JSON", encoding="utf-8")
     assert "bad.fold is no FOLD file" in refusal(run("check", "bad.fold"))
