@@ -89,7 +89,7 @@ def test_want_of_memory_is_one_line(tmp_path):
     line = ["sh", "-c", f"ulimit -v 1000000; exec {words}"]
     done = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("hcsearch: there is not enough memory: ask for less")
+    assert done.stderr.startswith("hcsearch: there is not enough memory: ask for less, as by a --limit, or free some")
     assert done.stderr.count("\n") == 1
 
 

@@ -131,7 +131,7 @@ def main() -> None:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         leave()
     except MemoryError:
-        _fail("there is not enough memory: ask for less, as by a smaller --n, fewer --jobs or a --limit, or free some")
+        _fail(f"there is not enough memory: ask for less{_smaller()}, or free some")
     except (_UnreadError, BrokenPipeError):
         _discard(sys.stdout)
         sys.exit(_PIPE_CODE)
@@ -157,6 +157,15 @@ def _warning_in_lines() -> Iterator[None]:
         warnings.showwarning = show
         warnings.simplefilter("default", HcsearchWarning)
         yield
+
+
+def _smaller() -> str:
+    """How the command that runs is asked for less, by the options that it has."""
+    command = next((hcsearch.commands[word] for word in sys.argv[1:] if word in hcsearch.commands), None)
+    options = {option for own in command.params for option in own.opts} if command is not None else set()
+    ways = {"--n": "a smaller --n", "--jobs": "fewer --jobs", "--limit": "a --limit"}
+    own = [way for option, way in ways.items() if option in options]
+    return f", as by {' or '.join(own)}" if own else ", as a pattern of fewer panels"
 
 
 def _interrupt(_number: int, _frame: object) -> None:

@@ -37,7 +37,8 @@ def check(name: str, as_json: bool, **options: Any) -> None:
     """Take a pattern or circuit of your own through all stages.
 
     The command prints how many foldings pass each stage, and the results for each of them. FILE.fold is a crease
-    pattern of equal triangles, rectangles or regular hexagons, edge to edge, in any position. Its mountains, valleys,
+    pattern of equal triangles, rectangles or regular hexagons, edge to edge, in any position, drawn to a thousandth of
+    a side. Lines may cross and end on each other. Its mountains, valleys,
     flat and unassigned edges are the creases of one circuit; all other shared edges are slits. If mountains and valleys
     are assigned, only the folding with this assignment is checked. Panels have the size that the file gives in a
     physical unit, unless --panel or --across sets another. The notation of a circuit may be in any position, order or
@@ -67,6 +68,8 @@ def _of_file(request: Request) -> tuple[Circuit, Collection[int] | None, Scene]:
     from hcsearch.subjects.reading import read_scene_of
 
     drawing = read_fold(request.name)
+    for remark in drawing.remarks:
+        click.echo(f"{request.name}: {remark}", err=True)
     design = recognise(drawing)
     grid = design.circuit.grid.name
     if request.panel is None and request.across is None:

@@ -39,8 +39,8 @@ NEAR = 3.0 * SAME
 """Two points that are off by so much are nearer to each other than this share of a side."""
 STRAIGHT = 5.0 * SAME
 """How far a point in the middle of a side may be off it, over the root of a panel's area."""
-TOLERANCES = (NEAR, 10.0 * SAME)
-"""Shares of a typical edge within which points are one: the second where lines end at no other with the first."""
+TOLERANCES = (NEAR, 3.0 * NEAR, 10.0 * NEAR)
+"""Shares of a typical edge within which points are one: a greater one where all lines meet with it alone."""
 LONGER = 1.5
 """Edges are drawn longer or shorter than panels are where they differ by this factor."""
 
@@ -135,10 +135,11 @@ class _Reader:
         self.lines = [*self.edges, *(side for side in sides if side not in listed)]
         ends = points[np.array(self.edges)]
         lengths = np.sort(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
-        lengths = lengths[lengths > 0.0]
-        if not len(lengths):
+        drawn = np.cumsum(lengths)
+        if not drawn[-1] > 0.0:
             raise values.wrong("all of its edges are points")
-        self.median, self.short = float(lengths[(len(lengths) - 1) // 2]), float(lengths[(len(lengths) - 1) // 4])
+        # half, and a quarter, of all that is drawn is in shorter edges: specks count little, however many there are
+        self.median, self.short = (float(lengths[np.searchsorted(drawn, share * drawn[-1])]) for share in (0.5, 0.25))
         self.points = self._flat(points)
 
     def _flat(self, points: Reals) -> Reals:
@@ -159,14 +160,14 @@ class _Reader:
     def drawing(self) -> Drawing:
         """The facets and what joins them.
 
-        Points that are nearer than a share of a typical edge are one. Where lines then end at no other, a greater share
-        is tried, and that of a shorter edge; where panels have sides of another length than edges, as these are drawn
-        across several panels or in parts, that length counts.
+        Points that are nearer than a share of a typical edge are one. Where lines then end at no other, greater shares
+        are tried, and that of a shorter edge, until all lines meet. Edges may be drawn across several panels or in
+        parts: where the sides of the panels have another length than edges, that length counts.
         """
         tolerances = [share * self.median for share in TOLERANCES]
         if self.short < self.median / LONGER:
             tolerances.append(NEAR * self.short)
-        read: list[tuple[int, _Reading]] = []
+        read: list[_Reading] = []
         first: InputFileError | None = None
         for tolerance in tolerances:
             try:
@@ -174,20 +175,19 @@ class _Reader:
             except InputFileError as error:
                 first = first or error
                 continue
-            read.append((reading.loose, reading))
+            read.append(reading)
             if not reading.loose:
                 break
         if not read:
             assert first is not None
             raise first
-        best = min(read, key=lambda item: item[0])[1]
-        side = best.side
-        if not self.median / LONGER < side < LONGER * self.median:
+        best = read[0] if read[-1].loose else read[-1]
+        if not self.median / LONGER < best.side < LONGER * self.median:
             try:
-                again = _Reading(self, NEAR * side)
+                again = _Reading(self, NEAR * best.side)
             except InputFileError:
                 return best.drawing()
-            best = min((best, again), key=lambda reading: reading.loose)
+            best = min((again, best), key=lambda reading: reading.loose)
         return best.drawing()
 
 
@@ -224,6 +224,9 @@ class _Reading:
         """What was read."""
         values = self.values
         unit, remark = values.unit()
+        remarks = [] if remark is None else [remark]
+        if self.loose:
+            remarks.append(f"{self._first_loose()}; lines that lead to no other are left out")
         return Drawing(
             tuple(self.facets),
             self._ordered(),
@@ -231,7 +234,7 @@ class _Reading:
             values.length("hcsearch:thickness"),
             values.text("hcsearch:notation"),
             values.loops("hcsearch:loops"),
-            () if remark is None else (remark,),
+            tuple(remarks),
         )
 
     def _at(self, *places: int) -> str:
@@ -351,7 +354,7 @@ class _Reading:
                 mark, other = own[k], marks.get(pair)
                 if other is None or other == Join("U"):
                     marks[pair] = mark
-                elif mark not in (other, Join("U")):
+                elif mark not in (other, Join("U")) and {mark.assignment, other.assignment} != {"B", "C"}:
                     first = next(j for j in edges if own[j] == other)
                     raise self.values.wrong(
                         f"edge {k} ({mark.assignment}) lies on edge {first}, another one with another assignment "

@@ -217,7 +217,7 @@ def test_check_says_the_same_of_a_circuit_in_any_order(run):
 def test_the_command_that_check_prints_repeats_the_deployment(run):
     Path("moon.toml").write_text("[scene]\ngravity = [0.0, 0.0, -0.1]\n", encoding="utf-8")
     options = ("--scene", "moon.toml", "--panel", "52x6", "--flat-pairs", "hinged", "--seconds", "0.5")
-    *_, reason, command = run("check", MOVING, *options).output.splitlines()
+    *_, reason, gap, command = run("check", MOVING, *options).output.splitlines()
     program, *words = shlex.split(command)
     assert (program, words) == (
         "hcsearch",
@@ -225,6 +225,7 @@ def test_the_command_that_check_prints_repeats_the_deployment(run):
     )
     seconds = reason.split()[2]
     assert f"flat after {seconds} s" in run(*words).output
+    assert gap.startswith("  leave 0.0624 mm between faces")
 
 
 def test_check_simulates_for_as_long_as_it_is_asked_to(run):
@@ -236,6 +237,23 @@ def test_check_simulates_for_as_long_as_it_is_asked_to(run):
 def test_check_ends_with_1_where_nothing_folds(run):
     result = run("check", "hex:024")
     assert (result.exit_code, "two-stack foldings           0" in result.output) == (1, True)
+
+
+def test_check_says_how_much_memory_too_many_panels_would_take(run):
+    long = "square:" + 999 * "0" + "1" + 999 * "2" + "3"
+    message = refusal(run("check", long))
+    assert "checking 2,000 panels takes about 4.5 GB of memory, more than 2 GB" in message
+    assert "at most 1,200 panels" in message
+
+
+def test_check_says_what_it_leaves_out_of_a_file(run):
+    line = {"vertices_coords": [[0, 0], [1, 0], [1, 1], [0, 1], [2, 2]], "frame_unit": "parsec"}
+    line |= {"edges_vertices": [[0, 1], [1, 2], [2, 3], [3, 0], [0, 2], [2, 4]], "edges_assignment": [*"BBBBVU"]}
+    Path("line.fold").write_text(json.dumps(line), encoding="utf-8")
+    result = run("check", "line.fold")
+    assert "no equilateral triangle" in refusal(result)
+    assert "line.fold: frame_unit 'parsec' is no unit of length" in result.stderr
+    assert "line.fold: edge 5 from (1, 1) to (2, 2) ends at no other edge" in result.stderr
 
 
 def test_check_refuses_what_is_no_pattern(run):

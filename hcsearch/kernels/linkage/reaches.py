@@ -22,8 +22,8 @@ class Pairs(NamedTuple):
     pairs grow with the cube.
 
     prisms : (p, 2). hinges, nexts : (n, n), the first hinge on the way to a panel (row) from another one (column), and
-        the panel beyond it; the first panels of parts that no hinge joins are beside each other, with hinge -1, as each
-        of them stands still. reaches : (f, m), greatest distance (m) of points of each prism from the line of each hinge
+        the panel beyond it; the first panels of parts that no hinge joins are beside each other, with hinge -1, as they
+        stand still. reaches : (f, m), greatest distance (m) of points of each prism from the line of each hinge
         of the tree, however it folds; 0 of hinges that it leaves out.
     """
 
