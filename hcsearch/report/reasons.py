@@ -11,7 +11,7 @@ from hcsearch.play import play_sentence
 from hcsearch.report.data import Row
 from hcsearch.scenes import joined_name
 from hcsearch.store import StoredVerdict
-from hcsearch.vocabulary import STATUSES, Way
+from hcsearch.vocabulary import STATUSES, WAYS, Way
 
 UNTRIED = "not proved locked; no path was looked for and no springs were tried in this scene"
 LOCKED = "proved locked at an end of the motion, in every way that the scene may join its flat pairs"
@@ -89,4 +89,5 @@ def flat_pairs_in(row: Row) -> str:
         values = tomllib.loads(str(row.get("scene_values", "")))
     except tomllib.TOMLDecodeError:
         return ""
-    return "merged" if values.get("merge") is True else str(values.get("flat_pairs", ""))
+    pairs = values.get("flat_pairs")
+    return "merged" if values.get("merge") is True else pairs if pairs in WAYS else ""

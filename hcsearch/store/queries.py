@@ -173,7 +173,7 @@ def find_design(database: Database, text: str, scene: str = DEFAULT) -> dict[str
     """Return the row of `designs` of an id or a circuit notation, with its rows of the views of foldings.
 
     These are `foldings`, `motions` and `deployments`. scene : whose verdicts `designs` and `foldings` show. For people:
-    control characters in its texts are escaped.
+    control characters in its texts are escaped, except in `scene_values`, which are TOML.
     """
     key, _ = find_circuit(database, text)
     queries = {"designs": f"id={key}"} | dict.fromkeys(("foldings", "motions", "deployments"), f"design_id={key}")
@@ -197,8 +197,10 @@ def find_circuit(database: Database, text: str) -> tuple[int, str]:
 
 
 def _for_people(result: Result) -> list[dict[str, Any]]:
-    rows = ([printable(value) if isinstance(value, str) else value for value in row] for row in result.rows)
-    return [dict(zip(result.columns, row, strict=True)) for row in rows]
+    def shown(name: str, value: Any) -> Any:
+        return printable(value) if isinstance(value, str) and name != "scene_values" else value
+
+    return [{name: shown(name, row[k]) for k, name in enumerate(result.columns)} for row in result.rows]
 
 
 def _spellings(text: str) -> list[str]:
