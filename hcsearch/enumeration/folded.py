@@ -54,8 +54,8 @@ class FoldedSearch:
         most = 2 * min(longest + 1, _CODE_BITS // self._letter_bits)
         if self.n % 2 == 0 and self.n > most:
             raise SizeError(
-                f"--n {self.n} has too many half-chains on this grid: list designs of --n {self._longest_listed} or "
-                f"less, or count them with `hcsearch count --keep {self.lists}` up to --n {most}"
+                f"--n {self.n} has too many half-chains on this grid: use --n {self._longest_listed} or "
+                f"less to list designs, or count them with `hcsearch count --keep {self.lists}` up to --n {most}"
             )
 
     @property

@@ -80,6 +80,12 @@ def test_face_orders_are_the_layers_of_the_stacks(value):
     assert not orders
 
 
+def test_panels_side_by_side_whose_ends_differ_in_the_last_bit_are_not_one_above_the_other():
+    """GEOS 3.14 takes the one for all of the other."""
+    linkage = exported("rectangle:012233230011:0").linkage
+    assert {sign for *_, sign in fold.face_orders(linkage)} == {-1, 1}
+
+
 @given(folded())
 @settings(max_examples=40)
 def test_the_folded_frame_keeps_each_face_and_lays_stacks_onto_each_other(value):

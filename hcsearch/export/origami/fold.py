@@ -119,7 +119,9 @@ def face_orders(linkage: Linkage) -> list[list[int]]:
     normals = linkage.poses(linkage.folded)[list(pattern.panel_of), 2, 2]
     first, second = shapely.STRtree(outlines).query(outlines, predicate="intersects")
     first, second = first[first < second], second[first < second]
-    overlap = shapely.area(shapely.intersection(outlines[first], outlines[second])) > 1e-6 * pattern.size**2
+    # with a grid, as GEOS may take panels side by side, with ends that differ in the last bit, for one on the other
+    common = shapely.intersection(outlines[first], outlines[second], grid_size=1e-6 * pattern.size)
+    overlap = shapely.area(common) > 1e-6 * pattern.size**2
     pairs = sorted(zip(first[overlap].tolist(), second[overlap].tolist(), strict=True))
     return [[f, g, int(np.sign((heights[f] - heights[g]) * normals[g]))] for f, g in pairs]
 
