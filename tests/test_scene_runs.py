@@ -23,7 +23,7 @@ def call(*words, code=0):
     if code == 2 and result.exception is not None and not isinstance(result.exception, SystemExit):
         return str(result.exception)  # `main` prints it as one line and exits with 2
     assert result.exit_code == code, result.output
-    return result.output
+    return result.stdout
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +100,9 @@ def test_what_was_tried_is_repeated_by_the_command_that_show_prints(path):
     by_scene = {row[names.index("scene")]: dict(zip(names, row, strict=True)) for row in rows}
     for command in commands:
         words = shlex.split(command)[1:]
-        row = by_scene[words[words.index("--scene") + 1]]
+        scene = words[words.index("--scene") + 1]
+        # a path with hinged pairs gave the status: the scene as it stands is asked for by its rigid ones
+        row = by_scene["default" if scene == "rigid" else scene]
         facts = json.loads(call(*words, "--json", code=0 if row["status"] == "deploys" else 1))
         assert facts["verdict"] == row["status"]
         assert row["deploy_time"] == (facts["flat_time_s"] if row["status"] == "deploys" else None)

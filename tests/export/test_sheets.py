@@ -11,7 +11,7 @@ from hypothesis import settings as profile
 from hypothesis import strategies as st
 
 from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.errors import HcsearchError
+from hcsearch.errors import HcsearchError, HcsearchWarning
 from hcsearch.export.settings import Settings
 from hcsearch.export.sheets import svg
 from hcsearch.export.sheets.digits import strokes
@@ -120,7 +120,8 @@ def test_marks_and_numbers_stay_on_panels_that_a_gap_trims(name, gap):
 
 def test_a_kerf_that_closes_a_hole_is_refused():
     # around a hole of an edge of 0.5 mm
-    ring = exported(RING, panel="0.5x0.06")
+    with pytest.warns(HcsearchWarning, match="a side of less than 5 mm"):
+        ring = exported(RING, panel="0.5x0.06")
     assert len(sheet_of(ring, Settings(kerf_mm=0.9)).lines["CUT"]) == 2
     with pytest.raises(HcsearchError, match=r"a kerf of 1\.1 mm closes a hole or a notch"):
         sheet_of(ring, Settings(kerf_mm=1.1))

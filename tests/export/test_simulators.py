@@ -10,7 +10,7 @@ import pytest
 
 from hcsearch.dynamics.laws import law_named
 from hcsearch.dynamics.panels import panel_bodies
-from hcsearch.errors import HcsearchError
+from hcsearch.errors import HcsearchError, HcsearchWarning
 from hcsearch.export.settings import Settings
 from hcsearch.export.simulators.cut_trees import cut_tree, line_of
 from hcsearch.export.simulators.mjcf import mjcf_of, write
@@ -168,9 +168,11 @@ def test_subjects_with_drives_are_refused_as_models_of_mujoco():
 
 
 def test_panels_too_small_for_mujoco_are_refused():
-    small = exported("hex:0234550132:4", "mjcf", panel="0.5x0.06")
+    with pytest.warns(HcsearchWarning, match="did you mean 500x60"):
+        small = exported("hex:0234550132:4", "mjcf", panel="0.5x0.06")
     with pytest.raises(HcsearchError, match=r"panel_4\+5 has a moment of inertia of .* give larger panels"):
         write(small, Settings())
-    fast = exported("square:0122333011:1", "mjcf", panel="2x0.24")
+    with pytest.warns(HcsearchWarning, match="a side of less than 5 mm"):
+        fast = exported("square:0122333011:1", "mjcf", panel="2x0.24")
     with pytest.raises(HcsearchError, match=r"alone at .* rad/s\^2, and MuJoCo stops above 1e\+10: give larger panels"):
         write(fast, Settings())

@@ -200,8 +200,9 @@ def test_a_panel_is_named_as_pictures_name_it():
     labels = case("hex:0234550132:4")[1]
     assert wanted_panels(labels, "4+5") == (labels.panels.index("4+5"),)
     assert wanted_panels(labels, None) is None
-    with pytest.raises(HcsearchError, match=r"there is no panel '4': choose one of 0\+9, 1, 2"):
-        wanted_panels(labels, "4")
+    assert wanted_panels(labels, "4") == wanted_panels(labels, "4+5")
+    with pytest.raises(HcsearchError, match=r"there is no panel 14: the panels are 0\+9, 1 to 3, 4\+5, 6 to 8"):
+        wanted_panels(labels, "14")
 
 
 def test_glb_says_where_the_motion_ends_and_where_panels_collide():

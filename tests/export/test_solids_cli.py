@@ -48,7 +48,7 @@ def test_solids_are_written_in_a_state_and_by_panel(written, tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--output", "a.stl", "--part", "99"), "there is no panel '99'"),
+        (("--output", "a.stl", "--part", "99"), "there is no panel 99: the panels are 0, 1+2, 3, 4"),
         (
             ("--output", "a.stl", "--state", "0.5", "--motion", "springs", "--seconds", "1e-3"),
             f"the motion of {NAME} does not end flat (simulated",

@@ -21,9 +21,11 @@ def deployed_hexagons(tmp_path_factory):
     path = tmp_path_factory.mktemp("ranks") / "d.sqlite"
     with open_database(str(path), create=True) as database:
         run_into(Plan(PolygonSearch(GRIDS["hex"], 10), "mobility"), database)
-        places = dict(select(database, "untwisted status=undecided", columns="design_id,crease", view="foldings").rows)
+        known = select(database, "untwisted", columns="design_id,crease,status", view="foldings").rows
+        places = {number: crease for number, crease, status in known if status is None}
         judged, brighter = [], []
-        for k, (number, name) in enumerate(select(database, "status=undecided", columns="id,circuit").rows):
+        open_ones = [row for row in select(database, "untwisted", columns="id,circuit,status").rows if row[2] is None]
+        for k, (number, name, _) in enumerate(open_ones):
             if k % 7 == 6:
                 judged.append((name, places[number], "locked", None, None))
                 brighter.append(judged[-1])

@@ -159,7 +159,7 @@ def test_each_scene_has_ranks_and_scores_of_its_own(path):
 
 
 def test_a_scene_that_was_never_run_has_no_ranks(reader):
-    with pytest.raises(SceneError, match=r"no verdicts of the scene 'moon' in .*: default, solar; run"):
+    with pytest.raises(SceneError, match=r"no verdicts of the scene 'moon' in .*: default, solar; name one"):
         rank_designs(reader, scene="moon")
 
 

@@ -10,7 +10,7 @@ from hcsearch.enumeration import ArraySearch
 from hcsearch.errors import HcsearchError
 from hcsearch.grid import GRIDS, parse_array
 from hcsearch.pipeline import Plan, run_into
-from hcsearch.replays import sources
+from hcsearch.replays import finding, sources
 from hcsearch.replays.sources import replay_named, stored_replays
 from hcsearch.store import open_database, open_readonly, schema, select
 from hcsearch.subjects.reading import Request
@@ -55,7 +55,8 @@ def test_the_path_of_a_design_named_by_its_id_is_the_stored_one(searched, tmp_pa
     def planning(*_):
         raise PlannedError
 
-    monkeypatch.setattr(sources, "find_motion", planning)
+    for module in (finding, sources):
+        monkeypatch.setattr(module, "find_motion", planning)
     for path, stored in replays_in(searched)[1]:
         name = f"{path.design_id}:{path.crease}"
         assert replay_named(Request(name, searched)).angles.tolist() == stored.angles.tolist()

@@ -121,7 +121,7 @@ def test_a_report_shows_the_verdicts_of_its_scene(scenes, tmp_path):
     for scene, timed, moves in (("default", True, True), ("driven", False, True), ("flat", False, False)):
         page = write_report(scenes, "grid=hex n=8", tmp_path / "page.html", scene=scene).read_text(encoding="utf-8")
         assert ('"deploy_time":[1.25,null' in page, '"needed_margin":[0.01,null' in page) == (timed, moves)
-    with pytest.raises(SceneError, match=r"no verdicts of the scene 'moon' in .*: default, driven, flat, long; run"):
+    with pytest.raises(SceneError, match=r"no verdicts of the scene 'moon' in .*: default, driven, flat, long; name"):
         write_report(scenes, "grid=hex n=8", tmp_path / "moon.html", scene="moon")
     assert not (tmp_path / "moon.html").exists()
 

@@ -118,9 +118,19 @@ def sql(database, statement):
         return [tuple(row) for row in connection.exec_driver_sql(statement)]
 
 
+JUDGED = {4: {1, 4}, 5: {0, 2}, 8: {5}}
+"""Designs that the stage `deployment` had judged, and the foldings of each."""
+
+
 def now(view, row):
     """What a row of an older view is now: that one deployment collides says nothing of a folding."""
-    word = "undecided" if view != "deployments" and row.get("status") == "collides" else row.get("status")
+    word = row.get("status")
+    if view != "deployments" and word == "collides":
+        word = "undecided"
+    number, crease = row.get("design_id", row.get("id")), row.get("crease")
+    judged = number in JUDGED and (view == "designs" or crease in JUDGED[number])
+    if view in ("designs", "foldings") and word == "undecided" and not judged:
+        word = None  # nobody had looked for a motion
     return renamed({**row, **NEW.get(view, {}), **({"status": word} if "status" in row else {})})
 
 
@@ -172,11 +182,11 @@ def test_verdicts_and_scores_are_in_the_scene_that_they_were_of(before, upgraded
         (3, "default", 0.5),
         *((number, "default", values[3]) for number, values in DESIGNS.items() if values[3] is not None),
     ]
-    # before a deployment, these are undecided
+    # the stages before a deployment leave these without a status
     known = dict(sql(upgraded, "SELECT id, status FROM design WHERE id > 3"))
-    assert known == {4: "undecided", 5: "undecided", 6: "locked", 7: "undecided", 8: "undecided", 9: "twisted"}
+    assert known == {4: None, 5: None, 6: "locked", 7: None, 8: None, 9: "twisted"}
     words = sql(upgraded, "SELECT DISTINCT status FROM folding WHERE status IS NOT NULL ORDER BY 1")
-    assert words == [("locked",), ("twisted",), ("undecided",)]
+    assert words == [("locked",), ("twisted",)]
 
 
 def test_finished_work_of_other_stages_is_kept(upgraded):

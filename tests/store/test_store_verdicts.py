@@ -1,6 +1,8 @@
 """Verdicts of the stages in a scene, in the database: in scenes of their own, kept beside other stages, made anew."""
 
 import math
+import re
+import shlex
 import zlib
 from dataclasses import replace
 
@@ -277,7 +279,10 @@ def test_a_scene_that_was_never_run_is_refused(listed):
     judge(listed, [FLAT])
     judge(listed, [CUT], "moon")
     judge(listed, [CUT], "moon, 300x300x4")
-    known = "its scenes are: default, moon, 'moon, 300x300x4'; run `hcsearch enumerate --scene 'low moon'`"
+    known = (
+        "its scenes are: default, moon, 'moon, 300x300x4'; name one of these with --scene, or run "
+        "`hcsearch enumerate --scene 'low moon'`"
+    )
     with pytest.raises(SceneError, match=known):
         select(listed, scene="low moon")
 
@@ -291,7 +296,17 @@ def test_the_default_scene_may_be_asked_about_before_it_was_run(listed):
 def test_any_name_of_a_scene_is_a_value(listed, name):
     judge(listed, [FLAT], name)
     assert row_of(listed, name) == ["deploys", 1, 1.5, 0.5, *PATH]
-    assert row_of(listed) == ["undecided", None, None, None, *NO_PATH]
+    with pytest.raises(SceneError, match=re.escape(f"its scenes are: {shlex.quote(name)}; name one of these")):
+        row_of(listed)
+
+
+def test_the_default_scene_is_refused_where_others_alone_were_run(listed):
+    judge(listed, [FLAT], "solar")
+    for view in ("designs", "foldings"):
+        with pytest.raises(SceneError, match=r"no verdicts of the scene 'default' in .*: solar; name one"):
+            select(listed, view=view)
+    for view in ("motions", "runs"):  # these name the scene of each row, or have none
+        assert select(listed, view=view).rows
 
 
 def test_another_scene_under_a_taken_name_is_refused(listed):
