@@ -118,7 +118,9 @@ def check_command(folder: Path, words) -> int:
     assert code in ENDS, (words, code, err)
     if code == 2:
         assert out == "", (words, out[:200])
-        (line,) = err.splitlines()
+        *warned, line = err.splitlines()
+        assert len(warned) <= 1, (words, err[:1000])
+        assert all(text.startswith("hcsearch: warning: ") and is_message(text) for text in warned), (words, err[:1000])
         assert line.startswith("hcsearch: "), (words, err[:300])
         assert is_message(line), (words, err[:300])
         assert contents(folder) == before, (words, sorted(set(contents(folder)) ^ set(before)))
