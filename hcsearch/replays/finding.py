@@ -28,4 +28,4 @@ def find_path(request: Request) -> tuple[Folding, Scene, PlannedMotion, str]:
         if proved.margin is not None:
             said = f"flat pairs {path}, as in the proved path: none is proved with flat pairs {known.look.pairs}"
             return folding, other, proved, known.said(said)
-    return folding, scene, motion, known.sentence
+    return folding, scene, motion, known.driven_sentence

@@ -40,16 +40,16 @@ def replay_named(request: Request, by: By | None = None) -> Replay:
 def find_replay(request: Request, by: By | None = None) -> tuple[Replay, str]:
     """The same, and what users should know of how its flat pairs are joined."""
     request = settled(request)
-    sentence = known_of(request).sentence
+    known = known_of(request)
     if by != "springs":
-        replay, said = _stored(request), sentence
+        replay, said = _stored(request), known.driven_sentence
         if replay is None:
             replay, said = _of_path(request, required=by == "path")
         if replay is not None:
             return replay, said
     subject = read_subject(request)
     deployment = deploy(subject.linkage, subject.scene, subject.formulation or "constrained", drives=subject.drives)
-    return replay_of_deployment(deployment, subject.title, design="design" in subject.facts), sentence
+    return replay_of_deployment(deployment, subject.title, design="design" in subject.facts), known.sentence
 
 
 def _stored(request: Request) -> Replay | None:
@@ -88,7 +88,7 @@ def _of_path(request: Request, *, required: bool) -> tuple[Replay | None, str]:
 def _opened(request: Request) -> tuple[Folding, Scene, PlannedMotion, str]:
     """As `find_path`, in the way alone that gave the folding its status: springs open it where no path does."""
     folding, scene = read_folding(request)
-    return folding, scene, find_motion(folding, scene), known_of(request).sentence
+    return folding, scene, find_motion(folding, scene), known_of(request).driven_sentence
 
 
 def stored_replays(

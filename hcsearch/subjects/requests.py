@@ -59,6 +59,11 @@ class Known:
         """What users should know: which folding in which scene, how flat pairs are joined, and what says so."""
         return self.said("" if self.look is None else way_sentence(self))
 
+    @property
+    def driven_sentence(self) -> str:
+        """The same of a motion along a path, for which springs are those of the scene."""
+        return self.said("" if self.look is None else way_sentence(self, with_springs=False))
+
     def said(self, way: str) -> str:
         """The same with another sentence on how flat pairs are joined."""
         return "; ".join(filter(None, (self.noted, way)))
@@ -218,14 +223,14 @@ def _look_named(name: str, scene: Scene) -> Look | None:
     return look if look.name(scene) == name and look.pairs in ways(scene) else None
 
 
-def way_sentence(known: Known) -> str:
+def way_sentence(known: Known, *, with_springs: bool = True) -> str:
     """How flat pairs are joined, which springs there are, and what says so."""
     look, verdict = known.look, known.verdict
     assert look is not None
     assert verdict is not None
     if verdict.status != "deploys":
         return f"flat pairs {look.pairs}, as in the proved path"
-    springs = f", springs {look.springs}" if look.springs else ""
+    springs = f", springs {look.springs}" if look.springs and with_springs else ""
     return f"flat pairs {look.pairs}{springs}, as in the deployment that deploys"
 
 
