@@ -1,4 +1,4 @@
-"""What leaves the program is of the linkage that gave a folding its status: exports, motions, drives and deployments."""
+"""What leaves the program is of the linkage that gave a folding its status: exports, motions and drives."""
 
 import json
 import re
@@ -73,7 +73,7 @@ def test_drawings_and_solids_have_the_parts_of_the_linkage_that_deploys(here, na
 
 @pytest.mark.extra
 def test_drawings_for_a_cutter_have_the_parts_of_the_linkage_that_deploys(here):
-    import ezdxf  # noqa: PLC0415
+    import ezdxf
 
     for words, parts in (((), HINGED), (("--flat-pairs", "rigid"), RIGID)):
         call("export", "1", "--sheet", "panels", "--output", "panels.dxf", "--db", here, *words)

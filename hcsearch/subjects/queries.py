@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from hcsearch.errors import QueryError
 from hcsearch.scenes import DEFAULT
-from hcsearch.store import SCENIC, Database, Rows, asks_for, stream, stream_sql
+from hcsearch.store import SCENIC, Database, Rows, asks_for, check_scene, stream, stream_sql
 from hcsearch.subjects.scenes import scene_asked_for
 
 
@@ -33,7 +33,11 @@ class Query:
     def rows(self, database: Database) -> AbstractContextManager[Rows]:
         """The rows, as they are read from a database, which must come from `open_readonly` for SQL."""
         if self.sql is not None:
-            return stream_sql(database, self.sql, scene=self._scene(database, asks_for(self.sql, *SCENIC)))
+            scenic = asks_for(self.sql, *SCENIC)
+            scene = self._scene(database, scenic)
+            if scenic:
+                check_scene(database, scene)
+            return stream_sql(database, self.sql, scene=scene)
         return stream(
             database,
             self.conditions,

@@ -159,8 +159,8 @@ def _looked_up(
     from hcsearch.circuit import Circuit
 
     said = []
-    open_ = (request.scene, request.panel, request.across) == (None, None, None) and not content
-    if is_id(circuit) and open_ and (only := only_scene(database)) is not None:
+    id_alone = is_id(circuit) and not content and (request.scene, request.panel, request.across) == (None, None, None)
+    if id_alone and (only := only_scene(database)) is not None:
         request = replace(request, scene=only)
         said.append(f"scene {only}, the only one that {database.location} has verdicts of")
     try:
@@ -172,8 +172,11 @@ def _looked_up(
     own = Circuit.from_notation(circuit)
     scene, parts = base_scene(content, request, own.grid.name)
     known = Known(name, content, scene, parts, request.folding, number=number)
-    judged = _is_stored(database, scene, request)
+    names = scene_names(database)
+    judged = scene.name in names and _is_stored(database, scene, request)
     known = replace(known, stored=scene.name) if judged else known
+    if id_alone and names and not judged:
+        said.append(f"scene {scene.name}, without verdicts in {database.location}: its scenes are {', '.join(names)}")
     if known.folding is None:
         chosen = best_creases(database, [number], known.stored).get(number) if crease is None else crease
         folds = foldings(own)
@@ -184,29 +187,30 @@ def _looked_up(
         at = Folding.from_notation(known.folding.notation).crease
         known = replace(known, verdict=find_verdict(database, number, at, known.stored))
         if not (request.flat_pairs or request.merge or parts):
-            look = _look(known)
-            own_springs = look is not None and {"spring", "springs"} & set(request.values)
-            known = replace(known, look=Look(look.pairs, first=True) if look is not None and own_springs else look)
+            known = replace(known, look=_look(known, own_springs=bool({"spring", "springs"} & set(request.values))))
     return replace(known, noted="; ".join(said))
 
 
 def _is_stored(database: Database, scene: Scene, request: Request) -> bool:
-    """Whether a database holds verdicts in a scene; another one of its name, from a file or of Python, is not it."""
-    if scene.name not in scene_names(database):
-        return False
+    """Whether a scene is that of its name in a database, and not another one, from a file or of Python."""
     given = request.scene
     own = isinstance(given, Scene) or (given or "").endswith(".toml") or request.name.endswith(".toml")
     return not own or find_scene(database, scene.name) == file_text({}, None, scene)
 
 
-def _look(known: Known) -> Look | None:
-    """The look that gave the verdict: that of the deployment that deploys, or the way of the proved path."""
+def _look(known: Known, *, own_springs: bool) -> Look | None:
+    """The look that gave the verdict: that of the deployment that deploys, or the way of the proved path.
+
+    own_springs : whether springs are asked for, so that the way alone is taken.
+    """
     verdict, scene, folding = known.verdict, known.scene, known.folding
     if verdict is None or folding is None:
         return None
     if verdict.status == "deploys" and verdict.deployed is not None:
         look = _look_named(verdict.deployed, scene)
-        return look if look is not None and can_be(folding, look.pairs) else None
+        if look is None or not can_be(folding, look.pairs):
+            return None
+        return Look(look.pairs, first=True) if own_springs else look
     if verdict.status == "movable" and verdict.path is not None and can_be(folding, verdict.path):
         return Look(verdict.path, first=True)
     return None
