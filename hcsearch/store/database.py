@@ -47,7 +47,7 @@ class Database:
     @contextmanager
     def reading(self) -> Iterator[Connection]:
         """Give a connection for reading; ChangedError where the file changed in a way that no lock shows."""
-        with self._in_place(), explained(self.location), self.engine.connect() as connection:
+        with self._in_place(), explained(self.location, self.path), self.engine.connect() as connection:
             try:
                 yield connection
             except BaseException as error:
@@ -70,7 +70,7 @@ class Database:
         if self.readonly:
             raise DatabaseError(f"database {self.location} is open read-only: open it with open_database to write")
         engine = self.engine.execution_options(hcsearch_begin="IMMEDIATE", hcsearch_durable=durable)
-        with self._in_place(), explained(self.location), engine.begin() as connection:
+        with self._in_place(), explained(self.location, self.path), engine.begin() as connection:
             yield connection
 
     @contextmanager
@@ -129,7 +129,7 @@ def open_database(location: str | Path, *, create: bool, timeout: float = TIMEOU
         return _open_server(place, create=create, readonly=False, timeout=timeout)
     assert place.path is not None
     sqlite.check_version()
-    with explained(place.text):
+    with explained(place.text, place.path):
         made = not is_filled(place)
         _prepare_file(place, create=create, timeout=timeout)
         identity = file_identity(place.path)
@@ -154,7 +154,7 @@ def open_readonly(location: str | Path, *, timeout: float = TIMEOUT) -> Database
         return _open_server(place, create=False, readonly=True, timeout=timeout)
     assert place.path is not None
     sqlite.check_version()
-    with explained(place.text):
+    with explained(place.text, place.path):
         if not is_filled(place):
             raise _missing(place)
         check_revision(place.text, _revision(place, timeout) or "", upgradable=False)

@@ -7,11 +7,13 @@ import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import wraps
+from pathlib import Path
 from typing import ParamSpec, TypeVar
 
 from sqlalchemy.exc import DBAPIError, IntegrityError, ProgrammingError
 
 from hcsearch.errors import DatabaseError
+from hcsearch.system.disks import locks_files
 
 # A pool logs the traceback of what goes wrong while a connection returns to it. It raises an interrupt all the same;
 # after other errors it discards the connection, whose transaction has ended. Without logging set up, nobody reads it.
@@ -25,6 +27,7 @@ _TRIES = 5
 LOCKED = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 
 _WAIT = "is locked by another program: wait until that has finished, then try again"
+NO_LOCKS = "is on a disk that does not lock files, as some network disks: name one on a local disk, or use PostgreSQL"
 _FILE_CAUSES = {
     **dict.fromkeys(LOCKED, _WAIT),
     sqlite3.SQLITE_CORRUPT: "is damaged: restore a copy of it, or salvage its rows with `sqlite3 FILE .recover`",
@@ -98,25 +101,32 @@ def is_of_database(error: BaseException | None) -> bool:
 
 
 @contextmanager
-def explained(location: str) -> Iterator[None]:
-    """Turn the failures of drivers into DatabaseError; faults of this program pass through as they are."""
+def explained(location: str, path: Path | None = None) -> Iterator[None]:
+    """Turn the failures of drivers into DatabaseError; faults of this program pass through as they are.
+
+    path : of a file. SQLite calls it locked, too, where its disk has no locks.
+    """
     try:
         yield
     except sqlite3.Error as error:
-        raise _explain(location, error) from error
+        raise _explain(location, error, path) from error
     except DBAPIError as error:
         if isinstance(error, IntegrityError | ProgrammingError) and not is_of_database(error.orig):
             raise
-        raise _explain(location, error.orig, lost=error.connection_invalidated) from error
+        raise _explain(location, error.orig, path, lost=error.connection_invalidated) from error
 
 
-def _explain(location: str, error: BaseException | None, *, lost: bool = False) -> BaseException:
+def _explain(
+    location: str, error: BaseException | None, path: Path | None = None, *, lost: bool = False
+) -> BaseException:
     if primary_code(error) == sqlite3.SQLITE_INTERRUPT:
         return KeyboardInterrupt()  # which the driver has swallowed, see `sqlite.connect`
     detail = (str(error).strip() or type(error).__name__).splitlines()[0]
     cause = _cause(error)
     if lost and cause == _UNREACHED:  # a server that ends a connection need not say why
         cause = _LOST
+    if primary_code(error) in LOCKED and path is not None and not locks_files(path.absolute().parent):
+        cause = NO_LOCKS
     if cause is None:
         cause = "cannot be used ({detail}): restore a copy, or name another" + " file" * isinstance(
             error, sqlite3.Error

@@ -13,6 +13,8 @@ from sqlalchemy import URL, make_url
 from sqlalchemy.exc import ArgumentError
 
 from hcsearch.errors import DatabaseError, printable
+from hcsearch.store.failures import NO_LOCKS
+from hcsearch.system.disks import locks_files
 
 _SERVERS = ("postgresql", "postgresql+psycopg")
 _OPEN = ("host", "hostaddr", "port", "user")
@@ -139,6 +141,8 @@ def check_writable(location: Location) -> None:
         if not os.access(place, os.W_OK):
             remedy = f"allow writing to {_shown(str(place))}, or name another file"
             raise DatabaseError(f"database {location.text} cannot be written: {remedy}")
+    if not locks_files(folder):
+        raise DatabaseError(f"database {location.text} {NO_LOCKS}")
 
 
 def _path(location: Location) -> Path:

@@ -64,11 +64,16 @@ _TRIES = 5
 
 
 def stamp(path: Path) -> Stamp:
-    """The stamp of a file as it is now."""
+    """The stamp of a file as it is now, of which this process holds no lock: closing a file gives up all of them."""
     with path.open("rb") as file:
-        status = os.fstat(file.fileno())
         counter = file.read(28)[24:]
-    return status.st_ino, status.st_size, status.st_mtime_ns, counter, _has_content(path, "-wal")
+    return *_status(path), counter, _has_content(path, "-wal")
+
+
+def _status(path: Path) -> tuple[int, int, int]:
+    """The number, size and time of a file, which is not opened."""
+    status = path.stat()
+    return status.st_ino, status.st_size, status.st_mtime_ns
 
 
 def is_outdated(path: Path, opened: Stamp | None) -> bool:
@@ -85,14 +90,14 @@ def opened_stamp(connection: Connection) -> Stamp | None:
 def look(path: Path, timeout: float) -> FirstLook:
     """Look at a file without changing anything on disk, if it is not in use."""
     for _ in range(_TRIES):
-        before = stamp(path)
+        before = _status(path)
         try:
             seen = _looked(path, timeout)
         except sqlite3.DatabaseError:
-            if stamp(path) == before:
+            if _status(path) == before:
                 raise
             continue  # what was read of a file that changes may be in pieces
-        if stamp(path) == before:
+        if _status(path) == before:
             break
     else:
         return _look(path, "ro", timeout)  # somebody goes on writing, and SQLite's locks say when to read
@@ -100,8 +105,12 @@ def look(path: Path, timeout: float) -> FirstLook:
 
 
 def _looked(path: Path, timeout: float) -> FirstLook:
+    # Where there is the memory of a log, its file may be in use, in this process too. Closing a file that was opened in
+    # any other way than by SQLite, with its locks, would give up all locks that this process has on it: another one
+    # could then take away the log of a writer that is at work.
+    used = path.with_name(path.name + "-shm").exists()
     # An immutable connection leaves no -wal and -shm files behind, but sees only what is in the main file.
-    if not _has_content(path, "-journal"):
+    if not used and not _has_content(path, "-journal"):
         if not _has_content(path, "-wal"):
             return _look(path, "ro&immutable=1", timeout)
         if not _has_our_number(path):

@@ -1,3 +1,5 @@
+import errno
+import fcntl
 import os
 import sqlite3
 import subprocess
@@ -111,6 +113,40 @@ def test_what_is_read_while_the_file_changes_is_read_again(path, monkeypatch):
         assert len(select(reader, view="runs").rows) == 1
         with pytest.raises(DatabaseError, match=r"is being written to.*give the command again"):
             select(reader, view="runs")
+
+
+SWITCH = "import sqlite3, sys; sqlite3.connect(sys.argv[1], timeout=0).execute('PRAGMA journal_mode=DELETE')"
+
+
+@pytest.mark.parametrize("written", [False, True])
+def test_looks_at_a_file_give_up_no_lock_of_a_writer_in_the_same_process(path, written):
+    """Closing any copy of a file gives up the locks of a process; then another program may take away the log."""
+    open_database(str(path), create=True).close()
+    with open_database(str(path), create=False) as database:
+        if written:
+            begin(database)
+        with open_readonly(path) as reader:
+            assert len(select(reader, view="runs").rows) == written
+        open_database(str(path), create=False).close()
+        other = subprocess.run([sys.executable, "-c", SWITCH, path], capture_output=True, text=True, check=False)
+        assert "database is locked" in other.stderr
+
+
+def test_a_disk_without_locks_is_named(path, monkeypatch):
+    def refused(*_):
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    message = r"is on a disk that does not lock files.*: name one on a local disk, or use PostgreSQL"
+    with monkeypatch.context() as patched:
+        patched.setattr(fcntl, "lockf", refused)
+        with pytest.raises(DatabaseError, match=message):
+            open_database(str(path), create=True)
+    assert files(path.parent) == {}
+    # such a disk looks to SQLite as if somebody had locked the file
+    with open_database(str(path), create=True) as one, open_database(str(path), create=True, timeout=0) as other:
+        monkeypatch.setattr(fcntl, "lockf", refused)
+        with one.writing(), pytest.raises(DatabaseError, match=message), other.writing():
+            pass
 
 
 def test_an_old_sqlite_is_named_before_a_file_is_opened(path, monkeypatch):
