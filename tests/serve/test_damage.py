@@ -154,10 +154,10 @@ def test_a_path_of_a_folding_that_the_design_does_not_have(database_file, tmp_pa
     assert capsys.readouterr().err == ""
 
 
-@pytest.mark.parametrize("column", ["n", "symmetry", "array_symmetry", "n_fixed"])
+@pytest.mark.parametrize("column", ["n", "symmetry", "n_fixed"])
 def test_numbers_beyond_all_sizes_are_shown(database_file, tmp_path, number, capsys, column):
     change = f"UPDATE design SET {column} = {10**18}, array_symmetry = {10**18}"
-    with damaged(database_file, tmp_path, change.replace("n = 10", "n = 10", 1)) as asking:
+    with damaged(database_file, tmp_path, change) as asking:
         for address in ("/designs", "/designs?as=table", "/designs.json", f"/designs/{number}"):
             assert asking(address).status == 200, address
         assert str(10**18) in asking("/designs.csv").text
