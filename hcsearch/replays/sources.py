@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from typing import Literal
 
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.circuit import Circuit
 from hcsearch.deployment.deploying import deploy
 from hcsearch.drive.driving import find_motion, why_not
-from hcsearch.errors import HcsearchError
+from hcsearch.errors import DatabaseError, HcsearchError
 from hcsearch.flat_pairs import can_be, linkage_joined
 from hcsearch.folding import Folding, folding_of
 from hcsearch.linkage import Linkage
@@ -100,21 +101,23 @@ def stored_replays(
     """
     values = stored_scene(database, scene)
     for path in find_paths(database, list(circuits), scene):
-        folding = folding_of(circuits[path.design_id], path.crease)
-        linkage = _linkage(folding, panel_of(values, folding.circuit.grid.name), path)
+        circuit = circuits[path.design_id]
+        folding, linkage = _folded(database, circuit, panel_of(values, circuit.grid.name), path)
         margin = None if path.needed_margin is None else 1e-3 * path.needed_margin
         yield path, replay_of_path(linkage, path.states, folding.notation, margin=margin)
 
 
-def _linkage(folding: Folding, panel: PanelSize, path: StoredPath) -> Linkage:
-    """The linkage of a path; without a proof the number of hinges says how its flat pairs are joined."""
+def _folded(database: Database, circuit: Circuit, panel: PanelSize, path: StoredPath) -> tuple[Folding, Linkage]:
+    """The folding of a path, and its linkage; without a proof the hinges say how its flat pairs are joined."""
     ways = WAYS if path.way is None else (path.way,)
-    for way in ways:
-        if can_be(folding, way):
-            linkage = linkage_joined(folding, panel, way)
-            if linkage.n_hinges == path.states.shape[1]:
-                return linkage
-    raise HcsearchError(
-        f"the path of {folding.notation} has {path.states.shape[1]} hinges, as none of its linkages: the database is "
-        "damaged; restore a copy, or enumerate anew"
+    with suppress(HcsearchError):  # of a folding that the circuit does not have
+        folding = folding_of(circuit, path.crease)
+        for way in ways:
+            if can_be(folding, way):
+                linkage = linkage_joined(folding, panel, way)
+                if linkage.n_hinges == path.states.shape[1]:
+                    return folding, linkage
+    raise DatabaseError(
+        f"database {database.location} is damaged: its path of folding {path.crease} of {circuit.notation} has "
+        f"{path.states.shape[1]} hinges, as no linkage of it; restore a copy, or enumerate anew"
     )

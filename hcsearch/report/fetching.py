@@ -56,7 +56,7 @@ def fetch(
     tried = _has_rows(database, f"deployments WHERE base {here}")
     distinct = f"SELECT DISTINCT grid, n FROM {designs} WHERE {where} ORDER BY grid, n"
     kinds = select_sql(database, distinct, ("text", "integer")).rows
-    arrays = select_sql(database, f'SELECT DISTINCT "array" FROM {designs} WHERE {where} LIMIT 2').rows
+    arrays = select_sql(database, f'SELECT DISTINCT "array" FROM {designs} WHERE {where} LIMIT 2', ("text",)).rows
     census = f"SELECT n_foldings, min_twist, count(*) FROM {designs}"
     runs = [run for run in _rows(select(database, view="runs")) if (run["grid"], run["n"]) in kinds]
     total = _number(counts["circuits"])

@@ -87,7 +87,7 @@ def flat_pairs_in(row: Row) -> str:
     """How the flat pairs of a deployment are joined; empty where its values cannot be read."""
     try:
         values = tomllib.loads(str(row.get("scene_values", "")))
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         return ""
     pairs = values.get("flat_pairs")
     return "merged" if values.get("merge") is True else pairs if pairs in WAYS else ""

@@ -22,7 +22,6 @@ from werkzeug.exceptions import HTTPException, NotFound
 from werkzeug.routing import Map, Rule
 from werkzeug.wrappers import Request, Response
 
-from hcsearch.circuit import Circuit
 from hcsearch.errors import DatabaseError, HcsearchError, QueryError
 from hcsearch.scenes import DEFAULT
 from hcsearch.serve import jobs
@@ -35,6 +34,7 @@ from hcsearch.serve.long_lists import LongLists
 from hcsearch.serve.pages import render, static_files
 from hcsearch.store import Database, foldings_with_paths, scene_names, select
 from hcsearch.store.columns import VIEWS
+from hcsearch.subjects.designs import stored_circuit
 
 
 class MissingError(HcsearchError):
@@ -168,13 +168,7 @@ class Application:
         rows = select(self.database, f"id={number}", columns="circuit").rows if number < 2**63 else ()
         if not rows:
             raise MissingError(f"no design {number} in {self.database.location}: choose one of those at /designs")
-        try:
-            return Circuit.from_notation(str(rows[0][0])).notation
-        except HcsearchError as error:
-            raise DatabaseError(
-                f"database {self.database.location} is damaged, the circuit of design {number} cannot be read: restore "
-                "a copy, or mend it with `sqlite3 FILE`"
-            ) from error
+        return stored_circuit(self.database, number, str(rows[0][0])).notation
 
     def _scene_of(self, request: Request) -> str:
         """The scene that an address asks for, which has no other parameter."""

@@ -35,15 +35,10 @@ class Streams:
         """Begin to read all rows; what is wrong with the query is raised here, and not in the midst of the answer."""
         if not self._room.acquire(blocking=False):
             raise BusyError("other files are being sent right now: try again when they have ended")
-        stack = ExitStack()
-        stack.callback(self._room.release)
-        try:
+        with ExitStack() as stack:
+            stack.callback(self._room.release)
             texts = format_rows(stack.enter_context(_all(database, asked)), style)
-            first = next(texts, "")
-        except BaseException:
-            stack.close()
-            raise
-        return Sent(first, texts, stack)
+            return Sent(next(texts, ""), texts, stack.pop_all())
 
 
 class Sent(Iterator[bytes]):
@@ -57,9 +52,12 @@ class Sent(Iterator[bytes]):
         text, self._first = self._first, None
         try:
             return (next(self._texts) if text is None else text).encode(errors="replace")
-        except BaseException:
+        except StopIteration:
             self.close()
             raise
+        except BaseException:
+            with self._held:  # which says what is wrong with the database, if that is it
+                raise
 
     def close(self) -> None:
         """End reading."""

@@ -50,6 +50,14 @@ def address_of(listening: socket.socket, host: str) -> str:
     return f"http://[{host}]:{port}/" if ":" in host else f"http://{host}:{port}/"
 
 
+def in_one_line(record: logging.LogRecord) -> bool:
+    """Let one line say why an answer was cut off in its midst, as by a damaged row; faults keep their traceback."""
+    error = record.exc_info[1] if record.exc_info else None
+    if isinstance(error, HcsearchError):
+        record.msg, record.args, record.exc_info = f"hcsearch: {record.getMessage()}: {error}", (), None
+    return True
+
+
 def serve(
     database: Database,
     db: str,
@@ -63,7 +71,9 @@ def serve(
 
     listening : from `open_socket`. started : called when requests may come; the pages themselves load after that.
     """
-    logging.getLogger("waitress").setLevel(logging.ERROR)
+    logger = logging.getLogger("waitress")
+    logger.setLevel(logging.ERROR)
+    logger.addFilter(in_one_line)
     started()
     from hcsearch.serve.application import Application  # noqa: PLC0415 - takes long, and requests can wait
 
@@ -85,6 +95,7 @@ def serve(
         threading.Thread(target=run, daemon=True).start()
         ended.wait()
     finally:
-        logging.getLogger("waitress").setLevel(logging.CRITICAL + 1)  # who is cut off complains
+        logger.removeFilter(in_one_line)
+        logger.setLevel(logging.CRITICAL + 1)  # who is cut off complains
         application.close()
         server.close()

@@ -43,6 +43,7 @@ _LOST = "has lost its connection ({detail}): see that the server runs, then give
 _SERVER_CAUSES: dict[str, str | None] = {
     "08": _LOST,
     "08P01": None,  # a placeholder in a statement
+    "22021": "holds what is no text ({detail}): restore a copy, or mend it with psql",
     "25006": "cannot be written, its server only reads ({detail}): name the primary server",
     "28": "refuses the user ({detail}): check the user and the password",
     "3D000": "does not exist ({detail}): make it with createdb, or name another",
@@ -57,6 +58,7 @@ _SERVER_CAUSES: dict[str, str | None] = {
     "58": "cannot be read or written, the server reports an error ({detail}): see its log",
     "XX": "is damaged, or its server has a fault ({detail}): see the log of the server",
 }
+_OF_VALUES = "is damaged ({detail}): restore a copy of it, or mend it with `sqlite3 FILE`"
 _UNREACHED = "cannot be used ({detail}): check that the server runs, has this database, and takes the user and password"
 
 
@@ -100,6 +102,14 @@ def is_of_database(error: BaseException | None) -> bool:
     return _cause(error) is not None or primary_code(error) == sqlite3.SQLITE_INTERRUPT
 
 
+def is_of_values(error: BaseException | None) -> bool:
+    """Whether the values that a statement reads are at fault: bytes that are no text, numbers too large to add."""
+    # of these SQLite has no code of their own
+    words = ("Could not decode to UTF-8", "integer overflow")
+    by_words = isinstance(error, sqlite3.Error) and str(error).startswith(words)
+    return by_words or getattr(error, "sqlstate", None) == "22021"
+
+
 @contextmanager
 def explained(location: str, path: Path | None = None) -> Iterator[None]:
     """Turn the failures of drivers into DatabaseError; faults of this program pass through as they are.
@@ -141,4 +151,6 @@ def _cause(error: BaseException | None) -> str | None:
     if hasattr(error, "sqlstate") and "Operational" in type(error).__name__:
         # The connection failed, so there is no code of the server. (The driver is an extra, and not imported here.)
         return _UNREACHED
+    if is_of_values(error):
+        return _OF_VALUES
     return _FILE_CAUSES.get(primary_code(error))

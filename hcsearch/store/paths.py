@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,13 +16,15 @@ from hcsearch.errors import DatabaseError
 from hcsearch.scenes import DEFAULT
 from hcsearch.store.database import Database
 from hcsearch.store.failures import again
-from hcsearch.store.rows import parts_of
+from hcsearch.store.rows import check_values, parts_of
 from hcsearch.store.schema import motion
 from hcsearch.typing import Reals
 from hcsearch.vocabulary import Way
 
-LARGEST_PATH = 64 << 20
+LARGEST_PATH = 8 << 20
 """Bytes of the states of a path, far beyond those of any motion: what was tampered with may expand to fill memory."""
+_LARGEST_ANGLE = 2.0 * math.pi
+"""Panels meet at pi, on either side; beyond a full turn there is no fold angle, whatever is rounded."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,7 @@ def find_paths(database: Database, ids: Sequence[int], scene: str = DEFAULT) -> 
     paths = []
     for row in _with_paths(database, sql_select(motion), ids, scene):
         states = _states(database, row.path, row.states)
+        check_values(database.location, ("needed_margin",), ("real",), [(row.needed_margin,)])
         way = cast("Way | None", row.flat_pairs)
         paths.append(StoredPath(row.design_id, row.crease, way, states, row.needed_margin))
     return paths
@@ -73,11 +77,14 @@ def _states(database: Database, packed: object, count: int) -> Reals:
         values = np.frombuffer(unpacking.decompress(cast(bytes, packed), LARGEST_PATH), "<f8")
         if not unpacking.eof:
             raise ValueError(f"it is cut short, or takes more than {LARGEST_PATH >> 20} MB")
-        states: Reals = values.reshape(count, -1)
-        if not np.isfinite(states).all():
-            raise ValueError("not all fold angles are numbers")
+        if count < 1 or not values.size or values.size % count:
+            raise ValueError(f"{values.size} fold angles are not those of {count} states")
+        if not (np.abs(values) <= _LARGEST_ANGLE).all():
+            raise ValueError("not all of its numbers are fold angles")
     except (zlib.error, ValueError, TypeError) as error:
         raise DatabaseError(
-            f"{database.location} is damaged: a path cannot be read ({error}); restore a copy, or enumerate anew"
+            f"database {database.location} is damaged: a path cannot be read ({error}); restore a copy, or enumerate "
+            "anew"
         ) from error
-    return states.astype(float)
+    states: Reals = values.reshape(count, -1).astype(float)
+    return states

@@ -82,7 +82,8 @@ def _checked(
 def stream_sql(database: Database, sql: str, kinds: Sequence[Kind] = (), scene: str = DEFAULT) -> Iterator[Rows]:
     """Give the rows of one SQL statement that only reads, as they are read; the database is from `open_readonly`.
 
-    kinds : of its columns, where other values are to be refused. scene : that the views `designs` and `foldings` show.
+    kinds : of its columns, where this program asks, and other values are to be refused. scene : that the views
+    `designs` and `foldings` show.
     QueryError: a statement that would change something, several statements, or a mistake in the SQL.
     """
     if not database.readonly:
@@ -91,7 +92,7 @@ def stream_sql(database: Database, sql: str, kinds: Sequence[Kind] = (), scene: 
         check_scene(database, scene)
         sql = sql_in(sql, scene)
     with database.reading() as connection:
-        with refusing():
+        with refusing(own=bool(kinds)):
             # The text goes to the driver as it is: no parameters, so neither `:` nor `%` mean anything. On a server it
             # becomes the query of a cursor, which can be nothing but one SELECT: COPY could write files there.
             cursor = connection.exec_driver_sql(sql, execution_options={**_CURSOR, "no_parameters": True})
@@ -100,7 +101,7 @@ def stream_sql(database: Database, sql: str, kinds: Sequence[Kind] = (), scene: 
             names = tuple(cursor.keys())
         with closing(cursor):
             known = tuple(kinds) or (None,) * len(names)
-            yield Rows(names, known, _checked(database, names, known, chunks_of(cursor)))
+            yield Rows(names, known, _checked(database, names, known, chunks_of(cursor, own=bool(kinds))))
 
 
 @again

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -15,7 +16,7 @@ from sqlalchemy.exc import DBAPIError
 
 from hcsearch.errors import DatabaseError, HcsearchError, QueryError
 from hcsearch.store.columns import Kind, view_names
-from hcsearch.store.failures import is_of_database, is_refusal
+from hcsearch.store.failures import is_of_database, is_of_values, is_refusal
 
 Row = tuple[Any, ...]
 
@@ -63,10 +64,10 @@ def parts_of(ids: Sequence[int]) -> Iterator[list[int]]:
         yield list(ids[first : first + AT_ONCE])
 
 
-def chunks_of(cursor: CursorResult[Any]) -> Iterator[Sequence[Row]]:
-    """Fetch the rows of a cursor; QueryError where its statement fails on the way."""
+def chunks_of(cursor: CursorResult[Any], *, own: bool = True) -> Iterator[Sequence[Row]]:
+    """Fetch the rows of a cursor, and fail as `refusing` does where its statement fails on the way."""
     while True:
-        with refusing():
+        with refusing(own=own):
             fetched = cursor.fetchmany(CHUNK)
         if not fetched:
             return
@@ -79,16 +80,23 @@ def chunks_of(cursor: CursorResult[Any]) -> Iterator[Sequence[Row]]:
 def check_values(
     location: str, names: Sequence[str], kinds: Sequence[Kind | None], rows: Iterable[Sequence[Any]]
 ) -> None:
-    """Refuse rows with values that their columns cannot hold, which SQLite lets every program store.
+    """Refuse rows with values that their columns cannot hold, which SQLite lets every program store: infinities, too.
 
     kinds : of the columns named; None where any value may be. DatabaseError names the first such column.
     """
     for name, kind, values in zip(names, kinds, zip(*rows, strict=True), strict=False):
-        if kind is not None and not set(map(type, values)) <= _TYPES[kind]:
+        if kind is not None and not _are(kind, values):
             raise DatabaseError(
                 f"database {location} is damaged, column {name} holds what is no {kind} value: restore a copy, or "
                 "mend it with `sqlite3 FILE`"
             )
+
+
+def _are(kind: Kind, values: Sequence[Any]) -> bool:
+    """Whether values are of a kind, or NULL."""
+    if not set(map(type, values)) <= _TYPES[kind]:
+        return False
+    return kind != "real" or all(map(math.isfinite, filter(None, values)))
 
 
 def _plain(value: Any) -> Any:
@@ -103,8 +111,11 @@ def _plain(value: Any) -> Any:
 
 
 @contextmanager
-def refusing() -> Iterator[None]:
-    """Turn a mistake in a statement into QueryError; a damaged or locked database is not the statement's fault."""
+def refusing(*, own: bool = True) -> Iterator[None]:
+    """Turn a mistake in a statement into QueryError; a damaged or locked database is not the statement's fault.
+
+    own : whether it is a statement of this program. One of a user may make bytes into text, or add up too much.
+    """
     try:
         yield
     except HcsearchError:
@@ -114,7 +125,7 @@ def refusing() -> Iterator[None]:
         detail = (str(cause) or type(cause).__name__).splitlines()[0]
         if is_refusal(cause):
             raise QueryError(f"the database is read-only here, run nothing but SELECT ({detail})") from error
-        if is_of_database(cause):
+        if is_of_database(cause) and (own or not is_of_values(cause)):
             raise
         views = ", ".join(view_names())
         raise QueryError(f"the SQL cannot be run ({detail}): write one SELECT; the views are {views}") from error

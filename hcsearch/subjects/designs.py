@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.circuit import Circuit
-from hcsearch.errors import HcsearchError
+from hcsearch.errors import DatabaseError, HcsearchError
 from hcsearch.folding import Folding, folding_of, foldings, split_crease
-from hcsearch.store import find_circuit, open_readonly
+from hcsearch.store import Database, find_circuit, open_readonly
 
 
 def is_id(name: str) -> bool:
@@ -21,8 +21,19 @@ def design_named(name: str, db: str) -> tuple[Circuit, int | None]:
     if name in ASSEMBLIES:
         raise HcsearchError(f"{name} is an assembly, no design of a database: see hcsearch assembly {name}")
     with open_readonly(db) as database:
-        number, circuit = find_circuit(database, name)
-    return Circuit.from_notation(circuit), number
+        number, notation = find_circuit(database, name)
+        return stored_circuit(database, number, notation), number
+
+
+def stored_circuit(database: Database, number: int, notation: str) -> Circuit:
+    """The circuit of a design as a database has it; DatabaseError where the notation is none."""
+    try:
+        return Circuit.from_notation(notation)
+    except HcsearchError as error:
+        raise DatabaseError(
+            f"database {database.location} is damaged, the circuit of design {number} cannot be read: restore a copy, "
+            "or mend it with `sqlite3 FILE`"
+        ) from error
 
 
 def folding_named(name: str, db: str) -> Folding:

@@ -156,7 +156,7 @@ def _looked_up(
     name: str, content: Mapping[str, Any], circuit: str, crease: int | None, request: Request, database: Database
 ) -> Known:
     """What a design comes to with a database; a notation need not be in it."""
-    from hcsearch.circuit import Circuit
+    from hcsearch.subjects.designs import stored_circuit
 
     said = []
     id_alone = is_id(circuit) and not content and (request.scene, request.panel, request.across) == (None, None, None)
@@ -169,7 +169,7 @@ def _looked_up(
         if is_id(circuit):
             raise
         return _alone(name, content, circuit, crease, request)
-    own = Circuit.from_notation(circuit)
+    own = stored_circuit(database, number, circuit)
     scene, parts = base_scene(content, request, own.grid.name)
     known = Known(name, content, scene, parts, request.folding, number=number)
     names = scene_names(database)

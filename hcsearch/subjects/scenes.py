@@ -142,7 +142,7 @@ def _of_file(path: str) -> Scene:
 
 
 def stored_scene(database: Database, name: str) -> Scene:
-    """The scene of a name that verdicts in a database are of; SceneError where it holds none."""
+    """The scene of a name that verdicts in a database are of; SceneError for none, DatabaseError for a damaged one."""
     if name in SCENES:
         return SCENES[name]
     from hcsearch.deployment.scene_files import read_text, scene_in
@@ -151,7 +151,12 @@ def stored_scene(database: Database, name: str) -> Scene:
     text = find_scene(database, name)
     if text is None:
         raise SceneError(f"there is no scene {name!r} in {database.location}: see the view `deployments`")
-    return scene_in(read_text(text, f"the scene {name!r} of {database.location}"))
+    try:
+        return scene_in(read_text(text, f"the scene {name!r}"))
+    except SceneError as error:
+        raise DatabaseError(
+            f"database {database.location} is damaged, {error}; restore a copy, or enumerate anew"
+        ) from error
 
 
 def _stored(name: str, db: str) -> Scene | None:
@@ -161,7 +166,8 @@ def _stored(name: str, db: str) -> Scene | None:
     from hcsearch.store import open_readonly, scene_names
 
     try:
-        with open_readonly(db) as database:
-            return stored_scene(database, name) if name in scene_names(database) else None
+        database = open_readonly(db)
     except DatabaseError:
         return None
+    with database:
+        return stored_scene(database, name) if name in scene_names(database) else None

@@ -119,6 +119,29 @@ def test_a_request_has_its_time_from_its_first_byte_to_its_last():
         assert idle.recv(12) == b"HTTP/1.1 200"
 
 
+def test_others_are_answered_beside_bytes_that_drip_and_answers_that_nobody_takes():
+    with serving(connections=30, request=60, pace_seconds=60) as address, connected(address, 20) as slow:
+        for connection in slow[:3]:
+            connection.sendall(b"GET /large HTTP/1.0\r\n\r\n")
+        for connection in slow[3:]:
+            connection.sendall(HEAD)
+        for k in range(20):
+            for connection in slow[3:]:
+                connection.sendall(b"X")
+            assert answer(address, f"/{k}") == f"/{k}".encode()
+        assert all(map(is_open, slow))
+
+
+def test_dripped_bodies_have_the_time_of_a_request():
+    def drip(connection):
+        connection.sendall(b"a")
+
+    with serving(request=1.0) as address, connected(address, 3) as slow:
+        for connection in slow:
+            connection.sendall(b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 900\r\n\r\n")
+        assert until_closed(slow, drip) < 10
+
+
 def test_an_answer_that_is_not_taken_is_ended():
     with serving(pace=100_000_000, pace_seconds=0.5) as address, connected(address, 1) as (slow,):
         slow.sendall(b"GET /large HTTP/1.0\r\n\r\n")

@@ -1,5 +1,6 @@
 """Requests that nobody sends in good faith: each is refused or answered harmlessly, and nothing changes."""
 
+import functools
 import gc
 import hashlib
 import html
@@ -211,6 +212,39 @@ def test_refused_requests_leave_nothing_in_memory(asking, address):
         assert ask(range(2000, 2100)) - before < 100_000  # what is kept of scenes has 30 kB each
     finally:
         tracemalloc.stop()
+
+
+def caches():
+    """How much each cache of the program holds, by name."""
+    kind = type(functools.cache(len))
+    # by type alone: to ask more of a weak reference whose object is gone is an error
+    found = [one for one in gc.get_objects() if type(one) is kind]
+    own = [one for one in found if str(one.__module__).startswith("hcsearch")]
+    return {f"{one.__module__}.{one.__qualname__}": one.cache_info().currsize for one in own}
+
+
+REFUSED = [
+    *("/designs.csv?scene=x{}", "/designs.json?scene=x{}", "/designs?scene=x{}", "/foldings?scene=x{}"),
+    *("/deployments.json?scene=x{}", "/designs?q=x{}=1", "/designs.csv?q=array={}x{}x", "/designs?sort=x{}"),
+    *("/designs.csv?columns=x{}", "/designs.csv?scene=x{}&page=1", "/designs/1?scene=x{}", "/designs/{}0000"),
+    *("/designs/{}0000/foldings/1/motion.json", "/designs/1/export.g6?scene=x{}", "/x{}", "/designs?page=x{}"),
+]
+
+
+def test_no_cache_keeps_what_was_refused(asking):
+    from hcsearch.store.conditions import view_table
+
+    def ask(numbers):
+        for address in REFUSED:
+            for k in numbers:
+                assert asking(address.format(k, k)).status in (400, 404), address
+
+    ask([100])  # what is made once
+    kept = asking.application._counts._kept, asking.application.computing._kept
+    before = caches(), [len(one._values) for one in kept], view_table.cache_info().currsize
+    assert before[0]
+    ask(range(101, 111))
+    assert (caches(), [len(one._values) for one in kept], view_table.cache_info().currsize) == before
 
 
 def test_what_is_asked_is_shown_as_text(asking):

@@ -37,6 +37,30 @@ def test_what_takes_too_long_says_how_long(lists):
             lists(slow)
 
 
+def test_a_turn_is_given_back_after_any_error(lists):
+    def fails(seconds):
+        if seconds < 1:
+            slow(seconds)
+        raise RuntimeError("a fault")
+
+    for _ in range(3):
+        with pytest.raises(RuntimeError):
+            lists(fails)
+    assert (lists._turns._value, lists._room._value) == (1, 2)
+
+
+def test_who_waits_in_vain_is_refused_and_leaves_the_others_their_turns():
+    from hcsearch.serve.long_lists import LongLists
+
+    lists = LongLists(most=1, waiting=1, short=0.01, seconds=0.1)
+    assert lists._turns.acquire()
+    with pytest.raises(BusyError, match="try again in a few seconds"):
+        lists(slow)
+    lists._turns.release()
+    assert lists(lambda seconds: slow(seconds) if seconds < 0.1 else "rows") == "rows"
+    assert (lists._turns._value, lists._room._value) == (1, 2)
+
+
 def test_beyond_its_room_a_long_list_is_refused_and_a_quick_one_answered(lists):
     begun, go_on, given = threading.Semaphore(0), threading.Event(), []
 
@@ -60,3 +84,22 @@ def test_beyond_its_room_a_long_list_is_refused_and_a_quick_one_answered(lists):
     for thread in threads:
         thread.join(20)
     assert given == ["long", "long"]
+
+
+@pytest.mark.parametrize("address", ["/designs", "/designs?as=table", "/designs.json?limit=2", "/foldings.csv?page=1"])
+def test_a_long_list_without_room_is_answered_with_when_to_ask_again(asking, monkeypatch, address):
+    from hcsearch.serve import downloads, listing
+    from hcsearch.serve.long_lists import LongLists
+
+    def taking_long(ask):
+        return lambda *given: slow(given[-1]) if given[-1] < 1 else ask(*given)
+
+    expected = asking(address)
+    monkeypatch.setattr(listing, "page_of", taking_long(listing.page_of))
+    monkeypatch.setattr("hcsearch.serve.application.few_rows", taking_long(downloads.few_rows))
+    monkeypatch.setattr(asking.application, "_long_lists", LongLists(most=0, waiting=0))
+    answer = asking(address)
+    assert (answer.status, int(answer.headers["Retry-After"])) == (503, 5)
+    assert "this list takes long, and so do others right now" in answer.text
+    monkeypatch.setattr(asking.application, "_long_lists", LongLists(most=1, waiting=0))
+    assert [asking(address).body for _ in range(2)] == [expected.body] * 2
