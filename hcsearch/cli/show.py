@@ -67,8 +67,9 @@ def show(
         asked = _scene_of_page(number, db, scene, panel, across)
         _write_page(design, circuit, number, chosen, output, db, asked)
     elif number is None:
+        size = _panel_asked_for(circuit, db, scene, panel, across)
         _print_circuit(circuit, {})
-        _print_foldings(chosen, _panel_asked_for(circuit, db, scene, panel, across))
+        _print_foldings(chosen, size)
     else:
         _print_design(circuit, number, chosen, db, scene, panel, across)
 

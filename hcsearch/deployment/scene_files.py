@@ -319,9 +319,15 @@ def _checked(path: str, table: dict[str, Any]) -> dict[str, Any]:
     return table
 
 
-def scene_in(table: Mapping[str, Any], *, base: Scene | None = None) -> Scene:
-    """The scene that a file holds; base : to start from, unless that is the one the file names."""
+def scene_in(table: Mapping[str, Any], *, base: Scene | None = None, grid: str | None = None) -> Scene:
+    """The scene that a file holds; base : to start from, unless that is the one the file names.
+
+    grid : of the panels, where that is known: those of `rectangle` have three sizes.
+    """
     given = dict(table.get("scene", {}))
+    for size in (table.get("panel_mm"), given.get("panel")):
+        if grid is not None and isinstance(size, str):
+            read_panel(size, grid)
     start = given.pop("name", None)
     scene = base or scene_named("default" if start is None else start)
     scene = scene_with(scene, given, names=False)
