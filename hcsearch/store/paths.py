@@ -11,6 +11,7 @@ import numpy as np
 from sqlalchemy import Row, Select
 from sqlalchemy import select as sql_select
 
+from hcsearch.equality import ByValue
 from hcsearch.errors import DatabaseError
 from hcsearch.scenes import DEFAULT
 from hcsearch.store.database import Database
@@ -24,8 +25,8 @@ LARGEST_PATH = 64 << 20
 """Bytes of the states of a path, far beyond those of any motion: what was tampered with may expand to fill memory."""
 
 
-@dataclass(frozen=True)
-class StoredPath:
+@dataclass(frozen=True, eq=False)
+class StoredPath(ByValue):
     """A path of a folding from packed to flat.
 
     design_id, crease : of the folding. way : how flat pairs are joined, recorded of proved paths only.
