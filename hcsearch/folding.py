@@ -320,10 +320,18 @@ def folding_of(circuit: Circuit, crease: int) -> Folding:
     return Folding(circuit, lower)
 
 
+def why_none(n: int) -> str:
+    """Why circuits of n panels that do not fold into two stacks do not, in words."""
+    if n % 2:
+        return f"an odd number of panels, {n}, makes no two equal stacks"
+    return "no two opposite creases can stay flat while all others fold"
+
+
 def _no_folding(circuit: Circuit, crease: int) -> NotationError:
     """The refusal of a crease that is flat in no folding."""
     creases = ", ".join(str(folding.crease) for folding in foldings(circuit))
-    others = f": its creases are {creases}" if creases else " or any other: choose a circuit that folds"
+    why = f", as {why_none(circuit.n)}" if circuit.n % 2 else ""
+    others = f": its creases are {creases}" if creases else f" or any other{why}: choose a circuit that folds"
     return NotationError(f"{circuit.notation} has no two-stack folding at crease {crease}{others}")
 
 
