@@ -27,25 +27,28 @@ def main() -> None:
 
         run()
     except Exception as error:
-        if os.environ.get("HCSEARCH_TRACEBACK"):
-            raise
         _print_fault(error)
         sys.exit(FAULT_CODE)
 
 
 def _print_fault(error: Exception) -> None:
-    from hcsearch.errors import one_line  # noqa: PLC0415 - nothing else needs it here
+    """Print a fault as one line, or with its traceback, if anyone is there to read it."""
+    import traceback  # noqa: PLC0415 - nothing else needs these here
 
-    where = error.__traceback__
-    while where is not None and where.tb_next is not None:
-        where = where.tb_next
-    line = "" if where is None else f" at {where.tb_frame.f_globals.get('__name__')}:{where.tb_lineno}"
-    message = (
-        f"hcsearch: a fault of the program, {type(error).__name__}{line}: {error}; please report it with the command, "
-        "which prints a traceback with HCSEARCH_TRACEBACK=1"
-    )
+    from hcsearch.errors import one_line  # noqa: PLC0415
+    from hcsearch.system.answering import place_of  # noqa: PLC0415
+
+    lines = "".join(traceback.format_exception(error)) if os.environ.get("HCSEARCH_TRACEBACK") else ""
+    missing = error.name if isinstance(error, ImportError) else None
+    if missing is not None and missing.partition(".")[0] != "hcsearch":
+        message = f"hcsearch: {missing} cannot be loaded: {error}; install hcsearch anew, with what it depends on"
+    else:
+        message = (
+            f"hcsearch: a fault of the program, {type(error).__name__} at {place_of(error)}: {error}; please report it "
+            "with the command, which prints a traceback with HCSEARCH_TRACEBACK=1"
+        )
     try:
-        print(one_line(message), file=sys.stderr)
+        print(lines + one_line(message), file=sys.stderr)
     except OSError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -14,12 +15,12 @@ from numpy.typing import NDArray
 
 from hcsearch.circuit import Circuit, Renumbering
 from hcsearch.drawing import draw_circuit
-from hcsearch.errors import HcsearchError, NotationError, PatternError, expect, refusal
+from hcsearch.errors import HcsearchError, HcsearchWarning, NotationError, PatternError, expect, refusal
 from hcsearch.grid import grid_named
 from hcsearch.kernels.circuits.folds import fold_words
 from hcsearch.pattern import RIGID, Crease, Pair, Pattern
 from hcsearch.records import CircuitBatch, FoldingBatch
-from hcsearch.scenes import PanelSize, default_panel, read_panel
+from hcsearch.scenes import PanelSize, default_panel, doubt_of, read_panel
 from hcsearch.system.notebooks import notebook_view
 
 if TYPE_CHECKING:
@@ -255,7 +256,10 @@ class Folding:
 
         if flat_pairs not in ("rigid", "hinged"):
             raise HcsearchError(refusal("flat_pairs", flat_pairs, "'rigid' or 'hinged'"))
-        panel = read_panel(panel, self.circuit.grid.name) if isinstance(panel, str) else panel
+        if isinstance(panel, str):
+            panel = read_panel(panel, self.circuit.grid.name)
+            if (doubt := doubt_of(panel)) is not None:
+                warnings.warn(doubt, HcsearchWarning, stacklevel=2)
         if panel is not None and not (isinstance(panel, tuple) and len(panel) == 3):
             raise HcsearchError(refusal("panel", panel, "a text in millimetres, such as '50x6', or three lengths in m"))
         size = panel or default_panel(self.circuit.grid.name)
@@ -316,10 +320,18 @@ def folding_of(circuit: Circuit, crease: int) -> Folding:
     return Folding(circuit, lower)
 
 
+def why_none(n: int) -> str:
+    """Why circuits of n panels that do not fold into two stacks do not, in words."""
+    if n % 2:
+        return f"an odd number of panels, {n}, makes no two equal stacks"
+    return "no two opposite creases can stay flat while all others fold"
+
+
 def _no_folding(circuit: Circuit, crease: int) -> NotationError:
     """The refusal of a crease that is flat in no folding."""
     creases = ", ".join(str(folding.crease) for folding in foldings(circuit))
-    others = f": its creases are {creases}" if creases else " or any other: choose a circuit that folds"
+    why = f", as {why_none(circuit.n)}" if circuit.n % 2 else ""
+    others = f": its creases are {creases}" if creases else f" or any other{why}: choose a circuit that folds"
     return NotationError(f"{circuit.notation} has no two-stack folding at crease {crease}{others}")
 
 

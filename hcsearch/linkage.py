@@ -14,6 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
+from hcsearch.equality import ByValue
 from hcsearch.errors import HcsearchError, expect
 from hcsearch.hinge_trees import HingeTree, hinge_tree
 from hcsearch.kernels.linkage.loops import Chain, bend_loops, close_loops, place_panels
@@ -24,7 +25,7 @@ Walk = tuple[tuple[int, int], ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Twin:
+class Twin(ByValue):
     """A linkage that is congruent to another one, and how: rotated, reflected or turned upside down.
 
     panels, hinges : its panel and its hinge for each of the other one's. turn : shape (3, 3), the matrix that takes

@@ -101,6 +101,9 @@ class Pattern:
         hinges, thickness = len(self.hinges), f"{1e3 * self.thickness:g} mm"
         return f"<Pattern of {len(self.facets)} facets, {len(self.panels)} panels, {hinges} hinges, {thickness} thick>"
 
+    def __hash__(self) -> int:
+        return hash((self.facets, frozenset(self.creases.items()), self.thickness))
+
     def __post_init__(self) -> None:
         if not self.thickness > 0:
             raise PatternError(f"panels {self.thickness * 1e3:g} mm thick do not exist: give a positive thickness")

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.equality import ByValue
+
 Words = NDArray[np.int8]
 Integers = NDArray[np.integer[Any]]
 
@@ -16,8 +18,8 @@ NONE = np.iinfo(np.int32).min
 """In a batch of integers: there is no such number."""
 
 
-@dataclass(frozen=True)
-class CircuitBatch:
+@dataclass(frozen=True, eq=False)
+class CircuitBatch(ByValue):
     """Circuits in canonical order, one a row.
 
     words : shape (n_circuits, n_panels), direction of the step from panel k to panel k + 1 (see `Grid.directions`).
@@ -36,8 +38,8 @@ class CircuitBatch:
         return CircuitBatch(self.grid, self.words[rows], self.symmetry[rows])
 
 
-@dataclass(frozen=True)
-class FoldingBatch:
+@dataclass(frozen=True, eq=False)
+class FoldingBatch(ByValue):
     """The two-stack foldings of a batch of circuits, ordered by circuit, then by crease.
 
     row : index of the circuit in its batch.
@@ -51,8 +53,8 @@ class FoldingBatch:
         return len(self.row)
 
 
-@dataclass(frozen=True)
-class DesignBatch:
+@dataclass(frozen=True, eq=False)
+class DesignBatch(ByValue):
     """What the store keeps of a batch: one row a design, and one row a folding where that stage has run.
 
     circuit, array : text notations (canonical, so equal for congruent circuits and arrays).
@@ -88,8 +90,8 @@ class DesignBatch:
         return len(self.circuit)
 
 
-@dataclass(frozen=True)
-class MobilityBatch:
+@dataclass(frozen=True, eq=False)
+class MobilityBatch(ByValue):
     """Degrees of freedom and locks of a batch of foldings, one entry each; NONE where there is no such number.
 
     kutzbach : of all of them. dof, locked : of untwisted ones. kutzbach_merged, dof_merged : of those that have panels
@@ -144,8 +146,8 @@ class Trial:
     as_crease: int | None = None
 
 
-@dataclass(frozen=True)
-class MotionBatch:
+@dataclass(frozen=True, eq=False)
+class MotionBatch(ByValue):
     """Motions of a batch of foldings in a scene, one entry each.
 
     flat_pairs : how flat pairs are joined where a path is proved: rigid, hinged or merged; None without one.
@@ -175,8 +177,8 @@ class MotionBatch:
         return np.array([path is not None for path in self.paths], bool)
 
 
-@dataclass(frozen=True)
-class DeploymentBatch:
+@dataclass(frozen=True, eq=False)
+class DeploymentBatch(ByValue):
     """What springs do with a batch of foldings in a scene, one entry each, and the deployments that say so.
 
     clearance (m), time (s) : of those that deploy, in the first scene in which they do; NaN else, the time also where
@@ -208,8 +210,8 @@ def play_of(motion: MotionBatch, deployment: DeploymentBatch | None) -> tuple[ND
     return np.where(springs, deployment.margin, motion.margin), np.where(springs, deployment.gap, motion.gap)
 
 
-@dataclass(frozen=True)
-class StagedDesigns:
+@dataclass(frozen=True, eq=False)
+class StagedDesigns(ByValue):
     """Designs of a shard of the search, with the columns of the stages that have run; None where one has not.
 
     n_fixed : (n_circuits,), circuits that each stands for: fixed ones, or those of the one array searched.
@@ -256,8 +258,8 @@ class StagedDesigns:
         )
 
 
-@dataclass(frozen=True)
-class VerdictBatch:
+@dataclass(frozen=True, eq=False)
+class VerdictBatch(ByValue):
     """What the store keeps of verdicts on designs in a scene.
 
     circuit : notations. best_crease, status : of the best folding of each design. folding_row, folding_crease,

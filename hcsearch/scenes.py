@@ -19,8 +19,8 @@ Merge = bool | Literal["either"]
 DEFAULT = "default"
 SMALLEST, LARGEST = 1e-6, 1e4
 """Lengths of panels, m."""
-SMALL_SIDE = 0.005
-"""A side below which a size may have been meant in metres, m."""
+SMALL_SIDE, LARGE_SIDE = 0.005, 20.0
+"""Sides below or above which a size was probably meant in another unit, m."""
 _NUMBER = r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
 _PANEL = re.compile(rf"({_NUMBER})x({_NUMBER})(?:x({_NUMBER}))?", re.ASCII)
 _NAME = re.compile(r"[A-Za-z][\w.+-]{0,39}(?: [\w.+-]+)*", re.ASCII)
@@ -167,12 +167,13 @@ def read_panel(text: str, grid: str | None = None) -> PanelSize:
             f"{text!r} is no panel: write length x width x thickness in mm, such as 50x40x6, or side x "
             "thickness, such as 50x6"
         )
-    if match[3] is None and grid == "rectangle":
+    sizes = [float(f"{float(part):.10g}") * 1e-3 for part in match.groups() if part is not None]
+    if len(sizes) == 2 and grid == "rectangle":
+        likely = "50x40x6" if _faults((sizes[0], sizes[1], 0.006)) else f"{match[1]}x{match[2]}x6"
         raise SceneError(
             f"{text!r} is no rectangle, which has a length, a width and a thickness: write three numbers in mm, such "
-            f"as {match[1]}x{match[2]}x6"
+            f"as {likely}"
         )
-    sizes = [float(f"{float(part):.10g}") * 1e-3 for part in match.groups() if part is not None]
     length, width, thickness = sizes if len(sizes) == 3 else (sizes[0], *sizes)
     if not all(SMALLEST <= size <= LARGEST for size in sizes):
         raise SceneError(
@@ -192,33 +193,58 @@ def read_across(text: str, grid: str) -> PanelSize:
     return read_panel(f"{float(match[1]) / _ACROSS[grid]:.10g}x{match[2]}")
 
 
-def doubt_of(panel: PanelSize, grid: str | None = None) -> str | None:
+def doubt_of(panel: PanelSize, across: str | None = None) -> str | None:
     """A sentence on sizes that are probably not meant, with the likely ones; None where there is no doubt.
 
-    Doubtful are sides of less than 5 mm, as of a size in metres, and panels thicker than half their shortest side, as
-    of sizes in another order. grid : of panels that may have been read from two numbers; rectangles have three.
+    Doubtful are sides of less than 5 mm, as of a size in metres, of more than 20 m, and panels thicker than half their
+    shortest side, as of sizes in another order. across : the grid of panels whose width across flats was given.
+    """
+    factor = 1.0 if across is None else _ACROSS[across]
+    faults = _faults(panel)
+    if not faults:
+        return None
+    given = (factor * panel[0], factor * panel[1], panel[2])
+    sizes = f"{_brief(given)} mm" + ("" if across is None else " across flats")
+    likely = _likely(given, factor)
+    if likely is not None:
+        meant = f"; did you mean {_brief(likely)}?"
+    elif given[0] == given[1] and across is None:
+        meant = f"; a thickness is missing where both are sides, as in {_brief(given)}x6"
+    else:
+        meant = ""
+    order = "sizes are in mm, sides first, then the thickness"
+    return f"panels of {sizes} have {' and '.join(faults)}: {order}{meant}"
+
+
+def _faults(panel: PanelSize) -> list[str]:
+    """What is doubtful of the sizes of a panel, in words."""
+    length, width, thickness = panel
+    shortest, longest = min(length, width), max(length, width)
+    faults = [f"a side of less than {1e3 * SMALL_SIDE:g} mm"] if shortest < SMALL_SIDE else []
+    faults += [f"a side of more than {LARGE_SIDE:g} m"] if longest > LARGE_SIDE else []
+    return faults + (["a thickness of more than half their side"] if thickness > 0.5 * shortest else [])
+
+
+def _likely(panel: PanelSize, factor: float) -> PanelSize | None:
+    """What doubtful sizes probably mean: the same in another order or unit, if those are in no doubt.
+
+    factor : by which they are larger than the sides of the panel.
     """
     length, width, thickness = panel
-    side = min(length, width)
-    faults = [f"a side of less than {1e3 * SMALL_SIDE:g} mm"] if side < SMALL_SIDE else []
-    faults += ["a thickness of more than half their side"] if thickness > 0.5 * side else []
-    order = "sizes are in mm, sides first, then the thickness"
-    if not faults:
-        if grid != "rectangle" or length != width:
-            return None
-        return f"rectangles of {_brief(panel)} mm have equal sides: {order}, such as 80x40x6"
-    scale = 1e3 if side < SMALL_SIDE else 1.0
-    turned = (thickness, thickness, side) if length == width else tuple(sorted(panel, reverse=True))
-    length, width, thickness = (scale * size for size in (turned if thickness > side else panel))
-    likely = _brief((length, width, thickness))
-    meant = f"; did you mean {likely}?" if max(length, width) <= LARGEST and likely != _brief(panel) else ""
-    return f"panels of {_brief(panel)} mm have {' and '.join(faults)}: {order}{meant}"
+    side, turned = min(length, width), [length, width, thickness]
+    if thickness > side:
+        turned = [thickness, thickness, side] if length == width else sorted(panel, reverse=True)
+    for scale in (1.0, 1e3, 1e-3):  # millimetres, metres, or millimetres that Python took for metres
+        first, second, last = (scale * size for size in turned)
+        if not _faults((first / factor, second / factor, last)):
+            return (first, second, last)
+    return None
 
 
 def _brief(panel: PanelSize) -> str:
     """Side x thickness, or length x width x thickness, in millimetres, for people."""
     sizes = panel[1:] if panel[0] == panel[1] else panel
-    return "x".join(f"{1e3 * size:.4g}" for size in sizes)
+    return "x".join(f"{float(f'{1e3 * size:.4g}'):.10g}" for size in sizes)
 
 
 def panel_text(panel: PanelSize) -> str:

@@ -359,7 +359,10 @@ def test_two_enumerations_into_one_new_database_at_the_same_time(tmp_path):
         for n in ("13", "12")
     ]
     for process in both:
-        assert process.communicate(timeout=300)[1] == b""
+        assert process.communicate(timeout=300)[1] in {
+            b"",
+            b"nothing folds: an odd number of panels, 13, makes no two equal stacks\n",
+        }
         assert process.returncode == 0
     with sqlite3.connect(tmp_path / "both.sqlite") as database:
         counts = database.execute("SELECT n, count(*), sum(n_fixed) FROM designs GROUP BY n ORDER BY n").fetchall()

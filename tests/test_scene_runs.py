@@ -43,6 +43,28 @@ def queried(path, *words):
     return json.loads(call("query", "untwisted", "--db", path, "--format", "json", "-c", "circuit,status", *words))
 
 
+def test_sql_reads_the_verdicts_of_the_scene_that_is_asked_for(path):
+    sql = "SELECT circuit, status, deploy_time FROM designs WHERE untwisted ORDER BY circuit"
+    words = ("query", "--db", path, "--format", "json", "--sql", sql)
+    columns = (
+        "query",
+        "untwisted",
+        "--db",
+        path,
+        "--format",
+        "json",
+        "-c",
+        "circuit,status,deploy_time",
+        "-s",
+        "circuit",
+    )
+    asked = [(), ("--scene", "default"), ("--panel", "50x6"), ("--panel", "1000x20"), ("--scene", "1000x1000x20")]
+    found = [json.loads(call(*words, *scene)) for scene in asked]
+    assert found == [json.loads(call(*columns, *scene)) for scene in asked]
+    assert found[0] == found[1] == found[2] != found[3] == found[4]
+    assert "no verdicts of the scene 'earth'" in call(*words, "--scene", "earth", code=2)
+
+
 def assert_consistent(database, scene):
     """What is said of foldings, motions and deployments in a scene agrees."""
     names = "design_id,crease,status,deployable,deploy_time,needed_margin,least_gap,flat_pairs"

@@ -57,3 +57,14 @@ def test_a_wheel_is_found_before_the_checkout(site, tmp_path):
     assert shown.stdout.decode().split() == [
         str(site / name / "__init__.py") for name in ("hcsearch", "hcsearch_bench")
     ]
+
+
+@pytest.mark.slow
+def test_a_wheel_names_both_licences_and_holds_their_texts(site):
+    (info,) = site.glob("*.dist-info")
+    metadata = (info / "METADATA").read_text(encoding="utf-8").splitlines()
+    assert "License-Expression: MIT AND Unlicense" in metadata
+    named = [line.partition(": ")[2] for line in metadata if line.startswith("License-File: ")]
+    assert named == ["LICENSE", "hcsearch/player/js/LICENSE-ogl.txt"]
+    for name in named:
+        assert (info / "licenses" / name).read_bytes() == (ROOT / name).read_bytes()

@@ -115,7 +115,7 @@ def plan_of(
     """What a run is to do; db : where scenes are looked up."""
     last = list(STAGES)[-1] if until is None else until
     check_keep(keep, last)
-    chosen = checked_scene(scene) if isinstance(scene, Scene) else read_scene(scene, db)
+    chosen = checked_scene(scene) if isinstance(scene, Scene) else read_scene(scene, db, search.grid.name)
     plan = Plan(search, last, keep, with_size(chosen, panel, across, search.grid.name), crew)
     plan.crew.check()
     return plan

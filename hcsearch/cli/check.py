@@ -47,6 +47,7 @@ def check(name: str, as_json: bool, **options: Any) -> None:
     Exit code: 0 if springs open a folding, certified free of collisions; 1 if they do not or if this is undecided; 2
     for wrong input.
     """
+    from hcsearch.folding import why_none
     from hcsearch.own_patterns.checking import check_circuit
 
     request = request_of(name, options)
@@ -57,6 +58,8 @@ def check(name: str, as_json: bool, **options: Any) -> None:
         click.echo(json.dumps(_facts(checked, scene), indent=2, allow_nan=False))
     else:
         _print(checked, scene, request)
+    if not checked.two_stack:
+        click.echo(f"nothing folds: {why_none(circuit.n)}", err=True)
     if not checked.deploys:
         click.get_current_context().exit(1)
 

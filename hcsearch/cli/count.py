@@ -23,6 +23,7 @@ def count(grid: str, n: int | None, array_spec: str | None, keep: str, jobs: int
     """
     from hcsearch.api.enumerating import crew_of, search_of
     from hcsearch.enumeration import ArraySearch, count_array
+    from hcsearch.folding import why_none
     from hcsearch.pipeline import Counted, count_designs, counting_seconds, duration
 
     search = search_of(grid, n, array_spec, keep)
@@ -51,3 +52,5 @@ def count(grid: str, n: int | None, array_spec: str | None, keep: str, jobs: int
         click.echo(f"kept               {keep}")
     click.echo(f"{circuits:<19}{counted.circuits}")
     click.echo(f"{'up to symmetry':<19}{counted.classes}")
+    if keep != "all" and search.n % 2:
+        click.echo(f"nothing folds: {why_none(search.n)}", err=True)

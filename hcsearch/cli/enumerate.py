@@ -12,7 +12,7 @@ from hcsearch.cli.progress import Meter
 from hcsearch.cli.scenes import scene_options
 
 if TYPE_CHECKING:
-    from hcsearch.pipeline import Plan, Summary
+    from hcsearch.pipeline import Funnel, Plan, Summary
 
 
 @click.command(
@@ -59,10 +59,21 @@ def enumerate_(
     with Meter("batch") as meter, compiling_ahead("check", wanted=bool(plan.scenic)):
         summary, place = run_plan(plan, db, meter, _announce, dry=dry_run)
     _print_summary(plan, summary, place)
+    _announce_none(plan, summary.funnel)
 
 
 def _announce(sentence: str) -> None:
     click.echo(sentence, err=True)
+
+
+def _announce_none(plan: Plan, funnel: Funnel) -> None:
+    """Say why there are no circuits, or why none of them folds."""
+    from hcsearch.folding import why_none
+
+    if funnel.circuits == 0:
+        _announce("no circuits: no closed walk from panel to panel goes through each of them once")
+    elif funnel.two_stack == 0:
+        _announce(f"nothing folds: {why_none(plan.search.n)}")
 
 
 def _print_summary(plan: Plan, summary: Summary, place: str | None) -> None:

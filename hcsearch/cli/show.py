@@ -55,7 +55,7 @@ def show(
     """
     if output and not as_html:
         raise HcsearchError("--output applies to a page: add --html")
-    from hcsearch.folding import folding_of, foldings, split_crease
+    from hcsearch.folding import folding_of, foldings, split_crease, why_none
     from hcsearch.subjects.designs import design_named
 
     if not design[:1].isdigit() and ":" not in design:
@@ -67,8 +67,9 @@ def show(
         asked = _scene_of_page(number, db, scene, panel, across)
         _write_page(design, circuit, number, chosen, output, db, asked)
     elif number is None:
+        size = _panel_asked_for(circuit, db, scene, panel, across)
         _print_circuit(circuit, {})
-        _print_foldings(chosen, _panel_asked_for(circuit, db, scene, panel, across))
+        _print_foldings(chosen, size, why_none(circuit.n))
     else:
         _print_design(circuit, number, chosen, db, scene, panel, across)
 
@@ -114,6 +115,7 @@ def _print_design(
     across: str | None,
 ) -> None:
     """A design of a database: its verdict in a scene, and motions of its foldings, in all scenes or in that one."""
+    from hcsearch.folding import why_none
     from hcsearch.scenes import panel_of
     from hcsearch.store import best_creases, find_design, find_verdict, open_readonly
     from hcsearch.subjects.scenes import scene_asked_for, stored_scene
@@ -134,15 +136,15 @@ def _print_design(
     def tell(folding: Folding) -> None:
         _print_motions(folding, row, verdicts, db)
 
-    _print_foldings(chosen, size, tell)
+    _print_foldings(chosen, size, why_none(circuit.n), tell)
 
 
 def _print_foldings(
-    chosen: list[Folding], panel: PanelSize, tell: Callable[[Folding], None] = lambda _folding: None
+    chosen: list[Folding], panel: PanelSize, why: str, tell: Callable[[Folding], None] = lambda _folding: None
 ) -> None:
-    """Foldings with panels of a size; tell : prints what is known of one beside."""
+    """Foldings with panels of a size. why : there are none. tell : prints what is known of one beside."""
     if not chosen:
-        click.echo("\nno two-stack folding")
+        click.echo(f"\nno two-stack folding: {why}")
     for folding in chosen:
         _print_folding(folding, panel)
         tell(folding)

@@ -11,6 +11,7 @@ import numpy as np
 
 from hcsearch.collision.penetration import TOUCH
 from hcsearch.collision.prisms import prisms_of
+from hcsearch.equality import ByValue
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.collision.gaps import PanelPairs, gaps_at
 from hcsearch.linkage import Linkage
@@ -20,8 +21,8 @@ CONTACT = 2e-5
 """Panels nearer than this share of their size touch: 1 um of panels of 50 mm; simulations close loops to less."""
 
 
-@dataclass(frozen=True)
-class Proximity:
+@dataclass(frozen=True, eq=False)
+class Proximity(ByValue):
     """How far apart panels are at some states.
 
     pairs : (p, 2), panels, the lower number first. gaps : (p, k), m: the distance of two panels, 0 where they touch,

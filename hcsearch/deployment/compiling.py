@@ -20,6 +20,7 @@ from hcsearch.dynamics.panels import PanelTree, panel_bodies, panel_tree
 from hcsearch.dynamics.simulation import cut_states
 from hcsearch.dynamics.system import CutHinge, JointDrive, System
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
+from hcsearch.equality import ByValue
 from hcsearch.errors import HcsearchError
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
@@ -43,8 +44,8 @@ class Omission:
     why: str
 
 
-@dataclass(frozen=True)
-class Compiled:
+@dataclass(frozen=True, eq=False)
+class Compiled(ByValue):
     """A scene of a linkage as a system of bodies.
 
     scene : settled, nothing in it is left to the panels.

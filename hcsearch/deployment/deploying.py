@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,6 +20,7 @@ from hcsearch.deployment.play import Play, play_of
 from hcsearch.deployment.reasons import reason_of_motion
 from hcsearch.dynamics.driving import Driven, simulate_driven
 from hcsearch.dynamics.simulation import Motion, greatest_opening, loose_states, simulate
+from hcsearch.equality import ByValue
 from hcsearch.errors import HcsearchError
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
@@ -34,14 +35,15 @@ STEEP = 1.4
 """A floating base that turns about its second axis by more than this (rad) nears the singularity of its angles."""
 
 
-@dataclass(frozen=True)
-class Deployment:
+@dataclass(frozen=True, eq=False)
+class Deployment(ByValue):
     """One deployment, with its states.
 
     outcome : as of `Check`. reason : in a sentence, with the remedy where there is one.
     angles, rates : (k, n_hinges), fold angles (rad) and their rates at `motion.times`.
     clearance : whether panels collide, certified for all times of the motion; None where nobody asked.
-    seconds : computing time, without compilation of the kernels. driven : what drives did, where there are any.
+    seconds : computing time, without compilation of the kernels; equal deployments may differ in it.
+    driven : what drives did, where there are any.
     """
 
     compiled: Compiled
@@ -51,7 +53,7 @@ class Deployment:
     angles: Reals
     rates: Reals
     clearance: Clearance | None
-    seconds: float
+    seconds: float = field(compare=False)
     driven: Driven | None = None
 
     @cached_property

@@ -34,7 +34,7 @@ _DRIVEN = "driven"
 """What names the driven hinges, as on pictures; in older files `hinges` has their numbers in the linkage."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Drives(Demand):
     """Driven hinges and what they are asked for.
 

@@ -21,9 +21,11 @@ from hcsearch.vocabulary import FORMULATIONS
 
 Reader = Callable[[str, Any], Any]
 
-LEAST = 1e-9
-"""Of a density (kg/m^3), an areal mass (kg/m^2), and a time to simulate (s)."""
 MOST = 1e12
+"""Of all numbers of a scene but shares."""
+_ABOVE, _SHARE = (1e-9, MOST), (0.0, 1.0)
+_LIMITS = {"density": _ABOVE, "areal_mass": _ABOVE, "seconds": _ABOVE, "start": _SHARE, "restitution": _SHARE}
+"""The least and the greatest value of numbers that have others than 0 and `MOST`."""
 
 
 def scene_named(name: str) -> Scene:
@@ -100,7 +102,7 @@ def _read(key: str, value: Any, names: bool) -> Any:
     except (TypeError, ValueError, OverflowError) as error:
         if isinstance(error, SceneError):
             raise
-        example = _EXAMPLES.get(key, "give a number of 0 or more")
+        example = _EXAMPLES.get(key) or _from_to(*_LIMITS.get(key, (0.0, MOST)))
         raise SceneError(f"{key} cannot be {_shown(value)}: {example}") from error
 
 
@@ -109,34 +111,38 @@ def _shown(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
+def _from_to(least: float, most: float) -> str:
+    return f"give a number from {least:g} to {most:g}"
+
+
 def _number(key: str, value: Any) -> float:
     if isinstance(value, bool):
         raise ValueError
-    number = float(value)
-    if not 0.0 <= number < MOST:
+    least, most = _LIMITS.get(key, (0.0, MOST))
+    if not least <= float(value) <= most:
         raise ValueError
-    if key in {"density", "areal_mass", "seconds"} and number < LEAST:
-        raise SceneError(f"{key} cannot be {value!r}: give {LEAST:g} or more")
-    if key == "restitution" and number > 1.0:
-        raise SceneError(f"{key} cannot be {value!r}: give a number from 0 to 1")
-    return number
+    return float(value)
 
 
 def _vector(key: str, value: Any) -> tuple[float, ...]:
     parts = value.split(",") if isinstance(value, str) else value
-    numbers = tuple(float(number) for number in parts)
-    least = 0.0 if key == "base_inertia" else -MOST
-    if len(numbers) != 3 or not all(least <= number < MOST for number in numbers):
-        raise ValueError
-    return numbers
+    x, y, z = (float(number) for number in parts)
+    _check_limits(key, value, (x, y, z), 0.0 if key == "base_inertia" else -MOST)
+    return (x, y, z)
 
 
-def _range(_key: str, value: Any) -> tuple[float, float]:
+def _range(key: str, value: Any) -> tuple[float, float]:
     parts = value.split(",") if isinstance(value, str) else value
     low, high = (float(number) for number in parts)
-    if not 0.0 < low < high < MOST:
+    _check_limits(key, value, (low, high), 0.0)
+    if not 0.0 < low < high:
         raise ValueError
     return (low, high)
+
+
+def _check_limits(key: str, value: Any, numbers: tuple[float, ...], least: float) -> None:
+    if not all(least <= number <= MOST for number in numbers):
+        raise SceneError(f"{key} cannot be {_shown(value)}: give numbers from {least:g} to {MOST:g}")
 
 
 def _springs(_key: str, value: Any) -> tuple[tuple[int, str], ...]:
@@ -319,9 +325,15 @@ def _checked(path: str, table: dict[str, Any]) -> dict[str, Any]:
     return table
 
 
-def scene_in(table: Mapping[str, Any], *, base: Scene | None = None) -> Scene:
-    """The scene that a file holds; base : to start from, unless that is the one the file names."""
+def scene_in(table: Mapping[str, Any], *, base: Scene | None = None, grid: str | None = None) -> Scene:
+    """The scene that a file holds; base : to start from, unless that is the one the file names.
+
+    grid : of the panels, where that is known: those of `rectangle` have three sizes.
+    """
     given = dict(table.get("scene", {}))
+    for size in (table.get("panel_mm"), given.get("panel")):
+        if grid is not None and isinstance(size, str):
+            read_panel(size, grid)
     start = given.pop("name", None)
     scene = base or scene_named("default" if start is None else start)
     scene = scene_with(scene, given, names=False)
@@ -333,8 +345,8 @@ def scene_in(table: Mapping[str, Any], *, base: Scene | None = None) -> Scene:
 
 
 def _metres(key: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 <= value < MOST:
-        raise SceneError(f"{key} cannot be {_shown(value)}: give a number of 0 or more")
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 <= value <= MOST:
+        raise SceneError(f"{key} cannot be {_shown(value)}: {_from_to(0.0, MOST)}")
     return float(f"{value * 1e-3:.10g}")
 
 

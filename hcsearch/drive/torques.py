@@ -15,11 +15,12 @@ from hcsearch.deployment.compiling import Compiled
 from hcsearch.drive.choosing import Choice, frames_at
 from hcsearch.drive.timing import TimedPath
 from hcsearch.dynamics.inverse import joint_forces
+from hcsearch.equality import ByValue
 from hcsearch.typing import Reals
 
 
-@dataclass(frozen=True)
-class Torques:
+@dataclass(frozen=True, eq=False)
+class Torques(ByValue):
     """A motion in time and what drives it.
 
     times : (k,), s. angles, rates, accelerations : (k, n_hinges). asked : (k, n_hinges), moments of inertia, gravity,

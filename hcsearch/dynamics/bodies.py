@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.equality import ByValue
 from hcsearch.typing import Reals
 
 
-@dataclass(frozen=True)
-class Body:
+@dataclass(frozen=True, eq=False)
+class Body(ByValue):
     """A rigid body in the reference state: mass (kg), centre of mass (m), inertia about it (kg m^2), world axes."""
 
     mass: float

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from hcsearch.dynamics.simulation import Motion, simulate
 from hcsearch.dynamics.system import System
+from hcsearch.equality import ByValue
 from hcsearch.kernels.multibody.targets import Targets
 from hcsearch.typing import Reals
 
@@ -23,8 +24,8 @@ FIRST, LONGEST = 1e-5, 0.001
 """First and longest step, as shares of the course."""
 
 
-@dataclass(frozen=True)
-class Demand:
+@dataclass(frozen=True, eq=False)
+class Demand(ByValue):
     """What drives are asked for.
 
     times : (k,), s, from 0. angles, torques : (k, n_driven), rad and N m: splines through the angles,
@@ -68,7 +69,7 @@ class Demand:
         return angles, rates, t0 + x * (t1 - t0)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Commands(Demand):
     """What driven joints are asked for; joints : their numbers."""
 
@@ -88,8 +89,8 @@ class Commands(Demand):
         )
 
 
-@dataclass(frozen=True)
-class Driven:
+@dataclass(frozen=True, eq=False)
+class Driven(ByValue):
     """A motion under control.
 
     motion : its energies are those of the system without its drives, and `work` (k,) is what these have done (J).

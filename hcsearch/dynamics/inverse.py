@@ -13,12 +13,13 @@ import numpy as np
 
 from hcsearch.dynamics.system import System
 from hcsearch.dynamics.trees import GROUND
+from hcsearch.equality import ByValue
 from hcsearch.errors import HcsearchError
 from hcsearch.typing import Reals
 
 
-@dataclass(frozen=True)
-class Forces:
+@dataclass(frozen=True, eq=False)
+class Forces(ByValue):
     """What a motion asks for at k times.
 
     joints : (k, n_joints), moments along the joints that inertia and gravity ask for, N m.
@@ -30,8 +31,8 @@ class Forces:
     height: Reals
 
 
-@dataclass(frozen=True)
-class _Placed:
+@dataclass(frozen=True, eq=False)
+class _Placed(ByValue):
     """A body at k times: its rotation, joint, velocity and acceleration there, and its own turning."""
 
     turn: Reals

@@ -12,13 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.equality import ByValue
 from hcsearch.isometries import Isometry
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals
 
 
-@dataclass(frozen=True)
-class Mirror:
+@dataclass(frozen=True, eq=False)
+class Mirror(ByValue):
     """A mirror plane: normal (unit, in the plane of the drawing) and a point on it (m), and what it maps.
 
     panels, hinges : the image of each. beyond : panels on the side away from the normal.

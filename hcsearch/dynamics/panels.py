@@ -15,12 +15,13 @@ import numpy as np
 from hcsearch.dynamics.bodies import Body, joined, prism
 from hcsearch.dynamics.mirror import Mirror
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
+from hcsearch.equality import ByValue
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals, Whole
 
 
-@dataclass(frozen=True)
-class PanelTree:
+@dataclass(frozen=True, eq=False)
+class PanelTree(ByValue):
     """The joints, bodies and welds of a linkage.
 
     joint_of : (n_hinges,), the joint of each hinge, whose coordinate is the fold angle; -1 where the hinge is cut.

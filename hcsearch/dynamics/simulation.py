@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from hcsearch.dynamics.interpolation import between
 from hcsearch.dynamics.methods import method_named
 from hcsearch.dynamics.system import System
+from hcsearch.equality import ByValue
 from hcsearch.kernels.multibody import recording
 from hcsearch.kernels.multibody import simulation as kernel
 from hcsearch.kernels.multibody.between import OPEN, States, loose_share, opening, refined
@@ -62,8 +63,8 @@ class Event:
     speed: float
 
 
-@dataclass(frozen=True)
-class Motion:
+@dataclass(frozen=True, eq=False)
+class Motion(ByValue):
     """States of a motion and its books.
 
     times : (k,), s. q, v, a : (k, n_joints), coordinates, velocities, accelerations; at an event two

@@ -12,6 +12,7 @@ import numpy as np
 from hcsearch.dynamics.bodies import Body
 from hcsearch.dynamics.laws import FREE, Law, tables_of
 from hcsearch.dynamics.trees import GROUND, Joint, Weld, tree_of
+from hcsearch.equality import ByValue
 from hcsearch.kernels.multibody.cuts import Cuts
 from hcsearch.kernels.multibody.hinges import Hinges, Struts
 from hcsearch.kernels.multibody.motion import Mechanism
@@ -20,8 +21,8 @@ from hcsearch.kernels.multibody.tree import INERTIA, MASS
 from hcsearch.typing import Reals
 
 
-@dataclass(frozen=True)
-class Strut:
+@dataclass(frozen=True, eq=False)
+class Strut(ByValue):
     """A spring with a damper between points of two bodies (m, in the reference state); the ground is -1.
 
     stiffness : N/m. damping : Ns/m. rest : length without force, m.
@@ -49,8 +50,8 @@ class JointDrive:
     upper: float = math.inf
 
 
-@dataclass(frozen=True)
-class CutHinge:
+@dataclass(frozen=True, eq=False)
+class CutHinge(ByValue):
     """A hinge that is cut open and held together by stiff springs at both ends of its line (thesis 4.2.2).
 
     first, second : bodies, the first may be the ground. ends : both ends of the line, m; axis : about which the second
@@ -64,8 +65,8 @@ class CutHinge:
     drive: JointDrive
 
 
-@dataclass(frozen=True)
-class System:
+@dataclass(frozen=True, eq=False)
+class System(ByValue):
     """Bodies that hang on joints, the welds that close their loops, and what acts on them.
 
     gravity : m/s^2. size : length that gaps of welds are divided by, m.

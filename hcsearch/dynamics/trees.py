@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hcsearch.dynamics.bodies import Body
+from hcsearch.equality import ByValue
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.multibody.tree import Tree
 from hcsearch.typing import Reals
@@ -15,8 +16,8 @@ from hcsearch.typing import Reals
 GROUND = -1
 
 
-@dataclass(frozen=True)
-class Joint:
+@dataclass(frozen=True, eq=False)
+class Joint(ByValue):
     """A joint by which one body hangs on another of a lower number, or on the ground.
 
     axis : unit vector; point : on the joint's line, m; both in the reference state. slides : along it, else about it.
@@ -28,8 +29,8 @@ class Joint:
     slides: bool = False
 
 
-@dataclass(frozen=True)
-class Weld:
+@dataclass(frozen=True, eq=False)
+class Weld(ByValue):
     """Two bodies that move as one, or along and about some directions only.
 
     first, second : bodies; the first may be the ground. point : in the reference state, m.

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.enumeration.sweep import Sweep, plan_sweep
+from hcsearch.equality import ByValue
 from hcsearch.errors import SizeError, expect
 from hcsearch.grid import Array, Grid, Point
 from hcsearch.kernels.circuits import frontier
@@ -113,8 +114,8 @@ class ArraySearch:
         return _build_dag(self.array)
 
 
-@dataclass(frozen=True)
-class _Dag:
+@dataclass(frozen=True, eq=False)
+class _Dag(ByValue):
     """The layered graph of frontier states, and the tails below one of its layers.
 
     offsets : number of the first state of each layer; child, counts : as in

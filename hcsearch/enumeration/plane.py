@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.equality import ByValue
 from hcsearch.grid import Grid, Point
 from hcsearch.kernels.circuits.chains import FAR
 
 
-@dataclass(frozen=True)
-class LatticePlane:
+@dataclass(frozen=True, eq=False)
+class LatticePlane(ByValue):
     """Lattice points within reach of home.
 
     moves : what a step in each direction adds to the number of a place.

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.equality import ByValue
 from hcsearch.errors import SizeError
 from hcsearch.kernels.circuits import frontier
 
 
-@dataclass(frozen=True)
-class Sweep:
+@dataclass(frozen=True, eq=False)
+class Sweep(ByValue):
     """A graph made ready for `kernels.circuits.frontier`.
 
     order : the edges' numbers in the graph, in the order of decision.

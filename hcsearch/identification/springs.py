@@ -14,6 +14,7 @@ from scipy.stats import t as t_distribution
 
 from hcsearch.dynamics.laws import Law, linear, quadratic, tabulated
 from hcsearch.dynamics.spring_files import FOLDED
+from hcsearch.equality import ByValue
 from hcsearch.errors import HcsearchError
 from hcsearch.typing import Reals
 
@@ -192,8 +193,8 @@ def _knots(angles: Reals) -> tuple[Reals, int]:
     return np.concatenate([[breaks[0]] * degree, breaks, [breaks[-1]] * degree]), degree
 
 
-@dataclass(frozen=True)
-class _Solution:
+@dataclass(frozen=True, eq=False)
+class _Solution(ByValue):
     """Least squares: values with standard errors, sum of squared residuals, degrees of freedom, unknowns' number."""
 
     values: Reals

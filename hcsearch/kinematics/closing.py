@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.equality import ByValue
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals
 
@@ -13,8 +14,8 @@ CLOSED = 1e-12
 """A state is closed when no residual (rad, or gap over the pattern's size) is greater."""
 
 
-@dataclass(frozen=True)
-class Closed:
+@dataclass(frozen=True, eq=False)
+class Closed(ByValue):
     """Outcome of closing: fold angles, greatest residual that is left, steps taken, and whether that is closed."""
 
     angles: Reals

@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.equality import ByValue
 from hcsearch.linkage import Linkage, Walk
 from hcsearch.typing import Reals
 
@@ -29,8 +30,8 @@ _TURN = np.zeros((4, 4))
 _TURN[0, 1], _TURN[1, 0] = -1.0, 1.0  # what turning about z does to first order
 
 
-@dataclass(frozen=True)
-class DHLoop:
+@dataclass(frozen=True, eq=False)
+class DHLoop(ByValue):
     """Denavit-Hartenberg parameters of a loop of n hinges, shape (n,) each; entry i - 1 belongs to hinge i.
 
     lengths, twists : a_{i(i+1)} and alpha_{i(i+1)}, metres and rad.

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.equality import ByValue
 from hcsearch.kinematics.rank import Rank, decide_rank
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals
@@ -14,8 +15,8 @@ MUCH = 0.618
 """Hinges that add more than this share of the most (squared) may come next in a basis; by symmetry many add alike."""
 
 
-@dataclass(frozen=True)
-class Local:
+@dataclass(frozen=True, eq=False)
+class Local(ByValue):
     """Fold angles (rad) with the closure Jacobian there, split into row space and null space by its singular values.
 
     jacobian : shape (n_rows, n_hinges).

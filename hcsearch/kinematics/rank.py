@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.equality import ByValue
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals
 
@@ -16,8 +17,8 @@ MOST_NOISE = 1e-7
 """No rank is decided where more than this share of the greatest singular value is noise."""
 
 
-@dataclass(frozen=True)
-class Rank:
+@dataclass(frozen=True, eq=False)
+class Rank(ByValue):
     """Rank of a closure Jacobian in the screw form, lengths divided by the pattern's size.
 
     singular_values : all of them, the greatest first.

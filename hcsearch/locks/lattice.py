@@ -18,6 +18,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.equality import ByValue
 from hcsearch.linkage import Linkage, Walk
 from hcsearch.typing import Reals
 
@@ -33,8 +34,8 @@ NEAR = 1e-7
 """Points are on the lattice where they are no further from it than this share of its steps; rounding is 1e-14."""
 
 
-@dataclass(frozen=True)
-class Frame:
+@dataclass(frozen=True, eq=False)
+class Frame(ByValue):
     """Whole coordinates (X, Y, Z) of a lattice: the point origin + unit (sqrt(q) X e_x + Y e_y + Z e_z), in metres.
 
     q : 1 on squares and rectangles, 3 on triangles and hexagons. steps : lengths of the lattice's steps in X, Y and Z,
@@ -119,8 +120,8 @@ def _rounded(values: Reals, steps: Exact) -> Exact | None:
     return multiples
 
 
-@dataclass(frozen=True)
-class WholeEnd:
+@dataclass(frozen=True, eq=False)
+class WholeEnd(ByValue):
     """An end of the motion in whole numbers.
 
     columns : screws (U, M) of the hinges in the sense in which they leave their stops, for each loop, shape

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.equality import ByValue
 from hcsearch.hinge_trees import hinge_tree
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals
@@ -28,8 +29,8 @@ STILL = 1e-9
 """A hinge parts two panels where, turned by 1 rad, it changes their height by more than this share of their size."""
 
 
-@dataclass(frozen=True)
-class Contact:
+@dataclass(frozen=True, eq=False)
+class Contact(ByValue):
     """A facet that lies on a facet of another panel in the folded state.
 
     corners : of the area in which they touch, seen from above, shape (k, 2), in metres, where the base panel stays.

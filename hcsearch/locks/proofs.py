@@ -25,6 +25,7 @@ from typing import Literal
 
 import numpy as np
 
+from hcsearch.equality import ByValue
 from hcsearch.kernels.linkage.cones import MOST_RAYS, cone_rays, nonnegative
 from hcsearch.kinematics.products import products
 from hcsearch.linkage import Linkage
@@ -46,8 +47,8 @@ MOST_PRODUCTS = 60
 """Rays up to which a second-order proof is looked for: it has an inequality for every two of them."""
 
 
-@dataclass(frozen=True)
-class Lock:
+@dataclass(frozen=True, eq=False)
+class Lock(ByValue):
     """What is known about leaving one state.
 
     order : 1 or 2 where it is proved locked, by first or by second order; None where it is not proved.

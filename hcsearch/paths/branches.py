@@ -15,6 +15,7 @@ from typing import Literal
 
 import numpy as np
 
+from hcsearch.equality import ByValue
 from hcsearch.kinematics.closing import CLOSED, close
 from hcsearch.kinematics.local import Local, local_at
 from hcsearch.linkage import Linkage
@@ -36,8 +37,8 @@ BLURRED = 10.0 * CLOSED**0.5
 """Distances below this (rad) say nothing: where closure is of second order, states are known to its square root."""
 
 
-@dataclass(frozen=True)
-class Branch:
+@dataclass(frozen=True, eq=False)
+class Branch(ByValue):
     """A velocity that keeps the loops closed to second order, and whether a motion goes that way.
 
     direction : unit velocity of the fold angles, shape (n_hinges,).

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.equality import ByValue
 from hcsearch.typing import Flags, Reals, Whole
 
 FINE = 0.05
@@ -18,16 +19,16 @@ PEAK, MOST = 4000, 1000
 """Halving ends with more cells than `PEAK`; the cover is the last set of no more than `MOST` cells."""
 
 
-@dataclass(frozen=True)
-class Cover:
+@dataclass(frozen=True, eq=False)
+class Cover(ByValue):
     """Unit vectors (n, m) of which one lies within `radius` of every common point (up to sign where both count)."""
 
     centres: Reals
     radius: float
 
 
-@dataclass(frozen=True)
-class _Cells:
+@dataclass(frozen=True, eq=False)
+class _Cells(ByValue):
     """Boxes on the faces of a cube about the origin: axis and sense of the face, middle and half widths there."""
 
     axis: Whole

@@ -16,6 +16,7 @@ from typing import Literal
 
 import numpy as np
 
+from hcsearch.equality import ByValue
 from hcsearch.kinematics.local import Local, local_at
 from hcsearch.kinematics.within import close_within, least_energy, linked
 from hcsearch.labels import named_hinges
@@ -46,8 +47,8 @@ SOFT = 0.01
 """Stiffness of the softest spring in a set over that of the stiffest."""
 
 
-@dataclass(frozen=True)
-class DescentSearch:
+@dataclass(frozen=True, eq=False)
+class DescentSearch(ByValue):
     """What became of the attempts: a path from the stacks to flat, or the one that came nearest to flat.
 
     springs : stiffness of each hinge on that path (Nm/rad, or any unit).

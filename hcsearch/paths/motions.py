@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from hcsearch.equality import ByValue
 from hcsearch.kinematics.local import Local
 from hcsearch.typing import Reals, Whole
 
@@ -16,8 +17,8 @@ Outcome = Literal[
 ]
 
 
-@dataclass(frozen=True)
-class SingularEvent:
+@dataclass(frozen=True, eq=False)
+class SingularEvent(ByValue):
     """A singular state on the way of a motion.
 
     kind : `bifurcation` where singular values vanish and the second-order equations leave several ways to go on,
@@ -33,8 +34,8 @@ class SingularEvent:
     nullity: int
 
 
-@dataclass(frozen=True)
-class Path:
+@dataclass(frozen=True, eq=False)
+class Path(ByValue):
     """A motion as a list of closed states, and how it ended.
 
     angles : fold angles (rad), shape (n_states, n_hinges); the first is the start.

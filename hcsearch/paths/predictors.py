@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
+from hcsearch.equality import ByValue
 from hcsearch.kinematics.local import Local, local_at
 from hcsearch.typing import Reals
 
@@ -19,8 +20,8 @@ DISTINCT = 1e-12
 """States nearer than this (rad) are the same: no slope is taken between them."""
 
 
-@dataclass(frozen=True)
-class Step:
+@dataclass(frozen=True, eq=False)
+class Step(ByValue):
     """A state on a path with its unit tangent, and the arc length at which it was reached."""
 
     local: Local

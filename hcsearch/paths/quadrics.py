@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.equality import ByValue
 from hcsearch.kinematics.local import Local
 from hcsearch.kinematics.products import products
 from hcsearch.paths.covering import cover
@@ -33,8 +34,8 @@ APART = 0.25
 """Members of one family are listed no nearer to each other than this."""
 
 
-@dataclass(frozen=True)
-class Solution:
+@dataclass(frozen=True, eq=False)
+class Solution(ByValue):
     """A unit vector on which all forms vanish, and the dimension of the family of such vectors around it."""
 
     vector: Reals

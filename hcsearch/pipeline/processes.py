@@ -8,9 +8,7 @@ a pipe of its own, whose far end nobody else holds, so the end of a worker is th
 from __future__ import annotations
 
 import multiprocessing
-import os
 import signal
-import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
@@ -19,6 +17,8 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from queue import SimpleQueue
 from typing import Any
+
+from hcsearch.system.answering import answer
 
 
 class DeadWorkerError(BrokenExecutor):
@@ -49,7 +49,7 @@ class ProcessExecutor(Executor):
         context = multiprocessing.get_context("spawn")
         here, there = context.Pipe()
         with there:
-            process = context.Process(target=_serve, args=(there,), daemon=True)
+            process = context.Process(target=answer, args=(there,), daemon=True)
             process.start()
         self._processes.append(process)
         self._idle.put(here)
@@ -62,14 +62,14 @@ class ProcessExecutor(Executor):
         worker = self._idle.get()
         try:
             worker.send(request)
-            good, answer = worker.recv()
+            good, result = worker.recv()
         except (EOFError, ConnectionError) as error:
             raise DeadWorkerError from error
         finally:
             self._idle.put(worker)
         if not good:
-            raise answer
-        return answer
+            raise result
+        return result
 
     def kill(self) -> None:
         """End the workers at once, and bury them; what they were at is lost."""
@@ -86,32 +86,9 @@ class ProcessExecutor(Executor):
             process.join()
 
 
-def _serve(requests: Connection) -> None:
-    """Answer calls until there are no more; leave Ctrl-C to the process that started this one, and end with it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def watch() -> None:
-        parent.join()
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
-    try:
-        while True:
-            call, arguments, options = requests.recv()
-            try:
-                answer = True, call(*arguments, **options)
-            except Exception as error:
-                answer = False, error
-            requests.send(answer)
-    except (EOFError, ConnectionError):
-        return  # nobody asks any more
-
-
 @contextmanager
 def _ctrl_c_held_back() -> Iterator[None]:
-    """Start processes that Ctrl-C does not reach before they have come to `_serve`."""
+    """Start processes that Ctrl-C does not reach before they have come to `answer`."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.enumeration import Search
+from hcsearch.equality import ByValue
 from hcsearch.pipeline.rows import array_fingerprints, design_rows
 from hcsearch.records import DesignBatch, StagedDesigns, StageResult
 from hcsearch.scenes import DEFAULT, SCENES
@@ -58,8 +59,8 @@ def warm(search: Search) -> Search:
     return search
 
 
-@dataclass(frozen=True)
-class Output:
+@dataclass(frozen=True, eq=False)
+class Output(ByValue):
     """What a shard gives back: the stages' results, how many designs are kept, and either rows or fingerprints.
 
     candidates : for motions and deployments; None where none are wanted.

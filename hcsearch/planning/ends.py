@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.equality import ByValue
 from hcsearch.kernels.planning.pieces import centre
 from hcsearch.kernels.planning.series import ORDERS, write_series
 from hcsearch.linkage import Linkage
@@ -36,8 +37,8 @@ SHUT = 1e-12
 """Closure residual (rad, or gap over size) of an end that is known in floating point only."""
 
 
-@dataclass(frozen=True)
-class Departure:
+@dataclass(frozen=True, eq=False)
+class Departure(ByValue):
     """Closed states beside the first step of a path, from the end on.
 
     share : of the step, up to which they are proved. wanders : (n_hinges,), what their fold angles differ by from the
@@ -48,8 +49,8 @@ class Departure:
     wanders: Reals
 
 
-@dataclass(frozen=True)
-class _Step:
+@dataclass(frozen=True, eq=False)
+class _Step(ByValue):
     """Bounds of a step, in the share s of it.
 
     sizes : of the coefficients of s, s^2 and s^3 of the course. gains : (n_hinges,), what a ball of radius 1 turns

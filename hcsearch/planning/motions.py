@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from hcsearch.collision.margins import margin_of, scale_of
+from hcsearch.equality import ByValue
 from hcsearch.flat_pairs import can_be, linkage_joined
 from hcsearch.folding import Folding
 from hcsearch.kernels.collision.intervals import Course
@@ -27,8 +28,8 @@ PROOFS = 3
 """Paths that are tried where a proof fails, in each way and with either margin: other seeds hardly mend that."""
 
 
-@dataclass(frozen=True)
-class PlannedMotion:
+@dataclass(frozen=True, eq=False)
+class PlannedMotion(ByValue):
     """What is known of the motion of a folding.
 
     way : how flat pairs are joined; of the path, if there is one. states : of the path, (k, n_hinges), or None.

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcsearch.collision.margins import check_margin
+from hcsearch.equality import ByValue
 from hcsearch.kernels.planning.search import FULL, MET, Meeting, fan_out, search
 from hcsearch.kernels.planning.smoothing import relax, shorten, thin
 from hcsearch.kernels.planning.space import Space, SpaceWork, Stack, new_stack, new_work
@@ -60,8 +61,8 @@ class Growth:
         return self.late[0] < CLOSED_OFF, self.late[1] < CLOSED_OFF
 
 
-@dataclass(frozen=True)
-class PathPlan:
+@dataclass(frozen=True, eq=False)
+class PathPlan(ByValue):
     """What one search came to: states of a path, (k, n_hinges), from packed to flat, or None; and the trees."""
 
     states: Reals | None

@@ -20,6 +20,7 @@ from hcsearch.collision.margins import LEAST_PLAY, scale_of
 from hcsearch.collision.penetration import deepest_cut
 from hcsearch.collision.reaches import longest_way, reaches
 from hcsearch.collision.solids import kept_apart
+from hcsearch.equality import ByValue
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.planning.closing import CLOSED, close, keep_closed, new_closing, open_by
 from hcsearch.kernels.planning.tubes import POLISHED, Track, enclose
@@ -47,8 +48,8 @@ MOVED = 1e-3
 """A path with a state that is further from closed states within the stops (rad) is none."""
 
 
-@dataclass(frozen=True)
-class PathProof:
+@dataclass(frozen=True, eq=False)
+class PathProof(ByValue):
     """What is proved of a path.
 
     motion : the states that the proof is about, with rates; None where closed states are not proved beside all of it.

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from hcsearch.equality import ByValue
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
 from hcsearch.system.notebooks import notebook_view
@@ -18,8 +19,8 @@ FLAT = 0.02
 """Greatest fold angle at which a motion counts as flat, rad: springs are simulated until all are below half of it."""
 
 
-@dataclass(frozen=True)
-class Replay:
+@dataclass(frozen=True, eq=False)
+class Replay(ByValue):
     """A motion from the packed towards the flat state, as a few states between which fold angles are interpolated.
 
     linkage : the panels and hinges that move. labels : their names.

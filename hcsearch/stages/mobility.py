@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.equality import ByValue
 from hcsearch.folding import Folding, folding_at
 from hcsearch.grid import Grid, grid_named
 from hcsearch.kernels.linkage.cones import LOCKED, OPEN, PASSED, settle
@@ -29,8 +30,8 @@ from hcsearch.typing import Flags, Reals, Whole
 _TOGETHER = 4000  # foldings: their hinge lines and Jacobians take some 3 kB each
 
 
-@dataclass(frozen=True)
-class _Lattice:
+@dataclass(frozen=True, eq=False)
+class _Lattice(ByValue):
     """A grid as `survey` takes it: steps, edges (start and end, counterclockwise), whole units to a step, metres."""
 
     steps: NDArray[np.int64]

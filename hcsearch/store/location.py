@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 import stat
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -88,7 +89,7 @@ def _sqlite_file(url: URL) -> Location:
 
 def _file(path: str) -> Location:
     try:
-        length = len(os.fsencode(Path(path).absolute()))
+        length = max(len(os.fsencode(place)) for place in _places(path))
     except UnicodeEncodeError as error:
         raise DatabaseError(f"{_shown(path)} is no path that this system can have: {EXAMPLES}") from error
     if length > LONGEST_PATH:
@@ -97,6 +98,13 @@ def _file(path: str) -> Location:
             "a file in a folder with a shorter path"
         )
     return Location(_shown(path), path=Path(path))
+
+
+def _places(path: str) -> Iterator[str | Path]:
+    """The whole path of a file, and that which links on it lead to: SQLite has room for neither if it is long."""
+    yield Path(path).absolute()
+    if "\0" not in path:
+        yield os.path.realpath(path)
 
 
 def _shown(path: str) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 from sqlalchemy import Row, Select
 from sqlalchemy import select as sql_select
 
+from hcsearch.equality import ByValue
 from hcsearch.errors import DatabaseError
 from hcsearch.scenes import DEFAULT
 from hcsearch.store.database import Database
@@ -27,8 +28,8 @@ _LARGEST_ANGLE = 2.0 * math.pi
 """Panels meet at pi, on either side; beyond a full turn there is no fold angle, whatever is rounded."""
 
 
-@dataclass(frozen=True)
-class StoredPath:
+@dataclass(frozen=True, eq=False)
+class StoredPath(ByValue):
     """A path of a folding from packed to flat.
 
     design_id, crease : of the folding. way : how flat pairs are joined, recorded of proved paths only.

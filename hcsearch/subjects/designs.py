@@ -5,7 +5,7 @@ from __future__ import annotations
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.circuit import Circuit
 from hcsearch.errors import DatabaseError, HcsearchError
-from hcsearch.folding import Folding, folding_of, foldings, split_crease
+from hcsearch.folding import Folding, folding_of, foldings, split_crease, why_none
 from hcsearch.store import Database, find_circuit, open_readonly
 
 
@@ -51,7 +51,8 @@ def only_folding(circuit: Circuit, name: str | None = None) -> Folding:
     """The folding of a circuit that has one; HcsearchError, which calls it by a name, for none or several."""
     text, candidates = name or circuit.notation, foldings(circuit)
     if not candidates:
-        raise HcsearchError(f"{text} does not fold into two stacks: choose among hcsearch query 'two_stack'")
+        why = f", as {why_none(circuit.n)}" if circuit.n % 2 else ""
+        raise HcsearchError(f"{text} does not fold into two stacks{why}: choose among hcsearch query 'two_stack'")
     if len(candidates) > 1:
         creases = ", ".join(str(folding.crease) for folding in candidates)
         raise HcsearchError(

@@ -252,10 +252,10 @@ def base_scene(content: Mapping[str, Any], request: Request, grid: str | None = 
         before = list(named)
         look_parts(named)
         parts = before[len(named) :]
-        base = read_scene(", ".join(named) or DEFAULT, request.db)
+        base = read_scene(", ".join(named) or DEFAULT, request.db, grid)
     elif text is not None:
-        base = read_scene(text, request.db)
+        base = read_scene(text, request.db, grid)
     if request.merge and request.flat_pairs == "hinged":
         raise HcsearchError("a merged flat pair has no hinge: leave out --merge, or --flat-pairs hinged")
-    scene = scene_in(content, base=base)
+    scene = scene_in(content, base=base, grid=grid)
     return (scene if grid is None else with_size(scene, request.panel, request.across, grid)), tuple(parts)

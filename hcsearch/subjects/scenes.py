@@ -30,18 +30,21 @@ if TYPE_CHECKING:
     from hcsearch.store import Database
 
 
-def read_scene(text: str | None, db: str) -> Scene:
-    """The scene that a name or a file stands for: one of the program, or one that a database holds."""
+def read_scene(text: str | None, db: str, grid: str | None = None) -> Scene:
+    """The scene that a name or a file stands for: one of the program, or one that a database holds.
+
+    grid : of the panels, where that is known.
+    """
     if text is None:
         return SCENES[DEFAULT]
     if not text.strip():
         raise SceneError("a scene has a name: write --scene default, or name a file .toml")
     if text.endswith(".toml"):
-        return _of_file(text)
+        return _of_file(text, grid)
     stored = _stored(text, db)
     if stored is not None:
         return stored
-    parted = _parted(text)
+    parted = _parted(text, grid)
     if parted is not None and _parted(parted[0]) is None:
         name, size = parted
         base = read_scene(name, db) if name else SCENES[DEFAULT]
@@ -55,9 +58,16 @@ def with_size(scene: Scene, panel: str | None, across: str | None, grid: str) ->
     """The scene with the panels that options ask for; HcsearchWarning where sizes are probably not meant."""
     size = read_size(panel, across, grid)
     sized = scene if size is None else with_panel(scene, size, grid)
-    if sized.panel is not None and (doubt := doubt_of(sized.panel, grid if size is None else None)) is not None:
-        warnings.warn(doubt, HcsearchWarning, stacklevel=2)
+    if sized.panel is not None:
+        _warn_of(sized.panel, None if across is None else grid)
     return sized
+
+
+def _warn_of(panel: PanelSize, across: str | None) -> None:
+    """HcsearchWarning for sizes that are probably not meant; across : as of `doubt_of`."""
+    doubt = doubt_of(panel, across)
+    if doubt is not None:
+        warnings.warn(doubt, HcsearchWarning, stacklevel=3)
 
 
 def read_size(panel: str | None, across: str | None, grid: str) -> PanelSize | None:
@@ -89,6 +99,8 @@ def scene_asked_for(database: Database, text: str | None, panel: str | None, acr
         if parted is not None:
             name, size = parted
             base = joined_name(name, panel_text(size))
+            if base not in scene_names(database):
+                _warn_of(size, None)
     if panel is None and across is None:
         return base
     sizes, refused = {}, None
@@ -105,6 +117,9 @@ def scene_asked_for(database: Database, text: str | None, panel: str | None, acr
         raise SceneError(f"--across may mean {' or '.join(map(repr, known))} here: name one with --scene")
     if not known and any(size == default_panel(grid) for grid, size in sizes.items()):
         return base
+    if not known:
+        grid, size = next((grid, size) for grid, size in sizes.items() if size is not None)
+        _warn_of(size, None if across is None else grid)
     return known[0] if known else names[0]
 
 
@@ -116,13 +131,13 @@ def only_scene(database: Database) -> str | None:
     return names[0] if len(names) == 1 and names[0] != DEFAULT else None
 
 
-def _parted(text: str) -> tuple[str, PanelSize] | None:
+def _parted(text: str, grid: str | None = None) -> tuple[str, PanelSize] | None:
     """The scene and the size of its panels (m) that a name joins, perhaps without a scene; None without a size."""
     name, comma, size = (part.strip() for part in text.rpartition(","))
-    return (name, read_panel(size)) if is_panel(size) and bool(name) == bool(comma) else None
+    return (name, read_panel(size, grid)) if is_panel(size) and bool(name) == bool(comma) else None
 
 
-def _of_file(path: str) -> Scene:
+def _of_file(path: str, grid: str | None = None) -> Scene:
     from hcsearch.deployment.looks import look_parts
     from hcsearch.deployment.scene_files import read_file, scene_in
 
@@ -132,7 +147,7 @@ def _of_file(path: str) -> Scene:
             raise SceneError(
                 f"{path} names what is deployed, {key}: give it to hcsearch deploy, or leave that line out"
             )
-    scene = scene_in(content)
+    scene = scene_in(content, grid=grid)
     scene = replace(scene, name=check_name(content.get("name", Path(path).stem)))
     if look_parts([scene.name]) != (None, ""):
         raise SceneError(f"{path} has the name {scene.name!r}, which means a way to try a scene: write name = 'solar'")

@@ -19,6 +19,7 @@ import numpy as np
 
 from hcsearch.deployment.outcomes import Check
 from hcsearch.deployment.springs import range_of
+from hcsearch.equality import ByValue
 from hcsearch.system.numbers import short
 from hcsearch.tuning.evaluation import Evaluator
 from hcsearch.typing import Reals
@@ -58,8 +59,8 @@ class SpentError(Exception):
     """The evaluations are spent."""
 
 
-@dataclass(frozen=True)
-class Place:
+@dataclass(frozen=True, eq=False)
+class Place(ByValue):
     """A spring set that was seen: logarithms of the tied groups' stiffnesses, and its check."""
 
     point: Reals

@@ -13,6 +13,7 @@ import numpy as np
 
 from hcsearch.assemblies.packages import package
 from hcsearch.collision.penetration import cuts_through
+from hcsearch.equality import ByValue
 from hcsearch.errors import PatternError
 from hcsearch.kinematics.closing import CLOSED, close
 from hcsearch.kinematics.generic import generic_rank
@@ -81,8 +82,8 @@ class UnitProof:
         return self.verdict == "unit"
 
 
-@dataclass(frozen=True)
-class _Motion:
+@dataclass(frozen=True, eq=False)
+class _Motion(ByValue):
     """A motion from folded to flat, or what became of the search for one."""
 
     ways: int

@@ -55,6 +55,21 @@ def test_each_format_is_written_by_its_ending_alone(run, form):
     assert all(Path(path).stat().st_size for path in (first, *beside))
 
 
+@pytest.mark.parametrize(
+    "form", [form for form in FORMATS.values() if len(form.endings) > 1], ids=lambda form: form.name
+)
+def test_each_ending_of_a_format_stands_for_the_same_file(run, form):
+    assert {form.name for form in FORMATS.values() if len(form.endings) > 1} == {"mjcf", "step"}
+    names = [f"design{ending}" for ending in (*form.endings, form.endings[-1].upper())]
+    for name in names:
+        assert run("export", MOVING, "--output", name).output.split() == [name]
+    assert len({Path(name).read_bytes() for name in names}) == 1
+    other = next(own for own in FORMATS.values() if own.endings != form.endings)
+    assert refusal(run("export", MOVING, "--format", form.name, "--output", f"a{other.endings[0]}")).endswith(
+        f"write {' or '.join(form.endings)}"
+    )
+
+
 @pytest.mark.parametrize("form", FORMATS.values(), ids=lambda form: form.name)
 def test_each_format_has_a_module_with_a_writer_and_settings_that_there_are(form, monkeypatch):
     monkeypatch.setattr(Format, "check_installed", lambda self: None)

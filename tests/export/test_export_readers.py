@@ -1,9 +1,12 @@
 """Files read by programs of other people: the npm packages fold and rabbit-ear, ezdxf, and Chromium."""
 
 import json
+import os
 import re
 import shutil
 import subprocess
+import sys
+import time
 from io import StringIO
 from pathlib import Path
 
@@ -116,6 +119,40 @@ def test_ezdxf_finds_no_fault_and_every_line_where_it_is(name, settings):
             assert entity.closed == line.closed == (layer == "CUT")
     outlines = [shapely.Polygon(line.points) for line in sheet.lines["CUT"]]
     assert all(outline.is_valid for outline in outlines)
+
+
+@pytest.mark.parametrize("settings", [Settings(), Settings(sheet="panels")], ids=str)
+@pytest.mark.parametrize(("name", "panel"), [(DESIGN, None), (DESIGN, "1000x20"), (RING, "6x0.5"), ("unit-ii", None)])
+def test_a_dxf_opens_with_the_whole_drawing_in_view(name, panel, settings):
+    import ezdxf
+
+    value = exported(name, panel=panel)
+    document = ezdxf.read(StringIO(dxf.write(value, settings)))
+    lines = [line for drawn in sheet_of(value, settings).lines.values() for line in drawn]
+    points = np.concatenate([line.points for line in lines])
+    low, high = points.min(axis=0), points.max(axis=0)
+    header, space = document.header, document.modelspace().dxf
+    for corners in ((header["$EXTMIN"], header["$EXTMAX"]), (space.extmin, space.extmax)):
+        np.testing.assert_allclose([(corner[0], corner[1]) for corner in corners], [low, high], atol=1e-9)
+    (view,) = document.viewports.get("*Active")
+    np.testing.assert_allclose((view.dxf.center[0], view.dxf.center[1]), 0.5 * (low + high), atol=1e-9)
+    for shape in (4 / 3, 16 / 9):  # of a window: width over height
+        shown = np.array([view.dxf.height * shape, view.dxf.height])
+        assert (shown >= high - low).all()
+    assert view.dxf.height <= 1.25 * max(high - low)
+
+
+def test_dxf_files_of_one_design_are_equal_at_any_time_and_in_any_process(tmp_path):
+    words = ("export", DESIGN, "--output")
+    contents = [dxf.write(exported(DESIGN), Settings()).encode()]
+    for seed in "12":
+        second = int(time.time())
+        while int(time.time()) == second:  # times in files are of whole seconds
+            time.sleep(0.01)
+        command = [sys.executable, "-m", "hcsearch", *words, f"{seed}.dxf"]
+        subprocess.run(command, cwd=tmp_path, check=True, env=os.environ | {"PYTHONHASHSEED": seed})
+        contents.append((tmp_path / f"{seed}.dxf").read_bytes())
+    assert contents[0] == contents[1] == contents[2]
 
 
 LENGTHS = """

@@ -167,6 +167,24 @@ def test_subjects_with_drives_are_refused_as_models_of_mujoco():
         write(SimpleNamespace(subject=subject), Settings())
 
 
+@pytest.mark.parametrize(("panel", "most"), [("50x0.2", "0.1"), ("50x0.19", "0.095"), ("500x2", "1")])
+def test_panels_no_thicker_than_two_margins_are_refused_by_mjcf_as_by_deploy(panel, most):
+    thin = exported("hex:0234550132:4", "mjcf", panel=panel)
+    for contact in (False, True):
+        message = (
+            rf"^a margin of \S+ mm .*: give more than 0 and less than {most} mm as margin_mm .*, or thicker panels$"
+        )
+        with pytest.raises(HcsearchError, match=message):
+            write(thin, Settings(contact=contact))
+
+
+def test_meshes_of_thin_panels_are_not_inside_out():
+    root = Xml.fromstring(write(exported("hex:0234550132:4", "mjcf", panel="50x0.21"), Settings()))
+    for mesh in root.iter("mesh"):
+        bottom, top = np.array(mesh.get("vertex").split(), float).reshape(2, -1, 3)
+        assert (top - bottom)[:, 2] == pytest.approx(1e-5)
+
+
 def test_panels_too_small_for_mujoco_are_refused():
     with pytest.warns(HcsearchWarning, match="did you mean 500x60"):
         small = exported("hex:0234550132:4", "mjcf", panel="0.5x0.06")

@@ -9,6 +9,7 @@ from xml.etree import ElementTree as Xml
 import numpy as np
 import pytest
 from hypothesis import given
+from scipy.spatial.transform import Rotation, Slerp
 
 from hcsearch.errors import HcsearchError
 from hcsearch.export.solids.glb import SECONDS, glb_of
@@ -160,6 +161,27 @@ def test_glb_places_panels_at_all_times_as_the_linkage_does(name):
             apart = np.linalg.norm(corners_of[f"panel {label}"][:, None] - expected, axis=2)
             assert apart.min(axis=1).max() < SINGLE
             assert apart.min(axis=0)[solid.wall[:, 0]].max() < SINGLE
+
+
+@pytest.mark.parametrize("name", ["square:0123:0", "rectangle:0123:0", "hex:0234550132:4", "unit-ii"])
+def test_hinges_of_a_glb_turn_by_an_eighth_at_most_between_keys_and_keep_to_the_motion(name):
+    linkage, labels = case(name)
+    halfway = np.linspace(0.9, 0.1, linkage.n_hinges)[:, None] * [0.3, 1.0]
+    motion = replay(name, np.vstack([linkage.folded, (halfway * np.pi).T, linkage.flat]))
+    scene = Scene(glb_of(motion))
+    times = np.linspace(0.0, SECONDS, 101)
+    angles = motion.at_time(np.interp(times, [0.0, SECONDS], motion.at[[0, -1]]))
+    assert len(scene.tracks) == linkage.n_panels - 1
+    for number, (keys, turns) in scene.tracks.items():
+        facts = scene.nodes[number]["extras"]
+        dots = np.einsum("ki,ki->k", turns[:-1], turns[1:])
+        assert np.rad2deg(2.0 * np.arccos(np.minimum(dots, 1.0))).max() < 45.01
+        true = angles[:, labels.hinges.index(facts["hinge"])]
+        # as viewers do that do not keep to the sphere: the four numbers for themselves
+        plain = Rotation.from_quat(np.column_stack([np.interp(times, keys, part) for part in turns.T]))
+        for turned, near in ((Slerp(keys, Rotation.from_quat(turns))(times), 1e-3), (plain, 0.15)):
+            missed = turned * Rotation.from_rotvec(-true[:, None] * np.array(facts["axis"]))
+            assert np.rad2deg(missed.magnitude()).max() < near
 
 
 def test_glb_names_what_it_shows_and_has_faces_of_all_kinds():

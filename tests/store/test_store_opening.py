@@ -169,6 +169,13 @@ def test_paths_that_sqlite_does_not_take_are_named(tmp_path):
     for message in every_way(folder / "designs.sqlite"):
         assert "designs.sqlite has" in message
         assert "SQLite takes 500" in message
+    (tmp_path / "short").symlink_to(folder)
+    for message in every_way(tmp_path / "short" / "designs.sqlite"):
+        assert "designs.sqlite has" in message
+    (tmp_path / "link.sqlite").symlink_to(folder / "designs.sqlite")
+    for message in every_way(tmp_path / "link.sqlite"):
+        assert "link.sqlite has" in message
+    assert not any(folder.iterdir())
     longest = folder.parent / ("a" * (499 - len(os.fsencode(folder.parent))))
     with open_database(longest, create=True) as database:
         begin(database)

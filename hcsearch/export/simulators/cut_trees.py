@@ -17,6 +17,7 @@ from hcsearch.dynamics.bodies import Body
 from hcsearch.dynamics.laws import Law
 from hcsearch.dynamics.panels import panel_bodies
 from hcsearch.dynamics.system import JointDrive
+from hcsearch.equality import ByValue
 from hcsearch.errors import HcsearchError
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
@@ -24,8 +25,8 @@ from hcsearch.scenes import Scene
 from hcsearch.typing import Reals
 
 
-@dataclass(frozen=True)
-class Joined:
+@dataclass(frozen=True, eq=False)
+class Joined(ByValue):
     """The joint on which a link hangs: a hinge.
 
     above : number of the other link. axis : unit vector, about which the link turns by the fold angle.
@@ -38,8 +39,8 @@ class Joined:
     drive: JointDrive
 
 
-@dataclass(frozen=True)
-class Link:
+@dataclass(frozen=True, eq=False)
+class Link(ByValue):
     """A panel, or a part of one that is cut.
 
     whole : whether the panel's shape goes with this link: it is its first part. frame : where its frame lies in the
@@ -54,8 +55,8 @@ class Link:
     joined: Joined | None
 
 
-@dataclass(frozen=True)
-class Closure:
+@dataclass(frozen=True, eq=False)
+class Closure(ByValue):
     """Two parts of a panel that move as one: numbers of links, and a point of both in the flat state, m."""
 
     name: str
@@ -64,8 +65,8 @@ class Closure:
     point: Reals
 
 
-@dataclass(frozen=True)
-class CutTree:
+@dataclass(frozen=True, eq=False)
+class CutTree(ByValue):
     """The links, each after the one that it hangs on, the first of which is the base; and what closes the loops.
 
     floats : whether the base is free, with the scene's floating body as part of it; else it is held.

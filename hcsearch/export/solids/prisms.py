@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from hcsearch.equality import ByValue
 from hcsearch.errors import HcsearchError
 from hcsearch.labels import Labels, is_name, ranges
 from hcsearch.linkage import Linkage
@@ -31,8 +32,8 @@ class Face:
     corners: tuple[int, ...]
 
 
-@dataclass(frozen=True)
-class Solid:
+@dataclass(frozen=True, eq=False)
+class Solid(ByValue):
     """A panel: a prism over a polygon that is made of its facets; rigid creases and slits inside it are closed.
 
     points : (n, 2), corners of its facets, m. wall : (m, 2), the outline's edges, numbers of points, with the panel on

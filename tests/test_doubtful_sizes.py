@@ -1,0 +1,228 @@
+"""Sizes of panels that are probably not meant: in another unit, in another order, or with one forgotten."""
+
+import hashlib
+import json
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hcsearch import Circuit, Folding, Scene, deploy, enumerate_into, save
+from hcsearch.errors import HcsearchWarning, SceneError
+from hcsearch.grid import GRIDS
+from hcsearch.scenes import doubt_of, read_across, read_panel
+from tests import forking
+from tests.commands import run_here
+
+MOVING = "hex:0234550132:4"
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    return lambda *words: run_here(words, capfd)
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory):
+    """Databases of six panels."""
+    folder = tmp_path_factory.mktemp("stored")
+    for grid in ("hex", "rectangle"):
+        words = ("enumerate", "--grid", grid, "--n", "6", "--until", "mobility", "--db", f"{grid}.sqlite")
+        assert forking.run(words, cwd=folder).returncode == 0
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("text", "likely"),
+    [
+        ("1x0.02", "1000x20"),  # metres
+        ("0.05x0.006", "50x6"),
+        ("0.08x0.04x0.006", "80x40x6"),
+        ("6x50", "50x6"),  # the thickness first
+        ("3x50", "50x3"),
+        ("6x40x80", "80x40x6"),
+        ("80x6x40", "80x40x6"),
+        ("0.02x1", "1000x20"),  # both
+        ("50000x6000", "50x6"),  # micrometres
+        ("1000000x20000", "1000x20"),
+    ],
+)
+def test_the_likely_size_is_named(text, likely):
+    doubt = doubt_of(read_panel(text))
+    assert doubt.startswith(f"panels of {text} mm have a ")
+    assert doubt.endswith(f": sizes are in mm, sides first, then the thickness; did you mean {likely}?")
+    assert doubt_of(read_panel(likely)) is None
+
+
+@pytest.mark.parametrize("text", ["50x6", "5x2.5", "80x40x6", "40x80x20", "1000x20", "20000x1", "50x0.2", "80x40"])
+def test_other_sizes_are_in_no_doubt(text):
+    assert doubt_of(read_panel(text)) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "end"),
+    [
+        ("50x40", "half their side: sizes are in mm, sides first, then the thickness; a thickness is missing where "
+         "both are sides, as in 50x40x6"),
+        ("80x40x30", "half their side: sizes are in mm, sides first, then the thickness"),
+        ("80x50x40", "half their side: sizes are in mm, sides first, then the thickness"),
+    ],
+)  # fmt: skip
+def test_no_size_is_named_that_would_be_in_doubt_itself(text, end):
+    assert doubt_of(read_panel(text)).endswith(end)
+
+
+@pytest.mark.parametrize(("grid", "side"), [("hex", 1 / 3**0.5), ("triangle", 2 / 3**0.5), ("square", 1.0)])
+def test_widths_across_flats_are_named_as_such(grid, side):
+    for text, likely in (("1x0.02", "1000x20"), ("20x1000", "1000x20"), ("0.02x1", "1000x20")):
+        size = read_across(text, grid)
+        assert size[0] == pytest.approx(1e-3 * float(text.partition("x")[0]) * side)
+        doubt = doubt_of(size, grid)
+        assert doubt.startswith(f"panels of {text} mm across flats have ")
+        assert doubt.endswith(f"did you mean {likely}?")
+        assert doubt_of(read_across(likely, grid), grid) is None
+
+
+def only_warning(done):
+    (line,) = [line for line in done.stderr.splitlines() if "sizes are in mm" in line]
+    assert line.startswith("hcsearch: warning: panels of ")
+    return line
+
+
+COMMANDS = [
+    ("deploy", MOVING, "--seconds", "0.01"),
+    ("export", MOVING, "--output", "a.fold"),
+    ("export", MOVING, "--output", "a.svg", "--sheet", "panels"),
+    ("show", MOVING),
+    ("check", "hex:024"),
+    ("enumerate", "--grid", "hex", "--n", "6", "--until", "twist"),
+    ("enumerate", "--grid", "hex", "--array", "3-4-3", "--until", "twist", "--dry-run"),
+]
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+@pytest.mark.parametrize("given", ["panel", "across", "scene", "scene name"])
+def test_each_command_warns_in_one_line_and_does_what_it_is_asked_to(run, words, given):
+    Path("small.toml").write_text("panel_mm = '1x0.02'\n", encoding="utf-8")
+    options = {
+        "panel": ("--panel", "1x0.02"),
+        "across": ("--across", "1x0.02"),
+        "scene": ("--scene", "small.toml"),
+        "scene name": ("--scene", "1x0.02"),
+    }[given]
+    done, plain = run(*words, *options), run(*words)
+    assert only_warning(done).endswith("did you mean 1000x20?")
+    assert "warning" not in plain.stderr
+    assert done.returncode in {0, 1}
+    assert done.stdout
+    assert "warning" not in done.stdout
+
+
+@pytest.mark.parametrize("command", ["query", "rank", "report", "show", pytest.param("serve", marks=pytest.mark.extra)])
+def test_a_scene_that_is_not_there_may_be_one_of_other_sizes(run, stored, command):
+    words = (command, *(("1",) if command == "show" else ()), "--db", str(stored / "hex.sqlite"))
+    for options in (("--panel", "6x50"), ("--across", "6x50"), ("--scene", "6x50")):
+        done = run(*words, *options)
+        assert done.returncode == 2
+        assert done.stdout == ""
+        assert only_warning(done).endswith("did you mean 50x6?")
+        assert "hcsearch: no verdicts of the scene '" in done.stderr
+
+
+RECTANGLES = [
+    ("enumerate", "--grid", "rectangle", "--n", "6"),
+    ("enumerate", "--grid", "rectangle", "--array", "3x2", "--dry-run"),
+    ("deploy", "rectangle:0123:0"),
+    ("tune", "rectangle:0123:0"),
+    ("drive", "rectangle:0123:0"),
+    ("check", "rectangle:0123"),
+    ("export", "rectangle:0123:0", "--output", "a.svg"),
+    ("show", "rectangle:0123"),
+]
+
+
+@pytest.mark.parametrize("words", RECTANGLES, ids=" ".join)
+def test_two_numbers_are_no_rectangle_wherever_they_are_given(run, stored, words):
+    Path("wall.toml").write_text("name = 'wall'\npanel_mm = '80x40'\n", encoding="utf-8")
+    Path("table.toml").write_text("name = 'wall'\n[scene]\npanel = '80x40'\n", encoding="utf-8")
+    database = stored / "rectangle.sqlite"
+    before = hashlib.sha256(database.read_bytes()).digest()
+    sizes = [
+        ("--panel", "80x40"),
+        *(("--scene", scene) for scene in ("80x40", "earth, 80x40", "wall.toml", "table.toml")),
+    ]
+    for options in sizes:
+        done = run(*words, "--db", str(database), *options)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr == (
+            "hcsearch: '80x40' is no rectangle, which has a length, a width and a thickness: write three numbers in "
+            "mm, such as 80x40x6\n"
+        )
+    assert hashlib.sha256(database.read_bytes()).digest() == before
+    assert sorted(path.name for path in Path().iterdir()) == ["table.toml", "wall.toml"]
+
+
+def test_two_numbers_are_a_hexagon_in_the_same_files(run):
+    Path("wall.toml").write_text("name = 'wall'\npanel_mm = '80x20'\n", encoding="utf-8")
+    words = ("enumerate", "--n", "6", "--until", "twist", "--scene", "wall.toml", "--dry-run")
+    done = run(*words, "--grid", "hex")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "is no rectangle" in run(*words, "--grid", "rectangle").stderr
+
+
+@pytest.mark.parametrize("text", ["1x0.02", "6x50", "50x6"])
+def test_the_example_of_a_rectangle_is_in_no_doubt(text):
+    with pytest.raises(SceneError) as refused:
+        read_panel(text, "rectangle")
+    assert doubt_of(read_panel(str(refused.value).rpartition(" ")[2], "rectangle")) is None
+
+
+@pytest.mark.parametrize(
+    ("unit", "likely"),
+    [("m", None), ("cm", None), ("mm", "did you mean 1000x120?"), ("unit", None)],
+)
+def test_a_drawing_in_the_wrong_unit_is_in_doubt(run, unit, likely):
+    cells = Circuit.from_notation("hex:024").cells
+    outlines = [[tuple(np.round(corner, 9).tolist()) for corner in GRIDS["hex"].corners(cell)] for cell in cells]
+    points = sorted({corner for outline in outlines for corner in outline})
+    sides = [(one, two) for outline in outlines for one, two in zip(outline, outline[1:] + outline[:1], strict=True)]
+    sides = sorted({tuple(sorted(map(points.index, side))) for side in sides})
+    drawing = {"file_spec": 1.2, "vertices_coords": points, "edges_vertices": sides, "frame_unit": unit}
+    Path("a.fold").write_text(json.dumps(drawing), encoding="utf-8")
+    done = run("check", "a.fold")
+    assert "hex:024, array" in done.stdout
+    if likely is None:
+        assert "warning" not in done.stderr
+    else:
+        assert only_warning(done).endswith(likely)
+
+
+def test_python_warns_of_sizes_in_texts_and_scenes(tmp_path):
+    folding = Folding.from_notation(MOVING)
+    db = str(tmp_path / "d.sqlite")
+    calls = {
+        "1000x20": [
+            lambda: deploy(folding, panel="1x0.02", seconds=0.01),
+            lambda: deploy(folding, across="1x0.02", seconds=0.01),
+            lambda: enumerate_into(db, grid="hex", n=6, until="twist", panel="1x0.02"),
+            lambda: folding.linkage("1x0.02"),
+            lambda: save(folding, tmp_path / "a.svg", panel="20x1000"),
+        ],
+        "50x6": [
+            lambda: deploy(folding, Scene(panel=(50.0, 50.0, 6.0)), seconds=0.01),
+            lambda: enumerate_into(db, grid="hex", n=6, until="twist", scene=Scene(panel=(0.006, 0.006, 0.05))),
+        ],
+    }
+    for likely, made in calls.items():
+        for call in made:
+            with pytest.warns(HcsearchWarning, match=f"did you mean {likely}"):
+                call()
+    with pytest.raises(SceneError, match="'80x40' is no rectangle"):
+        deploy("rectangle:0123:0", panel="80x40")
+    with pytest.raises(SceneError, match="'80x40' is no rectangle"):
+        Folding.from_notation("rectangle:0123:0").linkage("80x40")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        deploy(folding, panel="1000x20", seconds=0.01)
