@@ -61,7 +61,7 @@ def test_settings_that_matplotlib_cannot_read_are_named_before_anything_is_compu
     # the subject is wrong, too: it is read after the picture was looked at
     ended = in_shell(tmp_path, words[0], "nothing", *words[2:], "a.png")
     assert (ended.returncode, ended.stdout) == (2, "")
-    assert ended.stderr.startswith("hcsearch: matplotlib, which draws pictures, cannot be loaded (Cannot decode ")
+    assert ended.stderr.startswith("hcsearch: matplotlib cannot be loaded (Cannot decode ")
     assert "mend or move its settings" in ended.stderr
     assert ended.stderr.count("\n") == 1
     assert [path.name for path in tmp_path.iterdir()] == ["matplotlibrc"]
@@ -76,6 +76,13 @@ def test_benches_draw_as_ever_in_a_program_that_set_matplotlib_otherwise(tmp_pat
         plot_work(points, "error", tmp_path / "changed.png")
         assert dict(mpl.rcParams.copy()) == before
     assert np.array_equal(imread(tmp_path / "plain.png"), imread(tmp_path / "changed.png"))
+
+
+def test_tuning_starts_where_a_notebook_asks_for_a_window(tmp_path):
+    """The search of springs loads matplotlib, though it draws nothing."""
+    words = ("tune", "hex:0234550132:4", "--evaluations", "40", "--samples", "8")
+    ended = in_shell(tmp_path, *words, MPLBACKEND="nonsense")
+    assert (ended.returncode, ended.stderr) == (0, "")
 
 
 NOTEBOOK = """

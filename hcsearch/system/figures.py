@@ -65,8 +65,8 @@ def load_matplotlib() -> None:
     except Exception as error:
         reason = " ".join(record.getMessage() for record in said.buffer) or f"{type(error).__name__}: {error}"
         raise HcsearchError(
-            f"matplotlib, which draws pictures, cannot be loaded ({reason.rstrip('.')}): mend or move its settings "
-            "(a file matplotlibrc in this folder or your own), install it anew, or ask for no picture"
+            f"matplotlib cannot be loaded ({reason.rstrip('.')}): mend or move its settings (a file matplotlibrc in "
+            "this folder or your own), or install it anew"
         ) from error
     finally:
         log.removeHandler(said)
