@@ -11,8 +11,9 @@ from click.core import ParameterSource
 from hcsearch.cli.options import examples, json_option
 from hcsearch.cli.subjects import known_request, subject_options
 from hcsearch.errors import HcsearchError
+from hcsearch.system.figures import check_picture
 from hcsearch.system.numbers import short
-from hcsearch.system.outputs import PICTURES, TABLES, check_output, write_table
+from hcsearch.system.outputs import TABLES, check_output, write_table
 from hcsearch.vocabulary import FORMULATIONS, INTEGRATORS
 
 
@@ -83,7 +84,7 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
     if options["output"]:
         check_output(options["output"], TABLES)
     if options["picture"]:
-        check_output(options["picture"], PICTURES)
+        check_picture(options["picture"])
     subject = read_subject(known_request(name, options | _own_springs(options)))
     if subject.drives is not None and options["explain"]:
         raise HcsearchError("--explain does not apply to a scene with drives: leave it out")

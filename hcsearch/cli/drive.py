@@ -11,8 +11,9 @@ from hcsearch.cli.options import Number, examples, json_option
 from hcsearch.cli.progress import Meter
 from hcsearch.cli.subjects import folding_options, request_of
 from hcsearch.errors import HcsearchError
+from hcsearch.system.figures import check_picture
 from hcsearch.system.numbers import short
-from hcsearch.system.outputs import PICTURES, check_output
+from hcsearch.system.outputs import check_output
 
 
 @click.command(
@@ -94,7 +95,7 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
     for path in options["outputs"]:
         check_output(path, (*files.TABLES, *files.SCENES))
     if options["picture"]:
-        check_output(options["picture"], PICTURES)
+        check_picture(options["picture"])
     wishes = _wishes(options)
     request = settled(request_of(name, options))
     if read_folding(request)[1].held == "free":

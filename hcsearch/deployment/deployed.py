@@ -70,7 +70,7 @@ class Deployed:
 
     def picture(self, path: str) -> None:
         """Draw fold angles and energies over time into a file .svg, .png or .pdf."""
-        from hcsearch.deployment.pictures import picture  # noqa: PLC0415 - matplotlib, only where a picture is wanted
+        from hcsearch.deployment.pictures import picture  # noqa: PLC0415 - only where a picture is wanted
 
         picture(self.deployment, path, f"{self.name}: {self.verdict}, {self.reason}")
 

@@ -12,10 +12,10 @@ from hcsearch.deployment.deploying import Deployment
 from hcsearch.deployment.facts import energies
 from hcsearch.deployment.reasons import collision_sentence
 from hcsearch.labels import labels_of
-from hcsearch.system.outputs import PICTURES, replacing
+from hcsearch.system.figures import figure_for
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from hcsearch.system.figures import Axes
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
 """Of Okabe and Ito, which colour-blind people tell apart."""
@@ -69,28 +69,25 @@ def head(axes: Axes, title: str) -> None:
 
 def picture(deployment: Deployment, path: str, title: str) -> None:
     """Draw fold angles and energies over time, as PNG, SVG or PDF by the file's ending."""
-    from matplotlib.figure import Figure  # noqa: PLC0415 - only where a picture is wanted
-
     motion = deployment.motion
     times = np.linspace(0.0, motion.times[-1], 400) if len(motion.times) > 1 else motion.times
-    figure = Figure(figsize=(9, 6), layout="constrained")
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     angles = deployment.compiled.of_hinges(motion.at(times), np.zeros((len(times), motion.q.shape[1])))[0]
-    for k, (name, column) in enumerate(zip(labels_of(deployment.compiled.linkage).hinges, angles.T, strict=True)):
-        above.plot(times, column, label=name, **look(k))
-    above.set(ylabel="fold angle, rad")
-    head(above, title)
-    legend(above, "hinge")
-    for event in motion.events:
-        if event.kind == "hit":
-            above.axvline(event.time, color="grey", linewidth=0.3)
-    mark_collision(above, deployment)
-    for name, column in energies(deployment).items():
-        if np.ptp(column) > 0.0:
-            below.plot(motion.times, column, label=name.removesuffix("_J").replace("_", " "), **look(len(below.lines)))
-    below.set(xlabel="time, s", ylabel="energy, J")
-    legend(below, "energy")
-    for axes in (above, below):
-        axes.grid(alpha=0.3)
-    with replacing(path, PICTURES) as part:
-        figure.savefig(part, dpi=120)
+    with figure_for(path, (9, 6)) as figure:
+        above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+        for k, (name, column) in enumerate(zip(labels_of(deployment.compiled.linkage).hinges, angles.T, strict=True)):
+            above.plot(times, column, label=name, **look(k))
+        above.set(ylabel="fold angle, rad")
+        head(above, title)
+        legend(above, "hinge")
+        for event in motion.events:
+            if event.kind == "hit":
+                above.axvline(event.time, color="grey", linewidth=0.3)
+        mark_collision(above, deployment)
+        for name, column in energies(deployment).items():
+            if np.ptp(column) > 0.0:
+                label = name.removesuffix("_J").replace("_", " ")
+                below.plot(motion.times, column, label=label, **look(len(below.lines)))
+        below.set(xlabel="time, s", ylabel="energy, J")
+        legend(below, "energy")
+        for axes in (above, below):
+            axes.grid(alpha=0.3)

@@ -10,11 +10,11 @@ from hcsearch.deployment.pictures import head, legend, look, mark_collision
 from hcsearch.deployment.reasons import reason_with_clearance
 from hcsearch.drive.driving import Drive
 from hcsearch.labels import labels_of
-from hcsearch.system.outputs import PICTURES, replacing
+from hcsearch.system.figures import figure_for
 from hcsearch.typing import Reals
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from hcsearch.system.figures import Axes
 
 PARTS = 60
 """Parts of the time in which the simulated torques are drawn as one mean, least and greatest each."""
@@ -24,12 +24,8 @@ SIMPLER = 0.5
 
 def picture(drive: Drive, path: str) -> None:
     """Draw fold angles and torques over time: planned torques as lines, simulated ones as a mean in a faint band."""
-    from matplotlib import rc_context  # noqa: PLC0415 - only where a picture is wanted
-    from matplotlib.figure import Figure  # noqa: PLC0415 - as above
-
     own, labels, deployment = drive.torques, labels_of(drive.linkage), drive.deployment
-    with rc_context({"path.simplify": True, "path.simplify_threshold": SIMPLER}):
-        figure = Figure(figsize=(9, 7), layout="constrained")
+    with figure_for(path, (9, 7), simpler=SIMPLER) as figure:
         above, below = figure.subplots(2, 1, sharex=True)
         for number, k in enumerate(own.driven):
             above.plot(own.times, own.angles[:, k], label=labels.hinges[k], zorder=3.0, **look(number))
@@ -47,8 +43,6 @@ def picture(drive: Drive, path: str) -> None:
         for axes in (above, below):
             axes.grid(alpha=0.3)
             legend(axes, "driven hinge")
-        with replacing(path, PICTURES) as part:
-            figure.savefig(part, dpi=120)
 
 
 def _draw_simulated(axes: Axes, drive: Drive) -> None:

@@ -13,6 +13,7 @@ from hcsearch.errors import HcsearchError
 from hcsearch.labels import Labels, labels_of
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
+from hcsearch.system.figures import load_matplotlib
 from hcsearch.tuning.catalogue import catalogue_levels
 from hcsearch.tuning.choice import Finder, SpringSet, shares_of
 from hcsearch.tuning.evaluation import TOLERANCES, Evaluator, Memory
@@ -99,6 +100,7 @@ def tune(
         raise HcsearchError(f"springs are not tuned in {formulation}: take {' or '.join(TOLERANCES)}")
     if scene.held == "free":
         raise HcsearchError("springs are tuned with a panel held, not floating: hold one, such as panel 0")
+    load_matplotlib()  # as cma does later, but whatever windows a notebook asks for
     given = stiffnesses_of(linkage, scene)
     scene = settled(scene, linkage)
     tied = tied_hinges(linkage, scene)

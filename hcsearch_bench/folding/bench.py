@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from hcsearch.errors import HcsearchError
-from hcsearch_bench.run.figures import save_figure
+from hcsearch.system.figures import figure_for
 from hcsearch_bench.run.job import JobResult, run_job
 from hcsearch_bench.run.machine import this_machine
 from hcsearch_bench.run.report import BenchReport, Say
@@ -169,23 +169,20 @@ def _ratio(seconds: float | None, less: float | None) -> float | None:
 
 def plot_folding(rows: Sequence[FoldableRow], path: Path) -> None:
     """Seconds of the three ways to designs that fold against n, a picture a grid."""
-    from matplotlib.figure import Figure
-
     grids = list(dict.fromkeys(row.grid for row in rows))
-    figure = Figure(figsize=(12, 4.5), layout="constrained")
-    pictures = figure.subplots(1, len(grids), squeeze=False, sharey=True)[0]
-    for axes, grid in zip(pictures, grids, strict=True):
-        for keep, marker in (("two-stack", "o-"), ("untwisted", "s--")):
-            ours = [row for row in rows if (row.grid, row.keep) == (grid, keep)]
-            ways = [("joined", "tab:blue", "join_s"), ("counted", "tab:green", "count_s")]
-            if keep == "two-stack":  # the same run as for untwisted ones
-                ways.insert(0, ("all circuits listed and filtered", "tab:red", "filter_s"))
-            for way, colour, column in ways:
-                points = [(row.n, getattr(row, column)) for row in ours if getattr(row, column)]
-                label = way if column == "filter_s" else f"{keep} designs {way}"
-                axes.plot([n for n, _ in points], [s for _, s in points], marker, color=colour, ms=4, label=label)
-        axes.set(xlabel="panels n", yscale="log", title=grid)
-        axes.grid(alpha=0.3)
-    pictures[0].set_ylabel("processor seconds, one core")
-    figure.legend(*pictures[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize="small")
-    save_figure(figure, path)
+    with figure_for(path, (12, 4.5)) as figure:
+        pictures = figure.subplots(1, len(grids), squeeze=False, sharey=True)[0]
+        for axes, grid in zip(pictures, grids, strict=True):
+            for keep, marker in (("two-stack", "o-"), ("untwisted", "s--")):
+                ours = [row for row in rows if (row.grid, row.keep) == (grid, keep)]
+                ways = [("joined", "tab:blue", "join_s"), ("counted", "tab:green", "count_s")]
+                if keep == "two-stack":  # the same run as for untwisted ones
+                    ways.insert(0, ("all circuits listed and filtered", "tab:red", "filter_s"))
+                for way, colour, column in ways:
+                    points = [(row.n, getattr(row, column)) for row in ours if getattr(row, column)]
+                    label = way if column == "filter_s" else f"{keep} designs {way}"
+                    axes.plot([n for n, _ in points], [s for _, s in points], marker, color=colour, ms=4, label=label)
+            axes.set(xlabel="panels n", yscale="log", title=grid)
+            axes.grid(alpha=0.3)
+        pictures[0].set_ylabel("processor seconds, one core")
+        figure.legend(*pictures[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize="small")

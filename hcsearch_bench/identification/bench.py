@@ -19,8 +19,8 @@ from hcsearch.dynamics.laws import law_named
 from hcsearch.identification.damping import HingeTest, hinge_test
 from hcsearch.identification.springs import identify_spring
 from hcsearch.identification.vibration import identify_modes
+from hcsearch.system.figures import figure_for
 from hcsearch_bench.identification.rig import MOST_ANGLE, Rig, pairs
-from hcsearch_bench.run.figures import save_figure
 from hcsearch_bench.run.machine import this_machine
 from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
@@ -181,31 +181,28 @@ def _rms(values: Sequence[float] | np.ndarray) -> float:
 
 def plot_identification(damping: Sequence[DampingRow], springs: Sequence[SpringRow], path: Path) -> None:
     """Errors against noise, of the damping test and of springs; the standard error that the program reports dashed."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11, 4.5), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    rows = [row for row in damping if row.noise > 0.0]
-    noise = [row.noise for row in rows]
-    for colour, name, label in (
-        ("tab:blue", "frequency", "frequency f"),
-        ("tab:orange", "damping", "damping ratio ζ"),
-        ("tab:green", "coefficient", "damping coefficient c"),
-    ):
-        left.plot(noise, [getattr(row, f"{name}_error") for row in rows], "o-", color=colour, label=label)
-    left.plot(noise, [row.reported_error for row in rows], "k--", label="standard error of c as reported")
-    left.set(xlabel="noise, share of the swing's amplitude", ylabel="relative error, rms", title="Free vibration")
-    for k, law in enumerate(dict.fromkeys(row.law for row in springs)):
-        own = [row for row in springs if row.law == law and row.noise > 0.0]
-        label = law if len(law) < 30 else f"{law[:27]}..."
-        right.plot([row.noise for row in own], [row.moment_error for row in own], "o-", color=f"C{k}", label=label)
-    right.set(
-        xlabel="noise, share of the greatest moment",
-        ylabel="error of the moment, share of the greatest",
-        title="Springs",
-    )
-    for axes in (left, right):
-        axes.set(xscale="log", yscale="log")
-        axes.legend(fontsize="small")
-        axes.grid(alpha=0.3)
-    save_figure(figure, path)
+    with figure_for(path, (11, 4.5)) as figure:
+        left, right = figure.subplots(1, 2)
+        rows = [row for row in damping if row.noise > 0.0]
+        noise = [row.noise for row in rows]
+        for colour, name, label in (
+            ("tab:blue", "frequency", "frequency f"),
+            ("tab:orange", "damping", "damping ratio ζ"),
+            ("tab:green", "coefficient", "damping coefficient c"),
+        ):
+            left.plot(noise, [getattr(row, f"{name}_error") for row in rows], "o-", color=colour, label=label)
+        left.plot(noise, [row.reported_error for row in rows], "k--", label="standard error of c as reported")
+        left.set(xlabel="noise, share of the swing's amplitude", ylabel="relative error, rms", title="Free vibration")
+        for k, law in enumerate(dict.fromkeys(row.law for row in springs)):
+            own = [row for row in springs if row.law == law and row.noise > 0.0]
+            label = law if len(law) < 30 else f"{law[:27]}..."
+            right.plot([row.noise for row in own], [row.moment_error for row in own], "o-", color=f"C{k}", label=label)
+        right.set(
+            xlabel="noise, share of the greatest moment",
+            ylabel="error of the moment, share of the greatest",
+            title="Springs",
+        )
+        for axes in (left, right):
+            axes.set(xscale="log", yscale="log")
+            axes.legend(fontsize="small")
+            axes.grid(alpha=0.3)

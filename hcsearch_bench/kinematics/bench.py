@@ -11,6 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from hcsearch.system.figures import figure_for
 from hcsearch_bench.kinematics.extremes import ACCURATE, ExtremeRow, measure_extremes
 from hcsearch_bench.kinematics.path_methods import (
     PANELS,
@@ -24,7 +25,6 @@ from hcsearch_bench.kinematics.path_methods import (
     measure_costs,
     measure_paths,
 )
-from hcsearch_bench.run.figures import save_figure
 from hcsearch_bench.run.machine import this_machine
 from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
@@ -226,30 +226,29 @@ _PAIRS = {False: "rigid", True: "hinged"}
 
 def plot_paths(rows: Sequence[PathRow], path: Path) -> None:
     """Work and precision: error off the path, and closure, against seconds, a line a method and way to correct."""
-    from matplotlib.figure import Figure
-
     unit = rows[-1].unit
-    figure = Figure(figsize=(12, 5), layout="constrained")
-    pictures = figure.subplots(1, 2)
-    styles = {"0": ":", "1": "--", "closed": "-"}
-    colours = {name: f"C{k}" for k, name in enumerate(dict.fromkeys(row.method for row in rows))}
-    for method, colour in colours.items():
-        for corrections, style in styles.items():
-            shown = [
-                row
-                for row in rows
-                if (row.unit, row.method, row.corrections) == (unit, method, corrections)
-                and row.tolerance is None
-                and row.off_path is not None
-            ]
-            label = method if corrections == "closed" else None
-            for axes, column in zip(pictures, ("off_path", "residual"), strict=True):
-                points = sorted((row.seconds, getattr(row, column)) for row in shown)
-                axes.plot([s for s, _ in points], [e for _, e in points], "o" + style, color=colour, ms=4, label=label)
-    pictures[0].set(ylabel="error off the path (rad)", title=f"Unit {unit}, fixed steps")
-    pictures[1].set(ylabel="closure residual", title="dotted: uncorrected; dashed: corrected once; solid: closed")
-    for axes in pictures:
-        axes.set(xlabel="seconds", xscale="log", yscale="log")
-        axes.grid(alpha=0.3)
-    figure.legend(*pictures[0].get_legend_handles_labels(), loc="outside lower center", ncols=6, fontsize="small")
-    save_figure(figure, path)
+    with figure_for(path, (12, 5)) as figure:
+        pictures = figure.subplots(1, 2)
+        styles = {"0": ":", "1": "--", "closed": "-"}
+        colours = {name: f"C{k}" for k, name in enumerate(dict.fromkeys(row.method for row in rows))}
+        for method, colour in colours.items():
+            for corrections, style in styles.items():
+                shown = [
+                    row
+                    for row in rows
+                    if (row.unit, row.method, row.corrections) == (unit, method, corrections)
+                    and row.tolerance is None
+                    and row.off_path is not None
+                ]
+                label = method if corrections == "closed" else None
+                for axes, column in zip(pictures, ("off_path", "residual"), strict=True):
+                    points = sorted((row.seconds, getattr(row, column)) for row in shown)
+                    axes.plot(
+                        [s for s, _ in points], [e for _, e in points], "o" + style, color=colour, ms=4, label=label
+                    )
+        pictures[0].set(ylabel="error off the path (rad)", title=f"Unit {unit}, fixed steps")
+        pictures[1].set(ylabel="closure residual", title="dotted: uncorrected; dashed: corrected once; solid: closed")
+        for axes in pictures:
+            axes.set(xlabel="seconds", xscale="log", yscale="log")
+            axes.grid(alpha=0.3)
+        figure.legend(*pictures[0].get_legend_handles_labels(), loc="outside lower center", ncols=6, fontsize="small")

@@ -9,6 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from hcsearch.system.figures import figure_for
 from hcsearch.system.outputs import write_output
 from hcsearch.typing import Reals
 from hcsearch_bench.planning.beside_ompl import JoinedFolding, PeerRow, peer_rows
@@ -25,7 +26,6 @@ from hcsearch_bench.planning.foldings import (
     settle,
     thickness_row,
 )
-from hcsearch_bench.run.figures import save_figure
 from hcsearch_bench.run.machine import this_machine
 from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table, frame
@@ -156,35 +156,32 @@ def measure(*, quick: bool = False, say: Say = print) -> PlanningReport:
 
 def plot_planning(report: PlanningReport, path: Path) -> None:
     """Share settled against processor seconds of a folding and of the set, against margin and against thickness."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11, 8), layout="constrained")
-    each, whole, margin, thickness = figure.subplots(2, 2, sharey=True).ravel()
-    for group in report.groups:
-        own = report.rows_of(group)
-        budgets, shares, spent = curve(own)
-        each.step(budgets, shares, where="post", label=group.group)
-        whole.step(spent, shares, where="post")
-        margins = [row for row in report.margins if row.group == group.group]
-        margin.plot([row.margin_mm for row in margins], [row.share for row in margins], "o-")
-        sweep = [row for row in report.thicknesses if row.group == group.group]
-        thickness.plot([row.thickness_mm for row in sweep], [row.share for row in sweep], "o-")
-    each.set(xlabel="processor seconds a folding may take", ylabel="share settled", ylim=(0.0, 1.02))
-    whole.set(xlabel="processor seconds on all of the set")
-    margin.set(xlabel="play on every face at most (mm)", ylabel="share settled")
-    thickness.set(xlabel="thickness of panels (mm), edges 50 mm")
-    for axes in (each, whole, margin, thickness):
-        axes.set_xscale("log")
-        axes.grid(alpha=0.3)
-    for axes, lengths in (
-        (margin, {row.margin_mm for row in report.margins}),
-        (thickness, {row.thickness_mm for row in report.thicknesses}),
-    ):
-        ticks = sorted(lengths)
-        axes.set_xticks(ticks, labels=[f"{tick:g}" for tick in ticks])
-        axes.minorticks_off()
-    figure.legend(*each.get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    save_figure(figure, path)
+    with figure_for(path, (11, 8)) as figure:
+        each, whole, margin, thickness = figure.subplots(2, 2, sharey=True).ravel()
+        for group in report.groups:
+            own = report.rows_of(group)
+            budgets, shares, spent = curve(own)
+            each.step(budgets, shares, where="post", label=group.group)
+            whole.step(spent, shares, where="post")
+            margins = [row for row in report.margins if row.group == group.group]
+            margin.plot([row.margin_mm for row in margins], [row.share for row in margins], "o-")
+            sweep = [row for row in report.thicknesses if row.group == group.group]
+            thickness.plot([row.thickness_mm for row in sweep], [row.share for row in sweep], "o-")
+        each.set(xlabel="processor seconds a folding may take", ylabel="share settled", ylim=(0.0, 1.02))
+        whole.set(xlabel="processor seconds on all of the set")
+        margin.set(xlabel="play on every face at most (mm)", ylabel="share settled")
+        thickness.set(xlabel="thickness of panels (mm), edges 50 mm")
+        for axes in (each, whole, margin, thickness):
+            axes.set_xscale("log")
+            axes.grid(alpha=0.3)
+        for axes, lengths in (
+            (margin, {row.margin_mm for row in report.margins}),
+            (thickness, {row.thickness_mm for row in report.thicknesses}),
+        ):
+            ticks = sorted(lengths)
+            axes.set_xticks(ticks, labels=[f"{tick:g}" for tick in ticks])
+            axes.minorticks_off()
+        figure.legend(*each.get_legend_handles_labels(), loc="outside lower center", ncols=3)
 
 
 def curve(rows: Sequence[FoldingRow]) -> tuple[Reals, Reals, Reals]:

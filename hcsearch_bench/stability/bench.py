@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from hcsearch_bench.run.figures import save_figure
+from hcsearch.system.figures import figure_for
 from hcsearch_bench.run.machine import this_machine
 from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table
@@ -93,39 +93,37 @@ def measure(*, quick: bool = False, say: Say = print) -> StabilityReport:
 
 def plot_heat(rows: Sequence[StabilityRow], path: Path) -> None:
     """A line a sweep, subject and method; a cell a value: coloured by verdict, with value and decade of the error."""
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Patch, Rectangle
-
     lines: dict[str, list[StabilityRow]] = {}
     for row in rows:
         lines.setdefault(_line(row), []).append(row)
     widest = max(map(len, lines.values()))
-    figure = Figure(figsize=(4.5 + 0.75 * widest, 1.0 + 0.36 * len(lines)), layout="constrained")
-    axes = figure.subplots()
-    for y, line in enumerate(lines.values()):
-        for x, row in enumerate(sorted(line, key=lambda row: row.value)):
-            axes.add_patch(Rectangle((x, y), 0.96, 0.92, color=COLOURS[row.verdict], lw=0))
-            axes.text(x + 0.05, y + 0.44, f"{row.value:g}", fontsize=5.5, va="bottom", color="0.25")
-            if row.error is not None and row.verdict != "refused":
-                decade = math.log10(max(row.error, 1e-16))
-                axes.text(x + 0.9, y + 0.86, f"{decade:.1f}", fontsize=7, ha="right", va="bottom", weight="bold")
-    axes.set(
-        xlim=(0, widest),
-        ylim=(len(lines), 0),
-        xticks=[],
-        yticks=[y + 0.46 for y in range(len(lines))],
-        yticklabels=list(lines),
-        title="small: the value swept; bold: log10 of the error",
-    )
-    axes.tick_params(length=0, labelsize=7)
-    for side in axes.spines.values():
-        side.set_visible(False)
-    figure.legend(
-        handles=[Patch(color=COLOURS[verdict], label=verdict) for verdict in VERDICTS],
-        loc="outside lower center",
-        ncols=len(VERDICTS),
-    )
-    save_figure(figure, path, dpi=150)
+    with figure_for(path, (4.5 + 0.75 * widest, 1.0 + 0.36 * len(lines)), dpi=150) as figure:
+        from matplotlib.patches import Patch, Rectangle
+
+        axes = figure.subplots()
+        for y, line in enumerate(lines.values()):
+            for x, row in enumerate(sorted(line, key=lambda row: row.value)):
+                axes.add_patch(Rectangle((x, y), 0.96, 0.92, color=COLOURS[row.verdict], lw=0))
+                axes.text(x + 0.05, y + 0.44, f"{row.value:g}", fontsize=5.5, va="bottom", color="0.25")
+                if row.error is not None and row.verdict != "refused":
+                    decade = math.log10(max(row.error, 1e-16))
+                    axes.text(x + 0.9, y + 0.86, f"{decade:.1f}", fontsize=7, ha="right", va="bottom", weight="bold")
+        axes.set(
+            xlim=(0, widest),
+            ylim=(len(lines), 0),
+            xticks=[],
+            yticks=[y + 0.46 for y in range(len(lines))],
+            yticklabels=list(lines),
+            title="small: the value swept; bold: log10 of the error",
+        )
+        axes.tick_params(length=0, labelsize=7)
+        for side in axes.spines.values():
+            side.set_visible(False)
+        figure.legend(
+            handles=[Patch(color=COLOURS[verdict], label=verdict) for verdict in VERDICTS],
+            loc="outside lower center",
+            ncols=len(VERDICTS),
+        )
 
 
 def _line(row: StabilityRow) -> str:

@@ -20,7 +20,7 @@ from tests.strategies import circuits
 
 def test_the_table_of_a_path_reads_back_to_the_last_digit():
     value = exported(MOVING, "csv")
-    table = pd.read_csv(StringIO(csv.write(value, Settings())))
+    table = pd.read_csv(StringIO(csv.write(value, Settings())), float_precision="round_trip")
     motion = value.motion
     hinges = [f"angle_{label}_rad" for label in value.labels.hinges]
     assert list(table) == ["path_share", *hinges, "gap_mm", "nearest", "touching"]

@@ -53,7 +53,8 @@ def reader(path, tmp_path, monkeypatch):
 @pytest.mark.parametrize("sql", ATTACKS)
 def test_refused_as_read_only(reader, path, sql):
     before = path.read_bytes()
-    with pytest.raises(QueryError, match="read-only"):
+    # SQLite 3.53 takes the argument of pragma_journal_mode for the name of a database
+    with pytest.raises(QueryError, match=r"read-only|unknown database 'delete'"):
         select_sql(reader, sql)
     assert path.read_bytes() == before
     assert {file.name.removesuffix("-wal").removesuffix("-shm") for file in path.parent.iterdir()} == {path.name}

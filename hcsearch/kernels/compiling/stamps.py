@@ -119,6 +119,8 @@ def _parts(value: Any, user: FunctionType) -> Iterable[tuple[object, Any]]:
         parts = value.items()
     elif isinstance(value, tuple | list):
         parts = enumerate(value)
+    elif isinstance(value, slice):  # code of Python 3.14 and newer has them as constants
+        parts = (("start", value.start), ("stop", value.stop), ("step", value.step))
     elif isinstance(value, frozenset):
         parts = enumerate(sorted(value, key=repr))
     elif isinstance(value, ModuleType):
