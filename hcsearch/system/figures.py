@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from logging.handlers import BufferingHandler
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from hcsearch.errors import HcsearchError
@@ -31,7 +32,7 @@ def check_picture(path: str) -> None:
 
 @contextmanager
 def figure_for(
-    path: str | os.PathLike[str], size: tuple[float, float], dpi: int = 120, simpler: float | None = None
+    path: str | Path, size: tuple[float, float], dpi: int = 120, simpler: float | None = None
 ) -> Iterator[Figure]:
     """Give an empty figure, and write what the block draws on it to a file .svg, .png or .pdf.
 
