@@ -441,6 +441,8 @@ def on_a_terminal(words):
     return written.decode()
 
 
+# Python 3.12 and newer warn of threads, which pytest-xdist has; the forked process begins anew at once
+@pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
 def test_progress_with_rate_and_remaining_time_on_a_terminal():
     shown = on_a_terminal([*ENUMERATE, "--grid", "hex", "--n", "16", "--dry-run"])
     assert re.search(r"\d+%\|.*\| \d+/\d+ \[\d\d:\d\d<\d\d:\d\d, .*batch/s, [a-z]+, [\d,]+ circuits\]", shown)

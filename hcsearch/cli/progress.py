@@ -12,6 +12,7 @@ import click
 if TYPE_CHECKING:
     from tqdm import tqdm
 
+_LOCK = threading.RLock()
 _SOON, _LOOK = 2.0, 1.0  # s, before the first line about kernels that are compiled, and between two
 
 
@@ -65,6 +66,8 @@ class Meter:
         """Show the state; another total or unit than before begins a new bar."""
         from tqdm import tqdm
 
+        # only this process writes: a lock of processes, tqdm's own, would be said to leak where Ctrl-C ends at once
+        tqdm.set_lock(_LOCK)
         if done:
             self._compiling.end()
         else:  # kernels are compiled before the first of anything is done

