@@ -173,3 +173,10 @@ def test_requests_that_come_at_once_are_answered_in_order():
             received += piece
     bodies = [part.partition(b"\r\n\r\n")[2] for part in received.split(b"HTTP/1.1 200 OK\r\n")[1:]]
     assert bodies == [f"/{k}".encode() for k in range(200)] + [b"/last"]
+
+
+def test_an_address_that_cannot_be_read_is_a_bad_request(capfd, caplog):
+    with serving() as address, connected(address, 1) as (connection,):
+        connection.sendall(b"GET http://[::1 HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        assert connection.recv(100).startswith(b"HTTP/1.1 400 ")
+    assert (capfd.readouterr().err, caplog.text) == ("", "")
