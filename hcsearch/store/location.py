@@ -25,6 +25,8 @@ _MISTYPED = re.compile(r"(postgres|sqlite)[\w+]*(:|//)", re.IGNORECASE)
 """The beginning of a URL with a mistake in it."""
 _SECRET = re.compile(r"(pass|pwd|secret|token)\w*\s*(=|%3d)", re.IGNORECASE)
 """An option of libpq or of a URL that may hold a secret."""
+_CONNINFO = re.compile(r"(?=.*\s)(?:.*\s)?(host|hostaddr|user|dbname)\s*=", re.IGNORECASE | re.DOTALL)
+"""Options of libpq where a path belongs."""
 LONGEST_PATH = 500
 """Bytes of a path: SQLite takes 512 with the names of its journals."""
 
@@ -51,7 +53,7 @@ def parse_location(text: str | Path) -> Location:
     if not text or "\0" in text or text == ":memory:":
         raise DatabaseError(f"{_shown(text)!r} names no database that lasts: {EXAMPLES}")
     if "://" not in text:
-        if _MISTYPED.match(text) or _SECRET.search(text):
+        if _MISTYPED.match(text) or _CONNINFO.match(text) or _SECRET.search(text):
             raise _unreadable()
         return _file(text)
     try:
@@ -62,10 +64,15 @@ def parse_location(text: str | Path) -> Location:
         return _sqlite_file(url)
     if url.drivername not in _SERVERS:
         raise DatabaseError(f"databases of the kind {url.drivername!r} are not supported: {EXAMPLES}")
-    # A password with @, : or / as they are leaves a part of itself in one of the other parts.
-    loose = "@" in (url.host or "") or ":" in (url.username or "") or re.search("[:@]", url.database or "")
-    if loose or not text.isprintable():
+    # A password with @, : or / as they are, or after another mark, leaves a part of itself in one of the other parts.
+    names = (url.username, *url.normalized_query.get("user", ()))
+    loose = any(re.search(r"[:@;=&\s]", name or "") for name in names) or re.search("[:@;=&]", url.database or "")
+    if loose or "@" in (url.host or "") or not text.isprintable():
         raise _unreadable()
+    try:
+        url.set(drivername=_SERVERS[-1]).get_dialect()().create_connect_args(url)
+    except (ArgumentError, ValueError) as error:  # hosts and ports in its options
+        raise _unreadable() from error
     hidden = url.update_query_dict({name: "***" for name in url.query if name not in _OPEN})
     shown = hidden.render_as_string(hide_password=True).replace("%2A%2A%2A", "***")
     return Location(shown, url=url.set(drivername=_SERVERS[-1]))
@@ -78,7 +85,7 @@ def _unreadable() -> DatabaseError:
 
 
 def _sqlite_file(url: URL) -> Location:
-    if not url.database or url.database == ":memory:":
+    if not url.database or "\0" in url.database or url.database == ":memory:":
         raise DatabaseError(f"the SQLite URL names no database that lasts: {EXAMPLES}")
     if url.query or url.database.startswith("file:") or url.host:
         raise DatabaseError(
