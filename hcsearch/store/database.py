@@ -226,6 +226,9 @@ def _open_server(place: Location, *, create: bool, readonly: bool, timeout: floa
         with explained(place.text):
             _try_server(engine, place)
             _prepare_server(engine, place, create=create, readonly=readonly)
+    except DatabaseError as error:
+        engine.dispose()
+        raise type(error)(place.hidden_in(str(error))) from error
     except BaseException:
         engine.dispose()
         raise

@@ -44,6 +44,14 @@ class Location:
     path: Path | None = None
     url: URL | None = None
 
+    def hidden_in(self, message: str) -> str:
+        """A driver's message without the values of options that `text` does not show."""
+        options = {} if self.url is None else self.url.normalized_query
+        values = [value for name, given in options.items() if name not in _OPEN for value in given]
+        for value in values:
+            message = re.sub(rf"""(['"]){re.escape(value)}\1""", r"\1***\1", message)
+        return message
+
 
 def parse_location(text: str | Path) -> Location:
     """Read a path or an SQLAlchemy URL; DatabaseError when it is neither."""

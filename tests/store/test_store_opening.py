@@ -568,3 +568,11 @@ def test_an_interrupt_while_a_connection_returns_to_its_pool_prints_no_traceback
     command = [sys.executable, "-c", INTERRUPTED_RETURN, str(path)]
     ended = subprocess.run(command, capture_output=True, text=True, check=True)
     assert (ended.stdout, ended.stderr) == ("interrupted\n", "")
+
+
+@pytest.mark.extra
+@pytest.mark.parametrize("option", ["sslmode", "connect_timeout", "gssencmode", "service", "target_session_attrs"])
+def test_messages_of_the_driver_show_no_option(option):
+    for message in every_way(f"postgresql://127.0.0.1:1/d?{option}=secret"):
+        assert "secret" not in message
+        assert "***" in message
