@@ -12,10 +12,11 @@ from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
 from hcsearch.errors import OutputError
-from hcsearch.store import open_database
+from hcsearch.store import find_design, open_database
 from hcsearch.system import outputs
 from hcsearch.system.outputs import check_folder, check_output, make_folder, replacing, write_output
 from tests.faults.small_disk import limited
+from tests.judging import judge
 
 
 @pytest.fixture(autouse=True)
@@ -107,6 +108,7 @@ def test_places_that_cannot_be_written(folder):
         ("loop", "it is not a file"),
         ("x" * 300, "File name too long"),
         ("bad\0name", "zero byte"),
+        ("\ud800.html", "no file has such a name"),
     ):
         for attempt in (lambda place: write_output(place, "x"), check_output):
             with pytest.raises(OutputError, match=reason) as caught:
@@ -196,3 +198,17 @@ def test_a_full_disk_keeps_the_good_page(folder):
     assert done.stderr.count("\n") == 1
     assert (folder / "page.html").read_text() == "good"
     assert names(folder) == ["d.sqlite", "page.html"]
+
+
+def test_commands_that_show_names_hold_no_mark_that_terminals_lack(folder):
+    enumerated = CliRunner().invoke(
+        hcsearch, ["enumerate", "--grid", "hex", "--n", "10", "--until", "twist", "--db", "s.sqlite"]
+    )
+    assert enumerated.exit_code == 0
+    (folder / "s.sqlite").rename("s\udce9.sqlite")
+    with open_database("s\udce9.sqlite", create=False) as database:
+        judge(database, [("hex:0234435011", 1, "movable", 0.5, 0.2)])
+        number = find_design(database, "hex:0234435011")["id"]
+    shown = CliRunner().invoke(hcsearch, ["show", str(number), "--db", "s\udce9.sqlite"])
+    assert (shown.exit_code, shown.exception) == (0, None)
+    assert "s\\udce9.sqlite" in shown.output

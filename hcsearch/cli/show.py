@@ -180,7 +180,10 @@ def _print_motions(folding: Folding, row: dict[str, Any], verdicts: Mapping[tupl
 
 def _where(db: str) -> str:
     """The option that names the database, where it is not the usual one."""
-    return "" if db == default_database() else f" --db {shlex.quote(db)}"
+    from hcsearch.store.location import parse_location
+
+    # as messages show it: a terminal may lack marks of a path, and a URL may hold a password
+    return "" if db == default_database() else f" --db {shlex.quote(parse_location(db).text)}"
 
 
 def _print_circuit(circuit: Circuit, row: dict[str, Any]) -> None:

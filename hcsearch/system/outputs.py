@@ -121,7 +121,10 @@ def _refusal(path: str | Path, reason: str) -> OutputError:
 def _target(path: str | Path) -> Path:
     if "\0" in str(path):
         raise _refusal(path, "its name holds a zero byte")
-    return Path(os.path.realpath(path))
+    try:
+        return Path(os.path.realpath(path))
+    except UnicodeEncodeError as error:  # half of a character
+        raise _refusal(path, "no file has such a name") from error
 
 
 def _check_parent(target: Path, path: str | Path) -> None:
