@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from sqlalchemy import Connection, Row, Select, bindparam, delete, func, select, update
+from sqlalchemy import Connection, Row, Select, bindparam, delete, select, update
 
 from hcsearch.records import NONE, DesignBatch, MobilityBatch
+from hcsearch.store.rows import next_id
 from hcsearch.store.schema import design, folding
 from hcsearch.store.upsert import insert_rows
 
@@ -16,14 +17,14 @@ Columns = dict[str, list[Any]]
 CHUNK = 1000  # values of one IN (...), well below what SQLite and PostgreSQL take
 
 
-def insert_designs(connection: Connection, designs: DesignBatch) -> None:
+def insert_designs(connection: Connection, location: str, designs: DesignBatch) -> None:
     """Store a batch: new designs are added, known ones get the columns of the stages that ran.
 
-    The caller holds the write lock, so the ids can be given beforehand.
+    location : of the database, for messages. The caller holds the write lock, so the ids can be given beforehand.
     """
     if not len(designs):
         return
-    first = (connection.execute(select(func.max(design.c.id))).scalar() or 0) + 1
+    first = next_id(connection, location, design.c.id, len(designs))
     ids = list(range(first, first + len(designs)))
     columns = _design_columns(designs)
     if insert_rows(connection, design, {"id": ids, **columns}) < len(designs):

@@ -11,7 +11,7 @@ from decimal import Decimal
 from itertools import chain
 from typing import Any
 
-from sqlalchemy import CursorResult
+from sqlalchemy import Column, Connection, CursorResult, func, select
 from sqlalchemy.exc import DBAPIError
 
 from hcsearch.errors import DatabaseError, HcsearchError, QueryError
@@ -90,6 +90,21 @@ def check_values(
                 f"database {location} is damaged, column {name} holds what is no {kind} value: restore a copy, or "
                 "mend it with `sqlite3 FILE`"
             )
+
+
+def next_id(connection: Connection, location: str, column: Column[int], count: int = 1) -> int:
+    """The first of some new numbers of rows, in a transaction that writes; DatabaseError where no more are left.
+
+    Not from a sequence, which would lose numbers to failed transactions.
+    """
+    last = connection.execute(select(func.max(column))).scalar() or 0
+    check_values(location, [column.name], ["integer"], [(last,)])
+    if last + count >= 2**63:
+        raise DatabaseError(
+            f"database {location} is damaged, column {column.name} of {column.table.name} holds the largest number: "
+            "restore a copy, or mend it with `sqlite3 FILE`"
+        )
+    return last + 1
 
 
 def _are(kind: Kind, values: Sequence[Any]) -> bool:

@@ -14,7 +14,7 @@ from hcsearch.records import DesignBatch, StageResult, WorkKey
 from hcsearch.store.columns import Kind
 from hcsearch.store.database import Database
 from hcsearch.store.designs import insert_designs
-from hcsearch.store.rows import check_values
+from hcsearch.store.rows import check_values, next_id
 from hcsearch.store.schema import FUNNEL, batch, design, run
 from hcsearch.store.upsert import insert_rows
 
@@ -35,8 +35,6 @@ def start_run(
     panel : length x width x thickness in millimetres, as `50x40x6`; arguments, versions : anything JSON can hold.
     """
     values = {
-        # Not from a sequence, which would lose numbers to failed transactions.
-        "id": select(func.coalesce(func.max(run.c.id), 0) + 1).scalar_subquery(),
         "started": _now(),
         **{name: getattr(work, name) for name in ("grid", "n", "target", "keep")},
         "until": until,
@@ -45,7 +43,8 @@ def start_run(
         "versions": json.dumps(versions, sort_keys=True),
     }
     with database.writing() as connection:
-        run_id: int = connection.execute(run.insert().values(values).returning(run.c.id)).scalar_one()
+        run_id = next_id(connection, database.location, run.c.id)
+        connection.execute(run.insert().values(id=run_id, **values))
     return run_id
 
 
@@ -106,7 +105,7 @@ def record_batches(
     """
     with database.writing(durable=False) as connection:  # a batch takes milliseconds to find again
         for prefix, designs, results in batches:
-            insert_designs(connection, designs)
+            insert_designs(connection, database.location, designs)
             insert_results(connection, run_id, work, prefix, results)
 
 

@@ -116,6 +116,18 @@ def test_no_value_of_a_column_is_a_traceback(made, folder, tally, how_many):
         tally("tampered database", 1, 0, 0)
 
 
+@pytest.mark.parametrize("table", ["run", "design"])
+def test_a_number_after_which_none_is_left_is_damage(made, folder, table):
+    path = folder / "designs.sqlite"
+    shutil.copy(made[0], path)
+    with closing(sqlite3.connect(path)) as connection:
+        connection.execute(f"UPDATE {table} SET id = {2**63 - 1} WHERE id = 1")
+        connection.commit()
+    done = CliRunner().invoke(hcsearch, [*ENUMERATE.replace("8", "10").split(), str(path)])
+    assert isinstance(done.exception, HcsearchError)
+    assert f"is damaged, column id of {table} holds" in str(done.exception)
+
+
 MOVES = "hex:0234435011"
 """Has foldings at 1, 3 and 4; that at 1 moves in what follows."""
 ASKED = {

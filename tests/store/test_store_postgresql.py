@@ -175,9 +175,9 @@ def test_verdicts_are_stored_made_anew_and_deleted_alike(both):
 def insert_and(database, names, then):
     """Insert designs, and do something before the transaction ends."""
     with database.writing() as connection:
-        designs.insert_designs(connection, sample(names))
+        designs.insert_designs(connection, database.location, sample(names))
         then()
-        designs.insert_designs(connection, sample(names))
+        designs.insert_designs(connection, database.location, sample(names))
 
 
 def test_same_batch_twice_adds_nothing(url):

@@ -41,7 +41,7 @@ def record_and_hang(path, ready, number):
     with open_database(path, create=True) as database:
         record(database, circuits(1, 30))
         with database.writing() as connection:
-            designs.insert_designs(connection, sample(circuits(31, 3000)))
+            designs.insert_designs(connection, database.location, sample(circuits(31, 3000)))
             ready.wait(30)
             signal.pause()
 
