@@ -30,7 +30,7 @@ def replay(
     db: str | Path | None = None,
     **values: Any,
 ) -> Replay:
-    """Give a motion as a few states, to play in a notebook: the planned path if there is one, else that of springs.
+    """Give a motion as a few states, to play in a notebook: a proved path if there is one, else that of springs.
 
     what : as in `deploy`, but not a Linkage; or a result of `deploy`, whose simulated motion is taken.
     by : `path` for the planned path, or `springs` for the motion that springs cause; the other is not tried then.
