@@ -42,7 +42,7 @@ def replay(
     """
     check_kinds(replay, locals())
     if isinstance(what, Deployed):
-        return replay_of_deployment(what.deployment, what.name)
+        return replay_of_deployment(what.deployment, what.name, reason=what.reason)
     setting = Setting(scene, located(db), panel, across, flat_pairs, merge, values)
     shown, said = find_replay(setting.request(what), by)
     say(said)
