@@ -34,14 +34,14 @@ def pattern_frame(data: Mapping[str, Any], path: str) -> Frame:
     listed = data.get("file_frames") or []
     if not isinstance(listed, list) or not all(isinstance(frame, dict) for frame in listed):
         raise InputFileError(f"{path} is no sound FOLD file: file_frames is not a list of frames; export it anew")
-    frames = [data, *listed]
+    frames = [_given(frame) for frame in (data, *listed)]
     patterns = [k for k, frame in enumerate(frames) if "creasePattern" in _classes(frame)]
     unfolded = [k for k, frame in enumerate(frames) if "foldedForm" not in _classes(frame)]
     for k in dict.fromkeys((*patterns, *unfolded, *range(len(frames)))):
         values = _with_inherited(frames, k, path)
         if values.get("vertices_coords"):
             return Frame(k, values)
-    return Frame(0, data)
+    return Frame(0, frames[0])
 
 
 def _with_inherited(frames: list[Mapping[str, Any]], number: int, path: str) -> Mapping[str, Any]:
@@ -63,6 +63,11 @@ def _with_inherited(frames: list[Mapping[str, Any]], number: int, path: str) -> 
         seen.append(parent)
         values = {**frames[parent], **values}
     return {key: value for key, value in values.items() if key not in _OWN}
+
+
+def _given(frame: Mapping[str, Any]) -> Mapping[str, Any]:
+    """What a frame says: programs that write every key leave null or an empty list where they have nothing."""
+    return {key: value for key, value in frame.items() if value is not None and value != []}
 
 
 def _classes(frame: Mapping[str, Any]) -> list[Any]:

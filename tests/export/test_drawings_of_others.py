@@ -208,6 +208,16 @@ def test_files_without_frames_and_with_one_unclassed_frame_are_read():
     assert read(folded | {"file_frames": [folded, pattern]}) == SIX
 
 
+@pytest.mark.parametrize("nothing", [None, []])
+def test_keys_without_a_value_are_missing(nothing):
+    assert read(base(edges_foldAngle=nothing, faces_vertices=nothing, frame_inherit=nothing)) == SIX
+    child = {"frame_inherit": True, "frame_parent": nothing, "edges_assignment": nothing, "faces_vertices": nothing}
+    assert read(base(file_frames=[child | {"frame_classes": ["creasePattern"]}])) == SIX
+    unassigned = base()
+    del unassigned["edges_assignment"]
+    assert parse_fold(json.dumps(base(edges_assignment=nothing))) == parse_fold(json.dumps(unassigned))
+
+
 @pytest.mark.parametrize(
     ("unit", "metres"),
     [("inch", 0.0254), ("MM", 1e-3), ("Millimeters", 1e-3), ("µm", 1e-6), ("ft", 0.3048), ("unit", None), (None, None)],
