@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from hcsearch.errors import HcsearchError
@@ -73,8 +74,7 @@ def _strip(times: Reals, numbers: Reals, step: float, unit: float) -> float:
 
 def _place(times: Reals, steps: Reals, unit: float) -> str:
     """Where times are uneven, and what to do."""
-    usual = float(steps[steps < 1.5 * np.median(steps)].mean())  # of rounded steps no single one is
-    gaps = np.flatnonzero(steps > usual + max(0.5 * usual, unit if unit < COARSE * usual else 0.0))
+    usual, gaps = _gaps(times, steps, unit)
     if len(gaps):
         named = ", ".join(f"{short(times[k], 6)} to {short(times[k + 1], 6)} s" for k in gaps[:3])
         more = f" and {len(gaps) - 3} more" if len(gaps) > 3 else ""
@@ -88,3 +88,22 @@ def _place(times: Reals, steps: Reals, unit: float) -> str:
         f", near {short(times[k], 6)} s, where a step is {short(steps[k], 3)} s and not {short(usual, 3)} s: resample "
         "it, or give the sampling rate by --rate HZ if it is even"
     )
+
+
+def _gaps(times: Reals, steps: Reals, unit: float) -> tuple[float, NDArray[np.int64]]:
+    """The usual step (s), which no single one of rounded steps is, and the numbers of steps with samples missing.
+
+    Steps of one unit and of two are rounded ones if with them all times fit a line; else the longer ones are gaps.
+    """
+    for most in (1.5 * np.median(steps) + unit, 1.5 * np.median(steps)):
+        usual = float(steps[steps < most].mean())
+        rounding = unit if unit < COARSE * usual else 0.0
+        gaps = np.flatnonzero(steps > usual + max(0.5 * usual, rounding))
+        counted = np.ones(len(steps))
+        counted[gaps] = np.maximum(1.0, np.round(steps[gaps] / usual))
+        numbers = np.concatenate(([0.0], np.cumsum(counted)))
+        numbers -= numbers.mean()
+        step = float(numbers @ times / (numbers @ numbers))
+        if _strip(times, numbers, step, unit) <= max(2.0 * JITTER * step, rounding * (1.0 + ROUNDED)):
+            break
+    return step, gaps

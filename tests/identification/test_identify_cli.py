@@ -224,6 +224,12 @@ def test_gaps_are_named_where_they_are(tmp_path, rate, digits, gaps, named):
         assert read_accelerations(str(path), start=float(after))[1] == pytest.approx(rate, rel=1e-4)
 
 
+def test_a_gap_among_times_of_one_and_two_units_is_named_alone(tmp_path):
+    times = [f"{k / 700:.3f}" for k in range(800) if k != 200]
+    message = refused("damping", "--inertia", "0.0051", swing(tmp_path / "a.csv", times, [a for _, a in SWING[1:]]))
+    assert "missing from 0.284 to 0.287 s, where a step is 0.003 s and not 0.00143 s" in message
+
+
 def test_a_gap_before_the_start_does_not_count(tmp_path):
     times, values = [k / 100 for k in range(400) if k != 50], [math.cos(k) for k in range(399)]
     path = swing(tmp_path / "a.csv", times, values)
