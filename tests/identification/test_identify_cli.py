@@ -224,6 +224,32 @@ def test_gaps_are_named_where_they_are(tmp_path, rate, digits, gaps, named):
         assert read_accelerations(str(path), start=float(after))[1] == pytest.approx(rate, rel=1e-4)
 
 
+def test_a_gap_among_times_of_one_and_two_units_is_named_alone(tmp_path):
+    times = [f"{k / 700:.3f}" for k in range(800) if k != 200]
+    message = refused("damping", "--inertia", "0.0051", swing(tmp_path / "a.csv", times, [a for _, a in SWING[1:]]))
+    assert "missing from 0.284 to 0.287 s, where a step is 0.003 s and not 0.00143 s" in message
+
+
+@pytest.mark.parametrize(
+    ("lost", "remedy"),
+    [
+        ({100}, r"begin after it by --from 1\.01$"),
+        ({100, 120}, r"leave out what follows 0\.99 s$"),
+        ({20, 120}, r"leave out what follows 1\.19 s and begin by --from 0\.21$"),
+        ({50, 100}, r"measure anew: at most 50 samples follow each other, and 64 are needed$"),
+    ],
+)
+def test_the_remedy_for_a_gap_leaves_enough_samples(tmp_path, lost, remedy):
+    count = 166 if lost == {100} else 140
+    kept = [k for k in range(count) if k not in lost]
+    path = swing(tmp_path / "a.csv", [f"{k / 100:.2f}" for k in kept], [SWING[4 * k][1] for k in kept])
+    assert re.search(remedy, refused("damping", "--inertia", "0.0051", path))
+    if lost == {100}:
+        assert read_accelerations(str(path), start=1.01)[0].shape == (1, 65)
+        swing(path, [f"{1e5 + k / 100:.2f}" for k in kept], [SWING[4 * k][1] for k in kept])
+        assert refused("damping", "--inertia", "0.0051", path).strip().endswith("--from 100001.01")
+
+
 def test_a_gap_before_the_start_does_not_count(tmp_path):
     times, values = [k / 100 for k in range(400) if k != 50], [math.cos(k) for k in range(399)]
     path = swing(tmp_path / "a.csv", times, values)
