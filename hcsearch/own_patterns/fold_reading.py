@@ -86,7 +86,9 @@ def parse_fold(text: str, path: str = "the text") -> Drawing:
     try:
         data = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise InputFileError(f"{path} is no FOLD file, which is JSON: {error}; export it as FOLD") from None
+        syntax = isinstance(error, json.JSONDecodeError | RecursionError)
+        why = error if syntax else "a number in it has thousands of digits"
+        raise InputFileError(f"{path} is no FOLD file, which is JSON: {why}; export it as FOLD") from None
     if not isinstance(data, dict):
         raise InputFileError(f"{path} is no FOLD file: it holds no object; export it as FOLD")
     return _Reader(FrameValues(pattern_frame(data, path))).drawing()

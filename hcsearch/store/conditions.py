@@ -131,6 +131,9 @@ def _arrays(spec: str, grids: Sequence[str]) -> list[str]:
 
 def _value(quantity: Quantity, text: str, sign: str, value: str) -> str | int | float:
     if not value or value[0] in "=<>!":
+        meant = {"==": "=", "<>": "!="}.get(sign + value[:1])
+        if meant is not None and value[1:]:
+            raise QueryError(f"{text!r} is no comparison: write {quantity.name}{meant}{value[1:]}")
         raise QueryError(f"no value in {text!r}: the comparisons are = != < <= > >=, each followed by a value")
     if quantity.kind == "text":
         if quantity.words and sign in ("=", "!=") and value not in quantity.words:
@@ -142,6 +145,8 @@ def _value(quantity: Quantity, text: str, sign: str, value: str) -> str | int | 
         return value.encode(errors="replace").decode()
     if not _NUMBER.fullmatch(value):
         needed = "1 or 0" if quantity.kind == "boolean" else "a number"
+        if _NUMBER.fullmatch(value.rstrip(",;")):
+            raise QueryError(f"{text!r} ends in {value[-1]!r}: separate conditions by spaces")
         raise QueryError(f"{quantity.name} is compared with {needed}, not with {value!r}")
     try:
         whole = int(value)

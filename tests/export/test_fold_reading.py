@@ -160,6 +160,7 @@ BENT = {"vertices_coords": [[0, 0], [3, 0], [0, 1]], "faces_vertices": [[0, 1, 2
     [
         ("", "is no FOLD file, which is JSON"),
         ("[" * 100_000, "is no FOLD file, which is JSON"),
+        ("1" * 5000, "which is JSON: a number in it has thousands of digits; export it as FOLD"),
         ("[]", "it holds no object"),
         ("{}", "it has no vertices_coords"),
         ('{"vertices_coords": [[0, 0], [1, 0]]}', "neither edges nor faces"),
