@@ -16,6 +16,7 @@ from typing import Any
 
 from waitress.adjustments import Adjustments
 from waitress.channel import HTTPChannel
+from waitress.parser import HTTPRequestParser, ParsingError
 from waitress.server import TcpWSGIServer
 
 
@@ -35,8 +36,21 @@ class Patience:
     pace_seconds: float = 30.0
 
 
+class Parser(HTTPRequestParser):  # type: ignore[misc]
+    """Requests of which addresses that cannot be split are refused, as all else that is malformed."""
+
+    def parse_header(self, header_plus: bytes) -> None:
+        """Read the lines before the body; ParsingError for malformed ones."""
+        try:
+            super().parse_header(header_plus)
+        except ValueError as error:
+            raise ParsingError("Bad URI") from error
+
+
 class Channel(HTTPChannel):  # type: ignore[misc]
     """A connection that knows since when the server waits for its other end."""
+
+    parser_class = Parser
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         self._waiting_since = self._paced_at = time.monotonic()

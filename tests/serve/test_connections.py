@@ -173,3 +173,12 @@ def test_requests_that_come_at_once_are_answered_in_order():
             received += piece
     bodies = [part.partition(b"\r\n\r\n")[2] for part in received.split(b"HTTP/1.1 200 OK\r\n")[1:]]
     assert bodies == [f"/{k}".encode() for k in range(200)] + [b"/last"]
+
+
+@pytest.mark.parametrize("address", ["http://[::1", "http://[x", "http://[x]y/here"])
+def test_addresses_that_cannot_be_split_are_bad_requests(address, capfd, caplog):
+    with serving() as server, socket.create_connection(server, timeout=10) as connection:
+        connection.sendall(f"GET {address} HTTP/1.1\r\nHost: here\r\n\r\n".encode())
+        assert connection.recv(4096).startswith(b"HTTP/1.1 400 ")
+        assert answer(server)
+    assert (capfd.readouterr(), caplog.records) == (("", ""), [])
