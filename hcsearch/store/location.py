@@ -21,10 +21,12 @@ _SERVERS = ("postgresql", "postgresql+psycopg")
 _OPEN = ("host", "hostaddr", "port", "user")
 """Options of a URL that messages show; the values of all others may be secrets, by whatever name."""
 
+_LOOSE = {"host": r"[@=&;\s]", "hostaddr": r"[@=&;\s]", "port": r"[^\d,]", "user": r"[:@=&;\s]", "database": r"[:@=&;]"}
+"""What a part of a URL has where a password, or an option, is typed into it by mistake."""
 _MISTYPED = re.compile(r"(postgres|sqlite)[\w+]*(:|//)", re.IGNORECASE)
 """The beginning of a URL with a mistake in it."""
-_SECRET = re.compile(r"(pass|pwd|secret|token)\w*\s*(=|%3d)", re.IGNORECASE)
-"""An option of libpq or of a URL that may hold a secret."""
+_SECRET = re.compile(r"(pass|pwd|pw|secret|token)\w*\s*(=|%3d)|\b(host|hostaddr|user|dbname)\s*=.*\s", re.IGNORECASE)
+"""An option of libpq or of a URL that may hold a secret, or text of libpq, in which one may stand by any name."""
 LONGEST_PATH = 500
 """Bytes of a path: SQLite takes 512 with the names of its journals."""
 
@@ -48,7 +50,7 @@ def parse_location(text: str | Path) -> Location:
     if not isinstance(text, (str, Path)):
         raise DatabaseError(f"{text!r} names no database: {EXAMPLES}")
     text = str(text)
-    if not text or "\0" in text or text == ":memory:":
+    if not text or text == ":memory:":
         raise DatabaseError(f"{_shown(text)!r} names no database that lasts: {EXAMPLES}")
     if "://" not in text:
         if _MISTYPED.match(text) or _SECRET.search(text):
@@ -62,13 +64,27 @@ def parse_location(text: str | Path) -> Location:
         return _sqlite_file(url)
     if url.drivername not in _SERVERS:
         raise DatabaseError(f"databases of the kind {url.drivername!r} are not supported: {EXAMPLES}")
-    # A password with @, : or / as they are leaves a part of itself in one of the other parts.
-    loose = "@" in (url.host or "") or ":" in (url.username or "") or re.search("[:@]", url.database or "")
-    if loose or not text.isprintable():
+    if _is_loose(url) or not text.isprintable():
         raise _unreadable()
     hidden = url.update_query_dict({name: "***" for name in url.query if name not in _OPEN})
     shown = hidden.render_as_string(hide_password=True).replace("%2A%2A%2A", "***")
     return Location(shown, url=url.set(drivername=_SERVERS[-1]))
+
+
+def _is_loose(url: URL) -> bool:
+    """Whether parts of a URL hold what may be parts of a password, or options that are none.
+
+    A password with @, : or / as they are leaves a part of itself in one of the other parts.
+    """
+    parts = [("host", url.host), ("user", url.username), ("database", url.database)]
+    parts += [(name, value) for name, values in url.normalized_query.items() if name in _OPEN for value in values]
+    if any(value and re.search(_LOOSE[name], value) for name, value in parts):
+        return True
+    try:
+        url.get_dialect()().create_connect_args(url)
+    except ArgumentError:  # hosts and ports that do not fit each other
+        return True
+    return False
 
 
 def _unreadable() -> DatabaseError:
@@ -88,6 +104,8 @@ def _sqlite_file(url: URL) -> Location:
 
 
 def _file(path: str) -> Location:
+    if "\0" in path:
+        raise DatabaseError(f"{_shown(path)!r} names no database that lasts: {EXAMPLES}")
     try:
         length = max(len(os.fsencode(place)) for place in _places(path))
     except UnicodeEncodeError as error:
@@ -103,8 +121,7 @@ def _file(path: str) -> Location:
 def _places(path: str) -> Iterator[str | Path]:
     """The whole path of a file, and that which links on it lead to: SQLite has room for neither if it is long."""
     yield Path(path).absolute()
-    if "\0" not in path:
-        yield os.path.realpath(path)
+    yield os.path.realpath(path)
 
 
 def _shown(path: str) -> str:
