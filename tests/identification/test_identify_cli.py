@@ -131,6 +131,11 @@ EVEN = [f"{k / 100},{k % 7}" for k in range(100)]
         (MOMENTS + "0,0\n1,x\n", "line 3 .* 'x' for moment_N_m"),
         (MOMENTS + "0,0\n1\n", "line 3 .* 1 values for 2 columns"),
         ("angle_rad;moment_N_m\n0;0,1\n", "not separated by commas"),
+        ("angle_rad|moment_N_m\n0|0\n", "not separated by commas"),
+        ("angle_rad moment_N_m\n0 0\n", "not separated by commas"),
+        (MOMENTS + '0,0\n"1,5",1\n', "line 3 .* '1,5' for angle_rad: write decimals by points"),
+        ("# by X\n" + MOMENTS + "0,0\n", "line 1 of .* names no columns, line 2 does: leave out what stands above it"),
+        ("Test 12,\n\n% by X\n" + MOMENTS, "lines 1 to 3 of .* name no columns, line 4 does: leave out"),
         (MOMENTS, "0 different angles"),
         (MOMENTS + "0,0\n1,1\n2,2\n", "3 different angles"),
         (MOMENTS + "".join(f"{k},0.5\n" for k in range(6)), "0.5 N m at every angle"),
@@ -341,6 +346,12 @@ def test_what_no_spring_shows_is_said_in_one_line(tmp_path, rows, heading, messa
     assert len(result.stderr.splitlines()) == 1
     plain = moments(tmp_path / "plain.csv", ROWS + BACK)
     assert CliRunner().invoke(hcsearch, ["identify", "spring", str(plain)]).stderr == ""
+
+
+def test_angles_from_the_folded_state_are_to_be_turned_and_moments_are_not(tmp_path):
+    path = moments(tmp_path / "spring.csv", [(180 - a, m) for a, m in ROWS], "angle_deg,moment_N_mm")
+    doubt = CliRunner().invoke(hcsearch, ["identify", "spring", str(path)]).stderr
+    assert doubt.strip().endswith("write pi or 180 degrees minus an angle that counts from the folded state")
 
 
 def test_degrees_that_are_named_rad_are_refused(tmp_path):
