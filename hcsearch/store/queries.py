@@ -15,7 +15,7 @@ from hcsearch.circuit import Circuit
 from hcsearch.errors import HcsearchError, QueryError, SceneError, expect, printable
 from hcsearch.scenes import DEFAULT
 from hcsearch.store.columns import Kind, column_names
-from hcsearch.store.conditions import find_quantity, parse_query, sort_terms, split_names, view_table
+from hcsearch.store.conditions import find_quantity, named_grids, parse_query, sort_terms, split_names, view_table
 from hcsearch.store.database import Database
 from hcsearch.store.failures import again
 from hcsearch.store.rows import CHUNK, Result, Row, Rows, check_values, chunks_of, refusing
@@ -149,6 +149,19 @@ def check_scene(database: Database, scene: str, view: str = "designs") -> None:
         f"no verdicts of the scene {scene!r} in {database.location}, its scenes are: {names}; {others}run "
         f"`hcsearch enumerate{own}` with the grid and --n or --array first"
     )
+
+
+@again
+def grids_in(database: Database, query: str = "") -> list[str]:
+    """Return the grids that a query may give designs of: those of its conditions that a database has designs of.
+
+    Where the database has no design on any of them, all of those of the conditions.
+    """
+    named = named_grids(query)
+    with database.reading() as connection:
+        first = {grid: sql_select(design.c.id).where(design.c.grid == grid).limit(1) for grid in named}
+        stored = [grid for grid, statement in first.items() if connection.execute(statement).first() is not None]
+    return stored or named
 
 
 def _statement(view: str, scene: str, names: Sequence[str], query: str, sort: str, limit: int | None) -> Select[Any]:
