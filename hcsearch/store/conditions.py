@@ -80,8 +80,7 @@ def _condition(source: FromClause, view: str, tree: grammar.Tree, grids: Sequenc
     """The condition of a part of a query; `grids`: those that an array in it may be on."""
     match tree:
         case grammar.AllOf(parts):
-            named = [part.value for part in parts if isinstance(part, grammar.Condition) and _names_grid(part)]
-            grids = [grid for grid in grids if grid in named] if named else grids
+            grids = _grids_of(parts, grids)
             return and_(true(), *(_condition(source, view, part, grids) for part in parts))
         case grammar.AnyOf(parts):
             return or_(*(_condition(source, view, part, grids) for part in parts))
@@ -89,6 +88,17 @@ def _condition(source: FromClause, view: str, tree: grammar.Tree, grids: Sequenc
             return not_(_condition(source, view, of, grids))
         case grammar.Condition():
             return _compared(source, view, tree, grids)
+
+
+def named_grids(query: str) -> list[str]:
+    """The grids that the rows of a query may be of, by its conditions on the grid alone."""
+    tree = grammar.parse(query)
+    return list(_grids_of(tree.parts if isinstance(tree, grammar.AllOf) else (tree,), tuple(GRIDS)))
+
+
+def _grids_of(parts: Sequence[grammar.Tree], grids: Sequence[str]) -> Sequence[str]:
+    named = [part.value for part in parts if isinstance(part, grammar.Condition) and _names_grid(part)]
+    return [grid for grid in grids if grid in named] if named else grids
 
 
 def _names_grid(condition: grammar.Condition) -> bool:
