@@ -17,7 +17,7 @@ from hcsearch.errors import (
     one_line,
     printable,
 )
-from hcsearch.system.reading import read_text, read_toml
+from hcsearch.system.reading import parse_toml, read_text, read_toml
 
 
 @given(st.text(st.characters(), max_size=3 * LONGEST_WORD) | st.lists(st.text(), max_size=300).map(" ".join))
@@ -100,12 +100,23 @@ def _refused(path):
         ("x = 1" + "0" * 5000, "Exceeds the limit"),
         ("x =", "Invalid value"),
         ("x = 1\nx = 2", "Cannot overwrite a value"),
+        ("a" + ".a" * 50_000 + " = 1", "a key has more than 32 parts; write fewer points in it"),
+        ("[" + "'[' . " * 50_000 + "a]", "a key has more than 32 parts"),
+        ('x = { "\\"=" . ' + "'#' . " * 50_000 + "a = 1 }", "a key has more than 32 parts"),
     ],
 )
 def test_what_is_no_toml_is_refused(tmp_path, text, reason):
     (tmp_path / "a.toml").write_text(text)
     with pytest.raises(InputFileError, match=f"a.toml is no TOML: .*{reason}"):
         read_toml(tmp_path / "a.toml")
+
+
+def test_points_in_texts_remarks_and_numbers_are_no_parts_of_a_key():
+    points = "." * 100
+    text = (
+        f'# {points}\nx = \'{points}\' # \'{points}\ny = "\\"{points}"\nz = [{"0.1, " * 100}]\nt = """\n{points}\n"""\n'
+    )
+    assert len(parse_toml(text)) == 4
 
 
 def test_toml_is_read(tmp_path):

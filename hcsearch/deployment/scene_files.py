@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
 from numbers import Real
@@ -16,7 +15,7 @@ from hcsearch.dynamics.laws import spring_law
 from hcsearch.errors import SceneError, refusal
 from hcsearch.labels import Labels, is_name
 from hcsearch.scenes import LARGEST, SCENES, SMALLEST, Scene, panel_text, read_panel
-from hcsearch.system.reading import read_toml
+from hcsearch.system.reading import parse_toml, read_toml
 from hcsearch.vocabulary import FORMULATIONS
 
 Reader = Callable[[str, Any], Any]
@@ -296,8 +295,8 @@ def _springs_with_points(springs: Any, folder: Path) -> Any:
 def read_text(text: str, origin: str) -> dict[str, Any]:
     """The same from a text; origin : what it is called in messages."""
     try:
-        table = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
+        table = parse_toml(text)
+    except ValueError as error:
         raise SceneError(f"{origin} cannot be read: it holds no scene") from error
     return _checked(origin, table)
 

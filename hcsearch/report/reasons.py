@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from typing import cast
 
@@ -11,6 +10,7 @@ from hcsearch.play import play_sentence
 from hcsearch.report.data import Row
 from hcsearch.scenes import joined_name
 from hcsearch.store import StoredVerdict
+from hcsearch.system.reading import parse_toml
 from hcsearch.vocabulary import STATUSES, WAYS, Way
 
 UNTRIED = "not proved locked; no path was looked for and no springs were tried in this scene"
@@ -86,8 +86,8 @@ def verdict_in(folding: Row, tried: Sequence[Row]) -> StoredVerdict | None:
 def flat_pairs_in(row: Row) -> str:
     """How the flat pairs of a deployment are joined; empty where its values cannot be read."""
     try:
-        values = tomllib.loads(str(row.get("scene_values", "")))
-    except (ValueError, RecursionError):
+        values = parse_toml(str(row.get("scene_values", "")))
+    except ValueError:
         return ""
     pairs = values.get("flat_pairs")
     return "merged" if values.get("merge") is True else pairs if pairs in WAYS else ""

@@ -5,22 +5,28 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from sqlalchemy import select
+from sqlalchemy import Integer, Text, select
 
+from hcsearch.store.columns import Kind
 from hcsearch.store.database import Database
 from hcsearch.store.failures import again
+from hcsearch.store.rows import check_values
 from hcsearch.store.schema import evaluation
 from hcsearch.store.upsert import insert_rows
+
+_KINDS: list[Kind] = [
+    "text" if isinstance(column.type, Text) else "integer" if isinstance(column.type, Integer) else "real"
+    for column in evaluation.columns
+]
 
 
 @again
 def find_evaluations(database: Database, subject: str) -> list[Mapping[str, Any]]:
-    """All evaluations of a subject, as columns of the table by name."""
+    """All evaluations of a subject, as columns of the table by name; DatabaseError for values that they cannot hold."""
     with database.reading() as connection:
-        return [
-            dict(row)
-            for row in connection.execute(select(evaluation).where(evaluation.c.subject == subject)).mappings()
-        ]
+        rows = connection.execute(select(evaluation).where(evaluation.c.subject == subject)).all()
+    check_values(database.location, evaluation.columns.keys(), _KINDS, rows)
+    return [dict(row._mapping) for row in rows]
 
 
 def record_evaluations(database: Database, rows: Sequence[Mapping[str, Any]]) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import stat
 import tomllib
 from pathlib import Path
@@ -11,6 +12,12 @@ from hcsearch.errors import InputFileError
 
 MOST_BYTES = 4 * 2**20
 """Size of a file unless its reader allows more: ten times what the largest array takes."""
+_MOST_PARTS = 32
+"""Parts of a TOML key: memory for one grows with the square of their number."""
+_STRING = re.compile(
+    r""""{3}(?:\\.|[^\\])*?(?:"{3}|\Z)|'{3}.*?(?:'{3}|\Z)|"(?:\\.|[^"\\\n])*"?|'[^'\n]*'?|\#[^\n]*""", re.DOTALL
+)
+_LONG_KEY = re.compile(rf"(?:\.[^][{{}}=,.\n]*){{{_MOST_PARTS}}}")
 
 
 def read_text(path: str | Path, what: str = "", most: int = MOST_BYTES) -> str:
@@ -45,11 +52,23 @@ def read_toml(path: str | Path) -> dict[str, Any]:
     """Content of a TOML file; InputFileError as of `read_text`, and for what is no TOML."""
     text = read_text(path)
     try:
+        return parse_toml(text)
+    except ValueError as error:
+        raise InputFileError(f"{path} is no TOML: {error}") from error
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """Content of a TOML text of bounded size, in bounded memory; ValueError, with the remedy, for what is none."""
+    if len(text) > MOST_BYTES:
+        raise ValueError(f"it is larger than {_size(MOST_BYTES)}; leave out what is not needed")
+    if _LONG_KEY.search(_STRING.sub("''", text)):
+        raise ValueError(f"a key has more than {_MOST_PARTS} parts; write fewer points in it")
+    try:
         return tomllib.loads(text)
     except RecursionError:
-        raise InputFileError(f"{path} is no TOML: its brackets are nested too deep; write fewer") from None
+        raise ValueError("its brackets are nested too deep; write fewer") from None
     except ValueError as error:  # mistakes, and numbers with more digits than Python reads
-        raise InputFileError(f"{path} is no TOML: {error}; write lines such as key = 'value'") from error
+        raise ValueError(f"{error}; write lines such as key = 'value'") from error
 
 
 def _size(size: int) -> str:

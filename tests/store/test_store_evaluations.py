@@ -1,7 +1,10 @@
+import sqlite3
+from contextlib import closing
+
 import pytest
 
 from hcsearch.errors import DatabaseError
-from hcsearch.store import open_readonly, select
+from hcsearch.store import open_database, open_readonly, select
 from hcsearch.store.columns import column_names
 from hcsearch.store.evaluations import find_evaluations, record_evaluations
 
@@ -64,3 +67,24 @@ def test_an_evaluation_that_cannot_be_leaves_nothing_behind(database):
 def test_a_read_only_database_takes_no_evaluations(database, path):
     with open_readonly(str(path)) as reader, pytest.raises(DatabaseError, match="read-only"):
         record_evaluations(reader, [row()])
+
+
+@pytest.mark.parametrize("column", ["remaining", "speed", "clear", "steps"])
+def test_text_where_numbers_belong_is_damage(tmp_path, column):
+    path = tmp_path / "designs.sqlite"
+    with open_database(str(path), create=True) as made:
+        record_evaluations(made, [row()])
+    with closing(sqlite3.connect(path)) as connection:
+        connection.execute("PRAGMA writable_schema = 1")
+        loose = "replace(replace(sql, 'WITHOUT ROWID,', 'WITHOUT ROWID'), 'STRICT', '')"
+        connection.execute(f"UPDATE sqlite_schema SET sql = {loose} WHERE name = 'evaluation'")
+        connection.commit()
+    with closing(sqlite3.connect(path)) as connection:
+        connection.execute("PRAGMA ignore_check_constraints = 1")
+        connection.execute(f"UPDATE evaluation SET {column} = 'x'")
+        connection.commit()
+    with (
+        open_database(str(path), create=False) as made,
+        pytest.raises(DatabaseError, match=f"column {column} "),
+    ):
+        find_evaluations(made, "thesis-4x4")
