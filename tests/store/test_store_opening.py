@@ -383,8 +383,6 @@ def test_application_number_of_another_program(path):
         ("postgresql://u secret@host/name", "cannot be read"),
         ("postgresql://host/name?host=a,b&port=1", "cannot be read"),
         ("postgresql://host/name?host=a&host=b&port=x", "cannot be read"),
-        ("host=h user=u pw=secret", "cannot be read"),
-        ("user=u pass:secret", "cannot be read"),
         ("sqlite:///%00", "names no database that lasts"),
         ("postgresql:/host/name?user=u&password=secret", "cannot be read"),
         ("postgresql:u:secret@host/name", "cannot be read"),
