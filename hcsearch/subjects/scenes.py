@@ -57,11 +57,11 @@ def with_size(scene: Scene, panel: str | None, across: str | None, grid: str) ->
     size = read_size(panel, across, grid)
     sized = scene if size is None else with_panel(scene, size, grid)
     if sized.panel is not None:
-        _warn_of(sized.panel, None if across is None else grid)
+        warn_of(sized.panel, None if across is None else grid)
     return sized
 
 
-def _warn_of(panel: PanelSize, across: str | None) -> None:
+def warn_of(panel: PanelSize, across: str | None) -> None:
     """HcsearchWarning for sizes that are probably not meant; across : as of `doubt_of`."""
     doubt = doubt_of(panel, across)
     if doubt is not None:
@@ -106,7 +106,7 @@ def scene_asked_for(
             scene, given = parted
             base = joined_name(scene, panel_text(given))
             if base not in scene_names(database):
-                _warn_of(given, None)
+                warn_of(given, None)
     if panel is None and across is None:
         return base
     meant: dict[str, tuple[PanelSize | None, str]] = {}
@@ -126,7 +126,7 @@ def scene_asked_for(
         raise SceneError(f"these panels are of the scene {each_of}: name the grid, as in grid=hex, or one with --scene")
     ((name, (own, of)),) = meant.items()
     if own is not None and name not in scene_names(database):
-        _warn_of(own, None if across is None else of)
+        warn_of(own, None if across is None else of)
     return name
 
 
