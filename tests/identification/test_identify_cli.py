@@ -195,6 +195,13 @@ def test_times_rounded_to_milliseconds_are_even(tmp_path, rate, rounded):
     assert found == pytest.approx(rate, rel=1e-4)
 
 
+def test_times_that_may_be_milliseconds_are_doubted(tmp_path):
+    path = swing(tmp_path / "a.csv", [f"{2.5 * k:.1f}" for k in range(800)])
+    result = CliRunner().invoke(hcsearch, ["identify", "damping", "--inertia", "1", str(path)])
+    assert result.exit_code == 0
+    assert "one sample in 2.5 s: write seconds in time_s if these are milliseconds" in result.stderr
+
+
 def test_times_of_six_digits_are_even(tmp_path):
     times = [f"{99.0 + k / 400.0:.6g}" for k in range(800)]
     assert read_accelerations(str(swing(tmp_path / "a.csv", times)))[1] == pytest.approx(400.0, rel=1e-5)
