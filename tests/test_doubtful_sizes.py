@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from hcsearch import Circuit, Folding, Scene, deploy, enumerate_into, save
+from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.errors import HcsearchWarning, SceneError
 from hcsearch.grid import GRIDS
 from hcsearch.scenes import doubt_of, read_across, read_panel
+from hcsearch.subjects.parameters import LENGTHS, parameters_of
 from tests import forking
 from tests.commands import run_here
 
@@ -129,6 +131,28 @@ def test_a_scene_that_is_not_there_may_be_one_of_other_sizes(run, stored, comman
         assert done.stdout == ""
         assert only_warning(done).endswith("did you mean 50x6?")
         assert "hcsearch: no verdicts of the scene '" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "likely"),
+    [
+        (("unit-ii", "--base", "0.03", "--thickness", "0.01"), "30x10"),
+        (("thesis-4x4", "--side", "50", "--width", "6", "--thickness", "40"), "50x40x6"),
+        (("module-i", "--side", "6", "--thickness", "50"), "50x6"),
+    ],
+)
+def test_sizes_of_assemblies_are_in_doubt_too(run, words, likely):
+    done = run("assembly", *words)
+    assert only_warning(done).endswith(f"did you mean {likely}?")
+    assert (done.returncode, "warning" in done.stdout) == (0, False)
+
+
+def test_sizes_of_the_thesis_are_in_no_doubt(recwarn):
+    for assembly in ASSEMBLIES.values():
+        given = {name: 1e3 * getattr(assembly.defaults, name) for name in LENGTHS if name in assembly.uses}
+        parameters_of(assembly, given)
+    parameters_of(ASSEMBLIES["unit-ii"], {"alpha": 70, "base": 30, "thickness": 10})
+    assert not recwarn.list
 
 
 RECTANGLES = [

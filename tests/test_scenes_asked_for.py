@@ -64,6 +64,25 @@ def test_one_of_several_scenes_has_to_be_named(two, words):
     assert "48.13" not in call(*words, "--db", two, "--panel", "500x20")[0]
 
 
+@reading
+def test_widths_across_are_of_the_grid_that_is_read(one, words):
+    shown = call(*words, "--db", one, "--panel", "1000x20")[0]
+    assert call(*words, "--db", one, "--across", f"{1000 * 3**0.5:.10g}x20") == (shown, "")
+    for width, side in (("1000x20", "577.3502692x577.3502692x20"), ("50x6", "28.86751346x28.86751346x6")):
+        assert f"no verdicts of the scene '{side}'" in refusal(*words, "--db", one, "--across", width)
+    # the height of a triangle that has the default size
+    assert "no verdicts of the scene '25x25x6'" in refusal(*words, "--db", one, "--across", f"{25 * 3**0.5:.10g}x6")
+
+
+def test_widths_across_of_several_grids_need_one(one):
+    file = Path(shutil.copy(one, one.with_name("grids.sqlite")))
+    call("enumerate", "--grid", "square", "--n", 8, "--keep", "untwisted", "--panel", "1000x20", "--db", file)
+    asked = ("--across", "1000x20", "--db", file)
+    assert "name the grid, as in grid=hex, or one with --scene" in refusal("query", "untwisted", *asked)
+    assert call("query", "grid=square untwisted", *asked)[1] == ""
+    assert "no verdicts of the scene '577.3502692x" in refusal("query", "grid=hex untwisted", *asked)
+
+
 def test_reports_are_of_the_only_scene(one, two, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert "in the scene 1000x1000x20, the only one" in call("report", "n=8", "--db", one, "--output", "r.html")[1]

@@ -16,7 +16,7 @@ from hcsearch.folding import Folding
 from hcsearch.grid import GRIDS, parse_array
 from hcsearch.pipeline import Plan, run_into
 from hcsearch.replays.sources import replay_named
-from hcsearch.store import open_database, open_readonly, schema, select
+from hcsearch.store import find_verdict, open_database, open_readonly, schema, select
 from hcsearch.subjects.reading import Request, read_subject
 from tests.judging import judge
 
@@ -33,6 +33,16 @@ def judged(tmp_path_factory):
     path = tmp_path_factory.mktemp("ways") / "designs.sqlite"
     with open_database(str(path), create=True) as database:
         run_into(Plan(ArraySearch(parse_array(GRIDS["hex"], "hex:2.f.9.7")), "deployment", keep="untwisted"), database)
+    return path
+
+
+@pytest.fixture(scope="module")
+def sprung(tmp_path_factory):
+    """A design whose best folding, and two others, are opened by springs alone; the path of another one is proved."""
+    path = tmp_path_factory.mktemp("ways") / "sprung.sqlite"
+    with open_database(str(path), create=True) as database:
+        array = parse_array(GRIDS["rectangle"], "4x2")
+        run_into(Plan(ArraySearch(array), "deployment", keep="untwisted"), database)
     return path
 
 
@@ -156,3 +166,26 @@ def test_show_names_the_way_that_gave_a_design_its_numbers(here):
         (row,) = select(database, columns="needed_margin,deploy_time").rows
     assert f"needed margin   {row[0]:.6g} mm\n" in shown
     assert f"deploy time     {row[1]:.6g} s\n" in shown
+
+
+def test_a_certified_motion_by_springs_comes_before_a_path_that_is_not_proved(sprung, tmp_path):
+    opened = replay_named(Request("1:2", str(sprung)))
+    assert (opened.axis, opened.certified) == ("time", ((0.0, opened.at[-1]),))
+    unproved = replay_named(Request("1:2", str(sprung)), "path")
+    assert (unproved.axis, unproved.certified) == ("path", ())
+    _, told = call("export", "1:2", "--db", sprung, "--output", tmp_path / "a.glb")
+    assert told.strip() == "flat pairs hinged, as in the deployment that deploys"
+    _, told = call("export", "1:2", "--db", sprung, "--output", tmp_path / "a.glb", "--motion", "path")
+    assert told.endswith("; the motion: it is not certified that panels keep apart\n")
+
+
+def test_a_design_is_driven_along_the_proved_path_that_one_of_its_foldings_has(sprung):
+    with open_readonly(str(sprung)) as database:
+        ways = [find_verdict(database, 1, crease).path for crease in range(4)]
+    assert ways == [None, "merged", None, None]
+    out, told = call("drive", "1", "--db", sprung)
+    assert told.startswith("folding 1, as no path of the best one, 3, is proved; flat pairs merged")
+    assert "verdict                       deploys" in out
+    out, _ = call("drive", "1:3", "--db", sprung, code=1)
+    assert out.startswith("no drive: undecided")
+    assert out.endswith("; try other panels or --flat-pairs hinged or a scene file with a greater margin_mm\n")

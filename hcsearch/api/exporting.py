@@ -21,7 +21,7 @@ def save(
     scene: Scene | str | None = None,
     *,
     format: str | None = None,  # noqa: A002 - as the command's option
-    by: By | None = None,
+    motion: By | None = None,
     panel: str | None = None,
     across: str | None = None,
     flat_pairs: FlatPairs | None = None,
@@ -33,7 +33,7 @@ def save(
 
     what, scene, panel, across, flat_pairs, merge, db : as in `deploy`; a Linkage cannot be exported.
     path : the file; its ending sets the format. format : the format, if the ending does not tell it.
-    by : the motion to export, `path` or `springs`.
+    motion : the motion to export, `path` or `springs`.
     settings : options of the format, such as `state="folded"` or `kerf_mm=0.2`; names of lengths end in `_mm`.
 
     >>> from hcsearch import Folding, save
@@ -43,4 +43,4 @@ def save(
     check_kinds(save, locals())
     design = what.notation if isinstance(what, Circuit) else what  # a circuit has an array, whatever its foldings
     request = Setting(scene, located(db), panel, across, flat_pairs, merge).request(design)
-    return export(request, path, format, motion=by, **settings)
+    return export(request, path, format, motion=motion, **settings)

@@ -110,7 +110,7 @@ def rank_in(
 ) -> Ranked:
     """The designs of an open database in their order; save : store their scores."""
     chosen = complete_weights(weights)
-    asked = scene_asked_for(database, scene, panel, across)
+    asked = scene_asked_for(database, scene, panel, across, query=query)
     ranked = rank_designs(database, query, chosen, asked)
     if save:
         save_ranks(database, ranked, asked)

@@ -22,7 +22,7 @@ def replay(
     what: str | Folding | Circuit | Deployed,
     scene: Scene | str | None = None,
     *,
-    by: By | None = None,
+    motion: By | None = None,
     panel: str | None = None,
     across: str | None = None,
     flat_pairs: FlatPairs | None = None,
@@ -30,20 +30,20 @@ def replay(
     db: str | Path | None = None,
     **values: Any,
 ) -> Replay:
-    """Give a motion as a few states, to play in a notebook: the planned path if there is one, else that of springs.
+    """Give a motion as a few states, to play in a notebook: a proved path if there is one, else that of springs.
 
     what : as in `deploy`, but not a Linkage; or a result of `deploy`, whose simulated motion is taken.
-    by : `path` for the planned path, or `springs` for the motion that springs cause; the other is not tried then.
+    motion : `path` for the planned path, or `springs` for the motion that springs cause; the other is not tried then.
     scene, panel, across, flat_pairs, merge, db, values : as in `deploy`.
 
     >>> from hcsearch import replay
-    >>> replay("hex:0234550132:4", by="springs").ends_flat
+    >>> replay("hex:0234550132:4", motion="springs").ends_flat
     True
     """
     check_kinds(replay, locals())
     if isinstance(what, Deployed):
-        return replay_of_deployment(what.deployment, what.name)
+        return replay_of_deployment(what.deployment, what.name, reason=what.reason)
     setting = Setting(scene, located(db), panel, across, flat_pairs, merge, values)
-    shown, said = find_replay(setting.request(what), by)
+    shown, said = find_replay(setting.request(what), motion)
     say(said)
     return shown

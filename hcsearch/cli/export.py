@@ -27,7 +27,7 @@ from hcsearch.export.settings import LEAST_STEP_S, MOST_KERF_MM, MOST_STEP_S, NA
 @click.option(
     "--motion",
     type=click.Choice(("path", "springs")),
-    help="The planned path from packed to flat, or the motion by springs.  [default: the path if there is one]",
+    help="The planned path from packed to flat, or the motion by springs.  [default: a proved path if there is one]",
 )
 @click.option(
     "--state",

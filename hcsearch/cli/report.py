@@ -34,6 +34,6 @@ def report(
 
     check_output(output)
     with open_readonly(db) as database:
-        asked = scene_asked_for(database, scene, panel, across)
+        asked = scene_asked_for(database, scene, panel, across, query=condition)
         path = write_report(database, condition, Path(output), limit=limit, scene=asked)
     click.echo(printable(str(path)))

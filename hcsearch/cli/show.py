@@ -64,7 +64,7 @@ def show(
     circuit, number = design_named(name, db)
     chosen = foldings(circuit) if crease is None else [folding_of(circuit, crease)]
     if as_html:
-        asked = _scene_of_page(number, db, scene, panel, across)
+        asked = _scene_of_page(circuit, number, db, scene, panel, across)
         _write_page(design, circuit, number, chosen, output, db, asked)
     elif number is None:
         size = _panel_asked_for(circuit, db, scene, panel, across)
@@ -92,7 +92,9 @@ def _panel_asked_for(circuit: Circuit, db: str, scene: str | None, panel: str | 
     return panel_
 
 
-def _scene_of_page(number: int | None, db: str, scene: str | None, panel: str | None, across: str | None) -> str:
+def _scene_of_page(
+    circuit: Circuit, number: int | None, db: str, scene: str | None, panel: str | None, across: str | None
+) -> str:
     """The name of the scene whose verdicts a page has."""
     from hcsearch.store import open_readonly
     from hcsearch.subjects.scenes import scene_asked_for
@@ -102,7 +104,7 @@ def _scene_of_page(number: int | None, db: str, scene: str | None, panel: str | 
             raise HcsearchError("a circuit is shown in the scene default: name the design by its id in a database")
         return DEFAULT
     with open_readonly(db) as database:
-        return scene_asked_for(database, scene, panel, across)
+        return scene_asked_for(database, scene, panel, across, grid=circuit.grid.name)
 
 
 def _print_design(
@@ -121,7 +123,7 @@ def _print_design(
     from hcsearch.subjects.scenes import scene_asked_for, stored_scene
 
     with open_readonly(db) as database:
-        asked = scene_asked_for(database, scene, panel, across)
+        asked = scene_asked_for(database, scene, panel, across, grid=circuit.grid.name)
         row = find_design(database, str(number), asked)
         best = best_creases(database, [number], asked).get(number)
         rows = [*row["motions"], *row["deployments"]]

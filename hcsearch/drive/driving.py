@@ -107,7 +107,9 @@ def why_not(folding: Folding, scene: Scene, motion: PlannedMotion) -> str:
         locks = [lock_at(linkage, getattr(linkage, end)) for linkage in linkages]
         if locks and all(lock.locked for lock in locks):
             return f"the folding is locked, {end}, in every way that the scene allows: {locks[0].reason}"
-    return f"undecided: {reason_of(motion)}; try other panels, a larger margin or other flat pairs"
+    hinged = [] if "hinged" in ways(scene) else ["--flat-pairs hinged"]
+    remedies = " or ".join(["other panels", *hinged, "a scene file with a greater margin_mm"])
+    return f"undecided: {reason_of(motion)}; try {remedies}"
 
 
 def drive(

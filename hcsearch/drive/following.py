@@ -19,6 +19,9 @@ MISSED = 0.02
 DEAD = 0.05
 """Least singular value of the reduced Jacobian below which a dead point is near."""
 
+SINGULAR = 0.01
+"""Least singular value of closure below which loops are nearly singular."""
+
 
 @dataclass(frozen=True)
 class Following:
@@ -49,7 +52,10 @@ def following(drive: Drive) -> Following:
 
 
 def _remedy(drive: Drive) -> str:
-    """What would make the drive follow: a shorter period where targets between periods are the cause."""
+    """What would make the drive follow, or what to rely on where nothing does.
+
+    Where loops are nearly singular, closed states bend sharply, and what a controller adds there hangs on rounding.
+    """
     assert drive.deployment.driven is not None
     own, driven = drive.drives, drive.deployment.driven
     times = np.linspace(0.0, drive.timed.seconds, 5000)
@@ -59,6 +65,9 @@ def _remedy(drive: Drive) -> str:
         return "give a shorter --period, or a smaller --rate"
     if drive.choice.least < DEAD:
         return "a dead point is near: drive more hinges (a greater --firm)"
+    if drive.choice.closure < SINGULAR:
+        place = f"{drive.choice.closure_place:.2g} of the path"
+        return f"its loops are nearly singular at {place}: size motors by simulated torques, or try other panels"
     return "give a smaller --rate and --acceleration, or drive more hinges (a greater --firm)"
 
 

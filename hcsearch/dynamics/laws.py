@@ -16,6 +16,7 @@ Any but `free` may end in a preload, linear:0.1+0.02, and have a factor in front
 from __future__ import annotations
 
 import math
+import os
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
@@ -251,7 +252,7 @@ def _from_points(text: str, preload: float) -> Law:
 
 def _from_file(name: str, preload: float) -> Law:
     """The law of a table in a file."""
-    angles, moments = read_moments(name)
+    angles, moments = read_moments(_expanded(name))
     if len(angles) > 1 and (np.diff(angles) < 0.0).all():
         angles, moments = angles[::-1], moments[::-1]
     for one, two in pairwise(angles):
@@ -277,7 +278,12 @@ def spring_law(text: str, folder: Path) -> str:
         angles = np.array(_numbers(rest)[1::2])
         check_angles(angles, "the table of the spring", "; angles of table: are in rad, moments in N m")
         return text
-    return f"{factors}{_from_file(str(folder / rest), 0.0).text}{preload}"
+    return f"{factors}{_from_file(str(folder / _expanded(rest)), 0.0).text}{preload}"
+
+
+def _expanded(name: str) -> str:
+    """A name of a file with the user's folder in place of ~, which shells leave where it follows a colon."""
+    return os.path.expanduser(name) if name.startswith("~/") else name  # noqa: PTH111 - Path's fails without a home
 
 
 # one way to read each number: with two, what is no table would be read in 2^n ways

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from hcsearch.errors import HcsearchError
 from hcsearch.system.numbers import short
 from hcsearch.typing import Reals
 
+LEAST_SAMPLES = 64
+"""Fewer do not show a vibration."""
 JITTER = 0.1
 """How far a time may be from even sampling, as a share of a step."""
 COARSE = 0.98
@@ -73,18 +78,49 @@ def _strip(times: Reals, numbers: Reals, step: float, unit: float) -> float:
 
 def _place(times: Reals, steps: Reals, unit: float) -> str:
     """Where times are uneven, and what to do."""
-    usual = float(steps[steps < 1.5 * np.median(steps)].mean())  # of rounded steps no single one is
-    gaps = np.flatnonzero(steps > usual + max(0.5 * usual, unit if unit < COARSE * usual else 0.0))
+    usual, gaps = _gaps(times, steps, unit)
+    digits = max(6, 2 + math.ceil(math.log10(float(abs(times).max()) / usual)))  # that tell a sample from the next
     if len(gaps):
-        named = ", ".join(f"{short(times[k], 6)} to {short(times[k + 1], 6)} s" for k in gaps[:3])
+        named = ", ".join(f"{short(times[k], digits)} to {short(times[k + 1], digits)} s" for k in gaps[:3])
         more = f" and {len(gaps) - 3} more" if len(gaps) > 3 else ""
-        after = short(times[gaps[-1] + 1], 6)
         return (
             f": samples are missing from {named}{more}, where a step is {short(steps[gaps[0]], 3)} s and not "
-            f"{short(usual, 3)} s; fill what is missing, or begin after it by --from {after}"
+            f"{short(usual, 3)} s; fill what is missing, or {_without_gaps(times, gaps, digits)}"
         )
     k = int(np.argmax(abs(steps - usual)))
     return (
-        f", near {short(times[k], 6)} s, where a step is {short(steps[k], 3)} s and not {short(usual, 3)} s: resample "
-        "it, or give the sampling rate by --rate HZ if it is even"
+        f", near {short(times[k], digits)} s, where a step is {short(steps[k], 3)} s and not {short(usual, 3)} s: "
+        "resample it, or give the sampling rate by --rate HZ if it is even"
     )
+
+
+def _without_gaps(times: Reals, gaps: NDArray[np.int64], digits: int) -> str:
+    """How to keep a stretch without gaps: the last that is long enough for a vibration, or else the longest."""
+    begins, ends = np.array([0, *(gaps + 1)]), np.array([*gaps, len(times) - 1])
+    lengths = ends - begins + 1
+    k = -1 if lengths[-1] >= LEAST_SAMPLES else int(lengths.argmax())
+    begin, end = short(times[begins[k]], digits), short(times[ends[k]], digits)
+    if lengths[k] < LEAST_SAMPLES:
+        return f"measure anew: at most {lengths.max()} samples follow each other, and {LEAST_SAMPLES} are needed"
+    if k == -1:
+        return f"begin after it by --from {begin}"
+    return f"leave out what follows {end} s" + (f" and begin by --from {begin}" if k else "")
+
+
+def _gaps(times: Reals, steps: Reals, unit: float) -> tuple[float, NDArray[np.int64]]:
+    """The usual step (s), which no single one of rounded steps is, and the numbers of steps with samples missing.
+
+    Steps of one unit and of two are rounded ones if with them all times fit a line; else the longer ones are gaps.
+    """
+    for most in (1.5 * np.median(steps) + unit, 1.5 * np.median(steps)):
+        usual = float(steps[steps < most].mean())
+        rounding = unit if unit < COARSE * usual else 0.0
+        gaps = np.flatnonzero(steps > usual + max(0.5 * usual, rounding))
+        counted = np.ones(len(steps))
+        counted[gaps] = np.maximum(1.0, np.round(steps[gaps] / usual))
+        numbers = np.concatenate(([0.0], np.cumsum(counted)))
+        numbers -= numbers.mean()
+        step = float(numbers @ times / (numbers @ numbers))
+        if _strip(times, numbers, step, unit) <= max(2.0 * JITTER * step, rounding * (1.0 + ROUNDED)):
+            break
+    return step, gaps

@@ -108,7 +108,7 @@ class Spring:
             doubts.append(
                 f"the moment falls from {begin:.3g} to {end:.3g} N m as the angle grows from {low:.3g} to {high:.3g} "
                 "rad; a hinge turns from 0 (flat) to pi (folded): write pi or 180 degrees minus an angle that counts "
-                "from the folded state, or turn the sign of the moments"
+                "from the folded state"
             )
         hysteresis = self.chosen.estimates.get("hysteresis")
         if hysteresis is not None and hysteresis.high < 0.0:

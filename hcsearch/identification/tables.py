@@ -11,11 +11,14 @@ from hcsearch.dynamics import spring_files
 from hcsearch.errors import HcsearchError
 from hcsearch.identification.sampling import sampling_rate
 from hcsearch.system.columns import HUGE, TINY, Columns, is_number, read_columns, renamed
+from hcsearch.system.numbers import short
 from hcsearch.typing import Reals
 
 TIME = "time_s"
 MOST_BYTES = 32 * 2**20
 """Size of a file: two million samples of one channel, which take a gigabyte of memory to read."""
+SLOW = 5.0
+"""Sampling rate (Hz) up to which times are doubted: no accelerometer is read so seldom, and 5 kHz in ms look so."""
 LEAST_COUNTED = 3
 """Rows from which on a column that always rises is a counter and no channel."""
 
@@ -34,8 +37,9 @@ def read_accelerations(
     """Accelerations, shape (channels, samples), and their sampling rate (Hz), of a file.
 
     Every column with a name but `time_s` is a channel, except for columns of text, and for counters beside a channel,
-    which rise in every row; `note` is called with a sentence for each that is left out. rate : Hz; takes the place of
-    `time_s`. start : time (s) from which rows are taken; at a given rate, after the first row.
+    which rise in every row; `note` is called with a sentence for each that is left out, and for times that may be no
+    seconds. rate : Hz; takes the place of `time_s`. start : time (s) from which rows are taken; at a given rate, after
+    the first row.
     Errors: HcsearchError for times that do not grow or are not even, for a missing rate, for cells without a number.
     """
     columns = renamed(read_columns(path, TIME, most=MOST_BYTES), {TIME: TIME}, TIME)
@@ -59,6 +63,10 @@ def read_accelerations(
         # gaps before the start do not count; of too few rows the vibration is refused later
         rate = sampling_rate(times[kept] if len(kept) > 1 else times, path)
         _check_rate(rate)
+        if rate <= SLOW:
+            note(
+                f"{path} has one sample in {short(1.0 / rate, 3)} s: write seconds in {TIME} if these are milliseconds"
+            )
     channels = _without_counters({name: values[kept] for name, values in channels.items()}, path, note)
     for name, record in channels.items():
         if len(record) and np.ptp(record) == 0.0:

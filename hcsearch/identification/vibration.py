@@ -11,11 +11,11 @@ from scipy.linalg import lstsq, qr
 from scipy.signal import firwin, oaconvolve
 
 from hcsearch.errors import HcsearchError
+from hcsearch.identification.sampling import LEAST_SAMPLES
 from hcsearch.typing import Reals
 
 Complexes = NDArray[np.complex128]
 
-LEAST_SAMPLES = 64
 MOST_SAMPLES = 2000
 """Longer records are cut and thinned to at most so many: the decomposition takes the cube of their number."""
 STILL = 0.8

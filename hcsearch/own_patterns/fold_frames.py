@@ -10,38 +10,55 @@ from hcsearch.errors import InputFileError
 
 _OWN = ("frame_parent", "frame_inherit")
 """What a frame says of itself alone."""
+_NO_PANELS = {"graph", "linkage"}
+"""Classes of frames whose edges bound no panels."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame with the values that it inherits; number : 0 is the key frame, others follow as they are listed."""
+    """A frame with the values that it inherits; name : what messages call it."""
 
-    number: int
+    name: str
     values: Mapping[str, Any]
-
-    @property
-    def name(self) -> str:
-        """What messages call it."""
-        return "its first frame" if self.number == 0 else f"its frame {self.number}"
 
 
 def pattern_frame(data: Mapping[str, Any], path: str) -> Frame:
     """The frame that is read; InputFileError where frames are no list, or inherit from what is none.
 
-    That is the first with points that says it is a crease pattern; without one, the first with points that does not
-    say that it is folded; without one of those, too, the first with points, or the key frame.
+    That is the first, among those with points and edges or faces, that says it is a crease pattern; without one, the
+    first that says neither that it is folded nor that it has no panels; then one without panels, then a folded one.
+    Where no frame has points and edges or faces, it is the first with points, or the key frame.
     """
     listed = data.get("file_frames") or []
     if not isinstance(listed, list) or not all(isinstance(frame, dict) for frame in listed):
         raise InputFileError(f"{path} is no sound FOLD file: file_frames is not a list of frames; export it anew")
-    frames = [data, *listed]
-    patterns = [k for k, frame in enumerate(frames) if "creasePattern" in _classes(frame)]
-    unfolded = [k for k, frame in enumerate(frames) if "foldedForm" not in _classes(frame)]
-    for k in dict.fromkeys((*patterns, *unfolded, *range(len(frames)))):
-        values = _with_inherited(frames, k, path)
-        if values.get("vertices_coords"):
-            return Frame(k, values)
-    return Frame(0, data)
+    frames = [_given(frame) for frame in (data, *listed)]
+    pointed = None
+    for k in sorted(range(len(frames)), key=lambda k: _rank(frames[k])):
+        frame = Frame(_name(k, len(frames), path), _with_inherited(frames, k, path))
+        if "vertices_coords" not in frame.values:
+            continue
+        if "edges_vertices" in frame.values or "faces_vertices" in frame.values:
+            return frame
+        pointed = pointed or frame
+    return pointed or Frame(_name(0, len(frames), path), frames[0])
+
+
+def _rank(frame: Mapping[str, Any]) -> int:
+    """How late a frame is tried."""
+    classes = _classes(frame)
+    if "creasePattern" in classes:
+        return 0
+    if "foldedForm" in classes:
+        return 3
+    return 2 if _NO_PANELS & classes else 1
+
+
+def _name(number: int, count: int, path: str) -> str:
+    """The file and, of several frames, which: 0 is the key frame, others follow as they are listed."""
+    if count == 1:
+        return path
+    return f"frame {number} of {path}" if number else f"the first frame of {path}"
 
 
 def _with_inherited(frames: list[Mapping[str, Any]], number: int, path: str) -> Mapping[str, Any]:
@@ -65,6 +82,11 @@ def _with_inherited(frames: list[Mapping[str, Any]], number: int, path: str) -> 
     return {key: value for key, value in values.items() if key not in _OWN}
 
 
-def _classes(frame: Mapping[str, Any]) -> list[Any]:
+def _given(frame: Mapping[str, Any]) -> Mapping[str, Any]:
+    """What a frame says: programs that write every key leave null or an empty list where they have nothing."""
+    return {key: value for key, value in frame.items() if value is not None and value != []}
+
+
+def _classes(frame: Mapping[str, Any]) -> set[str]:
     classes = frame.get("frame_classes")
-    return classes if isinstance(classes, list) else []
+    return {name for name in classes if isinstance(name, str)} if isinstance(classes, list) else set()

@@ -86,10 +86,12 @@ def parse_fold(text: str, path: str = "the text") -> Drawing:
     try:
         data = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise InputFileError(f"{path} is no FOLD file, which is JSON: {error}; export it as FOLD") from None
+        syntax = isinstance(error, json.JSONDecodeError | RecursionError)
+        why = error if syntax else "a number in it has thousands of digits"
+        raise InputFileError(f"{path} is no FOLD file, which is JSON: {why}; export it as FOLD") from None
     if not isinstance(data, dict):
         raise InputFileError(f"{path} is no FOLD file: it holds no object; export it as FOLD")
-    return _Reader(FrameValues(pattern_frame(data, path), path)).drawing()
+    return _Reader(FrameValues(pattern_frame(data, path))).drawing()
 
 
 def pattern_of(drawing: Drawing, thickness: float | None = None) -> Pattern:
@@ -150,7 +152,7 @@ class _Reader:
         if off[worst] > NEAR * self.median:
             where, far = place_text(points[used[worst]].tolist(), self.median), place_text([off[worst]], self.median)
             raise self.values.wrong(
-                f"{self.values.name} is folded: vertex {used[worst]} at {where} is {far[1:-1]} off the plane of the "
+                f"it is folded: vertex {used[worst]} at {where} is {far[1:-1]} off the plane of the "
                 "others; put the flat crease pattern first"
             )
         flat = np.zeros((len(points), 2))

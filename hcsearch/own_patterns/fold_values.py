@@ -22,10 +22,10 @@ FAR = 1e12
 
 
 class FrameValues:
-    """The values of one frame; InputFileError, which names the file and the key, for what has not the format's type."""
+    """The values of one frame; InputFileError, which names frame and key, for what has not the format's type."""
 
-    def __init__(self, frame: Frame, path: str) -> None:
-        self._frame, self._path, self.name = frame.values, path, frame.name
+    def __init__(self, frame: Frame) -> None:
+        self._frame, self._name = frame.values, frame.name
 
     def points(self) -> Reals:
         """`vertices_coords`, shape (k, 3); the third is 0 where a file has two."""
@@ -91,11 +91,11 @@ class FrameValues:
         return tuple(tuple((i, j) for i, j in loop) for loop in loops)
 
     def wrong(self, what: str) -> InputFileError:
-        """The error for a file whose pattern is wrong."""
-        return InputFileError(f"{self._path} is no flat pattern: {what}; draw panels edge to edge, and export anew")
+        """The error for a frame whose pattern is wrong."""
+        return InputFileError(f"{self._name} is no flat pattern: {what}; draw panels edge to edge, and export anew")
 
     def _unsound(self, what: str) -> InputFileError:
-        return InputFileError(f"{self._path} is no sound FOLD file: {what}; export it anew")
+        return InputFileError(f"{self._name} is no sound FOLD file: {what}; export it anew")
 
     def _listed(self, key: str) -> list[Any]:
         values = self._frame.get(key)

@@ -128,8 +128,8 @@ def _crossings(
             if not _joined(lines[one].tolist(), lines[two].tolist(), along[one], along[two]):
                 x, y = starts[one] + share * ways[one]
                 found.append((one, two, (float(x), float(y)), (float(share), float(other))))
-        if len(found) > most:
-            raise CrossingError
+                if len(found) > most:
+                    raise CrossingError
     return found
 
 

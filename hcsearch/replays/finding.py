@@ -8,15 +8,17 @@ from hcsearch.folding import Folding
 from hcsearch.planning.motions import PlannedMotion
 from hcsearch.scenes import Scene
 from hcsearch.subjects.reading import read_folding
-from hcsearch.subjects.requests import Request, known_of
+from hcsearch.subjects.requests import Request, known_of, settled, with_path
 
 
 def find_path(request: Request) -> tuple[Folding, Scene, PlannedMotion, str]:
     """The folding that a request names, its scene, its motion, and what users should know of how flat pairs are joined.
 
     Springs may open a folding joined in one way, and its path be proved in another: a path is looked for in the first,
-    so that all that is made of a folding is of one linkage, and only where none is proved in the other.
+    so that all that is made of a folding is of one linkage, and only where none is proved in the other. A design whose
+    best folding is opened by springs alone stands for the first folding with a proved path.
     """
+    request = with_path(settled(request))
     known = known_of(request)
     folding, scene = read_folding(request)
     motion = find_motion(folding, scene)

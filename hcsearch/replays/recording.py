@@ -25,8 +25,13 @@ _LOOPS: dict[Formulation, str] = {
 }
 
 
-def replay_of_deployment(deployment: Deployment, title: str, *, design: bool | None = None) -> Replay:
-    """The replay of a simulated deployment; design : as of `labels_of`."""
+def replay_of_deployment(
+    deployment: Deployment, title: str, *, design: bool | None = None, reason: str | None = None
+) -> Replay:
+    """The replay of a simulated deployment.
+
+    design : as of `labels_of`. reason : what became of it, at other tolerances, too, where they were tried.
+    """
     compiled, motion, clearance = deployment.compiled, deployment.motion, deployment.clearance
     shares = np.linspace(0.0, 1.0, FINE, endpoint=False)
     between = (motion.times[:-1, None] + shares * np.diff(motion.times)[:, None]).ravel()
@@ -48,7 +53,8 @@ def replay_of_deployment(deployment: Deployment, title: str, *, design: bool | N
         margin=compiled.margin,
         error=error,
         title=title,
-        source=f"simulated in the scene {compiled.scene.name!r}, {_LOOPS[compiled.formulation]}: {deployment.reason}",
+        source=f"simulated in the scene {compiled.scene.name!r}, {_LOOPS[compiled.formulation]}: "
+        f"{deployment.reason if reason is None else reason}",
     )
 
 

@@ -32,8 +32,8 @@ def replay_named(request: Request, by: By | None = None) -> Replay:
     """The replay of a folding, an assembly or a file, with its flat pairs joined in the way that gave it its status.
 
     by : `path`, from packed to flat: the one that a database holds of a judged folding, else planned in the scene;
-    `springs`, simulated. Unless given: the path of a folding that has one, else what springs do. HcsearchError where a
-    path is asked for and there is none.
+    `springs`, simulated. Unless given: the proved path of a folding that has one, else what springs do, unless they do
+    not open it and there is a path that is not proved. HcsearchError where a path is asked for and there is none.
     """
     return find_replay(request, by)[0]
 
@@ -46,10 +46,14 @@ def find_replay(request: Request, by: By | None = None) -> tuple[Replay, str]:
         replay, said = _stored(request), known.driven_sentence
         if replay is None:
             replay, said = _of_path(request, required=by == "path")
-        if replay is not None:
+        if replay is not None and (by == "path" or replay.certified):
             return replay, said
+    else:
+        replay, said = None, ""
     subject = read_subject(request)
     deployment = deploy(subject.linkage, subject.scene, subject.formulation or "constrained", drives=subject.drives)
+    if replay is not None and not deployment.deploys:
+        return replay, said
     return replay_of_deployment(deployment, subject.title, design="design" in subject.facts), known.sentence
 
 

@@ -158,10 +158,11 @@ def _motions(folding: Folding, stored: _Known, row: Row, tried: Sequence[Row], d
         deployment = deploy(subject.linkage, subject.scene, subject.formulation or "constrained")
     except HcsearchError:
         return motions
-    replay = replay_of_deployment(deployment, folding.notation, design=True)
+    agreement = confirmed(deployment) if stored.paths is None else None
+    said = str(best["reason"]) if best is not None else None if agreement is None else agreement.reason
+    replay = replay_of_deployment(deployment, folding.notation, design=True, reason=said)
     payload = payload_of(replay)
     command = f"hcsearch deploy {folding.notation}{scene_option(name, stored.where)}"
-    agreement = confirmed(deployment) if stored.paths is None else None
     needed = None if agreement is None else millimetres(agreement.needed_margin)
     play = play_sentence(needed) if best is None else play_of(best)
     source = "; ".join(filter(None, (replay.source, *(mark.text for mark in marks_of(replay) if mark.bad), play)))

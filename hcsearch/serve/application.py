@@ -32,7 +32,7 @@ from hcsearch.serve.guards import FRAMED, HEADERS, POLICY, refusal
 from hcsearch.serve.listing import Counts, render_list, stamp_of
 from hcsearch.serve.long_lists import LongLists
 from hcsearch.serve.pages import render, static_files
-from hcsearch.store import Database, foldings_with_paths, scene_names, select
+from hcsearch.store import Database, find_circuit, foldings_with_paths, scene_names
 from hcsearch.store.columns import VIEWS
 from hcsearch.subjects.designs import stored_circuit
 
@@ -165,10 +165,12 @@ class Application:
 
     def _circuit(self, number: int) -> str:
         """The notation of a design's circuit; MissingError where there is none of its number."""
-        rows = select(self.database, f"id={number}", columns="circuit").rows if number < 2**63 else ()
-        if not rows:
-            raise MissingError(f"no design {number} in {self.database.location}: choose one of those at /designs")
-        return stored_circuit(self.database, number, str(rows[0][0])).notation
+        try:
+            _, notation = find_circuit(self.database, str(number))
+        except QueryError:
+            missing = f"no design {number} in {self.database.location}: choose one of those at /designs"
+            raise MissingError(missing) from None
+        return stored_circuit(self.database, number, notation).notation
 
     def _scene_of(self, request: Request) -> str:
         """The scene that an address asks for, which has no other parameter."""
@@ -176,8 +178,8 @@ class Application:
 
     def _scene(self, name: str) -> str:
         """A scene that the database has verdicts of. No other name is looked up: some are those of files."""
-        name = name or self.scene
-        if name != DEFAULT and name not in scene_names(self.database):
+        name, known = name or self.scene, scene_names(self.database)
+        if name not in known and (name != DEFAULT or known):
             raise QueryError(f"no verdicts of the scene {name!r} in {self.database.location}: see /deployments")
         return name
 

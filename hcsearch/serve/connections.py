@@ -37,14 +37,14 @@ class Patience:
 
 
 class Parser(HTTPRequestParser):  # type: ignore[misc]
-    """A reader of requests to which an address that cannot be read is a mistake of the request."""
+    """Requests of which addresses that cannot be split are refused, as all else that is malformed."""
 
     def parse_header(self, header_plus: bytes) -> None:
-        """Read the head of a request."""
+        """Read the lines before the body; ParsingError for malformed ones."""
         try:
             super().parse_header(header_plus)
-        except ValueError as error:  # of urllib
-            raise ParsingError("the address cannot be read") from error
+        except ValueError as error:
+            raise ParsingError("Bad URI") from error
 
 
 class Channel(HTTPChannel):  # type: ignore[misc]

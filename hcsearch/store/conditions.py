@@ -80,8 +80,7 @@ def _condition(source: FromClause, view: str, tree: grammar.Tree, grids: Sequenc
     """The condition of a part of a query; `grids`: those that an array in it may be on."""
     match tree:
         case grammar.AllOf(parts):
-            named = [part.value for part in parts if isinstance(part, grammar.Condition) and _names_grid(part)]
-            grids = [grid for grid in grids if grid in named] if named else grids
+            grids = _grids_of(parts, grids)
             return and_(true(), *(_condition(source, view, part, grids) for part in parts))
         case grammar.AnyOf(parts):
             return or_(*(_condition(source, view, part, grids) for part in parts))
@@ -89,6 +88,17 @@ def _condition(source: FromClause, view: str, tree: grammar.Tree, grids: Sequenc
             return not_(_condition(source, view, of, grids))
         case grammar.Condition():
             return _compared(source, view, tree, grids)
+
+
+def named_grids(query: str) -> list[str]:
+    """The grids that the rows of a query may be of, by its conditions on the grid alone."""
+    tree = grammar.parse(query)
+    return list(_grids_of(tree.parts if isinstance(tree, grammar.AllOf) else (tree,), tuple(GRIDS)))
+
+
+def _grids_of(parts: Sequence[grammar.Tree], grids: Sequence[str]) -> Sequence[str]:
+    named = [part.value for part in parts if isinstance(part, grammar.Condition) and _names_grid(part)]
+    return [grid for grid in grids if grid in named] if named else grids
 
 
 def _names_grid(condition: grammar.Condition) -> bool:
@@ -131,6 +141,9 @@ def _arrays(spec: str, grids: Sequence[str]) -> list[str]:
 
 def _value(quantity: Quantity, text: str, sign: str, value: str) -> str | int | float:
     if not value or value[0] in "=<>!":
+        meant = {"==": "=", "<>": "!="}.get(sign + value[:1])
+        if meant is not None and value[1:]:
+            raise QueryError(f"{text!r} is no comparison: write {quantity.name}{meant}{value[1:]}")
         raise QueryError(f"no value in {text!r}: the comparisons are = != < <= > >=, each followed by a value")
     if quantity.kind == "text":
         if quantity.words and sign in ("=", "!=") and value not in quantity.words:
@@ -142,6 +155,8 @@ def _value(quantity: Quantity, text: str, sign: str, value: str) -> str | int | 
         return value.encode(errors="replace").decode()
     if not _NUMBER.fullmatch(value):
         needed = "1 or 0" if quantity.kind == "boolean" else "a number"
+        if _NUMBER.fullmatch(value.rstrip(",;")):
+            raise QueryError(f"{text!r} ends in {value[-1]!r}: separate conditions by spaces")
         raise QueryError(f"{quantity.name} is compared with {needed}, not with {value!r}")
     try:
         whole = int(value)

@@ -13,7 +13,7 @@ from sqlalchemy.exc import ProgrammingError
 
 from hcsearch.errors import DatabaseError, HcsearchError, NoDatabaseError
 from hcsearch.store import postgresql, sqlite
-from hcsearch.store.failures import ChangedError, explained
+from hcsearch.store.failures import ChangedError, detail_of, explained
 from hcsearch.store.location import (
     EXAMPLES,
     FileIdentity,
@@ -226,9 +226,6 @@ def _open_server(place: Location, *, create: bool, readonly: bool, timeout: floa
         with explained(place.text):
             _try_server(engine, place)
             _prepare_server(engine, place, create=create, readonly=readonly)
-    except DatabaseError as error:
-        engine.dispose()
-        raise type(error)(place.hidden_in(str(error))) from error
     except BaseException:
         engine.dispose()
         raise
@@ -239,7 +236,7 @@ def _try_server(engine: Engine, place: Location) -> None:
     try:
         engine.connect().close()
     except (ProgrammingError, UnicodeError) as error:
-        detail = str(error.orig if isinstance(error, ProgrammingError) else error).splitlines()[0]
+        detail = detail_of(error.orig if isinstance(error, ProgrammingError) else error)
         raise DatabaseError(f"the URL {place.text} has an option that cannot be used ({detail}): {EXAMPLES}") from error
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -126,12 +127,21 @@ def explained(location: str, path: Path | None = None) -> Iterator[None]:
         raise _explain(location, error.orig, path, lost=error.connection_invalidated) from error
 
 
+_VALUES = re.compile(r"""(\b(?:value|service)\b[^"']*)(["']).*\2""")
+"""What drivers repeat of an option of a URL, which may be a secret."""
+
+
+def detail_of(error: BaseException | None) -> str:
+    """What a driver says, on one line, without values of options."""
+    return _VALUES.sub(r"\1***", (str(error).strip() or type(error).__name__).splitlines()[0])
+
+
 def _explain(
     location: str, error: BaseException | None, path: Path | None = None, *, lost: bool = False
 ) -> BaseException:
     if primary_code(error) == sqlite3.SQLITE_INTERRUPT:
         return KeyboardInterrupt()  # which the driver has swallowed, see `sqlite.connect`
-    detail = (str(error).strip() or type(error).__name__).splitlines()[0]
+    detail = detail_of(error)
     cause = _cause(error)
     if lost and cause == _UNREACHED:  # a server that ends a connection need not say why
         cause = _LOST
@@ -148,7 +158,7 @@ def _cause(error: BaseException | None) -> str | None:
     state = getattr(error, "sqlstate", None)
     if state:
         return _SERVER_CAUSES.get(state, _SERVER_CAUSES.get(state[:2]))
-    if hasattr(error, "sqlstate") and "Operational" in type(error).__name__:
+    if hasattr(error, "sqlstate") and any(kind.__name__ == "OperationalError" for kind in type(error).__mro__):
         # The connection failed, so there is no code of the server. (The driver is an extra, and not imported here.)
         return _UNREACHED
     if is_of_values(error):

@@ -21,12 +21,12 @@ _SERVERS = ("postgresql", "postgresql+psycopg")
 _OPEN = ("host", "hostaddr", "port", "user")
 """Options of a URL that messages show; the values of all others may be secrets, by whatever name."""
 
+_LOOSE = {"host": r"[@=&;\s]", "hostaddr": r"[@=&;\s]", "port": r"[^\d,]", "user": r"[:@=&;\s]", "database": r"[:@=&;]"}
+"""What a part of a URL has where a password, or an option, is typed into it by mistake."""
 _MISTYPED = re.compile(r"(postgres|sqlite)[\w+]*(:|//)", re.IGNORECASE)
 """The beginning of a URL with a mistake in it."""
-_SECRET = re.compile(r"(pass|pwd|secret|token)\w*\s*(=|%3d)", re.IGNORECASE)
-"""An option of libpq or of a URL that may hold a secret."""
-_CONNINFO = re.compile(r"(?=.*\s)(?:.*\s)?(host|hostaddr|user|dbname)\s*=", re.IGNORECASE | re.DOTALL)
-"""Options of libpq where a path belongs."""
+_SECRET = re.compile(r"(pass|pwd|pw|secret|token)\w*\s*(=|%3d)|\b(host|hostaddr|user|dbname)\s*=.*\s", re.IGNORECASE)
+"""An option of libpq or of a URL that may hold a secret, or text of libpq, in which one may stand by any name."""
 LONGEST_PATH = 500
 """Bytes of a path: SQLite takes 512 with the names of its journals."""
 
@@ -44,24 +44,16 @@ class Location:
     path: Path | None = None
     url: URL | None = None
 
-    def hidden_in(self, message: str) -> str:
-        """A driver's message without the values of options that `text` does not show."""
-        options = {} if self.url is None else self.url.normalized_query
-        values = [value for name, given in options.items() if name not in _OPEN for value in given]
-        for value in values:
-            message = re.sub(rf"""(['"]){re.escape(value)}\1""", r"\1***\1", message)
-        return message
-
 
 def parse_location(text: str | Path) -> Location:
     """Read a path or an SQLAlchemy URL; DatabaseError when it is neither."""
     if not isinstance(text, (str, Path)):
         raise DatabaseError(f"{text!r} names no database: {EXAMPLES}")
     text = str(text)
-    if not text or "\0" in text or text == ":memory:":
+    if not text or text == ":memory:":
         raise DatabaseError(f"{_shown(text)!r} names no database that lasts: {EXAMPLES}")
     if "://" not in text:
-        if _MISTYPED.match(text) or _CONNINFO.match(text) or _SECRET.search(text):
+        if _MISTYPED.match(text) or _SECRET.search(text):
             raise _unreadable()
         return _file(text)
     try:
@@ -72,18 +64,27 @@ def parse_location(text: str | Path) -> Location:
         return _sqlite_file(url)
     if url.drivername not in _SERVERS:
         raise DatabaseError(f"databases of the kind {url.drivername!r} are not supported: {EXAMPLES}")
-    # A password with @, : or / as they are, or after another mark, leaves a part of itself in one of the other parts.
-    names = (url.username, *url.normalized_query.get("user", ()))
-    loose = any(re.search(r"[:@;=&\s]", name or "") for name in names) or re.search("[:@;=&]", url.database or "")
-    if loose or "@" in (url.host or "") or not text.isprintable():
+    if _is_loose(url) or not text.isprintable():
         raise _unreadable()
-    try:
-        url.set(drivername=_SERVERS[-1]).get_dialect()().create_connect_args(url)
-    except (ArgumentError, ValueError) as error:  # hosts and ports in its options
-        raise _unreadable() from error
     hidden = url.update_query_dict({name: "***" for name in url.query if name not in _OPEN})
     shown = hidden.render_as_string(hide_password=True).replace("%2A%2A%2A", "***")
     return Location(shown, url=url.set(drivername=_SERVERS[-1]))
+
+
+def _is_loose(url: URL) -> bool:
+    """Whether parts of a URL hold what may be parts of a password, or options that are none.
+
+    A password with @, : or / as they are leaves a part of itself in one of the other parts.
+    """
+    parts = [("host", url.host), ("user", url.username), ("database", url.database)]
+    parts += [(name, value) for name, values in url.normalized_query.items() if name in _OPEN for value in values]
+    if any(value and re.search(_LOOSE[name], value) for name, value in parts):
+        return True
+    try:
+        url.get_dialect()().create_connect_args(url)
+    except ArgumentError:  # hosts and ports that do not fit each other
+        return True
+    return False
 
 
 def _unreadable() -> DatabaseError:
@@ -93,7 +94,7 @@ def _unreadable() -> DatabaseError:
 
 
 def _sqlite_file(url: URL) -> Location:
-    if not url.database or "\0" in url.database or url.database == ":memory:":
+    if not url.database or url.database == ":memory:":
         raise DatabaseError(f"the SQLite URL names no database that lasts: {EXAMPLES}")
     if url.query or url.database.startswith("file:") or url.host:
         raise DatabaseError(
@@ -103,6 +104,8 @@ def _sqlite_file(url: URL) -> Location:
 
 
 def _file(path: str) -> Location:
+    if "\0" in path:
+        raise DatabaseError(f"{_shown(path)!r} names no database that lasts: {EXAMPLES}")
     try:
         length = max(len(os.fsencode(place)) for place in _places(path))
     except UnicodeEncodeError as error:
@@ -118,8 +121,7 @@ def _file(path: str) -> Location:
 def _places(path: str) -> Iterator[str | Path]:
     """The whole path of a file, and that which links on it lead to: SQLite has room for neither if it is long."""
     yield Path(path).absolute()
-    if "\0" not in path:
-        yield os.path.realpath(path)
+    yield os.path.realpath(path)
 
 
 def _shown(path: str) -> str:

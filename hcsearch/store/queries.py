@@ -13,9 +13,9 @@ from sqlalchemy import select as sql_select
 
 from hcsearch.circuit import Circuit
 from hcsearch.errors import HcsearchError, QueryError, SceneError, expect, printable
-from hcsearch.scenes import DEFAULT
+from hcsearch.scenes import DEFAULT, SCENES, is_panel
 from hcsearch.store.columns import Kind, column_names
-from hcsearch.store.conditions import find_quantity, parse_query, sort_terms, split_names, view_table
+from hcsearch.store.conditions import find_quantity, named_grids, parse_query, sort_terms, split_names, view_table
 from hcsearch.store.database import Database
 from hcsearch.store.failures import again
 from hcsearch.store.rows import CHUNK, Result, Row, Rows, check_values, chunks_of, refusing
@@ -143,12 +143,28 @@ def check_scene(database: Database, scene: str, view: str = "designs") -> None:
     if scene in known or (scene == DEFAULT and not known):
         return
     names = ", ".join(map(shlex.quote, known)) or "none yet"
-    own = "" if scene == DEFAULT else f" --scene {shlex.quote(scene)}"
+    base, _, size = scene.rpartition(", ")
+    exists = scene in SCENES or (is_panel(size) and (base or DEFAULT) in (*SCENES, *known))
+    named = "" if scene == DEFAULT else f" --scene {shlex.quote(scene)}" if exists else " --scene FILE.toml"
+    remedy = f"{'' if exists else 'for a scene of your own '}run `hcsearch enumerate{named}`"
     others = "name one of these with --scene, or " if known else ""
     raise SceneError(
-        f"no verdicts of the scene {scene!r} in {database.location}, its scenes are: {names}; {others}run "
-        f"`hcsearch enumerate{own}` with the grid and --n or --array first"
+        f"no verdicts of the scene {scene!r} in {database.location}, its scenes are: {names}; "
+        f"{others}{remedy} with the grid and --n or --array first"
     )
+
+
+@again
+def grids_in(database: Database, query: str = "") -> list[str]:
+    """Return the grids that a query may give designs of: those of its conditions that a database has designs of.
+
+    Where the database has no design on any of them, all of those of the conditions.
+    """
+    named = named_grids(query)
+    with database.reading() as connection:
+        first = {grid: sql_select(design.c.id).where(design.c.grid == grid).limit(1) for grid in named}
+        stored = [grid for grid, statement in first.items() if connection.execute(statement).first() is not None]
+    return stored or named
 
 
 def _statement(view: str, scene: str, names: Sequence[str], query: str, sort: str, limit: int | None) -> Select[Any]:

@@ -6,16 +6,23 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hcsearch.assemblies.assembly import Assembly, Parameters
 from hcsearch.errors import HcsearchError
+from hcsearch.subjects.scenes import warn_of
+
+if TYPE_CHECKING:
+    from hcsearch.scenes import PanelSize
 
 LENGTHS = ("base", "thickness", "side", "width")
 
 
 def parameters_of(assembly: Assembly, given: Mapping[str, Any]) -> Parameters:
-    """The assembly's own parameters, with those changed that are given: degrees, millimetres, columns x rows."""
+    """The assembly's own parameters, with those changed that are given: degrees, millimetres, columns x rows.
+
+    HcsearchWarning for lengths that are probably not meant.
+    """
     changes: dict[str, Any] = {}
     for name, value in given.items():
         if value is None:
@@ -30,7 +37,16 @@ def parameters_of(assembly: Assembly, given: Mapping[str, Any]) -> Parameters:
         if name not in assembly.uses:
             option = "SIZE" if name == "size" else f"--{name}"
             raise HcsearchError(f"{assembly.name} does not depend on {option}: leave it out")
-    return replace(assembly.defaults, **changes)
+    parameters = replace(assembly.defaults, **changes)
+    if changes.keys() & {*LENGTHS}:
+        warn_of(_panel(assembly, parameters), None)
+    return parameters
+
+
+def _panel(assembly: Assembly, parameters: Parameters) -> PanelSize:
+    """The sizes of an assembly's panels, of triangles the base on both sides."""
+    side = parameters.base if "base" in assembly.uses else parameters.side
+    return (side, parameters.width if "width" in assembly.uses else side, parameters.thickness)
 
 
 def _size(text: str) -> tuple[int, int]:

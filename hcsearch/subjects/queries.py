@@ -51,4 +51,6 @@ class Query:
     def _scene(self, database: Database, scenic: bool) -> str:
         """The scene that is asked for; scenic : whether what is read depends on one, where none is named."""
         named = (self.scene, self.panel, self.across)
-        return scene_asked_for(database, *named) if scenic or any(name is not None for name in named) else DEFAULT
+        if not scenic and all(name is None for name in named):
+            return DEFAULT
+        return scene_asked_for(database, *named, query=self.conditions)

@@ -40,7 +40,8 @@ class Known:
     scene : with the panels that are asked for, before its values change. parts : of its name that say how to look.
     folding : that is meant, where the name or a database says which. stored : name of the scene in the database.
     number : of the design there. verdict : on the folding there. look : that gave this verdict, unless another way is
-    asked for; without its springs where others are. noted : what else users should know.
+    asked for; without its springs where others are. chosen : which folding of the design this is, where the request
+    leaves it open and there are several. noted : what else users should know.
     """
 
     name: str
@@ -52,6 +53,7 @@ class Known:
     number: int | None = None
     verdict: StoredVerdict | None = None
     look: Look | None = None
+    chosen: str = ""
     noted: str = ""
 
     @property
@@ -66,7 +68,7 @@ class Known:
 
     def said(self, way: str) -> str:
         """The same with another sentence on how flat pairs are joined."""
-        return "; ".join(filter(None, (self.noted, way)))
+        return "; ".join(filter(None, (self.noted, self.chosen, way)))
 
 
 @dataclass(frozen=True)
@@ -182,13 +184,36 @@ def _looked_up(
         folds = foldings(own)
         known = replace(known, folding=None if chosen is None else folding_of(own, chosen))
         if crease is None and len(folds) > 1 and chosen is not None:
-            said.append(f"folding {chosen}, the best of {len(folds)}")
+            known = replace(known, chosen=f"folding {chosen}, the best of {len(folds)}")
+    known = replace(known, noted="; ".join(said))
     if judged and known.folding is not None:
         at = Folding.from_notation(known.folding.notation).crease
-        known = replace(known, verdict=find_verdict(database, number, at, known.stored))
-        if not (request.flat_pairs or request.merge or parts):
-            known = replace(known, look=_look(known, own_springs=bool({"spring", "springs"} & set(request.values))))
-    return replace(known, noted="; ".join(said))
+        return _judged(known, find_verdict(database, number, at, known.stored), request)
+    return known
+
+
+def with_path(request: Request) -> Request:
+    """The request with the first folding of a proved path, where it names a design whose best folding has none."""
+    known = known_of(request)
+    best, verdict, number = known.folding, known.verdict, known.number
+    if not known.chosen or best is None or number is None or verdict is None or verdict.path is not None:
+        return request
+    with open_readonly(request.db) as database:
+        for folding in foldings(best.circuit):
+            own = find_verdict(database, number, folding.crease, known.stored)
+            if own is not None and own.path is not None:
+                chosen = f"folding {folding.crease}, as no path of the best one, {best.crease}, is proved"
+                known = replace(known, folding=folding, chosen=chosen)
+                return replace(request, known=_judged(known, own, request))
+    return request
+
+
+def _judged(known: Known, verdict: StoredVerdict | None, request: Request) -> Known:
+    """The same with the verdict on its folding, and the look that gave it unless the request names another way."""
+    known = replace(known, verdict=verdict, look=None)
+    if request.flat_pairs or request.merge or known.parts:
+        return known
+    return replace(known, look=_look(known, own_springs=bool({"spring", "springs"} & set(request.values))))
 
 
 def _is_stored(database: Database, scene: Scene, request: Request) -> bool:

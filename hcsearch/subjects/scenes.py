@@ -8,13 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hcsearch.errors import DatabaseError, HcsearchWarning, SceneError
-from hcsearch.grid import GRIDS
 from hcsearch.scenes import (
     DEFAULT,
     SCENES,
     Scene,
     check_name,
-    default_panel,
     doubt_of,
     is_panel,
     joined_name,
@@ -59,11 +57,11 @@ def with_size(scene: Scene, panel: str | None, across: str | None, grid: str) ->
     size = read_size(panel, across, grid)
     sized = scene if size is None else with_panel(scene, size, grid)
     if sized.panel is not None:
-        _warn_of(sized.panel, None if across is None else grid)
+        warn_of(sized.panel, None if across is None else grid)
     return sized
 
 
-def _warn_of(panel: PanelSize, across: str | None) -> None:
+def warn_of(panel: PanelSize, across: str | None) -> None:
     """HcsearchWarning for sizes that are probably not meant; across : as of `doubt_of`."""
     doubt = doubt_of(panel, across)
     if doubt is not None:
@@ -79,13 +77,21 @@ def read_size(panel: str | None, across: str | None, grid: str) -> PanelSize | N
     return None if panel is None else read_panel(panel, grid)
 
 
-def scene_asked_for(database: Database, text: str | None, panel: str | None, across: str | None) -> str:
-    """The name of a stored scene that options stand for, whichever grid it is of.
+def scene_asked_for(
+    database: Database,
+    text: str | None,
+    panel: str | None,
+    across: str | None,
+    *,
+    query: str = "",
+    grid: str | None = None,
+) -> str:
+    """The name of a stored scene that options stand for, with panels of a grid, or of what a query may give.
 
     Without options, `default`; where a database has verdicts of one other scene alone, this, which a line on stderr
     says. SceneError where it has verdicts of several, and none of `default`.
     """
-    from hcsearch.store import check_scene, scene_names
+    from hcsearch.store import check_scene, grids_in, scene_names
 
     if text is None and panel is None and across is None:
         only = only_scene(database)
@@ -97,30 +103,31 @@ def scene_asked_for(database: Database, text: str | None, panel: str | None, acr
     if base not in scene_names(database):
         parted = _parted(base)
         if parted is not None:
-            name, size = parted
-            base = joined_name(name, panel_text(size))
+            scene, given = parted
+            base = joined_name(scene, panel_text(given))
             if base not in scene_names(database):
-                _warn_of(size, None)
+                warn_of(given, None)
     if panel is None and across is None:
         return base
-    sizes, refused = {}, None
-    for grid in GRIDS:
+    meant: dict[str, tuple[PanelSize | None, str]] = {}
+    refused = None
+    for each in grids_in(database, query) if grid is None else [grid]:
         try:
-            sizes[grid] = read_size(panel, across, grid)
+            size = read_size(panel, across, each)
+            own = None if size is None else with_panel(SCENES[DEFAULT], size, each).panel
         except SceneError as error:  # of rectangles sizes are given otherwise
             refused = error
-    if not sizes and refused is not None:
+        else:
+            meant.setdefault(base if own is None else joined_name(base, panel_text(own)), (own, each))
+    if not meant and refused is not None:
         raise refused
-    names = [joined_name(base, panel_text(size)) for size in sizes.values() if size is not None]
-    known = [name for name in dict.fromkeys(names) if name in scene_names(database)]
-    if len(known) > 1:
-        raise SceneError(f"--across may mean {' or '.join(map(repr, known))} here: name one with --scene")
-    if not known and any(size == default_panel(grid) for grid, size in sizes.items()):
-        return base
-    if not known:
-        grid, size = next((grid, size) for grid, size in sizes.items() if size is not None)
-        _warn_of(size, None if across is None else grid)
-    return known[0] if known else names[0]
+    if len(meant) > 1:
+        each_of = " or ".join(f"{name!r} ({of})" for name, (_, of) in meant.items())
+        raise SceneError(f"these panels are of the scene {each_of}: name the grid, as in grid=hex, or one with --scene")
+    ((name, (own, of)),) = meant.items()
+    if own is not None and name not in scene_names(database):
+        warn_of(own, None if across is None else of)
+    return name
 
 
 def only_scene(database: Database) -> str | None:

@@ -6,7 +6,7 @@ import csv
 import io
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,6 +52,8 @@ class Columns:
         text = cells[k].strip()
         if is_number(text):
             remedy = f"write 0 or a number of size {TINY:g} to {HUGE:g}"
+        elif is_number(text.replace(",", ".")):
+            remedy = "write decimals by points"
         return HcsearchError(f"line {number} of {self.path} has {text!r} for {name}: {remedy}")
 
 
@@ -60,7 +62,7 @@ def read_columns(path: str, example: str, *, what: str = "", most: int = MOST_BY
 
     example : of a name, for messages. what : what the file should hold. most : its size in bytes. Empty cells after the
     last column are left out. Errors: HcsearchError for a first line of numbers, for columns that are not separated by
-    commas, and for lines with more values than there are columns.
+    commas, for lines above the names of columns, and for lines with more values than there are columns.
     """
     try:
         reader = csv.reader(io.StringIO(read_text(path, what, most=most), newline=""))
@@ -70,7 +72,10 @@ def read_columns(path: str, example: str, *, what: str = "", most: int = MOST_BY
     if not lines:
         raise HcsearchError(f"{path} is empty: give a CSV file with a line of column names")
     first = [name.strip() for name in lines[0][1]]
-    if len(first) == 1 and any(mark in first[0] for mark in ";\t"):
+    _refuse_title(path, lines)
+    # a name of several words is no list of names, unless values stand there in the same way
+    spaced = all(len(row) == 1 and " " in row[0].strip() for _, row in lines[:2])
+    if len(first) == 1 and (spaced or any(mark in first[0] for mark in ";\t|")):
         raise HcsearchError(f"the columns of {path} are not separated by commas: write them so, and decimals by points")
     if all(is_number(name) for name in first if name):
         raise HcsearchError(f"the first line of {path} names no columns: write one name for each, such as {example}")
@@ -84,6 +89,18 @@ def read_columns(path: str, example: str, *, what: str = "", most: int = MOST_BY
                     "write decimals by points"
                 )
     return Columns(path, tuple(first), tuple(lines[1:]))
+
+
+def _refuse_title(path: str, lines: Sequence[tuple[int, list[str]]]) -> None:
+    """Refuse titles and comments above the names of columns."""
+    filled = ([cell for cell in row if cell.strip()] for _, row in lines)
+    k, names = next(((k, cells) for k, cells in enumerate(filled) if len(cells) > 1), (0, []))
+    if k and not any(map(is_number, names)):
+        before = f"line {lines[0][0]}" if k == 1 else f"lines {lines[0][0]} to {lines[k - 1][0]}"
+        raise HcsearchError(
+            f"{before} of {path} {'names' if k == 1 else 'name'} no columns, line {lines[k][0]} does: leave out what "
+            "stands above it"
+        )
 
 
 def renamed(columns: Columns, known: Mapping[str, str], example: str) -> Columns:

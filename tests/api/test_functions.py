@@ -88,7 +88,7 @@ def test_replays_are_paths_or_what_springs_do():
     folding = Folding.from_notation("hex:0234435011:1")
     path = replay(folding)
     assert (path.axis, path.title) == ("path", folding.notation)
-    assert replay(folding, by="springs").axis == "time"
+    assert replay(folding, motion="springs").axis == "time"
 
 
 def test_tune_is_the_command_and_goes_on_where_it_stopped(tmp_path):

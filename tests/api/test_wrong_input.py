@@ -73,7 +73,8 @@ CIRCUIT, LINKAGE = FOLDING.circuit, FOLDING.linkage()
         (lambda: tune(FOLDING, spread={"mass": 0.1}), "spread cannot be {'mass': 0.1}: give a Spread"),
         (lambda: tune(FOLDING, progress=3), "progress cannot be 3: give a function"),
         (lambda: replay(LINKAGE), "replay: what cannot be"),
-        (lambda: replay(FOLDING, by="x"), "replay: by cannot be 'x': give 'path' or 'springs'"),
+        (lambda: replay(FOLDING, motion="x"), "replay: motion cannot be 'x': give 'path' or 'springs'"),
+        (lambda: save(FOLDING, "x.csv", motion="x"), "save: motion cannot be 'x': give 'path' or 'springs'"),
         (lambda: save(FOLDING, 5), "save: path cannot be 5: give a text or a Path"),
         (lambda: enumerate_into("a.db", grid="hex", n="6"), "enumerate_into: n cannot be '6': give a whole number"),
         (lambda: enumerate_into("a.db", grid="hex", n=6, keep="x"), "give 'all', 'two-stack' or 'untwisted'"),
@@ -109,7 +110,7 @@ def test_grids_go_by_their_names_and_panels_by_texts_in_millimetres():
 
 
 def test_results_have_a_short_text():
-    replayed = hcsearch.replay(FOLDING, by="springs", seconds=0.001)
+    replayed = hcsearch.replay(FOLDING, motion="springs", seconds=0.001)
     pattern = "<Pattern of 10 facets, 8 panels, 8 hinges, 6 mm thick>"
     assert repr(LINKAGE.pattern) == pattern
     assert re.fullmatch(r"<hex:0234550132:4: simulated in .*; \d+ states>", repr(replayed))

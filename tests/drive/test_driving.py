@@ -104,6 +104,14 @@ def test_a_drive_that_does_not_follow_says_so_with_the_remedy(wishes):
     assert own.sentence.endswith("(a greater --firm)" if "firm" in wishes else "--period, or a smaller --rate")
 
 
+def test_motors_are_sized_by_the_simulation_where_no_remedy_helps():
+    folding = folding_named("square:012233330111:4")
+    scene = with_panel(SCENES["default"], read_panel("1000x20"), "square")
+    own = following(driving.drive(folding, scene, driving.find_motion(folding, scene)))
+    assert not own.follows
+    assert own.sentence.endswith("singular at 1 of the path: size motors by simulated torques, or try other panels")
+
+
 def test_the_work_of_drives_is_the_integral_of_their_power(machine):
     """The simulation books energies and dampers; torques and rates are looked at apart from it."""
     driven, motion = machine.deployment.driven, machine.deployment.motion

@@ -301,6 +301,14 @@ def test_a_law_of_a_file_becomes_its_points(tmp_path):
         spring_law("3*table:0@0,209@120+1", tmp_path)
 
 
+def test_a_table_in_the_folder_of_the_user_is_named_by_a_tilde(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    (tmp_path / "s.csv").write_text("angle_deg,moment_N_m\n0,0\n90,0.1\n")
+    law = f"table:0@0,0.1@{math.pi / 2}"
+    assert spring_law("2*table:~/s.csv", Path("elsewhere")) == f"2*{law}"
+    assert law_named("table:~/s.csv").text == law
+
+
 def test_joints_of_one_law_share_its_pieces():
     law = tabulated([0.0, 1.0, 2.0], [0.0, 1.0, 3.0])
     pieces, breaks, cubics, energies = tables_of([law, FREE, law])

@@ -208,6 +208,33 @@ def test_files_without_frames_and_with_one_unclassed_frame_are_read():
     assert read(folded | {"file_frames": [folded, pattern]}) == SIX
 
 
+def test_frames_that_show_no_panels_are_passed_over():
+    pattern = base()
+    points = {"vertices_coords": pattern.pop("vertices_coords")}
+    assert read(points | {"file_frames": [pattern | {"frame_inherit": True}]}) == SIX
+    short = {"vertices_coords": [[0, 0], [1, 0]], "edges_vertices": []}
+    line = {"vertices_coords": [[0, 0], [1, 0]], "edges_vertices": [[0, 1]]}
+    linkages = [line | {"frame_classes": [name]} for name in ("graph", "linkage")]
+    for first in (short, *linkages):
+        assert read(first | {"file_frames": [points | pattern]}) == SIX
+    with pytest.raises(HcsearchError, match=r"^frame 1 of mine.fold is no flat pattern: its edges bound no panel"):
+        read(short | {"file_frames": [line]})
+    with pytest.raises(HcsearchError, match=r"^the first frame of mine.fold is no flat pattern: its edges bound no"):
+        read(linkages[0] | {"file_frames": [{}]})
+    with pytest.raises(HcsearchError, match=r"^frame 1 of mine.fold is no flat pattern: it has neither edges nor"):
+        read({"edges_vertices": [[0, 1]], "file_frames": [short]})
+
+
+@pytest.mark.parametrize("nothing", [None, []])
+def test_keys_without_a_value_are_missing(nothing):
+    assert read(base(edges_foldAngle=nothing, faces_vertices=nothing, frame_inherit=nothing)) == SIX
+    child = {"frame_inherit": True, "frame_parent": nothing, "edges_assignment": nothing, "faces_vertices": nothing}
+    assert read(base(file_frames=[child | {"frame_classes": ["creasePattern"]}])) == SIX
+    unassigned = base()
+    del unassigned["edges_assignment"]
+    assert parse_fold(json.dumps(base(edges_assignment=nothing))) == parse_fold(json.dumps(unassigned))
+
+
 @pytest.mark.parametrize(
     ("unit", "metres"),
     [("inch", 0.0254), ("MM", 1e-3), ("Millimeters", 1e-3), ("µm", 1e-6), ("ft", 0.3048), ("unit", None), (None, None)],
@@ -244,7 +271,7 @@ def test_messages_name_edges_and_their_places():
     assert read(data) == SIX
     folded = base()
     folded["vertices_coords"] = [[x, y, 30.0 * (k == 6)] for k, (x, y) in enumerate(folded["vertices_coords"])]
-    with pytest.raises(HcsearchError, match=r"its first frame is folded: vertex \d+ at \(.*\) is .* off the plane"):
+    with pytest.raises(HcsearchError, match=r"it is folded: vertex \d+ at \(.*\) is .* off the plane"):
         read(folded)
 
 

@@ -131,6 +131,11 @@ EVEN = [f"{k / 100},{k % 7}" for k in range(100)]
         (MOMENTS + "0,0\n1,x\n", "line 3 .* 'x' for moment_N_m"),
         (MOMENTS + "0,0\n1\n", "line 3 .* 1 values for 2 columns"),
         ("angle_rad;moment_N_m\n0;0,1\n", "not separated by commas"),
+        ("angle_rad|moment_N_m\n0|0\n", "not separated by commas"),
+        ("angle_rad moment_N_m\n0 0\n", "not separated by commas"),
+        (MOMENTS + '0,0\n"1,5",1\n', "line 3 .* '1,5' for angle_rad: write decimals by points"),
+        ("# by X\n" + MOMENTS + "0,0\n", "line 1 of .* names no columns, line 2 does: leave out what stands above it"),
+        ("Test 12,\n\n% by X\n" + MOMENTS, "lines 1 to 3 of .* name no columns, line 4 does: leave out"),
         (MOMENTS, "0 different angles"),
         (MOMENTS + "0,0\n1,1\n2,2\n", "3 different angles"),
         (MOMENTS + "".join(f"{k},0.5\n" for k in range(6)), "0.5 N m at every angle"),
@@ -190,6 +195,13 @@ def test_times_rounded_to_milliseconds_are_even(tmp_path, rate, rounded):
     assert found == pytest.approx(rate, rel=1e-4)
 
 
+def test_times_that_may_be_milliseconds_are_doubted(tmp_path):
+    path = swing(tmp_path / "a.csv", [f"{2.5 * k:.1f}" for k in range(800)])
+    result = CliRunner().invoke(hcsearch, ["identify", "damping", "--inertia", "1", str(path)])
+    assert result.exit_code == 0
+    assert "one sample in 2.5 s: write seconds in time_s if these are milliseconds" in result.stderr
+
+
 def test_times_of_six_digits_are_even(tmp_path):
     times = [f"{99.0 + k / 400.0:.6g}" for k in range(800)]
     assert read_accelerations(str(swing(tmp_path / "a.csv", times)))[1] == pytest.approx(400.0, rel=1e-5)
@@ -222,6 +234,32 @@ def test_gaps_are_named_where_they_are(tmp_path, rate, digits, gaps, named):
     assert f"--from {after}" in message
     if len(kept) - places[-1][1] > 200:
         assert read_accelerations(str(path), start=float(after))[1] == pytest.approx(rate, rel=1e-4)
+
+
+def test_a_gap_among_times_of_one_and_two_units_is_named_alone(tmp_path):
+    times = [f"{k / 700:.3f}" for k in range(800) if k != 200]
+    message = refused("damping", "--inertia", "0.0051", swing(tmp_path / "a.csv", times, [a for _, a in SWING[1:]]))
+    assert "missing from 0.284 to 0.287 s, where a step is 0.003 s and not 0.00143 s" in message
+
+
+@pytest.mark.parametrize(
+    ("lost", "remedy"),
+    [
+        ({100}, r"begin after it by --from 1\.01$"),
+        ({100, 120}, r"leave out what follows 0\.99 s$"),
+        ({20, 120}, r"leave out what follows 1\.19 s and begin by --from 0\.21$"),
+        ({50, 100}, r"measure anew: at most 50 samples follow each other, and 64 are needed$"),
+    ],
+)
+def test_the_remedy_for_a_gap_leaves_enough_samples(tmp_path, lost, remedy):
+    count = 166 if lost == {100} else 140
+    kept = [k for k in range(count) if k not in lost]
+    path = swing(tmp_path / "a.csv", [f"{k / 100:.2f}" for k in kept], [SWING[4 * k][1] for k in kept])
+    assert re.search(remedy, refused("damping", "--inertia", "0.0051", path))
+    if lost == {100}:
+        assert read_accelerations(str(path), start=1.01)[0].shape == (1, 65)
+        swing(path, [f"{1e5 + k / 100:.2f}" for k in kept], [SWING[4 * k][1] for k in kept])
+        assert refused("damping", "--inertia", "0.0051", path).strip().endswith("--from 100001.01")
 
 
 def test_a_gap_before_the_start_does_not_count(tmp_path):
@@ -315,6 +353,12 @@ def test_what_no_spring_shows_is_said_in_one_line(tmp_path, rows, heading, messa
     assert len(result.stderr.splitlines()) == 1
     plain = moments(tmp_path / "plain.csv", ROWS + BACK)
     assert CliRunner().invoke(hcsearch, ["identify", "spring", str(plain)]).stderr == ""
+
+
+def test_angles_from_the_folded_state_are_to_be_turned_and_moments_are_not(tmp_path):
+    path = moments(tmp_path / "spring.csv", [(180 - a, m) for a, m in ROWS], "angle_deg,moment_N_mm")
+    doubt = CliRunner().invoke(hcsearch, ["identify", "spring", str(path)]).stderr
+    assert doubt.strip().endswith("write pi or 180 degrees minus an angle that counts from the folded state")
 
 
 def test_degrees_that_are_named_rad_are_refused(tmp_path):

@@ -57,7 +57,7 @@ def test_motions_are_planned_and_simulated_where_no_database_holds_the_design(co
     assert "proved with" in path.source
     assert path.command == "hcsearch drive hex:0234550132:4"
     assert springs.command == "hcsearch deploy hex:0234550132:4"
-    assert "flat after 0.14" in springs.source
+    assert "flat after 0.1410 s" in springs.source
     assert [plot.title for plot in path.plots] == ["Nearest gap between panels", "Fold angles of the hinges"]
     assert [plot.title for plot in springs.plots][-1] == "Energies"
     assert computed.row == {}
@@ -100,6 +100,7 @@ def test_a_stored_design_shows_its_verdicts_and_paths(stored):
         "are"
     )
     assert [motion.title for motion in first.motions] == ["Planned path", "Motion by springs"]
+    assert "loops closed exactly: panels 1 and 5 collide at 0.01 s" in first.motions[1].source  # as it was stored
     assert np.isclose(first.room.packed.height, 0.024)
     assert all(shown.status == "twisted" for shown in data.foldings[1:])
     joined = " ".join(text for _, text in Page(render_design(data)).texts)

@@ -175,8 +175,10 @@ def test_requests_that_come_at_once_are_answered_in_order():
     assert bodies == [f"/{k}".encode() for k in range(200)] + [b"/last"]
 
 
-def test_an_address_that_cannot_be_read_is_a_bad_request(capfd, caplog):
-    with serving() as address, connected(address, 1) as (connection,):
-        connection.sendall(b"GET http://[::1 HTTP/1.1\r\nHost: localhost\r\n\r\n")
-        assert connection.recv(100).startswith(b"HTTP/1.1 400 ")
-    assert (capfd.readouterr().err, caplog.text) == ("", "")
+@pytest.mark.parametrize("address", ["http://[::1", "http://[x", "http://[x]y/here"])
+def test_addresses_that_cannot_be_split_are_bad_requests(address, capfd, caplog):
+    with serving() as server, socket.create_connection(server, timeout=10) as connection:
+        connection.sendall(f"GET {address} HTTP/1.1\r\nHost: here\r\n\r\n".encode())
+        assert connection.recv(4096).startswith(b"HTTP/1.1 400 ")
+        assert answer(server)
+    assert (capfd.readouterr(), caplog.records) == (("", ""), [])

@@ -8,8 +8,15 @@ from pathlib import Path
 
 import pytest
 
+from hcsearch.enumeration import PolygonSearch
+from hcsearch.grid import GRIDS
+from hcsearch.pipeline import Plan, run_into
 from hcsearch.player import replay_in
+from hcsearch.serve import Application
+from hcsearch.store import find_circuit, open_database, open_readonly
+from tests.judging import judge
 from tests.report.pages import data_of
+from tests.serve.asking import Asking
 from tests.serve.conftest import MOVES
 
 pytestmark = pytest.mark.extra
@@ -35,6 +42,23 @@ def test_the_page_of_a_design_plays_its_motion_and_names_its_files(asking, numbe
 def test_a_design_that_is_not_there_is_named(asking, missing, below):
     answer = asking(f"/designs/{missing}{below}")
     assert (answer.status, f"no design {missing} in " in answer.text) == (404, True)
+
+
+@pytest.mark.parametrize("scene", ["", "?scene=solar"])
+def test_a_database_with_verdicts_of_one_scene_alone_has_all_pages(tmp_path, scene):
+    file = str(tmp_path / "solar.sqlite")
+    with open_database(file, create=True) as database:
+        run_into(Plan(PolygonSearch(GRIDS["hex"], 10), "twist"), database)
+        judge(database, [(MOVES, 1, "movable", None, None)], "solar")
+        number, _ = find_circuit(database, MOVES)
+    with open_readonly(file) as database:
+        application = Application(database, file, scene="solar")
+        asking = Asking(application)
+        for below in ("", "/export.json", "/foldings/1/export.csv", "/foldings/1/motion.json"):
+            assert asking(f"/designs/{number}{below}{scene}").status == 200
+        refused = asking(f"/designs/{number}?scene=default")
+        assert (refused.status, "no verdicts of the scene" in refused.text) == (400, True)
+        application.close()
 
 
 def test_a_list_names_the_motions_that_the_database_holds(asking, number):

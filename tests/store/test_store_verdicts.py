@@ -274,17 +274,25 @@ def test_the_best_folding_of_a_design_differs_between_scenes(database):
 
 def test_a_scene_that_was_never_run_is_refused(listed):
     for view in ("designs", "foldings", "motions", "deployments"):
-        with pytest.raises(SceneError, match=r"'solar' in .*: none yet; run `hcsearch enumerate --scene solar`"):
-            select(listed, view=view, scene="solar")
+        with pytest.raises(SceneError, match=r"'earth' in .*: none yet; run `hcsearch enumerate --scene earth`"):
+            select(listed, view=view, scene="earth")
     judge(listed, [FLAT])
     judge(listed, [CUT], "moon")
     judge(listed, [CUT], "moon, 300x300x4")
     known = (
         "its scenes are: default, moon, 'moon, 300x300x4'; name one of these with --scene, or run "
-        "`hcsearch enumerate --scene 'low moon'`"
+        "`hcsearch enumerate --scene 'moon, 70x70x6'`"
     )
     with pytest.raises(SceneError, match=known):
-        select(listed, scene="low moon")
+        select(listed, scene="moon, 70x70x6")
+
+
+@pytest.mark.parametrize("name", ["eart", "low moon", "low moon, 70x70x6"])
+def test_a_scene_that_there_is_not_is_run_from_a_file_of_its_own(listed, name):
+    judge(listed, [FLAT])
+    own = "name one of these with --scene, or for a scene of your own run `hcsearch enumerate --scene FILE.toml`"
+    with pytest.raises(SceneError, match=own):
+        select(listed, scene=name)
 
 
 def test_the_default_scene_may_be_asked_about_before_it_was_run(listed):
