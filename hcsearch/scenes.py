@@ -21,6 +21,8 @@ SMALLEST, LARGEST = 1e-6, 1e4
 """Lengths of panels, m."""
 SMALL_SIDE, LARGE_SIDE = 0.005, 20.0
 """Sides below or above which a size was probably meant in another unit, m."""
+THICKEST = 0.2
+"""Greatest thickness that is likely to be meant, m."""
 _NUMBER = r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
 _PANEL = re.compile(rf"({_NUMBER})x({_NUMBER})(?:x({_NUMBER}))?", re.ASCII)
 _NAME = re.compile(r"[A-Za-z][\w.+-]{0,39}(?: [\w.+-]+)*", re.ASCII)
@@ -208,7 +210,7 @@ def doubt_of(panel: PanelSize, across: str | None = None) -> str | None:
     likely = _likely(given, factor)
     if likely is not None:
         meant = f"; did you mean {_brief(likely)}?"
-    elif given[0] == given[1] and across is None:
+    elif given[0] == given[1] and across is None and panel[2] > 0.5 * panel[0]:
         meant = f"; a thickness is missing where both are sides, as in {_brief(given)}x6"
     else:
         meant = ""
@@ -236,7 +238,7 @@ def _likely(panel: PanelSize, factor: float) -> PanelSize | None:
         turned = [thickness, thickness, side] if length == width else sorted(panel, reverse=True)
     for scale in (1.0, 1e3, 1e-3):  # millimetres, metres, or millimetres that Python took for metres
         first, second, last = (scale * size for size in turned)
-        if not _faults((first / factor, second / factor, last)):
+        if last <= THICKEST and not _faults((first / factor, second / factor, last)):
             return (first, second, last)
     return None
 

@@ -68,6 +68,7 @@ def test_other_sizes_are_in_no_doubt(text):
     [
         ("50x40", "half their side: sizes are in mm, sides first, then the thickness; a thickness is missing where "
          "both are sides, as in 50x40x6"),
+        ("4.9x0.5", "less than 5 mm: sizes are in mm, sides first, then the thickness"),
         ("80x40x30", "half their side: sizes are in mm, sides first, then the thickness"),
         ("80x50x40", "half their side: sizes are in mm, sides first, then the thickness"),
     ],

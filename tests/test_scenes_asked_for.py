@@ -100,7 +100,11 @@ def test_an_export_of_what_was_not_judged_says_so(two, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     said = call("export", 1, "--output", "a.fold", "--db", two)[1]
     assert said == f"scene default, without verdicts in {two}: its scenes are 1000x1000x20, 500x500x20\n"
-    assert call("export", 1, "--panel", "60x6", "--output", "a.fold", "--db", two)[1] == ""
+    for options, scene in ((("--panel", "60x6"), "60x60x6"), (("--scene", "earth"), "earth")):
+        said = call("export", 1, *options, "--output", "a.fold", "--db", two)[1]
+        assert said == f"scene {scene}, without verdicts in {two}: its scenes are 1000x1000x20, 500x500x20\n"
+    said = call("export", 1, "--panel", "500x20", "--output", "a.fold", "--db", two)[1]
+    assert "without verdicts" not in said
 
 
 def test_what_no_stage_has_judged_has_no_status(tmp_path):

@@ -19,7 +19,7 @@ def reason_of_motion(compiled: Compiled, motion: Motion, sooner: str = "give it 
     shut, opened = (named_hinges(compiled.linkage, hinges) for hinges in (held.closed, held.open))
     where = f"closed hinges {shut}, open hinges {opened}"
     easier, tighter = "raise the tolerance, or take the implicit method", "lower the tolerance"
-    closer = "take the compliant formulation, or start further from a singular state"
+    closer = "take the compliant formulation"
     if compiled.formulation == "penalty":
         easier, closer = "raise the tolerance, or lower cut_stiffness and stop_stiffness", "raise cut_stiffness"
     balance = closer if compiled.formulation == "constrained" else tighter

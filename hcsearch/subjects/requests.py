@@ -161,8 +161,9 @@ def _looked_up(
     from hcsearch.subjects.designs import stored_circuit
 
     said = []
-    id_alone = is_id(circuit) and not content and (request.scene, request.panel, request.across) == (None, None, None)
-    if id_alone and (only := only_scene(database)) is not None:
+    by_id = is_id(circuit) and not content
+    unnamed = (request.scene, request.panel, request.across) == (None, None, None)
+    if by_id and unnamed and (only := only_scene(database)) is not None:
         request = replace(request, scene=only)
         said.append(f"scene {only}, the only one that {database.location} has verdicts of")
     try:
@@ -177,7 +178,7 @@ def _looked_up(
     names = scene_names(database)
     judged = scene.name in names and _is_stored(database, scene, request)
     known = replace(known, stored=scene.name) if judged else known
-    if id_alone and names and not judged:
+    if by_id and names and not judged:
         said.append(f"scene {scene.name}, without verdicts in {database.location}: its scenes are {', '.join(names)}")
     if known.folding is None:
         chosen = best_creases(database, [number], known.stored).get(number) if crease is None else crease

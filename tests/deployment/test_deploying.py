@@ -124,7 +124,7 @@ def test_springs_across_the_loops_pass_where_exact_closure_is_singular():
     linkage = linkage_named("hex:023424540021:3")
     exact = deploy(linkage, DEFAULT, tolerance=1e-4, certified=False)
     assert exact.outcome == "diverged"
-    assert exact.reason.endswith("take the compliant formulation, or start further from a singular state")
+    assert exact.reason.endswith("take the compliant formulation")
     found = deploy(linkage, DEFAULT, "compliant", tolerance=1e-4, certified=False)
     assert found.outcome == "moving"
     assert 0.0 < found.motion.gap < 1e-3
