@@ -9,19 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcsearch.circuit import Circuit
-from hcsearch.errors import SizeError
 from hcsearch.folding import Folding, representatives
+from hcsearch.planning.sizes import check_size
 from hcsearch.records import CircuitBatch, StagedDesigns, play_of
 from hcsearch.scenes import Scene, check_verdicts, panel_of
 from hcsearch.stages.order import STAGES
 from hcsearch.stages.stage import run_stages
 from hcsearch.stages.statuses import folding_statuses
 from hcsearch.vocabulary import Status
-
-MOST_BYTES = 2_000_000_000
-"""Memory that a check may take."""
-_FIXED, _EACH, _PAIR = 250_000_000, 300_000, 900
-"""Bytes of a check: without panels; for each panel, as of states in trees; for each two, as of gaps in a state."""
 
 
 @dataclass(frozen=True)
@@ -87,9 +82,9 @@ def check_circuit(
     circuit : in any position, order and direction. creases : of the foldings to look at, in its canonical order; all
     unless given. progress : called with the number of untwisted foldings that are done, that of all, and the stage that
     the next one is in. SceneError where the grid's designs cannot be judged in the scene, SizeError where that would
-    take more than `MOST_BYTES` of memory.
+    take more memory than `planning.sizes` allows.
     """
-    _check_memory(circuit.n)
+    check_size(circuit.n)
     circuit = circuit.canonical()
     check_verdicts(scene, circuit.grid.name, circuit.n)
     word = np.array([circuit.word], np.int8)
@@ -122,22 +117,6 @@ def check_circuit(
         verdicts |= {verdict.folding.crease: verdict for verdict in _judged(circuit, some, scene)}
         done += len(alike)
     return CheckedCircuit(circuit, two_stack, tuple(verdicts[crease] for crease in sorted(verdicts)))
-
-
-def _check_memory(n: int) -> None:
-    """Refuse more panels than fit into the memory, before anything is computed."""
-    wanted = _bytes(n)
-    if wanted > MOST_BYTES:
-        most = next(k for k in range(n - n % 100, 0, -100) if _bytes(k) <= MOST_BYTES)
-        raise SizeError(
-            f"checking {n:,} panels takes about {wanted / 1e9:.1f} GB of memory, more than {MOST_BYTES / 1e9:g} GB: "
-            f"check a pattern of at most {most:,} panels"
-        )
-
-
-def _bytes(n: int) -> int:
-    """Memory that a check of n panels takes, at most."""
-    return _FIXED + n * (_EACH + _PAIR * n)
 
 
 def _twisted(folding: Folding, lk: int) -> FoldingVerdict:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -24,6 +25,7 @@ PIECE_SECONDS = 4.0
 """Core seconds that a piece takes, about."""
 _PANELS = 12
 _MARK = "#"
+_KEY = re.compile(rf"(.*){_MARK}[0-9]{{1,9}}/([0-9]{{1,9}})", re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -93,10 +95,10 @@ def pieces(shard: str, candidates: StagedDesigns) -> Iterator[Piece]:
 
 
 def unfinished(shards: Sequence[str], keys: Sequence[str]) -> list[str]:
-    """Shards of which not all pieces are among finished ones."""
+    """Shards of which not all pieces are among finished ones; keys of no piece are those of none."""
     counted: dict[str, tuple[int, int]] = {}
     for key in keys:
-        shard, _, place = key.rpartition(_MARK)
-        done, _ = counted.get(shard, (0, 0))
-        counted[shard] = (done + 1, int(place.partition("/")[2]))
+        if (piece := _KEY.fullmatch(key)) is not None:
+            shard, done = piece[1], counted.get(piece[1], (0, 0))[0]
+            counted[shard] = (done + 1, int(piece[2]))
     return [shard for shard in shards if shard not in counted or counted[shard][0] < counted[shard][1]]

@@ -18,6 +18,7 @@ from hcsearch.labels import Labels, labels_of
 from hcsearch.linkage import Linkage
 from hcsearch.planning.planner import Growth, Planner
 from hcsearch.planning.proofs import PLAYS, PathProof, Prover
+from hcsearch.planning.sizes import check_size
 from hcsearch.scenes import PanelSize
 from hcsearch.typing import Reals
 from hcsearch.vocabulary import Way
@@ -53,8 +54,10 @@ def motion_of(folding: Folding, panel: PanelSize, ways: Sequence[Way], margin: f
     """Look for a proved path of a folding.
 
     ways : how flat pairs may be joined, in this order. margin : m, the greatest; None for that of `margin_of`.
-    Congruent foldings have one search, that of the folding that stands for them.
+    Congruent foldings have one search, that of the folding that stands for them. SizeError for more panels than
+    `sizes` allows.
     """
+    check_size(folding.circuit.n)
     like = folding.likeness(panel)
     own = folding if like is None else like.folding
     linkages = {way: linkage_joined(own, panel, way) for way in ways if can_be(own, way)}

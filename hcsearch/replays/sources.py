@@ -10,7 +10,7 @@ from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.circuit import Circuit
 from hcsearch.deployment.deploying import deploy
 from hcsearch.drive.driving import find_motion, why_not
-from hcsearch.errors import DatabaseError, HcsearchError
+from hcsearch.errors import DatabaseError, HcsearchError, SizeError
 from hcsearch.flat_pairs import can_be, linkage_joined
 from hcsearch.folding import Folding, folding_of
 from hcsearch.linkage import Linkage
@@ -78,6 +78,8 @@ def _of_path(request: Request, *, required: bool) -> tuple[Replay | None, str]:
         raise HcsearchError(f"{name} is an assembly, for which no path is planned: ask for --motion springs")
     try:
         folding, scene, motion, said = find_path(request) if required else _opened(request)
+    except SizeError:
+        raise
     except HcsearchError:
         if required:
             raise

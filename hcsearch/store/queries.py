@@ -12,7 +12,7 @@ from sqlalchemy import ColumnElement, FromClause, Select
 from sqlalchemy import select as sql_select
 
 from hcsearch.circuit import Circuit
-from hcsearch.errors import HcsearchError, QueryError, SceneError, expect, printable
+from hcsearch.errors import DatabaseError, HcsearchError, QueryError, SceneError, expect, printable
 from hcsearch.scenes import DEFAULT, SCENES, is_panel
 from hcsearch.store.columns import Kind, column_names
 from hcsearch.store.conditions import find_quantity, named_grids, parse_query, sort_terms, split_names, view_table
@@ -206,10 +206,15 @@ def find_circuit(database: Database, text: str) -> tuple[int, str]:
     if by_id and int(text[:20]) >= 2**63:
         raise _unknown(database, text)
     with database.reading() as connection:
-        found = connection.execute(sql_select(design.c.id, design.c.circuit).where(wanted)).first()
+        found = connection.execute(sql_select(design.c.id, design.c.circuit, design.c.n).where(wanted)).first()
     if found is None:
         raise _unknown(database, text)
-    check_values(database.location, ("id", "circuit"), ("integer", "text"), [found])
+    check_values(database.location, ("id", "circuit", "n"), ("integer", "text", "integer"), [found])
+    if len(found.circuit.rpartition(":")[2]) > found.n:
+        raise DatabaseError(
+            f"database {database.location} is damaged, the circuit of design {found.id} has more than its {found.n} "
+            "panels: restore a copy, or enumerate anew"
+        )
     return found.id, found.circuit
 
 

@@ -18,7 +18,7 @@ from hcsearch.store.rows import check_values, next_id
 from hcsearch.store.schema import FUNNEL, batch, design, run
 from hcsearch.store.upsert import insert_rows
 
-_KINDS: dict[str, Kind] = {"passed": "integer", "n_fixed": "integer", "seconds": "real"}
+_KINDS: dict[str, Kind] = {"prefix": "text", "passed": "integer", "n_fixed": "integer", "seconds": "real"}
 
 
 def start_run(

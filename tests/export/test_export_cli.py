@@ -257,7 +257,7 @@ def test_check_ends_with_1_where_nothing_folds(run):
 def test_check_says_how_much_memory_too_many_panels_would_take(run):
     long = "square:" + 999 * "0" + "1" + 999 * "2" + "3"
     message = refusal(run("check", long))
-    assert "checking 2,000 panels takes about 4.5 GB of memory, more than 2 GB" in message
+    assert "planning the motions of 2,000 panels takes about 4.5 GB of memory, more than 2 GB" in message
     assert "at most 1,200 panels" in message
 
 

@@ -130,6 +130,8 @@ def test_a_number_after_which_none_is_left_is_damage(made, folder, table):
 
 MOVES = "hex:0234435011"
 """Has foldings at 1, 3 and 4; that at 1 moves in what follows."""
+RING = f"square:{4999 * chr(48)}1{4999 * chr(50)}3"
+"""A circuit of 10,000 panels."""
 ASKED = {
     "query": "query -c id,circuit,array,needed_margin,min_clearance",
     "csv": "query --format csv",
@@ -189,6 +191,7 @@ DAMAGE = [
     (ARGUMENTS, ["[" * 100_000], "the arguments of run 1 are no object in JSON", {"report"}),
     ("UPDATE design SET circuit = 'kagome:01' WHERE circuit = ?", [MOVES], "the circuit of design", READS_DESIGN),
     ("UPDATE design SET circuit = '' WHERE circuit = ?", [MOVES], "the circuit of design", READS_DESIGN),
+    ("UPDATE design SET circuit = ? WHERE circuit = ?", [RING, MOVES], "is damaged", READS_DESIGN | READS_MOTION),
     ("UPDATE design SET n_fixed = ?", [2**62], "is damaged (integer overflow)", {"report"}),
     ("UPDATE scene SET scene_values = ?", ["a = " + "[" * 100_000], "the scene 'solar' cannot be read", {"other"}),
     (f"UPDATE design SET array = {NO_TEXT}", [], "UTF-8 column 'array'", {"query", "csv", "show", "report"}),

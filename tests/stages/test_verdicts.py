@@ -301,6 +301,7 @@ def test_pieces_are_small_whole_and_the_same_each_time():
         assert set(small.foldings.row.tolist()) == set(range(len(small.circuits)))
     assert unfinished(["shard", "other"], [piece.key for piece in parts]) == ["other"]
     assert unfinished(["shard"], [piece.key for piece in parts[1:]]) == ["shard"]
+    assert unfinished(["shard"], [*(piece.key for piece in parts[1:]), "shard", "shard#/", "shard#a/b"]) == ["shard"]
     (empty,) = pieces("none", own.take(np.zeros(len(own), bool)))
     assert (empty.key, len(empty.candidates.circuits)) == ("none#0/1", 0)
     results = Judge(DEFAULT, IN_A_SCENE)(empty).results
