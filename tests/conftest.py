@@ -33,6 +33,15 @@ def _no_extras(request, monkeypatch):
             monkeypatch.setitem(sys.modules, name, None)
 
 
+@pytest.fixture
+def run(tmp_path, monkeypatch, capfd):
+    """Run command lines in this process, in an empty folder."""
+    from tests.commands import run_here
+
+    monkeypatch.chdir(tmp_path)
+    return lambda *words: run_here(words, capfd)
+
+
 def pytest_collection_modifyitems(config, items):
     """Begin with what takes longest, on all workers, so that no core is left alone with it at the end.
 

@@ -15,15 +15,8 @@ from hcsearch.grid import GRIDS
 from hcsearch.scenes import doubt_of, read_across, read_panel
 from hcsearch.subjects.parameters import LENGTHS, parameters_of
 from tests import forking
-from tests.commands import run_here
 
 MOVING = "hex:0234550132:4"
-
-
-@pytest.fixture
-def run(tmp_path, monkeypatch, capfd):
-    monkeypatch.chdir(tmp_path)
-    return lambda *words: run_here(words, capfd)
 
 
 @pytest.fixture(scope="module")

@@ -10,15 +10,8 @@ from hcsearch.enumeration import search_all
 from hcsearch.errors import SizeError
 from hcsearch.grid import GRIDS
 from tests import forking
-from tests.commands import run_here
 
 MOVING = "hex:0234550132:4"
-
-
-@pytest.fixture
-def run(tmp_path, monkeypatch, capfd):
-    monkeypatch.chdir(tmp_path)
-    return lambda *words: run_here(words, capfd)
 
 
 @pytest.fixture(scope="module")

@@ -16,6 +16,7 @@ from hcsearch.records import Trial
 from hcsearch.store import find_design, open_database
 from tests.faults.fault_tools import seeded
 from tests.judging import judge
+from tests.loosening import loosened
 
 ENUMERATE = "enumerate --grid hex --n 8 --until mobility --db"
 COMMANDS = (
@@ -51,15 +52,8 @@ def tampered(made, folder, table, column, value):
     """A copy with one column overwritten in all rows; tables that are STRICT no more let that be."""
     path = folder / "designs.sqlite"
     shutil.copy(made[0], path)
-    with closing(sqlite3.connect(path)) as connection:
-        connection.execute("PRAGMA writable_schema = 1")
-        strict = "replace(replace(sql, ',\n STRICT', ''), 'STRICT', '')"
-        connection.execute(f"UPDATE sqlite_schema SET sql = {strict} WHERE type = 'table'")
-        connection.commit()
-    with closing(sqlite3.connect(path)) as connection:
-        connection.execute("PRAGMA ignore_check_constraints = 1")
+    with loosened(path) as connection:
         connection.execute(f'UPDATE OR IGNORE "{table}" SET "{column}" = ?', (value,))
-        connection.commit()
     return path
 
 

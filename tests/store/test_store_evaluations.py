@@ -1,12 +1,10 @@
-import sqlite3
-from contextlib import closing
-
 import pytest
 
 from hcsearch.errors import DatabaseError
 from hcsearch.store import open_database, open_readonly, select
 from hcsearch.store.columns import column_names
 from hcsearch.store.evaluations import find_evaluations, record_evaluations
+from tests.loosening import loosened
 
 
 def row(**changes):
@@ -74,15 +72,8 @@ def test_text_where_numbers_belong_is_damage(tmp_path, column):
     path = tmp_path / "designs.sqlite"
     with open_database(str(path), create=True) as made:
         record_evaluations(made, [row()])
-    with closing(sqlite3.connect(path)) as connection:
-        connection.execute("PRAGMA writable_schema = 1")
-        loose = "replace(replace(sql, 'WITHOUT ROWID,', 'WITHOUT ROWID'), 'STRICT', '')"
-        connection.execute(f"UPDATE sqlite_schema SET sql = {loose} WHERE name = 'evaluation'")
-        connection.commit()
-    with closing(sqlite3.connect(path)) as connection:
-        connection.execute("PRAGMA ignore_check_constraints = 1")
+    with loosened(path) as connection:
         connection.execute(f"UPDATE evaluation SET {column} = 'x'")
-        connection.commit()
     with (
         open_database(str(path), create=False) as made,
         pytest.raises(DatabaseError, match=f"column {column} "),
