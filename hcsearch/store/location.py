@@ -9,6 +9,7 @@ import stat
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import unquote
 
 from sqlalchemy import URL, make_url
 from sqlalchemy.exc import ArgumentError
@@ -27,6 +28,8 @@ _MISTYPED = re.compile(r"(postgres|sqlite)[\w+]*(:|//)", re.IGNORECASE)
 """The beginning of a URL with a mistake in it."""
 _SECRET = re.compile(r"(pass|pwd|pw|secret|token)\w*\s*(=|%3d)|\b(host|hostaddr|user|dbname)\s*=.*\s", re.IGNORECASE)
 """An option of libpq or of a URL that may hold a secret, or text of libpq, in which one may stand by any name."""
+_ESCAPED = make_url("sqlite:///%20").database == "%20"
+"""Whether names of databases are as they stand in a URL, as of SQLAlchemy 2.0, and not yet as they are meant."""
 LONGEST_PATH = 500
 """Bytes of a path: SQLite takes 512 with the names of its journals."""
 
@@ -60,6 +63,8 @@ def parse_location(text: str | Path) -> Location:
         url = make_url(text)
     except (ArgumentError, ValueError) as error:
         raise _unreadable() from error
+    if _ESCAPED and url.database:
+        url = url.set(database=unquote(url.database))
     if url.drivername in ("sqlite", "sqlite+pysqlite"):
         return _sqlite_file(url)
     if url.drivername not in _SERVERS:

@@ -353,6 +353,11 @@ def test_application_number_of_another_program(path):
     assert all("another program" in message for message in every_way(path))
 
 
+def test_escapes_in_a_url_are_what_they_stand_for(tmp_path):
+    with open_database(f"sqlite:///{tmp_path}/two%20words.sqlite", create=True) as database:
+        assert database.path == tmp_path / "two words.sqlite"
+
+
 @pytest.mark.parametrize(
     ("url", "part"),
     [
@@ -383,7 +388,6 @@ def test_application_number_of_another_program(path):
         ("postgresql://u secret@host/name", "cannot be read"),
         ("postgresql://host/name?host=a,b&port=1", "cannot be read"),
         ("postgresql://host/name?host=a&host=b&port=x", "cannot be read"),
-        ("sqlite:///%00", "names no database that lasts"),
         ("postgresql:/host/name?user=u&password=secret", "cannot be read"),
         ("postgresql:u:secret@host/name", "cannot be read"),
         ("PostgreSQL//u:secret@host/name", "cannot be read"),
@@ -410,7 +414,8 @@ def test_application_number_of_another_program(path):
         ("postgresql:///d?host=a&host=b&port=x", "cannot be read"),
         ("user=u pass:secret", "cannot be read"),
         ("host=h user=u pw=secret", "cannot be read"),
-        ("sqlite:///%00", "names no database"),
+        ("sqlite:///%00", "names no database that lasts"),
+        ("postgresql://host/name%26password%3Dsecret", "cannot be read"),
         ("sqlite:///x?password=secret", "options"),
         ("sqlite://u:secret@host/x", "a host"),
     ],
