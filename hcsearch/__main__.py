@@ -27,8 +27,21 @@ def main() -> None:
 
         run()
     except Exception as error:
+        if _comes_of_interrupt(error):
+            leave()
         _print_fault(error)
         sys.exit(FAULT_CODE)
+
+
+def _comes_of_interrupt(error: BaseException | None) -> bool:
+    """Whether Ctrl-C led to an exception: Python and libraries wrap what is raised where they call back."""
+    seen: set[int] = set()
+    while error is not None and id(error) not in seen:
+        if isinstance(error, KeyboardInterrupt):
+            return True
+        seen.add(id(error))
+        error = error.__cause__ or error.__context__
+    return False
 
 
 def _print_fault(error: Exception) -> None:

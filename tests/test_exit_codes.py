@@ -11,6 +11,7 @@ import pytest
 
 from hcsearch.pipeline.processes import ProcessExecutor
 from hcsearch.system.answering import place_of
+from hcsearch.system.interrupts import INTERRUPTED
 
 BROKEN = Path(__file__).with_name("broken")
 ROOT = Path(__file__).parents[1]
@@ -58,6 +59,12 @@ def test_the_traceback_is_printed_on_demand_with_the_same_code(run):
     assert done.stderr.startswith("Traceback (most recent call last):\n")
     assert re.search(r"hcsearch/cli/show\.py\", line \d+, in show", done.stderr)
     assert done.stderr.splitlines()[-2:][0] == "RuntimeError: broken on purpose"
+
+
+def test_an_interrupt_that_comes_back_as_another_exception_is_no_fault(run, monkeypatch):
+    monkeypatch.setenv("BROKEN_BY", "interrupt")
+    done = run("hcsearch.folding:foldings", *SHOW)
+    assert (done.returncode, done.stderr) == (130, f"{INTERRUPTED}\n")
 
 
 @pytest.mark.parametrize("module", ["numpy", "click", "hcsearch.cli", "hcsearch.cli.query", "hcsearch.folding"])

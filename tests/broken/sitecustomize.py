@@ -1,7 +1,7 @@
 """Breaks a part of the program in each process that has this folder on its path: loaded by Python as it starts.
 
 BROKEN names a module that cannot be loaded, or MODULE:FUNCTION, which fails. BROKEN_IN=workers breaks it in worker
-processes alone.
+processes alone; with BROKEN_BY=interrupt a function fails as one in which Ctrl-C came.
 """
 
 import importlib.util
@@ -13,7 +13,7 @@ MODULE, _, FUNCTION = os.environ.get("BROKEN", "").partition(":")
 
 
 def fail(*_, **__):
-    raise RuntimeError("broken on purpose")
+    raise RuntimeError("broken on purpose") from CAUSE
 
 
 class Breaker(MetaPathFinder):
@@ -34,6 +34,7 @@ class Breaker(MetaPathFinder):
         return spec
 
 
+CAUSE = KeyboardInterrupt() if os.environ.get("BROKEN_BY") == "interrupt" else None
 in_worker = "--multiprocessing-fork" in sys.orig_argv
 if MODULE and (in_worker or os.environ.get("BROKEN_IN") != "workers"):
     sys.meta_path.insert(0, Breaker())
