@@ -12,7 +12,6 @@ from hcsearch.enumeration import PolygonSearch
 from hcsearch.grid import GRIDS
 from hcsearch.pipeline import Plan, run_into
 from hcsearch.player import replay_in
-from hcsearch.serve import Application
 from hcsearch.store import find_circuit, open_database, open_readonly
 from tests.judging import judge
 from tests.report.pages import data_of
@@ -46,6 +45,8 @@ def test_a_design_that_is_not_there_is_named(asking, missing, below):
 
 @pytest.mark.parametrize("scene", ["", "?scene=solar"])
 def test_a_database_with_verdicts_of_one_scene_alone_has_all_pages(tmp_path, scene):
+    from hcsearch.serve import Application
+
     file = str(tmp_path / "solar.sqlite")
     with open_database(file, create=True) as database:
         run_into(Plan(PolygonSearch(GRIDS["hex"], 10), "twist"), database)
