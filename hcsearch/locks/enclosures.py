@@ -1,0 +1,132 @@
+"""Kinematic locks: proofs that closed loops and stops alone keep a linkage from ever leaving a part of its states.
+
+Fold angles from 0 to pi are cut into cubes, and a flood takes in those that a motion from a closed state may reach. If
+it ends without the goal, no motion of the linkage comes there, at any margin, though panels may pass through each other
+(docs/explanation/locks.md).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from hcsearch.equality import ByValue
+from hcsearch.kernels.enclosure.expansion import Halves
+from hcsearch.kernels.enclosure.flooding import (
+    BOXES,
+    ENCLOSED,
+    FACES,
+    GOING,
+    TAIL,
+    Flood,
+    new_flood,
+    spread,
+)
+from hcsearch.kernels.enclosure.refutation import Refutation, new_refutation
+from hcsearch.linkage import Linkage
+from hcsearch.typing import Whole
+
+PER_TURN = 8
+"""Cubes from 0 to pi."""
+FACE = 1000
+"""Boxes by which a face may be proved empty before it counts as crossed."""
+CAPACITY = 200_000
+"""Cubes that a flood holds."""
+FIRST = 2500
+"""Boxes of the first turn of each flood; each turn ends at twice as many."""
+SLICE = 10_000
+"""Boxes in one call of the kernel: an interrupt waits no longer than these take, some tenths of a second."""
+
+End = Literal["packed", "flat"]
+ENDS: tuple[End, End] = ("packed", "flat")
+
+
+@dataclass(frozen=True)
+class Enclosure(ByValue):
+    """What a flood from an end of the motion came to.
+
+    end : the end that no motion leaves for the other one; None where that is not proved. cubes, faces : cubes that hold
+    whatever a motion from that end can reach, and faces that were tested for it; of both floods where nothing is
+    proved. boxes : of both floods. open : whether more boxes may prove more; not where each flood came to the other
+    end, or where there is no loop.
+    """
+
+    end: End | None
+    cubes: int
+    faces: int
+    boxes: int
+    open: bool
+
+    @property
+    def proved(self) -> bool:
+        """Whether the linkage is proved never to come from one end to the other."""
+        return self.end is not None
+
+
+def enclose(linkage: Linkage, boxes: int) -> Enclosure:
+    """Look for a proof that closed loops and stops keep the packed and the flat state of a linkage apart.
+
+    boxes : how many boxes both floods may take together, about. They take turns, one from each end; the first that ends
+    without the other end is the proof, which is the same whatever the number of boxes. It holds for panels with any
+    margin, with or without collisions, and for the joints of this linkage alone: what is locked with hinged flat pairs
+    is locked with rigid and with merged ones, too (docs/explanation/locks.md). Source: ours.
+    """
+    if not linkage.loops:
+        return Enclosure(None, 0, 0, 0, open=False)
+    halves, hinges = halves_of(linkage)
+    ends = linkage.folded[hinges], linkage.flat[hinges]
+    work = new_refutation(halves)
+    floods = [new_flood(start, goal, PER_TURN, CAPACITY) for start, goal in (ends, ends[::-1])]
+    going = [True, True]
+    turn = FIRST
+    while any(going):
+        for side, (end, flood) in enumerate(zip(ENDS, floods, strict=True)):
+            spent = sum(int(flood.counts[BOXES]) for flood in floods)
+            if spent >= boxes:
+                return _summary(None, floods, open_=True)
+            if going[side]:
+                state = _spread(halves, flood, min(turn, int(flood.counts[BOXES]) + boxes - spent), work)
+                if state == ENCLOSED:
+                    return _summary(end, [flood], open_=False, boxes=sum(int(own.counts[BOXES]) for own in floods))
+                going[side] = state == GOING
+        turn *= 2
+    return _summary(None, floods, open_=False)
+
+
+def _spread(halves: Halves, flood: Flood, boxes: int, work: Refutation) -> int:
+    """Let a flood go on until it has taken so many boxes in all; what it came to."""
+    state = GOING
+    while state == GOING and flood.counts[BOXES] < boxes:
+        state = int(spread(halves, flood, min(int(flood.counts[BOXES]) + SLICE, boxes), FACE, work))
+    return state
+
+
+def _summary(end: End | None, floods: list[Flood], *, open_: bool, boxes: int | None = None) -> Enclosure:
+    totals = [sum(int(flood.counts[entry]) for flood in floods) for entry in (TAIL, FACES, BOXES)]
+    return Enclosure(end, totals[0], totals[1], totals[2] if boxes is None else boxes, open_)
+
+
+def halves_of(linkage: Linkage) -> tuple[Halves, Whole]:
+    """The loops of a linkage, each cut in the middle, as the kernels take them; and the hinges that are in a loop.
+
+    Hinges are numbered anew, in the order of the latter; lengths are in sizes of the pattern, and places about the
+    middle of each loop, so that bounds do not hang on where it lies.
+    """
+    own = sorted({hinge for loop in linkage.loops for hinge, _ in loop})
+    number = {hinge: k for k, hinge in enumerate(own)}
+    points, size = linkage.points, linkage.pattern.size
+    starts, hinges, directions, places, middles = [0], [], [], [], []
+    for loop in linkage.loops:
+        cut = len(loop) // 2
+        about = np.mean([points[hinge] for hinge, _ in loop], axis=0)
+        for half, sense in ((loop[:cut], 1), (loop[cut:][::-1], -1)):
+            for hinge, sign in half:
+                hinges.append(number[hinge])
+                directions.append(sense * sign * linkage.directions[hinge])
+                places.append((points[hinge] - about) / size)
+            starts.append(len(hinges))
+        middles.append((0.5 * (points[loop[cut - 1][0]] + points[loop[cut][0]]) - about) / size)
+    tables = (np.array(directions).reshape(-1, 3), np.array(places).reshape(-1, 3), np.array(middles).reshape(-1, 3))
+    return Halves(np.array(starts), np.array(hinges, np.int64), *tables, len(own)), np.array(own, np.int64)

@@ -1,0 +1,221 @@
+"""Kinematic locks: expansions, empty boxes and floods, against naive twins, proved paths and known locks."""
+
+import math
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hcsearch.kernels.enclosure.contraction import contract, new_contraction
+from hcsearch.kernels.enclosure.expansion import EQUATIONS, expand, new_expansion
+from hcsearch.kernels.enclosure.flooding import ENCLOSED, TAIL, new_flood, spread
+from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, close_within, new_refutation, refute
+from hcsearch.linkage import Linkage
+from hcsearch.locks.enclosures import ENDS, FACE, PER_TURN, Enclosure, enclose, halves_of
+from hcsearch.locks.proofs import lock_at
+from hcsearch.pattern import Crease, Pattern
+from hcsearch.unit_search.elements import untwisted
+from tests.naive import around_the_loop
+from tests.planned import SAMPLES, joined, planned
+
+TURN = float(np.nextafter(math.pi, 4.0))
+MERGED = joined("square:012233230011:4", "merged")
+"""Two loops."""
+LINKAGES = {name: joined(name, way) for name, (way, _) in SAMPLES.items()} | {"merged": MERGED}
+LOCKED = {
+    ("hex:0223335500:4", "hinged"): "packed",
+    ("hex:0232335050:2", "hinged"): "packed",
+    ("hex:0232435051:0", "hinged"): "flat",
+    ("hex:0233534001:3", "hinged"): "packed",
+    ("hex:0234535012:4", "hinged"): "packed",
+    ("hex:0233555022:3", "rigid"): "flat",
+    ("hex:0233350401:0", "rigid"): "packed",
+    ("square:0112223300:4", "hinged"): "packed",
+    ("square:0122323001:0", "rigid"): "packed",
+}
+"""Foldings that a referee's own program proved locked, and the end from which they are enclosed."""
+
+
+def equations(linkage, angles, about):
+    """The 12 equations of each loop at some angles, with the middle panel turned back from its place at others."""
+    values = []
+    halves, hinges = halves_of(linkage)
+    for loop in range(len(halves.middles)):
+        poses = []
+        for state in (angles, about):
+            for half in (2 * loop, 2 * loop + 1):
+                part = slice(halves.starts[half], halves.starts[half + 1])
+                walk = [(k, 1) for k in range(part.stop - part.start)]
+                own = state[halves.hinges[part]]
+                poses.append(around_the_loop(halves.directions[part], halves.points[part], walk, own))
+        back = poses[2][:3, :3].T
+        place = [pose[:3, :3] @ halves.middles[loop] + pose[:3, 3] for pose in poses[:2]]
+        values += [*((poses[0][:3, :3] - poses[1][:3, :3]) @ back).ravel(), *(place[0] - place[1])]
+    assert len(hinges) == halves.folds
+    return np.array(values)
+
+
+def second_order(expansion, d):
+    """What an expansion gives at an offset from the middle."""
+    values = expansion.values + expansion.slopes @ d
+    for (i, j), owner, bend in zip(expansion.pairs, expansion.owners, expansion.bends, strict=True):
+        values[EQUATIONS * owner : EQUATIONS * (owner + 1)] += bend * d[i] * d[j]
+    return values
+
+
+def box_about(state, rng, width):
+    """A box within the stops that holds a state, one side of it of no width."""
+    part = rng.random(len(state)) * width
+    low, high = np.clip(state - part, 0.0, math.pi), np.clip(state + width - part, 0.0, math.pi)
+    side = rng.integers(len(state))
+    low[side] = high[side] = state[side]
+    return low, high
+
+
+@given(st.sampled_from(sorted(LINKAGES)), st.floats(0.001, 0.5), st.integers(0, 2**32 - 1))
+def test_an_expansion_is_that_of_the_loops_but_for_its_rests(name, width, seed):
+    linkage, rng = LINKAGES[name], np.random.default_rng(seed)
+    halves, hinges = halves_of(linkage)
+    middle = math.pi * rng.random(len(hinges))
+    radii = width * rng.random(len(hinges))
+    expansion = new_expansion(halves)
+    expand(halves, middle, radii, expansion)
+    assert expansion.values == pytest.approx(equations(linkage, middle, middle), abs=1e-12)
+    for scale in (1.0, rng.random()):
+        d = scale * radii * rng.choice([-1.0, 1.0], len(hinges))
+        rest = equations(linkage, middle + d, middle) - second_order(expansion, d)
+        for loop in range(len(halves.middles)):
+            own = rest[EQUATIONS * loop : EQUATIONS * (loop + 1)]
+            values = np.linalg.svd(own[:9].reshape(3, 3), compute_uv=False)
+            assert values[0] <= expansion.rests[loop, 0] + 1e-12
+            assert np.linalg.norm(own[9:]) <= expansion.rests[loop, 1] + 1e-12
+            for mix in rng.normal(size=(5, 9)):  # a matrix of rank 2 for each triple of hinges
+                most = math.sqrt(2.0) * np.linalg.norm(mix) * expansion.rests[loop, 0]
+                assert abs(mix @ own[:9]) <= most + 1e-12
+
+
+@pytest.mark.parametrize("name", sorted(SAMPLES))
+def test_no_box_that_holds_a_closed_state_is_empty(name):
+    sample, rng = planned(name), np.random.default_rng(1)
+    halves, hinges = halves_of(sample.linkage)
+    work, states = new_refutation(halves), sample.proof.motion.angles[:, hinges]
+    for _ in range(300):
+        state = np.clip(states[rng.integers(len(states))], 0.0, math.pi)
+        if close_within(halves, np.zeros(len(state)), np.full(len(state), math.pi), state, 60, work) > 1e-7:
+            continue
+        low, high = box_about(state, rng, 10.0 ** rng.uniform(-4, 0))
+        assert refute(halves, low.copy(), high.copy(), 50, work)[0] != EMPTY
+
+
+@pytest.mark.parametrize("name", sorted(SAMPLES))
+def test_contraction_keeps_closed_states(name):
+    sample, rng = planned(name), np.random.default_rng(2)
+    halves, hinges = halves_of(sample.linkage)
+    refutation, work = new_refutation(halves), new_contraction(halves)
+    for state in sample.states[:: max(1, len(sample.states) // 40)][:, hinges]:
+        closed = np.clip(state, 0.0, math.pi)
+        close_within(halves, np.zeros(len(closed)), np.full(len(closed), math.pi), closed, 60, refutation)
+        low, high = box_about(closed, rng, 10.0 ** rng.uniform(-2, -0.5))
+        assert contract(halves, low, high, work)
+        assert (low <= closed + 2e-6).all()
+        assert (closed <= high + 2e-6).all()
+
+
+def test_a_box_is_empty_where_newton_reaches_no_closed_state():
+    linkage, rng = joined("hex:0223335500:4", "hinged"), np.random.default_rng(3)
+    halves, hinges = halves_of(linkage)
+    work, verdicts = new_refutation(halves), []
+    for _ in range(300):
+        low = rng.integers(0, 8, len(hinges)) * math.pi / 8
+        high = low + math.pi / 8
+        verdict, _ = refute(halves, low.copy(), high.copy(), 300, work)
+        verdicts.append(verdict)
+        for _ in range(10 if verdict == EMPTY else 0):
+            state = low + rng.random(len(low)) * (high - low)
+            assert close_within(halves, low, high, state, 60, work) > 1e-4
+    assert verdicts.count(EMPTY) > 100
+
+
+def test_a_flood_takes_in_what_a_naive_one_does():
+    linkage = joined("hex:0232335050:2", "rigid")
+    halves, hinges = halves_of(linkage)
+    work, start, goal = new_refutation(halves), linkage.folded[hinges], linkage.flat[hinges]
+    flood = new_flood(start, goal, PER_TURN, 1000)
+    assert spread(halves, flood, 10**9, FACE, work) == ENCLOSED
+    grid = np.linspace(0.0, math.pi, PER_TURN + 1)
+    grid[-1] = TURN
+    first = tuple(np.minimum(start // (math.pi / PER_TURN), PER_TURN - 1).astype(int).tolist())
+    taken, waiting = {first}, [first]
+    while waiting:
+        cube = waiting.pop()
+        for side, step in product(range(len(cube)), (-1, 1)):
+            beyond = (*cube[:side], cube[side] + step, *cube[side + 1 :])
+            if beyond in taken or not 0 <= beyond[side] < PER_TURN:
+                continue
+            low, high = grid[list(cube)], grid[[k + 1 for k in cube]]
+            low[side] = high[side] = high[side] if step > 0 else low[side]
+            if refute(halves, low, high, FACE, work)[0] != EMPTY:
+                taken.add(beyond)
+                waiting.append(beyond)
+    # the order of cubes decides from which state Newton's method begins, but not which faces are empty
+    assert {tuple(cube) for cube in flood.cubes[: flood.counts[TAIL]].tolist()} == taken
+
+
+@pytest.mark.parametrize(("name", "way"), LOCKED)
+def test_foldings_that_are_known_to_be_locked_are_enclosed(name, way):
+    enclosure = enclose(joined(name, way), 400_000)
+    assert enclosure.proved
+    assert enclosure.end == LOCKED[name, way]
+    assert enclosure.faces > enclosure.cubes > 0
+    assert not enclosure.open
+
+
+@pytest.mark.parametrize("name", sorted(SAMPLES))
+def test_what_moves_is_not_enclosed(name):
+    assert not enclose(planned(name).linkage, 20_000).proved
+
+
+@pytest.mark.parametrize("boxes", [1, 100, 10_000])
+def test_a_flood_stops_where_its_boxes_end(boxes):
+    enclosure = enclose(joined("hex:0234451512:0", "hinged"), boxes)
+    assert not enclosure.proved
+    assert enclosure.open
+    assert enclosure.boxes <= boxes + 2 * 10 * (FACE + 1)  # the faces of one cube
+
+
+def test_a_proof_does_not_hang_on_how_many_boxes_are_allowed():
+    linkage = joined("hex:0234535012:4", "hinged")
+    assert enclose(linkage, 100_000) == enclose(linkage, 500_000)
+
+
+def test_a_chain_without_a_loop_is_never_locked():
+    facets = tuple(
+        tuple((x + dx, y) for x, y in ((0.0, 0.0), (0.05, 0.0), (0.05, 0.05), (0.0, 0.05))) for dx in (0.0, 0.05)
+    )
+    chain = Linkage(Pattern(facets, {(0, 1): Crease("top")}, 0.006))
+    assert enclose(chain, 1000) == Enclosure(None, 0, 0, 0, open=False)
+
+
+@settings(max_examples=10)
+@given(st.sampled_from(list(untwisted("hex", 10))), st.sampled_from([0.0005, 0.006, 0.025]))
+def test_what_is_locked_at_an_end_is_enclosed_there_by_a_cube(folding, thickness):
+    linkage = Linkage(folding.pattern((0.05, 0.05, thickness)))
+    local = [lock_at(linkage, angles).locked for angles in (linkage.folded, linkage.flat)]
+    if any(local):
+        enclosure = enclose(linkage, 200_000)
+        assert enclosure.proved
+        assert enclosure.end in ENDS
+
+
+def test_closed_states_are_reached_within_a_box():
+    sample = planned("hex:0234550132:4")
+    halves, hinges = halves_of(sample.linkage)
+    work = new_refutation(halves)
+    state = sample.states[len(sample.states) // 2][hinges]
+    low, high = np.clip(state - 0.2, 0.0, math.pi), np.clip(state + 0.2, 0.0, math.pi)
+    own = low + 0.5 * (high - low)
+    assert close_within(halves, low, high, own, 60, work) < 1e-6
+    assert np.abs(equations(sample.linkage, own, own)).max() < 1e-6
+    assert refute(halves, low, high, 100, work)[0] == CLOSED
