@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from hcsearch.equality import ByValue
-from hcsearch.kernels.enclosure.expansion import Halves
+from hcsearch.kernels.enclosure.expansion import Rings
 from hcsearch.kernels.enclosure.flooding import (
     BOXES,
     ENCLOSED,
@@ -30,7 +30,7 @@ from hcsearch.typing import Whole
 
 PER_TURN = 8
 """Cubes from 0 to pi."""
-FACE = 1000
+FACE = 3000
 """Boxes by which a face may be proved empty before it counts as crossed."""
 CAPACITY = 200_000
 """Cubes that a flood holds."""
@@ -75,9 +75,9 @@ def enclose(linkage: Linkage, boxes: int) -> Enclosure:
     """
     if not linkage.loops:
         return Enclosure(None, 0, 0, 0, open=False)
-    halves, hinges = halves_of(linkage)
+    rings, hinges = rings_of(linkage)
     ends = linkage.folded[hinges], linkage.flat[hinges]
-    work = new_refutation(halves)
+    work = new_refutation(rings)
     floods = [new_flood(start, goal, PER_TURN, CAPACITY) for start, goal in (ends, ends[::-1])]
     going = [True, True]
     turn = FIRST
@@ -87,7 +87,7 @@ def enclose(linkage: Linkage, boxes: int) -> Enclosure:
             if spent >= boxes:
                 return _summary(None, floods, open_=True)
             if going[side]:
-                state = _spread(halves, flood, min(turn, int(flood.counts[BOXES]) + boxes - spent), work)
+                state = _spread(rings, flood, min(turn, int(flood.counts[BOXES]) + boxes - spent), work)
                 if state == ENCLOSED:
                     return _summary(end, [flood], open_=False, boxes=sum(int(own.counts[BOXES]) for own in floods))
                 going[side] = state == GOING
@@ -95,11 +95,11 @@ def enclose(linkage: Linkage, boxes: int) -> Enclosure:
     return _summary(None, floods, open_=False)
 
 
-def _spread(halves: Halves, flood: Flood, boxes: int, work: Refutation) -> int:
+def _spread(rings: Rings, flood: Flood, boxes: int, work: Refutation) -> int:
     """Let a flood go on until it has taken so many boxes in all; what it came to."""
     state = GOING
     while state == GOING and flood.counts[BOXES] < boxes:
-        state = int(spread(halves, flood, min(int(flood.counts[BOXES]) + SLICE, boxes), FACE, work))
+        state = int(spread(rings, flood, min(int(flood.counts[BOXES]) + SLICE, boxes), FACE, work))
     return state
 
 
@@ -108,25 +108,21 @@ def _summary(end: End | None, floods: list[Flood], *, open_: bool, boxes: int | 
     return Enclosure(end, totals[0], totals[1], totals[2] if boxes is None else boxes, open_)
 
 
-def halves_of(linkage: Linkage) -> tuple[Halves, Whole]:
-    """The loops of a linkage, each cut in the middle, as the kernels take them; and the hinges that are in a loop.
+def rings_of(linkage: Linkage) -> tuple[Rings, Whole]:
+    """The loops of a linkage as the kernels take them, and the hinges that are in a loop, in whose order those count.
 
-    Hinges are numbered anew, in the order of the latter; lengths are in sizes of the pattern, and places about the
-    middle of each loop, so that bounds do not hang on where it lies.
+    Lengths are in sizes of the pattern, and places about the middle of each loop, so that no bound hangs on where it
+    lies.
     """
     own = sorted({hinge for loop in linkage.loops for hinge, _ in loop})
     number = {hinge: k for k, hinge in enumerate(own)}
     points, size = linkage.points, linkage.pattern.size
-    starts, hinges, directions, places, middles = [0], [], [], [], []
+    hinges, directions, places = [], [], []
     for loop in linkage.loops:
-        cut = len(loop) // 2
         about = np.mean([points[hinge] for hinge, _ in loop], axis=0)
-        for half, sense in ((loop[:cut], 1), (loop[cut:][::-1], -1)):
-            for hinge, sign in half:
-                hinges.append(number[hinge])
-                directions.append(sense * sign * linkage.directions[hinge])
-                places.append((points[hinge] - about) / size)
-            starts.append(len(hinges))
-        middles.append((0.5 * (points[loop[cut - 1][0]] + points[loop[cut][0]]) - about) / size)
-    tables = (np.array(directions).reshape(-1, 3), np.array(places).reshape(-1, 3), np.array(middles).reshape(-1, 3))
-    return Halves(np.array(starts), np.array(hinges, np.int64), *tables, len(own)), np.array(own, np.int64)
+        for hinge, sign in loop:
+            hinges.append(number[hinge])
+            directions.append(sign * linkage.directions[hinge])
+            places.append((points[hinge] - about) / size)
+    lines = np.array(directions).reshape(-1, 3), np.array(places).reshape(-1, 3)
+    return Rings(linkage.loop_arrays[0], np.array(hinges, np.int64), *lines, len(own)), np.array(own, np.int64)

@@ -13,7 +13,7 @@ from hcsearch.kernels.enclosure.expansion import EQUATIONS, expand, new_expansio
 from hcsearch.kernels.enclosure.flooding import ENCLOSED, TAIL, new_flood, spread
 from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, close_within, new_refutation, refute
 from hcsearch.linkage import Linkage
-from hcsearch.locks.enclosures import ENDS, FACE, PER_TURN, Enclosure, enclose, halves_of
+from hcsearch.locks.enclosures import ENDS, FACE, PER_TURN, Enclosure, enclose, rings_of
 from hcsearch.locks.proofs import lock_at
 from hcsearch.pattern import Crease, Pattern
 from hcsearch.unit_search.elements import untwisted
@@ -38,29 +38,28 @@ LOCKED = {
 """Foldings that a referee's own program proved locked, and the end from which they are enclosed."""
 
 
-def equations(linkage, angles, about):
+def equations(linkage, angles, about, cuts):
     """The 12 equations of each loop at some angles, with the middle panel turned back from its place at others."""
     values = []
-    halves, hinges = halves_of(linkage)
-    for loop in range(len(halves.middles)):
-        poses = []
-        for state in (angles, about):
-            for half in (2 * loop, 2 * loop + 1):
-                part = slice(halves.starts[half], halves.starts[half + 1])
-                walk = [(k, 1) for k in range(part.stop - part.start)]
-                own = state[halves.hinges[part]]
-                poses.append(around_the_loop(halves.directions[part], halves.points[part], walk, own))
-        back = poses[2][:3, :3].T
-        place = [pose[:3, :3] @ halves.middles[loop] + pose[:3, 3] for pose in poses[:2]]
-        values += [*((poses[0][:3, :3] - poses[1][:3, :3]) @ back).ravel(), *(place[0] - place[1])]
-    assert len(hinges) == halves.folds
+    lines = linkage.directions, linkage.points / linkage.pattern.size
+    for loop, (first, last) in zip(linkage.loops, cuts, strict=True):
+        there, back = loop[first:last], [(hinge, -sign) for hinge, sign in (loop[last:] + loop[:first])[::-1]]
+        poses = [around_the_loop(*lines, walk, state) for state in (angles, about) for walk in (there, back)]
+        # the point of the middle panel half-way between its hinges, in the flat state
+        middle = 0.5 * (lines[1][loop[last - 1][0]] + lines[1][loop[last % len(loop)][0]])
+        turned = (poses[0][:3, :3] - poses[1][:3, :3]) @ poses[2][:3, :3].T
+        place = [pose[:3, :3] @ middle + pose[:3, 3] for pose in poses[:2]]
+        values += [*turned.ravel(), *(place[0] - place[1])]
     return np.array(values)
 
 
 def second_order(expansion, d):
     """What an expansion gives at an offset from the middle."""
     values = expansion.values + expansion.slopes @ d
-    for (i, j), owner, bend in zip(expansion.pairs, expansion.owners, expansion.bends, strict=True):
+    filled = slice(0, int(expansion.filled[0]))
+    for (i, j), owner, bend in zip(
+        expansion.pairs[filled], expansion.owners[filled], expansion.bends[filled], strict=True
+    ):
         values[EQUATIONS * owner : EQUATIONS * (owner + 1)] += bend * d[i] * d[j]
     return values
 
@@ -77,73 +76,89 @@ def box_about(state, rng, width):
 @given(st.sampled_from(sorted(LINKAGES)), st.floats(0.001, 0.5), st.integers(0, 2**32 - 1))
 def test_an_expansion_is_that_of_the_loops_but_for_its_rests(name, width, seed):
     linkage, rng = LINKAGES[name], np.random.default_rng(seed)
-    halves, hinges = halves_of(linkage)
+    rings, hinges = rings_of(linkage)
+    assert hinges.tolist() == list(range(linkage.n_hinges))
     middle = math.pi * rng.random(len(hinges))
-    radii = width * rng.random(len(hinges))
-    expansion = new_expansion(halves)
-    expand(halves, middle, radii, expansion)
-    assert expansion.values == pytest.approx(equations(linkage, middle, middle), abs=1e-12)
+    radii = width * rng.random(len(hinges)) ** 3
+    expansion = new_expansion(rings)
+    expand(rings, middle, radii, expansion)
+    cuts = expansion.cuts.tolist()
+    assert expansion.values == pytest.approx(equations(linkage, middle, middle, cuts), abs=1e-12)
     for scale in (1.0, rng.random()):
         d = scale * radii * rng.choice([-1.0, 1.0], len(hinges))
-        rest = equations(linkage, middle + d, middle) - second_order(expansion, d)
-        for loop in range(len(halves.middles)):
+        rest = equations(linkage, middle + d, middle, cuts) - second_order(expansion, d)
+        for loop in range(len(cuts)):
             own = rest[EQUATIONS * loop : EQUATIONS * (loop + 1)]
             values = np.linalg.svd(own[:9].reshape(3, 3), compute_uv=False)
             assert values[0] <= expansion.rests[loop, 0] + 1e-12
             assert np.linalg.norm(own[9:]) <= expansion.rests[loop, 1] + 1e-12
-            for mix in rng.normal(size=(5, 9)):  # a matrix of rank 2 for each triple of hinges
+            for mix in rng.normal(size=(5, 9)):
+                # a sum of matrices of rank 2, with singular values of 1 at most
                 most = math.sqrt(2.0) * np.linalg.norm(mix) * expansion.rests[loop, 0]
                 assert abs(mix @ own[:9]) <= most + 1e-12
+
+
+def test_loops_are_cut_where_their_halves_are_most_alike():
+    rings, hinges = rings_of(LINKAGES["hex:0234550132:4"])
+    expansion, rng = new_expansion(rings), np.random.default_rng(4)
+    m = len(hinges)
+    for _ in range(50):
+        radii = rng.random(m) ** 4
+        expand(rings, np.zeros(m), radii, expansion)
+        first, last = expansion.cuts[0]
+        own = radii[rings.hinges]
+        parts = [abs(2.0 * own[i:j].sum() - own.sum()) for i in range(m) for j in range(i, m)]
+        assert abs(2.0 * own[first:last].sum() - own.sum()) == pytest.approx(min(parts))
 
 
 @pytest.mark.parametrize("name", sorted(SAMPLES))
 def test_no_box_that_holds_a_closed_state_is_empty(name):
     sample, rng = planned(name), np.random.default_rng(1)
-    halves, hinges = halves_of(sample.linkage)
-    work, states = new_refutation(halves), sample.proof.motion.angles[:, hinges]
+    rings, hinges = rings_of(sample.linkage)
+    work, states = new_refutation(rings), sample.proof.motion.angles[:, hinges]
     for _ in range(300):
         state = np.clip(states[rng.integers(len(states))], 0.0, math.pi)
-        if close_within(halves, np.zeros(len(state)), np.full(len(state), math.pi), state, 60, work) > 1e-7:
+        if close_within(rings, np.zeros(len(state)), np.full(len(state), math.pi), state, 60, work) > 1e-7:
             continue
         low, high = box_about(state, rng, 10.0 ** rng.uniform(-4, 0))
-        assert refute(halves, low.copy(), high.copy(), 50, work)[0] != EMPTY
+        assert refute(rings, low.copy(), high.copy(), 50, work)[0] != EMPTY
 
 
 @pytest.mark.parametrize("name", sorted(SAMPLES))
 def test_contraction_keeps_closed_states(name):
     sample, rng = planned(name), np.random.default_rng(2)
-    halves, hinges = halves_of(sample.linkage)
-    refutation, work = new_refutation(halves), new_contraction(halves)
+    rings, hinges = rings_of(sample.linkage)
+    refutation, work = new_refutation(rings), new_contraction(rings)
     for state in sample.states[:: max(1, len(sample.states) // 40)][:, hinges]:
         closed = np.clip(state, 0.0, math.pi)
-        close_within(halves, np.zeros(len(closed)), np.full(len(closed), math.pi), closed, 60, refutation)
+        close_within(rings, np.zeros(len(closed)), np.full(len(closed), math.pi), closed, 60, refutation)
         low, high = box_about(closed, rng, 10.0 ** rng.uniform(-2, -0.5))
-        assert contract(halves, low, high, work)
+        assert contract(rings, low, high, work)
         assert (low <= closed + 2e-6).all()
         assert (closed <= high + 2e-6).all()
 
 
 def test_a_box_is_empty_where_newton_reaches_no_closed_state():
     linkage, rng = joined("hex:0223335500:4", "hinged"), np.random.default_rng(3)
-    halves, hinges = halves_of(linkage)
-    work, verdicts = new_refutation(halves), []
+    rings, hinges = rings_of(linkage)
+    work, verdicts = new_refutation(rings), []
     for _ in range(300):
         low = rng.integers(0, 8, len(hinges)) * math.pi / 8
         high = low + math.pi / 8
-        verdict, _ = refute(halves, low.copy(), high.copy(), 300, work)
+        verdict, _ = refute(rings, low.copy(), high.copy(), 300, work)
         verdicts.append(verdict)
         for _ in range(10 if verdict == EMPTY else 0):
             state = low + rng.random(len(low)) * (high - low)
-            assert close_within(halves, low, high, state, 60, work) > 1e-4
+            assert close_within(rings, low, high, state, 60, work) > 1e-4
     assert verdicts.count(EMPTY) > 100
 
 
 def test_a_flood_takes_in_what_a_naive_one_does():
     linkage = joined("hex:0232335050:2", "rigid")
-    halves, hinges = halves_of(linkage)
-    work, start, goal = new_refutation(halves), linkage.folded[hinges], linkage.flat[hinges]
+    rings, hinges = rings_of(linkage)
+    work, start, goal = new_refutation(rings), linkage.folded[hinges], linkage.flat[hinges]
     flood = new_flood(start, goal, PER_TURN, 1000)
-    assert spread(halves, flood, 10**9, FACE, work) == ENCLOSED
+    assert spread(rings, flood, 10**9, FACE, work) == ENCLOSED
     grid = np.linspace(0.0, math.pi, PER_TURN + 1)
     grid[-1] = TURN
     first = tuple(np.minimum(start // (math.pi / PER_TURN), PER_TURN - 1).astype(int).tolist())
@@ -156,7 +171,7 @@ def test_a_flood_takes_in_what_a_naive_one_does():
                 continue
             low, high = grid[list(cube)], grid[[k + 1 for k in cube]]
             low[side] = high[side] = high[side] if step > 0 else low[side]
-            if refute(halves, low, high, FACE, work)[0] != EMPTY:
+            if refute(rings, low, high, FACE, work)[0] != EMPTY:
                 taken.add(beyond)
                 waiting.append(beyond)
     # the order of cubes decides from which state Newton's method begins, but not which faces are empty
@@ -211,11 +226,11 @@ def test_what_is_locked_at_an_end_is_enclosed_there_by_a_cube(folding, thickness
 
 def test_closed_states_are_reached_within_a_box():
     sample = planned("hex:0234550132:4")
-    halves, hinges = halves_of(sample.linkage)
-    work = new_refutation(halves)
+    rings, hinges = rings_of(sample.linkage)
+    work = new_refutation(rings)
     state = sample.states[len(sample.states) // 2][hinges]
     low, high = np.clip(state - 0.2, 0.0, math.pi), np.clip(state + 0.2, 0.0, math.pi)
     own = low + 0.5 * (high - low)
-    assert close_within(halves, low, high, own, 60, work) < 1e-6
-    assert np.abs(equations(sample.linkage, own, own)).max() < 1e-6
-    assert refute(halves, low, high, 100, work)[0] == CLOSED
+    assert close_within(rings, low, high, own, 60, work) < 1e-6
+    assert np.abs(equations(sample.linkage, own, own, [(0, len(own) // 2)])).max() < 1e-6
+    assert refute(rings, low, high, 100, work)[0] == CLOSED

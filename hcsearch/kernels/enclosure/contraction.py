@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.enclosure.expansion import EQUATIONS, Expansion, Halves, expand, new_expansion
+from hcsearch.kernels.enclosure.expansion import EQUATIONS, Expansion, Rings, expand, new_expansion
 from hcsearch.typing import Reals
 
 LEAST_GAIN = 0.1
@@ -46,11 +46,11 @@ class Contraction(NamedTuple):
 
 
 @compiled
-def new_contraction(halves: Halves) -> Contraction:
+def new_contraction(rings: Rings) -> Contraction:
     """Empty tables."""
-    n, r = halves.folds, EQUATIONS * len(halves.middles)
+    n, r = rings.folds, EQUATIONS * (len(rings.starts) - 1)
     return Contraction(
-        new_expansion(halves),
+        new_expansion(rings),
         np.zeros(n),
         np.zeros(n),
         np.zeros(n),
@@ -64,7 +64,7 @@ def new_contraction(halves: Halves) -> Contraction:
 
 
 @lean
-def contract(halves: Halves, low: Reals, high: Reals, work: Contraction) -> bool:
+def contract(rings: Rings, low: Reals, high: Reals, work: Contraction) -> bool:
     """Contract a box, (n,) each, onto the closed states in it; False where it is proved to hold none."""
     n = len(low)
     for _ in range(SWEEPS):
@@ -74,7 +74,7 @@ def contract(halves: Halves, low: Reals, high: Reals, work: Contraction) -> bool
             work.radii[h] = 0.5 * (high[h] - low[h]) * (1.0 + 1e-15) + 1e-15
             work.shares[h] = work.radii[h]
             before += high[h] - low[h]
-        expand(halves, work.middles, work.radii, work.expansion)
+        expand(rings, work.middles, work.radii, work.expansion)
         if not _weigh(work):
             return True
         if not _use(work.centred, low, high, True, work):
@@ -102,7 +102,7 @@ def _weigh(work: Contraction) -> bool:
             for h in range(n):
                 total += own.slopes[i, h] * own.slopes[j, h] * work.radii[h] * work.radii[h]
             gram[i, j] = total
-    for q in range(len(own.bends)):
+    for q in range(own.filled[0]):
         one, two = own.pairs[q]
         weight, row = work.radii[one] * work.radii[two], EQUATIONS * own.owners[q]
         if one == two:  # a square lies between 0 and its greatest value
@@ -221,7 +221,7 @@ def _terms(sharing: bool, work: Contraction) -> tuple[float, float]:
         error += (math.sqrt(2.0 * turns) * own.rests[loop, 0] + math.sqrt(shifts) * own.rests[loop, 1]) * (1.0 + 1e-12)
         error += size * own.errors[loop]
     rest = error
-    for q in range(len(own.bends)):
+    for q in range(own.filled[0]):
         row, one, two, bend = EQUATIONS * own.owners[q], own.pairs[q, 0], own.pairs[q, 1], 0.0
         for i in range(EQUATIONS):
             bend += mix[row + i] * own.bends[q, i]

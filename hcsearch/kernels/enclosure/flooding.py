@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.enclosure.expansion import Halves
+from hcsearch.kernels.enclosure.expansion import Rings
 from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, NEWTON, RESIDUAL, Refutation, close_within, refute
 from hcsearch.typing import Reals, Whole
 
@@ -88,7 +88,7 @@ def _slot(flood: Flood, cube: NDArray[np.int8]) -> int:
 
 
 @compiled
-def spread(halves: Halves, flood: Flood, boxes: int, face: int, work: Refutation) -> int:
+def spread(rings: Rings, flood: Flood, boxes: int, face: int, work: Refutation) -> int:
     """Let a flood go on until it has taken so many boxes in all; GOING, ENCLOSED, REACHED or FULL.
 
     face : boxes that a face is given at most; a face that takes more is crossed.
@@ -114,7 +114,7 @@ def spread(halves: Halves, flood: Flood, boxes: int, face: int, work: Refutation
             if flood.slots[slot] == 0:
                 below, above = low[h], high[h]
                 low[h] = high[h] = above if step > 0 else below
-                if _crossed(halves, flood, own, low, high, face, state, work):
+                if _crossed(rings, flood, own, low, high, face, state, work):
                     _take_in(flood, slot, cube, state)
                     reached = True
                     for k in range(n):
@@ -129,7 +129,7 @@ def spread(halves: Halves, flood: Flood, boxes: int, face: int, work: Refutation
 
 @lean
 def _crossed(
-    halves: Halves, flood: Flood, own: int, low: Reals, high: Reals, face: int, state: Reals, work: Refutation
+    rings: Rings, flood: Flood, own: int, low: Reals, high: Reals, face: int, state: Reals, work: Refutation
 ) -> bool:
     """Whether a face of a cube is not proved empty; a state of it, closed where one is met, is written.
 
@@ -139,11 +139,11 @@ def _crossed(
     counts[FACES] += 1
     for h in range(n):
         state[h] = min(max(flood.states[own, h], low[h]), high[h])
-    if close_within(halves, low, high, state, NEWTON, work) < 10.0 * RESIDUAL:
+    if close_within(rings, low, high, state, NEWTON, work) < 10.0 * RESIDUAL:
         counts[MET] += 1
         counts[BOXES] += 1
         return True
-    verdict, boxes = refute(halves, low, high, face, work)
+    verdict, boxes = refute(rings, low, high, face, work)
     counts[BOXES] += boxes + 1
     if verdict == EMPTY:
         return False

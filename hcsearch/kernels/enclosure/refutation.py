@@ -9,7 +9,7 @@ import numpy as np
 
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.contraction import Contraction, contract, new_contraction
-from hcsearch.kernels.enclosure.expansion import Halves, write_first_order
+from hcsearch.kernels.enclosure.expansion import Rings, write_first_order
 from hcsearch.typing import Reals
 
 EMPTY, CLOSED, OPEN = 0, 1, 2
@@ -39,11 +39,11 @@ class Refutation(NamedTuple):
 
 
 @compiled
-def new_refutation(halves: Halves) -> Refutation:
+def new_refutation(rings: Rings) -> Refutation:
     """Empty tables."""
-    n = halves.folds
+    n = rings.folds
     return Refutation(
-        new_contraction(halves),
+        new_contraction(rings),
         np.zeros((DEPTH, n)),
         np.zeros((DEPTH, n)),
         np.zeros(n),
@@ -54,7 +54,7 @@ def new_refutation(halves: Halves) -> Refutation:
 
 
 @lean
-def close_within(halves: Halves, low: Reals, high: Reals, state: Reals, steps: int, work: Refutation) -> float:
+def close_within(rings: Rings, low: Reals, high: Reals, state: Reals, steps: int, work: Refutation) -> float:
     """Move a state to a closed one within a box, (n,) each; what is left of the equations there.
 
     Damped Gauss-Newton steps of least squares within the bounds, by descent along one angle after the other.
@@ -62,7 +62,7 @@ def close_within(halves: Halves, low: Reals, high: Reals, state: Reals, steps: i
     n, own = len(state), work.contraction.expansion
     residual = math.inf
     for step in range(steps):
-        write_first_order(halves, state, own)
+        write_first_order(rings, state, own)
         total = 0.0
         for i in range(len(own.values)):
             total += own.values[i] * own.values[i]
@@ -118,7 +118,7 @@ def _descend(low: Reals, high: Reals, state: Reals, work: Refutation) -> None:
 
 
 @lean
-def refute(halves: Halves, low: Reals, high: Reals, most: int, work: Refutation) -> tuple[int, int]:
+def refute(rings: Rings, low: Reals, high: Reals, most: int, work: Refutation) -> tuple[int, int]:
     """EMPTY, CLOSED or OPEN for a box, (n,) each, and how many boxes it took, no more than `most`.
 
     A closed state that is met is `work.state`; otherwise that is not changed where Newton's method is not tried.
@@ -130,13 +130,13 @@ def refute(halves: Halves, low: Reals, high: Reals, most: int, work: Refutation)
         waiting -= 1
         boxes += 1
         below, above = work.lows[waiting], work.highs[waiting]
-        if not contract(halves, below, above, work.contraction):
+        if not contract(rings, below, above, work.contraction):
             continue
         side, widest = _side(below, above, work.contraction.shares)
         if boxes % AGAIN == 1:
             for h in range(n):
                 work.state[h] = 0.5 * (below[h] + above[h])
-            if close_within(halves, below, above, work.state, NEWTON, work) < 10.0 * RESIDUAL:
+            if close_within(rings, below, above, work.state, NEWTON, work) < 10.0 * RESIDUAL:
                 return CLOSED, boxes
         if boxes >= most or widest < NARROW or waiting + 2 > DEPTH:
             return OPEN, boxes
