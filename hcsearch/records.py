@@ -146,6 +146,36 @@ class Trial:
     as_crease: int | None = None
 
 
+@dataclass(frozen=True)
+class Lock:
+    """A proof that closed loops and stops alone keep a folding from coming from its packed to its flat state.
+
+    way : how flat pairs are joined. decides : whether that is proved with it for every way that the scene allows.
+    end : packed or flat, the end that no motion leaves. cubes, faces : of fold angles, by which it is proved.
+    """
+
+    way: str
+    decides: bool
+    end: str
+    cubes: int
+    faces: int
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What a search for a motion of a folding came to, beside its path.
+
+    efforts : of `planning.schedule` that were made. lock : the widest that is proved. critical : the least play for
+    each face at which a path is proved, beyond the scene's margin, too; unmet : the greatest below it at which the
+    search met none, or of all that were tried; m, None where they were not looked for.
+    """
+
+    efforts: int
+    lock: Lock | None = None
+    critical: float | None = None
+    unmet: float | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class MotionBatch(ByValue):
     """Motions of a batch of foldings in a scene, one entry each.
@@ -155,7 +185,8 @@ class MotionBatch(ByValue):
         below 0 where they overlap; slack : what panels may be elsewhere, m; NaN without a path. paths : states of
         that, or of one that is not proved, (k, n_hinges). reason : a sentence; None where a folding was not looked at.
     as_crease : the crease of the congruent folding whose motion this is; None of what was looked at itself, and empty
-        where all of them were.
+        where all of them were. evidence : what else the search came to; None where a folding was not looked at, and
+        empty where none was.
     """
 
     flat_pairs: list[str | None]
@@ -165,6 +196,14 @@ class MotionBatch(ByValue):
     paths: tuple[NDArray[np.float64] | None, ...]
     reason: list[str | None]
     as_crease: Sequence[int | None] = ()
+    evidence: Sequence[Evidence | None] = ()
+
+    @property
+    def locked(self) -> NDArray[np.bool_]:
+        """Which foldings are proved locked, kinematically, in every way of joining flat pairs that the scene allows."""
+        if not self.evidence:
+            return np.zeros(len(self.margin), bool)
+        return np.array([own is not None and own.lock is not None and own.lock.decides for own in self.evidence], bool)
 
     @property
     def moves(self) -> NDArray[np.bool_]:
@@ -215,7 +254,9 @@ class StagedDesigns(ByValue):
     """Designs of a shard of the search, with the columns of the stages that have run; None where one has not.
 
     n_fixed : (n_circuits,), circuits that each stands for: fixed ones, or those of the one array searched.
-    twists : |Lk|, (n_foldings,); mobility, motion and deployment have a row a folding, too.
+    twists : |Lk|, (n_foldings,); mobility, motion and deployment have a row a folding, too. budget : efforts of the
+    search for motions of each folding, None for the usual ones; searched : (n_foldings,), how many of these were made
+    before, None where none were.
     """
 
     circuits: CircuitBatch
@@ -225,6 +266,8 @@ class StagedDesigns(ByValue):
     mobility: MobilityBatch | None = None
     motion: MotionBatch | None = None
     deployment: DeploymentBatch | None = None
+    budget: int | None = None
+    searched: Integers | None = None
 
     def __len__(self) -> int:
         return len(self.circuits)
@@ -246,7 +289,7 @@ class StagedDesigns(ByValue):
         assert self.motion is None
         circuits, n_fixed = self.circuits.take(kept), self.n_fixed[kept]
         if self.foldings is None:
-            return StagedDesigns(circuits, n_fixed)
+            return StagedDesigns(circuits, n_fixed, budget=self.budget)
         stay = kept[self.foldings.row] if chosen is None else kept[self.foldings.row] & chosen
         number = np.cumsum(kept, dtype=np.int32) - 1
         return StagedDesigns(
@@ -255,6 +298,8 @@ class StagedDesigns(ByValue):
             FoldingBatch(number[self.foldings.row[stay]], self.foldings.crease[stay]),
             None if self.twists is None else self.twists[stay],
             None if self.mobility is None else self.mobility.take(stay),
+            budget=self.budget,
+            searched=None if self.searched is None else self.searched[stay],
         )
 
 
@@ -275,6 +320,16 @@ class VerdictBatch(ByValue):
     folding_status: list[str]
     motion: MotionBatch
     deployment: DeploymentBatch | None
+
+
+@dataclass(frozen=True)
+class Undecided:
+    """A stored folding that is undecided in a scene: its design, and the efforts of the search that were made."""
+
+    design_id: int
+    circuit: str
+    crease: int
+    efforts: int
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,7 @@ def enumerate_into(
     scene: Scene | str | None = None,
     panel: str | None = None,
     across: str | None = None,
+    budget: int | None = None,
     jobs: int | None = None,
     scheduler: str | None = None,
     progress: Progress | None = None,
@@ -47,6 +48,7 @@ def enumerate_into(
     array : the array to search, in place of n: an Array, or a text such as `3-4-3`.
     until : the last stage: `circuits`, `foldings`, `twist`, `mobility`, `motion` or `deployment`.
     keep : which designs are stored, `all`, `two-stack` or `untwisted`. scene, panel, across : as in `deploy`.
+    budget : efforts of the search for the motion of a folding; what is undecided in the database is searched on.
     jobs : the number of processes. scheduler : the address of a Dask cluster, in place of jobs.
     progress : called with the numbers of finished and of all batches. announce : called with sentences on long runs.
 
@@ -59,7 +61,7 @@ def enumerate_into(
     if own is None:
         raise HcsearchError("name a grid: triangle, square, rectangle or hex")
     crew = crew_of(jobs, scheduler)
-    plan = plan_of(search_of(own, n, array, keep), until, keep, scene, panel, across, crew, located_of(db))
+    plan = plan_of(search_of(own, n, array, keep), until, keep, scene, panel, across, crew, located_of(db), budget)
     say = announce or _silent
     announce_size(plan, db, say)
     return run_plan(plan, db, progress, say)[0].funnel
@@ -111,12 +113,15 @@ def plan_of(
     across: str | None,
     crew: Crew,
     db: str,
+    budget: int | None = None,
 ) -> Plan:
     """What a run is to do; db : where scenes are looked up."""
     last = list(STAGES)[-1] if until is None else until
+    if budget is not None and budget < 1:
+        raise HcsearchError(f"a budget of {budget} is too small: give 1 or more efforts, or leave it out")
     check_keep(keep, last)
     chosen = checked_scene(scene) if isinstance(scene, Scene) else read_scene(scene, db, search.grid.name)
-    plan = Plan(search, last, keep, with_size(chosen, panel, across, search.grid.name), crew)
+    plan = Plan(search, last, keep, with_size(chosen, panel, across, search.grid.name), crew, budget)
     plan.crew.check()
     return plan
 

@@ -29,6 +29,12 @@ if TYPE_CHECKING:
     help="The last stage: circuits, foldings, twist, mobility, motion or deployment.  [default: deployment]",
 )
 @scene_options
+@click.option(
+    "--budget",
+    type=int,
+    metavar="EFFORTS",
+    help="How much to search for the motion of each folding; what is undecided in the database is searched on.",
+)
 @crew_options
 @click.option("--dry-run", is_flag=True, help="Print how many designs pass each stage, without a database.")
 def enumerate_(
@@ -41,6 +47,7 @@ def enumerate_(
     scene: str | None,
     panel: str | None,
     across: str | None,
+    budget: int | None,
     jobs: int | None,
     scheduler: str | None,
     dry_run: bool,
@@ -54,7 +61,7 @@ def enumerate_(
     from hcsearch.api.enumerating import announce_size, crew_of, plan_of, run_plan, search_of
 
     search, crew = search_of(grid, n, array_spec, keep), crew_of(jobs, scheduler)
-    plan = plan_of(search, until, keep, scene, panel, across, crew, db)
+    plan = plan_of(search, until, keep, scene, panel, across, crew, db, budget)
     announce_size(plan, db, _announce, dry=dry_run)
     with Meter("batch") as meter, compiling_ahead("check", wanted=bool(plan.scenic)):
         summary, place = run_plan(plan, db, meter, _announce, dry=dry_run)

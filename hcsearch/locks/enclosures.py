@@ -8,7 +8,6 @@ it ends without the goal, no motion of the linkage comes there, at any margin, t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -27,6 +26,7 @@ from hcsearch.kernels.enclosure.flooding import (
 from hcsearch.kernels.enclosure.refutation import Refutation, new_refutation
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Whole
+from hcsearch.vocabulary import ENDS, End
 
 PER_TURN = 8
 """Cubes from 0 to pi."""
@@ -38,9 +38,6 @@ FIRST = 2500
 """Boxes of the first turn of each flood; each turn ends at twice as many."""
 SLICE = 10_000
 """Boxes in one call of the kernel: an interrupt waits no longer than these take, some tenths of a second."""
-
-End = Literal["packed", "flat"]
-ENDS: tuple[End, End] = ("packed", "flat")
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -48,14 +48,16 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Judge:
-    """Verdicts on pieces in a scene, by the stages that depend on one."""
+    """Verdicts on pieces in a scene, by the stages that depend on one, with a budget or the usual one."""
 
     scene: Scene
     stages: tuple[Stage, ...]
+    budget: int | None = None
 
     def __call__(self, piece: Piece) -> Verdict:
         """Judge one piece."""
-        designs, results = run_stages(piece.candidates, self.stages, self.scene)
+        candidates = replace(piece.candidates, budget=self.budget)
+        designs, results = run_stages(candidates, self.stages, self.scene)
         return Verdict(piece.key, verdict_rows(designs, self.scene), results, len(designs.folded))
 
 

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.enumeration import Search
-from hcsearch.errors import DatabaseError
+from hcsearch.errors import DatabaseError, StageError
 from hcsearch.kernels.circuits.words import insert_fingerprints
 from hcsearch.pipeline.amounts import duration
 from hcsearch.pipeline.judging import Judge, Piece, Verdict, check_scene, pieces, seconds_of, unfinished
+from hcsearch.pipeline.settling import Settler, tasks
 from hcsearch.pipeline.shards import Output, ShardJob
 from hcsearch.pipeline.workers import Crew
 from hcsearch.records import DesignBatch, StagedDesigns, StageResult, WorkKey
@@ -31,8 +32,10 @@ from hcsearch.store import (
     open_readonly,
     record_batches,
     record_scene,
+    record_settled,
     record_verdicts,
     start_run,
+    undecided,
 )
 
 SMALL, SMALL_JUDGED = 5_000_000, 3_000  # circuits, of the latter where motions follow
@@ -66,16 +69,22 @@ def _silent(sentence: str) -> None:
 
 @dataclass(frozen=True)
 class Plan:
-    """What to run: a search, the last stage, which designs to keep, the scene that verdicts depend on, the crew."""
+    """What to run: a search, the last stage, which designs to keep, the scene that verdicts depend on, the crew.
+
+    budget : efforts of the search for the motion of a folding, None for the usual ones.
+    """
 
     search: Search
     until: str
     keep: str = "all"
     scene: Scene = SCENES["default"]
     crew: Crew = field(default_factory=Crew)
+    budget: int | None = None
 
     def __post_init__(self) -> None:
         check_keep(self.keep, self.until)
+        if self.budget is not None and not self.scenic:
+            raise StageError("--budget is for motions, which no stage here searches for: leave out --until or --budget")
         if self.scenic:
             check_scene(self.scene, self.search.grid.name, self.search.n)
         _ = self.search.prefixes  # what is too large to list is refused before a database is touched
@@ -88,7 +97,7 @@ class Plan:
     @property
     def judge(self) -> Judge:
         """Verdicts on a piece, by these stages."""
-        return Judge(self.scene, self.scenic)
+        return Judge(self.scene, self.scenic, self.budget)
 
     @property
     def listing(self) -> tuple[Stage, ...]:
@@ -264,7 +273,7 @@ def run_into(plan: Plan, database: Database, progress: Progress | None = None, a
         until=plan.until,
         panel=plan.panel,
         arguments={"grid": plan.work.grid, "n": plan.work.n, "array": plan.work.target or None, "until": plan.until}
-        | {"keep": plan.keep, "scene": plan.scene.name, **asdict(plan.crew)},
+        | {"keep": plan.keep, "scene": plan.scene.name, "budget": plan.budget, **asdict(plan.crew)},
         versions=_versions() | {f"stage {name}": str(number) for name, number in stages.items()},
     )
     return _Run(plan, database, run_id, progress or _hidden, announce).run()
@@ -335,6 +344,22 @@ class _Run:
             record_verdicts(self.database, self.run_id, plan.judging, verdict.key, verdict.verdicts, verdict.results)
             totals.add(verdict.results, fresh=True)
             self.done += 1
+        self._settle()
+
+    def _settle(self) -> None:
+        """What is undecided and was searched with less than the budget, design by design."""
+        plan, totals = self.plan, self.totals
+        if plan.budget is None:
+            return
+        todo = list(tasks(undecided(self.database, plan.judging, plan.budget), plan.budget))
+        foldings, done = sum(len(task.foldings) for task in todo), 0
+        settler = Settler(plan.scene, plan.scenic, plan.budget)
+        for _, verdict in plan.crew.work(settler, todo, parcel=1, threads=1):
+            work = self.run_id, plan.judging, verdict.key
+            totals.add(record_settled(self.database, *work, verdict.verdicts, verdict.results), fresh=True)
+            done += verdict.foldings
+            self.done += 1
+            self.show(done, foldings, totals.note(plan.scenic[-1]), "folding")
 
 
 def _grouped(outputs: Iterable[tuple[str, Output]]) -> Iterator[list[Batch]]:

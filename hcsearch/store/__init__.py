@@ -31,7 +31,14 @@ if TYPE_CHECKING:
     from hcsearch.store.rows import Result, Rows, parts_of
     from hcsearch.store.saving import save_rows
     from hcsearch.store.scores import save_scores
-    from hcsearch.store.verdicts import find_scene, record_scene, record_verdicts, scene_names
+    from hcsearch.store.verdicts import (
+        find_scene,
+        record_scene,
+        record_settled,
+        record_verdicts,
+        scene_names,
+        undecided,
+    )
     from hcsearch.store.views import SCENIC, asks_for, literal, source_in
     from hcsearch.store.ways import StoredVerdict, find_verdict
     from hcsearch.store.writing import count_arrays, finish_run, finished_batches, record_batches, start_run
@@ -51,7 +58,7 @@ _HOMES = {
     "rows": ("Result", "Rows", "parts_of"),
     "saving": ("save_rows",),
     "scores": ("save_scores",),
-    "verdicts": ("find_scene", "record_scene", "record_verdicts", "scene_names"),
+    "verdicts": ("find_scene", "record_scene", "record_settled", "record_verdicts", "scene_names", "undecided"),
     "views": ("SCENIC", "asks_for", "literal", "source_in"),
     "ways": ("StoredVerdict", "find_verdict"),
     "writing": ("count_arrays", "finish_run", "finished_batches", "record_batches", "start_run"),
@@ -91,6 +98,7 @@ __all__ = [
     "parts_of",
     "record_batches",
     "record_scene",
+    "record_settled",
     "record_verdicts",
     "room_at",
     "save_rows",
@@ -103,6 +111,7 @@ __all__ = [
     "start_run",
     "stream",
     "stream_sql",
+    "undecided",
     "view_names",
 ]
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
-from hcsearch.vocabulary import KEEPS, OUTCOMES, STATUSES, VERDICTS, WAYS
+from hcsearch.vocabulary import ENDS, KEEPS, KNOWN, OUTCOMES, STATUSES, VERDICTS, WAYS
 
 Kind = Literal["integer", "boolean", "real", "text"]
 Better = Literal["higher", "lower", ""]
@@ -71,6 +71,21 @@ _VERDICT = (
     Quantity(
         *("flat_pairs", "text", "", "how flat pairs are joined in the proved path: rigid, hinged or merged", WAYS),
         label="flat pairs of the path",
+    ),
+    Quantity(
+        *("known", "text", "", "what stands behind the status: a deployment, a path, a search without one, a proof"),
+        words=KNOWN,
+        label="evidence",
+    ),
+    Quantity(
+        *("critical_margin", "real", "mm", "least play for each face at which a path is proved, whatever the scene's"),
+        better="lower",
+        half=0.1,
+        label="critical margin",
+    ),
+    Quantity(
+        *("unmet_margin", "real", "mm", "greatest play below the critical margin at which the search met no path"),
+        label="margin without a path",
     ),
     Quantity(
         *("needed_margin", "real", "mm", "least play for each face at which the deployment, else the path, is clear"),
@@ -189,6 +204,13 @@ MOTIONS = (
     Quantity("states", "integer", "", "states of a path, proved or not; 0 without one"),
     Quantity("reason", "text", "", "the sentence behind it"),
     Quantity("as_crease", "integer", "", "crease of the congruent folding whose motion it is; null of its own"),
+    Quantity("efforts", "integer", "", "efforts of the search that were made; `enumerate --budget` allows more"),
+    Quantity("lock_pairs", "text", "", "how flat pairs are joined where loops and stops are proved to lock it", WAYS),
+    Quantity("lock_end", "text", "", "end that no motion leaves there: packed or flat", ENDS),
+    Quantity("lock_cubes", "integer", "", "cubes of fold angles of that proof"),
+    Quantity("lock_faces", "integer", "", "faces of cubes that it tested"),
+    Quantity("critical_margin", "real", "mm", "least play for each face at which a path is proved", better="lower"),
+    Quantity("unmet_margin", "real", "mm", "greatest play below it at which the search met no path"),
 )
 
 DEPLOYMENTS = (

@@ -5,17 +5,29 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
-from sqlalchemy import Connection, delete, select
+from sqlalchemy import Connection, and_, delete, func, select
 
 from hcsearch.errors import DatabaseError, SceneError
 from hcsearch.play import millimetres
-from hcsearch.records import DeploymentBatch, MotionBatch, StageResult, VerdictBatch, WorkKey, play_of
+from hcsearch.records import (
+    DeploymentBatch,
+    Evidence,
+    MotionBatch,
+    StageResult,
+    Undecided,
+    VerdictBatch,
+    WorkKey,
+    play_of,
+)
+from hcsearch.store.best import chosen_foldings
 from hcsearch.store.database import Database
 from hcsearch.store.designs import CHUNK, ids_of
 from hcsearch.store.failures import again
-from hcsearch.store.schema import deployment, motion, outcome, scene, verdict
+from hcsearch.store.rows import parts_of
+from hcsearch.store.schema import deployment, design, motion, outcome, scene, verdict
 from hcsearch.store.upsert import insert_rows
 from hcsearch.store.writing import insert_results
 
@@ -60,24 +72,101 @@ def record_verdicts(
         insert_results(connection, run_id, work, key, results)
 
 
-def _insert(connection: Connection, database: Database, name: str, verdicts: VerdictBatch) -> None:
-    known = ids_of(connection, verdicts.circuit)
-    if len(known) < len(verdicts.circuit):
+def record_settled(
+    database: Database, run_id: int, work: WorkKey, key: str, verdicts: VerdictBatch, results: Sequence[StageResult]
+) -> tuple[StageResult, ...]:
+    """Store verdicts on some foldings of designs that were judged before, in one transaction; what they add to counts.
+
+    results : of the stages that judged them. Their counts are replaced by how many more designs pass now than before.
+    """
+    with database.writing() as connection:
+        ids = _ids(connection, database, verdicts.circuit)
+        before = _statuses(connection, ids, work.scene)
+        designs = [ids[row] for row in verdicts.folding_row.tolist()]
+        for design_id, crease in zip(designs, verdicts.folding_crease.tolist(), strict=True):
+            own = deployment.c.design_id == design_id, deployment.c.crease == crease
+            connection.execute(delete(deployment).where(deployment.c.base == work.scene, *own))
+        _insert_foldings(connection, work.scene, designs, verdicts)
+        chosen = chosen_foldings(connection, ids, work.scene)
+        columns: Columns = {"scene": [work.scene] * len(ids), "design_id": ids}
+        columns |= {"best_crease": [chosen[k][0] for k in ids], "status": [chosen[k][1] for k in ids]}
+        insert_rows(connection, outcome, columns, ("best_crease", "status"))
+        after = _statuses(connection, ids, work.scene)
+        added = tuple(_added(result, before, after, single=bool(work.target)) for result in results)
+        insert_results(connection, run_id, work, key, added)
+    return added
+
+
+_PASSING = {"motion": ("deploys", "movable"), "deployment": ("deploys",)}
+"""Statuses of the designs that pass a stage in a scene."""
+
+
+def _added(
+    result: StageResult,
+    before: dict[int, tuple[str, int, int]],
+    after: dict[int, tuple[str, int, int]],
+    *,
+    single: bool,
+) -> StageResult:
+    """The designs that pass a stage after a change and did not before; single : circuits of one array are counted."""
+    passing = _PASSING[result.stage]
+    new = [own for k, own in after.items() if own[0] in passing and before[k][0] not in passing]
+    return replace(result, passed=len(new), n_fixed=sum(orbit if single else fixed for _, fixed, orbit in new))
+
+
+def _statuses(connection: Connection, ids: Sequence[int], name: str) -> dict[int, tuple[str, int, int]]:
+    """Status in a scene, fixed copies and orbit size of some designs."""
+    columns = outcome.c.design_id, outcome.c.status, design.c.n_fixed, design.c.array_symmetry, design.c.symmetry
+    joined = select(*columns).join(design, design.c.id == outcome.c.design_id).where(outcome.c.scene == name)
+    rows = [row for part in parts_of(ids) for row in connection.execute(joined.where(outcome.c.design_id.in_(part)))]
+    return {row[0]: (row[1], row[2], row[3] // row[4]) for row in rows}
+
+
+@again
+def undecided(database: Database, work: WorkKey, budget: int) -> list[Undecided]:
+    """Foldings of the designs of a run that are undecided in its scene, and were searched with less than a budget."""
+    efforts = func.coalesce(motion.c.efforts, 0)
+    joined = verdict.join(design, design.c.id == verdict.c.design_id).outerjoin(
+        motion,
+        and_(*(motion.c[name] == verdict.c[name] for name in ("design_id", "crease", "scene"))),
+    )
+    wanted = [design.c.grid == work.grid, design.c.n == work.n, verdict.c.scene == work.scene]
+    wanted += [verdict.c.status == "undecided", efforts < budget]
+    if work.target:
+        wanted.append(design.c.array == work.target)
+    statement = select(design.c.id, design.c.circuit, verdict.c.crease, efforts).select_from(joined)
+    with database.reading() as connection:
+        rows = connection.execute(statement.where(*wanted).order_by(design.c.id, verdict.c.crease))
+        return [Undecided(*row) for row in rows]
+
+
+def _ids(connection: Connection, database: Database, circuits: Sequence[str]) -> list[int]:
+    """The ids of stored designs."""
+    known = ids_of(connection, circuits)
+    if len(known) < len(circuits):
         raise DatabaseError(
-            f"database {database.location} is damaged, it lacks {len(verdicts.circuit) - len(known)} designs that were "
+            f"database {database.location} is damaged, it lacks {len(circuits) - len(known)} designs that were "
             "stored: restore a copy, or begin with another database"
         )
-    ids = [known[circuit] for circuit in verdicts.circuit]
+    return [known[circuit] for circuit in circuits]
+
+
+def _insert(connection: Connection, database: Database, name: str, verdicts: VerdictBatch) -> None:
+    ids = _ids(connection, database, verdicts.circuit)
     columns: Columns = {"scene": [name] * len(ids), "design_id": ids}
     columns |= {"best_crease": verdicts.best_crease, "status": verdicts.status}
     insert_rows(connection, outcome, columns, ("best_crease", "status"))
-    creases = verdicts.folding_crease.tolist()
-    designs = [ids[row] for row in verdicts.folding_row.tolist()]
-    rows: Columns = {"scene": [name] * len(designs), "design_id": designs, "crease": creases}
     for start in range(0, len(ids), CHUNK):
         some = ids[start : start + CHUNK]
         connection.execute(delete(deployment).where(deployment.c.base == name, deployment.c.design_id.in_(some)))
         connection.execute(delete(motion).where(motion.c.scene == name, motion.c.design_id.in_(some)))
+    _insert_foldings(connection, name, [ids[row] for row in verdicts.folding_row.tolist()], verdicts)
+
+
+def _insert_foldings(connection: Connection, name: str, designs: list[int], verdicts: VerdictBatch) -> None:
+    """Store the verdicts on foldings, their motions and deployments. designs : the id of each folding's design."""
+    creases = verdicts.folding_crease.tolist()
+    rows: Columns = {"scene": [name] * len(designs), "design_id": designs, "crease": creases}
     _insert_motions(connection, rows, verdicts.motion)
     deployments = verdicts.deployment
     clearance, time = ([], []) if deployments is None else (deployments.clearance.tolist(), deployments.time.tolist())
@@ -112,11 +201,26 @@ def _insert_motions(connection: Connection, foldings: Columns, motions: MotionBa
         "states": [0 if (path := motions.paths[i]) is None else len(path) for i in kept],
         "reason": [motions.reason[i] for i in kept],
         "as_crease": [motions.as_crease[i] if motions.as_crease else None for i in kept],
+        **_evidence_columns([motions.evidence[i] if motions.evidence else None for i in kept]),
         "path": [
             None if (path := motions.paths[i]) is None else zlib.compress(path.astype("<f8").tobytes()) for i in kept
         ],
     }
     insert_rows(connection, motion, columns, [name for name in columns if name not in foldings])
+
+
+def _evidence_columns(evidence: Sequence[Evidence | None]) -> Columns:
+    """The columns of `motion` on what a search came to beside its path; lengths in millimetres."""
+    locks = [None if own is None else own.lock for own in evidence]
+    return {
+        "efforts": [None if own is None else own.efforts for own in evidence],
+        "lock_pairs": [None if lock is None else lock.way for lock in locks],
+        "lock_end": [None if lock is None else lock.end for lock in locks],
+        "lock_cubes": [None if lock is None else lock.cubes for lock in locks],
+        "lock_faces": [None if lock is None else lock.faces for lock in locks],
+        "critical_margin": [None if own is None else millimetres(own.critical) for own in evidence],
+        "unmet_margin": [None if own is None else millimetres(own.unmet) for own in evidence],
+    }
 
 
 def _trial_columns(deployments: DeploymentBatch, foldings: Columns, name: str) -> Columns:

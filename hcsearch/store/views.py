@@ -14,6 +14,21 @@ from hcsearch.store.columns import VIEWS
 # A folding with twist never deploys, and a design without an untwisted folding neither: known before any later stage.
 # Where a scene has a verdict it stands.
 _DESIGN, _FOLDING = "coalesce(o.status, d.status)", "coalesce(v.status, f.status)"
+
+
+def _known(verdict: str, status: str, twist: str) -> str:
+    """What stands behind the status of a folding: a word of `vocabulary.KNOWN`, or NULL."""
+    return f"""CASE
+        WHEN {twist} > 0 THEN 'twist'
+        WHEN {verdict} = 'deploys' THEN 'deployment'
+        WHEN {verdict} = 'movable' THEN 'path proved'
+        WHEN {status} = 'locked' AND m.lock_pairs IS NOT NULL THEN 'kept apart'
+        WHEN {status} = 'locked' THEN 'locked at an end'
+        WHEN m.states > 0 THEN 'path met'
+        WHEN m.states = 0 THEN 'no path met'
+    END"""
+
+
 _DESIGNS = {
     "orbit_size": "d.array_symmetry / d.symmetry",
     "two_stack": "CASE WHEN d.n_foldings > 0 THEN 1 WHEN d.n_foldings = 0 THEN 0 END",
@@ -45,6 +60,9 @@ _FOLDINGS = {
     "needed_margin": "v.needed_margin",
     "least_gap": "v.least_gap",
     "flat_pairs": "m.flat_pairs",
+    "known": _known("v.status", _FOLDING, "f.twist"),
+    "critical_margin": "m.critical_margin",
+    "unmet_margin": "m.unmet_margin",
 }
 _BEST_FOLDING = ("kutzbach", "dof", "merged_panels", "kutzbach_merged", "dof_merged")
 _OF_VERDICT = ("min_clearance", "deploy_time", "needed_margin", "least_gap")
@@ -54,7 +72,8 @@ _EXPRESSIONS = {
     "designs": _DESIGNS
     | {name: f'f."{name}"' for name in _BEST_FOLDING}
     | {name: f'v."{name}"' for name in _OF_VERDICT}
-    | {"flat_pairs": 'm."flat_pairs"'},
+    | {name: f'm."{name}"' for name in ("flat_pairs", "critical_margin", "unmet_margin")}
+    | {"known": _known("o.status", _DESIGN, "CASE WHEN d.n_foldings > 0 AND d.n_untwisted = 0 THEN 1 END")},
     "foldings": _FOLDINGS,
     "motions": {},
     "deployments": {},

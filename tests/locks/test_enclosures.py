@@ -13,10 +13,11 @@ from hcsearch.kernels.enclosure.expansion import EQUATIONS, expand, new_expansio
 from hcsearch.kernels.enclosure.flooding import ENCLOSED, TAIL, new_flood, spread
 from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, close_within, new_refutation, refute
 from hcsearch.linkage import Linkage
-from hcsearch.locks.enclosures import ENDS, FACE, PER_TURN, Enclosure, enclose, rings_of
+from hcsearch.locks.enclosures import FACE, PER_TURN, Enclosure, enclose, rings_of
 from hcsearch.locks.proofs import lock_at
 from hcsearch.pattern import Crease, Pattern
 from hcsearch.unit_search.elements import untwisted
+from hcsearch.vocabulary import ENDS
 from tests.naive import around_the_loop
 from tests.planned import SAMPLES, joined, planned
 
