@@ -133,8 +133,9 @@ _PLAN = (
     "planning.smoothing.shorten",
     "planning.smoothing.thin",
     "planning.tubes.enclose",
+    "planning.tubes.polished",
     "planning.series.write_series",
-    "planning.pieces.centre",
+    "planning.middles.centre",
     "collision.overlaps.deepest_overlap",
     "collision.clearance.judge",
 )

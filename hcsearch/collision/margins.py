@@ -13,6 +13,8 @@ EDGE = 0.05
 """Longest edge of the panels that `MARGIN` and `RESOLUTION` are of, m; for others they are in proportion."""
 MARGIN = 1e-4
 """Panels are shrunk by this on every face (m), unless another margin is given."""
+MOST = 0.2
+"""A margin is no more than this share of the thickness: the middle of thin panels is left, too."""
 RESOLUTION = 5e-5
 """A smallest gap is known to this (m)."""
 LEAST_PLAY = 1e-5
@@ -29,8 +31,8 @@ def scale_of(linkage: Linkage) -> float:
 
 
 def margin_of(linkage: Linkage) -> float:
-    """The margin in proportion to the panels, m."""
-    return MARGIN * scale_of(linkage)
+    """The margin in proportion to the panels, m: to their edges, but no more than a share of their thickness."""
+    return min(MARGIN * scale_of(linkage), MOST * linkage.pattern.thickness)
 
 
 def resolution_of(linkage: Linkage) -> float:

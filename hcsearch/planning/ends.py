@@ -15,10 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcsearch.equality import ByValue
-from hcsearch.kernels.planning.pieces import centre
+from hcsearch.kernels.planning.groups import Group
+from hcsearch.kernels.planning.middles import centre
 from hcsearch.kernels.planning.series import ORDERS, write_series
 from hcsearch.linkage import Linkage
-from hcsearch.locks.lattice import whole_end
+from hcsearch.locks.lattice import reduced, whole_end
 from hcsearch.typing import Reals, Whole
 
 CONTRACTION = 0.5
@@ -55,7 +56,8 @@ class _Step(ByValue):
 
     sizes : of the coefficients of s, s^2 and s^3 of the course. gains : (n_hinges,), what a ball of radius 1 turns
     (rad); gain : the size of that. across, along : norms of the terms of F / s across the wrenches, from order 0 on,
-    and of F / s^2 along them. turned_across, turned_along : of the derivative, from order 1 on. off : what rounding
+    and of F / s^2 along them. turned_across, turned_along : of the derivative, from order 1 on. bent_across,
+    bent_along : of the second derivative at the end, in the directions in which the ball lies. off : what rounding
     leaves of the derivative less 1.
     """
 
@@ -66,6 +68,8 @@ class _Step(ByValue):
     along: Reals
     turned_across: Reals
     turned_along: Reals
+    bent_across: float
+    bent_along: float
     off: float
 
 
@@ -74,11 +78,13 @@ class End:
 
     exact : whether loops are closed, and the rank of the Jacobian is as it is taken here, in whole numbers (theory.md,
     25): else what is proved of the end holds but for rounding. sound : whether anything is proved: not where whole
-    numbers say another rank, or the loops are open.
+    numbers say another rank, or the loops are open. regular : whether the equations are, at first order.
     """
 
-    def __init__(self, linkage: Linkage, angles: Reals) -> None:
+    def __init__(self, linkage: Linkage, angles: Reals, group: Group) -> None:
         residual, jacobian = linkage.closure(angles)
+        self.moving = group.moving
+        jacobian[:, ~self.moving] = 0.0
         m, loops = linkage.n_hinges, linkage.loops
         self.angles = angles
         self.norms = np.zeros((len(loops), m))
@@ -86,26 +92,33 @@ class End:
         self.orders: list[Whole] = []
         for number, loop in enumerate(loops):
             rows = slice(6 * number, 6 * number + 6)
-            order = np.array([hinge for hinge, _ in loop])
+            order = np.array([hinge for hinge, _ in loop if self.moving[hinge]], np.int64)
+            if not len(order):
+                self.orders.append(order)
+                continue
             centre(jacobian, 6 * number, order, np.empty(3), self.norms[number])
+            self.norms[number, order] += 1.5
             self.products[rows] = _products(jacobian[rows], order)
             self.orders.append(order)
         self.jacobian = jacobian
-        left, values, _ = np.linalg.svd(jacobian)
+        left, values, _ = np.linalg.svd(group.rows @ jacobian)
         rank = int((values > ZERO * max(values[0], 1.0)).sum()) if len(values) else 0
         whole = whole_end(linkage, angles)
-        self.rank, self.exact = rank, whole is not None and rank == whole.rank
+        columns = None if whole is None else whole.columns[self.moving]  # an open chain has no rows
+        self.rank = rank
+        self.exact = columns is not None and rank == (len(reduced(columns)) if columns.size else 0)
         self.sound = self.exact or (whole is None and float(np.abs(residual).max(initial=0.0)) < SHUT)
-        self.across, self.along = left[:, : self.rank].T, left[:, self.rank :].T
+        self.across, self.along = left[:, :rank].T @ group.rows, left[:, rank:].T @ group.rows
+        self.regular = self.sound and rank == len(group.rows)
 
     def equations(self, direction: Reals) -> tuple[Reals, Reals]:
         """What a direction leaves open at first and second order, (n_rows,), and the derivative, (n_rows, n_hinges)."""
         first = self.jacobian @ direction
         bent = self.products @ direction
         second = bent @ direction
-        return np.r_[self.across @ first, self.along @ second], np.r_[
-            self.across @ self.jacobian, 2.0 * self.along @ bent
-        ]
+        bending = 2.0 * self.along @ bent
+        bending[:, ~self.moving] = 0.0
+        return np.r_[self.across @ first, self.along @ second], np.r_[self.across @ self.jacobian, bending]
 
     def direction(self, guess: Reals) -> Reals | None:
         """The direction nearest to a guess in which the end is left at second order and stops are kept; None without.
@@ -122,8 +135,9 @@ class End:
 
     def _within(self, turns: Reals, sense: Reals, slowest: float) -> Reals | None:
         """The nearest turns off the stops, none below a bound, that close the loops at second order (Newton)."""
-        turns = np.maximum(turns, slowest)
-        held = np.zeros(len(turns), bool)
+        least = np.where(self.moving, slowest, 0.0)
+        turns = np.maximum(np.where(self.moving, turns, 0.0), least)
+        held = ~self.moving
         for _ in range(40):
             open_, derivative = self.equations(sense * turns)
             if np.abs(open_).max(initial=0.0) < CLOSED:
@@ -132,8 +146,8 @@ class End:
                 return None
             step = np.linalg.pinv((derivative * sense)[:, ~held], rcond=1e-10) @ open_
             turns[~held] -= step
-            held |= turns < slowest
-            turns = np.maximum(turns, slowest)
+            held |= turns < least
+            turns = np.maximum(turns, least)
             if not np.isfinite(turns).all() or turns.max() < 0.1:
                 return None
         return None
@@ -162,13 +176,14 @@ class End:
         _, derivative = self.equations(course[:, 1])
         inverse: Reals = np.linalg.pinv(derivative).astype(float)
         gains = np.linalg.norm(inverse, axis=1)
-        height = len(self.jacobian)
-        terms, slopes = np.zeros((ORDERS, height)), np.zeros((ORDERS, height, height))
+        height, count = len(self.jacobian), inverse.shape[1]
+        terms, slopes = np.zeros((ORDERS, height)), np.zeros((ORDERS, height, count))
         for number, order in enumerate(self.orders):
             own = slice(6 * number, 6 * number + 6)
-            one, two = np.zeros((ORDERS, 6)), np.zeros((ORDERS, 6, height))
+            one, two = np.zeros((ORDERS, 6)), np.zeros((ORDERS, 6, count))
             write_series(self.jacobian[own], order, course, inverse, one, two)
             terms[:, own], slopes[:, own] = one, two
+        bent = 2.0 * inverse.T @ (self.products @ inverse)
         return _Step(
             sizes=(self._size(course[:, 1]), self._size(course[:, 2]), self._size(course[:, 3])),
             gains=gains,
@@ -177,7 +192,9 @@ class End:
             along=np.linalg.norm(terms[2:] @ along.T, axis=1),
             turned_across=np.linalg.norm(across @ slopes[1:], axis=(1, 2)),
             turned_along=np.linalg.norm(along @ slopes[2:], axis=(1, 2)),
-            off=_norm(derivative @ inverse - np.eye(height)),
+            bent_across=_norm(np.tensordot(across, bent, 1)),
+            bent_along=_norm(np.tensordot(along, bent, 1)),
+            off=_norm(derivative @ inverse - np.eye(count)),
         )
 
     def _size(self, change: Reals) -> float:
@@ -187,7 +204,7 @@ class End:
     def _contracts(self, step: _Step, s: float) -> float | None:
         """The radius of the ball that the map contracts at all shares up to s, None where it is not proved to."""
         b, c, _ = step.sizes
-        rounding = ROUNDING * (1.0 + step.gain) * (1.0 + b + b * b + c)
+        rounding = ROUNDING * (1.0 + b + b * b + c)
         powers = s ** np.arange(ORDERS)
         rest = _rest(step.sizes, s, ORDERS)
         left_across = float(step.across @ powers[: ORDERS - 1]) + rest / s
@@ -195,10 +212,11 @@ class End:
         radius = (math.hypot(left_across, left_along) + rounding) / (1.0 - CONTRACTION)
         off = radius * step.gain  # what the ball adds to the course, of order 1
         rest = step.gain * rest
-        beside = off * step.gain * math.exp(min(s * (b + off) + s * s * c + s**3 * step.sizes[2], 700.0))
-        factor_across = float(step.turned_across @ powers[1:]) + rest + s * beside
-        factor_along = float(step.turned_along @ powers[1:-1]) + rest / s + beside
-        factor = math.hypot(factor_across, factor_along) + step.off + rounding
+        # beyond the second derivative at the end itself, which is known with signs
+        beside = off * step.gain * math.expm1(min(s * (b + off) + s * s * c + s**3 * step.sizes[2], 700.0))
+        factor_across = float(step.turned_across @ powers[1:]) + rest + s * (radius * step.bent_across + beside)
+        factor_along = float(step.turned_along @ powers[1:-1]) + rest / s + radius * step.bent_along + beside
+        factor = math.hypot(factor_across, factor_along) + step.off + rounding * (1.0 + step.gain)
         return radius if factor <= CONTRACTION else None
 
 
@@ -209,7 +227,7 @@ def _rest(sizes: tuple[float, float, float], s: float, order: int) -> float:
     """
     b, c, d = sizes
     least = math.inf
-    for share in (0.25, 0.5, 1.0, 2.0):
+    for share in (0.004, 0.015, 0.06, 0.25, 0.5, 1.0, 2.0):
         r = max(s, share * order / max(b, 1e-300))
         grown = r * (b + r * (c + r * d))
         if grown < 700.0:  # else e^grown has no double

@@ -18,6 +18,7 @@ from hcsearch.labels import Labels, labels_of
 from hcsearch.linkage import Linkage
 from hcsearch.planning.planner import Growth, Planner
 from hcsearch.planning.proofs import PLAYS, PathProof, Prover
+from hcsearch.planning.simple_moves import simple_path
 from hcsearch.planning.sizes import check_size
 from hcsearch.scenes import PanelSize
 from hcsearch.typing import Reals
@@ -102,8 +103,13 @@ class _Search:
         """The motion that needs the least play."""
         least, top = self.margins[0], self.margins[-1]
         every, widest = tuple(self.linkages), _widest(self.linkages)
+        # a path of few hinges at a time is found at once, and proved where closure is singular throughout
+        if any(self._simple(way, least) for way in every):
+            return self.best
         self.left = dict.fromkeys(every, PROOFS)
         if self._try(every, least, TIGHT, 0):
+            return self.best
+        if top > least and any(self._simple(way, top) for way in every):
             return self.best
         self.left = dict.fromkeys(widest, PROOFS)
         if any(self._try(widest, top, LOOSE, seed) for seed in range(1, 1 + AGAIN)):
@@ -124,6 +130,11 @@ class _Search:
                 self.growths[way] = plan.growth
                 self.left[way] -= 1
         return False
+
+    def _simple(self, way: Way, margin: float) -> bool:
+        """Prove a path of simple moves; whether there is one that is proved."""
+        states = simple_path(self.linkages[way], margin)
+        return states is not None and self._prove(way, states)
 
     def _planner(self, way: Way, margin: float) -> Planner:
         """The planner of the last search, where it fits: one of a large array takes much memory."""

@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 from hcsearch.kernels.planning.series import ORDERS, write_series
 from hcsearch.linkage import Linkage
 from hcsearch.planning.ends import CLOSED, SLOWEST, End, _rest
-from hcsearch.planning.proofs import Prover
+from hcsearch.planning.groups import group_of_all
+from hcsearch.planning.problems import loops_of
+from hcsearch.planning.proofs import PLAYS, Prover
 from tests.linkages import linkage_named
 from tests.naive import around_the_loop
 from tests.planned import SAMPLES, planned
@@ -18,15 +20,16 @@ from tests.planned import SAMPLES, planned
 
 def ends(name):
     linkage = planned(name).linkage
-    return [(linkage, End(linkage, angles)) for angles in (linkage.folded.astype(float), linkage.flat)]
+    group = group_of_all(loops_of(linkage))
+    return [(linkage, End(linkage, angles, group)) for angles in (linkage.folded.astype(float), linkage.flat)]
 
 
 def departures(name):
     """How the path of a sample leaves both ends: the end, its cubic, and what is proved of it."""
     sample = planned(name)
     prover = Prover(sample.linkage)
-    for end, line in zip(prover._ends, (sample.states, sample.states[::-1]), strict=True):
-        state, (slope, after), _, departure = prover._left(end, line)
+    for end, line in zip(prover.whole.ends, (sample.states, sample.states[::-1]), strict=True):
+        state, (slope, after), _, departure = prover.whole._left(end, line, prover.limit(PLAYS[-1]))
         rise = state - line[0]
         course = np.stack([line[0], slope, 3 * rise - 2 * slope - after, slope + after - 2 * rise], axis=1)
         yield sample.linkage, end, course, departure
@@ -116,6 +119,27 @@ def test_closed_states_lie_beside_the_first_step(name):
             assert (np.abs(s * inverse @ y) <= departure.wanders + blind).all()
 
 
+@pytest.mark.parametrize("name", sorted(SAMPLES)[:2])
+def test_the_second_derivative_in_the_directions_of_the_ball_is_that_of_closure(name):
+    for linkage, end, course, _ in departures(name):
+        slope = np.abs(course[:, 1]).max()
+        step = end._step(course / slope ** np.arange(4))
+        _, derivative = end.equations(course[:, 1] / slope)
+        inverse = np.linalg.pinv(derivative)
+        k, h = inverse.shape[1], 1e-3
+        bent = np.zeros((k, k, k))
+        for i, one in enumerate(inverse.T):
+            for j, two in enumerate(inverse.T):
+                unit = h / max(np.abs(one).max(), np.abs(two).max())
+                around = [
+                    closure(linkage, end, end.angles + unit * (a * one + b * two))
+                    for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1))
+                ]
+                bent[:, i, j] = (around[0] - around[1] - around[2] + around[3]) / (4 * unit**2)
+        for rows, size in ((end.across, step.bent_across), (end.along, step.bent_along)):
+            assert np.linalg.norm(np.tensordot(rows, bent, 1)) == pytest.approx(size, rel=1e-2, abs=1e-2)
+
+
 @given(st.floats(0, 30), st.floats(0, 300), st.floats(0, 3000), st.floats(1e-8, 0.3))
 def test_the_rest_of_an_exponential_is_no_more_than_its_bound(b, c, d, s):
     order = 8
@@ -137,12 +161,12 @@ def test_the_bound_of_the_rest_is_near_it_for_steps_as_they_are():
 
 def test_an_end_off_the_lattice_is_known_but_for_rounding():
     linkage = linkage_named("element-8r")
-    end = End(linkage, linkage.flat)
+    end = End(linkage, linkage.flat, group_of_all(loops_of(linkage)))
     assert not end.exact
     assert end.sound
     moved = linkage.flat.copy()
     moved[0] = 1e-6
-    assert not End(linkage, moved).sound
+    assert not End(linkage, moved, group_of_all(loops_of(linkage))).sound
 
 
 def test_a_state_that_is_no_end_proves_nothing():
@@ -150,6 +174,6 @@ def test_a_state_that_is_no_end_proves_nothing():
     linkage: Linkage = sample.linkage
     state = linkage.folded.copy()
     state[0] -= 1e-6
-    end = End(linkage, state)
+    end = End(linkage, state, group_of_all(loops_of(linkage)))
     assert not end.sound
     assert end.depart(np.zeros((linkage.n_hinges, 4)) + 1e-3) is None

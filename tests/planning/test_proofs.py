@@ -16,9 +16,11 @@ from hcsearch.kernels.planning.closing import close, new_closing
 from hcsearch.kernels.planning.tubes import Track, enclose
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Crease, Pattern
+from hcsearch.planning.groups import group_of_all
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.problems import loops_of
-from hcsearch.planning.proofs import HALVINGS, PLAYS, Prover, _beyond
+from hcsearch.planning.proofs import PLAYS, Prover, _beyond
+from hcsearch.planning.stretches import HALVINGS
 from tests.planned import SAMPLES, Planned, along, cubic, joined, open_by, planned
 
 
@@ -149,8 +151,11 @@ def test_a_tube_through_an_open_state_is_refused(name, place, far, seed):
     fine = Track(np.zeros(500), np.zeros((500, m)), np.zeros((500, m)), np.zeros(500), np.zeros(1, np.int64))
     ends = np.zeros((2, 1 + m))
     ends[1, 0] = 1.0
+    limit = Prover(linkage).limit(PLAYS[0])
     if open_by(linkage, angles[1]) > 1e-5:
-        assert not enclose(loops_of(linkage), coarse, ends, Prover(linkage).limit, HALVINGS, fine, np.zeros(2))
+        assert not enclose(
+            loops_of(linkage), group_of_all(loops_of(linkage)), coarse, ends, limit, HALVINGS, fine, np.zeros(2)
+        )
 
 
 def test_a_path_through_a_panel_is_not_clear():

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from hcsearch.kernels.planning.closing import new_closing, open_by
-from hcsearch.planning import proofs
+from hcsearch.planning import stretches
 from hcsearch.planning.problems import loops_of
 from hcsearch.planning.proofs import PLAYS, Prover
 from hcsearch.planning.switches import switch_between
@@ -22,7 +22,7 @@ def stopped(state):
 def switches_of(sample):
     """Steps of a path in which hinges leave or reach their stops, and the switch states of those that have one."""
     loops = loops_of(sample.linkage)
-    states = Prover(sample.linkage)._polished(sample.states)
+    states = Prover(sample.linkage).whole.close(sample.states)
     for one, two in pairwise(states[1:-1]):
         yield one, two, switch_between(loops, one, two, new_closing(loops))
 
@@ -49,5 +49,5 @@ def test_a_switch_state_is_closed_and_has_the_stops_of_both_states():
 def test_a_path_through_a_switch_state_is_proved_with_it_alone(monkeypatch):
     sample = planned(SWITCHED)
     assert sample.proof.margin == PLAYS[0]
-    monkeypatch.setattr(proofs, "SWITCHES", 0)
+    monkeypatch.setattr(stretches, "SWITCHES", 0)
     assert Prover(sample.linkage).prove(sample.states, PLAYS).margin is None

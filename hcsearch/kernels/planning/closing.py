@@ -37,7 +37,7 @@ class Closing(NamedTuple):
     """Tables: residual (r,), jacobian (r, m), gram (r, r) and right (r,) of the equations of a step.
 
     basis : (r, m), orthonormal rows that span those of the Jacobian. pose : (3, 4), where a walk along a loop comes to.
-    held : (m,), hinges that stay at a stop.
+    held : (m,), hinges that stay at a stop. fixed : (m,), hinges that do not turn at all; none of a new table.
     """
 
     residual: Reals
@@ -47,6 +47,7 @@ class Closing(NamedTuple):
     basis: Reals
     pose: Reals
     held: NDArray[np.bool_]
+    fixed: NDArray[np.bool_]
 
 
 @compiled
@@ -54,7 +55,8 @@ def new_closing(loops: Loops) -> Closing:
     """Empty tables."""
     m, r = len(loops.chain.points), 6 * (len(loops.starts) - 1)
     rows, gram, basis = np.zeros((r, m)), np.zeros((r, r)), np.zeros((r, m))
-    return Closing(np.zeros(r), rows, gram, np.zeros(r), basis, np.zeros((3, 4)), np.zeros(m, np.bool_))
+    held, fixed = np.zeros(m, np.bool_), np.zeros(m, np.bool_)
+    return Closing(np.zeros(r), rows, gram, np.zeros(r), basis, np.zeros((3, 4)), held, fixed)
 
 
 @lean
@@ -93,7 +95,9 @@ def close(loops: Loops, angles: Reals, tolerance: float, give: float, steps: int
     """
     m = len(angles)
     for h in range(m):
-        work.held[h] = False
+        work.held[h] = work.fixed[h]
+        if work.fixed[h]:
+            continue
         angles[h] = min(max(angles[h], -give), math.pi + give)
     for _ in range(steps):
         worst = open_by(loops, angles, work)
@@ -160,7 +164,7 @@ def keep_closed(loops: Loops, angles: Reals, table: Reals, row: int, work: Closi
     """Take off a rate, a row of a table, what opens loops, and what turns hinges that are at a stop."""
     open_by(loops, angles, work)
     for h in range(len(angles)):
-        if angles[h] < STOPPED or angles[h] > math.pi - STOPPED:
+        if work.fixed[h] or angles[h] < STOPPED or angles[h] > math.pi - STOPPED:
             table[row, h] = 0.0
             for i in range(len(work.residual)):
                 work.jacobian[i, h] = 0.0

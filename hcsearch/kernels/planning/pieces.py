@@ -1,11 +1,12 @@
 """A piece of a motion whose loops are nearly closed: a ball beside each of its states holds just one closed state.
 
 With screws J_k of the hinges at a state c, seen from the first panel of a loop, folding by d more closes the loop to
-T(c + d) = exp(d_1 J_1) ... exp(d_m J_m) T(c), exactly. So how far screws change in a piece is bounded by norms, without
-sampling (docs/explanation/motion.md). At the middle of a piece S J has orthonormal rows, V; a closed state beside a
-state x of the piece is x + V^T y, where y = y - S F(x + V^T y), F the twist of T - 1. That map is a contraction of a
-ball, so there is one such y, and it changes continuously along the piece (Newton and Kantorovich's theorem). Rounding
-is added to what is computed.
+T(c + d) = exp(d_1 J_1) ... exp(d_m J_m) T(c), exactly. At the middle of a piece S J has orthonormal rows, V; a closed
+state beside a state x of the piece is x + V^T y, where y = y - S F(x + V^T y), F the twist of T - 1. That map is a
+contraction of a ball, so there is one such y, and it changes continuously along the piece (Newton and Kantorovich's
+theorem). Both F and the derivative of the map are computed at some places of the piece and bounded between them, as
+they are entire; only what lies beside the course is bounded by norms (docs/explanation/motion.md). So bounds hang on
+what a loop does, not on how many hinges do it. Rounding is added to what is computed.
 """
 
 from __future__ import annotations
@@ -16,34 +17,41 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.kernels.algebra.rows import row_product, subtract_row
-from hcsearch.kernels.algebra.vectors import Vector, cross
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import fold_on
 from hcsearch.kernels.planning.closing import Loops, write_closure
-from hcsearch.typing import Reals, Whole
+from hcsearch.kernels.planning.groups import Group
+from hcsearch.kernels.planning.middles import centre
+from hcsearch.typing import Reals
 
 CONTRACTION = 0.5
 """Greatest factor of a contraction that is asked for: the ball is then twice the Newton step."""
 NODES = 9
-"""Places of a piece at which its loops are computed (Chebyshev's)."""
+"""Places of a piece at which its loops are computed (Chebyshev's); odd, so that its middle is one."""
 LEBESGUE = 2.0 / math.pi * math.log(NODES) + 1.0
 """What an interpolation through them may exceed their values by."""
 ROUNDING = 4e-15
 """Error of T of a loop for each of its hinges, over 1 and the distance of hinges: a product of rotations is a sum of
 three products of two entries, each known to a few units in the last place, as the hinges' places are."""
-
-CENTRED = 6
-"""How often the middle of a loop is brought nearer to its lines: one that is far off them makes bounds loose."""
+TURNED = 1.0
+"""Norms of screws, times what their hinges turn by in half a piece, sum to no more (so that they grow by e at most)."""
+APART = 0.05
+"""T of a loop differs from 1 by no more at the states of a tube: a half turn, whose twist is 0 as well, by more."""
+OWN = 0.9
+"""Share of what closed states may wander by that is a piece's own: the rest is for joining it to the one before."""
 
 
 class Tables(NamedTuple):
-    """Tables of one piece.
+    """Tables of one piece; k equations, r = 6 n_loops.
 
-    jacobian, basis : (r, m), screws about the middle of each loop, and orthonormal rows V of the same span. scaling :
-    (r, r), S. residual : (r,). middles : (n_loops, 3) and lengths : (n_loops,), of the axes that screws are given in.
-    norms : (n_loops, m), what those of J_k, as a matrix, and of ad(J_k) do not exceed. about : (m, 4), the course about
-    the middle of the piece. angles : (m,). poses : (n_loops, 3, 4). far : (m,), what angles change by at most.
-    beside : (m,), what those of closed states wander by. past, turned : (6, r), see `_contraction`.
+    jacobian : (r, m), screws about the middle of each loop. basis : (k, m), orthonormal rows V of the span of those of
+    the equations. scaling : (k, r), S. residual : (r,). middles : (n_loops, 3) and lengths : (n_loops,), of the axes
+    that screws are given in. norms : (n_loops, m), what those of J_k, as a matrix, and of ad(J_k) do not exceed.
+    about : (m, 4), the course about the middle of the piece. angles : (m,). poses : (n_loops, 3, 4). beside : (m,),
+    what those of closed states wander by. near : (m,), what states of the tube are off the course by. screws : (NODES,
+    moving hinges of all loops, 6). felt : (r, k), J V^T. turned : (NODES, k, k), S J V^T - 1. turns, wanders, felts :
+    (n_loops,), sums over hinges of norms times what they turn by, what they are off by, and columns of V. columns :
+    (m,), norms of those.
     """
 
     jacobian: Reals
@@ -56,21 +64,26 @@ class Tables(NamedTuple):
     about: Reals
     angles: Reals
     poses: Reals
-    far: Reals
     beside: Reals
-    past: Reals
+    near: Reals
+    screws: Reals
+    felt: Reals
     turned: Reals
+    turns: Reals
+    wanders: Reals
+    felts: Reals
+    columns: Reals
 
 
 @compiled
-def tables_for(loops: Loops) -> Tables:
+def tables_for(loops: Loops, group: Group) -> Tables:
     """Empty tables."""
     m, count = len(loops.chain.points), len(loops.starts) - 1
-    r = 6 * count
+    r, k = 6 * count, len(group.rows)
     return Tables(
         np.zeros((r, m)),
-        np.zeros((r, m)),
-        np.zeros((r, r)),
+        np.zeros((k, m)),
+        np.zeros((k, r)),
         np.zeros(r),
         np.zeros((count, 3)),
         np.zeros(count),
@@ -80,52 +93,74 @@ def tables_for(loops: Loops) -> Tables:
         np.zeros((max(count, 1), 3, 4)),  # the first also serves the walks of `close_loops`
         np.zeros(m),
         np.zeros(m),
-        np.zeros((6, r)),
-        np.zeros((6, r)),
+        np.zeros((NODES, len(group.hinges), 6)),
+        np.zeros((r, k)),
+        np.zeros((NODES, k, k)),
+        np.zeros(count),
+        np.zeros(count),
+        np.zeros(count),
+        np.zeros(m),
     )
 
 
 @lean
 def prove_piece(
-    loops: Loops, course: Reals, shares: tuple[float, float], joined: Reals, tables: Tables
+    loops: Loops,
+    group: Group,
+    course: Reals,
+    shares: tuple[float, float],
+    joined: Reals,
+    limit: float,
+    tables: Tables,
 ) -> tuple[float, float]:
     """The factor of the contraction in a piece, infinite without one, and what its closed states wander by (rad).
 
     joined : (m,), what those of the piece before, or of the end, wander by. States of both are joined where the pieces
     meet: F is 0 at both ends of the straight way between them, so that between it is at most an eighth of its second
-    derivative there; closed states lie beside that way, off by no more than `bow`. The norms of screws grow by no more
-    than e within `far`: hence the 3, and the 0.75, which is 2 e / 8 and a tenth.
+    derivative there; closed states lie beside that way, off by no more than `bow`. limit : rad, what they may wander
+    by.
     """
     low, high = shares
     _shift(course, 0.5 * (low + high), 0.5 * (high - low), tables.about)
     for h in range(len(tables.angles)):
         tables.angles[h] = tables.about[h, 0]
-    most = _screws(loops, tables)
-    strength = _scale(tables)
+    most = _screws(loops, group, tables)
+    tables.near[:] = 0.0
+    if _turns(group, 1.0, tables) > TURNED:
+        return math.inf, math.inf
+    strength = _scale(group, tables)
     if not math.isfinite(strength):
         return math.inf, math.inf
-    newton, off = _opening(loops, strength, most, tables)
-    radius = newton / (1.0 - CONTRACTION)
-    wander = total = other = 0.0
-    for h in range(len(tables.far)):
+    for h in range(len(tables.columns)):
         column = 0.0
         for i in range(len(tables.basis)):
             column += tables.basis[i, h] ** 2
-        tables.beside[h] = math.sqrt(column) * radius
+        tables.columns[h] = math.sqrt(column)
+    newton, off, rounding = _opening(loops, group, strength, most, tables)
+    radius = newton / (1.0 - CONTRACTION)
+    wander = other = 0.0
+    for h in range(len(joined)):
+        tables.beside[h] = tables.columns[h] * radius
+        tables.near[h] = tables.beside[h] + joined[h]
         wander += tables.beside[h]
         other += joined[h]
-    total = wander + other
-    bow = 0.75 * math.sqrt(len(tables.lengths)) * strength * (most * total) ** 2
-    for h in range(len(tables.far)):
-        about = tables.about
-        tables.beside[h] += bow
-        tables.far[h] = abs(about[h, 1]) + abs(about[h, 2]) + abs(about[h, 3]) + tables.beside[h] + joined[h]
-    wander = max(wander, other) + len(tables.far) * bow
-    if most * (total + wander) > 0.1:
+    if not wander <= OWN * limit:
+        return math.inf, max(wander, 1.01 * limit)
+    _wanders(group, tables)
+    total = 0.0
+    for loop in range(len(tables.wanders)):
+        total += tables.wanders[loop] ** 4
+    bow = 1.05 * strength * math.sqrt(total)
+    wander = max(wander, other)
+    for h in range(len(joined)):
+        if group.moving[h]:
+            tables.beside[h] += tables.columns[h] * bow
+            tables.near[h] += tables.columns[h] * bow
+            wander += tables.columns[h] * bow
+    _wanders(group, tables)
+    if _turns(group, 1.0, tables) > TURNED:
         return math.inf, math.inf
-    # what T differs from 1 by at states of the tube; on the way between two closed states it is of second order
-    off += 3.0 * most * wander + (most * total) ** 2
-    return _contraction(loops, strength, off, tables), wander
+    return _contraction(group, strength, off, rounding, tables), wander
 
 
 @lean
@@ -140,77 +175,41 @@ def _shift(course: Reals, centre: float, half: float, about: Reals) -> None:
 
 
 @lean
-def _screws(loops: Loops, tables: Tables) -> float:
-    """Write the screws at the angles, about the middle of each loop in its own unit of length; their greatest norm."""
+def _screws(loops: Loops, group: Group, tables: Tables) -> float:
+    """Write the screws at the angles, about the middle of each loop in its own unit of length; their greatest norm.
+
+    Those of hinges that do not move are left in other axes.
+    """
     write_closure(loops, tables.angles, tables.residual, tables.jacobian, tables.poses[0])
     tables.norms[:] = 0.0
     most = 0.0
     for loop in range(len(loops.starts) - 1):
-        hinges = loops.hinges[loops.starts[loop] : loops.starts[loop + 1]]
-        tables.lengths[loop] = centre(tables.jacobian, 6 * loop, hinges, tables.middles[loop], tables.norms[loop])
+        hinges = group.hinges[group.starts[loop] : group.starts[loop + 1]]
+        norms = tables.norms[loop]
+        tables.lengths[loop] = centre(tables.jacobian, 6 * loop, hinges, tables.middles[loop], norms)
         for h in hinges:
-            most = max(most, tables.norms[loop, h])
+            # norms of the matrix, (1 + moment^2)^(1/2), and of ad: of [[1, 0], [moment, 1]], which is the greater
+            moment = norms[h]
+            norms[h] = 0.5 * (moment + math.sqrt(moment * moment + 4.0)) * (1.0 + 1e-14)
+            most = max(most, norms[h])
     return most
 
 
 @lean
-def centre(jacobian: Reals, row: int, hinges: Whole, middle: Reals, norms: Reals) -> float:
-    """Write the screws of a loop, six rows from one on, about its middle and in its own unit of length, returned.
-
-    That is the root of their mean square moment. hinges : of the loop. middle : (3,), and norms : (m,), of the hinges
-    of the loop, as in `Tables`, written.
-    """
-    count = len(hinges)
-    middle[:] = 0.0
-    for _ in range(CENTRED):
-        _move_middle(jacobian, row, hinges, middle)
-    total = 0.0
-    for h in hinges:
-        for i in range(3):
-            total += jacobian[row + 3 + i, h] ** 2 / count
-    length = max(math.sqrt(total), 1e-3)
-    for h in hinges:
-        moment = 0.0
-        for i in range(3):
-            jacobian[row + 3 + i, h] /= length
-            moment += jacobian[row + 3 + i, h] ** 2
-        norms[h] = 1.5 + math.sqrt(moment)
-    return length
-
-
-@lean
-def _move_middle(jacobian: Reals, row: int, hinges: Whole, middle: Reals) -> None:
-    """Move the middle of a loop to the mean of the points of its lines that are nearest to it."""
-    count = len(hinges)
-    x = y = z = 0.0
-    for h in hinges:
-        foot = cross(_part(jacobian, row, h), _part(jacobian, row + 3, h))
-        x, y, z = x + foot[0] / count, y + foot[1] / count, z + foot[2] / count
-    for h in hinges:
-        moved = cross((x, y, z), _part(jacobian, row, h))
-        for i in range(3):
-            jacobian[row + 3 + i, h] -= moved[i]
-    middle[0] += x
-    middle[1] += y
-    middle[2] += z
-
-
-@lean
-def _part(jacobian: Reals, row: int, h: int) -> Vector:
-    """Three entries of a column from a row on."""
-    return jacobian[row, h], jacobian[row + 1, h], jacobian[row + 2, h]
-
-
-@lean
-def _scale(tables: Tables) -> float:
+def _scale(group: Group, tables: Tables) -> float:
     """Write S and V with S J = V, orthonormal rows, by Gram and Schmidt's; the norm of S, infinite without one."""
-    basis, scaling = tables.basis, tables.scaling
-    r, m = basis.shape
-    for i in range(r):
+    basis, scaling, rows = tables.basis, tables.scaling, group.rows
+    k, m = basis.shape
+    r = scaling.shape[1]
+    for i in range(k):
         for h in range(m):
-            basis[i, h] = tables.jacobian[i, h]
+            basis[i, h] = 0.0
         for j in range(r):
-            scaling[i, j] = 1.0 if i == j else 0.0
+            scaling[i, j] = rows[i, j]
+            if rows[i, j] != 0.0:
+                for h in range(m):
+                    if group.moving[h]:
+                        basis[i, h] += rows[i, j] * tables.jacobian[j, h]
         for _ in range(2):
             for j in range(i):
                 part = row_product(basis, i, basis, j, m)
@@ -224,30 +223,59 @@ def _scale(tables: Tables) -> float:
         for j in range(r):
             scaling[i, j] /= long
     total = 0.0
-    for i in range(r):
+    for i in range(k):
         total += row_product(scaling, i, scaling, i, r)
     return math.sqrt(total)
 
 
 @lean
-def _opening(loops: Loops, strength: float, most: float, tables: Tables) -> tuple[float, float]:
-    """What a Newton step is not longer than in the piece (rad), and what loops are open by (rad, in their own unit).
+def _turns(group: Group, wide: float, tables: Tables) -> float:
+    """Write sums of norms times what hinges turn by at most, at |x| up to `wide`; the greatest.
+
+    That is the exponent of all bounds: of the matrices, and of the screws of later hinges.
+    """
+    worst = 0.0
+    for loop in range(len(tables.turns)):
+        total = 0.0
+        for k in range(group.starts[loop], group.starts[loop + 1]):
+            h = group.hinges[k]
+            c = tables.about[h]
+            turn = wide * (abs(c[1]) + wide * (abs(c[2]) + wide * abs(c[3]))) + tables.near[h]
+            total += tables.norms[loop, h] * turn
+        tables.turns[loop] = total
+        worst = max(worst, total)
+    return worst
+
+
+@lean
+def _wanders(group: Group, tables: Tables) -> None:
+    """Write sums of norms times what states of the tube are off the course by."""
+    for loop in range(len(tables.wanders)):
+        total = 0.0
+        for k in range(group.starts[loop], group.starts[loop + 1]):
+            total += tables.norms[loop, group.hinges[k]] * tables.near[group.hinges[k]]
+        tables.wanders[loop] = total
+
+
+@lean
+def _opening(loops: Loops, group: Group, strength: float, most: float, tables: Tables) -> tuple[float, float, float]:
+    """What a Newton step is not longer than in the piece (rad), what loops are open by (rad), and rounding of T.
 
     T - 1 is entire in the share of the piece, so that its interpolation at Chebyshev's nodes is off by no more than
     4 M g^-n / (g - 1), with M its bound on an ellipse whose half axes sum to g (Trefethen, Approximation Theory and
-    Approximation Practice, theorem 8.2).
+    Approximation Practice, theorem 8.2). Also writes S J V^T - 1 at the nodes.
     """
     newton = off = 0.0
     r, m = tables.jacobian.shape
+    k = len(tables.basis)
     for node in range(NODES):
         x = math.cos(math.pi * (node + 0.5) / NODES)
         for h in range(m):
             c = tables.about[h]
             tables.angles[h] = c[0] + x * (c[1] + x * (c[2] + x * c[3]))
-        worst = _twists(loops, tables)
-        off = max(off, worst)
+        off = max(off, _twists(loops, group, node, tables))
         total = 0.0
-        for i in range(r):
+        for i in range(k):
             step = 0.0
             for j in range(r):
                 step += tables.scaling[i, j] * tables.residual[j]
@@ -255,15 +283,12 @@ def _opening(loops: Loops, strength: float, most: float, tables: Tables) -> tupl
         newton = max(newton, math.sqrt(total))
     least = math.inf
     for g in (8.0, 16.0, 32.0, 64.0):
-        z = 0.5 * (g + 1.0 / g)
         bound = 0.0
-        for loop in range(len(loops.starts) - 1):
-            total = 0.0
-            for h in range(m):
-                c = tables.about[h]
-                total += tables.norms[loop, h] * z * (abs(c[1]) + z * (abs(c[2]) + z * abs(c[3])))
-            bound += (math.exp(total) * (1.0 + off) - 1.0) ** 2 if total < 50.0 else math.inf
-        least = min(least, 4.0 * math.sqrt(bound) * g ** (1 - NODES) / (g - 1.0))
+        if _turns(group, 0.5 * (g + 1.0 / g), tables) < 50.0:
+            for loop in range(len(tables.turns)):
+                bound += (math.exp(tables.turns[loop]) * (1.0 + off) - 1.0) ** 2
+            # the 3: entries of T - 1 are at most those of three rows of its norm
+            least = min(least, 4.0 * math.sqrt(3.0 * bound) * g ** (1 - NODES) / (g - 1.0))
     reach = 0.0
     for h in range(m):
         point = loops.chain.points[h]
@@ -273,97 +298,134 @@ def _opening(loops: Loops, strength: float, most: float, tables: Tables) -> tupl
     for loop in range(len(tables.lengths)):
         shortest = min(shortest, tables.lengths[loop])
     rounding *= 1.0 + most + reach / (loops.size * shortest)
-    return LEBESGUE * newton + strength * (least + rounding), LEBESGUE * off + least + rounding
+    return LEBESGUE * newton + strength * (least + rounding), LEBESGUE * off + least + rounding, rounding
 
 
 @lean
-def _twists(loops: Loops, tables: Tables) -> float:
-    """Write the twist of T - 1 of every loop at the angles, about its middle; the norm of all entries of T - 1."""
+def _twists(loops: Loops, group: Group, node: int, tables: Tables) -> float:
+    """Write the twist of T - 1 of every loop at the angles, about its middle; the norm of all entries of T - 1.
+
+    Also writes the screws of the hinges that move, as they lie there.
+    """
     total = 0.0
     for loop in range(len(loops.starts) - 1):
-        pose = tables.poses[loop]
+        pose, size = tables.poses[loop], loops.size
         pose[:] = 0.0
         pose[0, 0] = pose[1, 1] = pose[2, 2] = 1.0
+        row, middle, length = 6 * loop, tables.middles[loop], tables.lengths[loop]
+        own = group.starts[loop]
         for k in range(loops.starts[loop], loops.starts[loop + 1]):
-            h = loops.hinges[k]
-            fold_on(pose, loops.chain.directions[h], loops.chain.points[h], loops.signs[k] * tables.angles[h])
-        row, middle = 6 * loop, tables.middles[loop]
+            h, sign = loops.hinges[k], float(loops.signs[k])
+            u, q = loops.chain.directions[h], loops.chain.points[h]
+            if group.moving[h]:
+                screw = tables.screws[node, own]
+                own += 1
+                wx = sign * (pose[0, 0] * u[0] + pose[0, 1] * u[1] + pose[0, 2] * u[2])
+                wy = sign * (pose[1, 0] * u[0] + pose[1, 1] * u[1] + pose[1, 2] * u[2])
+                wz = sign * (pose[2, 0] * u[0] + pose[2, 1] * u[1] + pose[2, 2] * u[2])
+                px = (pose[0, 0] * q[0] + pose[0, 1] * q[1] + pose[0, 2] * q[2] + pose[0, 3]) / size - middle[0]
+                py = (pose[1, 0] * q[0] + pose[1, 1] * q[1] + pose[1, 2] * q[2] + pose[1, 3]) / size - middle[1]
+                pz = (pose[2, 0] * q[0] + pose[2, 1] * q[1] + pose[2, 2] * q[2] + pose[2, 3]) / size - middle[2]
+                screw[0], screw[1], screw[2] = wx, wy, wz
+                screw[3] = (py * wz - pz * wy) / length
+                screw[4] = (pz * wx - px * wz) / length
+                screw[5] = (px * wy - py * wx) / length
+            fold_on(pose, u, q, sign * tables.angles[h])
         tables.residual[row] = 0.5 * (pose[2, 1] - pose[1, 2])
         tables.residual[row + 1] = 0.5 * (pose[0, 2] - pose[2, 0])
         tables.residual[row + 2] = 0.5 * (pose[1, 0] - pose[0, 1])
         for i in range(3):
-            shift = pose[i, 3] / loops.size - middle[i]
+            shift = pose[i, 3] / size - middle[i]
             for j in range(3):
                 shift += pose[i, j] * middle[j]
                 total += (pose[i, j] - (1.0 if i == j else 0.0)) ** 2
-            tables.residual[row + 3 + i] = shift / tables.lengths[loop]
+            tables.residual[row + 3 + i] = shift / length
             total += tables.residual[row + 3 + i] ** 2
     return math.sqrt(total)
 
 
 @lean
-def _contraction(loops: Loops, strength: float, off: float, tables: Tables) -> float:
-    """What the map shrinks distances by, at all states that differ from the middle by no more than `far`.
+def _contraction(group: Group, strength: float, off: float, rounding: float, tables: Tables) -> float:
+    """What the map shrinks distances by, at all states that are off the course by no more than `near`.
 
-    Its derivative is 1 - S (1 + E) J(x) V^T. Of J(x) V^T the part of loop l is, summed by parts over its hinges, J V^T
-    and the sum of (W_{k+1} - W_k) P_k, where W_k is Ad of the hinges before k less 1, and P_k the part of J V^T of
-    the hinges after k. To first order W_{k+1} - W_k is d_k ad(J_k); the rest is bounded by norms.
+    Its derivative is 1 - S (1 + E) J V^T. On the course D = S J V^T - 1 is entire, and interpolated at the nodes as T
+    is: but for a linear part, which is bounded as it is. Off the course screws differ by no more than e^turns wanders,
+    and E is no more than what T differs from 1 by.
     """
-    r = len(tables.basis)
-    factor = spread = 0.0
-    for loop in range(len(loops.starts) - 1):
-        row = 6 * loop
+    k = len(tables.basis)
+    for loop in range(len(tables.felts)):
         total = 0.0
-        for k in range(loops.starts[loop], loops.starts[loop + 1]):
-            total += tables.far[loops.hinges[k]] * tables.norms[loop, loops.hinges[k]]
-        if total > 1.0:
-            return math.inf
-        tables.past[:] = 0.0
-        for k in range(loops.starts[loop + 1] - 1, loops.starts[loop] - 1, -1):
-            h = loops.hinges[k]
-            own = tables.far[h] * tables.norms[loop, h]
-            total -= own  # of the hinges before
-            length = _turn(row, h, tables)
-            factor += tables.far[h] * _scaled(row, tables)
-            rest = math.expm1(total) * own + math.exp(total) * (math.expm1(own) - own)
-            factor += strength * rest * length
-            for i in range(6):
-                for j in range(r):
-                    tables.past[i, j] += tables.jacobian[row + i, h] * tables.basis[j, h]
-        for i in range(6):
-            for j in range(r):
-                spread += tables.past[i, j] ** 2
-    # the twist of a screw times T - 1 is no longer than `off` times the screw, of J(x) V^T, which is J V^T and half of
-    # it at most; and J, and 1 - S J V^T, are known but for rounding
-    m = tables.basis.shape[1]
-    return float(factor + strength * math.sqrt(spread) * (3.0 * off + 100.0 * m * 1.2e-16))
-
-
-@lean
-def _turn(row: int, h: int, tables: Tables) -> float:
-    """Write ad(J_h) P, of what is summed so far; the norm of P."""
-    w = (tables.jacobian[row, h], tables.jacobian[row + 1, h], tables.jacobian[row + 2, h])
-    v = (tables.jacobian[row + 3, h], tables.jacobian[row + 4, h], tables.jacobian[row + 5, h])
-    past, turned = tables.past, tables.turned
+        for j in range(group.starts[loop], group.starts[loop + 1]):
+            total += tables.norms[loop, group.hinges[j]] * tables.columns[group.hinges[j]]
+        tables.felts[loop] = total
+    spread = 0.0
+    for node in range(NODES):
+        length = _feel(group, node, tables)
+        if node == NODES // 2:
+            spread = length
+    first, last = math.cos(math.pi * 0.5 / NODES), math.cos(math.pi * (NODES - 0.5) / NODES)
+    linear = worst = 0.0
+    for i in range(k):
+        for j in range(k):
+            slope = (tables.turned[0, i, j] - tables.turned[NODES - 1, i, j]) / (first - last)
+            linear += slope * slope
+            tables.felt[i, j] = slope
+    for node in range(NODES):
+        x = math.cos(math.pi * (node + 0.5) / NODES)
+        total = 0.0
+        for i in range(k):
+            for j in range(k):
+                total += (tables.turned[node, i, j] - x * tables.felt[i, j]) ** 2
+        worst = max(worst, total)
+    factor = math.sqrt(linear) + LEBESGUE * math.sqrt(worst)
+    beside = near = 0.0
+    for loop in range(len(tables.felts)):
+        grown, wander = math.exp(tables.turns[loop]) * tables.felts[loop], tables.wanders[loop]
+        beside += (grown * wander) ** 2
+        near += 25.0 * wander * wander
+        tables.felts[loop] = grown
+    off += math.sqrt(near)
+    if off > APART:
+        return math.inf
+    # J V^T is S^-1 (1 + D), no more than 1.5 of what it is in the middle where the factor is 1/2; the rest is rounding
+    factor += strength * (math.sqrt(beside) + 2.0 * spread * off)
     total = 0.0
-    for j in range(past.shape[1]):
-        for i in range(3):
-            a, b = (i + 1) % 3, (i + 2) % 3
-            turned[i, j] = w[a] * past[b, j] - w[b] * past[a, j]
-            turned[3 + i, j] = w[a] * past[3 + b, j] - w[b] * past[3 + a, j] + v[a] * past[b, j] - v[b] * past[a, j]
-            total += past[i, j] ** 2 + past[3 + i, j] ** 2
-    return math.sqrt(total)
+    for loop in range(len(tables.felts)):
+        total += tables.felts[loop] ** 2
+    factor += strength * math.sqrt(total) * 4.0 * rounding
+    least = math.inf
+    for g in (8.0, 16.0, 32.0, 64.0):
+        if _turns(group, 0.5 * (g + 1.0 / g), tables) < 50.0:
+            total = 0.0
+            for loop in range(len(tables.turns)):
+                total += (math.exp(tables.turns[loop]) * tables.felts[loop]) ** 2
+            bound = math.sqrt(1.0 * k) + strength * math.sqrt(total)
+            least = min(least, 4.0 * bound * g ** (1 - NODES) / (g - 1.0))
+    return factor + least
 
 
 @lean
-def _scaled(row: int, tables: Tables) -> float:
-    """The norm of S times what `_turn` wrote, for a loop whose rows begin at `row`."""
-    r = len(tables.scaling)
+def _feel(group: Group, node: int, tables: Tables) -> float:
+    """Write S J V^T - 1 at a node; the norm of J V^T."""
+    k, r = tables.scaling.shape
+    felt = tables.felt
+    felt[:] = 0.0
+    for loop in range(len(tables.lengths)):
+        row = 6 * loop
+        for own in range(group.starts[loop], group.starts[loop + 1]):
+            h = group.hinges[own]
+            for i in range(6):
+                value = tables.screws[node, own, i]
+                for j in range(k):
+                    felt[row + i, j] += value * tables.basis[j, h]
     total = 0.0
     for i in range(r):
-        for j in range(r):
-            value = 0.0
-            for k in range(6):
-                value += tables.scaling[i, row + k] * tables.turned[k, j]
-            total += value * value
+        for j in range(k):
+            total += felt[i, j] ** 2
+    for i in range(k):
+        for j in range(k):
+            value = -1.0 if i == j else 0.0
+            for row in range(r):
+                value += tables.scaling[i, row] * felt[row, j]
+            tables.turned[node, i, j] = value
     return math.sqrt(total)

@@ -13,6 +13,7 @@ import numpy as np
 
 from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.planning.closing import Closing, Loops, close, keep_closed, new_closing
+from hcsearch.kernels.planning.groups import Group
 from hcsearch.kernels.planning.pieces import CONTRACTION, Tables, prove_piece, tables_for
 from hcsearch.typing import Reals, Whole
 
@@ -24,6 +25,12 @@ GIVE = 1e-4
 """What hinges of states put between others may be beyond their stops (rad), as cubics overshoot."""
 POLISHED = 1e-14
 """Closure residual (rad, or gap over size) to which states are closed."""
+
+
+@compiled
+def polished(loops: Loops) -> float:
+    """The residual to which states are closed: rounding of long loops leaves no less."""
+    return max(POLISHED, 2e-15 * len(loops.hinges))
 
 
 class Track(NamedTuple):
@@ -41,17 +48,28 @@ class Track(NamedTuple):
 
 
 @compiled
-def enclose(loops: Loops, coarse: Track, ends: Reals, limit: float, halvings: int, fine: Track, stop: Reals) -> bool:
+def enclose(
+    loops: Loops,
+    group: Group,
+    coarse: Track,
+    ends: Reals,
+    limit: float,
+    halvings: int,
+    fine: Track,
+    stop: Reals,
+) -> bool:
     """Prove that closed states lie beside a motion; whether it is proved from the one end to the other.
 
-    coarse : closed states and rates that keep loops closed. ends : (2, 1 + m), the share of the first step at which the
-    proof begins, and what the fold angles of the state that it is joined to there wander by (rad); the same of the last
-    step. limit : rad, what a step's closed states may wander by. halvings : how often closed states are put into a
+    group : the hinges that turn, and the equations in which the loops close. coarse : closed states and rates that keep
+    loops closed. ends : (2, 1 + m), the share of the first step at which the proof begins, and what the fold angles of
+    the state that it is joined to there wander by (rad); the same of the last step. limit : rad, what a step's closed
+    states may wander by. halvings : how often closed states are put into a
     step, where none is proved.
     fine : written, the states that the proof is about. stop : (2,), written: the time at which the proof ends, and the
     number of pieces that were tried.
     """
-    work, tables = new_closing(loops), tables_for(loops)
+    work, tables = new_closing(loops), tables_for(loops, group)
+    work.fixed[:] = ~group.moving
     m = coarse.angles.shape[1]
     waiting = Track(
         np.zeros(halvings + 1),
@@ -75,7 +93,7 @@ def enclose(loops: Loops, coarse: Track, ends: Reals, limit: float, halvings: in
             if last:
                 after[:] = ends[1, 1:]
             began = before.copy()
-            wander = _step(loops, course, shares, before, after, limit, tables, stop)
+            wander = _step(loops, group, course, shares, before, after, limit, tables, stop)
             if wander <= limit and fine.filled[0] < len(fine.times):
                 _append(waiting, top, wander, fine)
                 waiting.filled[0] = top
@@ -122,7 +140,7 @@ def _put_between(loops: Loops, course: Reals, fine: Track, waiting: Track, work:
         waiting.rates[top + 1, k] = (b + c + 0.75 * d) / h
         wide += (waiting.angles[top, k] - fine.angles[here, k]) ** 2
     before = middle.copy()
-    if not close(loops, middle, POLISHED, GIVE, 20, work):
+    if not close(loops, middle, polished(loops), GIVE, 20, work):
         return False
     for k in range(len(course)):
         wide -= 16.0 * (middle[k] - before[k]) ** 2
@@ -137,6 +155,7 @@ def _put_between(loops: Loops, course: Reals, fine: Track, waiting: Track, work:
 @compiled
 def _step(
     loops: Loops,
+    group: Group,
     course: Reals,
     shares: tuple[float, float],
     before: Reals,
@@ -159,7 +178,7 @@ def _step(
         for h in range(len(joined)):
             joined[h] = max(before[h], after[h] if high == shares[1] else 0.0)
         stop[1] += 1.0
-        factor, wander = prove_piece(loops, course, (low, high), joined, tables)
+        factor, wander = prove_piece(loops, group, course, (low, high), joined, limit, tables)
         if factor <= CONTRACTION:
             worst = max(worst, wander)
             before[:] = tables.beside

@@ -1,0 +1,56 @@
+"""Proofs of large arrays and of thin panels: comb circuits, and margins that are bounded by the thickness."""
+
+import pytest
+
+from hcsearch.circuit import Circuit
+from hcsearch.collision.margins import margin_of
+from hcsearch.flat_pairs import linkage_joined
+from hcsearch.folding import Folding, foldings
+from hcsearch.planning.motions import motion_of
+from hcsearch.planning.planner import Planner
+from hcsearch.planning.proofs import PLAYS, Prover
+from hcsearch.scenes import default_panel
+from hcsearch.twisting import twist
+
+
+def comb(width, height):
+    """The circuit along one row of a rectangle of squares and back by columns, an even number of them."""
+    cells = [(x, 0) for x in range(width)]
+    for x in range(width)[::-1]:
+        column = [(x, y) for y in range(1, height)]
+        cells += column if (width - x) % 2 else column[::-1]
+    steps = {(1, 0): "0", (0, 1): "1", (-1, 0): "2", (0, -1): "3"}
+    follow = zip(cells, [*cells[1:], cells[0]], strict=True)
+    word = "".join(steps[b[0] - a[0], b[1] - a[1]] for a, b in follow)
+    return Circuit.from_notation(f"square:{word}").canonical()
+
+
+@pytest.mark.parametrize(
+    ("width", "height"),
+    [(6, 6), (10, 8), pytest.param(12, 10, marks=pytest.mark.slow), pytest.param(16, 12, marks=pytest.mark.slow)],
+)
+def test_combs_are_proved(width, height):
+    folding = next(own for own in foldings(comb(width, height)) if not twist(own))
+    linkage = linkage_joined(folding, default_panel("square"), "hinged")
+    states = Planner(linkage, PLAYS[0]).plan(60).states
+    proof = Prover(linkage).prove(states, PLAYS)
+    assert proof.margin is not None
+    assert proof.margin <= PLAYS[-1]
+    assert proof.exact
+    assert proof.reach == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("thickness", [0.05e-3, 0.5e-3, 2e-3, 6e-3, 25e-3])
+def test_the_default_margin_leaves_something_of_panels_of_any_thickness(thickness):
+    edge, width, _ = default_panel("square")
+    folding = Folding.from_notation("square:012233230011:4")
+    linkage = linkage_joined(folding, (edge, width, thickness), "rigid")
+    assert margin_of(linkage) == min(1e-4, 0.2 * thickness)
+    motion = motion_of(folding, (edge, width, thickness), ("rigid",))
+    assert motion.margin is not None
+    assert motion.margin <= margin_of(linkage)
+
+
+def test_closed_states_may_wander_in_proportion_to_the_margin():
+    prover = Prover(linkage_joined(Folding.from_notation("hex:0234550132:4"), default_panel("hex"), "hinged"))
+    assert prover.limit(1e-4) == pytest.approx(10 * prover.limit(1e-5))
