@@ -311,11 +311,11 @@ CREATE VIEW designs AS SELECT
     CASE
         WHEN CASE WHEN d.n_foldings > 0 AND d.n_untwisted = 0 THEN 1 END > 0 THEN 'twist'
         WHEN o.status = 'deploys' THEN 'deployment'
-        WHEN o.status = 'movable' THEN 'path proved'
-        WHEN coalesce(o.status, d.status) = 'locked' AND m.lock_pairs IS NOT NULL THEN 'kept apart'
-        WHEN coalesce(o.status, d.status) = 'locked' THEN 'locked at an end'
-        WHEN m.states > 0 THEN 'path met'
-        WHEN m.states = 0 THEN 'no path met'
+        WHEN o.status = 'movable' THEN 'path_proved'
+        WHEN coalesce(o.status, d.status) = 'locked' AND m.lock_pairs IS NOT NULL THEN 'kept_apart'
+        WHEN coalesce(o.status, d.status) = 'locked' THEN 'locked_at_end'
+        WHEN m.states > 0 THEN 'path_met'
+        WHEN m.states = 0 THEN 'no_path_met'
     END AS "known",
     m."critical_margin" AS "critical_margin",
     m."unmet_margin" AS "unmet_margin",
@@ -382,11 +382,11 @@ CREATE VIEW foldings AS SELECT
     CASE
         WHEN f.twist > 0 THEN 'twist'
         WHEN v.status = 'deploys' THEN 'deployment'
-        WHEN v.status = 'movable' THEN 'path proved'
-        WHEN coalesce(v.status, f.status) = 'locked' AND m.lock_pairs IS NOT NULL THEN 'kept apart'
-        WHEN coalesce(v.status, f.status) = 'locked' THEN 'locked at an end'
-        WHEN m.states > 0 THEN 'path met'
-        WHEN m.states = 0 THEN 'no path met'
+        WHEN v.status = 'movable' THEN 'path_proved'
+        WHEN coalesce(v.status, f.status) = 'locked' AND m.lock_pairs IS NOT NULL THEN 'kept_apart'
+        WHEN coalesce(v.status, f.status) = 'locked' THEN 'locked_at_end'
+        WHEN m.states > 0 THEN 'path_met'
+        WHEN m.states = 0 THEN 'no_path_met'
     END AS "known",
     m.critical_margin AS "critical_margin",
     m.unmet_margin AS "unmet_margin",

@@ -12,7 +12,7 @@ Status = Literal["deploys", "movable", "undecided", "locked"]
 STATUSES: tuple[Status, ...] = get_args(Status)
 """Statuses of an untwisted folding in a scene, best first; a design has that of its best folding."""
 
-Known = Literal["deployment", "path proved", "path met", "no path met", "kept apart", "locked at an end", "twist"]
+Known = Literal["deployment", "path_proved", "path_met", "no_path_met", "kept_apart", "locked_at_end", "twist"]
 KNOWN: tuple[Known, ...] = get_args(Known)
 """What stands behind the status of a folding: a deployment by springs; a path, proved or not; a search that met none;
 a proof that loops and stops keep packed and flat apart, or that no hinge can leave an end; its twist."""

@@ -30,7 +30,7 @@ from hcsearch.vocabulary import ENDS, End
 
 PER_TURN = 8
 """Cubes from 0 to pi."""
-FACE = 3000
+FACE = 30_000
 """Boxes by which a face may be proved empty before it counts as crossed."""
 CAPACITY = 200_000
 """Cubes that a flood holds."""

@@ -41,7 +41,7 @@ MOVED = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Enclosure(ByValue):
+class Tube(ByValue):
     """What is proved of a stretch.
 
     track : the states beside whose cubics closed states lie; None where that is not proved. wander : rad, what those
@@ -65,7 +65,7 @@ class Stretch:
         self.work.fixed[:] = ~group.moving
         self.polished = float(polished(self.loops))
 
-    def equal(self, states: Reals) -> Enclosure | None:
+    def equal(self, states: Reals) -> Tube | None:
         """What is known where hinges leave a flat-folded state by the same angle throughout; None where they do not.
 
         Closed at every angle, exactly (`groups.turns_equally`): only rounding of the cubics makes them differ.
@@ -83,7 +83,7 @@ class Stretch:
         rates = np.broadcast_to((last - first) / times[-1], states.shape).copy()
         count = np.array([len(states)])
         track = Track(times, first + shares * (last - first), rates, np.zeros(len(states)), count)
-        return Enclosure(track, EXACT * float(own.sum()), (0.0, 0.0))
+        return Tube(track, EXACT * float(own.sum()), (0.0, 0.0))
 
     def close(self, states: Reals) -> Reals | None:
         """States closed to rounding, each once; None where they do not go from end to end by closed states."""
@@ -100,7 +100,7 @@ class Stretch:
                 polished.append(own)
         return np.array([*polished, ends[1]])
 
-    def enclose(self, states: Reals, limit: float) -> Enclosure:
+    def enclose(self, states: Reals, limit: float) -> Tube:
         """Prove that closed states lie beside a path through closed states, (k, n_hinges), no further than a limit.
 
         limit : rad, summed over hinges. Where that fails in a step in which hinges leave or reach stops, the state at
@@ -121,12 +121,12 @@ class Stretch:
                 parts = (fine.times, fine.angles, fine.rates, fine.wanders)
                 times, angles, rates, wanders = (part[:count].copy() for part in parts)
                 track = Track(times, angles, rates, wanders, np.array([count]))
-                return Enclosure(track, wander, reach)
+                return Tube(track, wander, reach)
             switched = self._switched(states, coarse, stop[0])
             if switched is None:
                 break
             states = switched
-        return Enclosure(None, 0.0, reach)
+        return Tube(None, 0.0, reach)
 
     def _switched(self, states: Reals, path: Track, time: float) -> Reals | None:
         """The states with a switch state put into the step of their path in which a time lies; None without one."""

@@ -21,11 +21,11 @@ def _known(verdict: str, status: str, twist: str) -> str:
     return f"""CASE
         WHEN {twist} > 0 THEN 'twist'
         WHEN {verdict} = 'deploys' THEN 'deployment'
-        WHEN {verdict} = 'movable' THEN 'path proved'
-        WHEN {status} = 'locked' AND m.lock_pairs IS NOT NULL THEN 'kept apart'
-        WHEN {status} = 'locked' THEN 'locked at an end'
-        WHEN m.states > 0 THEN 'path met'
-        WHEN m.states = 0 THEN 'no path met'
+        WHEN {verdict} = 'movable' THEN 'path_proved'
+        WHEN {status} = 'locked' AND m.lock_pairs IS NOT NULL THEN 'kept_apart'
+        WHEN {status} = 'locked' THEN 'locked_at_end'
+        WHEN m.states > 0 THEN 'path_met'
+        WHEN m.states = 0 THEN 'no_path_met'
     END"""
 
 

@@ -59,7 +59,10 @@ DEPLOYMENTS = (
     (5, 2, "default", "undecided", None, None),
     (8, 5, "default", "collides", None, None),
 )
-MOTION = dict.fromkeys(("flat_pairs", "needed_margin", "least_gap"))
+EVIDENCE = dict.fromkeys(("critical_margin", "unmet_margin"))
+KNOWN = {"deploys": "deployment", "movable": "path_proved", "locked": "locked_at_end", "twisted": "twist"}
+"""What stands behind a status, where no motion is stored that says more."""
+MOTION = dict.fromkeys(("flat_pairs", "needed_margin", "least_gap")) | EVIDENCE
 """Columns that are new since, and without a value in each row of older views."""
 PLAY = dict.fromkeys(("needed_margin", "least_gap"))
 LIKE = {"as_crease": None}
@@ -131,7 +134,15 @@ def now(view, row):
     judged = number in JUDGED and (view == "designs" or crease in JUDGED[number])
     if view in ("designs", "foldings") and word == "undecided" and not judged:
         word = None  # nobody had looked for a motion
-    return renamed({**row, **NEW.get(view, {}), **({"status": word} if "status" in row else {})})
+    known = {"known": KNOWN.get(word)} if view in ("designs", "foldings") else {}
+    return renamed({**row, **NEW.get(view, {}), **({"status": word} if "status" in row else {}), **known})
+
+
+def seen(view, row):
+    """A row of a view that did not say what stands behind a status."""
+    if view not in ("designs", "foldings"):
+        return row
+    return {**row, **EVIDENCE, "known": KNOWN.get(row["status"])}
 
 
 def renamed(row):
@@ -311,7 +322,7 @@ def test_motions_in_two_scenes_are_kept(path):
             new = PLAY | LIKE if view == "deployments" else {}
             play = PLAY if view in ("designs", "foldings") else {}
             assert rows(database, view) == [
-                {**renamed(row), **new, **(play if row.get("status") == "deploys" else {})} for row in old
+                {**seen(view, renamed(row)), **new, **(play if row.get("status") == "deploys" else {})} for row in old
             ]
 
 
@@ -337,7 +348,7 @@ def test_the_play_of_deployments_is_kept(path):
         assert_readable(database)
         for view, old in before.items():
             new = LIKE if view == "deployments" else {}
-            assert rows(database, view) == [{**renamed(row), **new} for row in old]
+            assert rows(database, view) == [{**seen(view, renamed(row)), **new} for row in old]
 
 
 def test_the_newest_old_database_says_whose_motions_it_has(path):
@@ -348,4 +359,4 @@ def test_the_newest_old_database_says_whose_motions_it_has(path):
         assert select(database, view="runs", columns="id,movable,deploys").rows == ((1, 1, 1), (2, 1, 0))
         assert_readable(database)
         for view, old in before.items():
-            assert rows(database, view) == old
+            assert rows(database, view) == [seen(view, row) for row in old]

@@ -111,7 +111,7 @@ def test_a_motion_is_stored_with_its_path(listed):
     judge(listed, [MOVES])
     assert row_of(listed) == ["movable", 1, None, None, *PATH]
     (row,) = select(listed, view="motions").rows
-    assert row == (3, 3, "default", *PATH, pytest.approx(1e-5), 2, "a reason for movable", None)
+    assert row == (3, 3, "default", *PATH, pytest.approx(1e-5), 2, "a reason for movable", None, *[None] * 7)
     with listed.reading() as connection:
         (packed,) = connection.execute(schema.motion.select().with_only_columns(schema.motion.c.path)).scalars()
     assert np.frombuffer(zlib.decompress(packed), "<f8").reshape(2, 2).tolist() == [[math.pi, math.pi], [0.0, 0.0]]
@@ -121,7 +121,7 @@ def test_without_a_path_a_motion_has_a_reason_and_no_numbers(listed):
     judge(listed, [CUT])
     assert row_of(listed) == ["undecided", None, None, None, *NO_PATH]
     (row,) = select(listed, view="motions").rows
-    assert row == (3, 3, "default", None, None, None, None, 0, "a reason for undecided", None)
+    assert row == (3, 3, "default", None, None, None, None, 0, "a reason for undecided", None, *[None] * 7)
     with listed.reading() as connection:
         assert connection.execute(schema.motion.select()).mappings().one()["path"] is None
 

@@ -20,7 +20,7 @@ from hcsearch.typing import Reals, Whole
 
 GOING, ENCLOSED, REACHED, FULL = 0, 1, 2, 3
 """A flood goes on; has proved what it has taken in to be left by no motion; came to the goal; has no more room."""
-HEAD, TAIL, FACES, MET, DOUBTED, BOXES = 0, 1, 2, 3, 4, 5
+HEAD, TAIL, FACES, MET, DOUBTED, BOXES, SIDE = 0, 1, 2, 3, 4, 5, 6
 """Entries of the counts of a flood."""
 
 
@@ -29,9 +29,9 @@ class Flood(NamedTuple):
 
     cubes : (capacity, n), those taken in. states : (capacity, n), a closed state of each, or one near it.
     slots : (s,), a hash table of cubes, 1 more than their number. goal : (n,), the cube that is not to be reached.
-    grid : (k + 1,), where cubes meet, from 0 to the double above pi. counts : (6,), cubes whose faces were all tested
+    grid : (k + 1,), where cubes meet, from 0 to the double above pi. counts : (7,), cubes whose faces were all tested
     and cubes taken in; faces that were tested, of these crossed at a closed state, and crossed as nothing is known of
-    them; boxes.
+    them; boxes; the next face of the cube that comes next.
     """
 
     cubes: NDArray[np.int8]
@@ -56,7 +56,7 @@ def new_flood(start: Reals, goal: Reals, per_turn: int, capacity: int) -> Flood:
         np.zeros(size, np.int64),
         np.zeros(n, np.int8),
         grid,
-        np.zeros(6, np.int64),
+        np.zeros(7, np.int64),
     )
     for h in range(n):
         flood.goal[h] = min(int(goal[h] / math.pi * per_turn), per_turn - 1)
@@ -97,16 +97,17 @@ def spread(rings: Rings, flood: Flood, boxes: int, face: int, work: Refutation) 
     cube, state = np.zeros(n, np.int8), np.zeros(n)
     low, high = np.zeros(n), np.zeros(n)
     while counts[HEAD] < counts[TAIL]:
-        if counts[BOXES] >= boxes:
-            return GOING
         if counts[TAIL] + 2 * n > len(flood.cubes):
             return FULL
         own = counts[HEAD]
         for h in range(n):
             cube[h] = flood.cubes[own, h]
             low[h], high[h] = flood.grid[cube[h]], flood.grid[cube[h] + 1]
-        for side in range(2 * n):
-            h, step = side // 2, 2 * (side % 2) - 1
+        while counts[SIDE] < 2 * n:
+            if counts[BOXES] >= boxes:
+                return GOING
+            h, step = counts[SIDE] // 2, 2 * (counts[SIDE] % 2) - 1
+            counts[SIDE] += 1
             if not 0 <= cube[h] + step < len(flood.grid) - 1:
                 continue
             cube[h] += step
@@ -124,6 +125,7 @@ def spread(rings: Rings, flood: Flood, boxes: int, face: int, work: Refutation) 
                 low[h], high[h] = below, above
             cube[h] -= step
         counts[HEAD] += 1
+        counts[SIDE] = 0
     return ENCLOSED
 
 
