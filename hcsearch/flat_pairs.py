@@ -6,6 +6,7 @@ mirror symmetry of the folding, panels that meet on its axis can also be made on
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from hcsearch.folding import Folding
@@ -20,6 +21,11 @@ def ways(scene: Scene) -> tuple[Way, ...]:
         return ("merged",)
     allowed: tuple[Way, ...] = ("rigid", "hinged") if scene.flat_pairs == "either" else (scene.flat_pairs,)
     return (*allowed, "merged") if scene.merge == "either" else allowed
+
+
+def widest_of(allowed: Sequence[Way]) -> tuple[Way, ...]:
+    """The way whose motions are those of all others, too, by which hinges are joined; all ways where there is none."""
+    return ("hinged",) if "hinged" in allowed else tuple(allowed)
 
 
 def linkage_joined(folding: Folding, panel: PanelSize, way: Way) -> Linkage:

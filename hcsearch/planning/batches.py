@@ -11,7 +11,8 @@ from hcsearch.flat_pairs import ways
 from hcsearch.folding import folding_at, representatives
 from hcsearch.planning.motions import PlannedMotion, carried, motion_of
 from hcsearch.planning.reasons import reason_of
-from hcsearch.records import CircuitBatch, FoldingBatch, MotionBatch
+from hcsearch.planning.schedule import FIRST
+from hcsearch.records import CircuitBatch, Evidence, FoldingBatch, Integers, Lock, MotionBatch
 from hcsearch.scenes import Scene, panel_of
 from hcsearch.typing import Flags
 
@@ -22,20 +23,26 @@ def motions(
     locked: tuple[Flags, Flags],
     scene: Scene,
     threads: int = 1,
+    *,
+    budget: int | None = None,
+    searched: Integers | None = None,
 ) -> MotionBatch:
     """Motions of a batch of untwisted foldings in a scene.
 
     locked : (n_foldings,) each, which are proved locked with rigid and with hinged flat pairs: no path is searched for
         with those, and none at all where both are.
+    budget : efforts for each folding, None for the usual ones; searched : (n_foldings,), how many were made before.
     One of congruent foldings is looked at, and its motion carried over to the others.
     """
+    efforts = FIRST if budget is None else budget
     panel, allowed = panel_of(scene, circuits.grid), ways(scene)
     own = [folding_at(circuits, foldings, i) for i in range(len(foldings))]
     standing = representatives(own, foldings.row.tolist(), panel)
 
     def run(i: int) -> PlannedMotion | None:
         free = [way for way in allowed if not locked[way == "hinged"][i]]
-        return motion_of(own[i], panel, free, scene.margin) if free else None
+        done = 0 if searched is None else int(searched[i])
+        return motion_of(own[i], panel, free, scene.margin, budget=efforts, done=done) if free else None
 
     judged = sorted(set(standing))
     with ThreadPoolExecutor(threads) as pool:  # the kernels leave the interpreter's lock
@@ -63,4 +70,19 @@ def _batch(planned: Sequence[PlannedMotion | None], like: list[int | None]) -> M
         tuple(None if motion is None else motion.states for motion in planned),
         [None if motion is None else reason_of(motion) for motion in planned],
         like,
+        [None if motion is None else _evidence(motion) for motion in planned],
     )
+
+
+def _evidence(motion: PlannedMotion) -> Evidence:
+    """What the search for a motion came to, beside its path."""
+    critical = motion.critical
+    lock = None
+    if motion.locks:
+        way, enclosure = motion.locks[-1]  # the widest way comes last
+        assert enclosure.end is not None
+        lock = Lock(way, motion.locked, enclosure.end, enclosure.cubes, enclosure.faces)
+    least = motion.margin
+    if critical is not None and critical.proved is not None and least is None:
+        least = critical.proved
+    return Evidence(motion.efforts, lock, least, None if critical is None else critical.none)

@@ -1,4 +1,4 @@
-"""The motion of one folding: the ways of joining its flat pairs are tried until a path is proved.
+"""The motion of one folding: paths are looked for, and proofs that there is none, in the order of `schedule`.
 
 First with the least margin that is stated, then with the scene's own, by which panels have the most play: with hinged
 pairs alone where these may be, as their motions include those of all others.
@@ -8,26 +8,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import singledispatchmethod
 
 from hcsearch.collision.margins import margin_of, scale_of
 from hcsearch.equality import ByValue
-from hcsearch.flat_pairs import can_be, linkage_joined
+from hcsearch.flat_pairs import can_be, linkage_joined, widest_of
 from hcsearch.folding import Folding
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.labels import Labels, labels_of
 from hcsearch.linkage import Linkage
+from hcsearch.locks.enclosures import Enclosure, enclose
+from hcsearch.planning.critical import CriticalMargin, critical_margin
 from hcsearch.planning.planner import Growth, Planner
 from hcsearch.planning.proofs import PLAYS, PathProof, Prover
+from hcsearch.planning.schedule import FIRST, Bisection, Floods, Moves, Step, Trees, planned_efforts
 from hcsearch.planning.simple_moves import simple_path
 from hcsearch.planning.sizes import check_size
 from hcsearch.scenes import PanelSize
 from hcsearch.typing import Reals
 from hcsearch.vocabulary import Way
 
-TIGHT, LOOSE, AGAIN = 40, 60, 3
-"""Rounds of the search with the least margin, of those with the greatest that follow it, and how many those are."""
 PROOFS = 3
-"""Paths that are tried where a proof fails, in each way and with either margin: other seeds hardly mend that."""
+"""Paths that are tried where a proof fails, in each way of an effort: other seeds hardly mend that."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +38,10 @@ class PlannedMotion(ByValue):
 
     way : how flat pairs are joined; of the path, if there is one. states : of the path, (k, n_hinges), or None.
     proof : of the path, which may have failed. growths : what trees came to, by way, where the search reached no path.
-    labels : names of panels in the linkage of the path, if there is one.
+    labels : names of panels in the linkage of the path, if there is one. efforts : of `schedule` that were made, with
+    those before; a search with a greater budget goes on after these. locks : kinematic locks, by way; one with hinged
+    pairs stands for all others. locked : whether they leave no way of those that are allowed. critical : the critical
+    margin of the widest way, where it was looked for.
     """
 
     way: Way | None
@@ -44,6 +49,10 @@ class PlannedMotion(ByValue):
     proof: PathProof | None
     growths: tuple[tuple[Way, Growth], ...]
     labels: Labels | None = None
+    efforts: int = 0
+    locks: tuple[tuple[Way, Enclosure], ...] = ()
+    locked: bool = False
+    critical: CriticalMargin | None = None
 
     @property
     def margin(self) -> float | None:
@@ -51,10 +60,19 @@ class PlannedMotion(ByValue):
         return None if self.proof is None else self.proof.margin
 
 
-def motion_of(folding: Folding, panel: PanelSize, ways: Sequence[Way], margin: float | None = None) -> PlannedMotion:
+def motion_of(
+    folding: Folding,
+    panel: PanelSize,
+    ways: Sequence[Way],
+    margin: float | None = None,
+    *,
+    budget: int = FIRST,
+    done: int = 0,
+) -> PlannedMotion:
     """Look for a proved path of a folding.
 
     ways : how flat pairs may be joined, in this order. margin : m, the greatest; None for that of `margin_of`.
+    budget : efforts of `schedule`. done : how many of these were made already, and came to no proof.
     Congruent foldings have one search, that of the folding that stands for them. SizeError for more panels than
     `sizes` allows.
     """
@@ -62,7 +80,7 @@ def motion_of(folding: Folding, panel: PanelSize, ways: Sequence[Way], margin: f
     like = folding.likeness(panel)
     own = folding if like is None else like.folding
     linkages = {way: linkage_joined(own, panel, way) for way in ways if can_be(own, way)}
-    found = _Search(linkages, margin).run() if linkages else PlannedMotion(None, None, None, ())
+    found = _Search(linkages, margin).run(budget, done) if linkages else PlannedMotion(None, None, None, ())
     return found if like is None else carried(found, folding, panel)
 
 
@@ -85,43 +103,96 @@ def carried(motion: PlannedMotion, folding: Folding, panel: PanelSize) -> Planne
 
 
 class _Search:
-    """The search for a path of one folding."""
+    """The search for the motion of one folding."""
 
     def __init__(self, linkages: dict[Way, Linkage], margin: float | None) -> None:
-        self.linkages = linkages
+        self.linkages, self.widest = linkages, widest_of(tuple(linkages))
         self.planner: tuple[tuple[Way, float], Planner] | None = None
         self.provers: dict[Way, Prover] = {}
         self.left: dict[Way, int] = {}
         self.growths: dict[Way, Growth] = {}
+        self.locks: dict[Way, Enclosure] = {}
+        self.critical: CriticalMargin | None = None
         self.best = PlannedMotion(None, None, None, ())
         first = next(iter(linkages.values()))
         own = [play * scale_of(first) for play in PLAYS]
         top = margin_of(first) if margin is None else margin
         self.margins = [*(play for play in own if play < top), top]
 
-    def run(self) -> PlannedMotion:
-        """The motion that needs the least play."""
-        least, top = self.margins[0], self.margins[-1]
-        every, widest = tuple(self.linkages), _widest(self.linkages)
-        # a path of few hinges at a time is found at once, and proved where closure is singular throughout
-        if any(self._simple(way, least) for way in every):
-            return self.best
-        self.left = dict.fromkeys(every, PROOFS)
-        if self._try(every, least, TIGHT, 0):
-            return self.best
-        if top > least and any(self._simple(way, top) for way in every):
-            return self.best
-        self.left = dict.fromkeys(widest, PROOFS)
-        if any(self._try(widest, top, LOOSE, seed) for seed in range(1, 1 + AGAIN)):
-            return self.best
-        return self.best if self.best.states is not None else replace(self.best, growths=tuple(self.growths.items()))
+    def run(self, budget: int, done: int) -> PlannedMotion:
+        """The motion that needs the least play, or a lock, by the efforts of a budget after those that were made."""
+        for effort in planned_efforts(budget, done):
+            done += 1
+            if any(self._make(step) for step in effort):
+                break
+        growths = () if self.best.states is not None else tuple(self.growths.items())
+        locks = tuple(self.locks.items())
+        known = replace(self.best, locks=locks, locked=self.locked, critical=self.critical)
+        return replace(known, growths=growths, efforts=done)
 
-    def _try(self, some: Sequence[Way], margin: float, rounds: int, seed: int) -> bool:
+    @property
+    def locked(self) -> bool:
+        """Whether no way is left in which the folding may open."""
+        return "hinged" in self.locks or all(way in self.locks for way in self.linkages)
+
+    @property
+    def _every(self) -> tuple[Way, ...]:
+        """The ways that are not proved locked."""
+        return tuple(way for way in self.linkages if way not in self.locks)
+
+    @singledispatchmethod
+    def _make(self, step: Step) -> bool:
+        """Make a step of an effort; whether a path or a lock is proved."""
+        raise TypeError(step)
+
+    @_make.register
+    def _moves(self, step: Moves) -> bool:
+        """A path of few hinges at a time is found at once, and proved where closure is singular throughout."""
+        least, top = self.margins[0], self.margins[-1]
+        if step.loose and top == least:
+            return False
+        return any(self._simple(way, top if step.loose else least) for way in self._every)
+
+    @_make.register
+    def _floods(self, step: Floods) -> bool:
+        """The narrower ways first, which take seconds at most; none where a path is met that proves to be none."""
+        for way in sorted(self._every, key=lambda way: way in self.widest):
+            enclosure = enclose(self.linkages[way], step.boxes)
+            if enclosure.proved:
+                self.locks[way] = enclosure
+        return self.locked
+
+    @_make.register
+    def _trees(self, step: Trees) -> bool:
+        some = self.widest if step.widest else self._every
+        self.left = dict.fromkeys(some, PROOFS)
+        return any(self._try(some, step, seed) for seed in step.seeds)
+
+    @_make.register
+    def _bisection(self, _step: Bisection) -> bool:
+        """The critical margin; where that is one of the scene's, its path is a proved one."""
+        for way in self.widest:
+            if way in self.locks:
+                continue
+            critical = critical_margin(self.linkages[way])
+            if self.critical is None or critical.less_than(self.critical):
+                self.critical = critical
+            within = critical.proved is not None and critical.proved <= self.margins[-1]
+            if within and critical.states is not None and self._prove(way, critical.states):
+                return True
+        return False
+
+    def _simple(self, way: Way, margin: float) -> bool:
+        """Try a path of simple moves; whether there is one that is proved."""
+        states = simple_path(self.linkages[way], margin)
+        return states is not None and self._prove(way, states)
+
+    def _try(self, some: Sequence[Way], trees: Trees, seed: int) -> bool:
         """Try some ways until one has a path that is proved; whether one has."""
         for way in some:
-            planner = self._planner(way, margin)
+            planner = self._planner(way, self.margins[-1 if trees.loose else 0])
             for again in range(self.left[way]):
-                plan = planner.plan(rounds, seed + 10 * again)
+                plan = planner.plan(trees.rounds, seed + 10 * again, roots=trees.roots)
                 if plan.states is None:
                     self.growths[way] = plan.growth
                     break
@@ -130,11 +201,6 @@ class _Search:
                 self.growths[way] = plan.growth
                 self.left[way] -= 1
         return False
-
-    def _simple(self, way: Way, margin: float) -> bool:
-        """Prove a path of simple moves; whether there is one that is proved."""
-        states = simple_path(self.linkages[way], margin)
-        return states is not None and self._prove(way, states)
 
     def _planner(self, way: Way, margin: float) -> Planner:
         """The planner of the last search, where it fits: one of a large array takes much memory."""
@@ -148,8 +214,3 @@ class _Search:
         prover = self.provers.setdefault(way, Prover(self.linkages[way]))
         self.best = PlannedMotion(way, states, prover.prove(states, self.margins), (), labels_of(self.linkages[way]))
         return self.best.margin is not None
-
-
-def _widest(linkages: dict[Way, Linkage]) -> tuple[Way, ...]:
-    """The way whose motions are those of all others, too, by which hinges are joined; all ways where there is none."""
-    return ("hinged",) if "hinged" in linkages else tuple(linkages)

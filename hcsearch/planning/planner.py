@@ -1,4 +1,4 @@
-"""Paths from the packed to the flat state of a linkage: two trees of closed states that grow until they meet.
+"""Paths from the packed to the flat state of a linkage: trees of closed states that grow until these are joined.
 
 Panels may slide along each other and hinges along their stops, without friction. A tree knows no springs: what it
 reaches, a drive can reach. Where it finds no path that is no proof that there is none.
@@ -7,25 +7,21 @@ reaches, a drive can reach. Where it finds no path that is no proof that there i
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from hcsearch.collision.margins import check_margin
 from hcsearch.equality import ByValue
-from hcsearch.kernels.planning.search import FULL, MET, Meeting, fan_out, search
 from hcsearch.kernels.planning.smoothing import relax, shorten, thin
 from hcsearch.kernels.planning.space import Space, SpaceWork, Stack, new_stack, new_work
-from hcsearch.kernels.planning.trees import CELL, StateTree, new_tree
+from hcsearch.kernels.planning.trees import CELL
 from hcsearch.linkage import Linkage
+from hcsearch.planning.forests import Forest, several
+from hcsearch.planning.junctions import clear_junctions
 from hcsearch.planning.problems import space_of
 from hcsearch.typing import Reals
 
-CAPACITY = 12000
-"""States that a tree holds."""
-SLICE = 50
-"""Rounds in one call of the kernel: an interrupt waits no longer than these."""
-STARTS, TRIES = 30, 400
-"""States near an end from which its tree grows, and how many are tried."""
 DEPTH = 15
 """States that the kernels work with."""
 SHORTCUTS, SWEEPS = 60, 8
@@ -43,9 +39,10 @@ class Growth:
     """What the trees came to.
 
     starts : states near the packed and near the flat state from which they grew; without any, the search came to no
-    state beyond that end. sizes : states of both trees. rounds : how often one grew. late : the share of the states of
-    each that the second half of the rounds brought: a tree that is closed off brings none. resolution : rad, width of
-    cells by which states count as alike. full : whether a tree had no more room.
+    state beyond that end. sizes : states of both trees, with those of trees that met them. rounds : how often one grew.
+    late : the share of the states of each that the second half of the rounds brought: a tree that is closed off brings
+    none. resolution : rad, width of cells by which states count as alike. full : whether a tree had no more room.
+    roots : flat-folded states from which further trees grew.
     """
 
     starts: tuple[int, int]
@@ -54,6 +51,7 @@ class Growth:
     late: tuple[float, float]
     resolution: float
     full: bool
+    roots: int = 0
 
     @property
     def closed_off(self) -> tuple[bool, bool]:
@@ -63,68 +61,65 @@ class Growth:
 
 @dataclass(frozen=True, eq=False)
 class PathPlan(ByValue):
-    """What one search came to: states of a path, (k, n_hinges), from packed to flat, or None; and the trees."""
+    """What one search came to.
+
+    states : of a path, (k, n_hinges), from packed to flat, or None. growth : what the trees came to. clouds : closed
+    states that were reached from packed, and those that were from flat, (k, n_hinges) each; where there is a path, all
+    of them both times.
+    """
 
     states: Reals | None
     growth: Growth
+    clouds: tuple[Reals, Reals]
 
 
 class Planner:
-    """Searches for paths of one linkage with panels shrunk by a margin (m) on every face."""
+    """Searches for paths of one linkage with panels shrunk by a margin (m) on every face.
 
-    def __init__(self, linkage: Linkage, margin: float) -> None:
+    collide : whether panels must keep apart; else they pass through each other, and only loops and stops count. What is
+    not joined then is joined with no margin, which is evidence of a lock that contacts have no part in.
+    """
+
+    def __init__(self, linkage: Linkage, margin: float, *, collide: bool = True) -> None:
         check_margin(linkage, margin)
         self.linkage, self.margin = linkage, margin
-        self.space: Space = space_of(linkage, margin)
+        self.space: Space = space_of(linkage, margin, collide=collide)
         self.stack: Stack = new_stack(self.space, DEPTH)
         self.work: SpaceWork = new_work(self.space)
 
-    def plan(self, rounds: int, seed: int = 0) -> PathPlan:
-        """Search for a path for some rounds; the same for the same seed."""
-        m = self.linkage.n_hinges
-        if not m:
-            return PathPlan(None, Growth((0, 0), (1, 1), 0, (0.0, 0.0), CELL, False))
+    @cached_property
+    def junctions(self) -> Reals:
+        """Flat-folded states beside the ends at which panels keep apart, (k, n_hinges)."""
+        return clear_junctions(self.linkage, self.space, self.stack)
+
+    def plan(self, rounds: int, seed: int = 0, *, roots: int = 0) -> PathPlan:
+        """Search for a path for some rounds; the same for the same seed.
+
+        roots : of how many junctions trees grow, too, at most; each seed takes others. Rounds are those of all trees.
+        """
+        ends = self.space.folded, self.linkage.flat
+        if not self.linkage.n_hinges:
+            growth = Growth((0, 0), (1, 1), 0, (0.0, 0.0), CELL, False)
+            return PathPlan(None, growth, (ends[0][None], ends[1][None]))
+        further = several(ends, self.junctions, roots, seed) if roots else np.array(ends)
         # the search of a gap begins where the last one ended: anew, so that no plan hangs on the one before
         self.stack.corners[:], self.stack.ways[:] = -1, 0.0
-        flat = np.zeros(m)
-        trees = new_tree(CAPACITY, self.space.folded), new_tree(CAPACITY, flat)
-        starts = (
-            int(fan_out(self.space, trees[0], STARTS, TRIES, 2 * seed, self.stack, self.work)),
-            int(fan_out(self.space, trees[1], STARTS, TRIES, 2 * seed + 1, self.stack, self.work)),
-        )
-        if not all(starts):
-            return PathPlan(None, self._growth(starts, trees, 0, (0, 0), False))
-        meeting = Meeting(np.zeros(2, np.int64), np.zeros((4000, m)), np.zeros(1, np.int64))
-        half, done, state = (0, 0), 0, -1
-        while done < rounds:
-            own = min(SLICE, (rounds // 2 if done < rounds // 2 else rounds) - done)
-            state = int(search(self.space, *trees, own, _slice_seed(seed, done), self.stack, self.work, meeting))
+        forest = Forest(self.space, further, self.stack, self.work)
+        starts = forest.fan_out(seed)
+        half, done = (0, 0), 0
+        while done < rounds and all(starts) and not forest.met and not forest.full:
+            own = min(forest.slice, (rounds // 2 if done < rounds // 2 else rounds) - done)
+            forest.grow(own, _slice_seed(seed, done))
             done += own
-            if state in (MET, FULL):
-                break
             if done <= rounds // 2:
-                half = int(trees[0].size[0]), int(trees[1].size[0])
-        growth = self._growth(starts, trees, done, half, state == FULL)
-        return PathPlan(self._path(trees, meeting, seed) if state == MET else None, growth)
-
-    def _growth(
-        self,
-        starts: tuple[int, int],
-        trees: tuple[StateTree, StateTree],
-        rounds: int,
-        half: tuple[int, int],
-        full: bool,
-    ) -> Growth:
-        sizes = int(trees[0].size[0]), int(trees[1].size[0])
+                half = forest.sizes()
+        sizes = forest.sizes()
         late = (1.0 - half[0] / sizes[0], 1.0 - half[1] / sizes[1])
-        return Growth(starts, sizes, rounds, late, CELL, full)
+        growth = Growth((starts[0], starts[1]), sizes, done, late, CELL, forest.full, len(starts) - 2)
+        return PathPlan(self._path(forest.path(), seed) if forest.met else None, growth, forest.clouds())
 
-    def _path(self, trees: tuple[StateTree, StateTree], meeting: Meeting, seed: int) -> Reals:
-        """The path through both trees, shortened and relaxed."""
-        bridge = meeting.bridge[: int(meeting.filled[0])]
-        states = np.concatenate(
-            [_branch(trees[0], meeting.nodes[0])[::-1], bridge, _branch(trees[1], meeting.nodes[1])]
-        )
+    def _path(self, states: Reals, seed: int) -> Reals:
+        """A path, shortened and relaxed."""
         path = np.zeros((2 * len(states) + 1000, states.shape[1]))
         path[: len(states)] = states
         between = np.zeros((1000, states.shape[1]))
@@ -133,15 +128,6 @@ class Planner:
         wished = WISHED * self.margin
         relax(self.space, path, count, SWEEPS, wished, self.stack, self.work)
         return path[:count].copy()
-
-
-def _branch(tree: StateTree, node: int) -> Reals:
-    """The states from a node to the root."""
-    states = []
-    while node >= 0:
-        states.append(tree.angles[node].copy())
-        node = int(tree.parents[node])
-    return np.array(states)
 
 
 def _slice_seed(seed: int, done: int) -> int:

@@ -7,6 +7,7 @@ import numpy as np
 from hcsearch.collision.margins import EDGE, scale_of
 from hcsearch.collision.prisms import prisms_of
 from hcsearch.collision.solids import kept_apart, pairs_of
+from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.kernels.planning.closing import Loops
 from hcsearch.kernels.planning.space import Space
 from hcsearch.linkage import Linkage
@@ -24,9 +25,12 @@ def loops_of(linkage: Linkage) -> Loops:
     return Loops(linkage.chain, *linkage.loop_arrays, float(linkage.pattern.size))
 
 
-def space_of(linkage: Linkage, margin: float) -> Space:
-    """A linkage with its panels shrunk by a margin (m) on every face."""
-    pairs = pairs_of(linkage, prisms_of(linkage), kept_apart(linkage))
+def space_of(linkage: Linkage, margin: float, *, collide: bool = True) -> Space:
+    """A linkage with its panels shrunk by a margin (m) on every face; collide : whether they must keep apart at all."""
+    pairs = pairs_of(linkage, prisms_of(linkage), kept_apart(linkage)).prisms
+    prisms = prisms_of(linkage, margin)
+    if not collide:
+        pairs, prisms = pairs[:0], _none_of(prisms)
     chain, edge = linkage.chain, EDGE * scale_of(linkage)
     across = np.zeros((linkage.n_panels, linkage.n_hinges))
     for panel in chain.order:
@@ -37,11 +41,18 @@ def space_of(linkage: Linkage, margin: float) -> Space:
         loops=loops_of(linkage),
         folded=linkage.folded.astype(float),
         across=across,
-        prisms=prisms_of(linkage, margin),
-        pairs=np.ascontiguousarray(pairs.prisms),
+        prisms=prisms,
+        pairs=np.ascontiguousarray(pairs),
         lever=LEVER * edge,
         near=NEAR * edge,
         least=LEAST * margin,
         kept=KEPT * margin,
         parted=PARTED * margin,
     )
+
+
+def _none_of(prisms: Prisms) -> Prisms:
+    """No prisms, so that none are placed where panels pass through each other."""
+    panels, counts = prisms.panels[:0], prisms.counts[:0]
+    vertices, middles, reaches = prisms.vertices[:0], prisms.middles[:0], prisms.reaches[:0]
+    return Prisms(panels, counts, vertices, middles, reaches, prisms.normals[:0], prisms.edges[:0])

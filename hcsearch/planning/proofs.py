@@ -129,10 +129,10 @@ class Prover:
         return PathProof(None, False, reach, exact, 0.0, 0.0, None, 0.0)
 
     def _enclosed(self, states: Reals, margins: Sequence[float]) -> _Enclosed:
-        """The motion beside which closed states lie, near enough for the least of some margins, or for the greatest."""
+        """The motion beside which closed states lie, near enough for the least play that is stated, or for a margin."""
         found = _NOTHING
         for stretches in self._cut(states):
-            for margin in sorted(margins):
+            for margin in sorted({PLAYS[0] * self.scale, *margins}):  # what wanders less leaves more of the gaps
                 found = self._along(stretches, self.limit(margin))
                 if found[0] is not None and not any(found[2]):
                     return found

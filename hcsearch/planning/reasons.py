@@ -12,17 +12,33 @@ ENDS = ("packed", "flat")
 
 def reason_of(motion: PlannedMotion) -> str:
     """What is known of a motion, in a sentence."""
-    if motion.proof is not None and motion.margin is None:
-        failed = _failed(motion.proof, motion.labels)
-        return f"the search reached a path with {motion.way} flat pairs that is not proved: {failed}"
+    if motion.locked:
+        way, lock = motion.locks[-1]
+        return (
+            f"closed loops and stops keep the packed and the flat state apart, even if panels could pass through each "
+            f"other: proved with {way} flat pairs from the {lock.end} state, by {lock.cubes:,} cubes of fold angles"
+        )
     if motion.margin is not None:
         play = f"{1e3 * motion.margin:.4g} mm of play on every face"
         return f"a path from packed to flat is proved with {motion.way} flat pairs and {play}"
-    if not motion.growths:
+    if motion.proof is not None:
+        known = f"a path with {motion.way} flat pairs was met and is not proved: {_failed(motion.proof, motion.labels)}"
+    elif not motion.growths:
         return "no path was searched for: the folding has no mirror pairs of panels to merge"
-    return "the search reached no path: " + "; ".join(
-        f"{way} flat pairs, {_grown(growth)}" for way, growth in motion.growths
-    )
+    else:
+        known = "no path was met: " + "; ".join(f"{way} flat pairs, {_grown(growth)}" for way, growth in motion.growths)
+    return "; ".join([known, *_beside(motion)])
+
+
+def _beside(motion: PlannedMotion) -> list[str]:
+    """What is known of an undecided folding beside its searches."""
+    parts = [f"proved that there is none with {way} flat pairs" for way, _ in motion.locks]
+    critical = motion.critical
+    if critical is not None and critical.proved is not None:
+        parts.append(f"a path is proved with {1e3 * critical.proved:.4g} mm of play on every face")
+    elif critical is not None and critical.none is not None:
+        parts.append(f"none was met with up to {1e3 * critical.none:.4g} mm of play either")
+    return parts
 
 
 def _failed(proof: PathProof, labels: Labels | None) -> str:

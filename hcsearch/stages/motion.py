@@ -24,7 +24,7 @@ def _run(designs: StagedDesigns, scene: Scene) -> StagedDesigns:
     return replace(
         designs,
         mobility=replace(known, locked=locks[0], locked_hinged=locks[1]),
-        motion=motions(circuits, foldings, locks, scene),
+        motion=motions(circuits, foldings, locks, scene, budget=designs.budget, searched=designs.searched),
     )
 
 
@@ -35,4 +35,4 @@ def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:
     return designs.with_folding(moves if designs.deployment is None else moves | designs.deployment.deploys)
 
 
-STAGE = Stage("motion", 5, _run, _passed, below=mobility.STAGE, in_a_scene=True, counts="movable", they="move")
+STAGE = Stage("motion", 6, _run, _passed, below=mobility.STAGE, in_a_scene=True, counts="movable", they="move")

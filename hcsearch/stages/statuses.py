@@ -17,12 +17,14 @@ def folding_statuses(designs: StagedDesigns, scene: Scene | None = None) -> list
     """The status of each folding, by the stages that have run; None where it is twisted, and where none judged it.
 
     Undecided : a path was looked for, and none is proved; before that stage only locks are known. Locked : for every
-    way of joining flat pairs that the scene allows; of them all where no scene is given. A folding whose pairs are
-    merged is locked where one with rigid pairs is.
+    way of joining flat pairs that the scene allows, at an end or kinematically; of them all where no scene is given. A
+    folding whose pairs are merged is locked where one with rigid pairs is.
     """
     assert designs.mobility is not None
     rigid = scene is not None and (scene.flat_pairs == "rigid" or scene.merge is True)
     locked = locked_with(designs.mobility, "rigid" if rigid else "either")
+    if designs.motion is not None:
+        locked = locked | designs.motion.locked
     none = np.zeros(len(designs.folded), bool)
     deploys = none if designs.deployment is None else designs.deployment.deploys
     moves = none if designs.motion is None else designs.motion.moves

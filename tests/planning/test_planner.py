@@ -72,6 +72,7 @@ def test_a_way_that_cannot_be_has_no_motion():
     )
     motion = motion_of(folding, default_panel("hex"), ("merged",))
     assert (motion.way, motion.states, motion.proof, motion.margin, motion.growths) == (None, None, None, None, ())
+    assert motion.efforts == 0
     assert reason_of(motion) == "no path was searched for: the folding has no mirror pairs of panels to merge"
 
 

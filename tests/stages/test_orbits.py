@@ -269,8 +269,8 @@ def test_paths_do_not_hang_on_how_a_circuit_is_written():
 
 def test_what_deploys_without_a_path_moves(monkeypatch):
     """The funnel never widens."""
-    monkeypatch.setattr("hcsearch.planning.motions.TIGHT", 0)
-    monkeypatch.setattr("hcsearch.planning.motions.LOOSE", 0)
+    monkeypatch.setattr("hcsearch.planning.schedule.TIGHT", 0)
+    monkeypatch.setattr("hcsearch.planning.schedule.LOOSE", 0)
     designs, results = staged("hex:0234550132", ("motion", "deployment"))
     assert not designs.motion.moves.any()
     assert designs.deployment.deploys.any()

@@ -271,7 +271,7 @@ def test_best_foldings_by_status_play_dof_and_crease(monkeypatch, scene, deploys
     paths = tuple(None if np.isnan(play) else np.zeros((2, 8)) for play in margin)
     ways = [None if path is None else "rigid" for path in paths]
     motion = MotionBatch(ways, margin, margin, margin, paths, ["so it was"] * len(FOLDINGS))
-    monkeypatch.setattr("hcsearch.planning.batches.motions", lambda *_: motion)
+    monkeypatch.setattr("hcsearch.planning.batches.motions", lambda *_, **_options: motion)
     monkeypatch.setattr("hcsearch.deployment.verdicts.verdicts", lambda *_: DeploymentBatch(time, time, time, time, ()))
     words = np.array([Circuit.from_notation("hex:02234400").word] * 5, np.int8)
     circuits = CircuitBatch("hex", words, np.ones(5, np.int16))

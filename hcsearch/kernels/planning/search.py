@@ -1,4 +1,4 @@
-"""Two trees of closed states, from the packed and from the flat state, that grow until they meet."""
+"""Two trees of closed states, such as those from the packed and from the flat state, that grow until they meet."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ class Meeting(NamedTuple):
 
 @compiled
 def fan_out(space: Space, tree: StateTree, wanted: int, tries: int, seed: int, stack: Stack, work: SpaceWork) -> int:
-    """Add states near the root, an end of the motion, with the states that lead to them; how many were reached.
+    """Add states near the root, with the states that lead to them; how many were reached.
 
     Most hinges cannot turn by themselves there: angles are moved off their stops at random and closed. States come in
-    at several distances, as what is closed off near the end may be open further out.
+    at several distances, as what is closed off near the root may be open further out.
     """
     np.random.seed(seed)
     m = len(space.folded)
@@ -81,8 +81,8 @@ def fan_out(space: Space, tree: StateTree, wanted: int, tries: int, seed: int, s
 @compiled
 def search(
     space: Space,
-    packed: StateTree,
-    flat: StateTree,
+    one: StateTree,
+    two: StateTree,
     rounds: int,
     seed: int,
     stack: Stack,
@@ -93,20 +93,20 @@ def search(
 
     Each round one tree grows: by soft springs from a random state, towards a random state of the other tree, into a
     random direction, or from its nearest state towards random angles. Where it comes to something new it is linked with
-    the end of the other tree, where that is near, or the other tree's nearest states grow towards it.
+    the root of the other tree, where that is near, or the other tree's nearest states grow towards it.
     """
     np.random.seed(seed)
     m = len(space.folded)
-    target, springs, ends = np.empty(m), np.ones(m), (np.zeros(m), space.folded)
+    target, springs = np.empty(m), np.ones(m)
     for _ in range(rounds):
         swapped = np.random.random() < 0.5
-        tree, other = (flat, packed) if swapped else (packed, flat)
+        tree, other = (two, one) if swapped else (one, two)
         full = tree.size[0] + ROOM >= len(tree.parents)
         if full and other.size[0] + ROOM >= len(other.parents):
             return FULL
         if full:
             continue
-        goal = ends[1] if swapped else ends[0]
+        goal = other.angles[0]
         springs[:] = 1.0
         node, steps = _choose(space, tree, other, goal, target, springs)
         longest = LONGEST * (1.0 if np.random.random() < 0.7 else 0.3)
@@ -121,7 +121,7 @@ def search(
                 continue
             tree.size[0] = last  # a tree without a new state tries to reach the other now and then all the same
         node = tree.size[0] - 1
-        if _reach_end(space, tree, node, goal, stack, work, meeting) or _reach_tree(
+        if _reach_root(space, tree, node, goal, stack, work, meeting) or _reach_tree(
             space, tree, other, node, stack, work, meeting
         ):
             if swapped:
@@ -156,10 +156,10 @@ def _choose(
 
 
 @compiled
-def _reach_end(
+def _reach_root(
     space: Space, tree: StateTree, node: int, goal: Reals, stack: Stack, work: SpaceWork, meeting: Meeting
 ) -> bool:
-    """Whether the end of the other tree is near, and a state of this one can be linked with it."""
+    """Whether the root of the other tree is near, and a state of this one can be linked with it."""
     if farthest(tree.angles[node], goal) > 0.5:
         return False
     before = tree.size[0]

@@ -1,4 +1,4 @@
-"""Trees of closed states that grow from an end of the motion."""
+"""Trees of closed states that grow from an end of the motion, or from another state with every hinge at a stop."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CELL = 0.15
 MOST = 2
 """States of a cell that a tree keeps, beside those on the way to others."""
 NEAR_END, SHORT = 0.4, 0.003
-"""A step is no longer than this share of the way to the nearer end, but at least so long (rad)."""
+"""A step is no longer than this share of the way to the root or to an end, but at least so long (rad)."""
 GAIN = 2e-3
 """A step that brings the target nearer by less than this share does not help."""
 PATIENCE = 2
@@ -25,7 +25,7 @@ PATIENCE = 2
 
 
 class StateTree(NamedTuple):
-    """States that hang on the root, which is an end of the motion.
+    """States that hang on the root, at which every hinge is at a stop.
 
     angles : (capacity, m). parents : (capacity,), -1 for the root. size : (1,), how many states there are.
     keys, hits : hash table of cells, and how many states each has.
@@ -142,6 +142,7 @@ def grow(
             break
         best = min(best, left)
         to_end = min(farthest(here.angles, space.folded), greatest(here.angles))
+        to_end = min(to_end, farthest(here.angles, tree.angles[0]))
         own = min(longest, max(SHORT, NEAR_END * to_end))
         if slide(space, here, own, min(least, 0.3 * own), work, there) == 0.0:
             break
