@@ -21,7 +21,7 @@ from hcsearch.locks.enclosures import Enclosure, enclose
 from hcsearch.planning.critical import CriticalMargin, critical_margin
 from hcsearch.planning.planner import Growth, Planner
 from hcsearch.planning.proofs import PLAYS, PathProof, Prover
-from hcsearch.planning.schedule import FIRST, Bisection, Floods, Moves, Step, Trees, planned_efforts
+from hcsearch.planning.schedule import FIRST, LONG, Bisection, Floods, Moves, Step, Trees, planned_efforts
 from hcsearch.planning.simple_moves import simple_path
 from hcsearch.planning.sizes import check_size
 from hcsearch.scenes import PanelSize
@@ -112,6 +112,7 @@ class _Search:
         self.left: dict[Way, int] = {}
         self.growths: dict[Way, Growth] = {}
         self.locks: dict[Way, Enclosure] = {}
+        self.joined: dict[Way, bool] = {}
         self.critical: CriticalMargin | None = None
         self.best = PlannedMotion(None, None, None, ())
         first = next(iter(linkages.values()))
@@ -155,8 +156,13 @@ class _Search:
 
     @_make.register
     def _floods(self, step: Floods) -> bool:
-        """The narrower ways first, which take seconds at most; none where a path is met that proves to be none."""
+        """The narrower ways first, which take less; none where panels that may pass through each other open it."""
         for way in sorted(self._every, key=lambda way: way in self.widest):
+            if way not in self.joined:
+                free = Planner(self.linkages[way], self.margins[-1], collide=False).plan(LONG)
+                self.joined[way] = free.states is not None
+            if self.joined[way]:
+                continue
             enclosure = enclose(self.linkages[way], step.boxes)
             if enclosure.proved:
                 self.locks[way] = enclosure
