@@ -168,13 +168,20 @@ def test_scenes_that_were_never_run_are_refused(path, command, words, message, t
         (("--panel", ""), "is no panel"),
         (("--panel", "50x40x6"), "have one side"),
         (("--scene", "satellite"), "holds no panel"),
-        (("--panel", "1000x3"), "less than 1.5 mm as margin_mm of a scene file, or thicker panels"),
         (("--scene", "none.toml"), "name a file that is there"),
     ],
 )
 def test_scenes_that_cannot_be_are_refused_before_a_database_is_made(tmp_path, words, message):
     database = tmp_path / "none.sqlite"
     assert message in call("enumerate", "--grid", "hex", "--n", 8, "--db", database, *words, code=2)
+    assert not database.exists()
+
+
+def test_a_margin_that_leaves_nothing_of_a_panel_is_refused(tmp_path):
+    file, database = tmp_path / "thin.toml", tmp_path / "none.sqlite"
+    file.write_text('panel_mm = "1000x3"\nmargin_mm = 2\n', encoding="utf-8")
+    said = call("enumerate", "--grid", "hex", "--n", 8, "--db", database, "--scene", file, code=2)
+    assert "less than 1.5 mm as margin_mm of a scene file, or thicker panels" in said
     assert not database.exists()
 
 

@@ -103,5 +103,15 @@ def _print_summary(plan: Plan, summary: Summary, place: str | None) -> None:
     if plan.scenic:
         click.echo(f"scene: {plan.scene.name}, panels of {plan.panel} mm")
     click.echo(f"batches: {summary.batches_done} done, {summary.batches_reused} taken from before")
+    if summary.undecided:
+        foldings = "1 folding is" if summary.undecided == 1 else f"{summary.undecided:,} foldings are"
+        click.echo(f"{foldings} undecided: the same command with --budget {_next_budget(plan)} searches on")
     if place is not None:
         click.echo(f"database: {place}")
+
+
+def _next_budget(plan: Plan) -> int:
+    """The least budget by which more is done for a folding."""
+    from hcsearch.planning.schedule import FIRST
+
+    return 1 + (FIRST if plan.budget is None else plan.budget)

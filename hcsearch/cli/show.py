@@ -163,7 +163,7 @@ def _print_motions(folding: Folding, row: dict[str, Any], verdicts: Mapping[tupl
         if path["crease"] != folding.crease:
             continue
         if path["flat_pairs"] is None:
-            click.echo(f"  path, {path['scene']}: none proved, {path['reason']}")
+            click.echo(f"  {path['scene']}: {path['reason']}")
             continue
         play = f"{path['needed_margin']:.4g} mm of play on every face"
         click.echo(f"  path, {path['scene']}: proved, flat pairs {path['flat_pairs']}, with {play}")

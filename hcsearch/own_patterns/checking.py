@@ -143,7 +143,8 @@ def _judged(circuit: Circuit, designs: StagedDesigns, scene: Scene) -> list[Fold
         if status == "deploys":
             reason = trials[i].reason
         elif status == "locked":
-            reason = "one-sided hinges hold an end of the motion, however flat pairs may be joined: see hcsearch show"
+            at_end = "one-sided hinges hold an end of the motion, however flat pairs may be joined: see hcsearch show"
+            reason = path or at_end
         else:
             # no scene with rigid pairs is tried where these are locked
             hinged = "no set that was tried with hinged flat pairs brings it flat" if motion.met[i] else ""

@@ -150,12 +150,16 @@ class Funnel:
 
 @dataclass(frozen=True)
 class Summary:
-    """What a run did. Times are those of the kernels, summed over processes; `arrays` counts those of kept designs."""
+    """What a run did. Times are those of the kernels, summed over processes; `arrays` counts those of kept designs.
+
+    undecided : foldings that are undecided in the scene; None where no stage judged them.
+    """
 
     funnel: Funnel
     stage_times: dict[str, float]
     batches_done: int
     batches_reused: int
+    undecided: int | None = None
 
 
 @dataclass
@@ -206,9 +210,12 @@ def run_dry(plan: Plan, progress: Progress | None = None, announce: Announce = _
             candidates[prefix] = output.candidates
         show(done, len(prefixes), totals.note(last))
     todo = [piece for prefix in candidates for piece in pieces(prefix, candidates[prefix])]
+    left = 0
     for verdict in _judged(plan, todo, totals, show, announce):
         totals.add(verdict.results, fresh=True)
-    return Summary(totals.funnel(plan, arrays.count), totals.seconds, len(prefixes) + len(todo), 0)
+        left += verdict.verdicts.folding_status.count("undecided")
+    funnel, done = totals.funnel(plan, arrays.count), len(prefixes) + len(todo)
+    return Summary(funnel, totals.seconds, done, 0, left if plan.scenic else None)
 
 
 def _judged(plan: Plan, todo: list[Piece], totals: _Totals, show: Progress, announce: Announce) -> Iterator[Verdict]:
@@ -295,7 +302,8 @@ class _Run:
         if plan.scenic:
             self._judge()
         arrays = count_arrays(self.database, plan.work, designs=totals.passed.get(stage_keeping(plan.keep).name, 0))
-        summary = Summary(totals.funnel(plan, arrays), totals.seconds, self.done, self.reused)
+        left = len(undecided(self.database, plan.judging)) if plan.scenic else None
+        summary = Summary(totals.funnel(plan, arrays), totals.seconds, self.done, self.reused, left)
         finish_run(self.database, self.run_id, asdict(summary.funnel), summary.stage_times, self.done, self.reused)
         return summary
 

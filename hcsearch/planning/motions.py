@@ -126,7 +126,9 @@ class _Search:
             done += 1
             if any(self._make(step) for step in effort):
                 break
-        growths = () if self.best.states is not None else tuple(self.growths.items())
+        # of the widest ways, where all ways were searched: a search that goes on knows no others
+        last = [way for way in self.widest if way in self.growths] or list(self.growths)
+        growths = () if self.best.states is not None else tuple((way, self.growths[way]) for way in last)
         locks = tuple(self.locks.items())
         known = replace(self.best, locks=locks, locked=self.locked, critical=self.critical)
         return replace(known, growths=growths, efforts=done)

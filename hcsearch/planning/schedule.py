@@ -68,11 +68,12 @@ MOST_BOXES = 30_000_000
 def efforts() -> Iterator[tuple[Step, ...]]:
     """All efforts in their order, each as its steps, without an end.
 
-    A proof that a folding is locked ends the search, as a proved path does. From the third effort on floods take ever
+    A proof that a folding is locked ends the search, as a proved path does. Trees come before simple moves, whose paths
+    lead through singular states, where no drive has a grip on them. From the third effort on floods take ever
     more boxes, and trees have seeds of their own: with junctions as further roots, then without, and every third time
     with the least margin, by which paths are better.
     """
-    yield Moves(loose=False), Trees(widest=False, loose=False, rounds=TIGHT, seeds=(0,)), Moves(loose=True)
+    yield Trees(widest=False, loose=False, rounds=TIGHT, seeds=(0,)), Moves(loose=False), Moves(loose=True)
     yield (Trees(widest=True, loose=True, rounds=LOOSE, seeds=(1, 2, 3)),)
     for k in count():
         boxes = min(BOXES * GROWN**k, MOST_BOXES)

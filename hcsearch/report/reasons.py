@@ -31,7 +31,7 @@ def why(folding: Row, motion: str | None, tried: Sequence[Row]) -> str:
     if folding.get("twist"):
         return f"twist {folding['twist']}: the closed band of panels cannot reach the two stacks"
     if status == "locked":
-        return LOCKED
+        return motion or LOCKED
     if status == "deploys" and best is not None:
         return "; ".join(filter(None, (str(best["reason"]), play_of(folding), springs_in(best))))
     if motion is None and best is None:

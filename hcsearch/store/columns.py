@@ -80,7 +80,6 @@ _VERDICT = (
     Quantity(
         *("critical_margin", "real", "mm", "least play for each face at which a path is proved, whatever the scene's"),
         better="lower",
-        half=0.1,
         label="critical margin",
     ),
     Quantity(

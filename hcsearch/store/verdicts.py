@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from sqlalchemy import Connection, and_, delete, func, select
+from sqlalchemy import Connection, and_, case, delete, func, select
 
 from hcsearch.errors import DatabaseError, SceneError
 from hcsearch.play import millimetres
@@ -123,15 +123,22 @@ def _statuses(connection: Connection, ids: Sequence[int], name: str) -> dict[int
 
 
 @again
-def undecided(database: Database, work: WorkKey, budget: int) -> list[Undecided]:
-    """Foldings of the designs of a run that are undecided in its scene, and were searched with less than a budget."""
-    efforts = func.coalesce(motion.c.efforts, 0)
+def undecided(database: Database, work: WorkKey, budget: int | None = None) -> list[Undecided]:
+    """Foldings of the designs of a run that are undecided in its scene.
+
+    budget : those alone that were searched with less. Efforts count as none where a path was met: they are made anew,
+    so that it is met again.
+    """
+    made = func.coalesce(motion.c.efforts, 0)
+    efforts = case((motion.c.states > 0, 0), else_=made)
     joined = verdict.join(design, design.c.id == verdict.c.design_id).outerjoin(
         motion,
         and_(*(motion.c[name] == verdict.c[name] for name in ("design_id", "crease", "scene"))),
     )
     wanted = [design.c.grid == work.grid, design.c.n == work.n, verdict.c.scene == work.scene]
-    wanted += [verdict.c.status == "undecided", efforts < budget]
+    wanted.append(verdict.c.status == "undecided")
+    if budget is not None:
+        wanted.append(made < budget)
     if work.target:
         wanted.append(design.c.array == work.target)
     statement = select(design.c.id, design.c.circuit, verdict.c.crease, efforts).select_from(joined)

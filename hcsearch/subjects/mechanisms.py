@@ -54,13 +54,19 @@ def _freedoms(joined: str, linkage: Linkage) -> Freedoms:
     return Freedoms(joined, moving, folded, flat, linkage.pattern.kutzbach)
 
 
+NEITHER = "neither the folded nor the flat state is proved locked by itself"
+
+
 def lock_sentences(folding: Folding, panel: PanelSize) -> list[list[str]]:
-    """Whether each end is proved locked, a sentence for each way of joining flat pairs, with how tight after it."""
+    """Which ends are proved locked, a sentence for each way of joining flat pairs, with how tight after it.
+
+    One sentence where neither end is.
+    """
     rigid, hinged = Linkage(folding.pattern(panel)), Linkage(folding.pattern(panel, hinged=True))
     return [
         *_locks("folded", {"rigid": (rigid, rigid.folded), "hinged": (hinged, hinged.folded)}),
         *_locks("flat", {"rigid": (rigid, rigid.flat), "hinged": (hinged, hinged.flat)}),
-    ]
+    ] or [[NEITHER]]
 
 
 def _locks(end: str, ways: dict[str, tuple[Linkage, Reals]]) -> list[list[str]]:
@@ -69,8 +75,7 @@ def _locks(end: str, ways: dict[str, tuple[Linkage, Reals]]) -> list[list[str]]:
     for pairs, (linkage, angles) in ways.items():
         lock = lock_at(linkage, angles)
         if not lock.locked:
-            said = "rigid or hinged" if pairs == "rigid" else pairs
-            return [*sentences, [f"{end}, flat pairs {said}: not proved locked, {lock.reason}"]]
+            break
         proof = "exact" if lock.exact else "numerical"
         tight = tightness(linkage, angles)
         sentence = f"{end}, flat pairs {pairs}: locked ({proof} proof), {lock.reason}"

@@ -27,7 +27,7 @@ GIVEN_UP = "square:012222300301:2"
 def test_the_first_efforts_are_those_of_a_search_without_a_budget():
     tight = Trees(widest=False, loose=False, rounds=40, seeds=(0,))
     assert planned_efforts(FIRST) == [
-        (Moves(loose=False), tight, Moves(loose=True)),
+        (tight, Moves(loose=False), Moves(loose=True)),
         (Trees(widest=True, loose=True, rounds=60, seeds=(1, 2, 3)),),
     ]
 

@@ -42,7 +42,7 @@ def test_criteria_are_those_that_designs_are_ranked_by():
     }
     assert all(quantity.kind in ("integer", "real") and quantity.half > 0 for quantity in CRITERIA)
     assert [quantity for quantity in DESIGNS if quantity.better and quantity not in CRITERIA] == [
-        quantity for quantity in DESIGNS if quantity.name in ("dof_merged", "least_gap", "score")
+        quantity for quantity in DESIGNS if quantity.name in ("dof_merged", "critical_margin", "least_gap", "score")
     ]
 
 

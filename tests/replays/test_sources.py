@@ -119,9 +119,7 @@ def test_a_folding_is_replayed_along_its_path_or_let_go_as_asked():
     assert path.title == springs.title == MOVES
 
 
-@pytest.mark.parametrize(
-    ("name", "reason"), [(TWISTED, "the folding is twisted"), (STUCK, "the search reached no path")]
-)
+@pytest.mark.parametrize(("name", "reason"), [(TWISTED, "the folding is twisted"), (STUCK, "no path was met")])
 def test_a_folding_without_a_path_is_let_go_and_refused_where_a_path_is_asked_for(name, reason):
     replay = replay_named(Request(name, "none.sqlite"))
     assert (replay.axis, replay.title) == ("time", name)

@@ -43,7 +43,8 @@ def test_without_a_named_folding_the_first_untwisted_one_is_drawn(hex_ten):
     ("status", "twist", "motion", "tried", "text"),
     [
         (None, 2, None, [], "twist 2: the closed band of panels cannot reach the two stacks"),
-        ("locked", 0, "never shown", [], "proved locked at an end of the motion"),
+        ("locked", 0, None, [], "proved locked at an end of the motion"),
+        ("locked", 0, "they are kept apart", [], "they are kept apart"),
         (
             "deploys",
             0,

@@ -360,3 +360,14 @@ def test_the_newest_old_database_says_whose_motions_it_has(path):
         assert_readable(database)
         for view, old in before.items():
             assert rows(database, view) == [seen(view, row) for row in old]
+
+
+def test_locks_and_efforts_are_kept(path):
+    """Schema 0010."""
+    _, database = opened_from(path, "0010")
+    with database:
+        names = "scene,efforts,lock_pairs,lock_end,lock_cubes,lock_faces,critical_margin,unmet_margin"
+        kept = select(database, "lock_cubes>0", columns=names, view="motions").rows
+        assert kept == (("locks", 3, "hinged", "packed", 106, 1077, None, 2.5),)
+        assert select(database, "id=3", columns="status,known", scene="locks").rows == (("locked", "kept_apart"),)
+        assert_readable(database)

@@ -11,7 +11,7 @@ import pytest
 from store_samples import begin, record, sample
 
 from hcsearch.errors import DatabaseError, SceneError
-from hcsearch.records import NONE, MobilityBatch, StageResult, Trial, WorkKey
+from hcsearch.records import NONE, Evidence, Lock, MobilityBatch, StageResult, Trial, WorkKey
 from hcsearch.store import (
     find_design,
     find_scene,
@@ -19,11 +19,13 @@ from hcsearch.store import (
     open_database,
     record_batches,
     record_scene,
+    record_settled,
     record_verdicts,
     save_scores,
     scene_names,
     schema,
     select,
+    undecided,
 )
 from tests.judging import judge, verdicts_of
 
@@ -420,3 +422,56 @@ def test_scenes_survive_closing(path):
         judge(database, [FLAT], "solar")
     with open_database(str(path), create=False) as database:
         assert row_of(database, "solar") == ["deploys", 1, 1.5, 0.5, *PATH]
+
+
+def settled(database, judged, key="budget 3, design 3"):
+    """What verdicts on some foldings of designs that were judged before add to the counts of their stages."""
+    work = replace(WORK, scene="default")
+    return record_settled(database, begin(database, WORK), work, key, verdicts_of(judged), RESULTS)
+
+
+def test_a_folding_that_is_settled_changes_the_verdict_on_its_design(listed):
+    judge(listed, [CUT])
+    motion, deployment = settled(listed, [MOVES])
+    assert row_of(listed)[:2] == ["movable", 1]
+    assert (motion.passed, motion.n_fixed, deployment.passed) == (1, 2, 0)
+    motion, deployment = settled(listed, [FLAT], "again")
+    assert row_of(listed)[:4] == ["deploys", 1, 1.5, 0.5]
+    assert (motion.passed, deployment.passed, deployment.n_fixed) == (0, 1, 2)
+    done = finished_batches(listed, replace(WORK, scene="default"), {"motion": 1, "deployment": 1})
+    assert sum(result.passed for results in done.values() for result in results if result.stage == "motion") == 1
+
+
+def test_what_is_undecided_is_listed_until_its_budget_is_spent(listed):
+    work = replace(WORK, scene="default")
+    judge(listed, [CUT])
+    assert [(one.circuit, one.crease, one.efforts) for one in undecided(listed, work)] == [("hex:c", 3, 0)]
+    assert undecided(listed, replace(work, n=10)) == []
+    assert undecided(listed, replace(work, scene="solar")) == []
+    assert undecided(listed, replace(work, target="hex:other")) == []
+    evidence = Evidence(3, Lock("rigid", False, "packed", 106, 865), None, 2.5e-3)
+    verdicts = verdicts_of([CUT])
+    verdicts = replace(verdicts, motion=replace(verdicts.motion, evidence=[evidence]))
+    record_settled(listed, begin(listed, WORK), work, "k", verdicts, RESULTS)
+    assert [one.efforts for one in undecided(listed, work, 4)] == [3]
+    assert undecided(listed, work, 3) == []
+    names = "efforts,lock_pairs,lock_end,lock_cubes,lock_faces,critical_margin,unmet_margin"
+    assert select(listed, view="motions", columns=names).rows == ((3, "rigid", "packed", 106, 865, None, 2.5),)
+    assert select(listed, "crease=3", view="foldings", columns="known,unmet_margin").rows == (("no_path_met", 2.5),)
+    settled(listed, [MOVES])
+    assert undecided(listed, work) == []
+
+
+def test_a_kinematic_lock_is_known_as_one(listed):
+    evidence = Evidence(3, Lock("hinged", True, "flat", 4, 42))
+    verdicts = verdicts_of([LOCKED])
+    motion = replace(verdicts.motion, reason=["they are kept apart"], evidence=[evidence])
+    assert motion.locked.tolist() == [True]
+    judge(listed, [CUT])
+    record_settled(
+        listed, begin(listed, WORK), replace(WORK, scene="default"), "k", replace(verdicts, motion=motion), RESULTS
+    )
+    for view, query in (("designs", "untwisted"), ("foldings", "crease=3")):
+        assert select(listed, query, view=view, columns="status,known,deployable").rows == (
+            ("locked", "kept_apart", 0),
+        )

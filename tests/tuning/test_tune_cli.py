@@ -175,7 +175,6 @@ def test_the_range_of_springs_can_be_given():
         (f"{DESIGN} --spread mass=0.1 --spread mass=0.2", "--spread mass is given twice"),
         (f"{DESIGN} --seconds 1e-300", "seconds cannot be 1e-300: give a number from 1e-09 to 1e+12"),
         (f"{DESIGN} --panel 1e-300x1x1", "from 0.001 to 1e+07 mm"),
-        (f"{DESIGN} --panel 50x50x0.1", "or thicker panels"),
         (f"{DESIGN} --held free", "with a panel held"),
         (f"{DESIGN} --spring-range 0.2,0.1", "the softest and the stiffest"),
         (f"{DESIGN} --spring-range 0.001,0.05", "are no start of a search from 0.001 to 0.05"),
