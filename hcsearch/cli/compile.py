@@ -61,6 +61,16 @@ def _plan() -> None:
     motion_of(Folding.from_notation(_MOVABLE), default_panel("hex"), ("rigid",))
 
 
+def _search_on() -> None:
+    from hcsearch.folding import Folding
+    from hcsearch.locks.enclosures import enclose
+    from hcsearch.planning.planner import Planner
+
+    linkage = Folding.from_notation(_MOVABLE).linkage()
+    Planner(linkage, 1e-4).plan(2, roots=2)
+    enclose(linkage, 10)
+
+
 def _deploy() -> None:
     _run("deploy", _FOLDING)
 
@@ -139,12 +149,25 @@ _PLAN = (
     "collision.overlaps.deepest_overlap",
     "collision.clearance.judge",
 )
+_SEARCH_ON = (
+    "planning.space.new_stack",
+    "planning.space.new_work",
+    "planning.space.pick",
+    "planning.space.place",
+    "planning.trees.new_tree",
+    "planning.search.fan_out",
+    "planning.search.search",
+    "enclosure.refutation.new_refutation",
+    "enclosure.flooding.new_flood",
+    "enclosure.flooding.spread",
+)
 SAMPLES = {
     "plan": Sample(_PLAN, _plan),
     "check": Sample(_CHECK, _check),
     "list": Sample(_LIST, _list),
     "one array": Sample(_ONE_ARRAY, _one_array),
     "deploy": Sample(_DEPLOY, _deploy),
+    "search on": Sample(_SEARCH_ON, _search_on),
 }
 """In the order in which they are begun: what takes longest first."""
 
