@@ -76,13 +76,12 @@ def _batch(planned: Sequence[PlannedMotion | None], like: list[int | None]) -> M
 
 def _evidence(motion: PlannedMotion) -> Evidence:
     """What the search for a motion came to, beside its path."""
-    critical = motion.critical
-    lock = None
+    critical, lock = motion.critical, None
     if motion.locks:
         way, enclosure = motion.locks[-1]  # the widest way comes last
         assert enclosure.end is not None
         lock = Lock(way, motion.locked, enclosure.end, enclosure.cubes, enclosure.faces)
-    least = motion.margin
-    if critical is not None and critical.proved is not None and least is None:
-        least = critical.proved
-    return Evidence(motion.efforts, lock, least, None if critical is None else critical.none)
+    if critical is None:
+        return Evidence(motion.efforts, lock, motion.margin)
+    least = critical.proved if motion.margin is None else motion.margin
+    return Evidence(motion.efforts, lock, least, critical.none)

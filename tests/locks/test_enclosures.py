@@ -216,7 +216,7 @@ def test_a_chain_without_a_loop_is_never_locked():
 
 @settings(max_examples=10)
 @given(st.sampled_from(list(untwisted("hex", 10))), st.sampled_from([0.0005, 0.006, 0.025]))
-def test_what_is_locked_at_an_end_is_enclosed_there_by_a_cube(folding, thickness):
+def test_what_is_locked_at_an_end_is_enclosed(folding, thickness):
     linkage = Linkage(folding.pattern((0.05, 0.05, thickness)))
     local = [lock_at(linkage, angles).locked for angles in (linkage.folded, linkage.flat)]
     if any(local):
