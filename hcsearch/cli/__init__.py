@@ -23,6 +23,7 @@ from hcsearch.cli.enumerate import enumerate_
 from hcsearch.cli.export import export
 from hcsearch.cli.identify import identify
 from hcsearch.cli.options import examples
+from hcsearch.cli.prove import prove, verify
 from hcsearch.cli.query import query
 from hcsearch.cli.rank import rank
 from hcsearch.cli.report import report
@@ -86,6 +87,7 @@ def hcsearch() -> None:
 for command in (
     enumerate_,
     count,
+    prove,
     query,
     rank,
     show,
@@ -99,6 +101,7 @@ for command in (
     check,
     identify,
     units,
+    verify,
     compile_,
 ):
     hcsearch.add_command(command)

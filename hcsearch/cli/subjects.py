@@ -40,8 +40,27 @@ def circuit_options(command: Command) -> Command:
     return _options(command, "FILE.fold|CIRCUIT", "either", _SECONDS)
 
 
+def proof_options(command: Command) -> Command:
+    """The same where it is a folding whose motion is proved: nothing acts on its panels."""
+    return _panel_options(command, "DESIGN:CREASE", "either")
+
+
 def _options(command: Command, names: str, flat_pairs: str, *own: Command) -> Command:
-    """The options that all have, and a command's own; the last one comes first in its help."""
+    """The options that all have on which something acts, and a command's own; the last one comes first in its help."""
+    options: tuple[Command, ...] = (
+        *own,
+        click.option(
+            "--held",
+            metavar="PANEL|free",
+            help="The panel that is held fixed.  [default: the lowest pair; of assemblies panel 0]",
+        ),
+        click.option("--gravity", metavar="X,Y,Z", help="Gravity in m/s^2; z points up from the flat sheet."),
+    )
+    return _panel_options(command, names, flat_pairs, *options)
+
+
+def _panel_options(command: Command, names: str, flat_pairs: str, *own: Command) -> Command:
+    """The argument, options that say what the panels are and how they are joined, and others."""
     options: tuple[Command, ...] = (
         database_option,
         click.option("--merge", is_flag=True, help="Join the two panels of each mirror pair of a design to one panel."),
@@ -51,12 +70,6 @@ def _options(command: Command, names: str, flat_pairs: str, *own: Command) -> Co
             help=f"How the two panels at each flat crease are joined.  [default: {flat_pairs}]",
         ),
         *own,
-        click.option(
-            "--held",
-            metavar="PANEL|free",
-            help="The panel that is held fixed.  [default: the lowest pair; of assemblies panel 0]",
-        ),
-        click.option("--gravity", metavar="X,Y,Z", help="Gravity in m/s^2; z points up from the flat sheet."),
         scene_options,
         click.argument("name", metavar=names),
     )

@@ -7,7 +7,7 @@ it ends without the goal, no motion of the linkage comes there, at any margin, t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from hcsearch.kernels.enclosure.flooding import (
 )
 from hcsearch.kernels.enclosure.refutation import Refutation, new_refutation
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Whole
+from hcsearch.typing import Reals, Whole
 from hcsearch.vocabulary import ENDS, End
 
 PER_TURN = 8
@@ -47,7 +47,8 @@ class Enclosure(ByValue):
     end : the end that no motion leaves for the other one; None where that is not proved. cubes, faces : cubes that hold
     whatever a motion from that end can reach, and faces that were tested for it; of both floods where nothing is
     proved. boxes : of both floods. open : whether more boxes may prove more; not where each flood came to the other
-    end, or where there is no loop.
+    end, or where there is no loop. lows, highs : (cubes, k), of the cubes where a lock is proved, rad; of the k hinges
+    that are in a loop.
     """
 
     end: End | None
@@ -55,6 +56,8 @@ class Enclosure(ByValue):
     faces: int
     boxes: int
     open: bool
+    lows: Reals = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
+    highs: Reals = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
 
     @property
     def proved(self) -> bool:
@@ -86,7 +89,9 @@ def enclose(linkage: Linkage, boxes: int) -> Enclosure:
             if going[side]:
                 state = _spread(rings, flood, min(turn, int(flood.counts[BOXES]) + boxes - spent), work)
                 if state == ENCLOSED:
-                    return _summary(end, [flood], open_=False, boxes=sum(int(own.counts[BOXES]) for own in floods))
+                    cubes = flood.cubes[: flood.counts[TAIL]].astype(np.int64)
+                    summary = _summary(end, [flood], open_=False, boxes=sum(int(own.counts[BOXES]) for own in floods))
+                    return replace(summary, lows=flood.grid[cubes], highs=flood.grid[cubes + 1])
                 going[side] = state == GOING
         turn *= 2
     return _summary(None, floods, open_=False)

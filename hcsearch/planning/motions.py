@@ -84,6 +84,12 @@ def motion_of(
     return found if like is None else carried(found, folding, panel)
 
 
+def margins_of(linkage: Linkage, margin: float | None = None) -> list[float]:
+    """The margins (m) at which paths are proved, least first. margin : the greatest; None for that of `margin_of`."""
+    top = margin_of(linkage) if margin is None else margin
+    return [*(play * scale_of(linkage) for play in PLAYS if play * scale_of(linkage) < top), top]
+
+
 def carried(motion: PlannedMotion, folding: Folding, panel: PanelSize) -> PlannedMotion:
     """The motion of a folding, from that of the congruent one that stands for it: only numbers are others."""
     if motion.way is None or motion.states is None:
@@ -115,10 +121,7 @@ class _Search:
         self.joined: dict[Way, bool] = {}
         self.critical: CriticalMargin | None = None
         self.best = PlannedMotion(None, None, None, ())
-        first = next(iter(linkages.values()))
-        own = [play * scale_of(first) for play in PLAYS]
-        top = margin_of(first) if margin is None else margin
-        self.margins = [*(play for play in own if play < top), top]
+        self.margins = margins_of(next(iter(linkages.values())), margin)
 
     def run(self, budget: int, done: int) -> PlannedMotion:
         """The motion that needs the least play, or a lock, by the efforts of a budget after those that were made."""

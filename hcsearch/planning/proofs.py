@@ -24,12 +24,13 @@ from hcsearch.collision.solids import kept_apart
 from hcsearch.equality import ByValue
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.planning.groups import Group
+from hcsearch.kernels.planning.tubes import Track
 from hcsearch.linkage import Linkage
 from hcsearch.locks.lattice import whole_end
 from hcsearch.planning.ends import End
 from hcsearch.planning.groups import group_of, group_of_all
 from hcsearch.planning.problems import loops_of
-from hcsearch.planning.stretches import APART, Stretch, times_of
+from hcsearch.planning.stretches import APART, Stretch, Tube, times_of
 from hcsearch.typing import Reals
 
 PLAYS = (LEAST_PLAY, 2e-5, 5e-5, 1e-4)
@@ -69,9 +70,9 @@ class PathProof(ByValue):
         return self.clear.margin if proved and self.clear is not None else None
 
 
-_Enclosed = tuple[Course | None, float, tuple[float, float], bool]
-"""A motion beside which closed states lie, or None; what they wander by (rad); `PathProof.reach` and `exact`."""
-_NOTHING: _Enclosed = (None, 0.0, (0.0, 0.0), False)
+_Enclosed = tuple[tuple[Tube, ...], tuple[float, float], bool]
+"""Tubes from one end to the other, none where that is not proved; `PathProof.reach` and `exact`."""
+_NOTHING: _Enclosed = ((), (0.0, 0.0), False)
 
 
 class Prover:
@@ -109,9 +110,10 @@ class Prover:
 
         States are closed to rounding first; the proof is about `PathProof.motion`, which goes through them.
         """
-        motion, wander, reach, exact = self._enclosed(states, margins) if self.linkage.loops else self._free(states)
-        if motion is None:
+        tubes, reach, exact = self.tubes(states, margins)
+        if not tubes:
             return self._unproved(reach, exact)
+        motion, wander = _end_to_end(tubes)
         slack = math.expm1(wander) * self._way  # a hinge turns what others have moved already
         give = _beyond(motion) + wander
         clear = None
@@ -128,13 +130,18 @@ class Prover:
         """What is said of a path beside which closed states are not proved."""
         return PathProof(None, False, reach, exact, 0.0, 0.0, None, 0.0)
 
-    def _enclosed(self, states: Reals, margins: Sequence[float]) -> _Enclosed:
-        """The motion beside which closed states lie, near enough for the least play that is stated, or for a margin."""
+    def tubes(self, states: Reals, margins: Sequence[float]) -> _Enclosed:
+        """Tubes that hold a closed path, near enough to states for the least play that is stated, or for a margin (m).
+
+        Stretches between flat-folded states in their order; with `PathProof.reach` and `exact`.
+        """
+        if not self.linkage.loops:
+            return self._free(states)
         found = _NOTHING
         for stretches in self._cut(states):
             for margin in sorted({PLAYS[0] * self.scale, *margins}):  # what wanders less leaves more of the gaps
                 found = self._along(stretches, self.limit(margin))
-                if found[0] is not None and not any(found[2]):
+                if found[0] and not any(found[1]):
                     return found
         return found
 
@@ -168,45 +175,49 @@ class Prover:
             yield self._stretch(part[0], part[-1], group), part
 
     def _along(self, stretches: list[tuple[Stretch, Reals]], limit: float) -> _Enclosed:
-        """The motion along stretches, one after the other, beside which closed states lie.
-
-        At a flat-folded state between two of them the linkage rests for a moment, `REST`, while the cubics change
-        their rates; they leave that state by less than this times the rates.
-        """
+        """Tubes about stretches, one after the other."""
         exact = all(end.exact for stretch, _ in stretches for end in stretch.ends)
-        times: list[Reals] = []
-        angles: list[Reals] = []
-        rates: list[Reals] = []
-        wander, reach, begin = 0.0, [0.0, 0.0], 0.0
+        tubes: list[Tube] = []
+        reach = [0.0, 0.0]
         for number, (stretch, part) in enumerate(stretches):
             closed = stretch.close(part)
             if closed is None:
-                return None, 0.0, (0.0, 0.0), exact
+                return (), (0.0, 0.0), exact
             own = stretch.equal(closed) or stretch.enclose(closed, limit)
             inner = (own.reach[0] if number else 0.0, own.reach[1] if number < len(stretches) - 1 else 0.0)
             if not number:
                 reach[0] = own.reach[0]
             reach[1] = own.reach[1]
             if own.track is None or any(inner):
-                return None, 0.0, (reach[0], reach[1]), exact
-            track = own.track
-            if number:
-                wander = max(wander, REST * float(np.abs(rates[-1][-1]).sum() + np.abs(track.rates[0]).sum()))
-                begin = float(times[-1][-1]) + REST
-            times.append(begin + track.times)
-            angles.append(track.angles)
-            rates.append(track.rates)
-            wander = max(wander, own.wander)
-        motion = _cubics(np.concatenate(times), np.concatenate(angles), np.concatenate(rates))
-        return motion, wander, (reach[0], reach[1]), exact
+                return (), (reach[0], reach[1]), exact
+            tubes.append(own)
+        return tuple(tubes), (reach[0], reach[1]), exact
 
     def _free(self, states: Reals) -> _Enclosed:
         """The motion of panels in a chain without a loop, whose states are all closed."""
         closed = self.whole.close(states)
         if closed is None:
-            return None, 0.0, (0.0, 0.0), True
+            return (), (0.0, 0.0), True
         times = times_of(closed)
-        return _cubics(times, closed, self.whole.rates(times, closed)), 0.0, (0.0, 0.0), True
+        count = np.array([len(closed)])
+        track = Track(times, closed, self.whole.rates(times, closed), np.zeros(len(closed)), count)
+        return (Tube(track, 0.0, (0.0, 0.0)),), (0.0, 0.0), True
+
+
+def _end_to_end(tubes: Sequence[Tube]) -> tuple[Course, float]:
+    """The motion along tubes, one after the other, and what closed states differ from it by (rad).
+
+    At a flat-folded state between two of them the linkage rests for a moment, `REST`, while the cubics change their
+    rates; they leave that state by less than this times the rates.
+    """
+    tracks = [tube.track for tube in tubes if tube.track is not None]
+    wander = max(tube.wander for tube in tubes)
+    times = [tracks[0].times]
+    for before, track in pairwise(tracks):
+        wander = max(wander, REST * float(np.abs(before.rates[-1]).sum() + np.abs(track.rates[0]).sum()))
+        times.append(times[-1][-1] + REST + track.times)
+    angles, rates = (np.concatenate([track[k] for track in tracks]) for k in (1, 2))
+    return _cubics(np.concatenate(times), angles, rates), wander
 
 
 def _cubics(times: Reals, angles: Reals, rates: Reals) -> Course:

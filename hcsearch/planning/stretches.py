@@ -45,12 +45,14 @@ class Tube(ByValue):
     """What is proved of a stretch.
 
     track : the states beside whose cubics closed states lie; None where that is not proved. wander : rad, what those
-    differ by from it, summed over hinges. reach : rad, how far the proof stays away from both ends.
+    differ by from it, summed over hinges. reach : rad, how far the proof stays away from both ends. even : whether
+    hinges leave a flat-folded state by the same angle throughout, where loops stay closed exactly.
     """
 
     track: Track | None
     wander: float
     reach: tuple[float, float]
+    even: bool = False
 
 
 class Stretch:
@@ -83,7 +85,7 @@ class Stretch:
         rates = np.broadcast_to((last - first) / times[-1], states.shape).copy()
         count = np.array([len(states)])
         track = Track(times, first + shares * (last - first), rates, np.zeros(len(states)), count)
-        return Tube(track, EXACT * float(own.sum()), (0.0, 0.0))
+        return Tube(track, EXACT * float(own.sum()), (0.0, 0.0), even=True)
 
     def close(self, states: Reals) -> Reals | None:
         """States closed to rounding, each once; None where they do not go from end to end by closed states."""

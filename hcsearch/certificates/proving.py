@@ -1,0 +1,143 @@
+"""Certificates of foldings: what is proved of the motion of one, written so that the checkers prove it anew."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from hcsearch.certificates import lock_checker, path_checker
+from hcsearch.certificates.writing import (
+    FORMAT,
+    VERSION,
+    array_data,
+    certificate,
+    checksum,
+    lock_claim,
+    path_claim,
+)
+from hcsearch.errors import HcsearchError, InputFileError
+from hcsearch.flat_pairs import can_be, linkage_joined, ways
+from hcsearch.folding import Folding
+from hcsearch.linkage import Linkage
+from hcsearch.locks.enclosures import enclose
+from hcsearch.planning.motions import PlannedMotion, margins_of, motion_of
+from hcsearch.planning.planner import Planner
+from hcsearch.planning.proofs import Prover
+from hcsearch.planning.schedule import LOOSE, MOST_BOXES
+from hcsearch.scenes import PanelSize, Scene, panel_of, panel_text, read_panel
+from hcsearch.system.reading import read_text
+from hcsearch.twisting import twist
+from hcsearch.typing import Reals
+
+EFFORTS = 5
+"""The budget of the search for a proof where none is given."""
+MOST_BYTES = 256 * 2**20
+"""Size of a certificate that is read; those of small lists have up to a megabyte."""
+SEEDS = 12
+"""Paths that are tried where the checker does not prove the first one: some come closer to singular states."""
+CHECKERS = (path_checker.Refused, lock_checker.Refused)
+
+
+class Refused(HcsearchError):
+    """A certificate does not prove what it claims."""
+
+
+def prove(folding: Folding, scene: Scene, budget: int = EFFORTS) -> dict[str, Any]:
+    """The certificate of a folding in a scene, of a path or of a lock, as plain data that the checkers have proved.
+
+    budget : efforts of the search. HcsearchError where nothing is proved by these.
+    """
+    turns = twist(folding)
+    if turns:
+        raise HcsearchError(
+            f"{folding.notation} is twisted, with linking number {turns}: that no motion opens it is a theorem, and needs "
+            "no certificate; name a folding without twist"
+        )
+    panel = panel_of(scene, folding.circuit.grid.name)
+    allowed = [way for way in ways(scene) if can_be(folding, way)]
+    motion = motion_of(folding, panel, allowed, scene.margin, budget=budget)
+    if not motion.locked and motion.margin is None:
+        raise HcsearchError(
+            f"neither a path nor a lock of {folding.notation} is proved by {budget} efforts: give --budget {budget + 2}"
+        )
+    claims = _locks(folding, panel, motion) if motion.locked else [_path(folding, panel, motion, scene.margin)]
+    return certificate(claims, folding.notation, panel_text(panel))
+
+
+def _locks(folding: Folding, panel: PanelSize, motion: PlannedMotion) -> list[dict[str, Any]]:
+    """Claims that a folding is locked: with hinged pairs, which stands for all other ways, or in each way."""
+    known = dict(motion.locks)
+    claims = []
+    for way in ["hinged"] if "hinged" in known else list(known):
+        linkage = linkage_joined(folding, panel, way)
+        enclosure = enclose(linkage, MOST_BOXES)
+        claims.append({**lock_claim(linkage, enclosure), "pairs": way})
+    return claims
+
+
+def _path(folding: Folding, panel: PanelSize, motion: PlannedMotion, margin: float | None) -> dict[str, Any]:
+    """The claim of a path that the checker proves: of the one that was planned, or of another in the same way."""
+    assert motion.way is not None
+    linkage = linkage_joined(folding, panel, motion.way)
+    prover, margins, refusal = Prover(linkage), margins_of(linkage, margin), ""
+    for states in _candidates(linkage, motion, margins[-1]):
+        proof = prover.prove(states, margins)
+        if proof.margin is None:
+            continue
+        try:
+            claim = path_claim(linkage, prover.tubes(states, [proof.margin])[0], proof.margin)
+            path_checker.checked(claim)
+        except path_checker.Refused as refused:
+            refusal = str(refused)
+        else:
+            return {**claim, "pairs": motion.way}
+    raise HcsearchError(f"no path of {folding.notation} is proved by the checker, too: {refusal}; give other panels")
+
+
+def _candidates(linkage: Linkage, motion: PlannedMotion, margin: float) -> Iterator[Reals]:
+    """The states of the path that is proved, and of others that are planned with a margin (m)."""
+    assert motion.states is not None
+    yield motion.states
+    planner = Planner(linkage, margin)
+    for seed in range(1, SEEDS):
+        states = planner.plan(LOOSE, seed).states
+        if states is not None:
+            yield states
+
+
+def read_certificate(path: str) -> Any:
+    """The data of a certificate; InputFileError as of `read_text`, and for what is no JSON."""
+    text = read_text(path, "the certificate", most=MOST_BYTES)
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputFileError(f"{path} is no certificate, which is JSON: {error}; write it by hcsearch prove") from None
+
+
+def verify(data: Any) -> list[str]:
+    """What the claims of a certificate prove, in words; `Refused` where they do not, or the data are no certificate."""
+    if not isinstance(data, dict) or data.get("format") != FORMAT or data.get("version") != VERSION:
+        raise Refused(f"it is no {FORMAT} of version {VERSION}")
+    if data.get("sha256") != checksum({key: data[key] for key in data if key != "sha256"}):
+        raise Refused("the checksum is another: the file was changed")
+    claims = data.get("claims")
+    if not isinstance(claims, list) or not claims:
+        raise Refused("it claims nothing")
+    return [_verified(data, claim) for claim in claims]
+
+
+def _verified(data: Mapping[str, Any], claim: Any) -> str:
+    """What a claim proves, of the array that is named."""
+    try:
+        folding, panel, way, array = Folding.from_notation(data["of"]), data["panel_mm"], claim["pairs"], claim["array"]
+        named = array_data(linkage_joined(folding, read_panel(panel), way))
+        check = {"path": path_checker.checked, "lock": lock_checker.checked}[claim["kind"]]
+    except (HcsearchError, KeyError, TypeError, ValueError, AttributeError) as error:
+        raise Refused(f"it names no folding, panel or claim ({error})") from error
+    if array != named:
+        raise Refused(f"its array is not that of {data['of']} with {way} flat pairs and panels of {panel} mm")
+    try:
+        return f"{data['of']}, {way} flat pairs, panels of {panel} mm: {check(claim)}"
+    except CHECKERS as refused:
+        raise Refused(str(refused)) from refused

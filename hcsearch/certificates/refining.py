@@ -1,0 +1,127 @@
+"""Stretches of a path in pieces that the checker proves: steps are halved here, so that the checker need not search."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcsearch.certificates import path_checker
+from hcsearch.certificates.path_checker import Array, Refused
+from hcsearch.planning.stretches import Tube
+from hcsearch.typing import Reals
+
+WANDERS = (0.02, 0.004, 0.0008)
+"""What closed states may differ from a piece by (rad), summed over hinges, over the margin as a share of the array's
+size; the next one where the states of neighbouring pieces are not joined."""
+HALVINGS = 16
+"""A step is halved no more often than this."""
+BATCH = path_checker.BATCH
+
+Span = tuple[int, float, float]
+"""A step of a path, and from which share of it to which."""
+
+
+def stretch_data(array: Array, tube: Tube, closed: list[int], margin: float) -> tuple[dict[str, Any], list[int]]:
+    """A stretch as a certificate holds it, and which hinges are closed (1) where it ends.
+
+    closed : where it begins. margin : over the size of the array. `path_checker.Refused` where the checker does not
+    prove the stretch, however short its pieces are.
+    """
+    track = tube.track
+    if track is None:
+        raise Refused("a stretch is not proved")
+    count = int(track.filled[0])
+    times, angles, rates = track.times[:count], track.angles[:count], track.rates[:count]
+    if tube.even:
+        data = {"kind": "equal", "hinges": np.flatnonzero(angles[0] != angles[-1]).tolist()}
+        return data, path_checker.led_by_equal_turns(array, data, closed)[-1]
+    for number, wander in enumerate(WANDERS):
+        data = _Refinement(array, times, angles, rates, closed).data(wander * margin)
+        try:
+            return data, path_checker.led_by_cubics(array, data, closed)[-1]
+        except Refused:
+            if number == len(WANDERS) - 1:
+                raise
+    raise AssertionError
+
+
+class _Refinement:
+    """A stretch along cubics; those of each step, of the share of it, are (steps, n, 4)."""
+
+    def __init__(self, array: Array, times: Reals, angles: Reals, rates: Reals, closed: list[int]) -> None:
+        self.array, self.times, self.closed = array, times, closed
+        self.steps = np.diff(times)
+        rise = np.diff(angles, axis=0)
+        one, two = self.steps[:, None] * rates[:-1], self.steps[:, None] * rates[1:]
+        self.cubics = np.stack([angles[:-1], one, 3 * rise - 2 * one - two, one + two - 2 * rise], -1)
+        self.moving: NDArray[np.bool_] = (angles != angles[0]).any(0) | rates.any(0)
+        self.rows = array.equations(closed, self.moving)[0]
+        self.ends = angles[[0, -1]]
+        self.leaves = self._left(0), self._left(1)
+
+    def data(self, limit: float) -> dict[str, Any]:
+        """The stretch in pieces beside which closed states lie, no further than a limit (rad), as data."""
+        spans = self._halved(self._spans(), limit)
+        shares = [*spans, (spans[-1][0], spans[-1][2], 1.0)]
+        times, angles, rates = [], [], []
+        for step, share, _ in shares:
+            a, b, c, d = np.moveaxis(self.cubics[step], -1, 0)
+            times.append(float(self.times[step] + share * self.steps[step]))
+            angles.append(a + share * (b + share * (c + share * d)))
+            rates.append((b + share * (2 * c + 3 * share * d)) / self.steps[step])
+        angles[0], angles[-1] = self.ends
+        rows = {name: np.array(own).tolist() for name, own in (("angles", angles), ("rates", rates))}
+        return {"kind": "cubics", "times": times, **rows}
+
+    def _spans(self) -> list[Span]:
+        """The steps, of which the first and the last are cut where a state with singular closure is left by them."""
+        last = len(self.cubics) - 1
+        spans: list[Span] = [(step, 0.0, 1.0) for step in range(last + 1)]
+        begin, end = self.leaves
+        if begin:
+            spans[:1] = [(0, 0.0, begin), (0, begin, 1.0)]
+        if end:
+            step, low, _ = spans[-1]
+            spans[-1:] = [(step, low, 1.0 - end), (step, 1.0 - end, 1.0)]
+        return spans
+
+    def _left(self, side: int) -> float:
+        """By which share of a step the first, or the last state is left; 0 where closure is regular there.
+
+        Half of the first share that is proved, of 1, 1/2, 1/4, ...: what lies beside it is less there.
+        """
+        state = [round(angle / math.pi) for angle in self.ends[side]]
+        rows, screws = self.array.equations(state, self.moving)
+        if not path_checker.eliminated(screws) and len(rows) == len(self.rows):
+            return 0.0
+        a, b, c, d = np.moveaxis(self.cubics[-side], -1, 0)
+        cubic = np.stack([-b - 2 * c - 3 * d, c + 3 * d, -d] if side else [b, c, d], -1)
+        proved = False
+        for halving in range(HALVINGS):
+            own = np.column_stack([self.ends[side], cubic * 0.5 ** (halving * np.arange(1, 4))])
+            departs = path_checker.departed(self.array, rows, screws, self.moving, own) is not None
+            if proved and departs:
+                return 0.5**halving
+            proved = departs
+        raise Refused("how a path leaves or reaches a state with singular closure is not proved")
+
+    def _halved(self, spans: list[Span], limit: float) -> list[Span]:
+        """The spans, halved until closed states are proved to lie beside each, but those by which an end is left."""
+        inner = slice(bool(self.leaves[0]), len(spans) - bool(self.leaves[1]))
+        done, waiting = [*spans[: inner.start], *spans[inner.stop :]], spans[inner]
+        while waiting:
+            own, waiting = waiting[-BATCH:], waiting[:-BATCH]
+            cubics = np.array([path_checker.shifted(self.cubics[step], low, high) for step, low, high in own])
+            around = path_checker.tube(self.array, self.rows, self.moving, cubics).sum(1)
+            for (step, low, high), wide in zip(own, around, strict=True):
+                if wide < limit:
+                    done.append((step, low, high))
+                    continue
+                if high - low < 0.5**HALVINGS:
+                    raise Refused("closed states are not proved to lie beside a path")
+                middle = 0.5 * (low + high)
+                waiting += [(step, low, middle), (step, middle, high)]
+        return sorted(done)

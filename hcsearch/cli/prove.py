@@ -1,0 +1,75 @@
+"""`hcsearch prove` and `hcsearch verify`: certificates that can be checked without believing the search."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from hcsearch.cli.options import examples
+from hcsearch.cli.progress import Meter
+from hcsearch.cli.subjects import proof_options, request_of
+
+
+@click.command(
+    epilog=examples(
+        "hcsearch prove hex:0234550132:4 --output path.json",
+        "hcsearch prove hex:0223335500:4 --output lock.json --panel 100x10",
+    )
+)
+@proof_options
+@click.option("--output", required=True, metavar="FILE", help="The certificate to write, a file .json.")
+@click.option(
+    "--budget",
+    type=click.IntRange(1, 50),
+    metavar="EFFORTS",
+    help="How many efforts the search for a path or a lock may make.  [default: 5]",
+)
+def prove(name: str, output: str, budget: int | None, **options: Any) -> None:
+    """Write a certificate that a folding can be opened, or that no motion opens it.
+
+    The certificate of a path says that loops stay closed and panels, shrunk by a margin, keep apart from packed to
+    flat; that of a lock lists boxes of fold angles which no motion leaves. Both are plain data. `hcsearch verify` checks
+    them with arithmetic that shares nothing with the search, and so do two programs of their own that need NumPy alone:
+    path_checker.py and lock_checker.py in hcsearch/certificates.
+    """
+    import json
+
+    from hcsearch.certificates.proving import EFFORTS, prove, verify
+    from hcsearch.subjects.reading import read_folding
+    from hcsearch.subjects.requests import settled
+    from hcsearch.system.outputs import check_output, write_output
+
+    check_output(output, (".json",))
+    folding, scene = read_folding(settled(request_of(name, options)))
+    with Meter("step") as meter:
+        meter(0, 2, "proof")
+        data = prove(folding, scene, EFFORTS if budget is None else budget)
+        meter(1, 2, "check")
+        sentences = verify(data)
+    write_output(output, json.dumps(data, separators=(",", ":")) + "\n", (".json",))
+    for sentence in sentences:
+        click.echo(sentence)
+    click.echo(output)
+
+
+@click.command(epilog=examples("hcsearch prove hex:0223335500:4 --output lock.json", "hcsearch verify lock.json"))
+@click.argument("path", metavar="FILE")
+def verify(path: str) -> None:
+    """Check a certificate of `hcsearch prove`.
+
+    The command checks that the array is that of the folding which the file names, and then each claim by interval
+    arithmetic, and prints what is proved.
+
+    Exit code: 0 if all claims hold; 1 if one is not proved; 2 if the file is no certificate.
+    """
+    from hcsearch.certificates.proving import Refused, read_certificate, verify
+
+    data = read_certificate(path)
+    try:
+        sentences = verify(data)
+    except Refused as refused:
+        click.echo(f"{path}: not proved: {refused}", err=True)
+        click.get_current_context().exit(1)
+    for sentence in sentences:
+        click.echo(sentence)
