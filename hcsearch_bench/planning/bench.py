@@ -13,6 +13,7 @@ from hcsearch.system.figures import figure_for
 from hcsearch.system.outputs import write_output
 from hcsearch.typing import Reals
 from hcsearch_bench.planning.beside_ompl import JoinedFolding, PeerRow, peer_rows
+from hcsearch_bench.planning.efforts import EffortRow, effort_rows
 from hcsearch_bench.planning.foldings import (
     BudgetRow,
     FoldingRow,
@@ -32,6 +33,10 @@ from hcsearch_bench.run.tables import Table, frame
 
 GROUPS = (Group("hex", "12", 4), Group("hex", "10", 2), Group("square", "6x5", 12))
 QUICK = (Group("hex", "8"), Group("triangle", "10"), Group("square", "4x3"))
+LISTS = (Group("square", "12"), Group("rectangle", "10"), Group("hex", "10"), Group("hex", "12"))
+"""Lists that are settled effort by effort."""
+QUICK_LISTS = (Group("square", "8"),)
+EFFORTS, QUICK_EFFORTS = 5, 3
 THICKNESSES, QUICK_THICKNESSES = (0.0015, 0.003, 0.012, 0.024), (0.003,)
 """Beside 6 mm, m."""
 SUBJECTS: tuple[JoinedFolding, ...] = (
@@ -55,6 +60,7 @@ class PlanningReport(BenchReport):
     page: ClassVar[str] = "planning"
 
     groups: list[GroupRow]
+    efforts: list[EffortRow]
     work: list[BudgetRow]
     margins: list[MarginRow]
     thicknesses: list[ThicknessRow]
@@ -77,6 +83,14 @@ class PlanningReport(BenchReport):
                 "with every way of joining flat pairs. `share`: the share of both together. Times are processor "
                 "times on one core.",
                 self.groups,
+            ),
+            Table(
+                "efforts",
+                "Settled by effort",
+                "All untwisted foldings of a list, by `motion_of` in the scene `default`, effort by effort "
+                "(motion.md). `movable`: a path is proved; `locked`: it is proved that there is none. `spent_s` is the "
+                "processor time of all efforts so far, on one core, `longest_s` that of a single folding.",
+                self.efforts,
             ),
             Table(
                 "work",
@@ -124,7 +138,7 @@ class PlanningReport(BenchReport):
 
 
 def measure(*, quick: bool = False, say: Say = print) -> PlanningReport:
-    """Run the whole bench: five minutes, or seconds when `quick`."""
+    """Run the whole bench: half an hour, or seconds when `quick`."""
     machine = this_machine(PEERS)
     groups = QUICK if quick else GROUPS
     list(settle(QUICK[-1]))  # compiled
@@ -133,6 +147,10 @@ def measure(*, quick: bool = False, say: Say = print) -> PlanningReport:
         rows.append(list(settle(group)))
         shown.append(group_row(rows[-1]))
         say(f"{group.name}: {shown[-1].share:.0%} of {shown[-1].foldings} settled in {shown[-1].total_s:.3g} s")
+    efforts: list[EffortRow] = []
+    for group in QUICK_LISTS if quick else LISTS:
+        efforts += effort_rows(group, QUICK_EFFORTS if quick else EFFORTS)
+        say(f"{group.name}: {efforts[-1].share:.0%} settled by {efforts[-1].efforts} efforts")
     sweeps = []
     for group, own in zip(groups, rows, strict=True):
         sweeps.append([own[:: group.sampled]])
@@ -146,6 +164,7 @@ def measure(*, quick: bool = False, say: Say = print) -> PlanningReport:
     return PlanningReport(
         machine,
         shown,
+        efforts,
         [row for own in rows for row in budget_rows(own)],
         [row for own in rows for row in margin_rows(own)],
         [row for sweep in sweeps for row in sorted(map(thickness_row, sweep), key=lambda row: row.thickness_mm)],
@@ -156,8 +175,14 @@ def measure(*, quick: bool = False, say: Say = print) -> PlanningReport:
 
 def plot_planning(report: PlanningReport, path: Path) -> None:
     """Share settled against processor seconds of a folding and of the set, against margin and against thickness."""
-    with figure_for(path, (11, 8)) as figure:
-        each, whole, margin, thickness = figure.subplots(2, 2, sharey=True).ravel()
+    with figure_for(path, (15, 8)) as figure:
+        each, whole, effort, margin, thickness, empty = figure.subplots(2, 3, sharey=True).ravel()
+        empty.set_axis_off()
+        for name in dict.fromkeys(row.group for row in report.efforts):
+            lines = [row for row in report.efforts if row.group == name]
+            effort.plot([row.spent_s for row in lines], [row.share for row in lines], "o-", label=name)
+        effort.set(xlabel="processor seconds on all of a list, effort by effort")
+        effort.legend(fontsize="small")
         for group in report.groups:
             own = report.rows_of(group)
             budgets, shares, spent = curve(own)
@@ -171,7 +196,7 @@ def plot_planning(report: PlanningReport, path: Path) -> None:
         whole.set(xlabel="processor seconds on all of the set")
         margin.set(xlabel="play on every face at most (mm)", ylabel="share settled")
         thickness.set(xlabel="thickness of panels (mm), edges 50 mm")
-        for axes in (each, whole, margin, thickness):
+        for axes in (each, whole, effort, margin, thickness):
             axes.set_xscale("log")
             axes.grid(alpha=0.3)
         for axes, lengths in (

@@ -123,6 +123,17 @@ def test_shares_rise_with_work_and_margin(report):
         assert row.margin_mm is None or any(row.margin_mm == pytest.approx(1e3 * play) for play in PLAYS)
 
 
+def test_efforts_settle_more_and_more(report):
+    assert [row.efforts for row in report.efforts] == [1, 2, 3]
+    for one, two in pairwise(report.efforts):
+        assert one.spent_s <= two.spent_s
+        assert one.undecided >= two.undecided
+    for row in report.efforts:
+        assert row.movable + row.locked + row.undecided == row.foldings == 4
+        assert row.longest_s <= row.spent_s
+    assert report.efforts[-1].movable == 4
+
+
 def test_it_is_saved_with_its_foldings(report, tmp_path):
     report.save(tmp_path)
     text = (tmp_path / "planning.md").read_text(encoding="utf-8")
@@ -136,7 +147,7 @@ def test_it_is_saved_with_its_foldings(report, tmp_path):
 
 def test_a_set_of_which_nothing_is_settled_is_drawn(report, tmp_path):
     rows = [row("undecided", 1.0)]
-    tables = ([group_row(rows)], budget_rows(rows), margin_rows(rows), [thickness_row(rows)], [])
+    tables = ([group_row(rows)], [], budget_rows(rows), margin_rows(rows), [thickness_row(rows)], [])
     plot_planning(PlanningReport(report.machine, *tables, rows), tmp_path / "nothing.png")
     assert (tmp_path / "nothing.png").exists()
 
