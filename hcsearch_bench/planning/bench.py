@@ -182,7 +182,8 @@ def plot_planning(report: PlanningReport, path: Path) -> None:
             lines = [row for row in report.efforts if row.group == name]
             effort.plot([row.spent_s for row in lines], [row.share for row in lines], "o-", label=name)
         effort.set(xlabel="processor seconds on all of a list, effort by effort")
-        effort.legend(fontsize="small")
+        if report.efforts:
+            effort.legend(fontsize="small")
         for group in report.groups:
             own = report.rows_of(group)
             budgets, shares, spent = curve(own)
