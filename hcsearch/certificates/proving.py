@@ -29,6 +29,7 @@ from hcsearch.scenes import PanelSize, Scene, panel_of, panel_text, read_panel
 from hcsearch.system.reading import read_text
 from hcsearch.twisting import twist
 from hcsearch.typing import Reals
+from hcsearch.vocabulary import WAYS
 
 EFFORTS = 5
 """The budget of the search for a proof where none is given."""
@@ -130,7 +131,8 @@ def verify(data: Any) -> list[str]:
 def _verified(data: Mapping[str, Any], claim: Any) -> str:
     """What a claim proves, of the array that is named."""
     try:
-        folding, panel, way, array = Folding.from_notation(data["of"]), data["panel_mm"], claim["pairs"], claim["array"]
+        folding, panel, array = Folding.from_notation(data["of"]), data["panel_mm"], claim["array"]
+        way = WAYS[WAYS.index(claim["pairs"])]
         named = array_data(linkage_joined(folding, read_panel(panel), way))
         check = {"path": path_checker.checked, "lock": lock_checker.checked}[claim["kind"]]
     except (HcsearchError, KeyError, TypeError, ValueError, AttributeError) as error:

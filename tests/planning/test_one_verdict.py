@@ -12,7 +12,13 @@ from hcsearch.twisting import twist
 
 LISTS = [("hex", 10), ("square", 8), ("square", 10), ("square", 12), ("rectangle", 8), ("rectangle", 10)]
 LISTS += [("triangle", 14), ("triangle", 18), ("hex", 8)]
-SCALED = ("hex:0234550132:4", "square:012233230011:4", "square:01222300:0", "rectangle:0122333011:1", "hex:0234435011:3")
+SCALED = (
+    "hex:0234550132:4",
+    "square:012233230011:4",
+    "square:01222300:0",
+    "rectangle:0122333011:1",
+    "hex:0234435011:3",
+)
 SCALED += ("square:0112223300:4", "triangle:012343454505012321:3")
 
 

@@ -1,0 +1,229 @@
+"""Certificates: what is proved of foldings is proved by the checkers, alone, and what is changed is refused."""
+
+import ast
+import copy
+import json
+import math
+import random
+import shutil
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from hcsearch.certificates import lock_checker, path_checker
+from hcsearch.certificates.proving import Refused, prove, verify
+from hcsearch.certificates.writing import array_data, checksum
+from hcsearch.cli import hcsearch
+from hcsearch.errors import HcsearchError
+from hcsearch.folding import Folding
+from hcsearch.scenes import SCENES
+from tests.planned import joined
+
+DEFAULT = SCENES["default"]
+CHECKERS = {"path": path_checker, "lock": lock_checker}
+LINES = {"path": 400, "lock": 300}
+SAMPLES = {
+    "hex:0234550132:4": ["path"],
+    "square:012233230011:4": ["path"],
+    "square:01222300:0": ["path"],  # of simple moves
+    "triangle:012343454505012321:3": ["path"],
+    "hex:0233534001:3": ["lock"],
+    "hex:0234535012:4": ["lock"],
+}
+
+
+@cache
+def certificate(name):
+    """The certificate of a folding, as it is read from a file."""
+    return json.loads(json.dumps(prove(Folding.from_notation(name), DEFAULT)))
+
+
+def signed(data):
+    """A changed certificate with the checksum of what it holds."""
+    return {**data, "sha256": checksum({key: value for key, value in data.items() if key != "sha256"})}
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_what_is_proved_is_proved_by_the_checkers(name):
+    data = certificate(name)
+    assert [claim["kind"] for claim in data["claims"]] == SAMPLES[name]
+    sentences = verify(data)
+    assert all(name in sentence for sentence in sentences)
+    for claim in data["claims"]:
+        assert claim["array"] == array_data(joined(name, claim["pairs"]))
+
+
+@pytest.mark.parametrize("kind", CHECKERS)
+def test_a_checker_needs_numpy_alone(kind, tmp_path):
+    source = Path(CHECKERS[kind].__file__)
+    text = source.read_text(encoding="utf-8")
+    assert text.count("\n") <= LINES[kind]
+    for node in ast.walk(ast.parse(text)):
+        names = [node.module] if isinstance(node, ast.ImportFrom) else []
+        names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        assert all(name.split(".")[0] in {"numpy", *sys.stdlib_module_names} for name in names)
+    name = "hex:0233534001:3" if kind == "lock" else "square:01222300:0"
+    shutil.copy(source, tmp_path / "checker.py")
+    (tmp_path / "proof.json").write_text(json.dumps(certificate(name)), encoding="utf-8")
+    changed = copy.deepcopy(certificate(name))
+    changed["claims"][0]["array"]["thickness"] += 1
+    (tmp_path / "changed.json").write_text(json.dumps(changed), encoding="utf-8")
+    (tmp_path / "none.json").write_text("[]", encoding="utf-8")
+
+    def run(file):
+        command = [sys.executable, "-I", "checker.py", file]
+        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+
+    proved, refused, none = run("proof.json"), run("changed.json"), run("none.json")
+    assert (proved.returncode, refused.returncode, none.returncode) == (0, 1, 2)
+    assert name in proved.stdout
+    for failed in (refused, none):
+        assert failed.stderr.count("\n") == 1
+        assert "Traceback" not in failed.stderr
+
+
+def leaves(data, path=()):
+    """Where the numbers, words and truths of a certificate stand."""
+    if isinstance(data, dict | list):
+        items = data.items() if isinstance(data, dict) else enumerate(data)
+        for key, value in items:
+            yield from leaves(value, (*path, key))
+    else:
+        yield path
+
+
+def changed_at(data, path, change):
+    """A copy of a certificate with one value changed."""
+    changed = copy.deepcopy(data)
+    place = changed
+    for key in path[:-1]:
+        place = place[key]
+    place[path[-1]] = change(place[path[-1]])
+    return changed
+
+
+SPOILED = (None, "", "x", [], {}, [[]], -1, 10**30, 1e300, math.nan, math.inf)
+
+
+def spoiled(value, rng):
+    """Another value of any kind."""
+    return rng.choice([other for other in SPOILED if other != value and type(other) is not type(value)])
+
+
+def test_six_hundred_certificates_with_a_value_of_another_kind_are_refused():
+    rng = random.Random(1)
+    for name in ("square:01222300:0", "hex:0233534001:3"):
+        data = certificate(name)
+        places = list(leaves(data["claims"]))
+        for _ in range(300):
+            changed = changed_at(data["claims"], rng.choice(places), lambda value: spoiled(value, rng))
+            with pytest.raises(Refused):
+                verify(signed({**data, "claims": changed}))
+
+
+def test_four_hundred_certificates_of_another_array_are_refused():
+    rng = random.Random(2)
+    for name in ("square:01222300:0", "hex:0234550132:4", "hex:0233534001:3", "hex:0234535012:4"):
+        data = certificate(name)
+        array = data["claims"][0]["array"]
+        places = list(leaves(array))
+        for _ in range(100):
+            changed = changed_at(
+                array,
+                rng.choice(places),
+                lambda value: (
+                    (not value) if isinstance(value, bool) else value + 1 if isinstance(value, int) else value + "1"
+                ),
+            )
+            claims = [{**data["claims"][0], "array": changed}]
+            with pytest.raises(Refused):
+                verify(signed({**data, "claims": claims}))
+
+
+def test_a_file_that_was_changed_is_refused():
+    data = certificate("hex:0234535012:4")
+    rng = random.Random(3)
+    places = list(leaves(data))
+    for _ in range(200):
+        changed = changed_at(data, rng.choice(places), lambda value: spoiled(value, rng))
+        with pytest.raises(Refused):
+            verify(changed)
+
+
+def refused(claim):
+    """Whether a claim is refused by its checker."""
+    checker = CHECKERS[claim["kind"]]
+    try:
+        checker.checked(claim)
+    except checker.Refused:
+        return True
+    return False
+
+
+def test_a_path_that_leaves_closed_states_is_refused():
+    claim, rng = certificate("hex:0234550132:4")["claims"][0], random.Random(4)
+    (stretch,) = claim["stretches"]
+    states, hinges = len(stretch["angles"]), len(stretch["angles"][0])
+    for row in ("angles", "rates"):
+        for _ in range(4):
+            own = copy.deepcopy(stretch)
+            own[row][rng.randrange(1, states - 1)][rng.randrange(hinges)] += rng.choice([-1.0, 1.0]) * 1e-2
+            assert refused({**claim, "stretches": [own]})
+    for cut in (slice(1, None), slice(None, -1)):
+        own = {key: value if key == "kind" else value[cut] for key, value in stretch.items()}
+        assert refused({**claim, "stretches": [own]})
+
+
+def test_a_path_of_other_simple_moves_is_refused():
+    claim = certificate("square:01222300:0")["claims"][0]
+    first, second = claim["stretches"]
+    for stretches in ([], [first], [second], [first, first], [first, second, second]):
+        assert refused({**claim, "stretches": stretches})
+    for hinge in range(len(claim["array"]["hinges"])):
+        hinges = set(first["hinges"]) ^ {hinge}
+        assert refused({**claim, "stretches": [{**first, "hinges": sorted(hinges)}, second]})
+
+
+@pytest.mark.parametrize("name", ["hex:0234550132:4", "square:012233230011:4"])
+def test_margins_at_which_panels_collide_or_stops_are_overstepped_are_refused(name):
+    claim = certificate(name)["claims"][0]
+    for margin in (1e-9, 0.0, -1e-4, 0.01):
+        assert refused({**claim, "margin": repr(margin)})
+
+
+def test_boxes_that_a_motion_leaves_are_refused():
+    claim = certificate("hex:0234535012:4")["claims"][0]
+    assert not refused(claim)
+    assert refused({**claim, "end": "flat" if claim["end"] == "packed" else "packed"})
+    for keep in (slice(0, 1), slice(0, 3)):
+        assert refused({**claim, "lows": claim["lows"][keep], "highs": claim["highs"][keep]})
+    moving = array_data(joined("hex:0234550132:4", "hinged"))
+    assert refused({**claim, "array": moving})
+
+
+def test_commands_write_and_check_certificates(tmp_path):
+    file = str(tmp_path / "proof.json")
+    runner = CliRunner()
+    written = runner.invoke(hcsearch, ["prove", "hex:0233534001:3", "--output", file, "--panel", "100x12"])
+    assert written.exit_code == 0
+    assert "panels of 100x100x12 mm" in written.output
+    checked = runner.invoke(hcsearch, ["verify", file])
+    assert checked.exit_code == 0
+    assert checked.output in written.output
+    data = json.loads(Path(file).read_text(encoding="utf-8"))
+    data["panel_mm"] = "50x50x6"
+    Path(file).write_text(json.dumps(signed(data)), encoding="utf-8")
+    other = runner.invoke(hcsearch, ["verify", file])
+    assert other.exit_code == 1
+    assert "not proved: its array is not that of" in other.stderr
+
+
+def test_what_has_no_certificate():
+    with pytest.raises(HcsearchError, match="is twisted, with linking number"):
+        prove(Folding.from_notation("hex:0234405022:1"), DEFAULT)
+    with pytest.raises(HcsearchError, match="give --budget 3"):
+        prove(Folding.from_notation("hex:0234451512:0"), DEFAULT, budget=1)
