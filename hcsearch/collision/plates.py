@@ -26,7 +26,8 @@ def plates_of(linkage: Linkage, margin: float) -> Plates:
     Hinges are numbered by their places in `linkage.looped`. Pairs with another hinge on all ways are left out.
     """
     check_margin(linkage, margin)
-    pattern, middle = linkage.pattern, linkage.points.mean(axis=0)
+    pattern, prisms = linkage.pattern, prisms_of(linkage, margin)
+    middle = prisms.middles.mean(axis=0)
     joined = [(min(hinge.first, hinge.second), max(hinge.first, hinge.second)) for hinge in pattern.hinges]
     number = {int(hinge): k for k, hinge in enumerate(linkage.looped)}
     pairs, starts, steps = [], [0], Steps()
@@ -39,7 +40,6 @@ def plates_of(linkage: Linkage, margin: float) -> Plates:
                 starts.append(len(steps))
     hinges = [hinge for hinge, _ in steps]
     signs = np.array([sign for _, sign in steps], float).reshape(-1, 1)
-    prisms = prisms_of(linkage, margin)
     corners = prisms.counts[:, 0] // 2
     outlines = [(prisms.vertices[f, : 2 * m] - middle) / pattern.size for f, m in enumerate(corners)]
     samples, sides = [_samples(own) for own in outlines], [_sides(own) for own in outlines]
