@@ -40,10 +40,12 @@ def test_efforts_that_go_on_have_seeds_of_their_own_and_more_boxes():
     assert {one.roots > 0 for one in trees[2:]} == {True, False}
     assert {one.loose for one in trees[2:]} == {True, False}
     assert min(one.rounds for one in trees[2:]) > max(one.rounds for one in trees[:2])
-    boxes = [step.boxes for effort in some for step in effort if isinstance(step, Floods)]
-    assert len(boxes) == len(some) - 2
-    assert boxes == sorted(boxes)
-    assert boxes[-1] == MOST_BOXES
+    for panels in (False, True):
+        floods = [step for effort in some for step in effort if isinstance(step, Floods) and step.panels == panels]
+        boxes = [step.boxes for step in floods]
+        assert len(boxes) == len(some) - 2
+        assert boxes == sorted(boxes)
+        assert boxes[-1] == MOST_BOXES
     assert sum(isinstance(step, Bisection) for effort in some for step in effort) == 1
 
 
