@@ -17,8 +17,8 @@ def reason_of(motion: PlannedMotion) -> str:
         assert motion.lock is not None
         way, lock = motion.lock
         return (
-            f"{_apart(lock)}: proved with {way} flat pairs from the {lock.end} state, by {lock.cubes:,} cubes of fold "
-            f"angles"
+            f"{_apart(lock)}: proved with {way} flat pairs from the {lock.end} state, by {lock.cubes:,} "
+            f"{'cube' if lock.cubes == 1 else 'cubes'} of fold angles"
         )
     if motion.margin is not None:
         play = f"{1e3 * motion.margin:.4g} mm of play on every face"
@@ -37,7 +37,7 @@ def _apart(lock: Enclosure) -> str:
     ends = "keep the packed and the flat state apart"
     if lock.margin is None:
         return f"closed loops and stops {ends}, even if panels could pass through each other"
-    return f"locked by collision at margins up to {1e3 * lock.margin:.4g} mm: panels, closed loops and stops {ends}"
+    return f"locked by collision at margins up to {1e3 * lock.margin:.4g} mm, as panels, loops and stops {ends}"
 
 
 def _beside(motion: PlannedMotion) -> list[str]:
