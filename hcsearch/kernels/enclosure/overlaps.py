@@ -27,16 +27,19 @@ TRIES = 3
 """Piercings that are tried in a box, the deepest first."""
 TOUCH = 1e-5
 """Panels that are pierced no deeper, in sizes of the pattern, count as clear."""
-UPPER, LOWER, IN_UPPER, IN_LOWER = 0, 1, 2, 3
-"""Rows of forms: how far the upper end is above and the lower one below, and how far either is inside of a side."""
+UPPER, LOWER, CROSSING, ALONG = 0, 1, 2, 3
+"""What is traced: both ends of a segment, the point where it crosses the outline at the middle, the way between."""
+HEIGHT, RISE, INSIDE, LEAN, IN_UPPER, IN_LOWER = 2, 3, 4, 5, 6, 7
+"""Rows of forms beside how far the ends are above and below: the height of the point above that of the outline, and of
+the upper end above the lower one; of a side, how far the point is inside of it, how the segment leans, and its ends."""
 
 
 class Overlaps(NamedTuple):
     """Tables of a test of boxes.
 
-    levers : (2, n, 3), of the upper and the lower end, their velocities by the hinges between. bends : (2, q, 3), by
-    two of them, times their radii. rests : (2,), what third orders come to at most. rounding : (2,). forms : (4, n),
-    values, errors, spreads : (4,), functions value + form . d + error of offsets d, and what the form comes to at most.
+    levers : (4, n, 3), of what is traced, velocities by the hinges between. bends : (4, q, 3), by two of these, times
+    their radii. rests : (4,), what third orders come to at most. rounding : (4,). forms : (8, n), values, errors,
+    spreads : (8,), functions value + form . d + error of offsets d, and what the form comes to at most.
     slopes : (n,), of a combination. right : (r,). shares : (n,), by how much each angle leaves it undecided; of the
     deepest piercing they are kept.
     """
@@ -66,14 +69,14 @@ def new_overlaps(rings: Rings, plates: Plates) -> Overlaps:
         plates,
         new_sight(n),
         new_piercings(plates),
-        np.zeros((2, n, 3)),
-        np.zeros((2, n * (n + 1) // 2, 3)),
-        np.zeros(2),
-        np.zeros(2),
-        np.zeros((4, n)),
+        np.zeros((4, n, 3)),
+        np.zeros((4, n * (n + 1) // 2, 3)),
         np.zeros(4),
         np.zeros(4),
-        np.zeros(4),
+        np.zeros((8, n)),
+        np.zeros(8),
+        np.zeros(8),
+        np.zeros(8),
         np.zeros(n),
         np.zeros(EQUATIONS * (len(rings.starts) - 1)),
         np.zeros(n),
@@ -126,24 +129,31 @@ def _lasts(row: int, middles: Reals, radii: Reals, closure: Contraction, work: O
     plates, pair, order = work.plates, row // 2, row % 2
     own, other = plates.pairs[pair, order], plates.pairs[pair, 1 - order]
     see(plates, pair, order, middles, radii, work.sight)
-    height = work.piercings.heights[row]
-    for end in range(2):
-        place = seen(work.sight, plates.samples[other], work.piercings.ends[row, end])
-        put(work.piercings.places, end, 0, place)
-        _trace(end, place, radii, work)
-        sign = 1.0 if end == 0 else -1.0
-        _form(end, end, (0.0, 0.0, sign), sign * (place[2] - height), radii, work)
+    ends, height = work.piercings.ends[row], work.piercings.heights[row]
+    upper, lower = seen(work.sight, plates.samples[other], ends[0]), seen(work.sight, plates.samples[other], ends[1])
+    along = minus(upper, lower)
+    crossing = minus(upper, times((upper[2] - height) / along[2], along))
+    _trace(UPPER, upper, 1.0, radii, work)
+    _trace(LOWER, lower, 1.0, radii, work)
+    _form(UPPER, UPPER, (0.0, 0.0, 1.0), upper[2] - height, radii, work)
+    _form(LOWER, LOWER, (0.0, 0.0, -1.0), height - lower[2], radii, work)
+    for end in (UPPER, LOWER):
         for h in range(len(radii)):
             work.slopes[h] = work.forms[end, h]
         if not _positive(work.values[end], work.errors[end], radii, closure, work):
             return False
-    upper, lower = at(work.piercings.places, 0, 0), at(work.piercings.places, 1, 0)
+    _trace(CROSSING, crossing, 1.0, radii, work)
+    _trace(ALONG, along, 0.0, radii, work)
+    _form(CROSSING, HEIGHT, (0.0, 0.0, 1.0), crossing[2] - height, radii, work)
+    _form(ALONG, RISE, (0.0, 0.0, 1.0), along[2], radii, work)
     for side in range(plates.counts[own, 2]):
         x, y, far = plates.sides[own, side]
-        _form(0, IN_UPPER, (-x, -y, 0.0), far - x * upper[0] - y * upper[1], radii, work)
-        _form(1, IN_LOWER, (-x, -y, 0.0), far - x * lower[0] - y * lower[1], radii, work)
+        _form(UPPER, IN_UPPER, (-x, -y, 0.0), far - x * upper[0] - y * upper[1], radii, work)
+        _form(LOWER, IN_LOWER, (-x, -y, 0.0), far - x * lower[0] - y * lower[1], radii, work)
         if _least(IN_UPPER, work) > 0.0 and _least(IN_LOWER, work) > 0.0:
             continue
+        _form(CROSSING, INSIDE, (-x, -y, 0.0), far - x * crossing[0] - y * crossing[1], radii, work)
+        _form(ALONG, LEAN, (x, y, 0.0), x * along[0] + y * along[1], radii, work)
         value, error = _crossing(work)
         if not _positive(value, error, radii, closure, work):
             return False
@@ -151,16 +161,19 @@ def _lasts(row: int, middles: Reals, radii: Reals, closure: Contraction, work: O
 
 
 @lean
-def _trace(end: int, place: Vector, radii: Reals, work: Overlaps) -> None:
-    """Write how an end of a segment moves in a box: levers, bends, and bounds of what is left (locks.md, 2)."""
-    sight, levers = work.sight, work.levers[end]
+def _trace(what: int, place: Vector, point: float, radii: Reals, work: Overlaps) -> None:
+    """Write how a point moves in a box: levers, bends, and bounds of what is left (locks.md, 2).
+
+    point : 1; 0 for a way between two points, which does not hang on where the hinges are.
+    """
+    sight, levers = work.sight, work.levers[what]
     m, more, total, rest = sight.length[0], 0.0, 0.0, 0.0
     far = math.sqrt(dot(place, place))
     for k in range(m):
         total += radii[sight.steps[k]]
     left = total
     for k in range(m - 1, -1, -1):
-        put(levers, k, 0, cross(at(sight.axes, k, 0), minus(place, at(sight.places, k, 0))))
+        put(levers, k, 0, cross(at(sight.axes, k, 0), minus(place, times(point, at(sight.places, k, 0)))))
         own, lever = radii[sight.steps[k]], at(levers, k, 0)
         reach = math.sqrt(dot(lever, lever)) + more
         far = max(far, reach)
@@ -168,31 +181,31 @@ def _trace(end: int, place: Vector, radii: Reals, work: Overlaps) -> None:
         below = max(left - own, 0.0)
         rest += reach * (left * left * left - below * below * below)
         left = below
-    work.rests[end] = rest / 6.0 * (1.0 + 1e-12)
-    work.rounding[end] = ROUNDING * (m + 1) * (1.0 + 2.0 * far) * (1.0 + total * (1.0 + total))
+    work.rests[what] = rest / 6.0 * (1.0 + 1e-12)
+    work.rounding[what] = ROUNDING * (m + 1) * (1.0 + 2.0 * far) * (1.0 + total * (1.0 + total))
     q = 0
     for i in range(m):
         axis, own = at(sight.axes, i, 0), radii[sight.steps[i]]
         for j in range(i, m):
             size = own * radii[sight.steps[j]] * (0.5 if i == j else 1.0)
-            put(work.bends[end], q, 0, times(size, cross(axis, at(levers, j, 0))))
+            put(work.bends[what], q, 0, times(size, cross(axis, at(levers, j, 0))))
             q += 1
 
 
 @lean
-def _form(end: int, row: int, normal: Vector, value: float, radii: Reals, work: Overlaps) -> None:
-    """Write a value at the middle of a box plus how far an end moves along a unit vector, as a form with its error."""
+def _form(what: int, row: int, normal: Vector, value: float, radii: Reals, work: Overlaps) -> None:
+    """Write a value at the middle of a box plus how far what is traced moves along a unit vector, as a form."""
     m, q, spread = work.sight.length[0], 0, 0.0
-    error = work.rests[end] + work.rounding[end]
+    error = work.rests[what] + work.rounding[what]
     for h in range(len(radii)):
         work.forms[row, h] = 0.0
     for k in range(m):
-        h, slope = work.sight.steps[k], dot(normal, at(work.levers[end], k, 0))
+        h, slope = work.sight.steps[k], dot(normal, at(work.levers[what], k, 0))
         work.forms[row, h] = slope
         spread += abs(slope) * radii[h]
     for i in range(m):
         for j in range(i, m):
-            bend = dot(normal, at(work.bends[end], q, 0))
+            bend = dot(normal, at(work.bends[what], q, 0))
             if i == j:  # a square lies between 0 and its greatest value
                 bend *= 0.5
                 value += bend
@@ -210,14 +223,14 @@ def _least(row: int, work: Overlaps) -> float:
 
 @lean
 def _crossing(work: Overlaps) -> tuple[float, float]:
-    """Write the slopes of how far inside of a side a segment crosses, times the height between its ends; value, error.
+    """Write the slopes of how far inside of a side a segment crosses, times its rise; value and error.
 
-    That is the upper end's way inside times how far the lower one is below, plus the same the other way round.
+    That is the rise times how far inside the point is, plus the height of the point times how the segment leans.
     """
     value = error = sizes = 0.0
     for h in range(len(work.slopes)):
         work.slopes[h] = 0.0
-    for one, two in ((IN_UPPER, LOWER), (IN_LOWER, UPPER)):
+    for one, two in ((RISE, INSIDE), (HEIGHT, LEAN)):
         a, b, s, t = work.values[one], work.values[two], work.spreads[one], work.spreads[two]
         value += a * b
         error += s * t + work.errors[one] * (abs(b) + t + work.errors[two]) + work.errors[two] * (abs(a) + s)

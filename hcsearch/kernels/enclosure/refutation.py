@@ -154,7 +154,7 @@ def refute(rings: Rings, low: Reals, high: Reals, most: int, work: Refutation) -
         if not contract(rings, below, above, work.contraction):
             continue
         side, widest = _side(below, above, work.contraction.shares)
-        if boxes % AGAIN == 1:
+        if boxes % AGAIN == 1 or widest < 0.01:
             for h in range(n):
                 work.state[h] = 0.5 * (below[h] + above[h])
             if meets(rings, below, above, work.state, work):
