@@ -25,6 +25,8 @@ RESIDUAL = 1e-7
 """Root of the sum of squares of the equations at a closed state."""
 NARROW = 1e-5
 """A box that is no wider (rad) is not split."""
+SLIDING = 0.01
+"""Newton's method is tried in each box that is no wider (rad), with panels: it may hold states at which these slide."""
 DEPTH = 400
 """Boxes that wait, at most."""
 WIDE = 0.2
@@ -145,6 +147,7 @@ def refute(rings: Rings, low: Reals, high: Reals, most: int, work: Refutation) -
     A closed state that is met is `work.state`; otherwise that is not changed where Newton's method is not tried.
     """
     n, boxes, waiting = len(low), 0, 1
+    blocked = len(work.overlaps.plates.pairs) > 0
     for h in range(n):
         work.lows[0, h], work.highs[0, h] = low[h], high[h]
     while waiting:
@@ -154,7 +157,7 @@ def refute(rings: Rings, low: Reals, high: Reals, most: int, work: Refutation) -
         if not contract(rings, below, above, work.contraction):
             continue
         side, widest = _side(below, above, work.contraction.shares)
-        if boxes % AGAIN == 1 or widest < 0.01:
+        if boxes % AGAIN == 1 or (blocked and widest < SLIDING):
             for h in range(n):
                 work.state[h] = 0.5 * (below[h] + above[h])
             if meets(rings, below, above, work.state, work):
