@@ -174,6 +174,11 @@ class Linkage:
         steps = np.array([step for loop in self.loops for step in loop], np.int64).reshape(-1, 2)
         return starts, steps[:, 0].copy(), steps[:, 1].copy()
 
+    @cached_property
+    def looped(self) -> Whole:
+        """The hinges that are in a loop, rising."""
+        return np.array(sorted({hinge for loop in self.loops for hinge, _ in loop}), np.int64)
+
     @property
     def n_rows(self) -> int:
         """Number of closure equations: six a loop."""

@@ -148,10 +148,11 @@ class Trial:
 
 @dataclass(frozen=True)
 class Lock:
-    """A proof that closed loops and stops alone keep a folding from coming from its packed to its flat state.
+    """A proof that closed loops and stops keep a folding from coming from its packed to its flat state.
 
     way : how flat pairs are joined. decides : whether that is proved with it for every way that the scene allows.
     end : packed or flat, the end that no motion leaves. cubes, faces : of fold angles, by which it is proved.
+    margin : m, of panels that do not pass through each other, up to which it holds; None where it does at every margin.
     """
 
     way: str
@@ -159,6 +160,7 @@ class Lock:
     end: str
     cubes: int
     faces: int
+    margin: float | None = None
 
 
 @dataclass(frozen=True)

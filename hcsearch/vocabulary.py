@@ -15,7 +15,7 @@ STATUSES: tuple[Status, ...] = get_args(Status)
 Known = Literal["deployment", "path_proved", "path_met", "no_path_met", "kept_apart", "locked_at_end", "twist"]
 KNOWN: tuple[Known, ...] = get_args(Known)
 """What stands behind the status of a folding: a deployment by springs; a path, proved or not; a search that met none;
-a proof that loops and stops keep packed and flat apart, or that no hinge can leave an end; its twist."""
+a proof that loops and stops, or panels too, keep both ends apart, or that no hinge can leave an end; its twist."""
 
 End = Literal["packed", "flat"]
 ENDS: tuple[End, ...] = get_args(End)

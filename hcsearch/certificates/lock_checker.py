@@ -1,4 +1,4 @@
-"""Check a certificate of a lock by arithmetic of its own: python lock_checker.py FILE
+"""Check a certificate of a lock by arithmetic of its own: `python lock_checker.py FILE`.
 
 A lock states that no motion with closed loops and hinges between their stops leaves a set of boxes of fold angles, in
 which the packed or the flat state lies and the other one does not. Every face by which the set could be left is proved
@@ -7,13 +7,18 @@ are widened by what rounding to doubles may add to them. Why these checks prove 
 docs/explanation/certificates.md.
 """
 
-import hashlib
+from __future__ import annotations
+
 import json
 import sys
 from math import pi
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+Reals = NDArray[np.float64]
 ROUNDING = 1e-14  # of an equation, for each hinge, over 1 and the greatest distance; times what it is multiplied by
 BATCH = 256
 FEWEST, FACTOR = 20_000, 6  # boxes: so many, and times what the certificate states, are tried
@@ -22,17 +27,17 @@ NARROW = 1e-6  # a box that is no wider (rad) is not split
 SWEEPS, GAIN, WIDE = 3, 0.1, 0.2  # how often, and for which gain, a box is contracted again; sides that may be split
 
 
-class Refused(Exception):
+class NotProvedError(Exception):
     """The certificate does not prove what it claims."""
 
 
-def need(condition, reason):
+def need(condition: Any, reason: str) -> None:
     """Refuse the certificate unless a condition holds."""
     if not condition:
-        raise Refused(reason)
+        raise NotProvedError(reason)
 
 
-def lines_of(data):
+def lines_of(data: Any) -> tuple[list[tuple[int, ...]], Reals, Reals]:
     """Panels, points, (n, 3), and directions of hinges in the flat state, over its size; positive angles close them."""
     facets = [[(int(x), int(y)) for x, y in facet] for facet in data["facets"]]
     stretch, height = np.array([np.sqrt(float(int(data["root"]))), 1.0, 1.0]), int(data["thickness"])
@@ -53,9 +58,10 @@ def lines_of(data):
     return ends, points / np.abs(points).max(), ways / np.linalg.norm(ways, axis=1, keepdims=True)
 
 
-def loops_of(ends):
+def loops_of(ends: list[tuple[int, ...]]) -> list[list[tuple[int, int]]]:
     """A loop for each hinge that a tree of panels leaves out: hinges and the senses in which they are crossed."""
-    way, waiting, loops = {0: []}, [0], []
+    way: dict[int, list[tuple[int, int]]] = {0: []}
+    waiting, loops = [0], []
     while waiting:
         panel = waiting.pop(0)
         for k, pair in enumerate(ends):
@@ -78,7 +84,7 @@ def loops_of(ends):
 class Loop:
     """A loop, cut into two halves that lead from its first panel to the same one, and expanded to second order."""
 
-    def __init__(self, steps, points, ways):
+    def __init__(self, steps: list[tuple[int, int]], points: Reals, ways: Reals) -> None:
         self.hinges = np.array([hinge for hinge, _ in steps])
         self.ways = np.array([sense * ways[hinge] for hinge, sense in steps])
         self.points = points[self.hinges] - points[self.hinges].mean(0)
@@ -86,7 +92,7 @@ class Loop:
         self.cross = crossed(self.ways)
         self.far = 1.0 + 2.0 * np.linalg.norm(self.points, axis=1).max() * 2.0
 
-    def halves(self, angles, cut):
+    def halves(self, angles: Reals, cut: Any) -> tuple[Reals, Reals, list[tuple[Reals, Reals]]]:
         """Axes and places of all hinges as either half has them, and the pose to which each half leads."""
         count, n = angles.shape
         axes, places, ends = np.zeros((count, n, 3)), np.zeros((count, n, 3)), []
@@ -105,7 +111,7 @@ class Loop:
             ends.append((turn, shift))
         return axes, places, ends
 
-    def expanded(self, middles, radii):
+    def expanded(self, middles: Reals, radii: Reals) -> tuple[Reals, ...]:
         """Values (count, 12), slopes (count, 12, n), bends (count, 12, pairs and squares) times radii, and bounds."""
         angles, e = middles[:, self.hinges], radii[:, self.hinges]
         n, before = e.shape[1], np.cumsum(e, 1) - e
@@ -141,7 +147,7 @@ class Loop:
         error = ROUNDING * n * far**2 * (1.0 + total + total**2)
         return values, np.swapaxes(slopes, 1, 2), np.swapaxes(bends, 1, 2), turned, shifted, error
 
-    def rests(self, first, e, reach):
+    def rests(self, first: Any, e: Reals, reach: Reals) -> tuple[Reals, Reals]:
         """What third orders come to: of the rotation, and of the place."""
         turned = shifted = np.zeros(len(e))
         n = e.shape[1]
@@ -158,30 +164,30 @@ class Loop:
         return turned * (1 + 1e-12), shifted * (1 + 1e-12)
 
 
-def crossed(vectors):
+def crossed(vectors: Reals) -> Reals:
     """Matrices of cross products with vectors."""
     x, y, z = np.moveaxis(vectors, -1, 0)
     zero = np.zeros_like(x)
     return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], -1).reshape(*x.shape, 3, 3)
 
 
-def contracted(loops, low, high):
+def contracted(loops: list[Loop], low: Reals, high: Reals) -> tuple[Reals, Reals, Any, Any]:
     """Boxes less what is proved to hold no closed state, which of them are left, and by which sides to split them."""
     middles, radii = 0.5 * (low + high), 0.5 * (high - low) * (1 + 1e-15) + 1e-15
     count, n = low.shape
     rows = 12 * len(loops)
-    values, slopes, bends = np.zeros((count, rows)), np.zeros((count, rows, n)), []
-    rests, errors, owners = np.zeros((count, rows)), np.zeros((count, rows)), []
+    values, slopes, parts = np.zeros((count, rows)), np.zeros((count, rows, n)), []
+    rests, errors, hinges = np.zeros((count, rows)), np.zeros((count, rows)), []
     for k, loop in enumerate(loops):
         own = slice(12 * k, 12 * k + 12)
         values[:, own], slope, bend, turned, shifted, error = loop.expanded(middles, radii)
-        np.add.at(slopes, (slice(None), own, loop.hinges), slope)
-        bends.append(np.pad(bend, ((0, 0), (12 * k, rows - 12 * k - 12), (0, 0))))
+        slopes[:, own, loop.hinges] += slope
+        parts.append(np.pad(bend, ((0, 0), (12 * k, rows - 12 * k - 12), (0, 0))))
         rests[:, own] = np.where(np.arange(12) < 9, np.sqrt(2.0) * turned[:, None], shifted[:, None])
         errors[:, own] = error[:, None]
-        owners.append(np.array([(loop.hinges[i], loop.hinges[j]) for i, j in zip(*loop.pairs, strict=True)]))
-        owners.append(np.stack([loop.hinges, loop.hinges], 1))
-    bends, owners = np.concatenate(bends, 2), np.concatenate(owners)
+        hinges.append(np.array([(loop.hinges[i], loop.hinges[j]) for i, j in zip(*loop.pairs, strict=True)]))
+        hinges.append(np.stack([loop.hinges, loop.hinges], 1))
+    bends, owners = np.concatenate(parts, 2), np.concatenate(hinges)
     columns = np.concatenate([slopes * radii[:, None], bends], 2)
     gram = columns @ np.swapaxes(columns, 1, 2) + np.eye(rows) * (rests**2)[:, None]
     gram += np.eye(rows) * (1e-12 * np.trace(gram, axis1=1, axis2=2) + 1e-300)[:, None, None]
@@ -205,16 +211,16 @@ def contracted(loops, low, high):
     least, most = np.maximum(low, least), np.minimum(high, most)
     left &= ~(least > most).any(1)
     shares = moves[:, 0].copy()
-    for side in (0, 1):
-        np.add.at(shares, (slice(None), owners[:, side]), bent[:, 0])
+    for k, (one, two) in enumerate(owners):
+        shares[:, [one, two]] += bent[:, 0, k, None]
     widths = np.where(left[:, None], most - least, 0.0)
     shares[widths < WIDE * widths.max(1, keepdims=True)] = -1.0
     return least, most, left, shares.argmax(1)
 
 
-def check_empty(loops, low, high, limit):
+def check_empty(loops: list[Loop], low: Reals, high: Reals, limit: int) -> int:
     """Refuse faces, (count, n) each, that are not proved to hold no closed state by so many boxes; how many it took."""
-    low, high, swept, tried = low, high, np.zeros(len(low), int), 0
+    swept, tried = np.zeros(len(low), int), 0
     while len(low):
         rest = slice(None, -BATCH) if len(low) > BATCH else slice(0, 0)
         own = slice(-BATCH, None)
@@ -239,7 +245,7 @@ def check_empty(loops, low, high, limit):
     return tried
 
 
-def faces_of(low, high, tops):
+def faces_of(low: Any, high: Any, tops: Any) -> tuple[Any, Any]:
     """Faces of boxes, (count, n) each in numbers of cuts, behind which another box does not lie: lows and highs."""
     below, above = [], []
     n = low.shape[1]
@@ -262,13 +268,13 @@ def faces_of(low, high, tops):
     return np.array(below).reshape(-1, n), np.array(above).reshape(-1, n)
 
 
-def outside(low, high, other_low, other_high):
+def outside(low: Any, high: Any, other_low: Any, other_high: Any) -> list[tuple[Any, Any]]:
     """The parts of a box that another one does not cover."""
     if not ((other_low < high) & (other_high > low)).all():
         return [(low, high)]
     parts, low, high = [], low.copy(), high.copy()
     for k in range(len(low)):
-        for bound, end, side in ((other_low[k], high, 0), (other_high[k], low, 1)):
+        for bound, side in ((other_low[k], 0), (other_high[k], 1)):
             if low[k] < bound < high[k]:
                 a, b = low.copy(), high.copy()
                 (a if side else b)[k] = bound
@@ -277,7 +283,7 @@ def outside(low, high, other_low, other_high):
     return parts
 
 
-def check_lock(claim):
+def check_lock(claim: Any) -> str:
     """Check that no motion leaves a set of boxes; what is proved, in words."""
     ends, points, ways = lines_of(claim["array"])
     loops = [Loop(steps, points, ways) for steps in loops_of(ends)]
@@ -295,43 +301,36 @@ def check_lock(claim):
     other = "flat" if claim["end"] == "packed" else "packed"
     need(holds[claim["end"]] and not holds[other], "the boxes do not hold the one end alone")
     below, above = faces_of(low, high, tops)
-    take = lambda numbers: np.stack([cuts[h][numbers[:, h]] for h in range(len(cuts))], 1)  # noqa: E731
+
+    def take(numbers: Any) -> Reals:
+        return np.stack([cuts[h][numbers[:, h]] for h in range(len(cuts))], 1)
+
     limit = FEWEST + FACTOR * min(int(claim["tried"]), MOST)
-    tried = check_empty(loops, take(below), take(above), limit) if len(below) else 0
-    return f"no motion leaves the {claim['end']} state's {len(low)} boxes: {len(below)} faces, {tried} boxes"
+    check_empty(loops, take(below), take(above), limit)
+    there = f"no motion leads from {claim['end']} to {other}"
+    return f"{there}, or leaves {len(low)} boxes of fold angles: {len(below)} faces hold no closed state"
 
 
-def checked(claim):
-    """What is proved by a claim, in words; Refused where it is not proved, or not of the form that is documented."""
+def checked(claim: Any) -> str:
+    """What is proved by a claim, in words; refused where it is not proved, or not of the documented form."""
     try:
         with np.errstate(all="ignore"):  # what overflows proves nothing
             return check_lock(claim)
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, ArithmeticError, RecursionError) as error:
-        raise Refused(f"the claim is not of the documented form ({type(error).__name__}: {error})") from error
+        raise NotProvedError(f"the claim is not of the documented form ({type(error).__name__}: {error})") from error
     except (np.linalg.LinAlgError, MemoryError) as error:
-        raise Refused(f"the claim cannot be computed with ({error})") from error
+        raise NotProvedError(f"the claim cannot be computed with ({error})") from error
 
 
-def main(path):
-    """Check the claims of a file that are locks; the exit code is 0 if they hold, 1 if not, and 2 if there are none."""
+def main(path: str) -> None:
+    """Check the claims of a file that are locks; stop with what is wrong, if anything is."""
     try:
-        with open(path, encoding="utf-8") as file:
-            data = json.load(file)
-        text = json.dumps({key: data[key] for key in data if key != "sha256"}, sort_keys=True, separators=(",", ":"))
-        need(data["sha256"] == hashlib.sha256(text.encode()).hexdigest(), "the checksum is another")
-        claims = [claim for claim in data["claims"] if claim["kind"] == "lock"]
-        for claim in claims:
+        data = json.loads(Path(path).read_text(encoding="utf-8"))
+        for claim in [claim for claim in data["claims"] if claim["kind"] == "lock"]:
             print(f"{data['of']}: proved: {checked(claim)}")
-    except Refused as reason:
-        print(f"{path}: not proved: {reason}", file=sys.stderr)
-        return 1
-    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
-        print(f"{path} is no certificate: {type(error).__name__}: {error}", file=sys.stderr)
-        return 2
-    if not claims:
-        print(f"{path} has no claim of a lock", file=sys.stderr)
-    return 0 if claims else 2
+    except (NotProvedError, OSError, ValueError, LookupError, TypeError, RecursionError) as error:
+        sys.exit(f"{path}: not proved: {error}")
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]) if len(sys.argv) == 2 else __doc__)
+    main(sys.argv[1]) if len(sys.argv) == 2 else sys.exit(__doc__)

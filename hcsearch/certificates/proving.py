@@ -37,10 +37,10 @@ MOST_BYTES = 256 * 2**20
 """Size of a certificate that is read; those of small lists have up to a megabyte."""
 SEEDS = 12
 """Paths that are tried where the checker does not prove the first one: some come closer to singular states."""
-CHECKERS = (path_checker.Refused, lock_checker.Refused)
+CHECKERS = (path_checker.NotProvedError, lock_checker.NotProvedError)
 
 
-class Refused(HcsearchError):
+class CertificateError(HcsearchError):
     """A certificate does not prove what it claims."""
 
 
@@ -52,8 +52,8 @@ def prove(folding: Folding, scene: Scene, budget: int = EFFORTS) -> dict[str, An
     turns = twist(folding)
     if turns:
         raise HcsearchError(
-            f"{folding.notation} is twisted, with linking number {turns}: that no motion opens it is a theorem, and needs "
-            "no certificate; name a folding without twist"
+            f"{folding.notation} is twisted, with linking number {turns}: that no motion opens it is a theorem, and "
+            "needs no certificate; name a folding without twist"
         )
     panel = panel_of(scene, folding.circuit.grid.name)
     allowed = [way for way in ways(scene) if can_be(folding, way)]
@@ -69,8 +69,13 @@ def prove(folding: Folding, scene: Scene, budget: int = EFFORTS) -> dict[str, An
 def _locks(folding: Folding, panel: PanelSize, motion: PlannedMotion) -> list[dict[str, Any]]:
     """Claims that a folding is locked: with hinged pairs, which stands for all other ways, or in each way."""
     known = dict(motion.locks)
+    if any(lock.margin is not None for lock in known.values()):
+        raise HcsearchError(
+            f"{folding.notation} is locked by panels that collide, of which no certificate is written; name a folding "
+            "that closed loops and stops lock, or one with a path"
+        )
     claims = []
-    for way in ["hinged"] if "hinged" in known else list(known):
+    for way in [way for way in known if way == "hinged" or "hinged" not in known]:
         linkage = linkage_joined(folding, panel, way)
         enclosure = enclose(linkage, MOST_BOXES)
         claims.append({**lock_claim(linkage, enclosure), "pairs": way})
@@ -89,7 +94,7 @@ def _path(folding: Folding, panel: PanelSize, motion: PlannedMotion, margin: flo
         try:
             claim = path_claim(linkage, prover.tubes(states, [proof.margin])[0], proof.margin)
             path_checker.checked(claim)
-        except path_checker.Refused as refused:
+        except path_checker.NotProvedError as refused:
             refusal = str(refused)
         else:
             return {**claim, "pairs": motion.way}
@@ -117,14 +122,14 @@ def read_certificate(path: str) -> Any:
 
 
 def verify(data: Any) -> list[str]:
-    """What the claims of a certificate prove, in words; `Refused` where they do not, or the data are no certificate."""
+    """What the claims of a certificate prove, in words; CertificateError where they do not, or there are none."""
     if not isinstance(data, dict) or data.get("format") != FORMAT or data.get("version") != VERSION:
-        raise Refused(f"it is no {FORMAT} of version {VERSION}")
+        raise CertificateError(f"it is no {FORMAT} of version {VERSION}")
     if data.get("sha256") != checksum({key: data[key] for key in data if key != "sha256"}):
-        raise Refused("the checksum is another: the file was changed")
+        raise CertificateError("the checksum is another: the file was changed")
     claims = data.get("claims")
     if not isinstance(claims, list) or not claims:
-        raise Refused("it claims nothing")
+        raise CertificateError("it claims nothing")
     return [_verified(data, claim) for claim in claims]
 
 
@@ -136,10 +141,10 @@ def _verified(data: Mapping[str, Any], claim: Any) -> str:
         named = array_data(linkage_joined(folding, read_panel(panel), way))
         check = {"path": path_checker.checked, "lock": lock_checker.checked}[claim["kind"]]
     except (HcsearchError, KeyError, TypeError, ValueError, AttributeError) as error:
-        raise Refused(f"it names no folding, panel or claim ({error})") from error
+        raise CertificateError(f"it names no folding, panel or claim ({error})") from error
     if array != named:
-        raise Refused(f"its array is not that of {data['of']} with {way} flat pairs and panels of {panel} mm")
+        raise CertificateError(f"its array is not that of {data['of']} with {way} flat pairs and panels of {panel} mm")
     try:
         return f"{data['of']}, {way} flat pairs, panels of {panel} mm: {check(claim)}"
     except CHECKERS as refused:
-        raise Refused(str(refused)) from refused
+        raise CertificateError(str(refused)) from refused

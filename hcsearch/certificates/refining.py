@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.certificates import path_checker
-from hcsearch.certificates.path_checker import Array, Refused
+from hcsearch.certificates.path_checker import Array, NotProvedError
 from hcsearch.planning.stretches import Tube
 from hcsearch.typing import Reals
 
@@ -27,22 +27,22 @@ Span = tuple[int, float, float]
 def stretch_data(array: Array, tube: Tube, closed: list[int], margin: float) -> tuple[dict[str, Any], list[int]]:
     """A stretch as a certificate holds it, and which hinges are closed (1) where it ends.
 
-    closed : where it begins. margin : over the size of the array. `path_checker.Refused` where the checker does not
-    prove the stretch, however short its pieces are.
+    closed : where it begins. margin : over the size of the array. NotProvedError where the checker does not prove the
+    stretch, however short its pieces are.
     """
     track = tube.track
     if track is None:
-        raise Refused("a stretch is not proved")
+        raise NotProvedError("a stretch is not proved")
     count = int(track.filled[0])
     times, angles, rates = track.times[:count], track.angles[:count], track.rates[:count]
     if tube.even:
         data = {"kind": "equal", "hinges": np.flatnonzero(angles[0] != angles[-1]).tolist()}
-        return data, path_checker.led_by_equal_turns(array, data, closed)[-1]
+        return data, array.led_by_equal_turns(data, closed)[-1]
     for number, wander in enumerate(WANDERS):
         data = _Refinement(array, times, angles, rates, closed).data(wander * margin)
         try:
-            return data, path_checker.led_by_cubics(array, data, closed)[-1]
-        except Refused:
+            return data, array.led_by_cubics(data, closed)[-1]
+        except NotProvedError:
             if number == len(WANDERS) - 1:
                 raise
     raise AssertionError
@@ -94,19 +94,19 @@ class _Refinement:
         Half of the first share that is proved, of 1, 1/2, 1/4, ...: what lies beside it is less there.
         """
         state = [round(angle / math.pi) for angle in self.ends[side]]
-        rows, screws = self.array.equations(state, self.moving)
-        if not path_checker.eliminated(screws) and len(rows) == len(self.rows):
+        rows, wrenches = self.array.equations(state, self.moving)
+        if not len(wrenches):
             return 0.0
-        a, b, c, d = np.moveaxis(self.cubics[-side], -1, 0)
+        _, b, c, d = np.moveaxis(self.cubics[-side], -1, 0)
         cubic = np.stack([-b - 2 * c - 3 * d, c + 3 * d, -d] if side else [b, c, d], -1)
         proved = False
         for halving in range(HALVINGS):
             own = np.column_stack([self.ends[side], cubic * 0.5 ** (halving * np.arange(1, 4))])
-            departs = path_checker.departed(self.array, rows, screws, self.moving, own) is not None
+            departs = bool(np.isfinite(self.array.tube(rows, self.moving, own[None], wrenches)).all())
             if proved and departs:
                 return 0.5**halving
             proved = departs
-        raise Refused("how a path leaves or reaches a state with singular closure is not proved")
+        raise NotProvedError("how a path leaves or reaches a state with singular closure is not proved")
 
     def _halved(self, spans: list[Span], limit: float) -> list[Span]:
         """The spans, halved until closed states are proved to lie beside each, but those by which an end is left."""
@@ -114,14 +114,18 @@ class _Refinement:
         done, waiting = [*spans[: inner.start], *spans[inner.stop :]], spans[inner]
         while waiting:
             own, waiting = waiting[-BATCH:], waiting[:-BATCH]
-            cubics = np.array([path_checker.shifted(self.cubics[step], low, high) for step, low, high in own])
-            around = path_checker.tube(self.array, self.rows, self.moving, cubics).sum(1)
+            cubics = np.array([self._part(*span) for span in own])
+            around = self.array.tube(self.rows, self.moving, cubics, np.zeros((0, len(self.rows)))).sum(1)
             for (step, low, high), wide in zip(own, around, strict=True):
                 if wide < limit:
                     done.append((step, low, high))
                     continue
                 if high - low < 0.5**HALVINGS:
-                    raise Refused("closed states are not proved to lie beside a path")
+                    raise NotProvedError("closed states are not proved to lie beside a path")
                 middle = 0.5 * (low + high)
                 waiting += [(step, low, middle), (step, middle, high)]
         return sorted(done)
+
+    def _part(self, step: int, low: float, high: float) -> Reals:
+        """The cubics of a span, in the variable that is -1 and 1 at its ends."""
+        return path_checker.shifted(self.cubics[step], 0.5 * (low + high), 0.5 * (high - low))

@@ -76,7 +76,7 @@ def lock_claim(linkage: Linkage, enclosure: Enclosure) -> dict[str, Any]:
 def path_claim(linkage: Linkage, tubes: Sequence[Tube], margin: float) -> dict[str, Any]:
     """The claim that a path leads from packed to flat with a margin (m), and its stretches.
 
-    `path_checker.Refused` where the checker does not prove a stretch.
+    `path_checker.NotProvedError` where the checker does not prove a stretch.
     """
     data = array_data(linkage)
     array = Array(data)

@@ -158,6 +158,8 @@ _SEARCH_ON = (
     "planning.search.fan_out",
     "planning.search.search",
     "enclosure.refutation.new_refutation",
+    "enclosure.refutation.refutation_with",
+    "enclosure.plates.no_plates",
     "enclosure.flooding.new_flood",
     "enclosure.flooding.spread",
 )

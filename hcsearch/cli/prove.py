@@ -29,9 +29,9 @@ def prove(name: str, output: str, budget: int | None, **options: Any) -> None:
     """Write a certificate that a folding can be opened, or that no motion opens it.
 
     The certificate of a path says that loops stay closed and panels, shrunk by a margin, keep apart from packed to
-    flat; that of a lock lists boxes of fold angles which no motion leaves. Both are plain data. `hcsearch verify` checks
-    them with arithmetic that shares nothing with the search, and so do two programs of their own that need NumPy alone:
-    path_checker.py and lock_checker.py in hcsearch/certificates.
+    flat; that of a lock lists boxes of fold angles which no motion leaves. Both are plain data. `hcsearch verify`
+    checks them with arithmetic that shares nothing with the search, and so do two programs of their own that need
+    NumPy alone: path_checker.py and lock_checker.py in hcsearch/certificates.
     """
     import json
 
@@ -63,12 +63,12 @@ def verify(path: str) -> None:
 
     Exit code: 0 if all claims hold; 1 if one is not proved; 2 if the file is no certificate.
     """
-    from hcsearch.certificates.proving import Refused, read_certificate, verify
+    from hcsearch.certificates.proving import CertificateError, read_certificate, verify
 
     data = read_certificate(path)
     try:
         sentences = verify(data)
-    except Refused as refused:
+    except CertificateError as refused:
         click.echo(f"{path}: not proved: {refused}", err=True)
         click.get_current_context().exit(1)
     for sentence in sentences:

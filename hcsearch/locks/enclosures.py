@@ -1,8 +1,8 @@
-"""Kinematic locks: proofs that closed loops and stops alone keep a linkage from ever leaving a part of its states.
+"""Locks between the ends: proofs that a linkage never leaves a part of its states, by closed loops and stops alone.
 
 Fold angles from 0 to pi are cut into cubes, and a flood takes in those that a motion from a closed state may reach. If
 it ends without the goal, no motion of the linkage comes there, at any margin, though panels may pass through each other
-(docs/explanation/locks.md).
+(docs/explanation/locks.md). Where that does not keep the ends apart, panels may: at margins up to one.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ from hcsearch.kernels.enclosure.flooding import (
     new_flood,
     spread,
 )
-from hcsearch.kernels.enclosure.refutation import Refutation, new_refutation
+from hcsearch.kernels.enclosure.plates import Plates
+from hcsearch.kernels.enclosure.refutation import Refutation, new_refutation, refutation_with
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals, Whole
 from hcsearch.vocabulary import ENDS, End
@@ -48,7 +49,8 @@ class Enclosure(ByValue):
     whatever a motion from that end can reach, and faces that were tested for it; of both floods where nothing is
     proved. boxes : of both floods. open : whether more boxes may prove more; not where each flood came to the other
     end, or where there is no loop. lows, highs : (cubes, k), of the cubes where a lock is proved, rad; of the k hinges
-    that are in a loop.
+    that are in a loop. margin : m, the greatest at which a lock holds that panels have a part in; None where it holds
+    at every margin.
     """
 
     end: End | None
@@ -56,6 +58,7 @@ class Enclosure(ByValue):
     faces: int
     boxes: int
     open: bool
+    margin: float | None = None
     lows: Reals = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
     highs: Reals = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
 
@@ -65,19 +68,21 @@ class Enclosure(ByValue):
         return self.end is not None
 
 
-def enclose(linkage: Linkage, boxes: int) -> Enclosure:
+def enclose(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclosure:
     """Look for a proof that closed loops and stops keep the packed and the flat state of a linkage apart.
 
     boxes : how many boxes both floods may take together, about. They take turns, one from each end; the first that ends
     without the other end is the proof, which is the same whatever the number of boxes. It holds for panels with any
     margin, with or without collisions, and for the joints of this linkage alone: what is locked with hinged flat pairs
     is locked with rigid and with merged ones, too (docs/explanation/locks.md). Source: ours.
+    plates : those of `plates_of`, where panels do not pass through each other; then it holds at their margin and below.
     """
     if not linkage.loops:
         return Enclosure(None, 0, 0, 0, open=False)
     rings, hinges = rings_of(linkage)
     ends = linkage.folded[hinges], linkage.flat[hinges]
-    work = new_refutation(rings)
+    work = new_refutation(rings) if plates is None else refutation_with(rings, plates)
+    margin = None if plates is None else plates.margin
     floods = [new_flood(start, goal, PER_TURN, CAPACITY) for start, goal in (ends, ends[::-1])]
     going = [True, True]
     turn = FIRST
@@ -89,9 +94,11 @@ def enclose(linkage: Linkage, boxes: int) -> Enclosure:
             if going[side]:
                 state = _spread(rings, flood, min(turn, int(flood.counts[BOXES]) + boxes - spent), work)
                 if state == ENCLOSED:
+                    boxes = sum(int(own.counts[BOXES]) for own in floods)
                     cubes = flood.cubes[: flood.counts[TAIL]].astype(np.int64)
-                    summary = _summary(end, [flood], open_=False, boxes=sum(int(own.counts[BOXES]) for own in floods))
-                    return replace(summary, lows=flood.grid[cubes], highs=flood.grid[cubes + 1])
+                    lows, highs = flood.grid[cubes], flood.grid[cubes + 1]
+                    summary = _summary(end, [flood], open_=False, boxes=boxes)
+                    return replace(summary, margin=margin, lows=lows, highs=highs)
                 going[side] = state == GOING
         turn *= 2
     return _summary(None, floods, open_=False)
@@ -116,8 +123,8 @@ def rings_of(linkage: Linkage) -> tuple[Rings, Whole]:
     Lengths are in sizes of the pattern, and places about the middle of each loop, so that no bound hangs on where it
     lies.
     """
-    own = sorted({hinge for loop in linkage.loops for hinge, _ in loop})
-    number = {hinge: k for k, hinge in enumerate(own)}
+    own = linkage.looped
+    number = {int(hinge): k for k, hinge in enumerate(own)}
     points, size = linkage.points, linkage.pattern.size
     hinges, directions, places = [], [], []
     for loop in linkage.loops:
@@ -127,4 +134,4 @@ def rings_of(linkage: Linkage) -> tuple[Rings, Whole]:
             directions.append(sign * linkage.directions[hinge])
             places.append((points[hinge] - about) / size)
     lines = np.array(directions).reshape(-1, 3), np.array(places).reshape(-1, 3)
-    return Rings(linkage.loop_arrays[0], np.array(hinges, np.int64), *lines, len(own)), np.array(own, np.int64)
+    return Rings(linkage.loop_arrays[0], np.array(hinges, np.int64), *lines, len(own)), own

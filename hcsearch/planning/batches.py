@@ -77,10 +77,10 @@ def _batch(planned: Sequence[PlannedMotion | None], like: list[int | None]) -> M
 def _evidence(motion: PlannedMotion) -> Evidence:
     """What the search for a motion came to, beside its path."""
     critical, lock = motion.critical, None
-    if motion.locks:
-        way, enclosure = motion.locks[-1]  # the widest way comes last
+    if motion.lock is not None:
+        way, enclosure = motion.lock
         assert enclosure.end is not None
-        lock = Lock(way, motion.locked, enclosure.end, enclosure.cubes, enclosure.faces)
+        lock = Lock(way, motion.locked, enclosure.end, enclosure.cubes, enclosure.faces, enclosure.margin)
     if critical is None:
         return Evidence(motion.efforts, lock, motion.margin)
     least = critical.proved if motion.margin is None else motion.margin

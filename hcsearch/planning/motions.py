@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from functools import singledispatchmethod
 
 from hcsearch.collision.margins import margin_of, scale_of
+from hcsearch.collision.plates import plates_of
 from hcsearch.equality import ByValue
 from hcsearch.flat_pairs import can_be, linkage_joined, widest_of
 from hcsearch.folding import Folding
@@ -39,9 +40,9 @@ class PlannedMotion(ByValue):
     way : how flat pairs are joined; of the path, if there is one. states : of the path, (k, n_hinges), or None.
     proof : of the path, which may have failed. growths : what trees came to, by way, where the search reached no path.
     labels : names of panels in the linkage of the path, if there is one. efforts : of `schedule` that were made, with
-    those before; a search with a greater budget goes on after these. locks : kinematic locks, by way; one with hinged
-    pairs stands for all others. locked : whether they leave no way of those that are allowed. critical : the critical
-    margin of the widest way, where it was looked for.
+    those before; a search with a greater budget goes on after these. locks : between the ends, by way, in the order in
+    which they were proved; one with hinged pairs stands for all others. locked : whether they leave no way of those
+    that are allowed. critical : the critical margin of the widest way, where it was looked for.
     """
 
     way: Way | None
@@ -53,6 +54,15 @@ class PlannedMotion(ByValue):
     locks: tuple[tuple[Way, Enclosure], ...] = ()
     locked: bool = False
     critical: CriticalMargin | None = None
+
+    @property
+    def lock(self) -> tuple[Way, Enclosure] | None:
+        """The widest lock, and its way; at the least margin of all locks where it takes several to lock the folding."""
+        if not self.locks:
+            return None
+        way, own = self.locks[-1]  # that with hinged pairs is the last: it ends the search
+        margins = [lock.margin for _, lock in self.locks if lock.margin is not None]
+        return (way, replace(own, margin=min(margins))) if self.locked and way != "hinged" and margins else (way, own)
 
     @property
     def margin(self) -> float | None:
@@ -161,17 +171,22 @@ class _Search:
 
     @_make.register
     def _floods(self, step: Floods) -> bool:
-        """The narrower ways first, which take less; none where panels that may pass through each other open it."""
+        """The narrower ways first, which take less."""
         for way in sorted(self._every, key=lambda way: way in self.widest):
-            if way not in self.joined:
-                free = Planner(self.linkages[way], self.margins[-1], collide=False).plan(LONG)
-                self.joined[way] = free.states is not None
-            if self.joined[way]:
+            linkage = self.linkages[way]
+            if not step.panels and self._joined(way):
                 continue
-            enclosure = enclose(self.linkages[way], step.boxes)
+            enclosure = enclose(linkage, step.boxes, plates_of(linkage, self.margins[-1]) if step.panels else None)
             if enclosure.proved:
                 self.locks[way] = enclosure
         return self.locked
+
+    def _joined(self, way: Way) -> bool:
+        """Whether a folding opens in a way if panels may pass through each other, by a search."""
+        if way not in self.joined:
+            free = Planner(self.linkages[way], self.margins[-1], collide=False).plan(LONG)
+            self.joined[way] = free.states is not None
+        return self.joined[way]
 
     @_make.register
     def _trees(self, step: Trees) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from hcsearch.labels import Labels
+from hcsearch.locks.enclosures import Enclosure
 from hcsearch.planning.motions import PlannedMotion
 from hcsearch.planning.planner import Growth
 from hcsearch.planning.proofs import PathProof
@@ -13,10 +14,11 @@ ENDS = ("packed", "flat")
 def reason_of(motion: PlannedMotion) -> str:
     """What is known of a motion, in a sentence."""
     if motion.locked:
-        way, lock = motion.locks[-1]
+        assert motion.lock is not None
+        way, lock = motion.lock
         return (
-            f"closed loops and stops keep the packed and the flat state apart, even if panels could pass through each "
-            f"other: proved with {way} flat pairs from the {lock.end} state, by {lock.cubes:,} cubes of fold angles"
+            f"{_apart(lock)}: proved with {way} flat pairs from the {lock.end} state, by {lock.cubes:,} "
+            f"{'cube' if lock.cubes == 1 else 'cubes'} of fold angles"
         )
     if motion.margin is not None:
         play = f"{1e3 * motion.margin:.4g} mm of play on every face"
@@ -30,15 +32,28 @@ def reason_of(motion: PlannedMotion) -> str:
     return "; ".join([known, *_beside(motion)])
 
 
+def _apart(lock: Enclosure) -> str:
+    """What keeps the ends apart."""
+    ends = "keep the packed and the flat state apart"
+    if lock.margin is None:
+        return f"closed loops and stops {ends}, even if panels could pass through each other"
+    return f"locked by collision at margins up to {1e3 * lock.margin:.4g} mm, as panels, loops and stops {ends}"
+
+
 def _beside(motion: PlannedMotion) -> list[str]:
     """What is known of an undecided folding beside its searches."""
-    parts = [f"proved that there is none with {way} flat pairs" for way, _ in motion.locks]
+    parts = [f"proved that there is none with {way} flat pairs{_up_to(lock)}" for way, lock in motion.locks]
     critical = motion.critical
     if critical is not None and critical.proved is not None:
         parts.append(f"a path is proved with {1e3 * critical.proved:.4g} mm of play on every face")
     elif critical is not None and critical.none is not None:
         parts.append(f"none was met with up to {1e3 * critical.none:.4g} mm of play either")
     return parts
+
+
+def _up_to(lock: Enclosure) -> str:
+    """At which margins a lock holds, where it is not all of them."""
+    return "" if lock.margin is None else f" at margins up to {1e3 * lock.margin:.4g} mm"
 
 
 def _failed(proof: PathProof, labels: Labels | None) -> str:

@@ -23,9 +23,14 @@ class Moves:
 
 @dataclass(frozen=True)
 class Floods:
-    """Proofs that loops and stops lock the folding. boxes : that each way of joining flat pairs may take."""
+    """Proofs that loops and stops lock the folding.
+
+    boxes : that each way of joining flat pairs may take. panels : whether panels that do not pass through each other
+    have a part in the proof, at the greatest margin.
+    """
 
     boxes: int
+    panels: bool = False
 
 
 @dataclass(frozen=True)
@@ -68,10 +73,11 @@ MOST_BOXES = 30_000_000
 def efforts() -> Iterator[tuple[Step, ...]]:
     """All efforts in their order, each as its steps, without an end.
 
-    A proof that a folding is locked ends the search, as a proved path does. Trees come before simple moves, whose paths
-    lead through singular states, where no drive has a grip on them. From the third effort on floods take ever
-    more boxes, and trees have seeds of their own: with junctions as further roots, then without, and every third time
-    with the least margin, by which paths are better.
+    A proof that a folding is locked ends the search, as a proved path does. One in which panels have a part holds up to
+    a margin, so that the first comes after the critical margin, which says what play is enough. Trees come before
+    simple moves, whose paths lead through singular states, where no drive has a grip on them. From the third effort on
+    floods take ever more boxes, and trees have seeds of their own: with junctions as further roots, then without, and
+    every third time with the least margin, by which paths are better.
     """
     yield Trees(widest=False, loose=False, rounds=TIGHT, seeds=(0,)), Moves(loose=False), Moves(loose=True)
     yield (Trees(widest=True, loose=True, rounds=LOOSE, seeds=(1, 2, 3)),)
@@ -81,7 +87,8 @@ def efforts() -> Iterator[tuple[Step, ...]]:
         first = 100 * (k + 1)  # other seeds than those of the first two efforts, which add tens where a proof fails
         seeds = tuple(range(first, first + SEARCHES))
         trees = Trees(widest=True, loose=loose, rounds=LONG, seeds=seeds, roots=roots)
-        yield (Floods(boxes), trees, Bisection()) if k == 0 else (Floods(boxes), trees)
+        free, blocked = Floods(boxes), Floods(boxes, panels=True)
+        yield (free, trees, Bisection(), blocked) if k == 0 else (free, blocked, trees)
 
 
 def planned_efforts(budget: int, done: int = 0) -> list[tuple[Step, ...]]:

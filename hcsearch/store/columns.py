@@ -204,12 +204,13 @@ MOTIONS = (
     Quantity("reason", "text", "", "the sentence behind it"),
     Quantity("as_crease", "integer", "", "crease of the congruent folding whose motion it is; null of its own"),
     Quantity("efforts", "integer", "", "efforts of the search that were made; `enumerate --budget` allows more"),
-    Quantity("lock_pairs", "text", "", "how flat pairs are joined where loops and stops are proved to lock it", WAYS),
+    Quantity("lock_pairs", "text", "", "how flat pairs are joined where it is proved locked between its ends", WAYS),
     Quantity("lock_end", "text", "", "end that no motion leaves there: packed or flat", ENDS),
     Quantity("lock_cubes", "integer", "", "cubes of fold angles of that proof"),
     Quantity("lock_faces", "integer", "", "faces of cubes that it tested"),
     Quantity("critical_margin", "real", "mm", "least play for each face at which a path is proved", better="lower"),
     Quantity("unmet_margin", "real", "mm", "greatest play below it at which the search met no path"),
+    Quantity("lock_margin", "real", "mm", "play up to which panels lock it; null of a proof without panels"),
 )
 
 DEPLOYMENTS = (

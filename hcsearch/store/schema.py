@@ -23,7 +23,7 @@ from sqlalchemy import (
 )
 from sqlalchemy.types import REAL, TypeEngine
 
-REVISION = "0010"
+REVISION = "0011"
 """The newest migration. Revisions are numbers of four digits, so that an older one is a smaller text."""
 
 VERSION_TABLE = "hcsearch_version"
@@ -179,7 +179,7 @@ motion = Table(
     Column("path", LargeBinary),
     # The congruent folding whose motion this is; NULL of what was planned itself.
     Column("as_crease", Integer),
-    # How much was searched; the widest kinematic lock that is proved; play that opens it, and play that does not.
+    # How much was searched; the widest lock between the ends; play that opens it, and play that does not.
     Column("efforts", Integer),
     Column("lock_pairs", _TEXT),
     Column("lock_end", _TEXT),
@@ -187,6 +187,7 @@ motion = Table(
     Column("lock_faces", Integer),
     Column("critical_margin", _REAL),
     Column("unmet_margin", _REAL),
+    Column("lock_margin", _REAL),
     _of_folding("crease"),
     _status("flat_pairs", "rigid", "hinged", "merged"),
     sqlite_strict=True,

@@ -227,6 +227,7 @@ def _evidence_columns(evidence: Sequence[Evidence | None]) -> Columns:
         "lock_faces": [None if lock is None else lock.faces for lock in locks],
         "critical_margin": [None if own is None else millimetres(own.critical) for own in evidence],
         "unmet_margin": [None if own is None else millimetres(own.unmet) for own in evidence],
+        "lock_margin": [None if lock is None else millimetres(lock.margin) for lock in locks],
     }
 
 

@@ -1,5 +1,6 @@
 """Budgets: the first efforts are those of always, and a search that goes on comes to what one at once comes to."""
 
+from dataclasses import replace
 from itertools import islice, pairwise
 
 import numpy as np
@@ -7,7 +8,12 @@ import pytest
 
 from hcsearch.errors import HcsearchError
 from hcsearch.folding import Folding
-from hcsearch.planning.motions import motion_of
+from hcsearch.locks.enclosures import Enclosure
+from hcsearch.planning import motions
+from hcsearch.planning.batches import _batch
+from hcsearch.planning.motions import PlannedMotion, motion_of
+from hcsearch.planning.planner import Growth
+from hcsearch.planning.reasons import reason_of
 from hcsearch.planning.schedule import (
     FIRST,
     MOST_BOXES,
@@ -20,6 +26,7 @@ from hcsearch.planning.schedule import (
 )
 from hcsearch.scenes import default_panel
 
+GROWN = Growth((1, 1), (2, 2), 3, (0.0, 0.0), 0.15, False)
 GIVEN_UP = "square:012222300301:2"
 """Undecided with the budget that is given by default, and proved at 0.1 mm with more."""
 
@@ -40,10 +47,12 @@ def test_efforts_that_go_on_have_seeds_of_their_own_and_more_boxes():
     assert {one.roots > 0 for one in trees[2:]} == {True, False}
     assert {one.loose for one in trees[2:]} == {True, False}
     assert min(one.rounds for one in trees[2:]) > max(one.rounds for one in trees[:2])
-    boxes = [step.boxes for effort in some for step in effort if isinstance(step, Floods)]
-    assert len(boxes) == len(some) - 2
-    assert boxes == sorted(boxes)
-    assert boxes[-1] == MOST_BOXES
+    for panels in (False, True):
+        floods = [step for effort in some for step in effort if isinstance(step, Floods) and step.panels == panels]
+        boxes = [step.boxes for step in floods]
+        assert len(boxes) == len(some) - 2
+        assert boxes == sorted(boxes)
+        assert boxes[-1] == MOST_BOXES
     assert sum(isinstance(step, Bisection) for effort in some for step in effort) == 1
 
 
@@ -67,3 +76,32 @@ def test_what_is_given_up_is_taken_up_again():
     assert np.array_equal(once.states, on.states)
     stopped = motion_of(folding, panel, ("hinged",), budget=on.efforts - 1, done=FIRST)
     assert (stopped.margin, stopped.efforts) == (None, on.efforts - 1)
+
+
+@pytest.mark.parametrize("ways", [("rigid", "hinged"), ("rigid",)])
+def test_panels_lock_what_closed_states_join(monkeypatch, ways):
+    """Of its own search only the floods with panels."""
+    monkeypatch.setattr(motions, "planned_efforts", lambda *_: [(Floods(10_000, panels=True),)])
+    folding = Folding.from_notation("hex:0233435001:3")
+    motion = motion_of(folding, default_panel("hex"), ways)
+    assert motion.locked
+    assert [way for way, _ in motion.locks] == list(ways)
+    assert motion.lock == motion.locks[-1]
+    assert motion.lock[1].margin == pytest.approx(1e-4)
+    reason = reason_of(motion)
+    assert reason.startswith("locked by collision at margins up to 0.1 mm, as panels, loops and stops")
+    assert reason.endswith(f"with {ways[-1]} flat pairs from the packed state, by 1 cube of fold angles")
+    (own,) = _batch([motion], [None]).evidence
+    assert (own.lock.margin, own.lock.decides) == (motion.lock[1].margin, True)
+
+
+def test_several_locks_hold_at_the_least_margin_of_all():
+    locks = (("rigid", Enclosure("flat", 1, 8, 9, False, 1e-4)), ("merged", Enclosure("packed", 2, 8, 9, False)))
+    motion = PlannedMotion(None, None, None, (), locks=locks, locked=True)
+    assert motion.lock == ("merged", replace(locks[1][1], margin=1e-4))
+    assert replace(motion, locked=False).lock == locks[1]
+    hinged = replace(motion, locks=(locks[0], ("hinged", locks[1][1])))
+    assert hinged.lock == hinged.locks[1]
+    assert replace(motion, locks=()).lock is None
+    left = replace(motion, locked=False, locks=locks[:1], growths=(("hinged", GROWN),))
+    assert "there is none with rigid flat pairs at margins up to 0.1 mm" in reason_of(left)

@@ -72,7 +72,7 @@ def test_views_have_the_promised_columns(database):
     )
     assert " ".join(column_names("motions")) == (
         "design_id crease scene flat_pairs needed_margin least_gap slack states reason as_crease efforts"
-        " lock_pairs lock_end lock_cubes lock_faces critical_margin unmet_margin"
+        " lock_pairs lock_end lock_cubes lock_faces critical_margin unmet_margin lock_margin"
     )
     assert " ".join(column_names("runs")).count(" two_stack untwisted movable deploys ") == 1
 

@@ -366,8 +366,18 @@ def test_locks_and_efforts_are_kept(path):
     """Schema 0010."""
     _, database = opened_from(path, "0010")
     with database:
-        names = "scene,efforts,lock_pairs,lock_end,lock_cubes,lock_faces,critical_margin,unmet_margin"
+        names = "scene,efforts,lock_pairs,lock_end,lock_cubes,lock_faces,lock_margin,critical_margin,unmet_margin"
         kept = select(database, "lock_cubes>0", columns=names, view="motions").rows
-        assert kept == (("locks", 3, "hinged", "packed", 106, 1077, None, 2.5),)
+        assert kept == (("locks", 3, "hinged", "packed", 106, 1077, None, None, 2.5),)
         assert select(database, "id=3", columns="status,known", scene="locks").rows == (("locked", "kept_apart"),)
+        assert_readable(database)
+
+
+def test_margins_of_locks_are_kept(path):
+    """Schema 0011."""
+    _, database = opened_from(path, "0011")
+    with database:
+        assert select(database, "lock_margin>0", columns="scene,lock_pairs,lock_margin", view="motions").rows == (
+            ("locks", "hinged", 0.1),
+        )
         assert_readable(database)

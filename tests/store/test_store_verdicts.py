@@ -113,7 +113,7 @@ def test_a_motion_is_stored_with_its_path(listed):
     judge(listed, [MOVES])
     assert row_of(listed) == ["movable", 1, None, None, *PATH]
     (row,) = select(listed, view="motions").rows
-    assert row == (3, 3, "default", *PATH, pytest.approx(1e-5), 2, "a reason for movable", None, *[None] * 7)
+    assert row == (3, 3, "default", *PATH, pytest.approx(1e-5), 2, "a reason for movable", None, *[None] * 8)
     with listed.reading() as connection:
         (packed,) = connection.execute(schema.motion.select().with_only_columns(schema.motion.c.path)).scalars()
     assert np.frombuffer(zlib.decompress(packed), "<f8").reshape(2, 2).tolist() == [[math.pi, math.pi], [0.0, 0.0]]
@@ -123,7 +123,7 @@ def test_without_a_path_a_motion_has_a_reason_and_no_numbers(listed):
     judge(listed, [CUT])
     assert row_of(listed) == ["undecided", None, None, None, *NO_PATH]
     (row,) = select(listed, view="motions").rows
-    assert row == (3, 3, "default", None, None, None, None, 0, "a reason for undecided", None, *[None] * 7)
+    assert row == (3, 3, "default", None, None, None, None, 0, "a reason for undecided", None, *[None] * 8)
     with listed.reading() as connection:
         assert connection.execute(schema.motion.select()).mappings().one()["path"] is None
 
@@ -449,14 +449,14 @@ def test_what_is_undecided_is_listed_until_its_budget_is_spent(listed):
     assert undecided(listed, replace(work, n=10)) == []
     assert undecided(listed, replace(work, scene="solar")) == []
     assert undecided(listed, replace(work, target="hex:other")) == []
-    evidence = Evidence(3, Lock("rigid", False, "packed", 106, 865), None, 2.5e-3)
+    evidence = Evidence(3, Lock("rigid", False, "packed", 106, 865, 1e-4), None, 2.5e-3)
     verdicts = verdicts_of([CUT])
     verdicts = replace(verdicts, motion=replace(verdicts.motion, evidence=[evidence]))
     record_settled(listed, begin(listed, WORK), work, "k", verdicts, RESULTS)
     assert [one.efforts for one in undecided(listed, work, 4)] == [3]
     assert undecided(listed, work, 3) == []
-    names = "efforts,lock_pairs,lock_end,lock_cubes,lock_faces,critical_margin,unmet_margin"
-    assert select(listed, view="motions", columns=names).rows == ((3, "rigid", "packed", 106, 865, None, 2.5),)
+    names = "efforts,lock_pairs,lock_end,lock_cubes,lock_faces,lock_margin,critical_margin,unmet_margin"
+    assert select(listed, view="motions", columns=names).rows == ((3, "rigid", "packed", 106, 865, 0.1, None, 2.5),)
     assert select(listed, "crease=3", view="foldings", columns="known,unmet_margin").rows == (("no_path_met", 2.5),)
     settled(listed, [MOVES])
     assert undecided(listed, work) == []

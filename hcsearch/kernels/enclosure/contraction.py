@@ -75,7 +75,7 @@ def contract(rings: Rings, low: Reals, high: Reals, work: Contraction) -> bool:
             work.shares[h] = work.radii[h]
             before += high[h] - low[h]
         expand(rings, work.middles, work.radii, work.expansion)
-        if not _weigh(work):
+        if not weigh(work):
             return True
         if not _use(work.centred, low, high, True, work):
             return False
@@ -90,7 +90,7 @@ def contract(rings: Rings, low: Reals, high: Reals, work: Contraction) -> bool:
 
 
 @lean
-def _weigh(work: Contraction) -> bool:
+def weigh(work: Contraction) -> bool:
     """Write V V^T, factored (Cholesky), and the centred values; whether it has a factor."""
     own, gram, centred = work.expansion, work.gram, work.centred
     r, n = own.slopes.shape
@@ -149,25 +149,13 @@ def _use(right: Reals, low: Reals, high: Reals, sharing: bool, work: Contraction
 
     sharing : whether to write what each angle contributes to what is not known.
     """
-    own, mix, gram = work.expansion, work.mix, work.gram
-    r, n = own.slopes.shape
-    greatest = 0.0
-    for i in range(r):
-        total = right[i]
-        for k in range(i):
-            total -= gram[i, k] * mix[k]
-        mix[i] = total / gram[i, i]
-    for i in range(r - 1, -1, -1):
-        total = mix[i]
-        for k in range(i + 1, r):
-            total -= gram[k, i] * mix[k]
-        mix[i] = total / gram[i, i]
-        greatest = max(greatest, abs(mix[i]))
+    mix, n = work.mix, len(low)
+    greatest = solve(right, work)
     if not 0.0 < greatest < math.inf:
         return True
-    for i in range(r):
+    for i in range(len(mix)):
         mix[i] /= greatest
-    value, error = _terms(sharing, work)
+    value, error = terms(sharing, work)
     sizes = abs(value) + error
     below, above = value - error, value + error
     for h in range(n):
@@ -195,7 +183,26 @@ def _use(right: Reals, low: Reals, high: Reals, sharing: bool, work: Contraction
 
 
 @lean
-def _terms(sharing: bool, work: Contraction) -> tuple[float, float]:
+def solve(right: Reals, work: Contraction) -> float:
+    """Write the combination for a right side, (r,), by the factor that `weigh` wrote; its greatest entry."""
+    mix, gram = work.mix, work.gram
+    r, greatest = len(mix), 0.0
+    for i in range(r):
+        total = right[i]
+        for k in range(i):
+            total -= gram[i, k] * mix[k]
+        mix[i] = total / gram[i, i]
+    for i in range(r - 1, -1, -1):
+        total = mix[i]
+        for k in range(i + 1, r):
+            total -= gram[k, i] * mix[k]
+        mix[i] = total / gram[i, i]
+        greatest = max(greatest, abs(mix[i]))
+    return greatest
+
+
+@lean
+def terms(sharing: bool, work: Contraction) -> tuple[float, float]:
     """Write the slopes of a combination; its value, and what is not known of it but for those, with rounding.
 
     A third order of the rotation is a sum of products of cross products: matrices of rank 2 whose singular values are

@@ -144,7 +144,7 @@ def write_first_order(rings: Rings, angles: Reals, expansion: Expansion) -> None
         one, two, row = expansion.poses[0], expansion.poses[1], EQUATIONS * loop
         _place(rings, 2 * loop, angles, one, expansion)
         _place(rings, 2 * loop + 1, angles, two, expansion)
-        here, there = _moved(one, middle), _moved(two, middle)
+        here, there = moved(one, middle), moved(two, middle)
         for i in range(3):
             x, y, z = two[i, 0], two[i, 1], two[i, 2]
             for j in range(3):  # the rotation from the one pose to the other, in the room of the second
@@ -194,12 +194,12 @@ def _place(rings: Rings, half: int, angles: Reals, pose: Reals, expansion: Expan
         u, p = at(rings.directions, k, 0), at(rings.points, k, 0)
         for i in range(3):
             expansion.axes[place, i] = sense * (pose[i, 0] * u[0] + pose[i, 1] * u[1] + pose[i, 2] * u[2])
-        put(expansion.levers, place, 0, _moved(pose, p))
+        put(expansion.levers, place, 0, moved(pose, p))
         fold_on(pose, rings.directions[k], rings.points[k], sense * angles[rings.hinges[k]])
 
 
 @lean
-def _moved(pose: Reals, point: Vector) -> Vector:
+def moved(pose: Reals, point: Vector) -> Vector:
     """A point that is moved by a pose."""
     x, y, z = point
     return (

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.expansion import Rings
-from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, NEWTON, RESIDUAL, Refutation, close_within, refute
+from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, Refutation, meets, refute
 from hcsearch.typing import Reals, Whole
 
 GOING, ENCLOSED, REACHED, FULL = 0, 1, 2, 3
@@ -141,7 +141,7 @@ def _crossed(
     counts[FACES] += 1
     for h in range(n):
         state[h] = min(max(flood.states[own, h], low[h]), high[h])
-    if close_within(rings, low, high, state, NEWTON, work) < 10.0 * RESIDUAL:
+    if meets(rings, low, high, state, work):
         counts[MET] += 1
         counts[BOXES] += 1
         return True

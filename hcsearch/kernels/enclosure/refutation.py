@@ -1,4 +1,7 @@
-"""Proofs that a box of fold angles holds no closed state, by branch and bound; closed states by Newton's method."""
+"""Proofs that a box of fold angles holds no closed state, by branch and bound; closed states by Newton's method.
+
+With panels that do not pass through each other: none at which they are clear.
+"""
 
 from __future__ import annotations
 
@@ -10,16 +13,20 @@ import numpy as np
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.contraction import Contraction, contract, new_contraction
 from hcsearch.kernels.enclosure.expansion import Rings, write_first_order
+from hcsearch.kernels.enclosure.overlaps import MET, THROUGHOUT, Overlaps, clear_at, new_overlaps, overlapping
+from hcsearch.kernels.enclosure.plates import Plates, no_plates
 from hcsearch.typing import Reals
 
 EMPTY, CLOSED, OPEN = 0, 1, 2
-"""A box holds no closed state: proved; holds one, by Newton's method; neither is known."""
+"""A box holds no closed and clear state: proved; holds one, by Newton's method; neither is known."""
 NEWTON, AGAIN = 60, 64
 """Steps of Newton's method, and after how many boxes it is tried again."""
 RESIDUAL = 1e-7
 """Root of the sum of squares of the equations at a closed state."""
 NARROW = 1e-5
 """A box that is no wider (rad) is not split."""
+SLIDING = 0.01
+"""Newton's method is tried in each box that is no wider (rad), with panels: it may hold states at which these slide."""
 DEPTH = 400
 """Boxes that wait, at most."""
 WIDE = 0.2
@@ -30,6 +37,7 @@ class Refutation(NamedTuple):
     """Tables: boxes that wait, (DEPTH, n) each; a state, its step and the equations of the step, (n,) and (n, n)."""
 
     contraction: Contraction
+    overlaps: Overlaps
     lows: Reals
     highs: Reals
     state: Reals
@@ -39,11 +47,12 @@ class Refutation(NamedTuple):
 
 
 @compiled
-def new_refutation(rings: Rings) -> Refutation:
-    """Empty tables."""
+def refutation_with(rings: Rings, plates: Plates) -> Refutation:
+    """Empty tables for panels that do not pass through each other."""
     n = rings.folds
     return Refutation(
         new_contraction(rings),
+        new_overlaps(rings, plates),
         np.zeros((DEPTH, n)),
         np.zeros((DEPTH, n)),
         np.zeros(n),
@@ -51,6 +60,12 @@ def new_refutation(rings: Rings) -> Refutation:
         np.zeros(n),
         np.zeros((n, n)),
     )
+
+
+@compiled
+def new_refutation(rings: Rings) -> Refutation:
+    """Empty tables for panels that pass through each other."""
+    return refutation_with(rings, no_plates())
 
 
 @lean
@@ -78,6 +93,14 @@ def close_within(rings: Rings, low: Reals, high: Reals, state: Reals, steps: int
         if moved < 1e-10:
             break
     return residual
+
+
+@lean
+def meets(rings: Rings, low: Reals, high: Reals, state: Reals, work: Refutation) -> bool:
+    """Move a state to a closed one within a box, (n,) each; whether it comes to one at which panels are clear."""
+    if close_within(rings, low, high, state, NEWTON, work) >= 10.0 * RESIDUAL:
+        return False
+    return clear_at(state, work.overlaps)
 
 
 @lean
@@ -124,6 +147,7 @@ def refute(rings: Rings, low: Reals, high: Reals, most: int, work: Refutation) -
     A closed state that is met is `work.state`; otherwise that is not changed where Newton's method is not tried.
     """
     n, boxes, waiting = len(low), 0, 1
+    blocked = len(work.overlaps.plates.pairs) > 0
     for h in range(n):
         work.lows[0, h], work.highs[0, h] = low[h], high[h]
     while waiting:
@@ -133,11 +157,16 @@ def refute(rings: Rings, low: Reals, high: Reals, most: int, work: Refutation) -
         if not contract(rings, below, above, work.contraction):
             continue
         side, widest = _side(below, above, work.contraction.shares)
-        if boxes % AGAIN == 1:
+        if boxes % AGAIN == 1 or (blocked and widest < SLIDING):
             for h in range(n):
                 work.state[h] = 0.5 * (below[h] + above[h])
-            if close_within(rings, below, above, work.state, NEWTON, work) < 10.0 * RESIDUAL:
+            if meets(rings, below, above, work.state, work):
                 return CLOSED, boxes
+        known = overlapping(rings, below, above, work.contraction, work.overlaps)
+        if known == THROUGHOUT:
+            continue
+        if known == MET:
+            side, _ = _side(below, above, work.overlaps.kept)
         if boxes >= most or widest < NARROW or waiting + 2 > DEPTH:
             return OPEN, boxes
         middle = 0.5 * (below[side] + above[side])

@@ -1,0 +1,275 @@
+"""Proofs that two panels overlap at all closed states of a box of fold angles: a piercing that lasts throughout.
+
+The heights of both ends of a segment, and how far they are inside of each side of an outline, are expanded to second
+order about the middle of the box, with the third order bounded, as closure is. Closure is added to each, by the
+combination of its equations that leaves the least unknown, as what holds at closed states is all that counts
+(docs/explanation/locks.md).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hcsearch.kernels.algebra.vectors import Vector, at, cross, dot, minus, put, times
+from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.enclosure.contraction import Contraction, solve, terms, weigh
+from hcsearch.kernels.enclosure.expansion import EQUATIONS, ROUNDING, Rings, expand
+from hcsearch.kernels.enclosure.piercings import Piercings, new_piercings, pierce
+from hcsearch.kernels.enclosure.plates import Plates, Sight, new_sight, see, seen
+from hcsearch.typing import Reals
+
+APART, MET, THROUGHOUT = 0, 1, 2
+"""At the middle of a box no panels are known to overlap; some do; some do in all of the box: proved."""
+TRIES = 3
+"""Piercings that are tried in a box, the deepest first."""
+TOUCH = 1e-5
+"""Panels that are pierced no deeper, in sizes of the pattern, count as clear."""
+UPPER, LOWER, CROSSING, ALONG = 0, 1, 2, 3
+"""What is traced: both ends of a segment, the point where it crosses the outline at the middle, the way between."""
+HEIGHT, RISE, INSIDE, LEAN, IN_UPPER, IN_LOWER = 2, 3, 4, 5, 6, 7
+"""Rows of forms beside how far the ends are above and below: the height of the point above that of the outline, and of
+the upper end above the lower one; of a side, how far the point is inside of it, how the segment leans, and its ends."""
+
+
+class Overlaps(NamedTuple):
+    """Tables of a test of boxes.
+
+    levers : (4, n, 3), of what is traced, velocities by the hinges between. bends : (4, q, 3), by two of these, times
+    their radii. rests : (4,), what third orders come to at most. rounding : (4,). forms : (8, n), values, errors,
+    spreads : (8,), functions value + form . d + error of offsets d, and what the form comes to at most.
+    slopes : (n,), of a combination. right : (r,). shares : (n,), by how much each angle leaves it undecided; of the
+    deepest piercing they are kept.
+    """
+
+    plates: Plates
+    sight: Sight
+    piercings: Piercings
+    levers: Reals
+    bends: Reals
+    rests: Reals
+    rounding: Reals
+    forms: Reals
+    values: Reals
+    errors: Reals
+    spreads: Reals
+    slopes: Reals
+    right: Reals
+    shares: Reals
+    kept: Reals
+
+
+@compiled
+def new_overlaps(rings: Rings, plates: Plates) -> Overlaps:
+    """Empty tables."""
+    n = rings.folds
+    return Overlaps(
+        plates,
+        new_sight(n),
+        new_piercings(plates),
+        np.zeros((4, n, 3)),
+        np.zeros((4, n * (n + 1) // 2, 3)),
+        np.zeros(4),
+        np.zeros(4),
+        np.zeros((8, n)),
+        np.zeros(8),
+        np.zeros(8),
+        np.zeros(8),
+        np.zeros(n),
+        np.zeros(EQUATIONS * (len(rings.starts) - 1)),
+        np.zeros(n),
+        np.zeros(n),
+    )
+
+
+@lean
+def clear_at(state: Reals, work: Overlaps) -> bool:
+    """Whether no panels are known to overlap at a state, (n,)."""
+    if len(work.plates.pairs) == 0:
+        return True
+    for h in range(len(state)):
+        work.slopes[h] = 0.0
+    return pierce(work.plates, state, work.slopes, work.sight, work.piercings) < TOUCH
+
+
+@lean
+def overlapping(rings: Rings, low: Reals, high: Reals, closure: Contraction, work: Overlaps) -> int:
+    """APART, MET or THROUGHOUT for the closed states of a box, (n,) each; where MET, shares are `kept`."""
+    if len(work.plates.pairs) == 0:
+        return APART
+    middles, radii, depths = closure.middles, closure.radii, work.piercings.depths
+    for h in range(len(low)):
+        middles[h] = 0.5 * (low[h] + high[h])
+        radii[h] = 0.5 * (high[h] - low[h]) * (1.0 + 1e-15) + 1e-15
+    if pierce(work.plates, middles, radii, work.sight, work.piercings) <= 0.0:
+        return APART
+    expand(rings, middles, radii, closure.expansion)
+    if not weigh(closure):
+        return APART
+    for k in range(TRIES):
+        row = 0
+        for own in range(len(depths)):
+            if depths[own] > depths[row]:
+                row = own
+        if depths[row] <= 0.0:
+            break
+        if _lasts(row, middles, radii, closure, work):
+            return THROUGHOUT
+        depths[row] = 0.0
+        for h in range(len(low) if k == 0 else 0):
+            work.kept[h] = work.shares[h]
+    return MET
+
+
+@lean
+def _lasts(row: int, middles: Reals, radii: Reals, closure: Contraction, work: Overlaps) -> bool:
+    """Whether a piercing lasts in all of a box; shares are those of what fails."""
+    plates, pair, order = work.plates, row // 2, row % 2
+    own, other = plates.pairs[pair, order], plates.pairs[pair, 1 - order]
+    see(plates, pair, order, middles, radii, work.sight)
+    ends, height = work.piercings.ends[row], work.piercings.heights[row]
+    upper, lower = seen(work.sight, plates.samples[other], ends[0]), seen(work.sight, plates.samples[other], ends[1])
+    along = minus(upper, lower)
+    crossing = minus(upper, times((upper[2] - height) / along[2], along))
+    _trace(UPPER, upper, 1.0, radii, work)
+    _trace(LOWER, lower, 1.0, radii, work)
+    _form(UPPER, UPPER, (0.0, 0.0, 1.0), upper[2] - height, radii, work)
+    _form(LOWER, LOWER, (0.0, 0.0, -1.0), height - lower[2], radii, work)
+    for end in (UPPER, LOWER):
+        for h in range(len(radii)):
+            work.slopes[h] = work.forms[end, h]
+        if not _positive(work.values[end], work.errors[end], radii, closure, work):
+            return False
+    _trace(CROSSING, crossing, 1.0, radii, work)
+    _trace(ALONG, along, 0.0, radii, work)
+    _form(CROSSING, HEIGHT, (0.0, 0.0, 1.0), crossing[2] - height, radii, work)
+    _form(ALONG, RISE, (0.0, 0.0, 1.0), along[2], radii, work)
+    for side in range(plates.counts[own, 2]):
+        x, y, far = plates.sides[own, side]
+        _form(UPPER, IN_UPPER, (-x, -y, 0.0), far - x * upper[0] - y * upper[1], radii, work)
+        _form(LOWER, IN_LOWER, (-x, -y, 0.0), far - x * lower[0] - y * lower[1], radii, work)
+        if _least(IN_UPPER, work) > 0.0 and _least(IN_LOWER, work) > 0.0:
+            continue
+        _form(CROSSING, INSIDE, (-x, -y, 0.0), far - x * crossing[0] - y * crossing[1], radii, work)
+        _form(ALONG, LEAN, (x, y, 0.0), x * along[0] + y * along[1], radii, work)
+        value, error = _crossing(work)
+        if not _positive(value, error, radii, closure, work):
+            return False
+    return True
+
+
+@lean
+def _trace(what: int, place: Vector, point: float, radii: Reals, work: Overlaps) -> None:
+    """Write how a point moves in a box: levers, bends, and bounds of what is left (locks.md, 2).
+
+    point : 1; 0 for a way between two points, which does not hang on where the hinges are.
+    """
+    sight, levers = work.sight, work.levers[what]
+    m, more, total, rest = sight.length[0], 0.0, 0.0, 0.0
+    far = math.sqrt(dot(place, place))
+    for k in range(m):
+        total += radii[sight.steps[k]]
+    left = total
+    for k in range(m - 1, -1, -1):
+        put(levers, k, 0, cross(at(sight.axes, k, 0), minus(place, times(point, at(sight.places, k, 0)))))
+        own, lever = radii[sight.steps[k]], at(levers, k, 0)
+        reach = math.sqrt(dot(lever, lever)) + more
+        far = max(far, reach)
+        more += own * reach
+        below = max(left - own, 0.0)
+        rest += reach * (left * left * left - below * below * below)
+        left = below
+    work.rests[what] = rest / 6.0 * (1.0 + 1e-12)
+    work.rounding[what] = ROUNDING * (m + 1) * (1.0 + 2.0 * far) * (1.0 + total * (1.0 + total))
+    q = 0
+    for i in range(m):
+        axis, own = at(sight.axes, i, 0), radii[sight.steps[i]]
+        for j in range(i, m):
+            size = own * radii[sight.steps[j]] * (0.5 if i == j else 1.0)
+            put(work.bends[what], q, 0, times(size, cross(axis, at(levers, j, 0))))
+            q += 1
+
+
+@lean
+def _form(what: int, row: int, normal: Vector, value: float, radii: Reals, work: Overlaps) -> None:
+    """Write a value at the middle of a box plus how far what is traced moves along a unit vector, as a form."""
+    m, q, spread = work.sight.length[0], 0, 0.0
+    error = work.rests[what] + work.rounding[what]
+    for h in range(len(radii)):
+        work.forms[row, h] = 0.0
+    for k in range(m):
+        h, slope = work.sight.steps[k], dot(normal, at(work.levers[what], k, 0))
+        work.forms[row, h] = slope
+        spread += abs(slope) * radii[h]
+    for i in range(m):
+        for j in range(i, m):
+            bend = dot(normal, at(work.bends[what], q, 0))
+            if i == j:  # a square lies between 0 and its greatest value
+                bend *= 0.5
+                value += bend
+            error += abs(bend)
+            q += 1
+    work.values[row], work.errors[row], work.spreads[row] = value, error, spread
+
+
+@lean
+def _least(row: int, work: Overlaps) -> float:
+    """What a form is at least in a box."""
+    low: float = work.values[row] - (work.errors[row] + work.spreads[row]) * (1.0 + 1e-12) - 1e-14
+    return low
+
+
+@lean
+def _crossing(work: Overlaps) -> tuple[float, float]:
+    """Write the slopes of how far inside of a side a segment crosses, times its rise; value and error.
+
+    That is the rise times how far inside the point is, plus the height of the point times how the segment leans.
+    """
+    value = error = sizes = 0.0
+    for h in range(len(work.slopes)):
+        work.slopes[h] = 0.0
+    for one, two in ((RISE, INSIDE), (HEIGHT, LEAN)):
+        a, b, s, t = work.values[one], work.values[two], work.spreads[one], work.spreads[two]
+        value += a * b
+        error += s * t + work.errors[one] * (abs(b) + t + work.errors[two]) + work.errors[two] * (abs(a) + s)
+        sizes += (abs(a) + s) * (abs(b) + t)
+        for h in range(len(work.slopes)):
+            work.slopes[h] += a * work.forms[two, h] + b * work.forms[one, h]
+    return value, error * (1.0 + 1e-12) + 1e-14 * sizes
+
+
+@lean
+def _positive(value: float, error: float, radii: Reals, closure: Contraction, work: Overlaps) -> bool:
+    """Whether value + slopes . d is above an error at all closed states of a box; else shares are written.
+
+    A combination of the equations of closure is 0 there, and is added: that by which the squares of all terms sum to
+    the least.
+    """
+    n, shares, own = len(radii), work.shares, closure.expansion
+    low, sizes = value - error, abs(value) + error
+    for h in range(n):
+        shares[h] = abs(work.slopes[h]) * radii[h]
+        low -= shares[h]
+        sizes += shares[h]
+    if low > 4e-16 * (n + 4) * sizes:
+        return True
+    for i in range(len(work.right)):
+        total = 0.0
+        for h in range(n):
+            total -= own.slopes[i, h] * work.slopes[h] * radii[h] * radii[h]
+        work.right[i] = total
+    if not solve(work.right, closure) < math.inf:
+        return False
+    for h in range(n):
+        closure.shares[h] = radii[h]
+    more, rest = terms(True, closure)
+    low = value + more - error - rest
+    sizes += abs(more) + rest
+    for h in range(n):
+        sizes += abs(closure.slopes[h]) * radii[h]
+        shares[h] = abs(work.slopes[h] + closure.slopes[h]) * radii[h]
+        low -= shares[h]
+        shares[h] += max(closure.shares[h] - abs(closure.slopes[h]) * radii[h], 0.0)
+    return low > 4e-16 * (n + 4) * sizes

@@ -1,0 +1,124 @@
+"""Panels less a margin as prisms, pairs of them, and the two ways from one to the other through a linkage.
+
+Where loops are closed both ways place one panel alike, as the other one sees it, so that each may stand for it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hcsearch.kernels.algebra.vectors import Vector, at, put
+from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.enclosure.expansion import moved
+from hcsearch.kernels.linkage.loops import fold_on
+from hcsearch.typing import Reals, Whole
+
+
+class Plates(NamedTuple):
+    """Facets of panels in the flat state, shrunk by a margin, and pairs of them; lengths in sizes of the pattern.
+
+    pairs : (p, 2), facets whose panels no hinge joins. starts : (2 p + 1,), where each way begins, two of each pair
+    from the first facet to the second, which have no hinge in common; either may be empty, for none. hinges : (w,),
+    directions, points : (w, 3), lines of the ways, in the sense in which they are crossed.
+    samples : (f, s, 3), points of each facet, and segments : (f, t, 2), between two of these. sides : (f, k, 3), of
+    the outline: the normal outwards, and how far along it the side is. counts : (f, 3), samples, segments and sides.
+    levels : (f, 2), heights of bottom and top. middles : (f, 3), reaches : (f,), of balls about the facets.
+    margin : m, by which they are shrunk on every face.
+    """
+
+    pairs: Whole
+    starts: Whole
+    hinges: Whole
+    directions: Reals
+    points: Reals
+    samples: Reals
+    segments: Whole
+    sides: Reals
+    counts: Whole
+    levels: Reals
+    middles: Reals
+    reaches: Reals
+    margin: float
+
+
+class Sight(NamedTuple):
+    """One facet as another one sees it: pose : (3, 4); the hinges between from the one that sees on.
+
+    steps : (n,), hinges. axes, places : (n, 3), their axes, and points of them. length : (1,), how many there are.
+    """
+
+    pose: Reals
+    steps: Whole
+    axes: Reals
+    places: Reals
+    length: Whole
+
+
+@compiled
+def no_plates() -> Plates:
+    """Panels that pass through each other."""
+    return Plates(
+        np.zeros((0, 2), np.int64),
+        np.zeros(1, np.int64),
+        np.zeros(0, np.int64),
+        np.zeros((0, 3)),
+        np.zeros((0, 3)),
+        np.zeros((0, 0, 3)),
+        np.zeros((0, 0, 2), np.int64),
+        np.zeros((0, 0, 3)),
+        np.zeros((0, 3), np.int64),
+        np.zeros((0, 2)),
+        np.zeros((0, 3)),
+        np.zeros(0),
+        0.0,
+    )
+
+
+@compiled
+def new_sight(folds: int) -> Sight:
+    """Empty tables."""
+    return Sight(
+        np.zeros((3, 4)),
+        np.zeros(folds, np.int64),
+        np.zeros((folds, 3)),
+        np.zeros((folds, 3)),
+        np.zeros(1, np.int64),
+    )
+
+
+@lean
+def see(plates: Plates, pair: int, order: int, angles: Reals, radii: Reals, sight: Sight) -> None:
+    """Write how the first facet of a pair (order 0), or the second (1), sees the other one at a state, (n,).
+
+    By the way whose radii, (n,), have the smaller sum.
+    """
+    way, least = 2 * pair, math.inf
+    for own in (2 * pair, 2 * pair + 1):
+        total = 0.0
+        for k in range(plates.starts[own], plates.starts[own + 1]):
+            total += radii[plates.hinges[k]]
+        if plates.starts[own + 1] > plates.starts[own] and total < least:
+            way, least = own, total
+    pose, sense = sight.pose, 1.0 if order == 0 else -1.0
+    for i in range(3):
+        for j in range(4):
+            pose[i, j] = 1.0 if i == j else 0.0
+    start, end = plates.starts[way], plates.starts[way + 1]
+    for place in range(end - start):
+        k = start + place if order == 0 else end - 1 - place
+        u, p = at(plates.directions, k, 0), at(plates.points, k, 0)
+        for i in range(3):
+            sight.axes[place, i] = sense * (pose[i, 0] * u[0] + pose[i, 1] * u[1] + pose[i, 2] * u[2])
+        put(sight.places, place, 0, moved(pose, p))
+        sight.steps[place] = plates.hinges[k]
+        fold_on(pose, plates.directions[k], plates.points[k], sense * angles[plates.hinges[k]])
+    sight.length[0] = end - start
+
+
+@lean
+def seen(sight: Sight, points: Reals, k: int) -> Vector:
+    """Where a point of the facet that is seen is, from a table, (m, 3)."""
+    return moved(sight.pose, at(points, k, 0))
