@@ -168,10 +168,7 @@ class Array:
                 plane = any(across(a - p, u) or a[2] != p[2] for a, _ in own)
                 some = [row + first, row + 4 - first, row + 5][: 3 if plane else 1]
                 rows += range(row, row + 6) if any(across(u, b) for _, b in own) else some
-        table, count = (
-            [*np.hstack([screws[rows][:, moving], np.eye(len(rows)).astype(int) * Fraction(1)])],
-            moving.sum(),
-        )
+        table, count = [*np.hstack([screws[rows][:, moving], np.eye(len(rows)).astype(int)])], moving.sum()
         for column in range(count):
             for pivot in [own for own in table if own[column]][:1]:
                 table = [own - own[column] / pivot[column] * pivot for own in table if own is not pivot]

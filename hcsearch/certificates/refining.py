@@ -128,4 +128,5 @@ class _Refinement:
 
     def _part(self, step: int, low: float, high: float) -> Reals:
         """The cubics of a span, in the variable that is -1 and 1 at its ends."""
-        return path_checker.shifted(self.cubics[step], 0.5 * (low + high), 0.5 * (high - low))
+        part: Reals = path_checker.shifted(self.cubics[step], 0.5 * (low + high), 0.5 * (high - low))
+        return part

@@ -25,7 +25,7 @@ from tests.planned import joined
 
 DEFAULT = SCENES["default"]
 CHECKERS = {"path": path_checker, "lock": lock_checker}
-LINES = {"path": 400, "lock": 360}
+LINES = {"path": 400, "lock": 400}
 SAMPLES = {
     "hex:0234550132:4": ["path"],
     "square:012233230011:4": ["path"],
