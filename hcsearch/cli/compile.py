@@ -62,6 +62,7 @@ def _plan() -> None:
 
 
 def _search_on() -> None:
+    from hcsearch.collision.plates import plates_of
     from hcsearch.folding import Folding
     from hcsearch.locks.enclosures import enclose
     from hcsearch.planning.planner import Planner
@@ -69,6 +70,7 @@ def _search_on() -> None:
     linkage = Folding.from_notation(_MOVABLE).linkage()
     Planner(linkage, 1e-4).plan(2, roots=2)
     enclose(linkage, 10)
+    enclose(linkage, 10, plates_of(linkage, 1e-4))
 
 
 def _deploy() -> None:
@@ -159,7 +161,6 @@ _SEARCH_ON = (
     "planning.search.search",
     "enclosure.refutation.new_refutation",
     "enclosure.refutation.refutation_with",
-    "enclosure.plates.no_plates",
     "enclosure.flooding.new_flood",
     "enclosure.flooding.spread",
 )
