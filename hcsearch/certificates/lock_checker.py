@@ -3,11 +3,8 @@
 A lock states that no motion with closed loops and hinges between their stops leaves a set of boxes of fold angles, in
 which the packed or the flat state lies and the other one does not. Every face by which the set could be left is proved
 here to hold no closed state, by branch and bound. This file needs NumPy alone and imports nothing of hcsearch. Bounds
-are widened by what rounding to doubles may add to them. Why these checks prove the claim:
-docs/explanation/certificates.md.
+are widened by what rounding to doubles may add to them. Theory: docs/explanation/certificates.md.
 """
-
-from __future__ import annotations
 
 import json
 import sys
@@ -16,13 +13,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Reals = NDArray[np.float64]
+Reals = np.ndarray[Any, np.dtype[np.float64]]
 ROUNDING = 1e-14  # of an equation, for each hinge, over 1 and the greatest distance; times what it is multiplied by
 BATCH = 256
-FEWEST, FACTOR = 20_000, 6  # boxes: so many, and times what the certificate states, are tried
-MOST = 10**8
+FEWEST, FACTOR, MOST = 20_000, 6, 10**8  # boxes that are tried: so many, and times what is stated up to the last one
 NARROW = 1e-6  # a box that is no wider (rad) is not split
 SWEEPS, GAIN, WIDE = 3, 0.1, 0.2  # how often, and for which gain, a box is contracted again; sides that may be split
 
@@ -37,54 +32,46 @@ def need(condition: Any, reason: str) -> None:
         raise NotProvedError(reason)
 
 
-def lines_of(data: Any) -> tuple[list[tuple[int, ...]], Reals, Reals]:
-    """Panels, points, (n, 3), and directions of hinges in the flat state, over its size; positive angles close them."""
-    facets = [[(int(x), int(y)) for x, y in facet] for facet in data["facets"]]
-    stretch, height = np.array([np.sqrt(float(int(data["root"]))), 1.0, 1.0]), int(data["thickness"])
-    need(min(int(data["root"]), height) > 0, "a length is not positive")
-    panel_of = {int(f): k for k, panel in enumerate(data["panels"]) for f in panel}
-    need(sorted(panel_of) == list(range(len(facets))), "a facet is in no panel")
-    ends, points, ways = [], [], []
+def loops_of(data: Any) -> "tuple[int, list[Loop]]":
+    """How many hinges there are, and a loop for each of them that a tree of panels leaves out."""
+    facets, root, height = np.array(data["facets"]), data["root"], data["thickness"]
+    whole = np.array([root, height, *facets.flat])
+    need(whole.dtype == int and np.abs(whole / 1e6).max() < 1 and min(root, height) > 0, "a length is not whole")
+    owned = sorted((facet, panel) for panel, own in enumerate(data["panels"]) for facet in own)
+    need([facet for facet, _ in owned] == list(range(len(facets))), "a facet is not in one panel")
+    panel_of, ends, points, ways = dict(owned), [], [], []
     for hinge in data["hinges"]:
-        one, two = (facets[int(f)] for f in hinge["facets"])
-        shared = [(p, q) for p, q in zip(one, one[1:] + one[:1], strict=True)
-                  if (q, p) in zip(two, two[1:] + two[:1], strict=True)]  # fmt: skip
+        one, two = (list(zip(x, x[1:] + x[:1], strict=True)) for x in facets[hinge["facets"]].tolist())
+        shared = [(p, q) for p, q in one if (q, p) in two]
         need(len(shared) == 1 and hinge["face"] in ("top", "bottom"), "a hinge is no edge that two facets share")
-        ends.append(tuple(panel_of[int(f)] for f in hinge["facets"]))
         (p, q), top = shared[0], hinge["face"] == "top"
-        points.append((*p, height if top else 0))
-        ways.append(np.subtract(p, q) if top else np.subtract(q, p))
-    points, ways = np.array(points, float) * stretch, np.pad(np.array(ways, float), ((0, 0), (0, 1))) * stretch
-    return ends, points / np.abs(points).max(), ways / np.linalg.norm(ways, axis=1, keepdims=True)
-
-
-def loops_of(ends: list[tuple[int, ...]]) -> list[list[tuple[int, int]]]:
-    """A loop for each hinge that a tree of panels leaves out: hinges and the senses in which they are crossed."""
-    way: dict[int, list[tuple[int, int]]] = {0: []}
-    waiting, loops = [0], []
-    while waiting:
-        panel = waiting.pop(0)
-        for k, pair in enumerate(ends):
-            for here, there, sense in ((*pair, 1), (*pair[::-1], -1)):
+        ends.append([panel_of[facet] for facet in hinge["facets"]])
+        points.append([*p, height if top else 0])
+        ways.append(np.subtract([*p, 0], [*q, 0]) * (1 if top else -1))  # positive angles close the hinge's face
+    stretch = np.sqrt([root, 1.0, 1.0])
+    places, axes = np.array(points) * stretch, np.array(ways) * stretch
+    places, axes = places / np.abs(places).max(), axes / np.linalg.norm(axes, axis=1, keepdims=True)
+    way: dict[int, Any] = {0: []}  # hinges and senses that lead from panel 0 to each
+    for panel in (waiting := [0]):
+        for k, (first, second) in enumerate(ends):
+            for here, there, sense in ((first, second, 1), (second, first, -1)):
                 if here == panel and there not in way:
                     way[there] = [*way[here], (k, sense)]
                     waiting.append(there)
-    used = {k for steps in way.values() for k, _ in steps}
-    for k, (one, two) in enumerate(ends):
-        if k not in used and one in way:
-            back = [(h, -s) for h, s in reversed(way[two])]
-            steps = [*way[one], (k, 1), *back]
-            while len(steps) > 1 and steps[0][0] == steps[-1][0]:
-                steps = steps[1:-1]
-            loops.append(steps)
+    loops = []
+    for k in set(range(len(ends))) - {k for steps in way.values() for k, _ in steps}:
+        start, back = (way[panel] for panel in ends[k])
+        same = sum(a == b for a, b in zip(start, back, strict=False))  # ways from panel 0 part once
+        steps = [*start[same:], (k, 1), *((h, -sense) for h, sense in reversed(back[same:]))]
+        loops.append(Loop(steps, places, axes))
     need(loops, "no loop is closed by the hinges")
-    return loops
+    return len(ends), loops
 
 
 class Loop:
     """A loop, cut into two halves that lead from its first panel to the same one, and expanded to second order."""
 
-    def __init__(self, steps: list[tuple[int, int]], points: Reals, ways: Reals) -> None:
+    def __init__(self, steps: Any, points: Reals, ways: Reals) -> None:
         self.hinges = np.array([hinge for hinge, _ in steps])
         self.ways = np.array([sense * ways[hinge] for hinge, sense in steps])
         self.points = points[self.hinges] - points[self.hinges].mean(0)
@@ -132,13 +119,11 @@ class Loop:
         inner, outer = (a * b).sum(2)[..., None, None] * np.eye(3), a[..., :, None] * b[..., None, :]
         bends = np.where(front[..., None, None], np.swapaxes(outer, 2, 3) - inner, (inner - outer) @ between[:, None])
         moved = np.where(front[..., None], np.cross(a, levers[:, q]), -np.cross(b, levers[:, p]))
-        bends = (
-            np.concatenate([bends.reshape(*a.shape[:2], 9), moved], 2) * ((front | back) * e[:, p] * e[:, q])[..., None]
-        )
+        bends = np.concatenate([bends.reshape(*a.shape[:2], 9), moved], 2)
+        bends *= ((front | back) * e[:, p] * e[:, q])[..., None]
         squares = (crossed(axes) @ crossed(axes) @ matrices).reshape(len(e), n, 9)
-        squares = (
-            np.concatenate([squares, np.cross(axes, levers)], 2) * (np.where(first, 0.25, -0.25) * e**2)[..., None]
-        )
+        squares = np.concatenate([squares, np.cross(axes, levers)], 2)
+        squares *= (np.where(first, 0.25, -0.25) * e**2)[..., None]
         values += squares.sum(1)  # the square of an angle lies between 0 and its greatest value
         bends = np.concatenate([bends, squares], 1)
         turned, shifted = self.rests(first, e, np.linalg.norm(levers, axis=2))
@@ -167,27 +152,23 @@ class Loop:
 def crossed(vectors: Reals) -> Reals:
     """Matrices of cross products with vectors."""
     x, y, z = np.moveaxis(vectors, -1, 0)
-    zero = np.zeros_like(x)
-    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], -1).reshape(*x.shape, 3, 3)
+    return np.stack([0 * x, -z, y, z, 0 * x, -x, -y, x, 0 * x], -1).reshape(*x.shape, 3, 3)
 
 
 def contracted(loops: list[Loop], low: Reals, high: Reals) -> tuple[Reals, Reals, Any, Any]:
     """Boxes less what is proved to hold no closed state, which of them are left, and by which sides to split them."""
     middles, radii = 0.5 * (low + high), 0.5 * (high - low) * (1 + 1e-15) + 1e-15
-    count, n = low.shape
-    rows = 12 * len(loops)
+    (count, n), rows = low.shape, 12 * len(loops)
     values, slopes, parts = np.zeros((count, rows)), np.zeros((count, rows, n)), []
-    rests, errors, hinges = np.zeros((count, rows)), np.zeros((count, rows)), []
+    rests, errors, owners = np.zeros((count, rows)), np.zeros((count, rows)), []
     for k, loop in enumerate(loops):
-        own = slice(12 * k, 12 * k + 12)
-        values[:, own], slope, bend, turned, shifted, error = loop.expanded(middles, radii)
-        slopes[:, own, loop.hinges] += slope
+        own, one = slice(12 * k, 12 * k + 12), np.eye(n)[loop.hinges]
+        values[:, own], slopes[:, own, loop.hinges], bend, turned, shifted, error = loop.expanded(middles, radii)
         parts.append(np.pad(bend, ((0, 0), (12 * k, rows - 12 * k - 12), (0, 0))))
         rests[:, own] = np.where(np.arange(12) < 9, np.sqrt(2.0) * turned[:, None], shifted[:, None])
         errors[:, own] = error[:, None]
-        hinges.append(np.array([(loop.hinges[i], loop.hinges[j]) for i, j in zip(*loop.pairs, strict=True)]))
-        hinges.append(np.stack([loop.hinges, loop.hinges], 1))
-    bends, owners = np.concatenate(parts, 2), np.concatenate(hinges)
+        owners += [one[loop.pairs[0]] + one[loop.pairs[1]], 2.0 * one]  # hinges of which a column is the product
+    bends = np.concatenate(parts, 2)
     columns = np.concatenate([slopes * radii[:, None], bends], 2)
     gram = columns @ np.swapaxes(columns, 1, 2) + np.eye(rows) * (rests**2)[:, None]
     gram += np.eye(rows) * (1e-12 * np.trace(gram, axis1=1, axis2=2) + 1e-300)[:, None, None]
@@ -202,17 +183,14 @@ def contracted(loops: list[Loop], low: Reals, high: Reals) -> tuple[Reals, Reals
     moves = np.abs(slope) * radii[:, None]
     unknown += ROUNDING * (np.abs(value) + unknown + moves.sum(2))
     left = ~(np.abs(value) > unknown + moves.sum(2)).any(1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        far = (unknown + moves.sum(2))[..., None] - moves
-        bounds = np.stack([(-value[..., None] - far) / slope, (-value[..., None] + far) / slope])
+    far = (unknown + moves.sum(2))[..., None] - moves
+    bounds = np.stack([(-value[..., None] - far) / slope, (-value[..., None] + far) / slope])
     known = np.abs(slope) > 1e-9
     least = np.where(known, bounds.min(0), -np.inf).max(1) + middles - 1e-14
     most = np.where(known, bounds.max(0), np.inf).min(1) + middles + 1e-14
     least, most = np.maximum(low, least), np.minimum(high, most)
     left &= ~(least > most).any(1)
-    shares = moves[:, 0].copy()
-    for k, (one, two) in enumerate(owners):
-        shares[:, [one, two]] += bent[:, 0, k, None]
+    shares = moves[:, 0] + (bent[:, :1] @ np.concatenate(owners))[:, 0]
     widths = np.where(left[:, None], most - least, 0.0)
     shares[widths < WIDE * widths.max(1, keepdims=True)] = -1.0
     return least, most, left, shares.argmax(1)
@@ -222,10 +200,8 @@ def check_empty(loops: list[Loop], low: Reals, high: Reals, limit: int) -> int:
     """Refuse faces, (count, n) each, that are not proved to hold no closed state by so many boxes; how many it took."""
     swept, tried = np.zeros(len(low), int), 0
     while len(low):
-        rest = slice(None, -BATCH) if len(low) > BATCH else slice(0, 0)
-        own = slice(-BATCH, None)
-        below, above, sweeps = low[own], high[own], swept[own]
-        low, high, swept = low[rest], high[rest], swept[rest]
+        below, above, sweeps = low[-BATCH:], high[-BATCH:], swept[-BATCH:]
+        low, high, swept = low[:-BATCH], high[:-BATCH], swept[:-BATCH]
         tried += len(below)
         need(tried <= limit, "a face of its boxes is not proved to hold no closed state")
         least, most, left, side = contracted(loops, below, above)
@@ -233,9 +209,8 @@ def check_empty(loops: list[Loop], low: Reals, high: Reals, limit: int) -> int:
         again = left & (gain > GAIN) & (sweeps + 1 < SWEEPS)
         split = left & ~again
         pick = np.arange(len(least))
-        need(
-            not (split & ((most - least).max(1) < NARROW)).any(), "a face of its boxes holds what may be a closed state"
-        )
+        narrow = split & ((most - least).max(1) < NARROW)
+        need(not narrow.any(), "a face of its boxes holds what may be a closed state")
         middle = 0.5 * (least[pick, side] + most[pick, side])
         upper, lower = least.copy(), most.copy()
         upper[pick, side], lower[pick, side] = middle, middle
@@ -252,9 +227,7 @@ def faces_of(low: Any, high: Any, tops: Any) -> tuple[Any, Any]:
     for h in range(n):
         for value, at in ((low[:, h], 0), (high[:, h], 1)):
             for level in np.unique(value[(value > 0) & (value < tops[h])]):
-                beyond = (
-                    (low[:, h] <= level) & (high[:, h] > level) if at else (low[:, h] < level) & (high[:, h] >= level)
-                )
+                beyond = (low[:, h] <= level) & (level <= high[:, h]) & ((high if at else low)[:, h] != level)
                 others, rest = np.flatnonzero(beyond), np.arange(n) != h
                 their_low, their_high = low[others][:, rest], high[others][:, rest]
                 for k in np.flatnonzero(value == level):
@@ -285,49 +258,40 @@ def outside(low: Any, high: Any, other_low: Any, other_high: Any) -> list[tuple[
 
 def check_lock(claim: Any) -> str:
     """Check that no motion leaves a set of boxes; what is proved, in words."""
-    ends, points, ways = lines_of(claim["array"])
-    loops = [Loop(steps, points, ways) for steps in loops_of(ends)]
-    cuts = [np.array(own, float) for own in claim["cuts"]]
-    low, high = (np.array(claim[name], int) for name in ("lows", "highs"))
+    (count, loops), end, hinges = loops_of(claim["array"]), claim["end"], claim["array"]["hinges"]
+    cuts, low, high = [np.array(own, float) for own in claim["cuts"]], np.array(claim["lows"]), np.array(claim["highs"])
     tops = np.array([len(own) - 1 for own in cuts])
-    need(low.shape == high.shape == (len(low), len(ends)) and len(cuts) == len(ends), "a box is none")
+    shapes = low.shape == high.shape == (len(low), count) == (len(low), len(cuts))
+    need(shapes and low.dtype == high.dtype == int, "a box is none")
     need(all(own[0] == 0.0 and pi < own[-1] < 3.2 and (np.diff(own) > 0).all() for own in cuts), "cuts do not reach pi")
     need((low >= 0).all() and (low < high).all() and (high <= tops).all(), "a box is none")
-    need(claim["end"] in ("packed", "flat"), "the lock is at no end")
-    packed = np.array([bool(hinge["closes"]) for hinge in claim["array"]["hinges"]])
+    packed = np.array([{True: True, False: False}[hinge["closes"]] for hinge in hinges])
     states = {"packed": packed, "flat": np.zeros_like(packed)}
-    held = {end: ((low == 0) | at) & ((high == tops) | ~at) for end, at in states.items()}
-    holds = {end: bool(own.all(1).any()) for end, own in held.items()}
-    other = "flat" if claim["end"] == "packed" else "packed"
-    need(holds[claim["end"]] and not holds[other], "the boxes do not hold the one end alone")
+    holds = {name: (((low == 0) | at) & ((high == tops) | ~at)).all(1).any() for name, at in states.items()}
+    other = "flat" if end == "packed" else "packed"
+    need(holds[end] and not holds[other], "the boxes do not hold the one end alone")
     below, above = faces_of(low, high, tops)
-
-    def take(numbers: Any) -> Reals:
-        return np.stack([cuts[h][numbers[:, h]] for h in range(len(cuts))], 1)
-
-    limit = FEWEST + FACTOR * min(int(claim["tried"]), MOST)
-    check_empty(loops, take(below), take(above), limit)
-    there = f"no motion leads from {claim['end']} to {other}"
+    least, most = (np.stack([own[k] for own, k in zip(cuts, side.T, strict=True)], 1) for side in (below, above))
+    check_empty(loops, least, most, FEWEST + FACTOR * min(int(claim["tried"]), MOST))
+    there = f"no motion leads from {end} to {other}"
     return f"{there}, or leaves {len(low)} boxes of fold angles: {len(below)} faces hold no closed state"
 
 
 def checked(claim: Any) -> str:
-    """What is proved by a claim, in words; refused where it is not proved, or not of the documented form."""
+    """What is proved by a claim, in words; refused where it is not proved, or not of the form that is documented."""
     try:
         with np.errstate(all="ignore"):  # what overflows proves nothing
             return check_lock(claim)
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError, ArithmeticError, RecursionError) as error:
+    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RuntimeError, MemoryError) as error:
         raise NotProvedError(f"the claim is not of the documented form ({type(error).__name__}: {error})") from error
-    except (np.linalg.LinAlgError, MemoryError) as error:
-        raise NotProvedError(f"the claim cannot be computed with ({error})") from error
 
 
 def main(path: str) -> None:
     """Check the claims of a file that are locks; stop with what is wrong, if anything is."""
     try:
         data = json.loads(Path(path).read_text(encoding="utf-8"))
-        for claim in [claim for claim in data["claims"] if claim["kind"] == "lock"]:
-            print(f"{data['of']}: proved: {checked(claim)}")
+        claims = [claim for claim in data["claims"] if claim["kind"] == "lock"] or ["no lock is claimed"]
+        print(*(f"{data['of']}: proved: {checked(claim)}" for claim in claims), sep="\n")
     except (NotProvedError, OSError, ValueError, LookupError, TypeError, RecursionError) as error:
         sys.exit(f"{path}: not proved: {error}")
 

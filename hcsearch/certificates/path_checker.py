@@ -8,17 +8,17 @@ are taken to be rounded to the nearest, sines to two units in the last place. Th
 import json
 import sys
 from fractions import Fraction
+from math import pi
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-Reals = Any  # arrays of doubles
-EPS = 2.0**-52
+Reals = np.ndarray[Any, np.dtype[np.float64]]
+EPS, GAMMA = 2.0**-52, 20 * 2.0**-52  # of one sum or product of doubles, and of what bounds are computed from
 TERMS = 9  # coefficients of a polynomial on -1 <= x <= 1; the last one also holds all that is of higher order
-FIRST, ONE = np.eye(TERMS)[0], np.eye(TERMS)[0][:, None, None]  # the constant 1
+FIRST, ONE = np.eye(TERMS)[0], np.eye(TERMS)[0][:, None, None]  # the constant 1, of numbers and of matrices
 ROUNDED = (3 * np.arange(TERMS) + 5) * EPS  # of sums of 3, 6, 9, ... products of entries of vectors of norms 1
-GAMMA = 20 * EPS  # rounding of what bounds are computed from
 TINY, STOPS = 1e-13, 1e-3  # radius of a tube (rad) that is added to what is computed; what stops give (rad)
 DEPTH, BATCH = 16, 512  # how often a piece is halved for its gaps, and pieces that are computed at once
 
@@ -41,7 +41,7 @@ class Poly:
 
     def norms(self) -> Reals:
         """Norms of coefficients; the first one of a rotation is a rotation."""
-        size = np.sqrt((self.mid**2).sum((-2, -1))) * (1 + GAMMA)
+        size: Reals = np.sqrt((self.mid**2).sum((-2, -1))) * (1 + GAMMA)
         if self.turning:
             size[..., 0] = 1 + GAMMA + self.rad[..., 0]
         return size
@@ -70,23 +70,22 @@ def folded(one: Reals, two: Reals) -> Reals:
 
 
 def sines(cubics: Reals, radii: Reals, order: int) -> tuple[Reals, Reals, Reals]:
-    """Polynomials sin and 1 - cos of cubics, (count, n, 4), with radii of an order, (count, n), and radii of both."""
+    """Polynomials sin and 1 - cos of cubics, (count, n, 4), with radii of an order, (count, n); and radii of both."""
     mid = np.pad(cubics, ((0, 0), (0, 0), (0, TERMS - 4)))
     rad = 2 * EPS * (mid != 0.0)
     rad[..., order] += radii
     step, one = Poly((mid * (1 - FIRST))[..., None, None], rad), Poly(ONE, 0 * FIRST)
     square, far, sine, less = step @ step, (np.abs(step.mid[..., 0, 0]) + rad).sum(-1), one, one
-    for s, c in ((72, 90), (42, 56), (20, 30), (6, 12)):  # Taylor's series, as Horner sums it
-        sine, less = (one + Poly(part.mid / -k, part.rad / k) for part, k in ((square @ sine, s), (square @ less, c)))
+    for m, n in ((72, 90), (42, 56), (20, 30), (6, 12)):  # Taylor's series, as Horner sums it
+        sine, less = (one + Poly(part.mid / -k, part.rad / k) for part, k in ((square @ sine, m), (square @ less, n)))
     sine, less = step @ sine, square @ less  # sin, and 2 - 2 cos
-    rads = sine.rad + less.rad + 2 * EPS * (3 * FIRST + sine.norms() + less.norms())
+    rads = sine.rad + 0.5 * less.rad + 2 * EPS * (FIRST + sine.norms() + 0.5 * less.norms())
     rads[..., -1] += far**11 / 3e7 + far**12 / 4e8  # less than 11! and 12!
-    first, sin, low = mid[..., :1], sine.mid[..., 0, 0], 0.5 * less.mid[..., 0, 0]
-    s, c, bent = np.sin(first), np.cos(first), 2.0 * np.sin(0.5 * first) ** 2
-    return s * FIRST + c * sin - s * low, bent * FIRST + s * sin + c * low, rads
+    s, c, sin, low = np.sin(mid[..., :1]), np.cos(mid[..., :1]), sine.mid[..., 0, 0], 0.5 * less.mid[..., 0, 0]
+    return s * FIRST + c * sin - s * low, (1 - c) * FIRST + s * sin + c * low, rads
 
 
-def shifted(cubics: Reals, m: float, h: float) -> Reals:
+def shifted(cubics: Reals, m: float, h: float) -> Any:
     """Cubics of x = m + h u, as cubics of u."""
     powers = [1, 0, 0, 0], [m, h, 0, 0], [m * m, 2 * m * h, h * h, 0], [m**3, 3 * m * m * h, 3 * m * h * h, h**3]
     return cubics @ np.array(powers)
@@ -98,33 +97,35 @@ def across(one: Any, two: Any) -> Any:
 
 
 class Array:
-    """Panels and hinges in the flat state; whole coordinates X, Y, Z stand for (sqrt(root) X, Y, Z) units."""
+    """Panels and hinges in the flat state; whole numbers X, Y, Z stand for (sqrt(root) X, Y, Z) units, over a size."""
 
     def __init__(self, data: Any) -> None:
         self.root, self.height, self.facets = data["root"], data["thickness"], np.array(data["facets"])
         whole = np.array([self.root, self.height, *self.facets.flat])
-        fit = whole.dtype == int and len(whole) < 5000 and np.abs(whole / 1e6).max() < 1
-        need(fit and whole[:2].min() > 0 and len(data["hinges"]) < 1000, "lengths are no whole numbers, or too many")
+        need(whole.dtype == int and np.abs(whole / 1e6).max() < 1 and whole[:2].min() > 0, "a length is not whole")
+        need(len(whole) + len(data["hinges"]) < 2500 and set(data["unit"]) <= set("0123456789/"), "no size or unit")
         self.sides, chords = np.roll(self.facets, -1, 1) - self.facets, self.facets[:, None] - self.facets[:, :, None]
         need(across(self.sides[:, :, None], chords).min() >= 0, "a facet is not convex")
-        panel_of = {facet: panel for panel, facets in enumerate(data["panels"]) for facet in facets}
-        need(set(data["unit"]) <= set("0123456789/"), "the unit is no fraction")
-        self.panels, self.unit = [panel_of[facet] for facet in range(len(self.facets))], Fraction(data["unit"])
-        self.stretch, self.packed = np.sqrt([self.root, 1.0, 1.0]), [int(bool(h["closes"])) for h in data["hinges"]]
+        owned = sorted((facet, panel) for panel, facets in enumerate(data["panels"]) for facet in facets)
+        need([facet for facet, _ in owned] == list(range(len(self.facets))), "a facet is not in one panel")
+        panel_of, self.panels, self.unit = dict(owned), [panel for _, panel in owned], Fraction(data["unit"])
+        self.packed = [{True: 1, False: 0}[hinge["closes"]] for hinge in data["hinges"]]
         self.middle = np.array([*np.rint(self.facets.mean((0, 1))).astype(int), self.height // 2])
-        self.size = int(np.abs(self.facets).max()) + self.height  # lengths are computed with over the size
+        self.size, self.stretch = int(np.abs(self.facets).max()) + self.height, np.sqrt([self.root, 1.0, 1.0])
         self.flat = (self.facets - self.middle[:2]) * self.stretch[:2] / self.size
         self.reach = float(np.linalg.norm(self.flat, axis=2).max()) + self.height / self.size
         self.hinges: list[Any] = []  # (first panel, second panel, point, way): positive angles close the hinge's face
         for hinge in data["hinges"]:
             one, two = (list(zip(x, x[1:] + x[:1], strict=True)) for x in self.facets[hinge["facets"]].tolist())
-            ((p, q),) = [(p, q) for p, q in one if (q, p) in two]  # the edge that they share
-            sign, z = {"top": (-1, self.height), "bottom": (1, 0)}[hinge["face"]]
+            shared = [(p, q) for p, q in one if (q, p) in two]
+            need(len(shared) == 1 and hinge["face"] in ("top", "bottom"), "a hinge is no edge that two facets share")
+            (p, q), (sign, z) = shared[0], (-1, self.height) if hinge["face"] == "top" else (1, 0)
             way = sign * np.subtract([*q, 0], [*p, 0])
             self.hinges.append((*(panel_of[facet] for facet in hinge["facets"]), np.array([*p, z]), way))
         points, ways = (np.array([hinge[k] for hinge in self.hinges]) * self.stretch for k in (2, 3))
         self.points = ((points - self.middle * self.stretch) / self.size)[..., None]
         self.ways = (ways / np.linalg.norm(ways, axis=1, keepdims=True))[..., None]
+        self.skew = 1 if np.isin(self.ways, (-1, 0, 1)).all() else 7  # EPS of a turn; none of ways along X and Y
         self.way: dict[int, Any] = {0: []}  # hinges and senses that lead from panel 0 to each
         for panel in (waiting := [0]):
             for k, (one, two, *_) in enumerate(self.hinges):
@@ -141,7 +142,7 @@ class Array:
 
     def lines_at(self, closed: list[int], loop: Any) -> list[Any]:
         """The lines of a loop where some hinges are closed: (hinge, point, way) in whole coordinates, exactly."""
-        still, lines = np.eye(3).astype(int) * Fraction(1), []
+        still, lines = np.eye(3, dtype=int) * Fraction(1), []
         turn, shift = still, 0 * still[0]
         for hinge, sense in loop:
             p, u = turn @ self.hinges[hinge][2] + shift, sense * (turn @ self.hinges[hinge][3])
@@ -165,15 +166,17 @@ class Array:
             own = [(p, u) for hinge, p, u in lines if moving[hinge]]
             for p, u in own[:1]:  # turns about one line, or parallel ones, stay in a group of such
                 first = 0 if self.root * u[0] ** 2 >= u[1] ** 2 else 1
-                plane = any(across(a - p, u) or a[2] != p[2] for a, _ in own)
-                some = [row + first, row + 4 - first, row + 5][: 3 if plane else 1]
-                rows += range(row, row + 6) if any(across(u, b) for _, b in own) else some
-        table, count = [*np.hstack([screws[rows][:, moving], np.eye(len(rows)).astype(int)])], moving.sum()
+                if any(across(u, b) for _, b in own):
+                    rows += range(row, row + 6)
+                else:
+                    apart = any(across(a - p, u) or a[2] != p[2] for a, _ in own)
+                    rows += [row + first, row + 4 - first, row + 5] if apart else [row + first]
+        table, count = [*np.hstack([screws[rows][:, moving], np.eye(len(rows), dtype=int) * Fraction(1)])], moving.sum()
         for column in range(count):
             for pivot in [own for own in table if own[column]][:1]:
                 table = [own - own[column] / pivot[column] * pivot for own in table if own is not pivot]
         wrenches = np.array([own[count:] for own in table], float).reshape(len(table), len(rows))
-        wrenches /= np.array([s, 1, 1, 1 / size, s / size, s / size])[[row % 6 for row in rows]]
+        wrenches /= np.array([s, 1, 1, 1 / size, s / size, s / size])[np.array(rows, int) % 6]
         return rows, wrenches / np.linalg.norm(wrenches, axis=1, keepdims=True)
 
     def walked(self, steps: Any, angles: Any) -> tuple[Poly, Poly, list[Any]]:
@@ -183,19 +186,19 @@ class Array:
         shift = Poly(np.zeros((count, TERMS, 3, 1)), np.zeros((count, TERMS)))
         for hinge, sense in steps:
             way, point, (sin, low, rads) = sense * self.ways[hinge], self.points[hinge], (x[:, hinge] for x in angles)
-            rounded = 2 * EPS * (1 + self.reach) * FIRST
-            axis, place = (rotation @ Poly(ONE * vector, rounded) for vector in (way, point))
+            axis, place = (rotation @ Poly(ONE * x, 2 * EPS * np.linalg.norm(x) * FIRST) for x in (way, point))
             place += shift
             screws.append((hinge, axis, Poly(np.cross(np.eye(3), np.swapaxes(place.mid, 2, 3)), 2 * place.rad) @ axis))
             cross = np.cross(np.eye(3), way[:, 0])
             bent = sin[..., None, None] * cross + low[..., None, None] * (cross @ cross)
-            rad = 2 * rads + 12 * EPS * (np.abs(sin) + np.abs(low) + FIRST)
-            shift += rotation @ Poly(-bent @ point, rad * (self.reach + EPS))
+            rounded = EPS * (np.abs(sin) + np.abs(low) + FIRST)
+            rad = 1.5 * rads + self.skew * rounded  # errors of sin and of 1 - cos are at right angles
+            shift += rotation @ Poly(-bent @ point, (rad + 3 * rounded) * np.linalg.norm(point) * (1 + GAMMA))
             rotation @= Poly(bent + still, rad, turning=True)
         return rotation, shift, screws
 
     def closure(self, cubics: Reals, radii: Reals, order: int) -> tuple[Poly, Poly, Reals]:
-        """Twists of T - 1 of loops, (6 n_loops, 1), derivatives with radii of columns, and bounds of T - 1."""
+        """Twists of T - 1 of loops, (6 n_loops, 1), derivatives, radii of columns, and bounds of T - 1, (count,)."""
         angles, count, n, rows = sines(cubics, radii, order), len(cubics), len(self.hinges), 6 * len(self.loops)
         twists = Poly(np.zeros((count, TERMS, rows, 1)), np.zeros((count, TERMS)))
         slopes, off = Poly(np.zeros((count, TERMS, rows, n)), np.zeros((count, TERMS, n))), np.zeros(count)
@@ -209,17 +212,16 @@ class Array:
             off += far.sum(1)
             for hinge, axis, moment in screws:
                 slopes.mid[:, :, row : row + 6, hinge] += np.concatenate([axis.mid, moment.mid], 2)[..., 0]
-                # the derivative of T is the screw times T, which differs from 1 by `far`
-                much = 1.5 * folded(axis.norms() + moment.norms() + axis.rad, far)
-                slopes.rad[:, :, hinge] += axis.rad + moment.rad + much
+                size = axis.norms() + moment.norms() + axis.rad  # a derivative is a screw times T, 1 but for `far`
+                slopes.rad[:, :, hinge] += axis.rad + moment.rad + 1.5 * folded(size, far)
         return twists, slopes, off
 
     def tube(self, rows: list[int], moving: Any, cubics: Reals, wrenches: Reals, radii: Any = None) -> Reals:
         """What closed states c + G y lie beside each piece, (count, n), as y - S F(c + G y) maps a ball into itself.
 
-        Infinite where it is not proved to. wrenches : those that no hinge works against at c where x is 0; if there are
-        any, closed states are c + x G y for 0 <= x <= 1, and equations along wrenches are divided by x^2, others by x.
-        radii : of a box about c at x = 0 in which two closed states lie that are to be joined.
+        Infinite if not proved. wrenches : those that no hinge works against at c where x is 0; if there are any, states
+        are c + x G y for 0 <= x <= 1, and equations along wrenches are divided by x^2, others by x. radii : of a box
+        about c at x = 0 in which two closed states lie that are to be joined.
         """
         order, (_, values, others) = int(len(wrenches) > 0), np.linalg.svd(wrenches)
         need((values > 1e-6).all(), "wrenches at an end are not independent")
@@ -235,20 +237,21 @@ class Array:
         norm, size = np.linalg.norm(scaling, axis=2), np.abs(gains)
         twist = (scaling[:, None] @ divided(twists.mid[:, order:, rows]))[..., 0]
         rest = (1 + order) * twists.rad[:, order:].sum(1)
-        if radii is not None:  # F is 0 at both: mean derivatives on parts of the way differ by what radii allow
+        if radii is not None:  # F is 0 at both: the mean derivative between them maps their difference to 0
             twist, rest = 0.0 * twist, 4.0 * (slopes.rad.sum(1) * radii).sum(1)
         rest = norm * rest[:, None] + TINY
         start, step = np.abs(twist).sum(1) + rest, around[:, moving] + np.abs(twist @ v).sum(1)
-        wide = 3.0 * start + 0.1 * start.max(1, keepdims=True)
-        turned = (size @ wide[..., None])[..., 0]
-        around[:, moving] += turned
-        _, slopes, off = self.closure(cubics, around, order)
         product = scaling[:, None] @ divided(slopes.mid[:, :, rows][..., moving] @ gains[:, None])
         product[:, 0] -= np.eye(len(rows))
-        rough = (1 + order) * np.einsum("pth,ph->p", slopes.rad[..., moving], turned) + TINY * turned.sum(1)
-        moved = (np.abs(product).sum(1) @ wide[..., None])[..., 0] + norm * rough[:, None]
-        around[:, moving] = step + (size @ (rest + moved)[..., None])[..., 0]
-        around[~((start + moved < wide).all(1) & (off < 0.05))] = np.inf
+        far, floor = np.abs(product).sum(1), 0.1 * start.max(1, keepdims=True)
+        wide = np.abs(np.linalg.solve(np.eye(len(rows)) - far, (3.0 * start + floor)[..., None]))  # any box will do
+        turned = (size @ wide)[..., 0]
+        around[:, moving] += turned
+        _, slopes, off = self.closure(cubics, around, order)
+        rough = (1 + order) * np.einsum("pth,ph->p", slopes.rad[..., moving], turned) + 10 * GAMMA * turned.sum(1)
+        moved = (start + (far @ wide)[..., 0] + norm * rough[:, None]) * (1 + GAMMA)
+        around[:, moving] = step + (size @ (rest + moved - start)[..., None])[..., 0]
+        around[~((moved < wide[..., 0]).all(1) & (off < 0.05))] = np.inf
         return around
 
     def led_by_cubics(self, data: Any, closed: list[int]) -> tuple[Reals, Reals, list[int]]:
@@ -256,8 +259,8 @@ class Array:
         at, angles, rates = (np.array(data[name], float) for name in ("times", "angles", "rates"))
         need(angles.shape == rates.shape == (*at.shape, len(self.hinges)) and len(at) > 2, "a stretch has no states")
         steps, ended = np.diff(at)[:, None], [int(angle > 1) for angle in angles[-1]]
-        stops = np.array_equal(angles[[0, -1]], np.pi * np.array([closed, ended]))
-        need(stops and (steps > 0).all(), "a stretch does not lead from stop to stop while times rise")
+        stops = pi * np.array([closed, ended])
+        need((angles[[0, -1]] == stops).all() and (steps > 0).all(), "a stretch ends at no stop, or times do not rise")
         ends = np.stack([angles[:-1], steps * rates[:-1], np.diff(angles, axis=0), steps * rates[1:]], -1)
         spans = ends @ [[1, 0, 0, 0], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1]]  # cubics of 0 <= x <= 1
         moving, cubics, inner = (angles != angles[0]).any(0) | rates.any(0), shifted(spans, 0.5, 0.5), [0, len(spans)]
@@ -265,24 +268,24 @@ class Array:
         for state, cubic, place in ((closed, spans[0], 0), (ended, shifted(spans[-1], 1.0, -1.0), -1)):
             own, wrenches = self.equations(state, moving)
             if len(wrenches):  # the piece leaves a state with singular closure
-                cubic[:, 0] = np.pi * np.array(state)
+                cubic[:, 0] = pi * np.array(state)
                 around[place] = self.tube(own, moving, cubic[None], wrenches)[0]
                 inner[place] += 1 + 2 * place
-        around[slice(*inner)] = self.tube(rows, moving, cubics[slice(*inner)], wrenches[:0])
-        sides, joined = np.pad(around, ((1, 1), (0, 0)), "edge"), slice(inner[0], inner[1] + 1)
+        first, end = inner
+        around[first:end] = self.tube(rows, moving, cubics[first:end], wrenches[:0])
+        sides, end = np.pad(around, ((1, 1), (0, 0)), "edge"), end + 1  # pieces are joined where they meet
         wide = np.maximum(sides[1:], sides[:-1]) + 1e-14 * moving
-        places = np.concatenate([cubics[:1] @ [1, -1, 1, -1], cubics.sum(2)])[joined, :, None] * [1, 0, 0, 0]
-        wide[joined] = self.tube(rows, moving, places, wrenches[:0], wide[joined])
+        places = np.concatenate([cubics[:1] @ [1, -1, 1, -1], cubics.sum(2)])[first:end, :, None] * [1, 0, 0, 0]
+        wide[first:end] = self.tube(rows, moving, places, wrenches[:0], wide[first:end])
         need(np.isfinite(wide).all(), "closed states are not proved to lie beside a path, and to be joined")
         return cubics, np.maximum(wide[:-1], wide[1:]), ended
 
     def led_by_equal_turns(self, data: Any, closed: list[int]) -> tuple[Reals, Reals, list[int]]:
-        """A stretch in which hinges turn from stop to stop by one angle, as `led_by_cubics` has it; closed exactly."""
+        """A stretch in which hinges turn from stop to stop by one angle x, as `led_by_cubics` has it."""
         moving = np.array([hinge in data["hinges"] for hinge in range(len(self.hinges))])
         for loop in self.loops:
-            lines, level = [line for line in self.lines_at(closed, loop) if moving[line[0]]], 0
-            # before a hinge at p the loop has turned by j x, then by k x; T moves a point by a sum of (e^ijx - e^ikx) p
-            sums = np.zeros((2 * len(lines) + 1, 2), int) * Fraction(1)
+            lines, level = [line for line in self.lines_at(closed, loop) if moving[line[0]]], 0  # turned by level x
+            sums = np.zeros((2 * len(lines) + 1, 2), int) * Fraction(1)  # T moves a point by a sum of e^ijx p - e^ikx p
             for hinge, p, u in lines:
                 first = lines[0][2]
                 need(across(first, u) == 0, "hinges that turn by one angle are not parallel")
@@ -291,12 +294,12 @@ class Array:
                 sums[level] -= [across(p, first), p[2]]
             need(level == 0 and not sums.any(), "hinges that turn by one angle open a loop")
         ended = [one ^ int(move) for one, move in zip(closed, moving, strict=True)]
-        at = np.pi * (np.array(closed) + np.linspace(0.0, 1.0, 17)[:, None] * np.subtract(ended, closed))
+        at = pi * (np.array(closed) + np.linspace(0.0, 1.0, 17)[:, None] * np.subtract(ended, closed))
         cubics = np.stack([0.5 * (at[1:] + at[:-1]), 0.5 * (at[1:] - at[:-1]), 0 * at[1:], 0 * at[1:]], -1)
         return cubics, np.full(cubics.shape[:2], 1e-14) * moving, ended
 
     def shrink(self, margin: float) -> None:
-        """Make facets prisms less a margin, (facets, corners, 3), with directions of sides, and find pairs."""
+        """Make facets prisms less a margin, (facets, corners, 3), with directions of sides; find pairs of panels."""
         sides = self.sides * self.stretch[:2]
         sides /= np.linalg.norm(sides, axis=2, keepdims=True)
         normals = np.stack([-sides[..., 1], sides[..., 0]], -1)
@@ -317,33 +320,34 @@ class Array:
         self.hinge_of, self.give = hinge_of[tuple(self.pairs.T)], 0.25 * margin / self.reach
 
     def check_gaps(self, cubics: Reals, radii: Reals) -> None:
-        """Refuse pieces in which shrunk facets are not proved to keep apart, and hinges within stops; halves those."""
-        pairs, middles = np.ones((len(cubics), len(self.pairs)), bool), self.corners.mean(1, keepdims=True)
-        waiting = [(cubics[k : k + 64], radii[k : k + 64], pairs[k : k + 64], 0) for k in range(0, len(cubics), 64)]
+        """Refuse pieces in which shrunk facets are not proved to keep apart, and hinges within stops; halve those."""
+        middles = self.corners.mean(1, keepdims=True)
+        wide = np.linalg.norm(self.corners - middles, axis=2).max(1)[self.pairs].sum(1)[:, None] + 1e-12
+        every, (one, two) = np.ones((len(cubics), len(self.pairs)), bool), self.pairs.T
+        waiting = [(cubics[k : k + 64], radii[k : k + 64], every[k : k + 64], 0) for k in range(0, len(cubics), 64)]
         while waiting:
             cubics, radii, pairs, depth = waiting.pop()
-            turned = np.abs(cubics - [0.5 * np.pi, 0, 0, 0]).sum(2) + radii
-            left = pairs & ~np.pad(turned < 0.5 * np.pi + self.give, ((0, 0), (0, 1)))[:, self.hinge_of]
-            angles, (one, two) = sines(cubics, radii, 0), self.pairs.T
+            turned = np.abs(cubics - [0.5 * pi, 0, 0, 0]).sum(2) + radii
+            left = pairs & ~np.pad(turned < 0.5 * pi + self.give, ((0, 0), (0, 1)))[:, self.hinge_of]
+            angles = sines(cubics, radii, 0)
             poses = {panel: self.walked(way, angles)[:2] for panel, way in self.way.items()}
-            every = zip(*(poses[panel] for panel in self.panels), strict=True)  # of each facet
-            turns, shifts = (Poly(np.stack([x.mid for x in own]), np.stack([x.rad for x in own])) for own in every)
+            posed = zip(*(poses[panel] for panel in self.panels), strict=True)
+            turns, shifts = (Poly(np.stack([x.mid for x in own]), np.stack([x.rad for x in own])) for own in posed)
             places = (turns.mid @ np.swapaxes(middles, 1, 2)[:, None, None] + shifts.mid)[..., 0]
-            spread = np.linalg.norm(places[:, :, 1:], axis=3).sum(2) + (self.reach * turns.rad + shifts.rad).sum(2)
-            spread += np.linalg.norm(self.corners - middles, axis=2).max(1)[:, None] + 1e-12
-            left &= ~(np.linalg.norm(places[one, :, 0] - places[two, :, 0], axis=2) > spread[one] + spread[two]).T
+            reach = np.linalg.norm(places[:, :, 1:], axis=3).sum(2) + (self.reach * turns.rad + shifts.rad).sum(2)
+            left &= ~(np.linalg.norm(places[one, :, 0] - places[two, :, 0], axis=2) > reach[one] + reach[two] + wide).T
             number, pair = np.nonzero(left)
             for k in (slice(start, start + BATCH) for start in range(0, len(number), BATCH)):
                 left[number[k], pair[k]] = ~self.separated(turns, shifts, number[k], self.pairs[pair[k]].T)
-            keep = left.any(1) | ~(turned < 0.5 * np.pi + STOPS).all(1)
+            keep = left.any(1) | ~(turned < 0.5 * pi + STOPS).all(1)
             need(depth < DEPTH or not keep.any(), "panels are not proved to keep apart, or hinges within their stops")
             if keep.any():
-                wide = radii[keep] + 8 * EPS * np.abs(cubics[keep]).sum(2)  # halves are rounded
-                waiting += [(shifted(cubics[keep], x, 0.5), wide, left[keep], depth + 1) for x in (-0.5, 0.5)]
+                radii = radii[keep] + 8 * EPS * np.abs(cubics[keep]).sum(2)  # halves are rounded
+                waiting += [(shifted(cubics[keep], x, 0.5), radii, left[keep], depth + 1) for x in (-0.5, 0.5)]
 
     def separated(self, turns: Poly, shifts: Poly, number: Any, facets: Any) -> Any:
         """Whether a direction fixed to one of two prisms separates them throughout each piece, (count,)."""
-        (f, g), size = facets, len(number)
+        (f, g), size, apart = facets, len(number), np.zeros(len(number), bool)
         turn, other = (Poly(turns.mid[k, number], turns.rad[k, number], turning=True) for k in facets)
         shift, offset = (Poly(shifts.mid[k, number], shifts.rad[k, number]) for k in facets)
         back = Poly(np.swapaxes(turn.mid, 2, 3), turn.rad, turning=True)
@@ -356,12 +360,8 @@ class Array:
         a, b = mine @ tried, (yours @ home + shift.mid[:, :1, :, 0]) @ tried
         gaps = np.concatenate([b.min(1) - a.max(1), a.min(1) - b.max(1)], 1)
         way = np.concatenate([tried, -tried], 2)[np.arange(size), :, gaps.argmax(1), None]
-        first, second = (
-            (mine, yours, turn, shift, way),
-            (yours, mine, back, back @ Poly(-shift.mid, shift.rad), -home @ way),
-        )
-        apart = np.zeros(size, bool)
-        for still, other, turn, shift, way in (first, second):
+        orders = ((mine, yours, turn, shift, way), (yours, mine, back, back @ Poly(-shift.mid, shift.rad), -home @ way))
+        for still, other, turn, shift, way in orders:
             heights = np.swapaxes(way, 1, 2)[:, None] @ (turn.mid @ np.swapaxes(other, 1, 2)[:, None] + shift.mid)
             low = heights[:, 0, 0] - np.abs(heights[:, 1:, 0]).sum(1)
             error = (self.reach * turn.rad + shift.rad).sum(1) * (1 + GAMMA) + 1e-13
@@ -381,7 +381,7 @@ def checked(claim: Any) -> str:
             need(parts and not any(closed), "the path does not end flat")
             array.shrink(float(claim["margin"]) / float(array.unit) / array.size)
             array.check_gaps(*(np.concatenate(own) for own in zip(*parts, strict=True)))
-    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError, MemoryError) as error:
+    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RuntimeError, MemoryError) as error:
         raise NotProvedError(f"the claim is not of the documented form ({type(error).__name__}: {error})") from error
     return f"a path from packed to flat, {STOPS:g} rad beyond stops at most, facets shrunk by {claim['margin']} m"
 
@@ -390,8 +390,8 @@ def main(path: str) -> None:
     """Check the claims of a file that are paths; stop with what is wrong, if anything is."""
     try:
         data = json.loads(Path(path).read_text(encoding="utf-8"))
-        for claim in [claim for claim in data["claims"] if claim["kind"] == "path"]:
-            print(f"{data['of']}: proved: {checked(claim)}")
+        claims = [claim for claim in data["claims"] if claim["kind"] == "path"] or ["no path is claimed"]
+        print(*(f"{data['of']}: proved: {checked(claim)}" for claim in claims), sep="\n")
     except (NotProvedError, OSError, ValueError, LookupError, TypeError, RecursionError) as error:
         sys.exit(f"{path}: not proved: {error}")
 
