@@ -195,6 +195,19 @@ def test_margins_at_which_panels_collide_or_stops_are_overstepped_are_refused(na
         assert refused({**claim, "margin": repr(margin)})
 
 
+def test_a_hinge_between_other_panels_than_its_facets_is_refused():
+    """A number that counts from the end names a facet, too; in the list of another panel it would open the loop."""
+    claim = copy.deepcopy(certificate("square:01222300:0")["claims"][0])
+    array = claim["array"]
+    last = len(array["facets"]) - 1
+    hinge = next(hinge for hinge in array["hinges"] if last in hinge["facets"])
+    hinge["facets"] = [-1 if facet == last else facet for facet in hinge["facets"]]
+    for panel in array["panels"]:
+        panel.append(-1)
+        assert refused(claim)
+        panel.remove(-1)
+
+
 def test_boxes_that_a_motion_leaves_are_refused():
     claim = certificate("hex:0234535012:4")["claims"][0]
     assert not refused(claim)
