@@ -41,7 +41,7 @@ SLICE = 10_000
 """Boxes in one call of the kernel: an interrupt waits no longer than these take, some tenths of a second."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Enclosure(ByValue):
     """What a flood from an end of the motion came to.
 
