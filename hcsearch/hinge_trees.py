@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Container
 from typing import NamedTuple
 
 import numpy as np
@@ -34,11 +35,13 @@ class HingeTree(NamedTuple):
         return steps[::-1]
 
 
-def hinge_tree(pattern: Pattern, base: int) -> HingeTree:
-    """The tree from a base panel: ways from there are the shortest that there are."""
+def hinge_tree(pattern: Pattern, base: int, without: Container[int] = ()) -> HingeTree:
+    """The tree from a base panel: ways from there are the shortest that there are, across no hinge of `without`."""
     n = len(pattern.panels)
     joined: list[list[tuple[int, int, int]]] = [[] for _ in range(n)]
     for k, hinge in enumerate(pattern.hinges):
+        if k in without:
+            continue
         joined[hinge.first].append((hinge.second, k, 1))
         joined[hinge.second].append((hinge.first, k, -1))
     parents, hinges, signs = np.full(n, -2), np.full(n, -1), np.zeros(n, np.int64)

@@ -1,5 +1,6 @@
 """Hypothesis strategies: circuits in any position, order and direction; connected arrays."""
 
+from collections.abc import Iterator
 from functools import cache
 
 from hypothesis import strategies as st
@@ -7,6 +8,7 @@ from hypothesis import strategies as st
 from hcsearch.circuit import Circuit
 from hcsearch.enumeration import PolygonSearch
 from hcsearch.grid import GRIDS, Array, Grid
+from hcsearch.grid.tilings import LatticeIsometry
 
 SIZES = {"triangle": (6, 10, 12, 14, 18, 22), "square": (4, 8, 10, 12, 14), "hex": (3, 5, 6, 7, 9, 10)}
 SIZES["rectangle"] = SIZES["square"]
@@ -25,16 +27,29 @@ def circuits(draw: st.DrawFn, grids: tuple[str, ...] = tuple(GRIDS), even: bool 
     return Circuit(GRIDS[grid], draw(st.sampled_from(words(grid, n))))
 
 
+def rewritten(circuit: Circuit, isometry: LatticeIsometry, start: int, backwards: bool) -> Circuit:
+    """The same circuit, moved by an isometry of its grid, from another panel, perhaps in the other direction."""
+    m = circuit.grid.directions
+    word = [(isometry.sign * d + isometry.offset) % m for d in circuit.word]
+    word = word[start:] + word[:start]
+    if backwards:
+        word = [(d + m // 2) % m for d in reversed(word)]
+    return Circuit(circuit.grid, tuple(word))
+
+
+def writings(circuit: Circuit) -> Iterator[Circuit]:
+    """A circuit mirrored and turned in every way, each forwards and backwards, from another panel."""
+    for number, isometry in enumerate(circuit.grid.point_group):
+        for backwards in (False, True):
+            yield rewritten(circuit, isometry, 1 + number % (circuit.n - 1), backwards)
+
+
 @st.composite
 def congruences(draw: st.DrawFn, circuit: Circuit) -> Circuit:
     """The circuit moved by a symmetry of its grid, begun elsewhere, perhaps walked backwards."""
     isometry = draw(st.sampled_from(circuit.grid.point_group))
-    m = circuit.grid.directions
-    word = [(isometry.sign * d + isometry.offset) % m for d in circuit.word]
-    if draw(st.booleans()):
-        word = [(d + m // 2) % m for d in reversed(word)]
-    start = draw(st.integers(0, circuit.n - 1))
-    return Circuit(circuit.grid, tuple(word[start:] + word[:start]))
+    backwards = draw(st.booleans())
+    return rewritten(circuit, isometry, draw(st.integers(0, circuit.n - 1)), backwards)
 
 
 @st.composite

@@ -20,11 +20,10 @@ from hcsearch.errors import HcsearchError, InputFileError
 from hcsearch.flat_pairs import can_be, linkage_joined, ways
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
-from hcsearch.locks.enclosures import enclose
 from hcsearch.planning.motions import PlannedMotion, margins_of, motion_of
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.proofs import Prover
-from hcsearch.planning.schedule import LOOSE, MOST_BOXES
+from hcsearch.planning.schedule import LOOSE
 from hcsearch.scenes import PanelSize, Scene, panel_of, panel_text, read_panel
 from hcsearch.system.reading import read_text
 from hcsearch.twisting import twist
@@ -37,6 +36,8 @@ MOST_BYTES = 256 * 2**20
 """Size of a certificate that is read; those of small lists have up to a megabyte."""
 SEEDS = 12
 """Paths that are tried where the checker does not prove the first one: some come closer to singular states."""
+Checked = tuple[dict[str, Any], str]
+"""A claim, and what its checker says is proved."""
 CHECKERS = (path_checker.NotProvedError, lock_checker.NotProvedError)
 
 
@@ -44,11 +45,13 @@ class CertificateError(HcsearchError):
     """A certificate does not prove what it claims."""
 
 
-def prove(folding: Folding, scene: Scene, budget: int = EFFORTS) -> dict[str, Any]:
-    """The certificate of a folding in a scene, of a path or of a lock, as plain data that the checkers have proved.
+def prove(folding: Folding, scene: Scene, budget: int = EFFORTS) -> tuple[dict[str, Any], list[str]]:
+    """The certificate of a folding in a scene, of a path or of a lock, as plain data, and what `verify` says of it.
 
-    budget : efforts of the search. HcsearchError where nothing is proved by these.
+    The checkers have proved it. It is of the canonical circuit, however the folding's own is written. budget : efforts
+    of the search. HcsearchError where nothing is proved by these.
     """
+    folding = Folding.from_notation(folding.notation)
     turns = twist(folding)
     if turns:
         raise HcsearchError(
@@ -62,11 +65,12 @@ def prove(folding: Folding, scene: Scene, budget: int = EFFORTS) -> dict[str, An
         raise HcsearchError(
             f"neither a path nor a lock of {folding.notation} is proved by {budget} efforts: give --budget {budget + 2}"
         )
-    claims = _locks(folding, panel, motion) if motion.locked else [_path(folding, panel, motion, scene.margin)]
-    return certificate(claims, folding.notation, panel_text(panel))
+    checked = _locks(folding, panel, motion) if motion.locked else [_path(folding, panel, motion, scene.margin)]
+    data = certificate([claim for claim, _ in checked], folding.notation, panel_text(panel))
+    return data, [_sentence(data, claim, proved) for claim, proved in checked]
 
 
-def _locks(folding: Folding, panel: PanelSize, motion: PlannedMotion) -> list[dict[str, Any]]:
+def _locks(folding: Folding, panel: PanelSize, motion: PlannedMotion) -> list[Checked]:
     """Claims that a folding is locked: with hinged pairs, which stands for all other ways, or in each way."""
     known = dict(motion.locks)
     if any(lock.margin is not None for lock in known.values()):
@@ -74,15 +78,20 @@ def _locks(folding: Folding, panel: PanelSize, motion: PlannedMotion) -> list[di
             f"{folding.notation} is locked by panels that collide, of which no certificate is written; name a folding "
             "that closed loops and stops lock, or one with a path"
         )
-    claims = []
-    for way in [way for way in known if way == "hinged" or "hinged" not in known]:
-        linkage = linkage_joined(folding, panel, way)
-        enclosure = enclose(linkage, MOST_BOXES)
-        claims.append({**lock_claim(linkage, enclosure), "pairs": way})
-    return claims
+    claims = [
+        {**lock_claim(linkage_joined(folding, panel, way), known[way]), "pairs": way}
+        for way in known
+        if way == "hinged" or "hinged" not in known
+    ]
+    try:
+        return [(claim, lock_checker.checked(claim)) for claim in claims]
+    except lock_checker.NotProvedError as refused:
+        raise HcsearchError(
+            f"the lock of {folding.notation} is not proved by the checker, too: {refused}; give other panels"
+        ) from refused
 
 
-def _path(folding: Folding, panel: PanelSize, motion: PlannedMotion, margin: float | None) -> dict[str, Any]:
+def _path(folding: Folding, panel: PanelSize, motion: PlannedMotion, margin: float | None) -> Checked:
     """The claim of a path that the checker proves: of the one that was planned, or of another in the same way."""
     assert motion.way is not None
     linkage = linkage_joined(folding, panel, motion.way)
@@ -93,11 +102,9 @@ def _path(folding: Folding, panel: PanelSize, motion: PlannedMotion, margin: flo
             continue
         try:
             claim = path_claim(linkage, prover.tubes(states, [proof.margin])[0], proof.margin)
-            path_checker.checked(claim)
+            return {**claim, "pairs": motion.way}, path_checker.checked(claim)
         except path_checker.NotProvedError as refused:
             refusal = str(refused)
-        else:
-            return {**claim, "pairs": motion.way}
     raise HcsearchError(f"no path of {folding.notation} is proved by the checker, too: {refusal}; give other panels")
 
 
@@ -145,6 +152,11 @@ def _verified(data: Mapping[str, Any], claim: Any) -> str:
     if array != named:
         raise CertificateError(f"its array is not that of {data['of']} with {way} flat pairs and panels of {panel} mm")
     try:
-        return f"{data['of']}, {way} flat pairs, panels of {panel} mm: {check(claim)}"
+        return _sentence(data, claim, check(claim))
     except CHECKERS as refused:
         raise CertificateError(str(refused)) from refused
+
+
+def _sentence(data: Mapping[str, Any], claim: Mapping[str, Any], proved: str) -> str:
+    """What is proved by a claim, with the folding of which it is."""
+    return f"{data['of']}, {claim['pairs']} flat pairs, panels of {data['panel_mm']} mm: {proved}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from hcsearch.certificates import path_checker
 from hcsearch.certificates.path_checker import Array, NotProvedError
-from hcsearch.planning.stretches import Tube
+from hcsearch.planning.stretches import Tube, cubics_of
 from hcsearch.typing import Reals
 
 WANDERS = (0.02, 0.004, 0.0008)
@@ -38,25 +39,21 @@ def stretch_data(array: Array, tube: Tube, closed: list[int], margin: float) -> 
     if tube.even:
         data = {"kind": "equal", "hinges": np.flatnonzero(angles[0] != angles[-1]).tolist()}
         return data, array.led_by_equal_turns(data, closed)[-1]
-    for number, wander in enumerate(WANDERS):
-        data = _Refinement(array, times, angles, rates, closed).data(wander * margin)
-        try:
+    refinement = _Refinement(array, times, angles, rates, closed)
+    for wander in WANDERS[:-1]:
+        data = refinement.data(wander * margin)
+        with suppress(NotProvedError):
             return data, array.led_by_cubics(data, closed)[-1]
-        except NotProvedError:
-            if number == len(WANDERS) - 1:
-                raise
-    raise AssertionError
+    data = refinement.data(WANDERS[-1] * margin)
+    return data, array.led_by_cubics(data, closed)[-1]
 
 
 class _Refinement:
     """A stretch along cubics; those of each step, of the share of it, are (steps, n, 4)."""
 
     def __init__(self, array: Array, times: Reals, angles: Reals, rates: Reals, closed: list[int]) -> None:
-        self.array, self.times, self.closed = array, times, closed
-        self.steps = np.diff(times)
-        rise = np.diff(angles, axis=0)
-        one, two = self.steps[:, None] * rates[:-1], self.steps[:, None] * rates[1:]
-        self.cubics = np.stack([angles[:-1], one, 3 * rise - 2 * one - two, one + two - 2 * rise], -1)
+        self.array, self.times, self.steps = array, times, np.diff(times)
+        self.cubics = cubics_of(times, angles, rates)
         self.moving: NDArray[np.bool_] = (angles != angles[0]).any(0) | rates.any(0)
         self.rows = array.equations(closed, self.moving)[0]
         self.ends = angles[[0, -1]]
@@ -78,8 +75,7 @@ class _Refinement:
 
     def _spans(self) -> list[Span]:
         """The steps, of which the first and the last are cut where a state with singular closure is left by them."""
-        last = len(self.cubics) - 1
-        spans: list[Span] = [(step, 0.0, 1.0) for step in range(last + 1)]
+        spans: list[Span] = [(step, 0.0, 1.0) for step in range(len(self.cubics))]
         begin, end = self.leaves
         if begin:
             spans[:1] = [(0, 0.0, begin), (0, begin, 1.0)]

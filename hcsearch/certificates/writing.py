@@ -26,20 +26,15 @@ FORMAT, VERSION = "hcsearch certificate", 1
 def array_data(linkage: Linkage) -> dict[str, Any]:
     """The panels and hinges of a linkage in whole coordinates of its lattice (`lattice.Frame`)."""
     frame, pattern = frame_of(linkage), linkage.pattern
-    lattice = None if frame is None else [frame.points(np.array(facet)) for facet in pattern.facets]
-    if frame is None or lattice is None or any(facet is None for facet in lattice):
+    facets = [] if frame is None else [frame.points(np.array(facet)) for facet in pattern.facets]
+    lattice = [facet.tolist() for facet in facets if facet is not None]
+    if frame is None or len(lattice) < len(facets):
         raise HcsearchError("certificates are written for arrays on a tiling: this one is on none")
-
-    def whole(point: Any) -> list[int]:
-        own = frame.points(np.array([point]))
-        assert own is not None
-        return [int(x) for x in own[0]]
-
     return {
         "unit": str(Fraction(frame.unit).limit_denominator(10**15)),
         "root": frame.q,
         "thickness": frame.steps[2],
-        "facets": [[whole(corner) for corner in facet] for facet in pattern.facets],
+        "facets": lattice,
         "panels": [list(panel) for panel in pattern.panels],
         "hinges": [
             {
@@ -64,7 +59,7 @@ def lock_claim(linkage: Linkage, enclosure: Enclosure) -> dict[str, Any]:
     cuts = [[0.0, top] for _ in range(linkage.n_hinges)]
     lows = np.zeros((len(enclosure.lows), linkage.n_hinges), int)
     highs = np.ones_like(lows)
-    for own, hinge in enumerate(sorted({hinge for loop in linkage.loops for hinge, _ in loop})):
+    for own, hinge in enumerate(linkage.looped.tolist()):
         low, high = enclosure.lows[:, own], enclosure.highs[:, own]
         values = np.unique(np.concatenate([[0.0, top], low, high]))
         cuts[hinge] = values.tolist()

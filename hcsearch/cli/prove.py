@@ -35,7 +35,7 @@ def prove(name: str, output: str, budget: int | None, **options: Any) -> None:
     """
     import json
 
-    from hcsearch.certificates.proving import EFFORTS, prove, verify
+    from hcsearch.certificates.proving import EFFORTS, prove
     from hcsearch.subjects.reading import read_folding
     from hcsearch.subjects.requests import settled
     from hcsearch.system.outputs import check_output, write_output
@@ -43,10 +43,8 @@ def prove(name: str, output: str, budget: int | None, **options: Any) -> None:
     check_output(output, (".json",))
     folding, scene = read_folding(settled(request_of(name, options)))
     with Meter("step") as meter:
-        meter(0, 2, "proof")
-        data = prove(folding, scene, EFFORTS if budget is None else budget)
-        meter(1, 2, "check")
-        sentences = verify(data)
+        meter(0, 1, "proof")
+        data, sentences = prove(folding, scene, EFFORTS if budget is None else budget)
     write_output(output, json.dumps(data, separators=(",", ":")) + "\n", (".json",))
     for sentence in sentences:
         click.echo(sentence)

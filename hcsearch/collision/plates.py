@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Collection
-from typing import TypeVar
-
 import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.collision.margins import check_margin
-from hcsearch.collision.prisms import facet_pairs, prisms_of
+from hcsearch.collision.prisms import facet_pairs, prisms_of, table_of
+from hcsearch.hinge_trees import hinge_tree
 from hcsearch.kernels.enclosure.plates import Plates
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals
 
-Row = TypeVar("Row", bound=np.generic)
 Steps = list[tuple[int, int]]
 """Hinges, and the sense in which each is crossed."""
 
@@ -51,9 +47,9 @@ def plates_of(linkage: Linkage, margin: float) -> Plates:
         np.array([number[hinge] for hinge in hinges], np.int64),
         signs * linkage.directions[hinges].reshape(-1, 3),
         (linkage.points[hinges].reshape(-1, 3) - middle) / pattern.size,
-        _table(samples),
-        _table(segments),
-        _table(sides),
+        table_of(samples),
+        table_of(segments),
+        table_of(sides),
         np.array(counts, np.int64).reshape(-1, 3),
         np.array([(own[0, 2], own[-1, 2]) for own in outlines]),
         (prisms.middles - middle) / pattern.size,
@@ -64,27 +60,15 @@ def plates_of(linkage: Linkage, margin: float) -> Plates:
 
 def two_ways(linkage: Linkage, one: int, two: int) -> tuple[Steps, Steps]:
     """The shortest way from a panel to another one across hinges in loops, and the shortest across none of these."""
-    first = _way(linkage, one, two, ())
-    return first, _way(linkage, one, two, {hinge for hinge, _ in first})
+    bridges = set(range(linkage.n_hinges)) - set(linkage.looped.tolist())
+    first = _way(linkage, one, two, bridges)
+    return first, _way(linkage, one, two, bridges | {hinge for hinge, _ in first})
 
 
-def _way(linkage: Linkage, one: int, two: int, without: Collection[int]) -> Steps:
-    """The shortest way across hinges in loops but some; none where there is none."""
-    came: dict[int, tuple[int, int, int]] = {}
-    waiting = deque([one])
-    while waiting and two not in came:
-        panel = waiting.popleft()
-        for hinge in linkage.looped.tolist():
-            joint = linkage.pattern.hinges[hinge]
-            for here, there, sign in ((joint.first, joint.second, 1), (joint.second, joint.first, -1)):
-                if here == panel and there not in (one, *came) and hinge not in without:
-                    came[there] = (panel, hinge, sign)
-                    waiting.append(there)
-    steps, panel = Steps(), two
-    while panel in came and panel != one:
-        panel, hinge, sign = came[panel]
-        steps.append((hinge, sign))
-    return steps[::-1]
+def _way(linkage: Linkage, one: int, two: int, without: set[int]) -> Steps:
+    """The shortest way across hinges but some; none where there is none."""
+    tree = hinge_tree(linkage.pattern, one, without)
+    return tree.way(two) if tree.roots[two] == one else []
 
 
 def _samples(corners: Reals) -> Reals:
@@ -111,11 +95,3 @@ def _sides(corners: Reals) -> Reals:
     along = np.roll(ring, -1, axis=0) - ring
     normals = np.column_stack([along[:, 1], -along[:, 0]]) / np.linalg.norm(along, axis=1)[:, None]
     return np.column_stack([normals, (normals * ring).sum(axis=1)])
-
-
-def _table(rows: list[NDArray[Row]]) -> NDArray[Row]:
-    """Tables of different lengths as one, filled with zeros."""
-    table = np.zeros((len(rows), max(map(len, rows)), rows[0].shape[1]), rows[0].dtype)
-    for row, own in zip(table, rows, strict=True):
-        row[: len(own)] = own
-    return table

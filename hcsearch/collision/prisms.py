@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from functools import lru_cache
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +13,9 @@ from numpy.typing import NDArray
 from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Facet
-from hcsearch.typing import Reals
 
 Corner = tuple[float, float, float]
+Row = TypeVar("Row", bound=np.generic)
 
 SAME = 1e-9
 """Sine of the angle between directions that count as one."""
@@ -36,7 +37,7 @@ def prisms_of(linkage: Linkage, margin: float = 0.0) -> Prisms:
         edges.append([*((x, y, 0.0) for x, y in sides), upright])
         normals.append([*((-y, x, 0.0) for x, y in sides), upright])
     counts = np.array([(len(solid), len(axes)) for solid, axes in zip(solids, edges, strict=True)], np.int64)
-    vertices = _table(solids)
+    vertices = table_of([np.array(solid) for solid in solids])
     real = (np.arange(vertices.shape[1]) < counts[:, :1])[..., None]
     middles = vertices.sum(axis=1) / counts[:, :1]
     return Prisms(
@@ -45,8 +46,8 @@ def prisms_of(linkage: Linkage, margin: float = 0.0) -> Prisms:
         vertices=vertices,
         middles=middles,
         reaches=np.linalg.norm((vertices - middles[:, None]) * real, axis=2).max(axis=1),
-        normals=_table(normals),
-        edges=_table(edges),
+        normals=table_of([np.array(own) for own in normals]),
+        edges=table_of([np.array(own) for own in edges]),
     )
 
 
@@ -101,7 +102,9 @@ def _classes(facet: Facet) -> tuple[tuple[float, float], ...]:
     return tuple(directions)
 
 
-def _table(rows: list[list[Corner]]) -> Reals:
-    """Rows of different lengths as one table, (n, m, 3), filled with zeros."""
-    longest = max(map(len, rows))
-    return np.array([[*row, *[(0.0, 0.0, 0.0)] * (longest - len(row))] for row in rows])
+def table_of(rows: Sequence[NDArray[Row]]) -> NDArray[Row]:
+    """Tables of different lengths as one, filled with zeros."""
+    table = np.zeros((len(rows), max(map(len, rows)), rows[0].shape[1]), rows[0].dtype)
+    for row, own in zip(table, rows, strict=True):
+        row[: len(own)] = own
+    return table

@@ -102,6 +102,8 @@ def margins_of(linkage: Linkage, margin: float | None = None) -> list[float]:
 
 def carried(motion: PlannedMotion, folding: Folding, panel: PanelSize) -> PlannedMotion:
     """The motion of a folding, from that of the congruent one that stands for it: only numbers are others."""
+    locks = tuple((way, _carried_lock(lock, linkage_joined(folding, panel, way))) for way, lock in motion.locks)
+    motion = replace(motion, locks=locks)
     if motion.way is None or motion.states is None:
         return motion
     linkage = linkage_joined(folding, panel, motion.way)
@@ -116,6 +118,14 @@ def carried(motion: PlannedMotion, folding: Folding, panel: PanelSize) -> Planne
         proof = replace(proof, clear=replace(proof.clear, panels=(one, two)))
     states = motion.states[:, hinges]
     return replace(motion, states=states, proof=proof, labels=labels_of(linkage))
+
+
+def _carried_lock(lock: Enclosure, linkage: Linkage) -> Enclosure:
+    """A lock of a linkage, from that of its twin: the boxes have other numbers of hinges."""
+    assert linkage.twin is not None
+    place = {hinge: k for k, hinge in enumerate(linkage.twin.linkage.looped.tolist())}
+    hinges = [place[linkage.twin.hinges[hinge]] for hinge in linkage.looped.tolist()]
+    return replace(lock, lows=lock.lows[:, hinges], highs=lock.highs[:, hinges])
 
 
 class _Search:

@@ -30,7 +30,7 @@ from hcsearch.locks.lattice import whole_end
 from hcsearch.planning.ends import End
 from hcsearch.planning.groups import group_of, group_of_all
 from hcsearch.planning.problems import loops_of
-from hcsearch.planning.stretches import APART, Stretch, Tube, times_of
+from hcsearch.planning.stretches import APART, Stretch, Tube, cubics_of, times_of
 from hcsearch.typing import Reals
 
 PLAYS = (LEAST_PLAY, 2e-5, 5e-5, 1e-4)
@@ -227,10 +227,7 @@ def _cubics(times: Reals, angles: Reals, rates: Reals) -> Course:
 
 def _beyond(motion: Course) -> float:
     """What hinges are beyond a stop (rad) at the worst of all times of a motion of cubics."""
-    steps = np.diff(motion.times)[:, None]
-    start, end = motion.angles[:-1], motion.angles[1:]
-    b, after = steps * motion.rates[:-1], steps * motion.rates[1:]
-    c, d = 3.0 * (end - start) - 2.0 * b - after, b + after - 2.0 * (end - start)
+    start, b, c, d = np.moveaxis(cubics_of(motion.times, motion.angles, motion.rates), -1, 0)
     # extremes lie where b + 2 c s + 3 d s^2 = 0: the roots are q / 3 d and b / q, which loses no digits
     q = -(c + np.copysign(np.sqrt(np.maximum(c * c - 3.0 * b * d, 0.0)), c))
     with np.errstate(divide="ignore", invalid="ignore"):

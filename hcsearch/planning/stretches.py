@@ -235,6 +235,13 @@ class Stretch:
         return np.array([self._tangent(state, rate) for state, rate in zip(path, rates, strict=True)])
 
 
+def cubics_of(times: Reals, angles: Reals, rates: Reals) -> Reals:
+    """Coefficients of Hermite's cubics between states, in the share of each step, (steps, n_hinges, 4)."""
+    steps, rise = np.diff(times)[:, None], np.diff(angles, axis=0)
+    before, after = steps * rates[:-1], steps * rates[1:]
+    return np.stack([angles[:-1], before, 3.0 * rise - 2.0 * before - after, before + after - 2.0 * rise], axis=-1)
+
+
 def times_of(path: Reals) -> Reals:
     """Times at which a path is gone along at unit speed."""
     times: Reals = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))]

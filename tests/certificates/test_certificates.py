@@ -16,12 +16,16 @@ from click.testing import CliRunner
 
 from hcsearch.certificates import lock_checker, path_checker
 from hcsearch.certificates.proving import CertificateError, prove, verify
-from hcsearch.certificates.writing import array_data, checksum
+from hcsearch.certificates.writing import array_data, checksum, lock_claim
+from hcsearch.circuit import Circuit
 from hcsearch.cli import hcsearch
 from hcsearch.errors import HcsearchError
-from hcsearch.folding import Folding
-from hcsearch.scenes import SCENES
+from hcsearch.flat_pairs import linkage_joined
+from hcsearch.folding import Folding, foldings
+from hcsearch.planning.motions import motion_of
+from hcsearch.scenes import SCENES, default_panel
 from tests.planned import joined
+from tests.strategies import writings
 
 DEFAULT = SCENES["default"]
 CHECKERS = {"path": path_checker, "lock": lock_checker}
@@ -39,7 +43,13 @@ SAMPLES = {
 @cache
 def certificate(name):
     """The certificate of a folding, as it is read from a file."""
-    return json.loads(json.dumps(prove(Folding.from_notation(name), DEFAULT)))
+    return json.loads(json.dumps(proved(name)[0]))
+
+
+@cache
+def proved(name):
+    """The certificate of a folding, and what is said of it."""
+    return prove(Folding.from_notation(name), DEFAULT)
 
 
 def signed(data):
@@ -53,6 +63,7 @@ def test_what_is_proved_is_proved_by_the_checkers(name):
     assert [claim["kind"] for claim in data["claims"]] == SAMPLES[name]
     sentences = verify(data)
     assert all(name in sentence for sentence in sentences)
+    assert sentences == proved(name)[1]
     for claim in data["claims"]:
         assert claim["array"] == array_data(joined(name, claim["pairs"]))
 
@@ -216,6 +227,19 @@ def test_boxes_that_a_motion_leaves_are_refused():
         assert refused({**claim, "lows": claim["lows"][keep], "highs": claim["highs"][keep]})
     moving = array_data(joined("hex:0234550132:4", "hinged"))
     assert refused({**claim, "array": moving})
+
+
+def test_a_folding_that_is_written_differently_has_the_same_certificate():
+    """Its lock is found in the position of another one, whose hinges have other numbers."""
+    name, panel = "hex:0233534001:3", default_panel("hex")
+    circuit = Circuit.from_notation(name.rpartition(":")[0])
+    for number, writing in enumerate(writings(circuit)):
+        if number % 5 == 1:
+            own = [folding for folding in foldings(writing) if folding.likeness(panel).folding.notation == name]
+            assert prove(own[0], DEFAULT) == proved(name)
+            ((_, lock),) = motion_of(own[0], panel, ("hinged",), budget=3).locks
+            claim = lock_claim(linkage_joined(own[0], panel, "hinged"), lock)
+            assert not refused(json.loads(json.dumps(claim)))
 
 
 def test_commands_write_and_check_certificates(tmp_path):

@@ -3,12 +3,12 @@
 import pytest
 
 from hcsearch.circuit import Circuit
-from hcsearch.enumeration import PolygonSearch
 from hcsearch.folding import foldings
 from hcsearch.grid import GRIDS
 from hcsearch.planning.motions import motion_of
 from hcsearch.scenes import default_panel
 from hcsearch.twisting import twist
+from tests.strategies import words, writings
 
 LISTS = [("hex", 10), ("square", 8), ("square", 10), ("square", 12), ("rectangle", 8), ("rectangle", 10)]
 LISTS += [("triangle", 14), ("triangle", 18), ("hex", 8)]
@@ -22,28 +22,12 @@ SCALED = (
 SCALED += ("square:0112223300:4", "triangle:012343454505012321:3")
 
 
-def circuits(grid, n):
-    """All circuits of a list, as they are stored."""
-    search = PolygonSearch(GRIDS[grid], n)
-    return [Circuit(GRIDS[grid], tuple(word)) for batch in search.batches() for word in batch.words.tolist()]
-
-
-def writings(circuit):
-    """A circuit mirrored, turned, reversed and shifted."""
-    m = circuit.grid.directions
-    for number, isometry in enumerate(circuit.grid.point_group):
-        word = [(isometry.sign * d + isometry.offset) % m for d in circuit.word]
-        start = 1 + number % (circuit.n - 1)
-        word = word[start:] + word[:start]
-        yield Circuit(circuit.grid, tuple(word))
-        yield Circuit(circuit.grid, tuple((d + m // 2) % m for d in reversed(word)))
-
-
 @pytest.mark.parametrize(("grid", "n"), LISTS)
 def test_every_writing_of_a_folding_is_searched_in_one_position(grid, n):
     """A search begins with `likeness`, and is the same from there on: so verdicts are equal."""
     size, count = default_panel(grid), 0
-    for circuit in circuits(grid, n):
+    for word in words(grid, n):
+        circuit = Circuit(GRIDS[grid], word)
         known = searched(circuit, size)
         assert all(folding.likeness(size) is None for folding in known)
         for writing in writings(circuit):

@@ -23,6 +23,7 @@ from hcsearch.records import CircuitBatch, StagedDesigns
 from hcsearch.scenes import SCENES, default_panel
 from hcsearch.stages.order import STAGES
 from hcsearch.stages.stage import run_stages
+from tests.strategies import rewritten
 
 DEFAULT = SCENES["default"]
 RING = "hex:012223444500"
@@ -34,16 +35,6 @@ TURNED = "square:012123230301"
 ODD = "triangle:012323434545050121"
 """The same, and an odd number of layers: mountains become valleys."""
 SYMMETRIC = (RING, CROSSED, ODD, "square:0112223300", "rectangle:0112223300", "hex:0234550132", "triangle:0123434501")
-
-
-def rewritten(circuit, isometry, start, backwards):
-    """The same circuit, moved by an isometry of its grid, from another panel, perhaps in the other direction."""
-    m = circuit.grid.directions
-    word = [(isometry.sign * d + isometry.offset) % m for d in circuit.word]
-    word = word[start:] + word[:start]
-    if backwards:
-        word = [(d + m // 2) % m for d in reversed(word)]
-    return Circuit(circuit.grid, tuple(word))
 
 
 @st.composite
