@@ -22,6 +22,8 @@ def application(environ, start_response):
 
 @contextmanager
 def serving(**patience):
+    from waitress.wasyncore import close_all
+
     from hcsearch.serve.connections import Patience, Server
 
     with socket.create_server(("127.0.0.1", 0)) as listening:
@@ -36,9 +38,12 @@ def serving(**patience):
         try:
             yield listening.getsockname()
         finally:
-            server.pull_trigger()
             server.task_dispatcher.shutdown()
             server.close()
+            for channel in list(server.active_channels.values()):
+                channel.cut()  # the loop ends once all are closed
+            thread.join(10)
+            close_all(server._map, ignore_all=True)
 
 
 @contextmanager
