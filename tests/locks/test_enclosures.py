@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from hcsearch.kernels.enclosure.contraction import contract, new_contraction
 from hcsearch.kernels.enclosure.expansion import EQUATIONS, expand, new_expansion
 from hcsearch.kernels.enclosure.flooding import ENCLOSED, TAIL, new_flood, spread
-from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, close_within, new_refutation, refute
+from hcsearch.kernels.enclosure.newton import close_within
+from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, new_refutation, refute
 from hcsearch.linkage import Linkage
 from hcsearch.locks.enclosures import FACE, PER_TURN, Enclosure, enclose, rings_of
 from hcsearch.locks.proofs import lock_at
@@ -116,9 +117,19 @@ def test_no_box_that_holds_a_closed_state_is_empty(name):
     sample, rng = planned(name), np.random.default_rng(1)
     rings, hinges = rings_of(sample.linkage)
     work, states = new_refutation(rings), sample.proof.motion.angles[:, hinges]
-    for _ in range(300):
+    for _ in range(2000):
         state = np.clip(states[rng.integers(len(states))], 0.0, math.pi)
-        if close_within(rings, np.zeros(len(state)), np.full(len(state), math.pi), state, 60, work) > 1e-7:
+        if (
+            close_within(
+                rings,
+                np.zeros(len(state)),
+                np.full(len(state), math.pi),
+                state,
+                work.contraction.expansion,
+                work.newton,
+            )
+            > 1e-7
+        ):
             continue
         low, high = box_about(state, rng, 10.0 ** rng.uniform(-4, 0))
         assert refute(rings, low.copy(), high.copy(), 50, work)[0] != EMPTY
@@ -131,7 +142,14 @@ def test_contraction_keeps_closed_states(name):
     refutation, work = new_refutation(rings), new_contraction(rings)
     for state in sample.states[:: max(1, len(sample.states) // 40)][:, hinges]:
         closed = np.clip(state, 0.0, math.pi)
-        close_within(rings, np.zeros(len(closed)), np.full(len(closed), math.pi), closed, 60, refutation)
+        close_within(
+            rings,
+            np.zeros(len(closed)),
+            np.full(len(closed), math.pi),
+            closed,
+            refutation.contraction.expansion,
+            refutation.newton,
+        )
         low, high = box_about(closed, rng, 10.0 ** rng.uniform(-2, -0.5))
         assert contract(rings, low, high, work)
         assert (low <= closed + 2e-6).all()
@@ -149,7 +167,7 @@ def test_a_box_is_empty_where_newton_reaches_no_closed_state():
         verdicts.append(verdict)
         for _ in range(10 if verdict == EMPTY else 0):
             state = low + rng.random(len(low)) * (high - low)
-            assert close_within(rings, low, high, state, 60, work) > 1e-4
+            assert close_within(rings, low, high, state, work.contraction.expansion, work.newton) > 1e-4
     assert verdicts.count(EMPTY) > 100
 
 
@@ -241,6 +259,6 @@ def test_closed_states_are_reached_within_a_box():
     state = sample.states[len(sample.states) // 2][hinges]
     low, high = np.clip(state - 0.2, 0.0, math.pi), np.clip(state + 0.2, 0.0, math.pi)
     own = low + 0.5 * (high - low)
-    assert close_within(rings, low, high, own, 60, work) < 1e-6
+    assert close_within(rings, low, high, own, work.contraction.expansion, work.newton) < 1e-6
     assert np.abs(equations(sample.linkage, own, own, [(0, len(own) // 2)])).max() < 1e-6
     assert refute(rings, low, high, 100, work)[0] == CLOSED

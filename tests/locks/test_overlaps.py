@@ -11,6 +11,7 @@ from scipy.optimize import linprog
 
 from hcsearch.collision.plates import plates_of, two_ways
 from hcsearch.kernels.enclosure.contraction import contract
+from hcsearch.kernels.enclosure.newton import close_within
 from hcsearch.kernels.enclosure.overlaps import (
     ALONG,
     CROSSING,
@@ -29,7 +30,7 @@ from hcsearch.kernels.enclosure.overlaps import (
     overlapping,
 )
 from hcsearch.kernels.enclosure.plates import new_sight, see
-from hcsearch.kernels.enclosure.refutation import EMPTY, close_within, refutation_with, refute
+from hcsearch.kernels.enclosure.refutation import EMPTY, refutation_with, refute
 from hcsearch.linkage import Linkage
 from hcsearch.locks.enclosures import enclose, rings_of
 from hcsearch.pattern import Pattern
@@ -88,7 +89,7 @@ def closed_states(rings, low, high, count, rng, work):
     """Closed states in a box, from random ones."""
     for _ in range(count):
         state = low + rng.random(len(low)) * (high - low)
-        if close_within(rings, low, high, state, 60, work) < 1e-6:
+        if close_within(rings, low, high, state, work.contraction.expansion, work.newton) < 1e-6:
             yield state
 
 
@@ -144,7 +145,17 @@ def test_no_box_about_a_state_of_a_proved_path_is_left_out(name):
     tested = 0
     for _ in range(150):
         state = np.clip(states[rng.integers(len(states))], 0.0, math.pi)
-        if close_within(rings, np.zeros(len(state)), np.full(len(state), math.pi), state, 60, work) > 1e-7:
+        if (
+            close_within(
+                rings,
+                np.zeros(len(state)),
+                np.full(len(state), math.pi),
+                state,
+                work.contraction.expansion,
+                work.newton,
+            )
+            > 1e-7
+        ):
             continue
         assert clear_at(state, work.overlaps)
         low, high = box_about(state, rng, 10.0 ** rng.uniform(-4, 0))

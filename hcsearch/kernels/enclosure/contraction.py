@@ -1,8 +1,7 @@
 """Contraction of a box of fold angles onto the closed states that it may hold.
 
-Any combination of the equations of closure bounds each fold angle by what the others leave. The combinations that are
-tried weigh each equation by what is not known of it: with the columns V of all terms that may take either sign, each at
-its greatest, those of least square (V^T y)^2 for a given slope y . M_j, or value, are solutions of V V^T y = M_j.
+Any combination of the equations of closure bounds each fold angle by what the others leave. Those that are tried are of
+least square for a given slope of one angle, and for a given value.
 """
 
 from __future__ import annotations
@@ -13,7 +12,16 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.enclosure.expansion import EQUATIONS, Expansion, Rings, expand, new_expansion
+from hcsearch.kernels.enclosure.combinations import (
+    LANES,
+    Combinations,
+    add_shares,
+    combine,
+    new_combinations,
+    solve,
+    weigh,
+)
+from hcsearch.kernels.enclosure.expansion import Expansion, Rings, expand, new_expansion
 from hcsearch.typing import Reals
 
 LEAST_GAIN = 0.1
@@ -27,20 +35,16 @@ LEAST_SLOPE = 1e-9
 
 
 class Contraction(NamedTuple):
-    """Tables: the expansion; middles, radii, shares : (n,), of a box, and by how much each angle leaves it undecided.
+    """Tables; middles, radii, shares : (n,), of a box, and by how much each angle leaves it undecided.
 
-    gram : (r, r), V V^T and its factor. centred : (r,), values with the mean of squares. mix : (r,), a combination.
-    slopes, least, most : (n,), of it, and what each term of it is at least and at most.
+    least, most : (n,), what each slope of a combination comes to.
     """
 
     expansion: Expansion
+    combinations: Combinations
     middles: Reals
     radii: Reals
     shares: Reals
-    gram: Reals
-    centred: Reals
-    mix: Reals
-    slopes: Reals
     least: Reals
     most: Reals
 
@@ -48,19 +52,9 @@ class Contraction(NamedTuple):
 @compiled
 def new_contraction(rings: Rings) -> Contraction:
     """Empty tables."""
-    n, r = rings.folds, EQUATIONS * (len(rings.starts) - 1)
-    return Contraction(
-        new_expansion(rings),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros((r, r)),
-        np.zeros(r),
-        np.zeros(r),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros(n),
-    )
+    n, expansion = rings.folds, new_expansion(rings)
+    combinations = new_combinations(rings, expansion)
+    return Contraction(expansion, combinations, np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n))
 
 
 @lean
@@ -75,12 +69,10 @@ def contract(rings: Rings, low: Reals, high: Reals, work: Contraction) -> bool:
             work.shares[h] = work.radii[h]
             before += high[h] - low[h]
         expand(rings, work.middles, work.radii, work.expansion)
-        if not weigh(work):
+        if not weigh(work.radii, work.expansion, work.combinations):
             return True
-        if not _use(work.centred, low, high, True, work):
-            return False
-        for h in range(n):
-            if high[h] - low[h] > PAD and not _use(work.expansion.slopes[:, h], low, high, False, work):
+        for first in range(0, n + 1, LANES):
+            if not _use(first, low, high, work):
                 return False
         for h in range(n):
             after += high[h] - low[h]
@@ -90,76 +82,60 @@ def contract(rings: Rings, low: Reals, high: Reals, work: Contraction) -> bool:
 
 
 @lean
-def weigh(work: Contraction) -> bool:
-    """Write V V^T, factored (Cholesky), and the centred values; whether it has a factor."""
-    own, gram, centred = work.expansion, work.gram, work.centred
-    r, n = own.slopes.shape
-    gram[:] = 0.0
-    for i in range(r):
-        centred[i] = own.values[i]
-        for j in range(i + 1):
-            total = 0.0
-            for h in range(n):
-                total += own.slopes[i, h] * own.slopes[j, h] * work.radii[h] * work.radii[h]
-            gram[i, j] = total
-    for q in range(own.filled[0]):
-        one, two = own.pairs[q]
-        weight, row = work.radii[one] * work.radii[two], EQUATIONS * own.owners[q]
-        if one == two:  # a square lies between 0 and its greatest value
-            weight *= 0.5
-            for i in range(EQUATIONS):
-                centred[row + i] += weight * own.bends[q, i]
-        square = weight * weight
-        if square < 1e-30:
-            continue
-        for i in range(EQUATIONS):
-            part = square * own.bends[q, i]
-            if part != 0.0:
-                for j in range(i + 1):
-                    gram[row + i, row + j] += part * own.bends[q, j]
-    trace = 0.0
-    for i in range(r):
-        rest = own.rests[i // EQUATIONS, 0 if i % EQUATIONS < 9 else 1]
-        gram[i, i] += (2.0 if i % EQUATIONS < 9 else 1.0) * rest * rest
-        trace += gram[i, i]
-    return _factor(gram, 1e-12 * trace)
-
-
-@lean
-def _factor(gram: Reals, damping: float) -> bool:
-    """Write the Cholesky factor of a symmetric matrix and damping into its lower triangle."""
-    for i in range(len(gram)):
-        gram[i, i] += damping
-        for j in range(i + 1):
-            total = gram[i, j]
-            for k in range(j):
-                total -= gram[i, k] * gram[j, k]
-            if i > j:
-                gram[i, j] = total / gram[j, j]
-            elif total > 0.0:
-                gram[i, i] = math.sqrt(total)
-            else:
-                return False
+def _use(first: int, low: Reals, high: Reals, work: Contraction) -> bool:
+    """Contract a box by some combinations; False where one excludes all of it. Number 0 is that of the values."""
+    n, own = len(low), work.combinations
+    last = min(n + 1 - first, LANES)
+    for i in range(len(own.mixes)):
+        for c in range(LANES):
+            own.mixes[i, c] = 0.0
+        for c in range(last):
+            own.mixes[i, c] = work.expansion.slopes[i, first + c - 1] if first + c > 0 else own.centred[i]
+    solve(own)
+    _scale(own)
+    combine(work.radii, work.expansion, own)
+    if first == 0:
+        for h in range(n):
+            work.shares[h] = abs(own.parts[h, 0]) * work.radii[h]
+        add_shares(work.radii, work.expansion, work.shares, own)
+    for c in range(last):
+        h = first + c - 1
+        if (h < 0 or high[h] - low[h] > PAD) and not _bound(c, low, high, work):
+            return False
     return True
 
 
 @lean
-def _use(right: Reals, low: Reals, high: Reals, sharing: bool, work: Contraction) -> bool:
-    """Contract a box by the combination for a right side; False where it excludes all of the box.
+def _scale(own: Combinations) -> None:
+    """Scale the greatest entry of each combination to 1; one that is none becomes 0, and bounds nothing."""
+    greatest = own.sums[0]
+    for c in range(LANES):
+        greatest[c] = 0.0
+    for i in range(len(own.mixes)):
+        for c in range(LANES):
+            greatest[c] = max(greatest[c], abs(own.mixes[i, c]))
+    for c in range(LANES):
+        if 0.0 < greatest[c] < math.inf:
+            greatest[c] = 1.0 / greatest[c]
+        else:
+            greatest[c] = 0.0
+            for i in range(len(own.mixes)):
+                own.mixes[i, c] = 0.0
+    for i in range(len(own.mixes)):
+        for c in range(LANES):
+            own.mixes[i, c] *= greatest[c]
 
-    sharing : whether to write what each angle contributes to what is not known.
-    """
-    mix, n = work.mix, len(low)
-    greatest = solve(right, work)
-    if not 0.0 < greatest < math.inf:
-        return True
-    for i in range(len(mix)):
-        mix[i] /= greatest
-    value, error = terms(sharing, work)
+
+@lean
+def _bound(c: int, low: Reals, high: Reals, work: Contraction) -> bool:
+    """Contract a box by one combination; False where it excludes all of the box."""
+    own, n = work.combinations, len(low)
+    value, error = own.values[c], own.errors[c]
     sizes = abs(value) + error
     below, above = value - error, value + error
     for h in range(n):
-        x, y = work.slopes[h] * (low[h] - work.middles[h]), work.slopes[h] * (high[h] - work.middles[h])
+        slope = own.parts[h, c]
+        x, y = slope * (low[h] - work.middles[h]), slope * (high[h] - work.middles[h])
         work.least[h], work.most[h] = min(x, y), max(x, y)
         below += work.least[h]
         above += work.most[h]
@@ -170,7 +146,7 @@ def _use(right: Reals, low: Reals, high: Reals, sharing: bool, work: Contraction
     if below > 0.0 or above < 0.0:
         return False
     for h in range(n):
-        slope = work.slopes[h]
+        slope = own.parts[h, c]
         if abs(slope) < LEAST_SLOPE:
             continue
         one, two = -(above - work.most[h]) / slope, -(below - work.least[h]) / slope
@@ -180,72 +156,3 @@ def _use(right: Reals, low: Reals, high: Reals, sharing: bool, work: Contraction
             return False
         low[h], high[h] = least, most
     return True
-
-
-@lean
-def solve(right: Reals, work: Contraction) -> float:
-    """Write the combination for a right side, (r,), by the factor that `weigh` wrote; its greatest entry."""
-    mix, gram = work.mix, work.gram
-    r, greatest = len(mix), 0.0
-    for i in range(r):
-        total = right[i]
-        for k in range(i):
-            total -= gram[i, k] * mix[k]
-        mix[i] = total / gram[i, i]
-    for i in range(r - 1, -1, -1):
-        total = mix[i]
-        for k in range(i + 1, r):
-            total -= gram[k, i] * mix[k]
-        mix[i] = total / gram[i, i]
-        greatest = max(greatest, abs(mix[i]))
-    return greatest
-
-
-@lean
-def terms(sharing: bool, work: Contraction) -> tuple[float, float]:
-    """Write the slopes of a combination; its value, and what is not known of it but for those, with rounding.
-
-    A third order of the rotation is a sum of products of cross products: matrices of rank 2 whose singular values are
-    no more than 1, so that the combination of their entries is no more than the root of twice its own square.
-    """
-    own, mix = work.expansion, work.mix
-    r, n = own.slopes.shape
-    value = error = 0.0
-    for h in range(n):
-        work.slopes[h] = 0.0
-    for i in range(r):
-        value += mix[i] * own.values[i]
-        for h in range(n):
-            work.slopes[h] += mix[i] * own.slopes[i, h]
-    for loop in range(len(own.rests)):
-        turns = shifts = size = 0.0
-        for i in range(EQUATIONS * loop, EQUATIONS * loop + 9):
-            turns += mix[i] * mix[i]
-            size += abs(mix[i])
-        for i in range(EQUATIONS * loop + 9, EQUATIONS * loop + 12):
-            shifts += mix[i] * mix[i]
-            size += abs(mix[i])
-        error += (math.sqrt(2.0 * turns) * own.rests[loop, 0] + math.sqrt(shifts) * own.rests[loop, 1]) * (1.0 + 1e-12)
-        error += size * own.errors[loop]
-    rest = error
-    for q in range(own.filled[0]):
-        row, one, two, bend = EQUATIONS * own.owners[q], own.pairs[q, 0], own.pairs[q, 1], 0.0
-        for i in range(EQUATIONS):
-            bend += mix[row + i] * own.bends[q, i]
-        size = bend * work.radii[one] * work.radii[two]
-        if one == two:
-            value += 0.5 * size
-            size *= 0.5
-        error += abs(size)
-        if sharing:
-            work.shares[one] += abs(size)
-            work.shares[two] += abs(size)
-    if sharing:
-        total = 0.0
-        for h in range(n):
-            total += work.radii[h]
-        for h in range(n):
-            # `shares` began with the radii
-            work.shares[h] += abs(work.slopes[h]) * work.radii[h] - work.radii[h]
-            work.shares[h] += 3.0 * rest * work.radii[h] / total
-    return value, error

@@ -15,8 +15,9 @@ import numpy as np
 
 from hcsearch.kernels.algebra.vectors import Vector, at, cross, dot, minus, put, times
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.enclosure.contraction import Contraction, solve, terms, weigh
-from hcsearch.kernels.enclosure.expansion import EQUATIONS, ROUNDING, Rings, expand
+from hcsearch.kernels.enclosure.combinations import add_shares, combine, solve, weigh
+from hcsearch.kernels.enclosure.contraction import Contraction
+from hcsearch.kernels.enclosure.expansion import ROUNDING, Rings, expand
 from hcsearch.kernels.enclosure.piercings import Piercings, new_piercings, pierce
 from hcsearch.kernels.enclosure.plates import Plates, Sight, new_sight, see, seen
 from hcsearch.typing import Reals
@@ -40,7 +41,7 @@ class Overlaps(NamedTuple):
     levers : (4, n, 3), of what is traced, velocities by the hinges between. bends : (4, q, 3), by two of these, times
     their radii. rests : (4,), what third orders come to at most. rounding : (4,). forms : (8, n), values, errors,
     spreads : (8,), functions value + form . d + error of offsets d, and what the form comes to at most.
-    slopes : (n,), of a combination. right : (r,). shares : (n,), by how much each angle leaves it undecided; of the
+    slopes : (n,), of a combination. shares : (n,), by how much each angle leaves it undecided; of the
     deepest piercing they are kept.
     """
 
@@ -56,7 +57,6 @@ class Overlaps(NamedTuple):
     errors: Reals
     spreads: Reals
     slopes: Reals
-    right: Reals
     shares: Reals
     kept: Reals
 
@@ -78,7 +78,6 @@ def new_overlaps(rings: Rings, plates: Plates) -> Overlaps:
         np.zeros(8),
         np.zeros(8),
         np.zeros(n),
-        np.zeros(EQUATIONS * (len(rings.starts) - 1)),
         np.zeros(n),
         np.zeros(n),
     )
@@ -106,7 +105,7 @@ def overlapping(rings: Rings, low: Reals, high: Reals, closure: Contraction, wor
     if pierce(work.plates, middles, radii, work.sight, work.piercings) <= 0.0:
         return APART
     expand(rings, middles, radii, closure.expansion)
-    if not weigh(closure):
+    if not weigh(radii, closure.expansion, closure.combinations):
         return APART
     for k in range(TRIES):
         row = 0
@@ -247,7 +246,7 @@ def _positive(value: float, error: float, radii: Reals, closure: Contraction, wo
     A combination of the equations of closure is 0 there, and is added: that by which the squares of all terms sum to
     the least.
     """
-    n, shares, own = len(radii), work.shares, closure.expansion
+    n, shares, own = len(radii), work.shares, closure.combinations
     low, sizes = value - error, abs(value) + error
     for h in range(n):
         shares[h] = abs(work.slopes[h]) * radii[h]
@@ -255,21 +254,19 @@ def _positive(value: float, error: float, radii: Reals, closure: Contraction, wo
         sizes += shares[h]
     if low > 4e-16 * (n + 4) * sizes:
         return True
-    for i in range(len(work.right)):
-        total = 0.0
+    for i in range(len(own.mixes)):
+        own.mixes[i] = 0.0
         for h in range(n):
-            total -= own.slopes[i, h] * work.slopes[h] * radii[h] * radii[h]
-        work.right[i] = total
-    if not solve(work.right, closure) < math.inf:
+            own.mixes[i, 0] -= own.weighted[h, i] * work.slopes[h]
+    solve(own)
+    combine(radii, closure.expansion, own)
+    if not own.errors[0] < math.inf:
         return False
+    low = value + own.values[0] - error - own.errors[0]
+    sizes += abs(own.values[0]) + own.errors[0]
     for h in range(n):
-        closure.shares[h] = radii[h]
-    more, rest = terms(True, closure)
-    low = value + more - error - rest
-    sizes += abs(more) + rest
-    for h in range(n):
-        sizes += abs(closure.slopes[h]) * radii[h]
-        shares[h] = abs(work.slopes[h] + closure.slopes[h]) * radii[h]
+        sizes += abs(own.parts[h, 0]) * radii[h]
+        shares[h] = abs(work.slopes[h] + own.parts[h, 0]) * radii[h]
         low -= shares[h]
-        shares[h] += max(closure.shares[h] - abs(closure.slopes[h]) * radii[h], 0.0)
-    return low > 4e-16 * (n + 4) * sizes
+    add_shares(radii, closure.expansion, shares, own)
+    return bool(low > 4e-16 * (n + 4) * sizes)

@@ -5,24 +5,22 @@ With panels that do not pass through each other: none at which they are clear.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.contraction import Contraction, contract, new_contraction
-from hcsearch.kernels.enclosure.expansion import Rings, write_first_order
+from hcsearch.kernels.enclosure.expansion import Rings
+from hcsearch.kernels.enclosure.newton import RESIDUAL, Newton, close_within, new_newton
 from hcsearch.kernels.enclosure.overlaps import MET, THROUGHOUT, Overlaps, clear_at, new_overlaps, overlapping
 from hcsearch.kernels.enclosure.plates import Plates, no_plates
 from hcsearch.typing import Reals
 
 EMPTY, CLOSED, OPEN = 0, 1, 2
 """A box holds no closed and clear state: proved; holds one, by Newton's method; neither is known."""
-NEWTON, AGAIN = 60, 64
-"""Steps of Newton's method, and after how many boxes it is tried again."""
-RESIDUAL = 1e-7
-"""Root of the sum of squares of the equations at a closed state."""
+AGAIN = 64
+"""After how many boxes Newton's method is tried again."""
 NARROW = 1e-5
 """A box that is no wider (rad) is not split."""
 SLIDING = 0.01
@@ -34,16 +32,14 @@ WIDE = 0.2
 
 
 class Refutation(NamedTuple):
-    """Tables: boxes that wait, (DEPTH, n) each; a state, its step and the equations of the step, (n,) and (n, n)."""
+    """Tables: boxes that wait, (DEPTH, n) each; a state, (n,)."""
 
     contraction: Contraction
     overlaps: Overlaps
+    newton: Newton
     lows: Reals
     highs: Reals
     state: Reals
-    step: Reals
-    right: Reals
-    normal: Reals
 
 
 @compiled
@@ -53,12 +49,10 @@ def refutation_with(rings: Rings, plates: Plates) -> Refutation:
     return Refutation(
         new_contraction(rings),
         new_overlaps(rings, plates),
+        new_newton(rings),
         np.zeros((DEPTH, n)),
         np.zeros((DEPTH, n)),
         np.zeros(n),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros((n, n)),
     )
 
 
@@ -69,75 +63,11 @@ def new_refutation(rings: Rings) -> Refutation:
 
 
 @lean
-def close_within(rings: Rings, low: Reals, high: Reals, state: Reals, steps: int, work: Refutation) -> float:
-    """Move a state to a closed one within a box, (n,) each; what is left of the equations there.
-
-    Damped Gauss-Newton steps of least squares within the bounds, by descent along one angle after the other.
-    """
-    n, own = len(state), work.contraction.expansion
-    residual = math.inf
-    for step in range(steps):
-        write_first_order(rings, state, own)
-        total = 0.0
-        for i in range(len(own.values)):
-            total += own.values[i] * own.values[i]
-        residual = math.sqrt(total)
-        if residual < RESIDUAL or (step > 8 and residual > 0.05):
-            break
-        _normal_equations(1e-3 * residual + 1e-12, work)
-        _descend(low, high, state, work)
-        moved = 0.0
-        for h in range(n):
-            state[h] += work.step[h]
-            moved = max(moved, abs(work.step[h]))
-        if moved < 1e-10:
-            break
-    return residual
-
-
-@lean
 def meets(rings: Rings, low: Reals, high: Reals, state: Reals, work: Refutation) -> bool:
     """Move a state to a closed one within a box, (n,) each; whether it comes to one at which panels are clear."""
-    if close_within(rings, low, high, state, NEWTON, work) >= 10.0 * RESIDUAL:
+    if close_within(rings, low, high, state, work.contraction.expansion, work.newton) >= 10.0 * RESIDUAL:
         return False
     return clear_at(state, work.overlaps)
-
-
-@lean
-def _normal_equations(damping: float, work: Refutation) -> None:
-    """Write the normal equations of a step."""
-    own = work.contraction.expansion
-    r, n = own.slopes.shape
-    for h in range(n):
-        work.step[h] = work.right[h] = 0.0
-        for k in range(n):
-            work.normal[h, k] = 0.0
-    for i in range(r):
-        for h in range(n):
-            slope = own.slopes[i, h]
-            if slope != 0.0:
-                work.right[h] += slope * own.values[i]
-                for k in range(n):
-                    work.normal[h, k] += slope * own.slopes[i, k]
-    for h in range(n):
-        work.normal[h, h] += damping
-
-
-@lean
-def _descend(low: Reals, high: Reals, state: Reals, work: Refutation) -> None:
-    """Solve the normal equations within bounds."""
-    n = len(state)
-    for _ in range(40):
-        greatest = 0.0
-        for h in range(n):
-            slope = work.right[h]
-            for k in range(n):
-                slope += work.normal[h, k] * work.step[k]
-            to = min(max(work.step[h] - slope / work.normal[h, h], low[h] - state[h]), high[h] - state[h])
-            greatest = max(greatest, abs(to - work.step[h]))
-            work.step[h] = to
-        if greatest < 1e-9:
-            return
 
 
 @lean

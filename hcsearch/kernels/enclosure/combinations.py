@@ -1,0 +1,238 @@
+"""Combinations of the equations of closure in a box, each weighed by what is not known of the equations.
+
+With the columns V of all terms that may take either sign, each at its greatest, the combinations y of least square
+(V^T y)^2 for given right sides are solutions of V V^T y = right side (docs/explanation/locks.md). Several are computed
+at once, as lanes: they share all but their right sides.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hcsearch.kernels.algebra.cholesky import factor
+from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.enclosure.expansion import EQUATIONS, Expansion, Rings
+from hcsearch.typing import Reals
+
+LANES = 8
+"""Combinations that are computed at once."""
+TURN = 9
+"""Equations of a loop that are of its rotation; the others are of a place."""
+
+
+class Combinations(NamedTuple):
+    """Tables.
+
+    terms : (k, r), coefficients in the equations of each angle, then of each product of two. sizes : (k,), what these
+    come to at most. weighted : (k, r), terms times squares of sizes. centred : (r,), values with the mean of squares.
+    gram : (r, r), V V^T and its factor. mixes : (r, LANES), right sides, then combinations. parts : (k, LANES),
+    coefficients in these of each angle and product. values, errors, rests : (LANES,), each at the middle of the box,
+    what it may differ by but for slopes, and of this the third order and rounding. sums : (3, LANES).
+    """
+
+    terms: Reals
+    sizes: Reals
+    weighted: Reals
+    centred: Reals
+    gram: Reals
+    mixes: Reals
+    parts: Reals
+    values: Reals
+    errors: Reals
+    rests: Reals
+    sums: Reals
+
+
+@compiled
+def new_combinations(rings: Rings, expansion: Expansion) -> Combinations:
+    """Empty tables."""
+    r, k = len(expansion.values), rings.folds + len(expansion.bends)
+    return Combinations(
+        np.zeros((k, r)),
+        np.zeros(k),
+        np.zeros((k, r)),
+        np.zeros(r),
+        np.zeros((r, r)),
+        np.zeros((r, LANES)),
+        np.zeros((k, LANES)),
+        np.zeros(LANES),
+        np.zeros(LANES),
+        np.zeros(LANES),
+        np.zeros((3, LANES)),
+    )
+
+
+@lean
+def weigh(radii: Reals, own: Expansion, work: Combinations) -> bool:
+    """Write V V^T, factored (Cholesky), and the centred values; whether it has a factor."""
+    _write_terms(radii, own, work)
+    gram, trace = work.gram, 0.0
+    _write_gram(len(radii) + own.filled[0], work)
+    for i in range(len(gram)):
+        rest = own.rests[i // EQUATIONS, 0 if i % EQUATIONS < TURN else 1]
+        gram[i, i] += (2.0 if i % EQUATIONS < TURN else 1.0) * rest * rest
+        trace += gram[i, i]
+    return factor(gram, 1e-12 * trace)
+
+
+@lean
+def _write_terms(radii: Reals, own: Expansion, work: Combinations) -> None:
+    """Write terms, sizes, weighted terms and centred values; a square lies between 0 and its greatest value."""
+    n, r = len(radii), len(own.values)
+    for i in range(r):
+        work.centred[i] = own.values[i]
+    for h in range(n):
+        work.sizes[h], square = radii[h], radii[h] * radii[h]
+        for i in range(r):
+            work.terms[h, i] = own.slopes[i, h]
+            work.weighted[h, i] = square * own.slopes[i, h]
+    for q in range(own.filled[0]):
+        one, two = own.pairs[q]
+        row, k, size = EQUATIONS * own.owners[q], n + q, radii[one] * radii[two]
+        if r > EQUATIONS:
+            for i in range(r):
+                work.terms[k, i] = work.weighted[k, i] = 0.0
+        if one == two:
+            size *= 0.5
+            for i in range(EQUATIONS):
+                work.centred[row + i] += size * own.bends[q, i]
+        work.sizes[k], square = size, size * size
+        for i in range(EQUATIONS):
+            work.terms[k, row + i] = own.bends[q, i]
+            work.weighted[k, row + i] = square * own.bends[q, i]
+
+
+@lean
+def _write_gram(count: int, work: Combinations) -> None:
+    """Write the lower triangle of V V^T, in blocks of three by three: their sums stay in registers."""
+    gram, one, two = work.gram, work.weighted, work.terms
+    for i in range(0, len(gram), 3):
+        for j in range(0, i + 3, 3):
+            s00 = s01 = s02 = s10 = s11 = s12 = s20 = s21 = s22 = 0.0
+            for k in range(count):
+                x, y, z = one[k, i], one[k, i + 1], one[k, i + 2]
+                u, v, w = two[k, j], two[k, j + 1], two[k, j + 2]
+                s00 += x * u
+                s01 += x * v
+                s02 += x * w
+                s10 += y * u
+                s11 += y * v
+                s12 += y * w
+                s20 += z * u
+                s21 += z * v
+                s22 += z * w
+            gram[i, j], gram[i, j + 1], gram[i, j + 2] = s00, s01, s02
+            gram[i + 1, j], gram[i + 1, j + 1], gram[i + 1, j + 2] = s10, s11, s12
+            gram[i + 2, j], gram[i + 2, j + 1], gram[i + 2, j + 2] = s20, s21, s22
+
+
+@lean
+def solve(work: Combinations) -> None:
+    """Write the combinations of the right sides that stand in `mixes`, by the factor that `weigh` wrote."""
+    mixes, gram = work.mixes, work.gram
+    r = len(gram)
+    for i in range(r):
+        for k in range(i):
+            factor = gram[i, k]
+            for c in range(LANES):
+                mixes[i, c] -= factor * mixes[k, c]
+        factor = 1.0 / gram[i, i]
+        for c in range(LANES):
+            mixes[i, c] *= factor
+    for i in range(r - 1, -1, -1):
+        for k in range(i + 1, r):
+            factor = gram[k, i]
+            for c in range(LANES):
+                mixes[i, c] -= factor * mixes[k, c]
+        factor = 1.0 / gram[i, i]
+        for c in range(LANES):
+            mixes[i, c] *= factor
+
+
+@lean
+def combine(radii: Reals, own: Expansion, work: Combinations) -> None:
+    """Write values, parts and errors of the combinations in `mixes`."""
+    n, count = len(radii), len(radii) + own.filled[0]
+    values, errors, mixes = work.values, work.errors, work.mixes
+    for c in range(LANES):
+        values[c] = 0.0
+    for i in range(len(mixes)):
+        for c in range(LANES):
+            values[c] += mixes[i, c] * work.centred[i]
+    _write_parts(count, work.terms, work.mixes, work.parts)
+    _write_rests(own, work)
+    for c in range(LANES):
+        errors[c] = work.rests[c]
+    for k in range(n, count):
+        size = work.sizes[k]
+        for c in range(LANES):
+            errors[c] += size * abs(work.parts[k, c])
+
+
+@lean
+def _write_parts(count: int, terms: Reals, mixes: Reals, parts: Reals) -> None:
+    """Write the product of terms and combinations, twelve equations at a time: a row of it stays in registers."""
+    for k in range(count):
+        for c in range(LANES):
+            parts[k, c] = 0.0
+    for i in range(0, len(mixes), EQUATIONS):
+        for k in range(count):
+            a, b, d, e = terms[k, i], terms[k, i + 1], terms[k, i + 2], terms[k, i + 3]
+            f, g, h, j = terms[k, i + 4], terms[k, i + 5], terms[k, i + 6], terms[k, i + 7]
+            p, q, s, t = terms[k, i + 8], terms[k, i + 9], terms[k, i + 10], terms[k, i + 11]
+            for c in range(LANES):
+                parts[k, c] += (
+                    a * mixes[i, c]
+                    + b * mixes[i + 1, c]
+                    + d * mixes[i + 2, c]
+                    + e * mixes[i + 3, c]
+                    + f * mixes[i + 4, c]
+                    + g * mixes[i + 5, c]
+                    + h * mixes[i + 6, c]
+                    + j * mixes[i + 7, c]
+                    + p * mixes[i + 8, c]
+                    + q * mixes[i + 9, c]
+                    + s * mixes[i + 10, c]
+                    + t * mixes[i + 11, c]
+                )
+
+
+@lean
+def _write_rests(own: Expansion, work: Combinations) -> None:
+    """Write what third orders and rounding come to at most.
+
+    A third order of the rotation is a sum of products of cross products: matrices of rank 2 whose singular values are
+    no more than 1, so that the combination of their entries is no more than the root of twice its own square.
+    """
+    rests, mixes, sums = work.rests, work.mixes, work.sums
+    for c in range(LANES):
+        rests[c] = 0.0
+    for loop in range(len(own.rests)):
+        row, turn, shift, error = EQUATIONS * loop, own.rests[loop, 0], own.rests[loop, 1], own.errors[loop]
+        for c in range(LANES):
+            sums[0, c] = sums[1, c] = sums[2, c] = 0.0
+        for i in range(EQUATIONS):
+            kind = 0 if i < TURN else 1
+            for c in range(LANES):
+                sums[kind, c] += mixes[row + i, c] * mixes[row + i, c]
+                sums[2, c] += abs(mixes[row + i, c])
+        for c in range(LANES):
+            third = math.sqrt(2.0 * sums[0, c]) * turn + math.sqrt(sums[1, c]) * shift
+            rests[c] += third * (1.0 + 1e-12) + error * sums[2, c]
+
+
+@lean
+def add_shares(radii: Reals, own: Expansion, shares: Reals, work: Combinations) -> None:
+    """Add by how much each angle, (n,), leaves the first combination unknown, but for slopes."""
+    n, total = len(radii), 0.0
+    for h in range(n):
+        total += radii[h]
+    for q in range(own.filled[0]):
+        size = abs(work.parts[n + q, 0]) * work.sizes[n + q]
+        shares[own.pairs[q, 0]] += size
+        shares[own.pairs[q, 1]] += size
+    for h in range(n):
+        shares[h] += 3.0 * work.rests[0] * radii[h] / total
