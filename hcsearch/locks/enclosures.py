@@ -7,6 +7,7 @@ it ends without the goal, no motion of the linkage comes there, at any margin, t
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,6 +19,8 @@ from hcsearch.kernels.enclosure.flooding import (
     ENCLOSED,
     FACES,
     GOING,
+    HEAD,
+    REACHED,
     TAIL,
     Flood,
     new_flood,
@@ -29,14 +32,17 @@ from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals, Whole
 from hcsearch.vocabulary import ENDS, End
 
-PER_TURN = 8
-"""Cubes from 0 to pi."""
+CUTS = (0.15, 0.6, 1.2), (0.075, 0.15, 0.375, 0.6, 0.9, 1.2, 1.5)
+"""Angles from either stop at which cubes meet (rad): narrow ones hold hinges that hardly leave a stop. The second are
+those of floods that begin again where the first came to the other end."""
 FACE = 30_000
 """Boxes by which a face may be proved empty before it counts as crossed."""
 CAPACITY = 200_000
 """Cubes that a flood holds."""
 FIRST = 2500
 """Boxes of the first turn of each flood; each turn ends at twice as many."""
+AHEAD = 3
+"""How many times the boxes of the other flood the more promising one may have taken when its turn begins."""
 SLICE = 10_000
 """Boxes in one call of the kernel: an interrupt waits no longer than these take, some tenths of a second."""
 
@@ -83,25 +89,46 @@ def enclose(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclo
     ends = linkage.folded[hinges], linkage.flat[hinges]
     work = new_refutation(rings) if plates is None else refutation_with(rings, plates)
     margin = None if plates is None else plates.margin
-    floods = [new_flood(start, goal, PER_TURN, CAPACITY) for start, goal in (ends, ends[::-1])]
-    going = [True, True]
-    turn = FIRST
+    floods = [new_flood(start, goal, grid_of(0), CAPACITY) for start, goal in (ends, ends[::-1])]
+    going, level, left = [True, True], [0, 0], 0
     while any(going):
-        for side, (end, flood) in enumerate(zip(ENDS, floods, strict=True)):
-            spent = sum(int(flood.counts[BOXES]) for flood in floods)
-            if spent >= boxes:
-                return _summary(None, floods, open_=True)
-            if going[side]:
-                state = _spread(rings, flood, min(turn, int(flood.counts[BOXES]) + boxes - spent), work)
-                if state == ENCLOSED:
-                    boxes = sum(int(own.counts[BOXES]) for own in floods)
-                    cubes = flood.cubes[: flood.counts[TAIL]].astype(np.int64)
-                    lows, highs = flood.grid[cubes], flood.grid[cubes + 1]
-                    summary = _summary(end, [flood], open_=False, boxes=boxes)
-                    return replace(summary, margin=margin, lows=lows, highs=highs)
-                going[side] = state == GOING
-        turn *= 2
-    return _summary(None, floods, open_=False)
+        spent = left + sum(_boxes(flood) for flood in floods)
+        if spent >= boxes:
+            return _summary(None, floods, spent, open_=True)
+        side = _next(floods, going)
+        flood = floods[side]
+        state = _spread(rings, flood, _boxes(flood) + min(max(FIRST, _boxes(flood)), boxes - spent), work)
+        if state == ENCLOSED:
+            cubes = flood.cubes[: flood.counts[TAIL]].astype(np.int64)
+            lows, highs = flood.grid[cubes], flood.grid[cubes + 1]
+            summary = _summary(ENDS[side], [flood], left + sum(_boxes(flood) for flood in floods), open_=False)
+            return replace(summary, margin=margin, lows=lows, highs=highs)
+        again = state == REACHED and level[side] + 1 < len(CUTS)
+        if again:
+            left += _boxes(flood)
+            level[side] += 1
+            floods[side] = new_flood(ends[side], ends[1 - side], grid_of(level[side]), CAPACITY)
+        going[side] = again or state == GOING
+    return _summary(None, floods, left + sum(_boxes(flood) for flood in floods), open_=False)
+
+
+def _boxes(flood: Flood) -> int:
+    return int(flood.counts[BOXES])
+
+
+def _next(floods: list[Flood], going: list[bool]) -> int:
+    """Which flood goes on: the one with the smaller share of cubes that wait, until it has taken thrice the boxes."""
+    waiting = [1.0 - flood.counts[HEAD] / flood.counts[TAIL] for flood in floods]
+    side = int(waiting[1] < waiting[0])
+    if not going[side] or (going[1 - side] and _boxes(floods[side]) > AHEAD * _boxes(floods[1 - side])):
+        side = 1 - side
+    return side
+
+
+def grid_of(level: int) -> Reals:
+    """Where the cubes of a flood meet, from 0 to the double above pi, which is none."""
+    cuts = np.array(CUTS[level])
+    return np.concatenate([[0.0], cuts, math.pi - cuts[::-1], [np.nextafter(math.pi, 4.0)]])
 
 
 def _spread(rings: Rings, flood: Flood, boxes: int, work: Refutation) -> int:
@@ -112,9 +139,9 @@ def _spread(rings: Rings, flood: Flood, boxes: int, work: Refutation) -> int:
     return state
 
 
-def _summary(end: End | None, floods: list[Flood], *, open_: bool, boxes: int | None = None) -> Enclosure:
-    totals = [sum(int(flood.counts[entry]) for flood in floods) for entry in (TAIL, FACES, BOXES)]
-    return Enclosure(end, totals[0], totals[1], totals[2] if boxes is None else boxes, open_)
+def _summary(end: End | None, floods: list[Flood], boxes: int, *, open_: bool) -> Enclosure:
+    cubes, faces = (sum(int(flood.counts[entry]) for flood in floods) for entry in (TAIL, FACES))
+    return Enclosure(end, cubes, faces, boxes, open_)
 
 
 def rings_of(linkage: Linkage) -> tuple[Rings, Whole]:

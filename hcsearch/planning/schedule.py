@@ -66,8 +66,6 @@ SEARCHES = 3
 """Searches with other seeds in an effort."""
 BOXES, GROWN = 50_000, 6
 """Boxes of the first floods, and how many times as many those of each effort after that take."""
-MOST_BOXES = 30_000_000
-"""Boxes of the largest floods."""
 
 
 def efforts() -> Iterator[tuple[Step, ...]]:
@@ -82,7 +80,7 @@ def efforts() -> Iterator[tuple[Step, ...]]:
     yield Trees(widest=False, loose=False, rounds=TIGHT, seeds=(0,)), Moves(loose=False), Moves(loose=True)
     yield (Trees(widest=True, loose=True, rounds=LOOSE, seeds=(1, 2, 3)),)
     for k in count():
-        boxes = min(BOXES * GROWN**k, MOST_BOXES)
+        boxes = BOXES * GROWN**k
         loose, roots = ((True, ROOTS), (True, 0), (False, ROOTS))[k % 3]
         first = 100 * (k + 1)  # other seeds than those of the first two efforts, which add tens where a proof fails
         seeds = tuple(range(first, first + SEARCHES))

@@ -14,14 +14,13 @@ from hcsearch.kernels.enclosure.flooding import ENCLOSED, TAIL, new_flood, sprea
 from hcsearch.kernels.enclosure.newton import close_within
 from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, new_refutation, refute
 from hcsearch.linkage import Linkage
-from hcsearch.locks.enclosures import FACE, PER_TURN, Enclosure, enclose, rings_of
+from hcsearch.locks.enclosures import FACE, Enclosure, enclose, grid_of, rings_of
 from hcsearch.locks.proofs import lock_at
 from hcsearch.pattern import Crease, Pattern
 from hcsearch.unit_search.elements import untwisted
 from tests.naive import around_the_loop
 from tests.planned import SAMPLES, joined, planned
 
-TURN = float(np.nextafter(math.pi, 4.0))
 MERGED = joined("square:012233230011:4", "merged")
 """Two loops."""
 LINKAGES = {name: joined(name, way) for name, (way, _) in SAMPLES.items()} | {"merged": MERGED}
@@ -175,17 +174,16 @@ def test_a_flood_takes_in_what_a_naive_one_does():
     linkage = joined("hex:0232335050:2", "rigid")
     rings, hinges = rings_of(linkage)
     work, start, goal = new_refutation(rings), linkage.folded[hinges], linkage.flat[hinges]
-    flood = new_flood(start, goal, PER_TURN, 1000)
+    grid = grid_of(0)
+    flood = new_flood(start, goal, grid, 1000)
     assert spread(rings, flood, 10**9, FACE, work) == ENCLOSED
-    grid = np.linspace(0.0, math.pi, PER_TURN + 1)
-    grid[-1] = TURN
-    first = tuple(np.minimum(start // (math.pi / PER_TURN), PER_TURN - 1).astype(int).tolist())
+    first = tuple(int(np.sum(angle >= grid)) - 1 for angle in start)
     taken, waiting = {first}, [first]
     while waiting:
         cube = waiting.pop()
         for side, step in product(range(len(cube)), (-1, 1)):
             beyond = (*cube[:side], cube[side] + step, *cube[side + 1 :])
-            if beyond in taken or not 0 <= beyond[side] < PER_TURN:
+            if beyond in taken or not 0 <= beyond[side] < len(grid) - 1:
                 continue
             low, high = grid[list(cube)], grid[[k + 1 for k in cube]]
             low[side] = high[side] = high[side] if step > 0 else low[side]

@@ -7,7 +7,6 @@ unless the face between them is proved to hold no closed state. No motion leaves
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -43,13 +42,11 @@ class Flood(NamedTuple):
 
 
 @compiled
-def new_flood(start: Reals, goal: Reals, per_turn: int, capacity: int) -> Flood:
-    """A flood from the cube of a state, with so many cubes for a turn of pi, that should not reach that of a goal."""
+def new_flood(start: Reals, goal: Reals, grid: Reals, capacity: int) -> Flood:
+    """A flood from the cube of a state, (n,), that should not reach that of a goal. grid : where cubes meet."""
     n, size = len(start), 4
     while size < 2 * capacity:
         size *= 2
-    grid = np.linspace(0.0, math.pi, per_turn + 1)
-    grid[per_turn] = np.nextafter(math.pi, 4.0)
     flood = Flood(
         np.zeros((capacity, n), np.int8),
         np.zeros((capacity, n)),
@@ -59,8 +56,8 @@ def new_flood(start: Reals, goal: Reals, per_turn: int, capacity: int) -> Flood:
         np.zeros(7, np.int64),
     )
     for h in range(n):
-        flood.goal[h] = min(int(goal[h] / math.pi * per_turn), per_turn - 1)
-        flood.cubes[0, h] = min(int(start[h] / math.pi * per_turn), per_turn - 1)
+        flood.goal[h] = np.searchsorted(grid, goal[h], side="right") - 1
+        flood.cubes[0, h] = np.searchsorted(grid, start[h], side="right") - 1
         flood.states[0, h] = start[h]
     flood.slots[_slot(flood, flood.cubes[0])] = 1
     flood.counts[TAIL] = 1
