@@ -32,7 +32,7 @@ from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals, Whole
 from hcsearch.vocabulary import ENDS, End
 
-CUTS = (0.15, 0.6, 1.2), (0.075, 0.15, 0.375, 0.6, 0.9, 1.2, 1.5)
+CUTS = (0.15, 0.4, 0.8, 1.2), (0.075, 0.15, 0.275, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4)
 """Angles from either stop at which cubes meet (rad): narrow ones hold hinges that hardly leave a stop. The second are
 those of floods that begin again where the first came to the other end."""
 FACE = 30_000

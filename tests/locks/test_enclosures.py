@@ -8,6 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hcsearch.collision.margins import margin_of
+from hcsearch.flat_pairs import linkage_joined
+from hcsearch.folding import Folding, foldings
 from hcsearch.kernels.enclosure.contraction import contract, new_contraction
 from hcsearch.kernels.enclosure.expansion import EQUATIONS, expand, new_expansion
 from hcsearch.kernels.enclosure.flooding import ENCLOSED, TAIL, new_flood, spread
@@ -17,9 +20,12 @@ from hcsearch.linkage import Linkage
 from hcsearch.locks.enclosures import FACE, Enclosure, enclose, grid_of, rings_of
 from hcsearch.locks.proofs import lock_at
 from hcsearch.pattern import Crease, Pattern
+from hcsearch.planning.planner import Planner
+from hcsearch.scenes import default_panel
 from hcsearch.unit_search.elements import untwisted
 from tests.naive import around_the_loop
 from tests.planned import SAMPLES, joined, planned
+from tests.strategies import writings
 
 MERGED = joined("square:012233230011:4", "merged")
 """Two loops."""
@@ -31,11 +37,11 @@ LOCKED = {
     ("hex:0233534001:3", "hinged"): "packed",
     ("hex:0234535012:4", "hinged"): "packed",
     ("hex:0233555022:3", "rigid"): "flat",
-    ("hex:0233350401:0", "rigid"): "packed",
+    ("hex:0233350401:0", "rigid"): "flat",
     ("square:0112223300:4", "hinged"): "packed",
     ("square:0122323001:0", "rigid"): "packed",
 }
-"""Foldings that a referee's own program proved locked, and the end from which they are enclosed."""
+"""Foldings that a referee's own program proved locked, and the end from which they are enclosed first."""
 
 
 def equations(linkage, angles, about, cuts):
@@ -201,6 +207,27 @@ def test_foldings_that_are_known_to_be_locked_are_enclosed(name, way):
     assert enclosure.end == LOCKED[name, way]
     assert enclosure.faces > enclosure.cubes > 0
     assert not enclosure.open
+
+
+@pytest.mark.parametrize(("name", "way"), LOCKED)
+def test_a_lock_is_left_by_no_search_from_any_position_at_any_thickness(name, way):
+    folding = Folding.from_notation(name)
+    side = default_panel(folding.circuit.grid.name)[0]
+    for thickness in (0.04 * side, 0.12 * side, 0.4 * side):
+        panel = (side, side, thickness)
+        assert enclose(linkage_joined(folding, panel, way), 400_000).proved
+        written = [own for writing in writings(folding.circuit) for own in foldings(writing)]
+        positions = [own for own in written if like(own, folding, panel)]
+        assert len(positions) >= 4
+        for own in positions[:: len(positions) // 4][:4]:
+            linkage = linkage_joined(own, panel, way)
+            assert Planner(linkage, margin_of(linkage)).plan(150).states is None
+
+
+def like(own, folding, panel):
+    """Whether a folding is congruent to another."""
+    one, two = (given if (known := given.likeness(panel)) is None else known.folding for given in (own, folding))
+    return one == two
 
 
 @pytest.mark.parametrize("name", sorted(SAMPLES))
