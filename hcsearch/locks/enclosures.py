@@ -53,10 +53,10 @@ class Enclosure(ByValue):
 
     end : the end that no motion leaves for the other one; None where that is not proved. cubes, faces : cubes that hold
     whatever a motion from that end can reach, and faces that were tested for it; of both floods where nothing is
-    proved. boxes : of both floods. open : whether more boxes may prove more; not where each flood came to the other
-    end, or where there is no loop. lows, highs : (cubes, k), of the cubes where a lock is proved, rad; of the k hinges
-    that are in a loop. margin : m, the greatest at which a lock holds that panels have a part in; None where it holds
-    at every margin.
+    proved. boxes : of all floods, with those that began again. open : whether more boxes may prove more; not where each
+    flood came to the other end, or where there is no loop. lows, highs : (cubes, k), of the cubes where a lock is
+    proved, rad; of the k hinges that are in a loop. margin : m, the greatest at which a lock holds that panels have a
+    part in; None where it holds at every margin.
     """
 
     end: End | None
@@ -77,8 +77,9 @@ class Enclosure(ByValue):
 def enclose(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclosure:
     """Look for a proof that closed loops and stops keep the packed and the flat state of a linkage apart.
 
-    boxes : how many boxes both floods may take together, about. They take turns, one from each end; the first that ends
-    without the other end is the proof, which is the same whatever the number of boxes. It holds for panels with any
+    boxes : how many boxes both floods may take together, about. They take turns, one from each end, the more promising
+    one more of them; one that comes to the other end begins again once, with finer cubes. The first that ends without
+    the other end is the proof, which is the same whatever the number of boxes. It holds for panels with any
     margin, with or without collisions, and for the joints of this linkage alone: what is locked with hinged flat pairs
     is locked with rigid and with merged ones, too (docs/explanation/locks.md). Source: ours.
     plates : those of `plates_of`, where panels do not pass through each other; then it holds at their margin and below.
@@ -89,10 +90,10 @@ def enclose(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclo
     ends = linkage.folded[hinges], linkage.flat[hinges]
     work = new_refutation(rings) if plates is None else refutation_with(rings, plates)
     margin = None if plates is None else plates.margin
-    floods = [new_flood(start, goal, grid_of(0), CAPACITY) for start, goal in (ends, ends[::-1])]
-    going, level, left = [True, True], [0, 0], 0
+    floods = [new_flood(start, goal, grid_at(0), CAPACITY) for start, goal in (ends, ends[::-1])]
+    going, level, abandoned = [True, True], [0, 0], 0
     while any(going):
-        spent = left + sum(_boxes(flood) for flood in floods)
+        spent = abandoned + sum(_boxes(flood) for flood in floods)
         if spent >= boxes:
             return _summary(None, floods, spent, open_=True)
         side = _next(floods, going)
@@ -101,15 +102,15 @@ def enclose(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclo
         if state == ENCLOSED:
             cubes = flood.cubes[: flood.counts[TAIL]].astype(np.int64)
             lows, highs = flood.grid[cubes], flood.grid[cubes + 1]
-            summary = _summary(ENDS[side], [flood], left + sum(_boxes(flood) for flood in floods), open_=False)
+            summary = _summary(ENDS[side], [flood], abandoned + sum(_boxes(flood) for flood in floods), open_=False)
             return replace(summary, margin=margin, lows=lows, highs=highs)
         again = state == REACHED and level[side] + 1 < len(CUTS)
         if again:
-            left += _boxes(flood)
+            abandoned += _boxes(flood)
             level[side] += 1
-            floods[side] = new_flood(ends[side], ends[1 - side], grid_of(level[side]), CAPACITY)
+            floods[side] = new_flood(ends[side], ends[1 - side], grid_at(level[side]), CAPACITY)
         going[side] = again or state == GOING
-    return _summary(None, floods, left + sum(_boxes(flood) for flood in floods), open_=False)
+    return _summary(None, floods, abandoned + sum(_boxes(flood) for flood in floods), open_=False)
 
 
 def _boxes(flood: Flood) -> int:
@@ -125,7 +126,7 @@ def _next(floods: list[Flood], going: list[bool]) -> int:
     return side
 
 
-def grid_of(level: int) -> Reals:
+def grid_at(level: int) -> Reals:
     """Where the cubes of a flood meet, from 0 to the double above pi, which is none."""
     cuts = np.array(CUTS[level])
     return np.concatenate([[0.0], cuts, math.pi - cuts[::-1], [np.nextafter(math.pi, 4.0)]])

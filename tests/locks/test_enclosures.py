@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hcsearch.collision.margins import margin_of
+from hcsearch.collision.plates import plates_of
 from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import Folding, foldings
 from hcsearch.kernels.enclosure.contraction import contract, new_contraction
@@ -16,8 +17,10 @@ from hcsearch.kernels.enclosure.expansion import EQUATIONS, expand, new_expansio
 from hcsearch.kernels.enclosure.flooding import ENCLOSED, TAIL, new_flood, spread
 from hcsearch.kernels.enclosure.newton import close_within
 from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, new_refutation, refute
+from hcsearch.kernels.enclosure.third_order import third_order
 from hcsearch.linkage import Linkage
-from hcsearch.locks.enclosures import FACE, Enclosure, enclose, grid_of, rings_of
+from hcsearch.locks import enclosures
+from hcsearch.locks.enclosures import FACE, Enclosure, enclose, grid_at, rings_of
 from hcsearch.locks.proofs import lock_at
 from hcsearch.pattern import Crease, Pattern
 from hcsearch.planning.planner import Planner
@@ -102,6 +105,8 @@ def test_an_expansion_is_that_of_the_loops_but_for_its_rests(name, width, seed):
                 # a sum of matrices of rank 2, with singular values of 1 at most
                 most = math.sqrt(2.0) * np.linalg.norm(mix) * expansion.rests[loop, 0]
                 assert abs(mix @ own[:9]) <= most + 1e-12
+        for mix in rng.normal(size=(5, len(rest))):
+            assert abs(mix @ rest) <= third_order(radii, rings.hinges, expansion, mix[:, None].copy()) + 1e-12
 
 
 def test_loops_are_cut_where_their_halves_are_most_alike():
@@ -121,7 +126,7 @@ def test_loops_are_cut_where_their_halves_are_most_alike():
 def test_no_box_that_holds_a_closed_state_is_empty(name):
     sample, rng = planned(name), np.random.default_rng(1)
     rings, hinges = rings_of(sample.linkage)
-    work, states = new_refutation(rings), sample.proof.motion.angles[:, hinges]
+    work, states, tested = new_refutation(rings), sample.proof.motion.angles[:, hinges], 0
     for _ in range(2000):
         state = np.clip(states[rng.integers(len(states))], 0.0, math.pi)
         if (
@@ -138,6 +143,8 @@ def test_no_box_that_holds_a_closed_state_is_empty(name):
             continue
         low, high = box_about(state, rng, 10.0 ** rng.uniform(-4, 0))
         assert refute(rings, low.copy(), high.copy(), 50, work)[0] != EMPTY
+        tested += 1
+    assert tested > 1900
 
 
 @pytest.mark.parametrize("name", sorted(SAMPLES))
@@ -161,6 +168,37 @@ def test_contraction_keeps_closed_states(name):
         assert (closed <= high + 2e-6).all()
 
 
+def test_contraction_keeps_closed_states_of_several_loops():
+    rng, tested = np.random.default_rng(5), 0
+    rings, hinges = rings_of(MERGED)
+    refutation, work, n = new_refutation(rings), new_contraction(rings), len(hinges)
+    for _ in range(300):
+        closed = math.pi * rng.random(n)
+        tables = refutation.contraction.expansion, refutation.newton
+        if close_within(rings, np.zeros(n), np.full(n, math.pi), closed, *tables) > 1e-7:
+            continue
+        low, high = box_about(closed, rng, 10.0 ** rng.uniform(-2, -0.5))
+        assert contract(rings, low, high, work)
+        assert (low <= closed + 2e-6).all()
+        assert (closed <= high + 2e-6).all()
+        tested += 1
+    assert tested > 50
+
+
+def test_a_flood_that_comes_to_the_other_end_begins_again_with_finer_cubes(monkeypatch):
+    linkage = joined("hex:0233435001:3", "hinged")
+    plates, cuts = plates_of(linkage, 1e-4), ((0.15, 0.6, 1.2), enclosures.CUTS[0])
+    known = enclose(linkage, 10_000, plates)
+    monkeypatch.setattr(enclosures, "CUTS", cuts[:1])
+    wide = enclose(linkage, 300_000, plates)
+    assert not wide.proved
+    assert not wide.open
+    monkeypatch.setattr(enclosures, "CUTS", cuts)
+    both = enclose(linkage, 300_000, plates)
+    assert (both.end, both.cubes, both.faces) == (known.end, known.cubes, known.faces)
+    assert both.boxes > known.boxes
+
+
 def test_a_box_is_empty_where_newton_reaches_no_closed_state():
     linkage, rng = joined("hex:0223335500:4", "hinged"), np.random.default_rng(3)
     rings, hinges = rings_of(linkage)
@@ -180,7 +218,7 @@ def test_a_flood_takes_in_what_a_naive_one_does():
     linkage = joined("hex:0232335050:2", "rigid")
     rings, hinges = rings_of(linkage)
     work, start, goal = new_refutation(rings), linkage.folded[hinges], linkage.flat[hinges]
-    grid = grid_of(0)
+    grid = grid_at(0)
     flood = new_flood(start, goal, grid, 1000)
     assert spread(rings, flood, 10**9, FACE, work) == ENCLOSED
     first = tuple(int(np.sum(angle >= grid)) - 1 for angle in start)
@@ -221,7 +259,7 @@ def test_a_lock_is_left_by_no_search_from_any_position_at_any_thickness(name, wa
         assert len(positions) >= 4
         for own in positions[:: len(positions) // 4][:4]:
             linkage = linkage_joined(own, panel, way)
-            assert Planner(linkage, margin_of(linkage)).plan(150).states is None
+            assert Planner(linkage, margin_of(linkage), collide=False).plan(150).states is None
 
 
 def like(own, folding, panel):

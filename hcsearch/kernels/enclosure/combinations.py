@@ -29,8 +29,8 @@ class Combinations(NamedTuple):
     terms : (k, r), coefficients in the equations of each angle, then of each product of two. sizes : (k,), what these
     come to at most. weighted : (k, r), terms times squares of sizes. centred : (r,), values with the mean of squares.
     gram : (r, r), V V^T and its factor. mixes : (r, LANES), right sides, then combinations. parts : (k, LANES),
-    coefficients in these of each angle and product. values, errors, rests : (LANES,), each at the middle of the box,
-    what it may differ by but for slopes, and of this the third order and rounding. sums : (3, LANES).
+    coefficients in these of each angle and product. values, errors, thirds : (LANES,), each at the middle of the box,
+    what it may differ by but for slopes, and of this the third order. sums : (3, LANES), for sums over equations.
     """
 
     terms: Reals
@@ -42,7 +42,7 @@ class Combinations(NamedTuple):
     parts: Reals
     values: Reals
     errors: Reals
-    rests: Reals
+    thirds: Reals
     sums: Reals
 
 
@@ -136,20 +136,20 @@ def solve(work: Combinations) -> None:
     r = len(gram)
     for i in range(r):
         for k in range(i):
-            factor = gram[i, k]
+            part = gram[i, k]
             for c in range(LANES):
-                mixes[i, c] -= factor * mixes[k, c]
-        factor = 1.0 / gram[i, i]
+                mixes[i, c] -= part * mixes[k, c]
+        part = 1.0 / gram[i, i]
         for c in range(LANES):
-            mixes[i, c] *= factor
+            mixes[i, c] *= part
     for i in range(r - 1, -1, -1):
         for k in range(i + 1, r):
-            factor = gram[k, i]
+            part = gram[k, i]
             for c in range(LANES):
-                mixes[i, c] -= factor * mixes[k, c]
-        factor = 1.0 / gram[i, i]
+                mixes[i, c] -= part * mixes[k, c]
+        part = 1.0 / gram[i, i]
         for c in range(LANES):
-            mixes[i, c] *= factor
+            mixes[i, c] *= part
 
 
 @lean
@@ -164,8 +164,6 @@ def combine(radii: Reals, own: Expansion, work: Combinations) -> None:
             values[c] += mixes[i, c] * work.centred[i]
     _write_parts(count, work.terms, work.mixes, work.parts)
     _write_rests(own, work)
-    for c in range(LANES):
-        errors[c] = work.rests[c]
     for k in range(n, count):
         size = work.sizes[k]
         for c in range(LANES):
@@ -202,16 +200,16 @@ def _write_parts(count: int, terms: Reals, mixes: Reals, parts: Reals) -> None:
 
 @lean
 def _write_rests(own: Expansion, work: Combinations) -> None:
-    """Write what third orders and rounding come to at most.
+    """Write what third orders come to at most, and that and rounding as errors.
 
     A third order of the rotation is a sum of products of cross products: matrices of rank 2 whose singular values are
     no more than 1, so that the combination of their entries is no more than the root of twice its own square.
     """
-    rests, mixes, sums = work.rests, work.mixes, work.sums
+    thirds, errors, mixes, sums = work.thirds, work.errors, work.mixes, work.sums
     for c in range(LANES):
-        rests[c] = 0.0
+        thirds[c] = errors[c] = 0.0
     for loop in range(len(own.rests)):
-        row, turn, shift, error = EQUATIONS * loop, own.rests[loop, 0], own.rests[loop, 1], own.errors[loop]
+        row, turn, shift, rounding = EQUATIONS * loop, own.rests[loop, 0], own.rests[loop, 1], own.errors[loop]
         for c in range(LANES):
             sums[0, c] = sums[1, c] = sums[2, c] = 0.0
         for i in range(EQUATIONS):
@@ -220,8 +218,10 @@ def _write_rests(own: Expansion, work: Combinations) -> None:
                 sums[kind, c] += mixes[row + i, c] * mixes[row + i, c]
                 sums[2, c] += abs(mixes[row + i, c])
         for c in range(LANES):
-            third = math.sqrt(2.0 * sums[0, c]) * turn + math.sqrt(sums[1, c]) * shift
-            rests[c] += third * (1.0 + 1e-12) + error * sums[2, c]
+            thirds[c] += (math.sqrt(2.0 * sums[0, c]) * turn + math.sqrt(sums[1, c]) * shift) * (1.0 + 1e-12)
+            errors[c] += rounding * sums[2, c]
+    for c in range(LANES):
+        errors[c] += thirds[c]
 
 
 @lean
@@ -235,4 +235,4 @@ def add_shares(radii: Reals, own: Expansion, shares: Reals, work: Combinations) 
         shares[own.pairs[q, 0]] += size
         shares[own.pairs[q, 1]] += size
     for h in range(n):
-        shares[h] += 3.0 * work.rests[0] * radii[h] / total
+        shares[h] += 3.0 * work.thirds[0] * radii[h] / total

@@ -22,6 +22,7 @@ from hcsearch.kernels.enclosure.combinations import (
     weigh,
 )
 from hcsearch.kernels.enclosure.expansion import Expansion, Rings, expand, new_expansion
+from hcsearch.kernels.enclosure.third_order import third_order
 from hcsearch.typing import Reals
 
 LEAST_GAIN = 0.1
@@ -72,7 +73,7 @@ def contract(rings: Rings, low: Reals, high: Reals, work: Contraction) -> bool:
         if not weigh(work.radii, work.expansion, work.combinations):
             return True
         for first in range(0, n + 1, LANES):
-            if not _use(first, low, high, work):
+            if not _use(rings, first, low, high, work):
                 return False
         for h in range(n):
             after += high[h] - low[h]
@@ -82,7 +83,7 @@ def contract(rings: Rings, low: Reals, high: Reals, work: Contraction) -> bool:
 
 
 @lean
-def _use(first: int, low: Reals, high: Reals, work: Contraction) -> bool:
+def _use(rings: Rings, first: int, low: Reals, high: Reals, work: Contraction) -> bool:
     """Contract a box by some combinations; False where one excludes all of it. Number 0 is that of the values."""
     n, own = len(low), work.combinations
     last = min(n + 1 - first, LANES)
@@ -95,6 +96,7 @@ def _use(first: int, low: Reals, high: Reals, work: Contraction) -> bool:
     _scale(own)
     combine(work.radii, work.expansion, own)
     if first == 0:
+        _refine(rings, work)
         for h in range(n):
             work.shares[h] = abs(own.parts[h, 0]) * work.radii[h]
         add_shares(work.radii, work.expansion, work.shares, own)
@@ -103,6 +105,16 @@ def _use(first: int, low: Reals, high: Reals, work: Contraction) -> bool:
         if (h < 0 or high[h] - low[h] > PAD) and not _bound(c, low, high, work):
             return False
     return True
+
+
+@lean
+def _refine(rings: Rings, work: Contraction) -> None:
+    """Bound the third order of the first combination term by term."""
+    own = work.combinations
+    gain = own.thirds[0] - third_order(work.radii, rings.hinges, work.expansion, own.mixes)
+    if gain > 0.0:
+        own.thirds[0] -= gain
+        own.errors[0] -= gain
 
 
 @lean

@@ -45,8 +45,8 @@ class Expansion(NamedTuple):
 
     values : (r,). slopes : (r, n). bends : (q, 12), of the products of two hinges `pairs`, (q, 2), in the loop
     `owners`, (q,); of one hinge with itself the half of it stands there. filled : (1,), how many of these there are.
-    rests : (n_loops, 2), what third orders come to at most: the greatest singular value of the rotation's, and the
-    length of the place's. errors : (n_loops,), of rounding in each equation.
+    rests, fourths : (n_loops, 2), what third orders, or fourth ones, come to at most: the greatest singular value of
+    the rotation's, and the length of the place's. errors : (n_loops,), of rounding in each equation.
     cuts : (n_loops, 2), hinges of the loop before the first panel, and before the one in the middle. steps : (k,), the
     hinges of both halves of each loop, from the first panel to the middle one. ends : (2 n_loops + 1,), of halves.
     axes, levers : (k, 3) and turned : (k, 3, 3), of hinges by their place in `steps`. poses : (2, 3, 4).
@@ -59,6 +59,7 @@ class Expansion(NamedTuple):
     owners: Whole
     filled: Whole
     rests: Reals
+    fourths: Reals
     errors: Reals
     cuts: Whole
     steps: Whole
@@ -87,6 +88,7 @@ def new_expansion(rings: Rings) -> Expansion:
         np.zeros(most, np.int64),
         np.zeros(1, np.int64),
         np.zeros((loops, 2)),
+        np.zeros((loops, 2)),
         np.zeros(loops),
         cuts,
         np.zeros(k, np.int64),
@@ -105,7 +107,8 @@ def expand(rings: Rings, angles: Reals, radii: Reals, expansion: Expansion) -> N
     write_first_order(rings, angles, expansion)
     expansion.filled[0] = 0
     for loop in range(len(rings.starts) - 1):
-        expansion.rests[loop, 0] = expansion.rests[loop, 1] = 0.0
+        for kind in range(2):
+            expansion.rests[loop, kind] = expansion.fourths[loop, kind] = 0.0
         total, far = 0.0, 1.0
         for half in (2 * loop, 2 * loop + 1):
             _write_bends(rings, half, expansion)
@@ -250,13 +253,13 @@ def _write_bends(rings: Rings, half: int, expansion: Expansion) -> None:
 
 @lean
 def _add_rests(rings: Rings, half: int, radii: Reals, expansion: Expansion) -> tuple[float, float]:
-    """Add the third order of a half; the sum of its radii, and how far the middle panel may be from its hinges.
+    """Add higher orders of a half; the sum of its radii, and how far the middle panel may be from its hinges.
 
     Third derivatives along a line are sums over three hinges i <= j <= k of d_i d_j d_k K_i K_j K_k, with rotations
-    between. Of the place, what is turned is the lever of the last one, k.
+    between, and so are fourth ones. Of the place, what is turned is the lever of the last one, k.
     """
     first, end, loop = expansion.ends[half], expansion.ends[half + 1], half // 2
-    more = total = place = far = 0.0
+    more = total = place = fourth = far = 0.0
     for k in range(first, end):
         total += radii[rings.hinges[expansion.steps[k]]]
     left = total
@@ -267,7 +270,10 @@ def _add_rests(rings: Rings, half: int, radii: Reals, expansion: Expansion) -> t
         more += own * reach
         rest = max(left - own, 0.0)
         place += reach * (left * left * left - rest * rest * rest)
+        fourth += reach * (left * left * left * left - rest * rest * rest * rest)
         left = rest
     expansion.rests[loop, 0] += total**3 / 6.0
     expansion.rests[loop, 1] += place / 6.0
+    expansion.fourths[loop, 0] += total**4 / 24.0
+    expansion.fourths[loop, 1] += fourth / 24.0
     return total, far
