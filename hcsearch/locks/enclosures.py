@@ -91,26 +91,26 @@ def enclose(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclo
     work = new_refutation(rings) if plates is None else refutation_with(rings, plates)
     margin = None if plates is None else plates.margin
     floods = [new_flood(start, goal, grid_at(0), CAPACITY) for start, goal in (ends, ends[::-1])]
-    going, level, abandoned = [True, True], [0, 0], 0
+    going, level, spent = [True, True], [0, 0], 0
     while any(going):
-        spent = abandoned + sum(_boxes(flood) for flood in floods)
         if spent >= boxes:
             return _summary(None, floods, spent, open_=True)
         side = _next(floods, going)
         flood = floods[side]
-        state = _spread(rings, flood, _boxes(flood) + min(max(FIRST, _boxes(flood)), boxes - spent), work)
+        before = _boxes(flood)
+        state = _spread(rings, flood, before + min(max(FIRST, before), boxes - spent), work)
+        spent += _boxes(flood) - before
         if state == ENCLOSED:
             cubes = flood.cubes[: flood.counts[TAIL]].astype(np.int64)
             lows, highs = flood.grid[cubes], flood.grid[cubes + 1]
-            summary = _summary(ENDS[side], [flood], abandoned + sum(_boxes(flood) for flood in floods), open_=False)
+            summary = _summary(ENDS[side], [flood], spent, open_=False)
             return replace(summary, margin=margin, lows=lows, highs=highs)
         again = state == REACHED and level[side] + 1 < len(CUTS)
         if again:
-            abandoned += _boxes(flood)
             level[side] += 1
             floods[side] = new_flood(ends[side], ends[1 - side], grid_at(level[side]), CAPACITY)
         going[side] = again or state == GOING
-    return _summary(None, floods, abandoned + sum(_boxes(flood) for flood in floods), open_=False)
+    return _summary(None, floods, spent, open_=False)
 
 
 def _boxes(flood: Flood) -> int:

@@ -82,6 +82,20 @@ def box_about(state, rng, width):
     return low, high
 
 
+def close(rings, state, work):
+    """Move a state to a closed one within the stops; what is left of the equations there."""
+    low, high = np.zeros(len(state)), np.full(len(state), math.pi)
+    return close_within(rings, low, high, state, work.contraction.expansion, work.newton)
+
+
+def assert_kept(rings, closed, box, work):
+    """A box that is contracted still holds a closed state."""
+    low, high = box
+    assert contract(rings, low, high, work)
+    assert (low <= closed + 2e-6).all()
+    assert (closed <= high + 2e-6).all()
+
+
 @given(st.sampled_from(sorted(LINKAGES)), st.floats(0.001, 0.5), st.integers(0, 2**32 - 1))
 def test_an_expansion_is_that_of_the_loops_but_for_its_rests(name, width, seed):
     linkage, rng = LINKAGES[name], np.random.default_rng(seed)
@@ -129,17 +143,7 @@ def test_no_box_that_holds_a_closed_state_is_empty(name):
     work, states, tested = new_refutation(rings), sample.proof.motion.angles[:, hinges], 0
     for _ in range(2000):
         state = np.clip(states[rng.integers(len(states))], 0.0, math.pi)
-        if (
-            close_within(
-                rings,
-                np.zeros(len(state)),
-                np.full(len(state), math.pi),
-                state,
-                work.contraction.expansion,
-                work.newton,
-            )
-            > 1e-7
-        ):
+        if close(rings, state, work) > 1e-7:
             continue
         low, high = box_about(state, rng, 10.0 ** rng.uniform(-4, 0))
         assert refute(rings, low.copy(), high.copy(), 50, work)[0] != EMPTY
@@ -154,18 +158,8 @@ def test_contraction_keeps_closed_states(name):
     refutation, work = new_refutation(rings), new_contraction(rings)
     for state in sample.states[:: max(1, len(sample.states) // 40)][:, hinges]:
         closed = np.clip(state, 0.0, math.pi)
-        close_within(
-            rings,
-            np.zeros(len(closed)),
-            np.full(len(closed), math.pi),
-            closed,
-            refutation.contraction.expansion,
-            refutation.newton,
-        )
-        low, high = box_about(closed, rng, 10.0 ** rng.uniform(-2, -0.5))
-        assert contract(rings, low, high, work)
-        assert (low <= closed + 2e-6).all()
-        assert (closed <= high + 2e-6).all()
+        close(rings, closed, refutation)
+        assert_kept(rings, closed, box_about(closed, rng, 10.0 ** rng.uniform(-2, -0.5)), work)
 
 
 def test_contraction_keeps_closed_states_of_several_loops():
@@ -174,13 +168,9 @@ def test_contraction_keeps_closed_states_of_several_loops():
     refutation, work, n = new_refutation(rings), new_contraction(rings), len(hinges)
     for _ in range(300):
         closed = math.pi * rng.random(n)
-        tables = refutation.contraction.expansion, refutation.newton
-        if close_within(rings, np.zeros(n), np.full(n, math.pi), closed, *tables) > 1e-7:
+        if close(rings, closed, refutation) > 1e-7:
             continue
-        low, high = box_about(closed, rng, 10.0 ** rng.uniform(-2, -0.5))
-        assert contract(rings, low, high, work)
-        assert (low <= closed + 2e-6).all()
-        assert (closed <= high + 2e-6).all()
+        assert_kept(rings, closed, box_about(closed, rng, 10.0 ** rng.uniform(-2, -0.5)), work)
         tested += 1
     assert tested > 50
 

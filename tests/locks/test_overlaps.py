@@ -34,7 +34,7 @@ from hcsearch.kernels.enclosure.refutation import EMPTY, refutation_with, refute
 from hcsearch.linkage import Linkage
 from hcsearch.locks.enclosures import enclose, rings_of
 from hcsearch.pattern import Pattern
-from tests.locks.test_enclosures import box_about
+from tests.locks.test_enclosures import box_about, close
 from tests.naive import around_the_loop
 from tests.planned import SAMPLES, joined, planned
 
@@ -145,17 +145,7 @@ def test_no_box_about_a_state_of_a_proved_path_is_left_out(name):
     tested = 0
     for _ in range(150):
         state = np.clip(states[rng.integers(len(states))], 0.0, math.pi)
-        if (
-            close_within(
-                rings,
-                np.zeros(len(state)),
-                np.full(len(state), math.pi),
-                state,
-                work.contraction.expansion,
-                work.newton,
-            )
-            > 1e-7
-        ):
+        if close(rings, state, work) > 1e-7:
             continue
         assert clear_at(state, work.overlaps)
         low, high = box_about(state, rng, 10.0 ** rng.uniform(-4, 0))
