@@ -139,10 +139,10 @@ def creases_with_opposite_image(circuit: Circuit) -> Iterator[int]:
 
 
 def rotation(vector: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rotation matrix of a rotation vector, by the exponential series of its cross product matrix."""
-    x, y, z = vector
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    total, term = np.eye(3), np.eye(3)
+    """Rotation matrices of rotation vectors, (..., 3), by the exponential series of their cross product matrices."""
+    x, y, z = np.moveaxis(np.asarray(vector, float), -1, 0)
+    cross = np.stack([0 * x, -z, y, z, 0 * x, -x, -y, x, 0 * x], -1).reshape(*x.shape, 3, 3)
+    total = term = np.broadcast_to(np.eye(3), cross.shape)
     for k in range(1, 60):
         term = term @ cross / k
         total = total + term
@@ -155,12 +155,12 @@ def around_the_loop(
     loop: Sequence[tuple[int, int]],
     angles: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Product of the 4 x 4 matrices of the rotations about the hinges of a loop."""
+    """Products of the 4 x 4 matrices of the rotations about the hinges of a loop, at states (..., n)."""
     product = np.eye(4)
     for hinge, sign in loop:
-        matrix = np.eye(4)
-        matrix[:3, :3] = rotation(sign * angles[hinge] * directions[hinge])
-        matrix[:3, 3] = points[hinge] - matrix[:3, :3] @ points[hinge]
+        matrix = np.zeros((*angles.shape[:-1], 4, 4)) + np.eye(4)
+        matrix[..., :3, :3] = rotation(sign * angles[..., hinge, None] * directions[hinge])
+        matrix[..., :3, 3] = points[hinge] - matrix[..., :3, :3] @ points[hinge]
         product = product @ matrix
     return product
 

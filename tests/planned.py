@@ -76,7 +76,8 @@ def along(planned_: Planned, times: Reals) -> Reals:
     return np.array([cubic(planned_, k) @ s ** np.arange(4) for k, s in zip(steps, shares, strict=True)])
 
 
-def open_by(linkage: Linkage, angles: Reals) -> float:
-    """How far loops are open: the greatest entry of T - 1, lengths over the pattern's size."""
+def open_by(linkage: Linkage, angles: Reals) -> Reals:
+    """How far loops are open at states (..., n): the greatest entry of T - 1, lengths over the pattern's size."""
     lines = linkage.directions, linkage.points / linkage.pattern.size
-    return max(float(np.abs(around_the_loop(*lines, loop, angles) - np.eye(4)).max()) for loop in linkage.loops)
+    opened = [np.abs(around_the_loop(*lines, loop, angles) - np.eye(4)).max(axis=(-2, -1)) for loop in linkage.loops]
+    return np.max(opened, axis=0)

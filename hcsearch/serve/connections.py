@@ -99,11 +99,13 @@ class Channel(HTTPChannel):  # type: ignore[misc]
         return False
 
     def cut(self) -> None:
-        """Let the loop close the connection, also one that takes nothing more."""
+        """Let the loop close the connection, also one that takes nothing more; any thread may ask, at any time."""
         self.will_close = True
-        # else the loop, which closes what can be written to, would never come to it
-        with suppress(OSError):
-            self.socket.shutdown(socket.SHUT_RDWR)
+        connection = self.socket  # None as soon as the loop has closed it
+        if connection is not None:
+            # else the loop, which closes what can be written to, would never come to it
+            with suppress(OSError):
+                connection.shutdown(socket.SHUT_RDWR)
 
 
 class Server(TcpWSGIServer):  # type: ignore[misc]

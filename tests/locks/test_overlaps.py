@@ -178,8 +178,7 @@ def naive_pose(plates, way, order, angles):
     """How the second facet of a pair is seen by the first, or (order 1) the first by the second."""
     steps = range(plates.starts[way], plates.starts[way + 1])
     walk = [(k, 1) for k in steps] if order == 0 else [(k, -1) for k in steps[::-1]]
-    turns = dict(zip(steps, angles[plates.hinges[steps.start : steps.stop]], strict=True))
-    return around_the_loop(plates.directions, plates.points, walk, turns)[:3]
+    return around_the_loop(plates.directions, plates.points, walk, angles[plates.hinges])[:3]
 
 
 def test_closed_loops_place_a_panel_alike_by_both_ways():

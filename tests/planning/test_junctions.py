@@ -37,10 +37,15 @@ def linkages(draw):
     return linkage_joined(folding, default_panel(grid), way if can_be(folding, way) else "hinged")
 
 
-def tried(linkage, closed):
-    """All states with every hinge at a stop that are closed, one by one."""
-    states = [np.array(state) for state in itertools.product((0.0, math.pi), repeat=linkage.n_hinges)]
-    return [state.tolist() for state in states if closed(linkage, state)]
+def all_stops(linkage):
+    """All states with every hinge at a stop."""
+    return np.array(list(itertools.product((0.0, math.pi), repeat=linkage.n_hinges)))
+
+
+def closed_to_rounding(linkage):
+    """Those that are closed, by products of matrices."""
+    states = all_stops(linkage)
+    return states[open_by(linkage, states) < 1e-9].tolist()
 
 
 @settings(max_examples=25)
@@ -48,7 +53,7 @@ def tried(linkage, closed):
 def test_junctions_are_all_flat_folded_states_that_are_closed_in_whole_numbers(linkage):
     found = junctions_of(linkage)
     assert found.complete
-    assert found.states.tolist() == tried(linkage, lambda *state: whole_end(*state) is not None)
+    assert found.states.tolist() == [state.tolist() for state in all_stops(linkage) if whole_end(linkage, state) is not None]
     own = {tuple(state) for state in found.states.tolist()}
     assert {tuple(linkage.folded.tolist()), tuple(linkage.flat.tolist())} <= own
 
@@ -58,7 +63,7 @@ def test_junctions_off_the_tilings_are_closed_to_rounding():
     length = 0.05 / 3
     linkage = linkage_joined(folding, (length, length, length / math.pi), "hinged")
     found = junctions_of(linkage).states.tolist()
-    assert found == tried(linkage, lambda own, state: open_by(own, state) < 1e-9)
+    assert found == closed_to_rounding(linkage)
     assert len(found) == len(junctions_of(joined("hex:0234550132:4", "hinged")).states)
 
 
@@ -69,13 +74,13 @@ def test_loops_that_share_hinges_are_closed_together():
     pairs |= {(0, 3): "bottom", (1, 4): "top", (2, 5): "bottom"}
     linkage = Linkage(Pattern(facets, {pair: Crease(face) for pair, face in pairs.items()}, 0.1))
     assert len(linkage.loops) == 2
-    assert junctions_of(linkage).states.tolist() == tried(linkage, lambda own, state: open_by(own, state) < 1e-9)
+    assert junctions_of(linkage).states.tolist() == closed_to_rounding(linkage)
 
 
 def test_hinges_in_no_loop_turn_freely():
     linkage = linkage_named("thesis-4x4")
     assert {hinge for walk in linkage.loops for hinge, _ in walk} != set(range(linkage.n_hinges))
-    assert junctions_of(linkage).states.tolist() == tried(linkage, lambda own, state: open_by(own, state) < 1e-9)
+    assert junctions_of(linkage).states.tolist() == closed_to_rounding(linkage)
 
 
 @pytest.mark.parametrize(("name", "count"), [("hex:02345500111133355432:8", 813), ("square:0122230323000121:0", 871)])
