@@ -20,7 +20,6 @@ from hcsearch.kernels.enclosure.flooding import (
     FACES,
     GOING,
     HEAD,
-    REACHED,
     TAIL,
     Flood,
     new_flood,
@@ -28,21 +27,24 @@ from hcsearch.kernels.enclosure.flooding import (
 )
 from hcsearch.kernels.enclosure.plates import Plates
 from hcsearch.kernels.enclosure.refutation import Refutation, new_refutation, refutation_with
+from hcsearch.kernels.enclosure.wandering import wander
 from hcsearch.linkage import Linkage
 from hcsearch.typing import Reals, Whole
 from hcsearch.vocabulary import ENDS, End
 
 CUTS = (0.15, 0.4, 0.8, 1.2), (0.075, 0.15, 0.275, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4)
-"""Angles from either stop at which cubes meet (rad): narrow ones hold hinges that hardly leave a stop. The second are
-those of floods that begin again where the first came to the other end."""
-FACE = 30_000
-"""Boxes by which a face may be proved empty before it counts as crossed."""
+"""Angles from either stop at which cubes meet (rad), of coarse and of fine floods: narrow ones hold hinges that hardly
+leave a stop."""
 CAPACITY = 200_000
 """Cubes that a flood holds."""
 FIRST = 2500
 """Boxes of the first turn of each flood; each turn ends at twice as many."""
-AHEAD = 3
-"""How many times the boxes of the other flood the more promising one may have taken when its turn begins."""
+EVEN, STEPS = 20_000, 10_000
+"""After so many boxes, random walks of so many steps from either end show how many cubes are to be filled, about."""
+BEHIND = 6
+"""What boxes of floods count for that are not expected to end first, as turns are given."""
+SEED = 1
+"""Of random walks."""
 SLICE = 10_000
 """Boxes in one call of the kernel: an interrupt waits no longer than these take, some tenths of a second."""
 
@@ -52,11 +54,11 @@ class Enclosure(ByValue):
     """What a flood from an end of the motion came to.
 
     end : the end that no motion leaves for the other one; None where that is not proved. cubes, faces : cubes that hold
-    whatever a motion from that end can reach, and faces that were tested for it; of both floods where nothing is
-    proved. boxes : of all floods, with those that began again. open : whether more boxes may prove more; not where each
-    flood came to the other end, or where there is no loop. lows, highs : (cubes, k), of the cubes where a lock is
-    proved, rad; of the k hinges that are in a loop. margin : m, the greatest at which a lock holds that panels have a
-    part in; None where it holds at every margin.
+    whatever a motion from that end can reach, and faces that were tested for it; of all floods where nothing is
+    proved. boxes : of all floods. open : whether more boxes may prove more; not where each flood came to the other end,
+    or where there is no loop. lows, highs : (cubes, k), of the cubes where a lock is proved, rad; of the k hinges that
+    are in a loop. margin : m, the greatest at which a lock holds that panels have a part in; None where it holds at
+    every margin.
     """
 
     end: End | None
@@ -77,11 +79,11 @@ class Enclosure(ByValue):
 def enclose(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclosure:
     """Look for a proof that closed loops and stops keep the packed and the flat state of a linkage apart.
 
-    boxes : how many boxes both floods may take together, about. They take turns, one from each end, the more promising
-    one more of them; one that comes to the other end begins again once, with finer cubes. The first that ends without
-    the other end is the proof, which is the same whatever the number of boxes. It holds for panels with any
-    margin, with or without collisions, and for the joints of this linkage alone: what is locked with hinged flat pairs
-    is locked with rigid and with merged ones, too (docs/explanation/locks.md). Source: ours.
+    boxes : how many boxes all floods may take together, about. Four take turns, coarse and fine ones from either end,
+    and that which is expected to end first has most of them. The first that ends without the other end is the proof,
+    which is the same whatever the number of boxes. It holds for panels with any margin, with or without collisions, and
+    for the joints of this linkage alone: what is locked with hinged flat pairs is locked with rigid and with merged
+    ones, too (docs/explanation/locks.md). Source: ours.
     plates : those of `plates_of`, where panels do not pass through each other; then it holds at their margin and below.
     """
     if not linkage.loops:
@@ -90,40 +92,85 @@ def enclose(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclo
     ends = linkage.folded[hinges], linkage.flat[hinges]
     work = new_refutation(rings) if plates is None else refutation_with(rings, plates)
     margin = None if plates is None else plates.margin
-    floods = [new_flood(start, goal, grid_at(0), CAPACITY) for start, goal in (ends, ends[::-1])]
-    going, level, spent = [True, True], [0, 0], 0
-    while any(going):
+    races = [_Race(side, level, ends[side], ends[1 - side]) for side in (0, 1) for level in range(len(CUTS))]
+    spent, expected = 0, None
+    while going := [race for race in races if race.going]:
         if spent >= boxes:
-            return _summary(None, floods, spent, open_=True)
-        side = _next(floods, going)
-        flood = floods[side]
-        before = _boxes(flood)
-        state = _spread(rings, flood, before + min(max(FIRST, before), boxes - spent), work)
-        spent += _boxes(flood) - before
+            return _summary(None, races, spent, open_=True)
+        if expected is None and spent >= EVEN:
+            expected = [_cubes_expected(rings, end, work) for end in ends]
+        race = _next(going, expected)
+        before = race.boxes
+        state = race.go_on(rings, before + min(max(FIRST, before), boxes - spent), work)
+        spent += race.boxes - before
         if state == ENCLOSED:
-            cubes = flood.cubes[: flood.counts[TAIL]].astype(np.int64)
-            lows, highs = flood.grid[cubes], flood.grid[cubes + 1]
-            summary = _summary(ENDS[side], [flood], spent, open_=False)
+            lows, highs = race.taken_in
+            summary = _summary(ENDS[race.side], [race], spent, open_=False)
             return replace(summary, margin=margin, lows=lows, highs=highs)
-        again = state == REACHED and level[side] + 1 < len(CUTS)
-        if again:
-            level[side] += 1
-            floods[side] = new_flood(ends[side], ends[1 - side], grid_at(level[side]), CAPACITY)
-        going[side] = again or state == GOING
-    return _summary(None, floods, spent, open_=False)
+    return _summary(None, races, spent, open_=False)
 
 
-def _boxes(flood: Flood) -> int:
-    return int(flood.counts[BOXES])
+@dataclass
+class _Race:
+    """A flood from an end (side 0 or 1), coarse or fine (level), which is made as its first turn comes."""
+
+    side: int
+    level: int
+    start: Reals
+    goal: Reals
+    flood: Flood | None = None
+    going: bool = True
+
+    @property
+    def boxes(self) -> int:
+        """Boxes that it has taken."""
+        return 0 if self.flood is None else int(self.flood.counts[BOXES])
+
+    def go_on(self, rings: Rings, boxes: int, work: Refutation) -> int:
+        """Let it go on until it has taken so many boxes in all; what it came to."""
+        if self.flood is None:
+            self.flood = new_flood(self.start, self.goal, grid_at(self.level), CAPACITY)
+        counts, state = self.flood.counts, GOING
+        while state == GOING and counts[BOXES] < boxes:
+            state = int(spread(rings, self.flood, min(int(counts[BOXES]) + SLICE, boxes), work))
+        self.going = state == GOING
+        return state
+
+    def boxes_expected(self, cubes: float) -> float:
+        """How many boxes it will have taken at its end, if it takes in so many cubes, or those that it has by now."""
+        if self.flood is None:
+            return math.inf
+        counts = self.flood.counts
+        return self.boxes * max(cubes, float(counts[TAIL])) / max(float(counts[HEAD]), 0.5)
+
+    @property
+    def taken_in(self) -> tuple[Reals, Reals]:
+        """Lowest and highest angles of its cubes."""
+        assert self.flood is not None
+        cubes, grid = self.flood.cubes[: self.flood.counts[TAIL]].astype(np.int64), self.flood.grid
+        return grid[cubes], grid[cubes + 1]
 
 
-def _next(floods: list[Flood], going: list[bool]) -> int:
-    """Which flood goes on: the one with the smaller share of cubes that wait, until it has taken thrice the boxes."""
-    waiting = [1.0 - flood.counts[HEAD] / flood.counts[TAIL] for flood in floods]
-    side = int(waiting[1] < waiting[0])
-    if not going[side] or (going[1 - side] and _boxes(floods[side]) > AHEAD * _boxes(floods[1 - side])):
-        side = 1 - side
-    return side
+def _next(going: list[_Race], expected: list[list[float]] | None) -> _Race:
+    """Which flood goes on: that which is expected to end first, but for a share of all boxes that the others have."""
+    first = None
+    if expected is not None:
+        first = min(going, key=lambda race: race.boxes_expected(expected[race.side][race.level]))
+    return min(going, key=lambda race: max(race.boxes, FIRST) * (1 if race is first else BEHIND))
+
+
+def _cubes_expected(rings: Rings, end: Reals, work: Refutation) -> list[float]:
+    """How many cubes of either grid hold states that can be reached from an end, about.
+
+    By those that a random walk comes to, to once and to twice. Source: A. Chao, Scand. J. Statist. 11 (1984) 265.
+    """
+    states, expected = wander(rings, end, STEPS, SEED, work), []
+    for level in range(len(CUTS)):
+        cubes = np.searchsorted(grid_at(level), states, side="right")
+        times = np.unique(cubes, axis=0, return_counts=True)[1]
+        once, twice = ((times == k).sum() for k in (1, 2))
+        expected.append(len(times) + once * (once - 1) / (2.0 * (twice + 1)))
+    return expected
 
 
 def grid_at(level: int) -> Reals:
@@ -132,16 +179,9 @@ def grid_at(level: int) -> Reals:
     return np.concatenate([[0.0], cuts, math.pi - cuts[::-1], [np.nextafter(math.pi, 4.0)]])
 
 
-def _spread(rings: Rings, flood: Flood, boxes: int, work: Refutation) -> int:
-    """Let a flood go on until it has taken so many boxes in all; what it came to."""
-    state = GOING
-    while state == GOING and flood.counts[BOXES] < boxes:
-        state = int(spread(rings, flood, min(int(flood.counts[BOXES]) + SLICE, boxes), FACE, work))
-    return state
-
-
-def _summary(end: End | None, floods: list[Flood], boxes: int, *, open_: bool) -> Enclosure:
-    cubes, faces = (sum(int(flood.counts[entry]) for flood in floods) for entry in (TAIL, FACES))
+def _summary(end: End | None, races: list[_Race], boxes: int, *, open_: bool) -> Enclosure:
+    counts = [race.flood.counts for race in races if race.flood is not None]
+    cubes, faces = (sum(int(own[entry]) for own in counts) for entry in (TAIL, FACES))
     return Enclosure(end, cubes, faces, boxes, open_)
 
 

@@ -14,20 +14,21 @@ from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import Folding, foldings
 from hcsearch.kernels.enclosure.contraction import contract, new_contraction
 from hcsearch.kernels.enclosure.expansion import EQUATIONS, expand, new_expansion
-from hcsearch.kernels.enclosure.flooding import ENCLOSED, TAIL, new_flood, spread
+from hcsearch.kernels.enclosure.flooding import ENCLOSED, LIMITS, TAIL, new_flood, spread
 from hcsearch.kernels.enclosure.newton import close_within
 from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, new_refutation, refute
 from hcsearch.kernels.enclosure.third_order import third_order
+from hcsearch.kernels.enclosure.wandering import STRIDE, wander
 from hcsearch.linkage import Linkage
 from hcsearch.locks import enclosures
-from hcsearch.locks.enclosures import FACE, Enclosure, enclose, grid_at, rings_of
+from hcsearch.locks.enclosures import Enclosure, enclose, grid_at, rings_of
 from hcsearch.locks.proofs import lock_at
 from hcsearch.pattern import Crease, Pattern
 from hcsearch.planning.planner import Planner
 from hcsearch.scenes import default_panel
 from hcsearch.unit_search.elements import untwisted
 from tests.naive import around_the_loop
-from tests.planned import SAMPLES, joined, planned
+from tests.planned import SAMPLES, joined, open_by, planned
 from tests.strategies import writings
 
 MERGED = joined("square:012233230011:4", "merged")
@@ -175,7 +176,7 @@ def test_contraction_keeps_closed_states_of_several_loops():
     assert tested > 50
 
 
-def test_a_flood_that_comes_to_the_other_end_begins_again_with_finer_cubes(monkeypatch):
+def test_a_fine_flood_proves_what_a_coarse_one_does_not(monkeypatch):
     linkage = joined("hex:0233435001:3", "hinged")
     plates, cuts = plates_of(linkage, 1e-4), ((0.15, 0.6, 1.2), enclosures.CUTS[0])
     known = enclose(linkage, 10_000, plates)
@@ -187,6 +188,31 @@ def test_a_flood_that_comes_to_the_other_end_begins_again_with_finer_cubes(monke
     both = enclose(linkage, 300_000, plates)
     assert (both.end, both.cubes, both.faces) == (known.end, known.cubes, known.faces)
     assert both.boxes > known.boxes
+
+
+@pytest.mark.parametrize("name", ["hex:0234451512:0", "hex:0223435501:2", "hex:0233534001:0"])
+def test_a_walk_comes_to_some_of_the_cubes_that_are_taken_in(name):
+    linkage = joined(name, "hinged")
+    rings, hinges = rings_of(linkage)
+    enclosure = enclose(linkage, 400_000)
+    end = linkage.folded if enclosure.end == "packed" else linkage.flat
+    coarse, fine = enclosures._cubes_expected(rings, end[hinges], new_refutation(rings))
+    assert 0.1 * enclosure.cubes < coarse < enclosure.cubes
+    assert coarse < fine
+
+
+def test_a_walk_passes_closed_states_from_one_to_the_next():
+    linkage = joined("square:012233230011:4", "merged")
+    rings, hinges = rings_of(linkage)
+    states = wander(rings, linkage.folded[hinges], 3000, 5, new_refutation(rings))
+    assert len(states) > 1000
+    assert states.min() >= 0.0
+    assert states.max() <= math.pi
+    angles = np.tile(linkage.folded, (len(states), 1))
+    angles[:, hinges] = states
+    assert open_by(linkage, angles).max() < 1e-6
+    gaps = np.abs(states[1:, None] - states[None]).max(axis=2)
+    assert (gaps.min(axis=1, where=np.tri(len(gaps), len(states), dtype=bool), initial=9.0) <= 1.5 * STRIDE).all()
 
 
 def test_a_box_is_empty_where_newton_reaches_no_closed_state():
@@ -210,7 +236,7 @@ def test_a_flood_takes_in_what_a_naive_one_does():
     work, start, goal = new_refutation(rings), linkage.folded[hinges], linkage.flat[hinges]
     grid = grid_at(0)
     flood = new_flood(start, goal, grid, 1000)
-    assert spread(rings, flood, 10**9, FACE, work) == ENCLOSED
+    assert spread(rings, flood, 10**9, work) == ENCLOSED
     first = tuple(int(np.sum(angle >= grid)) - 1 for angle in start)
     taken, waiting = {first}, [first]
     while waiting:
@@ -221,7 +247,7 @@ def test_a_flood_takes_in_what_a_naive_one_does():
                 continue
             low, high = grid[list(cube)], grid[[k + 1 for k in cube]]
             low[side] = high[side] = high[side] if step > 0 else low[side]
-            if refute(rings, low, high, FACE, work)[0] != EMPTY:
+            if refute(rings, low, high, LIMITS[-1], work)[0] != EMPTY:
                 taken.add(beyond)
                 waiting.append(beyond)
     # the order of cubes decides from which state Newton's method begins, but not which faces are empty
@@ -268,7 +294,7 @@ def test_a_flood_stops_where_its_boxes_end(boxes):
     enclosure = enclose(joined("hex:0234451512:0", "hinged"), boxes)
     assert not enclosure.proved
     assert enclosure.open
-    assert enclosure.boxes <= boxes + FACE + 1  # a face
+    assert enclosure.boxes <= boxes + LIMITS[-1] + 1  # a face
 
 
 def test_a_proof_does_not_hang_on_how_many_boxes_are_allowed():

@@ -53,7 +53,9 @@ def closed_to_rounding(linkage):
 def test_junctions_are_all_flat_folded_states_that_are_closed_in_whole_numbers(linkage):
     found = junctions_of(linkage)
     assert found.complete
-    assert found.states.tolist() == [state.tolist() for state in all_stops(linkage) if whole_end(linkage, state) is not None]
+    assert found.states.tolist() == [
+        state.tolist() for state in all_stops(linkage) if whole_end(linkage, state) is not None
+    ]
     own = {tuple(state) for state in found.states.tolist()}
     assert {tuple(linkage.folded.tolist()), tuple(linkage.flat.tolist())} <= own
 

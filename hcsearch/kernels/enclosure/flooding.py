@@ -3,6 +3,9 @@
 [0, pi]^n is cut into cubes. A flood takes in the cube of a state, and then each neighbour of a cube that was taken in,
 unless the face between them is proved to hold no closed state. No motion leaves what a flood has taken in
 (docs/explanation/locks.md). A cube that is taken in without need only enlarges that.
+
+A few faces take nearly all boxes, and behind most of these is a cube that is taken in by another face. So what is not
+known after some boxes waits until all easier faces are tested.
 """
 
 from __future__ import annotations
@@ -14,13 +17,15 @@ from numpy.typing import NDArray
 
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.expansion import Rings
-from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, Refutation, meets, refute
+from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, OPEN, Refutation, meets, refute
 from hcsearch.typing import Reals, Whole
 
 GOING, ENCLOSED, REACHED, FULL = 0, 1, 2, 3
 """A flood goes on; has proved what it has taken in to be left by no motion; came to the goal; has no more room."""
 HEAD, TAIL, FACES, MET, DOUBTED, BOXES, SIDE = 0, 1, 2, 3, 4, 5, 6
 """Entries of the counts of a flood."""
+LIMITS = (300, 3_000, 30_000)
+"""Boxes by which a face may be proved empty, at first and as often as it has waited; then it counts as crossed."""
 
 
 class Flood(NamedTuple):
@@ -28,9 +33,11 @@ class Flood(NamedTuple):
 
     cubes : (capacity, n), those taken in. states : (capacity, n), a closed state of each, or one near it.
     slots : (s,), a hash table of cubes, 1 more than their number. goal : (n,), the cube that is not to be reached.
-    grid : (k + 1,), where cubes meet, from 0 to the double above pi. counts : (7,), cubes whose faces were all tested
-    and cubes taken in; faces that were tested, of these crossed at a closed state, and crossed as nothing is known of
-    them; boxes; the next face of the cube that comes next.
+    grid : (k + 1,), where cubes meet, from 0 to the double above pi. waiting : (l - 1, capacity), faces that wait for
+    the next of l limits: 2 n times their cube, and their side. queues : (l - 1, 2), how many of these were tested, and
+    how many there are. counts : (7,), cubes whose faces were all tested, or wait, and cubes taken in; faces that were
+    tested, of these crossed at a closed state, and crossed as nothing is known of them; boxes; the next face of the
+    cube that comes next.
     """
 
     cubes: NDArray[np.int8]
@@ -38,6 +45,8 @@ class Flood(NamedTuple):
     slots: Whole
     goal: NDArray[np.int8]
     grid: Reals
+    waiting: Whole
+    queues: Whole
     counts: Whole
 
 
@@ -53,6 +62,8 @@ def new_flood(start: Reals, goal: Reals, grid: Reals, capacity: int) -> Flood:
         np.zeros(size, np.int64),
         np.zeros(n, np.int8),
         grid,
+        np.zeros((len(LIMITS) - 1, capacity), np.int64),
+        np.zeros((len(LIMITS) - 1, 2), np.int64),
         np.zeros(7, np.int64),
     )
     for h in range(n):
@@ -85,74 +96,80 @@ def _slot(flood: Flood, cube: NDArray[np.int8]) -> int:
 
 
 @compiled
-def spread(rings: Rings, flood: Flood, boxes: int, face: int, work: Refutation) -> int:
-    """Let a flood go on until it has taken so many boxes in all; GOING, ENCLOSED, REACHED or FULL.
-
-    face : boxes that a face is given at most; a face that takes more is crossed.
-    """
+def spread(rings: Rings, flood: Flood, boxes: int, work: Refutation) -> int:
+    """Let a flood go on until it has taken so many boxes in all; GOING, ENCLOSED, REACHED or FULL."""
     counts, n = flood.counts, len(flood.goal)
     cube, state = np.zeros(n, np.int8), np.zeros(n)
     low, high = np.zeros(n), np.zeros(n)
-    while counts[HEAD] < counts[TAIL]:
-        if counts[TAIL] + 2 * n > len(flood.cubes):
+    while counts[BOXES] < boxes:
+        if max(counts[TAIL], flood.queues[:, 1].max()) >= len(flood.cubes):
             return FULL
-        own = counts[HEAD]
-        for h in range(n):
-            cube[h] = flood.cubes[own, h]
-            low[h], high[h] = flood.grid[cube[h]], flood.grid[cube[h] + 1]
-        while counts[SIDE] < 2 * n:
-            if counts[BOXES] >= boxes:
-                return GOING
-            h, step = counts[SIDE] // 2, 2 * (counts[SIDE] % 2) - 1
-            counts[SIDE] += 1
-            if not 0 <= cube[h] + step < len(flood.grid) - 1:
-                continue
-            cube[h] += step
-            slot = _slot(flood, cube)
-            if flood.slots[slot] == 0:
-                below, above = low[h], high[h]
-                low[h] = high[h] = above if step > 0 else below
-                if _crossed(rings, flood, own, low, high, face, state, work):
-                    _take_in(flood, slot, cube, state)
-                    reached = True
-                    for k in range(n):
-                        reached = reached and cube[k] == flood.goal[k]
-                    if reached:
-                        return REACHED
-                low[h], high[h] = below, above
-            cube[h] -= step
-        counts[HEAD] += 1
-        counts[SIDE] = 0
-    return ENCLOSED
+        face, waited = _next_face(flood)
+        if face < 0:
+            return ENCLOSED
+        own, h, step = face // (2 * n), face % (2 * n) // 2, 2 * (face % 2) - 1
+        for k in range(n):
+            cube[k] = flood.cubes[own, k]
+            low[k], high[k] = flood.grid[cube[k]], flood.grid[cube[k] + 1]
+        cube[h] += step
+        if not 0 <= cube[h] < len(flood.grid) - 1:
+            continue
+        slot = _slot(flood, cube)
+        if flood.slots[slot]:
+            continue
+        low[h] = high[h] = high[h] if step > 0 else low[h]
+        verdict = _tested(rings, flood, own, low, high, waited, state, work)
+        if verdict == OPEN and waited + 1 < len(LIMITS):
+            flood.waiting[waited, flood.queues[waited, 1]] = face
+            flood.queues[waited, 1] += 1
+        elif verdict != EMPTY:
+            counts[MET if verdict == CLOSED else DOUBTED] += 1
+            _take_in(flood, slot, cube, state)
+            if (cube == flood.goal).all():
+                return REACHED
+    return GOING
 
 
 @lean
-def _crossed(
-    rings: Rings, flood: Flood, own: int, low: Reals, high: Reals, face: int, state: Reals, work: Refutation
-) -> bool:
-    """Whether a face of a cube is not proved empty; a state of it, closed where one is met, is written.
+def _next_face(flood: Flood) -> tuple[int, int]:
+    """The face that is tested next, 2 n times its cube and its side, and how often it has waited; -1 for none."""
+    counts, queues, sides = flood.counts, flood.queues, 2 * len(flood.goal)
+    if counts[HEAD] < counts[TAIL]:
+        face = counts[HEAD] * sides + counts[SIDE]
+        counts[SIDE] += 1
+        if counts[SIDE] == sides:
+            counts[HEAD] += 1
+            counts[SIDE] = 0
+        return face, 0
+    for k in range(len(queues)):
+        if queues[k, 0] < queues[k, 1]:
+            queues[k, 0] += 1
+            return flood.waiting[k, queues[k, 0] - 1], k + 1
+    return -1, 0
+
+
+@lean
+def _tested(
+    rings: Rings, flood: Flood, own: int, low: Reals, high: Reals, waited: int, state: Reals, work: Refutation
+) -> int:
+    """EMPTY, CLOSED or OPEN for a face of a cube; a state of a face that is not empty is written: a closed one, if met.
 
     Newton's method begins at the nearest state of the face to that by which the flood came to the cube.
     """
     n, counts = len(low), flood.counts
-    counts[FACES] += 1
+    if waited == 0:
+        counts[FACES] += 1
+    counts[BOXES] += 1
     for h in range(n):
         state[h] = min(max(flood.states[own, h], low[h]), high[h])
     if meets(rings, low, high, state, work):
-        counts[MET] += 1
-        counts[BOXES] += 1
-        return True
-    verdict, boxes = refute(rings, low, high, face, work)
-    counts[BOXES] += boxes + 1
-    if verdict == EMPTY:
-        return False
+        return CLOSED
+    verdict, boxes = refute(rings, low, high, LIMITS[waited], work)
+    counts[BOXES] += boxes
     if verdict == CLOSED:
-        counts[MET] += 1
         for h in range(n):
             state[h] = work.state[h]
-    else:
-        counts[DOUBTED] += 1
-    return True
+    return verdict
 
 
 @lean
