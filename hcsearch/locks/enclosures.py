@@ -110,7 +110,7 @@ def enclose(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclo
     return _summary(None, races, spent, open_=False)
 
 
-@dataclass
+@dataclass(eq=False)
 class _Race:
     """A flood from an end (side 0 or 1), coarse or fine (level), which is made as its first turn comes."""
 
