@@ -8,45 +8,32 @@ it ends without the goal, no motion of the linkage comes there, at any margin, t
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
 from hcsearch.equality import ByValue
 from hcsearch.kernels.enclosure.expansion import Rings
-from hcsearch.kernels.enclosure.flooding import (
-    BOXES,
-    ENCLOSED,
-    FACES,
-    GOING,
-    HEAD,
-    TAIL,
-    Flood,
-    new_flood,
-    spread,
-)
-from hcsearch.kernels.enclosure.plates import Plates
-from hcsearch.kernels.enclosure.refutation import Refutation, new_refutation, refutation_with
+from hcsearch.kernels.enclosure.plates import Plates, no_plates
+from hcsearch.kernels.enclosure.refutation import Refutation, refutation_with
 from hcsearch.kernels.enclosure.wandering import wander
 from hcsearch.linkage import Linkage
+from hcsearch.locks.floods import CUTS, CubeFlood, cubes_expected
+from hcsearch.locks.single_boxes import SingleBox
 from hcsearch.typing import Reals, Whole
 from hcsearch.vocabulary import ENDS, End
 
-CUTS = (0.15, 0.4, 0.8, 1.2), (0.075, 0.15, 0.275, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4)
-"""Angles from either stop at which cubes meet (rad), of coarse and of fine floods: narrow ones hold hinges that hardly
-leave a stop."""
-CAPACITY = 200_000
-"""Cubes that a flood holds."""
 FIRST = 2500
-"""Boxes of the first turn of each flood; each turn ends at twice as many."""
+"""Boxes of the first turn of each contender; each turn ends at twice as many."""
 EVEN, STEPS = 20_000, 10_000
 """After so many boxes, random walks of so many steps from either end show how many cubes are to be filled, about."""
-BEHIND = 6
-"""What boxes of floods count for that are not expected to end first, as turns are given."""
+LATE, LONG = 100_000, 100_000
+"""After so many boxes, random walks of so many steps are made around which there may be a box."""
+BEHIND = 10
+"""What boxes of contenders count for that are not expected to end first, as turns are given."""
 SEED = 1
 """Of random walks."""
-SLICE = 10_000
-"""Boxes in one call of the kernel: an interrupt waits no longer than these take, some tenths of a second."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,113 +63,108 @@ class Enclosure(ByValue):
         return self.end is not None
 
 
+class _Contender(Protocol):
+    """What may enclose an end: a flood, or one box."""
+
+    side: int
+    going: bool
+
+    @property
+    def boxes(self) -> int: ...
+    @property
+    def cubes(self) -> int: ...
+    @property
+    def faces(self) -> int: ...
+    @property
+    def boxes_expected(self) -> float: ...
+    @property
+    def taken_in(self) -> tuple[Reals, Reals]: ...
+    def go_on(self, boxes: int) -> bool: ...
+
+
 def enclose(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclosure:
     """Look for a proof that closed loops and stops keep the packed and the flat state of a linkage apart.
 
-    boxes : how many boxes all floods may take together, about. Four take turns, coarse and fine ones from either end,
-    and that which is expected to end first has most of them. The first that ends without the other end is the proof,
-    which is the same whatever the number of boxes. It holds for panels with any margin, with or without collisions, and
-    for the joints of this linkage alone: what is locked with hinged flat pairs is locked with rigid and with merged
-    ones, too (docs/explanation/locks.md). Source: ours.
+    boxes : how many boxes all contenders may take together, about. These take turns: coarse and fine floods from either
+    end, and later one box around either end; that which is expected to end first has most of the boxes. The first that
+    ends without the other end is the proof, which is the same whatever the number of boxes. It holds for panels with
+    any margin, with or without collisions, and for the joints of this linkage alone: what is locked with hinged flat
+    pairs is locked with rigid and with merged ones, too (docs/explanation/locks.md). Source: ours.
     plates : those of `plates_of`, where panels do not pass through each other; then it holds at their margin and below.
     """
     if not linkage.loops:
         return Enclosure(None, 0, 0, 0, open=False)
     rings, hinges = rings_of(linkage)
-    ends = linkage.folded[hinges], linkage.flat[hinges]
-    work = new_refutation(rings) if plates is None else refutation_with(rings, plates)
-    margin = None if plates is None else plates.margin
-    races = [_Race(side, level, ends[side], ends[1 - side]) for side in (0, 1) for level in range(len(CUTS))]
-    spent, expected = 0, None
-    while going := [race for race in races if race.going]:
-        if spent >= boxes:
-            return _summary(None, races, spent, open_=True)
-        if expected is None and spent >= EVEN:
-            expected = [_cubes_expected(rings, end, work) for end in ends]
-        race = _next(going, expected)
-        before = race.boxes
-        state = race.go_on(rings, before + min(max(FIRST, before), boxes - spent), work)
-        spent += race.boxes - before
-        if state == ENCLOSED:
-            lows, highs = race.taken_in
-            summary = _summary(ENDS[race.side], [race], spent, open_=False)
-            return replace(summary, margin=margin, lows=lows, highs=highs)
-    return _summary(None, races, spent, open_=False)
+    contest = _Contest(rings, (linkage.folded[hinges], linkage.flat[hinges]), no_plates() if plates is None else plates)
+    while contest.going:
+        if contest.boxes >= boxes:
+            return contest.summary(open_=True)
+        proof = contest.next_turn(boxes)
+        if proof is not None:
+            lows, highs = proof.taken_in
+            margin = None if plates is None else plates.margin
+            return Enclosure(
+                ENDS[proof.side], proof.cubes, proof.faces, contest.boxes, False, margin, lows=lows, highs=highs
+            )
+    return contest.summary(open_=False)
 
 
-@dataclass(eq=False)
-class _Race:
-    """A flood from an end (side 0 or 1), coarse or fine (level), which is made as its first turn comes."""
+class _Contest:
+    """What may enclose one of the ends, and whose turn it is."""
 
-    side: int
-    level: int
-    start: Reals
-    goal: Reals
-    flood: Flood | None = None
-    going: bool = True
+    def __init__(self, rings: Rings, ends: tuple[Reals, Reals], plates: Plates) -> None:
+        self.rings, self.ends, self.plates = rings, ends, plates
+        self.work = self._tables()
+        self.floods = [
+            CubeFlood(rings, side, level, ends[side], ends[1 - side], self.work)
+            for side in (0, 1)
+            for level in range(len(CUTS))
+        ]
+        self.contenders: list[_Contender] = [*self.floods]
+
+    def _tables(self) -> Refutation:
+        return refutation_with(self.rings, self.plates)
 
     @property
     def boxes(self) -> int:
-        """Boxes that it has taken."""
-        return 0 if self.flood is None else int(self.flood.counts[BOXES])
-
-    def go_on(self, rings: Rings, boxes: int, work: Refutation) -> int:
-        """Let it go on until it has taken so many boxes in all; what it came to."""
-        if self.flood is None:
-            self.flood = new_flood(self.start, self.goal, grid_at(self.level), CAPACITY)
-        counts, state = self.flood.counts, GOING
-        while state == GOING and counts[BOXES] < boxes:
-            state = int(spread(rings, self.flood, min(int(counts[BOXES]) + SLICE, boxes), work))
-        self.going = state == GOING
-        return state
-
-    def boxes_expected(self, cubes: float) -> float:
-        """How many boxes it will have taken at its end, if it takes in so many cubes, or those that it has by now."""
-        if self.flood is None:
-            return math.inf
-        counts = self.flood.counts
-        return self.boxes * max(cubes, float(counts[TAIL])) / max(float(counts[HEAD]), 0.5)
+        """Boxes that all have taken together."""
+        return sum(contender.boxes for contender in self.contenders)
 
     @property
-    def taken_in(self) -> tuple[Reals, Reals]:
-        """Lowest and highest angles of its cubes."""
-        assert self.flood is not None
-        cubes, grid = self.flood.cubes[: self.flood.counts[TAIL]].astype(np.int64), self.flood.grid
-        return grid[cubes], grid[cubes + 1]
+    def going(self) -> list[_Contender]:
+        """Those that have not ended."""
+        return [contender for contender in self.contenders if contender.going]
 
+    def next_turn(self, boxes: int) -> _Contender | None:
+        """Let one go on, up to so many boxes of all; it, if it has proved its end to be enclosed."""
+        spent = self.boxes
+        if spent >= EVEN and self.floods[0].cubes_expected is None:
+            self._walk(STEPS)
+        if spent >= LATE and len(self.contenders) == len(self.floods):
+            walks = self._walk(LONG)
+            self.contenders += [
+                SingleBox(self.rings, side, walks[side], walks[1 - side], SEED, self._tables(), self.work)
+                for side in (0, 1)
+            ]
+        going = self.going
+        first = min(going, key=lambda own: own.boxes_expected)
+        ahead = math.isfinite(first.boxes_expected)
+        chosen = min(going, key=lambda own: max(own.boxes, FIRST) * (BEHIND if ahead and own is not first else 1))
+        ended = chosen.go_on(chosen.boxes + min(max(FIRST, chosen.boxes), boxes - spent))
+        return chosen if ended else None
 
-def _next(going: list[_Race], expected: list[list[float]] | None) -> _Race:
-    """Which flood goes on: that which is expected to end first, but for a share of all boxes that the others have."""
-    first = None
-    if expected is not None:
-        first = min(going, key=lambda race: race.boxes_expected(expected[race.side][race.level]))
-    return min(going, key=lambda race: max(race.boxes, FIRST) * (1 if race is first else BEHIND))
+    def _walk(self, steps: int) -> list[Reals]:
+        """Closed states to which random walks from either end lead; by these, how much is expected of floods."""
+        walks = [wander(self.rings, end, steps, SEED, self.work) for end in self.ends]
+        expected = [cubes_expected(walk) for walk in walks]
+        for flood in self.floods:
+            flood.cubes_expected = expected[flood.side][flood.level]
+        return walks
 
-
-def _cubes_expected(rings: Rings, end: Reals, work: Refutation) -> list[float]:
-    """How many cubes of either grid hold states that can be reached from an end, about.
-
-    By those that a random walk comes to, to once and to twice. Source: A. Chao, Scand. J. Statist. 11 (1984) 265.
-    """
-    states, expected = wander(rings, end, STEPS, SEED, work), []
-    for level in range(len(CUTS)):
-        cubes = np.searchsorted(grid_at(level), states, side="right")
-        times = np.unique(cubes, axis=0, return_counts=True)[1]
-        once, twice = ((times == k).sum() for k in (1, 2))
-        expected.append(len(times) + once * (once - 1) / (2.0 * (twice + 1)))
-    return expected
-
-
-def grid_at(level: int) -> Reals:
-    """Where the cubes of a flood meet, from 0 to the double above pi, which is none."""
-    cuts = np.array(CUTS[level])
-    return np.concatenate([[0.0], cuts, math.pi - cuts[::-1], [np.nextafter(math.pi, 4.0)]])
-
-
-def _summary(end: End | None, races: list[_Race], boxes: int, *, open_: bool) -> Enclosure:
-    counts = [race.flood.counts for race in races if race.flood is not None]
-    cubes, faces = (sum(int(own[entry]) for own in counts) for entry in (TAIL, FACES))
-    return Enclosure(end, cubes, faces, boxes, open_)
+    def summary(self, *, open_: bool) -> Enclosure:
+        """What all have come to where none has ended without the other end."""
+        cubes, faces = (sum(getattr(own, name) for own in self.contenders) for name in ("cubes", "faces"))
+        return Enclosure(None, cubes, faces, self.boxes, open_)
 
 
 def rings_of(linkage: Linkage) -> tuple[Rings, Whole]:

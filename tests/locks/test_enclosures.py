@@ -13,16 +13,19 @@ from hcsearch.collision.plates import plates_of
 from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import Folding, foldings
 from hcsearch.kernels.enclosure.contraction import contract, new_contraction
-from hcsearch.kernels.enclosure.expansion import EQUATIONS, expand, new_expansion
+from hcsearch.kernels.enclosure.estimates import estimate
+from hcsearch.kernels.enclosure.expansion import EQUATIONS, cut_loops, expand, new_expansion, write_first_order
 from hcsearch.kernels.enclosure.flooding import ENCLOSED, LIMITS, TAIL, new_flood, spread
 from hcsearch.kernels.enclosure.newton import close_within
-from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, new_refutation, refute
+from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, UNFINISHED, begin, go_on, new_refutation, refute
 from hcsearch.kernels.enclosure.third_order import third_order
 from hcsearch.kernels.enclosure.wandering import STRIDE, wander
 from hcsearch.linkage import Linkage
-from hcsearch.locks import enclosures
-from hcsearch.locks.enclosures import Enclosure, enclose, grid_at, rings_of
+from hcsearch.locks import enclosures, floods
+from hcsearch.locks.enclosures import Enclosure, enclose, rings_of
+from hcsearch.locks.floods import cubes_expected, grid_at
 from hcsearch.locks.proofs import lock_at
+from hcsearch.locks.single_boxes import SingleBox
 from hcsearch.pattern import Crease, Pattern
 from hcsearch.planning.planner import Planner
 from hcsearch.scenes import default_panel
@@ -39,7 +42,7 @@ LOCKED = {
     ("hex:0232335050:2", "hinged"): "packed",
     ("hex:0232435051:0", "hinged"): "flat",
     ("hex:0233534001:3", "hinged"): "packed",
-    ("hex:0234535012:4", "hinged"): "packed",
+    ("hex:0234535012:4", "hinged"): "flat",
     ("hex:0233555022:3", "rigid"): "flat",
     ("hex:0233350401:0", "rigid"): "flat",
     ("square:0112223300:4", "hinged"): "packed",
@@ -89,6 +92,24 @@ def close(rings, state, work):
     return close_within(rings, low, high, state, work.contraction.expansion, work.newton)
 
 
+def close_fully(rings, state, work):
+    """A closed state near one, with hinges that nearly are at a stop at it; what is left of the equations there.
+
+    A state with a residual of 1e-9 is none where the box has no width along a hinge that ought to be at its stop.
+    """
+    low, high = np.zeros(len(state)), np.full(len(state), math.pi)
+    for stop in (low, high):
+        at_stop = np.abs(state - stop) < 1e-6
+        state[at_stop] = stop[at_stop]
+    free, own = (low < state) & (state < high), work.contraction.expansion
+    for _ in range(6):
+        write_first_order(rings, state, own)
+        state[free] -= np.linalg.lstsq(own.slopes[:, free], own.values, rcond=1e-9)[0]
+        np.clip(state, low, high, out=state)
+    write_first_order(rings, state, own)
+    return np.linalg.norm(own.values)
+
+
 def assert_kept(rings, closed, box, work):
     """A box that is contracted still holds a closed state."""
     low, high = box
@@ -105,6 +126,7 @@ def test_an_expansion_is_that_of_the_loops_but_for_its_rests(name, width, seed):
     middle = math.pi * rng.random(len(hinges))
     radii = width * rng.random(len(hinges)) ** 3
     expansion = new_expansion(rings)
+    cut_loops(rings, radii, int(rng.integers(5)), expansion.cuts)
     expand(rings, middle, radii, expansion)
     cuts = expansion.cuts.tolist()
     assert expansion.values == pytest.approx(equations(linkage, middle, middle, cuts), abs=1e-12)
@@ -124,17 +146,24 @@ def test_an_expansion_is_that_of_the_loops_but_for_its_rests(name, width, seed):
             assert abs(mix @ rest) <= third_order(radii, rings.hinges, expansion, mix[:, None].copy()) + 1e-12
 
 
-def test_loops_are_cut_where_their_halves_are_most_alike():
+def test_loops_are_cut_where_their_halves_are_most_alike_and_then_in_order():
     rings, hinges = rings_of(LINKAGES["hex:0234550132:4"])
-    expansion, rng = new_expansion(rings), np.random.default_rng(4)
+    cuts, rng = np.zeros((1, 2), np.int64), np.random.default_rng(4)
     m = len(hinges)
     for _ in range(50):
         radii = rng.random(m) ** 4
-        expand(rings, np.zeros(m), radii, expansion)
-        first, last = expansion.cuts[0]
         own = radii[rings.hinges]
-        parts = [abs(2.0 * own[i:j].sum() - own.sum()) for i in range(m) for j in range(i, m)]
-        assert abs(2.0 * own[first:last].sum() - own.sum()) == pytest.approx(min(parts))
+        ways = sorted((abs(2.0 * own[i:j].sum() - own.sum()), i, j) for i in range(m) for j in range(i, m))
+        for turn, (uneven, _, _) in enumerate(ways[:4]):
+            cut_loops(rings, radii, turn, cuts)
+            first, last = cuts[0]
+            assert abs(2.0 * own[first:last].sum() - own.sum()) == pytest.approx(uneven)
+    cut_loops(rings, np.ones(m), 0, cuts)
+    even = {tuple(cuts[0])}
+    for turn in (1, 2):
+        cut_loops(rings, np.ones(m), turn, cuts)
+        even.add(tuple(cuts[0]))
+    assert len(even) == 3
 
 
 @pytest.mark.parametrize("name", sorted(SAMPLES))
@@ -144,12 +173,13 @@ def test_no_box_that_holds_a_closed_state_is_empty(name):
     work, states, tested = new_refutation(rings), sample.proof.motion.angles[:, hinges], 0
     for _ in range(2000):
         state = np.clip(states[rng.integers(len(states))], 0.0, math.pi)
-        if close(rings, state, work) > 1e-7:
+        close(rings, state, work)
+        if close_fully(rings, state, work) > 1e-13:
             continue
         low, high = box_about(state, rng, 10.0 ** rng.uniform(-4, 0))
         assert refute(rings, low.copy(), high.copy(), 50, work)[0] != EMPTY
         tested += 1
-    assert tested > 1900
+    assert tested > 1900, tested
 
 
 @pytest.mark.parametrize("name", sorted(SAMPLES))
@@ -176,15 +206,21 @@ def test_contraction_keeps_closed_states_of_several_loops():
     assert tested > 50
 
 
+def set_cuts(monkeypatch, cuts):
+    """Let floods have other grids."""
+    for module in (floods, enclosures):
+        monkeypatch.setattr(module, "CUTS", cuts)
+
+
 def test_a_fine_flood_proves_what_a_coarse_one_does_not(monkeypatch):
     linkage = joined("hex:0233435001:3", "hinged")
-    plates, cuts = plates_of(linkage, 1e-4), ((0.15, 0.6, 1.2), enclosures.CUTS[0])
+    plates, cuts = plates_of(linkage, 1e-4), ((0.15, 0.6, 1.2), floods.CUTS[0])
     known = enclose(linkage, 10_000, plates)
-    monkeypatch.setattr(enclosures, "CUTS", cuts[:1])
+    set_cuts(monkeypatch, cuts[:1])
     wide = enclose(linkage, 300_000, plates)
     assert not wide.proved
     assert not wide.open
-    monkeypatch.setattr(enclosures, "CUTS", cuts)
+    set_cuts(monkeypatch, cuts)
     both = enclose(linkage, 300_000, plates)
     assert (both.end, both.cubes, both.faces) == (known.end, known.cubes, known.faces)
     assert both.boxes > known.boxes
@@ -196,7 +232,7 @@ def test_a_walk_comes_to_some_of_the_cubes_that_are_taken_in(name):
     rings, hinges = rings_of(linkage)
     enclosure = enclose(linkage, 400_000)
     end = linkage.folded if enclosure.end == "packed" else linkage.flat
-    coarse, fine = enclosures._cubes_expected(rings, end[hinges], new_refutation(rings))
+    coarse, fine = cubes_expected(wander(rings, end[hinges], 10_000, 1, new_refutation(rings)))
     assert 0.1 * enclosure.cubes < coarse < enclosure.cubes
     assert coarse < fine
 
@@ -329,6 +365,92 @@ def test_what_is_locked_at_an_end_is_enclosed(thickness, missed):
                 left.add(folding.notation)
     assert count == 14
     assert left <= missed
+
+
+def walks_of(linkage, steps):
+    """Random walks from the packed and the flat state of a linkage."""
+    rings, hinges = rings_of(linkage)
+    return rings, [
+        wander(rings, end[hinges], steps, 1, new_refutation(rings)) for end in (linkage.folded, linkage.flat)
+    ]
+
+
+def box_around(linkage, side, steps=20_000):
+    """One box around an end, and the boxes that its proof took."""
+    rings, walks = walks_of(linkage, steps)
+    box = SingleBox(rings, side, walks[side], walks[1 - side], 1, new_refutation(rings), new_refutation(rings))
+    return box, box.going and box.go_on(50_000)
+
+
+@pytest.mark.parametrize(
+    "name", ["hex:0234340511:3", "hex:0233545012:2", "hex:0233534001:3", "hex:0233435001:2", "hex:0223445511:4"]
+)
+def test_one_box_is_left_by_no_walk(name):
+    linkage = joined(name, "hinged")
+    box, done = box_around(linkage, 0)
+    assert done
+    low, high = box.taken_in
+    rings, walks = walks_of(linkage, 60_000)
+    within = [((low <= walk) & (walk <= high)).all(axis=1) for walk in walks]
+    assert within[0].all()
+    assert not within[1].any()
+    # each face is proved anew, whole: the box is widened strip by strip
+    for hinge, side in product(range(rings.folds), (0, 1)):
+        level = (low, high)[side][0, hinge]
+        if 0.0 < level < math.pi:
+            least, most = low[0].copy(), high[0].copy()
+            least[hinge] = most[hinge] = level
+            assert refute(rings, least, most, 10**5, new_refutation(rings))[0] == EMPTY
+
+
+@pytest.mark.parametrize("name", sorted(SAMPLES))
+def test_one_box_holds_no_end_alone_of_what_moves(name):
+    for side in (0, 1):
+        assert not box_around(planned(name).linkage, side, 5_000)[1]
+
+
+def test_a_box_is_widened_around_what_is_met_on_its_faces():
+    linkage = joined("hex:0233545012:2", "hinged")
+    narrow, done = box_around(linkage, 0, 100)
+    assert done
+    _, walks = walks_of(linkage, 60_000)
+    low, high = narrow.taken_in
+    assert (low <= walks[0]).all()
+    assert (walks[0] <= high).all()
+
+
+def test_the_number_of_boxes_is_estimated():
+    linkage = joined("hex:0223445511:4", "hinged")
+    rings, work = rings_of(linkage)[0], new_refutation(rings_of(linkage)[0])
+    box, done = box_around(linkage, 0)
+    assert done
+    low, high = (bound[0] for bound in box.taken_in)
+    ratios = []
+    for side in np.flatnonzero((low > 0.0) & (low < 2.9)):
+        least, most = low.copy(), high.copy()
+        most[side] = low[side]
+        verdict, boxes = refute(rings, least.copy(), most.copy(), 10**6, work)
+        expected, known = estimate(rings, least, most, 2000, 3, work)
+        assert verdict == known == EMPTY
+        ratios.append(expected / boxes)
+    assert len(ratios) > 2
+    assert 0.7 < min(ratios) <= max(ratios) < 1.4
+
+
+def test_a_search_that_is_interrupted_comes_to_the_same():
+    rings, walks = walks_of(joined("hex:0233350401:0", "hinged"), 5_000)
+    low, high = walks[0].min(axis=0), np.full(rings.folds, math.pi)
+    side = int(np.argmax(low))
+    high[side] = low[side] = low[side] - 0.1
+    whole, parts = new_refutation(rings), new_refutation(rings)
+    verdict, boxes = refute(rings, low, high, 10**6, whole)
+    assert verdict == EMPTY
+    begin(rings, low, high, parts)
+    calls = 0
+    while (own := go_on(rings, int(parts.counts[1]) + 1000, parts)) == UNFINISHED:
+        calls += 1
+    assert (own, parts.counts[1]) == (verdict, boxes)
+    assert calls > 3
 
 
 def test_closed_states_are_reached_within_a_box():

@@ -1,7 +1,8 @@
 """Contraction of a box of fold angles onto the closed states that it may hold.
 
 Any combination of the equations of closure bounds each fold angle by what the others leave. Those that are tried are of
-least square for a given slope of one angle, and for a given value.
+least square for a given slope of one angle, and for a given value. How much they leave hangs on where the loops are cut
+into halves: a box is tried with the cuts by which least was unknown of the box that it is a part of, then with others.
 """
 
 from __future__ import annotations
@@ -21,14 +22,18 @@ from hcsearch.kernels.enclosure.combinations import (
     solve,
     weigh,
 )
-from hcsearch.kernels.enclosure.expansion import Expansion, Rings, expand, new_expansion
+from hcsearch.kernels.enclosure.expansion import Expansion, Rings, cut_loops, expand, keep_cuts, new_expansion
 from hcsearch.kernels.enclosure.third_order import third_order
-from hcsearch.typing import Reals
+from hcsearch.typing import Reals, Whole
 
 LEAST_GAIN = 0.1
-"""A box is contracted again where it has become smaller by this share."""
+"""A box is contracted for a third time where it has become smaller by this share."""
+SLIGHT = 0.01
+"""Where the first combinations make a box smaller by less than this share, the others are left out."""
 SWEEPS = 3
 """A box is contracted no more often than this."""
+TURNS = 3
+"""Ways of cutting the loops that take turns beside the one that a box begins with."""
 PAD = 1e-14
 """What contracted bounds are moved outward by (rad): a quotient of numbers up to 4 is rounded by less."""
 LEAST_SLOPE = 1e-9
@@ -38,7 +43,8 @@ LEAST_SLOPE = 1e-9
 class Contraction(NamedTuple):
     """Tables; middles, radii, shares : (n,), of a box, and by how much each angle leaves it undecided.
 
-    least, most : (n,), what each slope of a combination comes to.
+    least, most : (n,), what each slope of a combination comes to. cuts, best : (n_loops, 2), (n,), where the loops are
+    cut that leave least unknown of a box, and shares with these. turns : (1,), how often other cuts were tried.
     """
 
     expansion: Expansion
@@ -48,38 +54,105 @@ class Contraction(NamedTuple):
     shares: Reals
     least: Reals
     most: Reals
+    cuts: Whole
+    best: Reals
+    turns: Whole
 
 
 @compiled
 def new_contraction(rings: Rings) -> Contraction:
     """Empty tables."""
     n, expansion = rings.folds, new_expansion(rings)
-    combinations = new_combinations(rings, expansion)
-    return Contraction(expansion, combinations, np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n))
+    return Contraction(
+        expansion,
+        new_combinations(rings, expansion),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(n),
+        expansion.cuts.copy(),
+        np.zeros(n),
+        np.zeros(1, np.int64),
+    )
 
 
 @lean
 def contract(rings: Rings, low: Reals, high: Reals, work: Contraction) -> bool:
-    """Contract a box, (n,) each, onto the closed states in it; False where it is proved to hold none."""
-    n = len(low)
-    for _ in range(SWEEPS):
-        before = after = 0.0
-        for h in range(n):
-            work.middles[h] = 0.5 * (low[h] + high[h])
-            work.radii[h] = 0.5 * (high[h] - low[h]) * (1.0 + 1e-15) + 1e-15
-            work.shares[h] = work.radii[h]
-            before += high[h] - low[h]
+    """Contract a box, (n,) each, onto the closed states in it; False where it is proved to hold none.
+
+    Loops are cut at `work.expansion.cuts` at first; those that leave least unknown are there afterwards.
+    """
+    n, most_known, shrunk = len(low), -1.0, False
+    keep_cuts(work.expansion.cuts, work.cuts)
+    _centre(low, high, work)
+    for h in range(n):
+        work.best[h] = work.radii[h]
+    for sweep in range(SWEEPS):
+        if sweep > 1 and not shrunk:
+            break
+        if sweep > 0 and not _cut_otherwise(rings, work) and not shrunk:
+            continue
         expand(rings, work.middles, work.radii, work.expansion)
         if not weigh(work.radii, work.expansion, work.combinations):
-            return True
+            continue
+        before = after = _width(low, high)
         for first in range(0, n + 1, LANES):
             if not _use(rings, first, low, high, work):
                 return False
-        for h in range(n):
-            after += high[h] - low[h]
-        if after > (1.0 - LEAST_GAIN) * before:
-            break
+            known = _known(work) if first == 0 else -1.0
+            if known > most_known:
+                most_known = known
+                keep_cuts(work.expansion.cuts, work.cuts)
+                for h in range(n):
+                    work.best[h] = work.shares[h]
+            after = _width(low, high)
+            if after > (1.0 - SLIGHT) * before:
+                break
+        shrunk = after < (1.0 - LEAST_GAIN) * before
+        _centre(low, high, work)
+    keep_cuts(work.cuts, work.expansion.cuts)
+    for h in range(n):
+        work.shares[h] = work.best[h]
     return True
+
+
+@lean
+def _centre(low: Reals, high: Reals, work: Contraction) -> None:
+    """Write the middles and radii of a box."""
+    for h in range(len(low)):
+        work.middles[h] = 0.5 * (low[h] + high[h])
+        work.radii[h] = 0.5 * (high[h] - low[h]) * (1.0 + 1e-15) + 1e-15
+
+
+@lean
+def _width(low: Reals, high: Reals) -> float:
+    """The sum of the sides of a box."""
+    total = 0.0
+    for h in range(len(low)):
+        total += high[h] - low[h]
+    return total
+
+
+@lean
+def _cut_otherwise(rings: Rings, work: Contraction) -> bool:
+    """Cut the loops in the way whose turn it is; whether that is another one than what leaves least unknown."""
+    cuts, differs = work.expansion.cuts, False
+    cut_loops(rings, work.radii, work.turns[0] % TURNS, cuts)
+    work.turns[0] += 1
+    for loop in range(len(cuts)):
+        differs = differs or cuts[loop, 0] != work.cuts[loop, 0] or cuts[loop, 1] != work.cuts[loop, 1]
+    return differs
+
+
+@lean
+def _known(work: Contraction) -> float:
+    """The first combination's value in the middle of a box, over by how much it may differ in the box."""
+    own = work.combinations
+    differs = own.errors[0]
+    for h in range(len(work.radii)):
+        differs += abs(own.parts[h, 0]) * work.radii[h]
+    return abs(own.values[0]) / differs if differs > 0.0 else 0.0
 
 
 @lean

@@ -102,8 +102,10 @@ def new_expansion(rings: Rings) -> Expansion:
 
 @lean
 def expand(rings: Rings, angles: Reals, radii: Reals, expansion: Expansion) -> None:
-    """Write the equations about a state, for angles that differ by no more than the radii, (n,) each."""
-    _cut(rings, radii, expansion)
+    """Write the equations about a state, for angles that differ by no more than the radii, (n,) each.
+
+    Loops are cut at `expansion.cuts`.
+    """
     write_first_order(rings, angles, expansion)
     expansion.filled[0] = 0
     for loop in range(len(rings.starts) - 1):
@@ -120,21 +122,35 @@ def expand(rings: Rings, angles: Reals, radii: Reals, expansion: Expansion) -> N
 
 
 @lean
-def _cut(rings: Rings, radii: Reals, expansion: Expansion) -> None:
-    """Choose where each loop is cut: bounds of third order are cubic in the sum of the radii of either half."""
+def cut_loops(rings: Rings, radii: Reals, turn: int, cuts: Whole) -> None:
+    """Choose where each loop is cut: bounds of third order are cubic in the sum of the radii of either half.
+
+    turn : 0 for the most even cut, 1 for that which comes next after it, and so on.
+    """
     for loop in range(len(rings.starts) - 1):
         start, m = rings.starts[loop], rings.starts[loop + 1] - rings.starts[loop]
-        total, least = 0.0, math.inf
+        total, before, chosen = 0.0, -1.0, -1
         for k in range(m):
             total += radii[rings.hinges[start + k]]
-        for first in range(m):
-            own = 0.0
-            for k in range(first, m):
-                uneven = abs(2.0 * own - total)
-                if uneven < least:
-                    least = uneven
-                    expansion.cuts[loop, 0], expansion.cuts[loop, 1] = first, k
-                own += radii[rings.hinges[start + k]]
+        for _ in range(turn + 1):
+            least, next_one = math.inf, chosen
+            for first in range(m):
+                own = 0.0
+                for k in range(first, m):
+                    uneven, place = abs(2.0 * own - total), first * m + k
+                    later = uneven > before or (uneven == before and place > chosen)
+                    if later and uneven < least:
+                        least, next_one = uneven, place
+                    own += radii[rings.hinges[start + k]]
+            before, chosen = least, next_one
+        cuts[loop, 0], cuts[loop, 1] = chosen // m, chosen % m
+
+
+@lean
+def keep_cuts(source: Whole, target: Whole) -> None:
+    """Copy where loops are cut, (n_loops, 2)."""
+    for loop in range(len(source)):
+        target[loop, 0], target[loop, 1] = source[loop, 0], source[loop, 1]
 
 
 @lean

@@ -11,20 +11,22 @@ import numpy as np
 
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.contraction import Contraction, contract, new_contraction
-from hcsearch.kernels.enclosure.expansion import Rings
+from hcsearch.kernels.enclosure.expansion import Rings, cut_loops, keep_cuts
 from hcsearch.kernels.enclosure.newton import RESIDUAL, Newton, close_within, new_newton
 from hcsearch.kernels.enclosure.overlaps import MET, THROUGHOUT, Overlaps, clear_at, new_overlaps, overlapping
 from hcsearch.kernels.enclosure.plates import Plates, no_plates
-from hcsearch.typing import Reals
+from hcsearch.typing import Reals, Whole
 
-EMPTY, CLOSED, OPEN = 0, 1, 2
-"""A box holds no closed and clear state: proved; holds one, by Newton's method; neither is known."""
+EMPTY, CLOSED, OPEN, UNFINISHED = 0, 1, 2, 3
+"""A box holds no closed and clear state: proved; holds one, by Newton's method; neither will be known; nor is by now."""
 AGAIN = 64
 """After how many boxes Newton's method is tried again."""
 NARROW = 1e-5
 """A box that is no wider (rad) is not split."""
 SLIDING = 0.01
 """Newton's method is tried in each box that is no wider (rad), with panels: it may hold states at which these slide."""
+WAITING, TESTED = 0, 1
+"""Entries of the counts of a search."""
 DEPTH = 400
 """Boxes that wait, at most."""
 WIDE = 0.2
@@ -32,13 +34,19 @@ WIDE = 0.2
 
 
 class Refutation(NamedTuple):
-    """Tables: boxes that wait, (DEPTH, n) each; a state, (n,)."""
+    """Tables.
+
+    lows, highs : (DEPTH, n), boxes that wait, and cuts : (DEPTH, n_loops, 2), where loops are cut at first in each.
+    counts : (2,), how many of these there are, and boxes that were tested since a search began. state : (n,).
+    """
 
     contraction: Contraction
     overlaps: Overlaps
     newton: Newton
     lows: Reals
     highs: Reals
+    cuts: Whole
+    counts: Whole
     state: Reals
 
 
@@ -52,6 +60,8 @@ def refutation_with(rings: Rings, plates: Plates) -> Refutation:
         new_newton(rings),
         np.zeros((DEPTH, n)),
         np.zeros((DEPTH, n)),
+        np.zeros((DEPTH, len(rings.starts) - 1, 2), np.int64),
+        np.zeros(2, np.int64),
         np.zeros(n),
     )
 
@@ -76,36 +86,74 @@ def refute(rings: Rings, low: Reals, high: Reals, most: int, work: Refutation) -
 
     A closed state that is met is `work.state`; otherwise that is not changed where Newton's method is not tried.
     """
-    n, boxes, waiting = len(low), 0, 1
-    blocked = len(work.overlaps.plates.pairs) > 0
-    for h in range(n):
+    begin(rings, low, high, work)
+    verdict = go_on(rings, most, work)
+    return OPEN if verdict == UNFINISHED else verdict, work.counts[TESTED]
+
+
+@lean
+def begin(rings: Rings, low: Reals, high: Reals, work: Refutation) -> None:
+    """Begin to search a box, (n,) each."""
+    for h in range(len(low)):
         work.lows[0, h], work.highs[0, h] = low[h], high[h]
-    while waiting:
-        waiting -= 1
-        boxes += 1
-        below, above = work.lows[waiting], work.highs[waiting]
-        if not contract(rings, below, above, work.contraction):
-            continue
-        side, widest = _side(below, above, work.contraction.shares)
-        if boxes % AGAIN == 1 or (blocked and widest < SLIDING):
-            for h in range(n):
-                work.state[h] = 0.5 * (below[h] + above[h])
-            if meets(rings, below, above, work.state, work):
-                return CLOSED, boxes
-        known = overlapping(rings, below, above, work.contraction, work.overlaps)
-        if known == THROUGHOUT:
-            continue
-        if known == MET:
-            side, _ = _side(below, above, work.overlaps.kept)
-        if boxes >= most or widest < NARROW or waiting + 2 > DEPTH:
-            return OPEN, boxes
-        middle = 0.5 * (below[side] + above[side])
-        for h in range(n):
-            work.lows[waiting + 1, h], work.highs[waiting + 1, h] = below[h], above[h]
-        work.lows[waiting + 1, side] = middle
-        work.highs[waiting, side] = middle
-        waiting += 2
-    return EMPTY, boxes
+        work.contraction.radii[h] = 0.5 * (high[h] - low[h])
+    cut_loops(rings, work.contraction.radii, 0, work.cuts[0])
+    work.counts[WAITING], work.counts[TESTED] = 1, 0
+
+
+@lean
+def go_on(rings: Rings, most: int, work: Refutation) -> int:
+    """Search on until so many boxes were tested since it began; EMPTY, CLOSED, OPEN or UNFINISHED."""
+    counts = work.counts
+    while counts[WAITING]:
+        if counts[TESTED] >= most:
+            return UNFINISHED
+        counts[WAITING] -= 1
+        verdict, side = test_box(rings, counts[WAITING], work)
+        if verdict in (CLOSED, OPEN):
+            return verdict
+        if verdict == UNFINISHED:
+            split(side, counts[WAITING], work)
+            counts[WAITING] += 2
+    return EMPTY
+
+
+@lean
+def test_box(rings: Rings, number: int, work: Refutation) -> tuple[int, int]:
+    """Contract a box of the list; EMPTY, CLOSED, OPEN, or UNFINISHED and the side by which it is to be split."""
+    low, high, cuts = work.lows[number], work.highs[number], work.contraction.expansion.cuts
+    blocked = len(work.overlaps.plates.pairs) > 0
+    work.counts[TESTED] += 1
+    keep_cuts(work.cuts[number], cuts)
+    if not contract(rings, low, high, work.contraction):
+        return EMPTY, 0
+    keep_cuts(cuts, work.cuts[number])
+    side, widest = _side(low, high, work.contraction.shares)
+    if work.counts[TESTED] % AGAIN == 1 or (blocked and widest < SLIDING):
+        for h in range(len(low)):
+            work.state[h] = 0.5 * (low[h] + high[h])
+        if meets(rings, low, high, work.state, work):
+            return CLOSED, 0
+    known = overlapping(rings, low, high, work.contraction, work.overlaps)
+    if known == THROUGHOUT:
+        return EMPTY, 0
+    if known == MET:
+        side, _ = _side(low, high, work.overlaps.kept)
+    if widest < NARROW or number + 2 > DEPTH:
+        return OPEN, 0
+    return UNFINISHED, side
+
+
+@lean
+def split(side: int, number: int, work: Refutation) -> None:
+    """Split a box of the list in the middle of a side: the half above comes next to it."""
+    below, above = work.lows[number], work.highs[number]
+    middle = 0.5 * (below[side] + above[side])
+    for h in range(len(below)):
+        work.lows[number + 1, h], work.highs[number + 1, h] = below[h], above[h]
+    keep_cuts(work.cuts[number], work.cuts[number + 1])
+    work.lows[number + 1, side] = middle
+    work.highs[number, side] = middle
 
 
 @lean

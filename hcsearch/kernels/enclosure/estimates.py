@@ -1,0 +1,39 @@
+"""How many boxes a search takes, estimated by some of its branches.
+
+Source: D. E. Knuth, Math. Comp. 29 (1975) 122.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hcsearch.kernels.compiling.compiled import compiled
+from hcsearch.kernels.enclosure.expansion import Rings
+from hcsearch.kernels.enclosure.refutation import EMPTY, UNFINISHED, Refutation, begin, split, test_box
+from hcsearch.typing import Reals
+
+
+@compiled
+def estimate(rings: Rings, low: Reals, high: Reals, probes: int, seed: int, work: Refutation) -> tuple[float, int]:
+    """How many boxes a search of a box, (n,) each, takes, about; and EMPTY, or CLOSED or OPEN where a probe ends so.
+
+    Each probe follows one branch, and takes any of the two halves of a box; the k-th box after the first stands for
+    2^k. The mean over branches is the number of boxes; few branches miss what few others take. A closed state that a
+    probe meets is `work.state`.
+    """
+    np.random.seed(seed)
+    total = 0.0
+    for _ in range(probes):
+        begin(rings, low, high, work)
+        stands_for, verdict = 1.0, UNFINISHED
+        while verdict == UNFINISHED:
+            total += stands_for
+            stands_for *= 2.0
+            verdict, side = test_box(rings, 0, work)
+            if verdict == UNFINISHED:
+                split(side, 0, work)
+                if np.random.random() < 0.5:
+                    work.lows[0], work.highs[0], work.cuts[0] = work.lows[1], work.highs[1], work.cuts[1]
+        if verdict != EMPTY:
+            return total, verdict
+    return total / probes, EMPTY

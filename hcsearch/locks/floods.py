@@ -1,0 +1,107 @@
+"""Floods from an end of the motion, coarse or fine: one of two ways to enclose what can be reached from there."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcsearch.kernels.enclosure import flooding
+from hcsearch.kernels.enclosure.expansion import Rings
+from hcsearch.kernels.enclosure.flooding import BOXES, FACES, HEAD, TAIL, Flood, new_flood, spread
+from hcsearch.kernels.enclosure.refutation import Refutation
+from hcsearch.typing import Reals
+
+CUTS = (0.15, 0.4, 0.8, 1.2), (0.075, 0.15, 0.275, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4)
+"""Angles from either stop at which cubes meet (rad), of coarse and of fine floods: narrow ones hold hinges that hardly
+leave a stop."""
+CAPACITY = 200_000
+"""Cubes that a flood holds."""
+SLICE = 10_000
+"""Boxes in one call of the kernel: an interrupt waits no longer than these take, some tenths of a second."""
+
+
+@dataclass(eq=False)
+class CubeFlood:
+    """A flood from an end (side 0 packed, 1 flat), coarse or fine (level), which is made as its first turn comes.
+
+    cubes_expected : how many it will take in, if that is known. work : tables, which others may use in between.
+    """
+
+    rings: Rings
+    side: int
+    level: int
+    start: Reals
+    goal: Reals
+    work: Refutation
+    flood: Flood | None = None
+    cubes_expected: float | None = None
+    going: bool = True
+
+    @property
+    def boxes(self) -> int:
+        """Boxes that it has taken."""
+        return self._count(BOXES)
+
+    @property
+    def cubes(self) -> int:
+        """Cubes that it has taken in."""
+        return self._count(TAIL)
+
+    @property
+    def faces(self) -> int:
+        """Faces that it has tested."""
+        return self._count(FACES)
+
+    def _count(self, entry: int) -> int:
+        return 0 if self.flood is None else int(self.flood.counts[entry])
+
+    def go_on(self, boxes: int) -> bool:
+        """Let it go on until it has taken so many boxes in all; whether it has ended without the other end."""
+        if self.flood is None:
+            self.flood = new_flood(self.start, self.goal, grid_at(self.level), CAPACITY)
+        state = flooding.GOING
+        while state == flooding.GOING and self.boxes < boxes:
+            state = int(spread(self.rings, self.flood, min(self.boxes + SLICE, boxes), self.work))
+        self.going = state == flooding.GOING
+        return state == flooding.ENCLOSED
+
+    @property
+    def boxes_expected(self) -> float:
+        """How many boxes it will have taken at its end, about.
+
+        If it takes in as many cubes as expected; where it has k times as many by now, k times these: cubes let it into
+        other parts of the closed states.
+        """
+        if self.flood is None or self.cubes_expected is None:
+            return math.inf
+        cubes = max(self.cubes_expected, self.cubes**2 / self.cubes_expected)
+        return self.boxes * cubes / max(self._count(HEAD), 0.5)
+
+    @property
+    def taken_in(self) -> tuple[Reals, Reals]:
+        """Lowest and highest angles of its cubes."""
+        assert self.flood is not None
+        cubes, grid = self.flood.cubes[: self.cubes].astype(np.int64), self.flood.grid
+        return grid[cubes], grid[cubes + 1]
+
+
+def grid_at(level: int) -> Reals:
+    """Where the cubes of a flood meet, from 0 to the double above pi, which is none."""
+    cuts = np.array(CUTS[level])
+    return np.concatenate([[0.0], cuts, math.pi - cuts[::-1], [np.nextafter(math.pi, 4.0)]])
+
+
+def cubes_expected(states: Reals) -> list[float]:
+    """How many cubes of either grid hold states that can be reached from where a walk, (m, n), leads to these, about.
+
+    By those that it comes to once and twice. Source: A. Chao, Scand. J. Statist. 11 (1984) 265.
+    """
+    expected = []
+    for level in range(len(CUTS)):
+        cubes = np.searchsorted(grid_at(level), states, side="right")
+        times = np.unique(cubes, axis=0, return_counts=True)[1]
+        once, twice = ((times == k).sum() for k in (1, 2))
+        expected.append(len(times) + once * (once - 1) / (2.0 * (twice + 1)))
+    return expected
