@@ -16,6 +16,8 @@ from hcsearch.typing import Reals
 CUTS = (0.15, 0.4, 0.8, 1.2), (0.075, 0.15, 0.275, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4)
 """Angles from either stop at which cubes meet (rad), of coarse and of fine floods: narrow ones hold hinges that hardly
 leave a stop."""
+MISSED = 3.0
+"""A walk comes to no less than one of so many cubes, if a flood takes in those alone that hold what can be reached."""
 CAPACITY = 200_000
 """Cubes that a flood holds."""
 SLICE = 10_000
@@ -71,12 +73,12 @@ class CubeFlood:
     def boxes_expected(self) -> float:
         """How many boxes it will have taken at its end, about.
 
-        If it takes in as many cubes as expected; where it has k times as many by now, k times these: cubes let it into
-        other parts of the closed states.
+        If it takes in as many cubes as expected. A walk misses some; where there are many more by now, cubes have let
+        the flood into other parts of the closed states, and it will take in many more than these.
         """
         if self.flood is None or self.cubes_expected is None:
             return math.inf
-        cubes = max(self.cubes_expected, self.cubes**2 / self.cubes_expected)
+        cubes = max(self.cubes_expected, self.cubes, self.cubes**2 / (MISSED * self.cubes_expected))
         return self.boxes * cubes / max(self._count(HEAD), 0.5)
 
     @property

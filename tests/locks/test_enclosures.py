@@ -42,7 +42,7 @@ LOCKED = {
     ("hex:0232335050:2", "hinged"): "packed",
     ("hex:0232435051:0", "hinged"): "flat",
     ("hex:0233534001:3", "hinged"): "packed",
-    ("hex:0234535012:4", "hinged"): "flat",
+    ("hex:0234535012:4", "hinged"): "packed",
     ("hex:0233555022:3", "rigid"): "flat",
     ("hex:0233350401:0", "rigid"): "flat",
     ("square:0112223300:4", "hinged"): "packed",
