@@ -18,6 +18,8 @@ CUTS = (0.15, 0.4, 0.8, 1.2), (0.075, 0.15, 0.275, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4)
 leave a stop."""
 MISSED = 3.0
 """A walk comes to no less than one of so many cubes, if a flood takes in those alone that hold what can be reached."""
+HARDER = 3.0
+"""Faces that wait take more boxes than those that were tested by now: so many times, about."""
 CAPACITY = 200_000
 """Cubes that a flood holds."""
 SLICE = 10_000
@@ -79,7 +81,7 @@ class CubeFlood:
         if self.flood is None or self.cubes_expected is None:
             return math.inf
         cubes = max(self.cubes_expected, self.cubes, self.cubes**2 / (MISSED * self.cubes_expected))
-        return self.boxes * cubes / max(self._count(HEAD), 0.5)
+        return HARDER * self.boxes * cubes / max(self._count(HEAD), 0.5)
 
     @property
     def taken_in(self) -> tuple[Reals, Reals]:

@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcsearch.kernels.enclosure.estimates import estimate
 from hcsearch.kernels.enclosure.expansion import Rings
@@ -29,6 +30,11 @@ STARTS = 100
 PROBES = 200
 """Branches by which the number of boxes is estimated that a face takes."""
 TOP = float(np.nextafter(math.pi, 4.0))
+
+LEAST = 0.002
+"""A face is not moved inward where less than this is between the states on either side of it (rad)."""
+MOST = 300
+"""Closed states that are met on faces, at most."""
 
 Face = tuple[int, int]
 """A hinge, and the side of its angles: 0 low, 1 high."""
@@ -50,7 +56,8 @@ class SingleBox:
     states : (m, n), to which a walk from the end leads, the end first. others : (k, n), the same of the other end.
     seed : of estimates and further walks. search, aside : tables of its own. Where a closed state is met on a face, the
     box is widened around what a walk from there leads to: of the other faces, what is proved stays so, and the strips
-    that come to them are to be proved. It gives up where it would hold one of the others.
+    that come to them are to be proved. If it would then hold one of the others, that face is moved inward instead, as
+    the state is one of theirs.
     """
 
     cubes = 1
@@ -65,6 +72,7 @@ class SingleBox:
         self._parts: list[_Part] = []
         self._settled: set[Face] = set()
         self._searched: _Part | None = None
+        self._sorted = 0
         self._settle(states)
 
     @property
@@ -90,51 +98,76 @@ class SingleBox:
             self.boxes += taken
             part.expected = max(part.expected - taken, 0.0)
             if verdict == CLOSED:
-                self._widen(self.search.state.copy())
+                self._settle(self._walk_from(self.search.state.copy()))
             elif verdict == EMPTY:
                 self._parts.remove(part)
             elif verdict != UNFINISHED:
                 self.going = False
         return self.going and not self._parts
 
-    def _widen(self, state: Reals) -> None:
-        """Take in what a walk from a closed state leads to."""
-        self._settle(wander(self.rings, state, MORE, self.seed, self.aside))
-
     def _settle(self, states: Reals) -> None:
         """Take in states, and all that Newton's method comes to on faces; then list what is to be proved of these."""
         waiting = [states]
         while waiting and self.going:
-            self._hold(waiting.pop())
+            self._sort_in(waiting.pop())
             for face in self._unsettled():
                 state = self._met(face)
                 if state is not None:
-                    waiting.append(wander(self.rings, state, MORE, self.seed, self.aside))
+                    waiting.append(self._walk_from(state))
                     break
                 self._add(face, *self._box_of(face))
                 self._settled.add(face)
         self._parts.sort(key=lambda part: -part.expected)
 
-    def _hold(self, states: Reals) -> None:
-        """Move faces outward beyond states; give up where the box then holds one of the others."""
-        self.states = np.concatenate([self.states, states])
+    def _walk_from(self, state: Reals) -> Reals:
+        """What a walk from a closed state that is met on a face leads to."""
+        walked: Reals = wander(self.rings, state, MORE, self.seed, self.aside)
+        return walked
+
+    def _sort_in(self, states: Reals) -> None:
+        """Take in states, or leave them out with the others, if the box would then hold one of these."""
+        self._sorted += 1
         least, most = states.min(axis=0), states.max(axis=0)
         low = np.where(least < NEAR, 0.0, np.maximum(least - BESIDE, 0.0))
         high = np.where(most > math.pi - NEAR, TOP, np.minimum(most + BESIDE, TOP))
-        for hinge in range(len(least)):
-            if low[hinge] < self.bounds[0, hinge]:
-                self._move((hinge, 0), float(low[hinge]))
-            if high[hinge] > self.bounds[1, hinge]:
-                self._move((hinge, 1), float(high[hinge]))
-        within = (self.bounds[0] <= self.others) & (self.others <= self.bounds[1])
-        self.going = not within.all(axis=1).any()
+        wider = np.minimum(self.bounds[0], low), np.maximum(self.bounds[1], high)
+        if self._sorted > 1 and self._held(wider).any():
+            self.others = np.concatenate([self.others, states])
+        else:
+            self.states = np.concatenate([self.states, states])
+            for hinge in range(len(least)):
+                for side in (0, 1):
+                    if wider[side][hinge] != self.bounds[side, hinge]:
+                        self._move((hinge, side), float(wider[side][hinge]))
+        self._leave_out()
+
+    def _held(self, bounds: tuple[Reals, Reals] | Reals) -> NDArray[np.bool_]:
+        """Which of the others lie between bounds."""
+        within: NDArray[np.bool_] = np.all((bounds[0] <= self.others) & (self.others <= bounds[1]), axis=1)
+        return within
+
+    def _leave_out(self) -> None:
+        """Move faces inward until the box holds none of the others; give up where it holds all around one."""
+        low, high = self.states.min(axis=0), self.states.max(axis=0)
+        while self.going and (held := self._held(self.bounds)).any():
+            other = self.others[held.argmax()]
+            gaps = np.array([low - other, other - high])
+            side, hinge = np.unravel_index(gaps.argmax(), gaps.shape)
+            self.going = bool(gaps[side, hinge] > LEAST and self._sorted <= MOST)
+            face = int(hinge), int(side)
+            self.bounds[side, hinge] = 0.5 * (other[hinge] + (low, high)[side][hinge])
+            self._forget(face)
+
+    def _forget(self, face: Face) -> None:
+        """What was proved of a face is of no use where it has moved."""
+        self._settled.discard(face)
+        self._parts = [part for part in self._parts if part.face != face]
 
     def _move(self, face: Face, level: float) -> None:
         """Move a face outward: it is to be proved anew, and of each other one the strip that comes to it."""
         hinge, side = face
         before, self.bounds[side, hinge] = float(self.bounds[side, hinge]), level
-        self._settled.discard(face)
-        self._parts = [part for part in self._parts if part.face != face]
+        self._forget(face)
         for other in sorted(self._settled):
             if other[0] != hinge:
                 low, high = self._box_of(other)

@@ -18,7 +18,7 @@ from hcsearch.kernels.enclosure.plates import Plates, no_plates
 from hcsearch.typing import Reals, Whole
 
 EMPTY, CLOSED, OPEN, UNFINISHED = 0, 1, 2, 3
-"""A box holds no closed and clear state: proved; holds one, by Newton's method; neither will be known; neither is yet."""
+"""A box holds no closed and clear state: proved; holds one, by Newton's method; neither will be known; nor is yet."""
 AGAIN = 64
 """After how many boxes Newton's method is tried again."""
 NARROW = 1e-5
