@@ -15,8 +15,8 @@ import numpy as np
 
 from hcsearch.equality import ByValue
 from hcsearch.kernels.enclosure.expansion import Rings
-from hcsearch.kernels.enclosure.plates import Plates, no_plates
-from hcsearch.kernels.enclosure.refutation import Refutation, refutation_with
+from hcsearch.kernels.enclosure.plates import Plates
+from hcsearch.kernels.enclosure.refutation import Refutation, new_refutation, refutation_with
 from hcsearch.kernels.enclosure.wandering import wander
 from hcsearch.linkage import Linkage
 from hcsearch.locks.floods import CUTS, CubeFlood, cubes_expected
@@ -95,7 +95,7 @@ def enclose(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclo
     if not linkage.loops:
         return Enclosure(None, 0, 0, 0, open=False)
     rings, hinges = rings_of(linkage)
-    contest = _Contest(rings, (linkage.folded[hinges], linkage.flat[hinges]), no_plates() if plates is None else plates)
+    contest = _Contest(rings, (linkage.folded[hinges], linkage.flat[hinges]), plates)
     while contest.going:
         if contest.boxes >= boxes:
             return contest.summary(open_=True)
@@ -112,7 +112,7 @@ def enclose(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclo
 class _Contest:
     """What may enclose one of the ends, and whose turn it is."""
 
-    def __init__(self, rings: Rings, ends: tuple[Reals, Reals], plates: Plates) -> None:
+    def __init__(self, rings: Rings, ends: tuple[Reals, Reals], plates: Plates | None) -> None:
         self.rings, self.ends, self.plates = rings, ends, plates
         self.work = self._tables()
         self.floods = [
@@ -123,7 +123,7 @@ class _Contest:
         self.contenders: list[_Contender] = [*self.floods]
 
     def _tables(self) -> Refutation:
-        return refutation_with(self.rings, self.plates)
+        return new_refutation(self.rings) if self.plates is None else refutation_with(self.rings, self.plates)
 
     @property
     def boxes(self) -> int:
