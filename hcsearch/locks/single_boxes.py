@@ -54,10 +54,10 @@ class SingleBox:
     """A box around the part of the closed states that holds an end (side 0 packed, 1 flat).
 
     states : (m, n), to which a walk from the end leads, the end first. others : (k, n), the same of the other end.
-    seed : of estimates and further walks. search, aside : tables of its own. Where a closed state is met on a face, the
-    box is widened around what a walk from there leads to: of the other faces, what is proved stays so, and the strips
-    that come to them are to be proved. If it would then hold one of the others, that face is moved inward instead, as
-    the state is one of theirs.
+    seed : of estimates and further walks. search : tables of its own; aside : tables that others may use in between.
+    Where a closed state is met on a face, the box is widened around what a walk from there leads to: of the other
+    faces, what is proved stays so, and the strips that come to them are to be proved. If it would then hold one of the
+    others, a face is moved inward instead, as the state is one of theirs.
     """
 
     cubes = 1
@@ -98,6 +98,7 @@ class SingleBox:
             self.boxes += taken
             part.expected = max(part.expected - taken, 0.0)
             if verdict == CLOSED:
+                self._searched = None  # the box that holds the state is no longer in the list of the search
                 self._settle(self._walk_from(self.search.state.copy()))
             elif verdict == EMPTY:
                 self._parts.remove(part)
@@ -157,6 +158,13 @@ class SingleBox:
             face = int(hinge), int(side)
             self.bounds[side, hinge] = 0.5 * (other[hinge] + (low, high)[side][hinge])
             self._forget(face)
+            self._clip()
+
+    def _clip(self) -> None:
+        """Leave out of what is to be proved what is no longer of the box."""
+        for part in self._parts:
+            part.low, part.high = np.maximum(part.low, self.bounds[0]), np.minimum(part.high, self.bounds[1])
+        self._parts = [part for part in self._parts if (part.low <= part.high).all()]
 
     def _forget(self, face: Face) -> None:
         """What was proved of a face is of no use where it has moved."""
