@@ -9,7 +9,11 @@ from numpy.typing import NDArray
 from hcsearch.collision.reaches import longest_way
 from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import Folding
+from hcsearch.kernels.enclosure.expansion import Rings
+from hcsearch.kernels.enclosure.refutation import new_refutation
+from hcsearch.kernels.enclosure.wandering import wander
 from hcsearch.linkage import Linkage
+from hcsearch.locks.enclosures import rings_of
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.proofs import PLAYS, PathProof, Prover
 from hcsearch.scenes import default_panel
@@ -81,3 +85,10 @@ def open_by(linkage: Linkage, angles: Reals) -> Reals:
     lines = linkage.directions, linkage.points / linkage.pattern.size
     opened = [np.abs(around_the_loop(*lines, loop, angles) - np.eye(4)).max(axis=(-2, -1)) for loop in linkage.loops]
     return np.max(opened, axis=0)
+
+
+def walks_of(linkage: Linkage, steps: int) -> tuple[Rings, list[Reals]]:
+    """The loops of a linkage, and closed states that random walks from its packed and its flat state pass."""
+    rings, hinges = rings_of(linkage)
+    ends = linkage.folded[hinges], linkage.flat[hinges]
+    return rings, [wander(rings, end, steps, 1, new_refutation(rings)) for end in ends]

@@ -20,20 +20,19 @@ from hcsearch.kernels.enclosure.refutation import Refutation, new_refutation, re
 from hcsearch.kernels.enclosure.wandering import wander
 from hcsearch.linkage import Linkage
 from hcsearch.locks.floods import CUTS, CubeFlood, cubes_expected
-from hcsearch.locks.single_boxes import SingleBox
+from hcsearch.locks.regions import Region
 from hcsearch.typing import Reals, Whole
 from hcsearch.vocabulary import ENDS, End
 
 FIRST = 2500
 """Boxes of the first turn of each contender; each turn ends at twice as many."""
-EVEN, STEPS = 20_000, 10_000
-"""After so many boxes, random walks of so many steps from either end show how many cubes are to be filled, about."""
-LATE, LONG = 100_000, 100_000
-"""After so many boxes, random walks of so many steps are made around which there may be a box."""
+WALKS = 20_000, 100_000, 500_000
+"""After so many boxes, random walks of as many steps begin at either end. They show how many cubes are to be filled,
+about, and regions are laid around them; the longer ones where those around shorter ones are given up."""
 BEHIND = 10
 """What boxes of contenders count for that are not expected to end first, as turns are given."""
 SEED = 1
-"""Of random walks."""
+"""Of the first walks."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,10 +119,16 @@ class _Contest:
             for side in (0, 1)
             for level in range(len(CUTS))
         ]
-        self.contenders: list[_Contender] = [*self.floods]
+        self.regions: list[Region] = []
+        self._walked = 0
 
     def _tables(self) -> Refutation:
         return new_refutation(self.rings) if self.plates is None else refutation_with(self.rings, self.plates)
+
+    @property
+    def contenders(self) -> list[_Contender]:
+        """All of them, those that were given up, too."""
+        return [*self.floods, *self.regions]
 
     @property
     def boxes(self) -> int:
@@ -138,14 +143,8 @@ class _Contest:
     def next_turn(self, boxes: int) -> _Contender | None:
         """Let one go on, up to so many boxes of all; it, if it has proved its end to be enclosed."""
         spent = self.boxes
-        if spent >= EVEN and self.floods[0].cubes_expected is None:
-            self._walk(STEPS)
-        if spent >= LATE and len(self.contenders) == len(self.floods):
-            walks = self._walk(LONG)
-            self.contenders += [
-                SingleBox(self.rings, side, walks[side], walks[1 - side], SEED, self._tables(), self.work)
-                for side in (0, 1)
-            ]
+        if self._walked < len(WALKS) and spent >= WALKS[self._walked]:
+            self._walk(WALKS[self._walked])
         going = self.going
         first = min(going, key=lambda own: own.boxes_expected)
         ahead = math.isfinite(first.boxes_expected)
@@ -153,13 +152,19 @@ class _Contest:
         ended = chosen.go_on(chosen.boxes + min(max(FIRST, chosen.boxes), boxes - spent))
         return chosen if ended else None
 
-    def _walk(self, steps: int) -> list[Reals]:
-        """Closed states to which random walks from either end lead; by these, how much is expected of floods."""
-        walks = [wander(self.rings, end, steps, SEED, self.work) for end in self.ends]
+    def _walk(self, steps: int) -> None:
+        """Let walks show how much is expected of floods, and lay regions around them where none is being proved."""
+        seed, self._walked = SEED + self._walked, self._walked + 1
+        sides = [side for side in (0, 1) if not any(region.going for region in self.regions if region.side == side)]
+        if not sides:
+            return
+        walks = [wander(self.rings, end, steps, seed, self.work) for end in self.ends]
         expected = [cubes_expected(walk) for walk in walks]
         for flood in self.floods:
             flood.cubes_expected = expected[flood.side][flood.level]
-        return walks
+        self.regions += [
+            Region(self.rings, side, walks[side], walks[1 - side], seed, self._tables(), self.work) for side in sides
+        ]
 
     def summary(self, *, open_: bool) -> Enclosure:
         """What all have come to where none has ended without the other end."""

@@ -13,7 +13,6 @@ from hcsearch.collision.plates import plates_of
 from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import Folding, foldings
 from hcsearch.kernels.enclosure.contraction import contract, new_contraction
-from hcsearch.kernels.enclosure.estimates import estimate
 from hcsearch.kernels.enclosure.expansion import EQUATIONS, cut_loops, expand, new_expansion, write_first_order
 from hcsearch.kernels.enclosure.flooding import ENCLOSED, LIMITS, TAIL, new_flood, spread
 from hcsearch.kernels.enclosure.newton import close_within
@@ -25,13 +24,12 @@ from hcsearch.locks import enclosures, floods
 from hcsearch.locks.enclosures import Enclosure, enclose, rings_of
 from hcsearch.locks.floods import cubes_expected, grid_at
 from hcsearch.locks.proofs import lock_at
-from hcsearch.locks.single_boxes import SingleBox
 from hcsearch.pattern import Crease, Pattern
 from hcsearch.planning.planner import Planner
 from hcsearch.scenes import default_panel
 from hcsearch.unit_search.elements import untwisted
 from tests.naive import around_the_loop
-from tests.planned import SAMPLES, joined, open_by, planned
+from tests.planned import SAMPLES, joined, open_by, planned, walks_of
 from tests.strategies import writings
 
 MERGED = joined("square:012233230011:4", "merged")
@@ -365,76 +363,6 @@ def test_what_is_locked_at_an_end_is_enclosed(thickness, missed):
                 left.add(folding.notation)
     assert count == 14
     assert left <= missed
-
-
-def walks_of(linkage, steps):
-    """Random walks from the packed and the flat state of a linkage."""
-    rings, hinges = rings_of(linkage)
-    return rings, [
-        wander(rings, end[hinges], steps, 1, new_refutation(rings)) for end in (linkage.folded, linkage.flat)
-    ]
-
-
-def box_around(linkage, side, steps=20_000):
-    """One box around an end, and the boxes that its proof took."""
-    rings, walks = walks_of(linkage, steps)
-    box = SingleBox(rings, side, walks[side], walks[1 - side], 1, new_refutation(rings), new_refutation(rings))
-    return box, box.going and box.go_on(50_000)
-
-
-@pytest.mark.parametrize(
-    "name", ["hex:0234340511:3", "hex:0233545012:2", "hex:0233534001:3", "hex:0233435001:2", "hex:0223445511:4"]
-)
-def test_one_box_is_left_by_no_walk(name):
-    linkage = joined(name, "hinged")
-    box, done = box_around(linkage, 0)
-    assert done
-    low, high = box.taken_in
-    rings, walks = walks_of(linkage, 60_000)
-    within = [((low <= walk) & (walk <= high)).all(axis=1) for walk in walks]
-    assert within[0].all()
-    assert not within[1].any()
-    # each face is proved anew, whole: the box is widened strip by strip
-    for hinge, side in product(range(rings.folds), (0, 1)):
-        level = (low, high)[side][0, hinge]
-        if 0.0 < level < math.pi:
-            least, most = low[0].copy(), high[0].copy()
-            least[hinge] = most[hinge] = level
-            assert refute(rings, least, most, 10**5, new_refutation(rings))[0] == EMPTY
-
-
-@pytest.mark.parametrize("name", sorted(SAMPLES))
-def test_one_box_holds_no_end_alone_of_what_moves(name):
-    for side in (0, 1):
-        assert not box_around(planned(name).linkage, side, 5_000)[1]
-
-
-def test_a_box_is_widened_around_what_is_met_on_its_faces():
-    linkage = joined("hex:0233545012:2", "hinged")
-    narrow, done = box_around(linkage, 0, 100)
-    assert done
-    _, walks = walks_of(linkage, 60_000)
-    low, high = narrow.taken_in
-    assert (low <= walks[0]).all()
-    assert (walks[0] <= high).all()
-
-
-def test_the_number_of_boxes_is_estimated():
-    linkage = joined("hex:0223445511:4", "hinged")
-    rings, work = rings_of(linkage)[0], new_refutation(rings_of(linkage)[0])
-    box, done = box_around(linkage, 0)
-    assert done
-    low, high = (bound[0] for bound in box.taken_in)
-    ratios = []
-    for side in np.flatnonzero((low > 0.0) & (low < 2.9)):
-        least, most = low.copy(), high.copy()
-        most[side] = low[side]
-        verdict, boxes = refute(rings, least.copy(), most.copy(), 10**6, work)
-        expected, known = estimate(rings, least, most, 2000, 3, work)
-        assert verdict == known == EMPTY
-        ratios.append(expected / boxes)
-    assert len(ratios) > 2
-    assert 0.7 < min(ratios) <= max(ratios) < 1.4
 
 
 def test_a_search_that_is_interrupted_comes_to_the_same():

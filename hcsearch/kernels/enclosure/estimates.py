@@ -14,15 +14,17 @@ from hcsearch.typing import Reals
 
 
 @compiled
-def estimate(rings: Rings, low: Reals, high: Reals, probes: int, seed: int, work: Refutation) -> tuple[float, int]:
-    """How many boxes a search of a box, (n,) each, takes, about; and EMPTY, or CLOSED or OPEN where a probe ends so.
+def estimate(rings: Rings, low: Reals, high: Reals, probes: int, seed: int, work: Refutation) -> tuple[float, int, int]:
+    """How many boxes a search of a box, (n,) each, takes, about.
+
+    Then EMPTY, or CLOSED or OPEN where a probe ends so; and how many boxes the probes took.
 
     Each probe follows one branch, and takes any of the two halves of a box; the k-th box after the first stands for
     2^k. The mean over branches is the number of boxes; few branches miss what few others take. A closed state that a
     probe meets is `work.state`.
     """
     np.random.seed(seed)
-    total = 0.0
+    total, tested = 0.0, 0
     for _ in range(probes):
         begin(rings, low, high, work)
         stands_for, verdict = 1.0, UNFINISHED
@@ -30,10 +32,11 @@ def estimate(rings: Rings, low: Reals, high: Reals, probes: int, seed: int, work
             total += stands_for
             stands_for *= 2.0
             verdict, side = test_box(rings, 0, work)
+            tested += 1
             if verdict == UNFINISHED:
                 split(side, 0, work)
                 if np.random.random() < 0.5:
                     work.lows[0], work.highs[0], work.cuts[0] = work.lows[1], work.highs[1], work.cuts[1]
         if verdict != EMPTY:
-            return total, verdict
-    return total / probes, EMPTY
+            return total, verdict, tested
+    return total / probes, EMPTY, tested

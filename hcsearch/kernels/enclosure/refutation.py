@@ -129,7 +129,7 @@ def test_box(rings: Rings, number: int, work: Refutation) -> tuple[int, int]:
         return EMPTY, 0
     keep_cuts(cuts, work.cuts[number])
     side, widest = _side(low, high, work.contraction.shares)
-    if work.counts[TESTED] % AGAIN == 1 or (blocked and widest < SLIDING):
+    if work.counts[TESTED] % AGAIN == 1 or widest < NARROW or (blocked and widest < SLIDING):
         for h in range(len(low)):
             work.state[h] = 0.5 * (low[h] + high[h])
         if meets(rings, low, high, work.state, work):

@@ -1,4 +1,4 @@
-"""Random walks through closed states, by which floods of two ends are compared before they are made."""
+"""Random walks through closed states, which show how far a part of them reaches before that is proved."""
 
 from __future__ import annotations
 
@@ -15,6 +15,10 @@ TURN = 20
 """A walk begins anew at any of its states after so many steps."""
 BEND = 0.3
 """How much each step bends off the one before, for its length."""
+FAILURES, SHORTER, LONGER = 50, 0.5, 1.5
+"""A climb shortens its steps after so many in a row that lead no higher, and lengthens them with each that does."""
+SHORTEST = 1e-3
+"""A climb ends where steps of this length lead no higher (rad)."""
 
 
 @compiled
@@ -46,3 +50,57 @@ def wander(rings: Rings, start: Reals, steps: int, seed: int, work: Refutation) 
         states[count] = state
         count += 1
     return states[:count]
+
+
+@compiled
+def climb(rings: Rings, states: Reals, low: Reals, high: Reals, steps: int, seed: int, work: Refutation) -> Reals:
+    """Closed states, (m, n), and those that climbs from them pass, which turn each angle as far as they can both ways.
+
+    low, high : (n,), a box in which they stay. steps : of each climb, at most. It begins at the state that is furthest
+    by then; a step that does not turn the angle further is not taken.
+    """
+    np.random.seed(seed)
+    count, n = states.shape
+    passed = np.zeros((count + 2 * n * steps, n))
+    passed[:count] = states
+    for hinge in range(n):
+        for sign in (-1.0, 1.0):
+            count = _climb_along(rings, hinge, sign, low, high, steps, count, passed, work)
+    return passed[:count]
+
+
+@compiled
+def _climb_along(
+    rings: Rings,
+    hinge: int,
+    sign: float,
+    low: Reals,
+    high: Reals,
+    steps: int,
+    count: int,
+    passed: Reals,
+    work: Refutation,
+) -> int:
+    """Turn one angle as far as steps lead; how many states were passed by then."""
+    here = passed[np.argmax(sign * passed[:count, hinge])].copy()
+    way, state = np.random.standard_normal(len(here)), here.copy()
+    longest, failures = STRIDE, 0
+    for _ in range(steps):
+        length = longest * np.random.random() / np.abs(way).max()
+        state[:] = np.minimum(np.maximum(here + length * way, low), high)
+        closed = meets(rings, low, high, state, work)
+        moved = np.abs(state - here).max()
+        if closed and moved <= 1.5 * STRIDE and sign * (state[hinge] - here[hinge]) > 0.0:
+            way[:] = state - here + BEND * moved * np.random.standard_normal(len(here))
+            here[:] = state
+            passed[count] = state
+            count += 1
+            longest, failures = min(LONGER * longest, STRIDE), 0
+            continue
+        way[:] = np.random.standard_normal(len(here))
+        failures += 1
+        if failures == FAILURES:
+            if longest <= SHORTEST:
+                break
+            longest, failures = max(SHORTER * longest, SHORTEST), 0
+    return count

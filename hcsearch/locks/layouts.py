@@ -1,0 +1,76 @@
+"""Boxes around one part of the closed states that leave out others, as far as each is known by some of its states."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from hcsearch.locks.boxes import Box, outside, states_in
+from hcsearch.typing import Reals
+
+BESIDE = 0.1
+"""How far faces are from the states of a part (rad)."""
+NEAR = 0.05
+"""A part that comes so near to a stop, or to a face of the box that it lies in (rad), counts as reaching it."""
+LEAST = 0.05
+"""Faces are not moved inward where less than this is between the states on either side of them (rad)."""
+DEEPEST = 6
+"""Boxes within boxes."""
+TOP = float(np.nextafter(math.pi, 4.0))
+"""The double above pi, at which boxes end that hold states with closed hinges."""
+
+Reaching = Callable[[Reals, Box], Reals]
+"""States of a part, (m, n), within a box, and those to which they lead in it."""
+
+
+def region_around(own: Reals, others: Sequence[Reals], reach: Reaching) -> list[Box] | None:
+    """Boxes without common inner points that hold states of one part, (m, n), and none of others; None without any.
+
+    One box around the part, less one around what it holds of each other part; less one in that, around what it holds of
+    the first part, and so on.
+    """
+    n = own.shape[1]
+    outer = _box_around(own, np.concatenate(others), (np.zeros(n), np.full(n, TOP)))
+    region = [outer]
+    for other in others:
+        held = states_in(outer, other)
+        if len(held):
+            hole = _within(held, own, outer, reach, DEEPEST)
+            if hole is None:
+                return None
+            region = outside(region, hole)
+    return region
+
+
+def _within(states: Reals, others: Reals, box: Box, reach: Reaching, deepest: int) -> list[Box] | None:
+    """Boxes around states in a box, less others in these; None where too many would lie within each other."""
+    states = reach(states, box)
+    around = _box_around(states, others, box)
+    held = states_in(around, others)
+    if not len(held):
+        return [around]
+    inner = None if deepest == 0 else _within(held, states_in(around, states), around, reach, deepest - 1)
+    return None if inner is None else outside([around], inner)
+
+
+def _box_around(states: Reals, others: Reals, within: Box) -> Box:
+    """A box around states which holds none of the others that lie beside the least box around these."""
+    least, most = states.min(axis=0), states.max(axis=0)
+    low = np.where(least < within[0] + NEAR, within[0], np.maximum(least - BESIDE, within[0]))
+    high = np.where(most > within[1] - NEAR, within[1], np.minimum(most + BESIDE, within[1]))
+    held = states_in((low, high), others)
+    away = np.maximum(least - held, held - most)
+    held = held[away.max(axis=1) > LEAST]
+    while len(held):
+        away = np.maximum(least - held, held - most)
+        nearest = int(away.max(axis=1).argmin())
+        hinge = int(away[nearest].argmax())
+        other = held[nearest, hinge]
+        if other < least[hinge]:
+            low[hinge] = 0.5 * (other + least[hinge])
+        else:
+            high[hinge] = 0.5 * (other + most[hinge])
+        held = states_in((low, high), held)
+    return low, high

@@ -1,0 +1,156 @@
+"""Regions of few boxes around an end, which closed states do not leave, and what they are laid by."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hcsearch.kernels.enclosure.estimates import estimate
+from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, new_refutation, refute
+from hcsearch.kernels.enclosure.wandering import STRIDE, climb
+from hcsearch.locks import regions
+from hcsearch.locks.boxes import Face, faces_of, states_in
+from hcsearch.locks.enclosures import rings_of
+from hcsearch.locks.layouts import TOP
+from hcsearch.locks.regions import Region
+from tests.planned import SAMPLES, joined, open_by, planned, walks_of
+
+
+def region_of(linkage, side, steps=20_000):
+    """A region around an end by walks of so many steps, not yet searched."""
+    rings, walks = walks_of(linkage, steps)
+    return Region(rings, side, walks[side], walks[1 - side], 1, new_refutation(rings), new_refutation(rings))
+
+
+def boxes_of(region):
+    """The boxes of a region."""
+    return list(zip(*region.taken_in, strict=True))
+
+
+def held(region, states):
+    """Which states a region holds."""
+    return np.array([any(len(states_in(box, state[None])) for box in boxes_of(region)) for state in states])
+
+
+LEFT = [
+    ("hex:0234340511:3", 0),
+    ("hex:0233545012:2", 0),
+    ("hex:0233534001:3", 0),
+    ("hex:0233435001:2", 1),
+    ("hex:0223445511:4", 1),
+    ("hex:0223335500:4", 1),
+    ("hex:0223435501:2", 0),
+]
+"""Foldings, and the side of a region that is proved soon: of one box, and of several."""
+
+
+@pytest.mark.parametrize(("name", "side"), LEFT)
+def test_a_region_is_left_by_no_walk(name, side):
+    linkage = joined(name, "hinged")
+    region = region_of(linkage, side)
+    assert region.go_on(200_000)
+    rings, walks = walks_of(linkage, 60_000)
+    assert held(region, walks[side][::7]).all()
+    assert not held(region, walks[1 - side][::7]).any()
+    # each face is proved anew, whole: the region's were searched in parts
+    faces, work = faces_of(boxes_of(region), TOP), new_refutation(rings)
+    assert faces
+    assert all(refute(rings, face.low.copy(), face.high.copy(), 10**6, work)[0] == EMPTY for face in faces)
+
+
+def test_some_regions_consist_of_several_boxes():
+    region = region_of(joined("hex:0223335500:4", "hinged"), 1)
+    assert region.go_on(50_000)
+    assert region.cubes > 1
+    low, high = region.taken_in
+    assert (low < high).all()
+
+
+@pytest.mark.parametrize("name", sorted(SAMPLES))
+def test_no_region_holds_an_end_alone_of_what_moves(name):
+    for side in (0, 1):
+        assert not region_of(planned(name).linkage, side, 5_000).go_on(50_000)
+
+
+def test_a_region_is_laid_anew_around_what_is_met_on_its_faces(monkeypatch):
+    # without climbs, a short walk shows little of its part
+    monkeypatch.setattr(regions, "STEPS", 0)
+    linkage = joined("hex:0233545012:2", "hinged")
+    region, met = region_of(linkage, 0, 100), []
+    take_in = Region._take_in
+    monkeypatch.setattr(Region, "_take_in", lambda own, state: (met.append(state), take_in(own, state)))
+    assert region.go_on(200_000)
+    assert met
+    assert open_by_states(linkage, np.array(met)).max() < 1e-6
+    _, walks = walks_of(linkage, 60_000)
+    assert held(region, walks[0][::7]).all()
+    assert not held(region, walks[1][::7]).any()
+
+
+def open_by_states(linkage, states):
+    """By how much loops are open at states of the hinges in loops."""
+    angles = np.tile(linkage.folded, (len(states), 1))
+    angles[:, rings_of(linkage)[1]] = states
+    return open_by(linkage, angles)
+
+
+def test_a_region_does_not_hang_on_how_often_it_is_interrupted():
+    linkage = joined("hex:0233435001:2", "hinged")
+    whole, parts = region_of(linkage, 1), region_of(linkage, 1)
+    assert whole.go_on(10**6)
+    calls = 1
+    while not parts.go_on(parts.boxes + 100):
+        calls += 1
+        assert calls < 10_000
+    assert calls > 10
+    assert parts.boxes == whole.boxes
+    assert np.array_equal(parts.taken_in, whole.taken_in)
+
+
+def test_climbs_lead_further_than_a_walk_from_one_state_to_the_next():
+    linkage = joined("hex:023244401502:5", "hinged")
+    rings, walks = walks_of(linkage, 5_000)
+    n, walk = rings.folds, walks[0]
+    climbed = climb(rings, walk, np.zeros(n), np.full(n, math.pi), 500, 1, new_refutation(rings))
+    assert np.array_equal(climbed[: len(walk)], walk)
+    assert open_by_states(linkage, climbed).max() < 1e-6
+    assert climbed.min(axis=0).sum() < walk.min(axis=0).sum() - 0.1
+    gaps = [np.abs(climbed[:k] - climbed[k]).max(axis=1).min() for k in range(len(walk), len(climbed))]
+    assert max(gaps) <= 1.5 * STRIDE
+
+
+def test_climbs_stay_within_their_box():
+    linkage = joined("hex:0233545012:2", "hinged")
+    rings, walks = walks_of(linkage, 2_000)
+    low, high = np.maximum(walks[0][0] - 0.5, 0.0), np.minimum(walks[0][0] + 0.5, math.pi)
+    climbed = climb(rings, walks[0][:1], low, high, 300, 1, new_refutation(rings))
+    assert len(climbed) > 10
+    assert (low <= climbed).all()
+    assert (climbed <= high).all()
+
+
+def test_the_number_of_boxes_is_estimated():
+    linkage = joined("hex:0223445511:4", "hinged")
+    region = region_of(linkage, 0)
+    assert region.go_on(50_000)
+    rings, work = region.rings, new_refutation(region.rings)
+    ratios = []
+    for face in faces_of(boxes_of(region), TOP):
+        verdict, boxes = refute(rings, face.low.copy(), face.high.copy(), 10**6, work)
+        expected, known, tested = estimate(rings, face.low, face.high, 2000, 3, work)
+        assert verdict == known == EMPTY
+        assert tested >= 2000
+        ratios.append(expected / boxes)
+    assert len(ratios) > 2
+    assert 0.7 < min(ratios) <= max(ratios) < 1.4
+
+
+def test_an_estimate_ends_at_a_closed_state():
+    linkage = joined("hex:0223445511:4", "hinged")
+    rings, walks = walks_of(linkage, 5_000)
+    state, work = walks[0][2000], new_refutation(rings)
+    face = Face(2, np.maximum(state - 0.3, 0.0), np.minimum(state + 0.3, math.pi))
+    face.low[2] = face.high[2] = state[2]
+    assert estimate(rings, face.low, face.high, 50, 1, work)[1] == CLOSED
+    assert open_by_states(linkage, work.state[None]).max() < 1e-6
+    assert work.state[2] == state[2]
