@@ -1,8 +1,9 @@
 """Locks between the ends: proofs that a linkage never leaves a part of its states, by closed loops and stops alone.
 
-Fold angles from 0 to pi are cut into cubes, and a flood takes in those that a motion from a closed state may reach. If
-it ends without the goal, no motion of the linkage comes there, at any margin, though panels may pass through each other
-(docs/explanation/locks.md). Where that does not keep the ends apart, panels may: at margins up to one.
+Fold angles from 0 to pi are cut into cubes, and a flood takes in those that a motion from a closed state may reach; or
+a region of few boxes is laid around them. If it holds one end alone, and its faces no closed state, no motion of the
+linkage leads to the other one, at any margin, though panels may pass through each other (docs/explanation/locks.md).
+Where that does not keep the ends apart, panels may: at margins up to one.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from hcsearch.kernels.enclosure.plates import Plates
 from hcsearch.kernels.enclosure.refutation import Refutation, new_refutation, refutation_with
 from hcsearch.kernels.enclosure.wandering import wander
 from hcsearch.linkage import Linkage
-from hcsearch.locks.floods import CUTS, CubeFlood, cubes_expected
+from hcsearch.locks.floods import cubes_expected, floods_from
 from hcsearch.locks.regions import Region
 from hcsearch.typing import Reals, Whole
 from hcsearch.vocabulary import ENDS, End
@@ -37,14 +38,14 @@ SEED = 1
 
 @dataclass(frozen=True, eq=False)
 class Enclosure(ByValue):
-    """What a flood from an end of the motion came to.
+    """What floods and regions of few boxes around the ends of the motion came to.
 
-    end : the end that no motion leaves for the other one; None where that is not proved. cubes, faces : cubes that hold
-    whatever a motion from that end can reach, and faces that were tested for it; of all floods where nothing is
-    proved. boxes : of all floods. open : whether more boxes may prove more; not where each flood came to the other end,
-    or where there is no loop. lows, highs : (cubes, k), of the cubes where a lock is proved, rad; of the k hinges that
-    are in a loop. margin : m, the greatest at which a lock holds that panels have a part in; None where it holds at
-    every margin.
+    end : the end that no motion leaves for the other one; None where that is not proved. cubes, faces : cubes, or boxes
+    of a region, that hold whatever a motion from that end can reach, and faces that were tested for it; of all of them
+    where nothing is proved. boxes : of the search, of all. open : whether more boxes may prove more; not where each
+    flood came to the other end and no region is left, or where there is no loop. lows, highs : (cubes, k), of the cubes
+    where a lock is proved, rad; of the k hinges that are in a loop. margin : m, the greatest at which a lock holds that
+    panels have a part in; None where it holds at every margin.
     """
 
     end: End | None
@@ -63,7 +64,7 @@ class Enclosure(ByValue):
 
 
 class _Contender(Protocol):
-    """What may enclose an end: a flood, or one box."""
+    """What may enclose an end: a flood, or a region of few boxes."""
 
     side: int
     going: bool
@@ -85,19 +86,20 @@ def enclose(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclo
     """Look for a proof that closed loops and stops keep the packed and the flat state of a linkage apart.
 
     boxes : how many boxes all contenders may take together, about. These take turns: coarse and fine floods from either
-    end, and later one box around either end; that which is expected to end first has most of the boxes. The first that
-    ends without the other end is the proof, which is the same whatever the number of boxes. It holds for panels with
-    any margin, with or without collisions, and for the joints of this linkage alone: what is locked with hinged flat
-    pairs is locked with rigid and with merged ones, too (docs/explanation/locks.md). Source: ours.
+    end, and later a region of few boxes around either end; that which is expected to end first has most of the boxes.
+    The first that ends without the other end is the proof, which is the same whatever the number of boxes. It holds for
+    panels with any margin, with or without collisions, and for the joints of this linkage alone: what is locked with
+    hinged flat pairs is locked with rigid and with merged ones, too (docs/explanation/locks.md). Source: ours.
     plates : those of `plates_of`, where panels do not pass through each other; then it holds at their margin and below.
     """
     if not linkage.loops:
         return Enclosure(None, 0, 0, 0, open=False)
     rings, hinges = rings_of(linkage)
     contest = _Contest(rings, (linkage.folded[hinges], linkage.flat[hinges]), plates)
-    while contest.going:
-        if contest.boxes >= boxes:
-            return contest.summary(open_=True)
+    while contest.boxes < boxes:
+        contest.walk(boxes)
+        if not contest.going:
+            return contest.summary(open_=contest.may_walk)
         proof = contest.next_turn(boxes)
         if proof is not None:
             lows, highs = proof.taken_in
@@ -105,7 +107,7 @@ def enclose(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclo
             return Enclosure(
                 ENDS[proof.side], proof.cubes, proof.faces, contest.boxes, False, margin, lows=lows, highs=highs
             )
-    return contest.summary(open_=False)
+    return contest.summary(open_=True)
 
 
 class _Contest:
@@ -114,11 +116,7 @@ class _Contest:
     def __init__(self, rings: Rings, ends: tuple[Reals, Reals], plates: Plates | None) -> None:
         self.rings, self.ends, self.plates = rings, ends, plates
         self.work = self._tables()
-        self.floods = [
-            CubeFlood(rings, side, level, ends[side], ends[1 - side], self.work)
-            for side in (0, 1)
-            for level in range(len(CUTS))
-        ]
+        self.floods = floods_from(rings, ends, self.work)
         self.regions: list[Region] = []
         self._walked = 0
 
@@ -140,31 +138,37 @@ class _Contest:
         """Those that have not ended."""
         return [contender for contender in self.contenders if contender.going]
 
-    def next_turn(self, boxes: int) -> _Contender | None:
-        """Let one go on, up to so many boxes of all; it, if it has proved its end to be enclosed."""
-        spent = self.boxes
-        if self._walked < len(WALKS) and spent >= WALKS[self._walked]:
-            self._walk(WALKS[self._walked])
-        going = self.going
-        first = min(going, key=lambda own: own.boxes_expected)
-        ahead = math.isfinite(first.boxes_expected)
-        chosen = min(going, key=lambda own: max(own.boxes, FIRST) * (BEHIND if ahead and own is not first else 1))
-        ended = chosen.go_on(chosen.boxes + min(max(FIRST, chosen.boxes), boxes - spent))
-        return chosen if ended else None
+    @property
+    def may_walk(self) -> bool:
+        """Whether there are walks that were not made yet."""
+        return self._walked < len(WALKS)
 
-    def _walk(self, steps: int) -> None:
-        """Let walks show how much is expected of floods, and lay regions around them where none is being proved."""
-        seed, self._walked = SEED + self._walked, self._walked + 1
-        sides = [side for side in (0, 1) if not any(region.going for region in self.regions if region.side == side)]
-        if not sides:
-            return
-        walks = [wander(self.rings, end, steps, seed, self.work) for end in self.ends]
+    def walk(self, boxes: int) -> None:
+        """Make the walks that are due, of those that so many boxes of all allow: at once, if nothing else goes on."""
+        while self.may_walk and WALKS[self._walked] <= (self.boxes if self.going else boxes):
+            steps, seed = WALKS[self._walked], SEED + self._walked
+            self._walked += 1
+            sides = [side for side in (0, 1) if not any(region.going for region in self.regions if region.side == side)]
+            if sides:
+                self._lay_around([wander(self.rings, end, steps, seed, self.work) for end in self.ends], sides, seed)
+
+    def _lay_around(self, walks: list[Reals], sides: list[int], seed: int) -> None:
+        """Lay regions around walks from either end; these show how many cubes of floods are expected, too."""
         expected = [cubes_expected(walk) for walk in walks]
         for flood in self.floods:
             flood.cubes_expected = expected[flood.side][flood.level]
         self.regions += [
             Region(self.rings, side, walks[side], walks[1 - side], seed, self._tables(), self.work) for side in sides
         ]
+
+    def next_turn(self, boxes: int) -> _Contender | None:
+        """Let one go on, up to so many boxes of all; it, if it has proved its end to be enclosed."""
+        spent, going = self.boxes, self.going
+        first = min(going, key=lambda own: own.boxes_expected)
+        ahead = math.isfinite(first.boxes_expected)
+        chosen = min(going, key=lambda own: max(own.boxes, FIRST) * (BEHIND if ahead and own is not first else 1))
+        ended = chosen.go_on(chosen.boxes + min(max(FIRST, chosen.boxes), boxes - spent))
+        return chosen if ended else None
 
     def summary(self, *, open_: bool) -> Enclosure:
         """What all have come to where none has ended without the other end."""

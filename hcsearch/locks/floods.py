@@ -91,6 +91,12 @@ class CubeFlood:
         return grid[cubes], grid[cubes + 1]
 
 
+def floods_from(rings: Rings, ends: tuple[Reals, Reals], work: Refutation) -> list[CubeFlood]:
+    """Coarse and fine floods from either end, packed and flat, none of which has begun."""
+    levels = range(len(CUTS))
+    return [CubeFlood(rings, side, level, ends[side], ends[1 - side], work) for side in (0, 1) for level in levels]
+
+
 def grid_at(level: int) -> Reals:
     """Where the cubes of a flood meet, from 0 to the double above pi, which is none."""
     cuts = np.array(CUTS[level])

@@ -204,24 +204,28 @@ def test_contraction_keeps_closed_states_of_several_loops():
     assert tested > 50
 
 
-def set_cuts(monkeypatch, cuts):
-    """Let floods have other grids."""
-    for module in (floods, enclosures):
-        monkeypatch.setattr(module, "CUTS", cuts)
-
-
 def test_a_fine_flood_proves_what_a_coarse_one_does_not(monkeypatch):
     linkage = joined("hex:0233435001:3", "hinged")
     plates, cuts = plates_of(linkage, 1e-4), ((0.15, 0.6, 1.2), floods.CUTS[0])
     known = enclose(linkage, 10_000, plates)
-    set_cuts(monkeypatch, cuts[:1])
+    monkeypatch.setattr(enclosures, "WALKS", ())
+    monkeypatch.setattr(floods, "CUTS", cuts[:1])
     wide = enclose(linkage, 300_000, plates)
     assert not wide.proved
     assert not wide.open
-    set_cuts(monkeypatch, cuts)
+    monkeypatch.setattr(floods, "CUTS", cuts)
     both = enclose(linkage, 300_000, plates)
     assert (both.end, both.cubes, both.faces) == (known.end, known.cubes, known.faces)
     assert both.boxes > known.boxes
+
+
+def test_regions_are_laid_where_floods_come_to_the_other_end(monkeypatch):
+    linkage = joined("hex:0223445511:4", "hinged")
+    monkeypatch.setattr(floods, "CUTS", ((1.5,),))
+    before = enclose(linkage, 10_000)
+    assert not before.proved
+    assert before.open
+    assert enclose(linkage, 100_000).end == "packed"
 
 
 @pytest.mark.parametrize("name", ["hex:0234451512:0", "hex:0223435501:2", "hex:0233534001:0"])

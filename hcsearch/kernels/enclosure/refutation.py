@@ -125,6 +125,7 @@ def test_box(rings: Rings, number: int, work: Refutation) -> tuple[int, int]:
     blocked = len(work.overlaps.plates.pairs) > 0
     work.counts[TESTED] += 1
     keep_cuts(work.cuts[number], cuts)
+    before = _widest(low, high)
     if not contract(rings, low, high, work.contraction):
         return EMPTY, 0
     keep_cuts(cuts, work.cuts[number])
@@ -139,7 +140,8 @@ def test_box(rings: Rings, number: int, work: Refutation) -> tuple[int, int]:
         return EMPTY, 0
     if known == MET:
         side, _ = _side(low, high, work.overlaps.kept)
-    if widest < NARROW or number + 2 > DEPTH:
+    # a box that was contracted to so little at once may be empty, as its next test shows
+    if before < NARROW or number + 2 > DEPTH:
         return OPEN, 0
     return UNFINISHED, side
 
@@ -159,11 +161,18 @@ def split(side: int, number: int, work: Refutation) -> None:
 @lean
 def _side(low: Reals, high: Reals, shares: Reals) -> tuple[int, float]:
     """The side by which a box is split: that which contributes most to what is not known; and the longest one."""
-    widest = 0.0
-    for h in range(len(low)):
-        widest = max(widest, high[h] - low[h])
+    widest = _widest(low, high)
     side, greatest = 0, -1.0
     for h in range(len(low)):
         if high[h] - low[h] >= WIDE * widest and shares[h] > greatest:
             side, greatest = h, shares[h]
     return side, widest
+
+
+@lean
+def _widest(low: Reals, high: Reals) -> float:
+    """The longest side of a box."""
+    widest = 0.0
+    for h in range(len(low)):
+        widest = max(widest, high[h] - low[h])
+    return widest
