@@ -60,7 +60,7 @@ def test_a_region_is_left_by_no_walk(name, side):
 
 def test_some_regions_consist_of_several_boxes():
     region = region_of(joined("hex:0223335500:4", "hinged"), 1)
-    assert region.go_on(50_000)
+    assert region.go_on(20_000)
     assert region.cubes > 1
     low, high = region.taken_in
     assert (low < high).all()
@@ -69,7 +69,7 @@ def test_some_regions_consist_of_several_boxes():
 @pytest.mark.parametrize("name", sorted(SAMPLES))
 def test_no_region_holds_an_end_alone_of_what_moves(name):
     for side in (0, 1):
-        assert not region_of(planned(name).linkage, side, 5_000).go_on(50_000)
+        assert not region_of(planned(name).linkage, side, 5_000).go_on(20_000)
 
 
 def test_a_region_is_laid_anew_around_what_is_met_on_its_faces(monkeypatch):
@@ -132,7 +132,7 @@ def test_climbs_stay_within_their_box():
 def test_the_number_of_boxes_is_estimated():
     linkage = joined("hex:0223445511:4", "hinged")
     region = region_of(linkage, 0)
-    assert region.go_on(50_000)
+    assert region.go_on(20_000)
     rings, work = region.rings, new_refutation(region.rings)
     ratios = []
     for face in faces_of(boxes_of(region), TOP):
