@@ -30,8 +30,8 @@ FIRST = 2500
 WALKS = 20_000, 100_000, 500_000
 """After so many boxes, random walks of as many steps begin at either end. They show how many cubes are to be filled,
 about, and regions are laid around them; the longer ones where those around shorter ones are given up."""
-BEHIND = 10
-"""What boxes of contenders count for that are not expected to end first, as turns are given."""
+BEHIND = 20
+"""What boxes of contenders count for that are expected to end later than the first, as turns are given."""
 SEED = 1
 """Of the first walks."""
 
@@ -165,8 +165,7 @@ class _Contest:
         """Let one go on, up to so many boxes of all; it, if it has proved its end to be enclosed."""
         spent, going = self.boxes, self.going
         first = min(going, key=lambda own: own.boxes_expected)
-        ahead = math.isfinite(first.boxes_expected)
-        chosen = min(going, key=lambda own: max(own.boxes, FIRST) * (BEHIND if ahead and own is not first else 1))
+        chosen = min(going, key=lambda own: max(own.boxes, FIRST) * (1 if own is first else _weight(own)))
         ended = chosen.go_on(chosen.boxes + min(max(FIRST, chosen.boxes), boxes - spent))
         return chosen if ended else None
 
@@ -174,6 +173,11 @@ class _Contest:
         """What all have come to where none has ended without the other end."""
         cubes, faces = (sum(getattr(own, name) for own in self.contenders) for name in ("cubes", "faces"))
         return Enclosure(None, cubes, faces, self.boxes, open_)
+
+
+def _weight(own: _Contender) -> int:
+    """What boxes of a contender count for that is not the first; as those of the first where nothing is expected."""
+    return BEHIND if math.isfinite(own.boxes_expected) else 1
 
 
 def rings_of(linkage: Linkage) -> tuple[Rings, Whole]:

@@ -16,8 +16,8 @@ NEAR = 0.05
 """A part that comes so near to a stop, or to a face of the box that it lies in (rad), counts as reaching it."""
 LEAST = 0.05
 """Faces are not moved inward where less than this is between the states on either side of them (rad)."""
-DEEPEST = 6
-"""Boxes within boxes."""
+DEEPEST, MANY = 6, 300
+"""Boxes within boxes, and boxes in all, at most."""
 TOP = float(np.nextafter(math.pi, 4.0))
 """The double above pi, at which boxes end that hold states with closed hinges."""
 
@@ -41,18 +41,22 @@ def region_around(own: Reals, others: Sequence[Reals], reach: Reaching) -> list[
             if hole is None:
                 return None
             region = outside(region, hole)
+            if len(region) > MANY:
+                return None
     return region
 
 
 def _within(states: Reals, others: Reals, box: Box, reach: Reaching, deepest: int) -> list[Box] | None:
-    """Boxes around states in a box, less others in these; None where too many would lie within each other."""
+    """Boxes around states in a box, less others in these; None where there would be too many."""
     states = reach(states, box)
     around = _box_around(states, others, box)
     held = states_in(around, others)
     if not len(held):
         return [around]
     inner = None if deepest == 0 else _within(held, states_in(around, states), around, reach, deepest - 1)
-    return None if inner is None else outside([around], inner)
+    if inner is None or len(inner) > MANY:
+        return None
+    return outside([around], inner)
 
 
 def _box_around(states: Reals, others: Reals, within: Box) -> Box:

@@ -54,7 +54,8 @@ class Region:
     seed : of estimates and further walks. search : tables of its own; aside : tables that others may use in between.
     Where a closed state is met on a face, what a walk from there leads to is added to the part that it comes near, or
     is a part by itself, which is left out, or taken in if it cannot be left out. Then boxes are laid anew; of their
-    faces, what is proved stays so. A step of a walk counts as a box of the search, as it takes about as long.
+    faces, what is proved stays so. A step of a walk, and one try of Newton's method, count
+    as a box of the search, as they take about as long.
     """
 
     def __init__(
@@ -70,7 +71,7 @@ class Region:
         self._searched: _Part | None = None
         self._proved: dict[tuple[int, float], list[Box]] = defaultdict(list)
         self._known: dict[bytes, float] = {}
-        self._met = 0
+        self._met, self._expected = 0, math.inf
 
     @property
     def cubes(self) -> int:
@@ -85,9 +86,12 @@ class Region:
 
     @property
     def boxes_expected(self) -> float:
-        """How many boxes it will have taken at its end, about; infinite until all faces are probed."""
+        """How many boxes it will have taken at its end, about; infinite until all faces were probed once.
+
+        Where boxes were laid anew, those that were expected before, until all faces are probed again.
+        """
         if self._unprobed or not self._region:
-            return math.inf
+            return self._expected
         return self.boxes + sum(part.expected for part in self._waiting)
 
     def go_on(self, boxes: int) -> bool:
@@ -107,6 +111,7 @@ class Region:
 
     def _lay_out(self) -> None:
         """Lay boxes around the parts that are taken in; then list what is to be proved of their faces."""
+        self._expected = self.boxes_expected
         own = np.concatenate([part for part, inside in zip(self._parts, self._inside, strict=True) if inside])
         others = [part for part, inside in zip(self._parts, self._inside, strict=True) if not inside]
         self._region = region_around(own, others, self._reach) or []
@@ -146,7 +151,7 @@ class Region:
         elif verdict == EMPTY and expected > PIECE:
             self._unprobed += face.halves()
         else:
-            expected = expected if verdict == EMPTY else math.inf
+            self.going = verdict == EMPTY
             self._known[_key(face)] = expected
             self._waiting.append(_Part(face, expected))
 
@@ -157,6 +162,7 @@ class Region:
             away = np.maximum(np.maximum(face.low - states, states - face.high), 0.0).max(axis=1)
             for number in np.argsort(away, kind="stable")[:STARTS]:
                 self.aside.state[:] = np.clip(states[number], face.low, face.high)
+                self.boxes += 1
                 if meets(self.rings, face.low, face.high, self.aside.state, self.aside):
                     return True
         return False
