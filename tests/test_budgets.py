@@ -55,7 +55,7 @@ def test_what_is_undecided_is_searched_on(stepwise):
     with open_readonly(str(path)) as database:
         (row,) = select(database, "status=locked", view="foldings", columns="design_id,crease,known,deployable").rows
         assert row[2:] == ("kept_apart", 0)
-        lock = "lock_pairs=hinged lock_end=packed lock_cubes>1 lock_faces>1 efforts=3"
+        lock = "lock_pairs=hinged lock_end=packed lock_cubes>0 lock_faces>1 efforts=3"
         assert select(database, lock, view="motions", columns="design_id,crease").rows == (row[:2],)
         (reason,) = select(database, lock, view="motions", columns="reason").rows[0]
         assert reason.startswith("closed loops and stops keep the packed and the flat state apart")
