@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
@@ -15,6 +14,7 @@ from hcsearch.certificates.path_checker import Array
 from hcsearch.certificates.refining import stretch_data
 from hcsearch.errors import HcsearchError
 from hcsearch.linkage import Linkage
+from hcsearch.locks.boxes import TOP
 from hcsearch.locks.enclosures import Enclosure
 from hcsearch.locks.lattice import frame_of
 from hcsearch.pattern import Pattern
@@ -55,13 +55,12 @@ def _facets(pattern: Pattern, hinge: int) -> list[int]:
 
 def lock_claim(linkage: Linkage, enclosure: Enclosure) -> dict[str, Any]:
     """The claim that no motion leaves the boxes of a lock."""
-    top = float(np.nextafter(math.pi, 4.0))
-    cuts = [[0.0, top] for _ in range(linkage.n_hinges)]
+    cuts = [[0.0, TOP] for _ in range(linkage.n_hinges)]
     lows = np.zeros((len(enclosure.lows), linkage.n_hinges), int)
     highs = np.ones_like(lows)
     for own, hinge in enumerate(linkage.looped.tolist()):
         low, high = enclosure.lows[:, own], enclosure.highs[:, own]
-        values = np.unique(np.concatenate([[0.0, top], low, high]))
+        values = np.unique(np.concatenate([[0.0, TOP], low, high]))
         cuts[hinge] = values.tolist()
         lows[:, hinge], highs[:, hinge] = np.searchsorted(values, low), np.searchsorted(values, high)
     boxes = {"cuts": cuts, "lows": lows.tolist(), "highs": highs.tolist()}

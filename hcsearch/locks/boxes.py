@@ -5,6 +5,7 @@ A box is its lowest and its highest angles, (n,) each; a face is one that has no
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,6 +15,14 @@ from hcsearch.equality import ByValue
 from hcsearch.typing import Reals
 
 Box = tuple[Reals, Reals]
+
+TOP = float(np.nextafter(math.pi, 4.0))
+"""The double above pi, at which boxes end that hold states with closed hinges."""
+
+
+def whole(n: int) -> Box:
+    """The box of all fold angles of n hinges."""
+    return np.zeros(n), np.full(n, TOP)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,11 +83,10 @@ def faces_of(boxes: Sequence[Box], top: float) -> list[Face]:
     faces = []
     for low, high in boxes:
         for hinge in range(len(low)):
-            for level, beyond in ((low[hinge], highs[:, hinge]), (high[hinge], lows[:, hinge])):
+            for level, levels in ((low[hinge], highs[:, hinge]), (high[hinge], lows[:, hinge])):
                 if 0.0 < level < top:
-                    behind = np.flatnonzero(beyond == level)
-                    whole = [_across(low, high, hinge, level)]
-                    parts = outside(whole, [_across(lows[k], highs[k], hinge, level) for k in behind])
+                    behind = [_across(lows[k], highs[k], hinge, level) for k in np.flatnonzero(levels == level)]
+                    parts = outside([_across(low, high, hinge, level)], behind)
                     faces += [Face(hinge, *part) for part in parts]
     return faces
 
@@ -88,6 +96,13 @@ def _across(low: Reals, high: Reals, hinge: int, level: float) -> Box:
     low, high = low.copy(), high.copy()
     low[hinge] = high[hinge] = level
     return low, high
+
+
+def beyond(box: Box, states: Reals) -> Reals:
+    """By how much angles of states, (m, n), are outside a box, below 0 for those inside."""
+    low, high = box
+    away: Reals = np.maximum(low - states, states - high)
+    return away
 
 
 def states_in(box: Box, states: Reals) -> Reals:

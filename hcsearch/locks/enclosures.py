@@ -18,7 +18,7 @@ from hcsearch.equality import ByValue
 from hcsearch.kernels.enclosure.expansion import Rings
 from hcsearch.kernels.enclosure.plates import Plates
 from hcsearch.kernels.enclosure.refutation import Refutation, new_refutation, refutation_with
-from hcsearch.kernels.enclosure.wandering import wander
+from hcsearch.kernels.enclosure.wandering import climb, wander
 from hcsearch.linkage import Linkage
 from hcsearch.locks.floods import cubes_expected, floods_from
 from hcsearch.locks.regions import Region
@@ -27,11 +27,15 @@ from hcsearch.vocabulary import ENDS, End
 
 FIRST = 2500
 """Boxes of the first turn of each contender; each turn ends at twice as many."""
-WALKS = 20_000, 100_000, 500_000
-"""After so many boxes, random walks of as many steps begin at either end. They show how many cubes are to be filled,
-about, and regions are laid around them; the longer ones where those around shorter ones are given up."""
+WALKS = 10_000, 50_000, 250_000
+"""Steps of random walks from either end. They show how many cubes are to be filled, about, and regions are laid around
+them; the longer ones where those around shorter ones are given up."""
+SHARE = 2
+"""Walks are due once so many times as many boxes were searched as each has steps, or when nothing else goes on."""
 BEHIND = 20
 """What boxes of contenders count for that are expected to end later than the first, as turns are given."""
+CLIMBS = 1000
+"""Steps of each climb from a walk."""
 SEED = 1
 """Of the first walks."""
 
@@ -118,7 +122,7 @@ class _Contest:
         self.work = self._tables()
         self.floods = floods_from(rings, ends, self.work)
         self.regions: list[Region] = []
-        self._walked = 0
+        self._walked, self._steps = 0, 0
 
     def _tables(self) -> Refutation:
         return new_refutation(self.rings) if self.plates is None else refutation_with(self.rings, self.plates)
@@ -130,8 +134,8 @@ class _Contest:
 
     @property
     def boxes(self) -> int:
-        """Boxes that all have taken together."""
-        return sum(contender.boxes for contender in self.contenders)
+        """Boxes that all have taken together, and steps of walks, which take about as long."""
+        return self._steps + sum(contender.boxes for contender in self.contenders)
 
     @property
     def going(self) -> list[_Contender]:
@@ -140,25 +144,32 @@ class _Contest:
 
     @property
     def may_walk(self) -> bool:
-        """Whether there are walks that were not made yet."""
-        return self._walked < len(WALKS)
+        """Whether there are walks that were not made yet; none where panels have a part, as they led to no proof."""
+        return self.plates is None and self._walked < len(WALKS)
 
     def walk(self, boxes: int) -> None:
         """Make the walks that are due, of those that so many boxes of all allow: at once, if nothing else goes on."""
-        while self.may_walk and WALKS[self._walked] <= (self.boxes if self.going else boxes):
+        while self.may_walk and self._is_due(WALKS[self._walked], boxes):
             steps, seed = WALKS[self._walked], SEED + self._walked
             self._walked += 1
             sides = [side for side in (0, 1) if not any(region.going for region in self.regions if region.side == side)]
             if sides:
                 self._lay_around([wander(self.rings, end, steps, seed, self.work) for end in self.ends], sides, seed)
+                self._steps += 2 * steps
+
+    def _is_due(self, steps: int, boxes: int) -> bool:
+        """Whether walks of so many steps are due."""
+        return SHARE * steps <= self.boxes if self.going else self.boxes + 2 * steps <= boxes
 
     def _lay_around(self, walks: list[Reals], sides: list[int], seed: int) -> None:
         """Lay regions around walks from either end; these show how many cubes of floods are expected, too."""
         expected = [cubes_expected(walk) for walk in walks]
         for flood in self.floods:
             flood.cubes_expected = expected[flood.side][flood.level]
+        low, high = np.zeros(self.rings.folds), np.full(self.rings.folds, math.pi)
+        seen = [climb(self.rings, walk, low, high, CLIMBS, seed, self.work) for walk in walks]
         self.regions += [
-            Region(self.rings, side, walks[side], walks[1 - side], seed, self._tables(), self.work) for side in sides
+            Region(self.rings, side, seen[side], seen[1 - side], seed, self._tables(), self.work) for side in sides
         ]
 
     def next_turn(self, boxes: int) -> _Contender | None:

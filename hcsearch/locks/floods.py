@@ -11,6 +11,7 @@ from hcsearch.kernels.enclosure import flooding
 from hcsearch.kernels.enclosure.expansion import Rings
 from hcsearch.kernels.enclosure.flooding import BOXES, FACES, HEAD, TAIL, Flood, new_flood, spread
 from hcsearch.kernels.enclosure.refutation import Refutation
+from hcsearch.locks.boxes import TOP
 from hcsearch.typing import Reals
 
 CUTS = (0.15, 0.4, 0.8, 1.2), (0.075, 0.15, 0.275, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4)
@@ -100,7 +101,7 @@ def floods_from(rings: Rings, ends: tuple[Reals, Reals], work: Refutation) -> li
 def grid_at(level: int) -> Reals:
     """Where the cubes of a flood meet, from 0 to the double above pi, which is none."""
     cuts = np.array(CUTS[level])
-    return np.concatenate([[0.0], cuts, math.pi - cuts[::-1], [np.nextafter(math.pi, 4.0)]])
+    return np.concatenate([[0.0], cuts, math.pi - cuts[::-1], [TOP]])
 
 
 def cubes_expected(states: Reals) -> list[float]:

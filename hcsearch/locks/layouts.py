@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from hcsearch.locks.boxes import Box, outside, states_in
+from hcsearch.locks.boxes import Box, beyond, outside, states_in, whole
 from hcsearch.typing import Reals
 
 BESIDE = 0.1
@@ -18,8 +17,6 @@ LEAST = 0.05
 """Faces are not moved inward where less than this is between the states on either side of them (rad)."""
 DEEPEST, MANY = 6, 300
 """Boxes within boxes, and boxes in all, at most."""
-TOP = float(np.nextafter(math.pi, 4.0))
-"""The double above pi, at which boxes end that hold states with closed hinges."""
 
 Reaching = Callable[[Reals, Box], Reals]
 """States of a part, (m, n), within a box, and those to which they lead in it."""
@@ -31,8 +28,7 @@ def region_around(own: Reals, others: Sequence[Reals], reach: Reaching) -> list[
     One box around the part, less one around what it holds of each other part; less one in that, around what it holds of
     the first part, and so on.
     """
-    n = own.shape[1]
-    outer = _box_around(own, np.concatenate(others), (np.zeros(n), np.full(n, TOP)))
+    outer = _box_around(own, np.concatenate(others), whole(own.shape[1]))
     region = [outer]
     for other in others:
         held = states_in(outer, other)
@@ -65,10 +61,9 @@ def _box_around(states: Reals, others: Reals, within: Box) -> Box:
     low = np.where(least < within[0] + NEAR, within[0], np.maximum(least - BESIDE, within[0]))
     high = np.where(most > within[1] - NEAR, within[1], np.minimum(most + BESIDE, within[1]))
     held = states_in((low, high), others)
-    away = np.maximum(least - held, held - most)
-    held = held[away.max(axis=1) > LEAST]
+    held = held[beyond((least, most), held).max(axis=1) > LEAST]
     while len(held):
-        away = np.maximum(least - held, held - most)
+        away = beyond((least, most), held)
         nearest = int(away.max(axis=1).argmin())
         hinge = int(away[nearest].argmax())
         other = held[nearest, hinge]

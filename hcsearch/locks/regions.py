@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from dataclasses import dataclass
+from functools import partial
+from itertools import compress
 
 import numpy as np
 
@@ -16,13 +18,13 @@ from hcsearch.kernels.enclosure.estimates import estimate
 from hcsearch.kernels.enclosure.expansion import Rings
 from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, TESTED, UNFINISHED, Refutation, begin, go_on, meets
 from hcsearch.kernels.enclosure.wandering import climb, wander
-from hcsearch.locks.boxes import Box, Face, faces_of, outside
+from hcsearch.locks.boxes import TOP, Box, Face, beyond, faces_of, outside, whole
 from hcsearch.locks.floods import SLICE
-from hcsearch.locks.layouts import TOP, region_around
+from hcsearch.locks.layouts import region_around
 from hcsearch.typing import Reals
 
-STEPS, MORE, FEWER = 1000, 2000, 200
-"""Steps of each climb from a walk; of the walk from a closed state that is met on a face, and of each climb from it."""
+MORE, FEWER = 2000, 200
+"""Steps of the walk from a closed state that is met on a face, and of each climb from it."""
 WITHIN = 300
 """Steps of each climb within a box."""
 SAME = 0.25
@@ -50,7 +52,7 @@ class _Part:
 class Region:
     """Boxes around the part of the closed states that holds an end (side 0 packed, 1 flat), and around no other part.
 
-    states : (m, n), to which a walk from the end leads, the end first. others : (k, n), the same of the other end.
+    states : (m, n), to which walks and climbs from the end lead. others : (k, n), the same of the other end.
     seed : of estimates and further walks. search : tables of its own; aside : tables that others may use in between.
     Where a closed state is met on a face, what a walk from there leads to is added to the part that it comes near, or
     is a part by itself, which is left out, or taken in if it cannot be left out. Then boxes are laid anew; of their
@@ -98,7 +100,6 @@ class Region:
         """Search its faces until it has taken so many boxes in all; whether all of them are proved."""
         while self.going and self.boxes < boxes:
             if not self._region:
-                self._parts = [self._climbed(states, STEPS) for states in self._parts]
                 self._lay_out()
                 self.going = bool(self._region)
             elif self._unprobed:
@@ -112,9 +113,10 @@ class Region:
     def _lay_out(self) -> None:
         """Lay boxes around the parts that are taken in; then list what is to be proved of their faces."""
         self._expected = self.boxes_expected
-        own = np.concatenate([part for part, inside in zip(self._parts, self._inside, strict=True) if inside])
-        others = [part for part, inside in zip(self._parts, self._inside, strict=True) if not inside]
-        self._region = region_around(own, others, self._reach) or []
+        own = list(compress(self._parts, self._inside))
+        others = list(compress(self._parts, (not inside for inside in self._inside)))
+        reach = partial(self._climbed, steps=WITHIN)
+        self._region = region_around(np.concatenate(own), others, reach) or []
         self._unprobed, self._waiting, self._searched = [], [], None
         for face in faces_of(self._region, TOP):
             proved = self._proved[face.hinge, face.level]
@@ -129,12 +131,9 @@ class Region:
         else:
             self._waiting.append(_Part(face, expected))
 
-    def _reach(self, states: Reals, box: Box) -> Reals:
-        return self._climbed(states, WITHIN, box)
-
-    def _climbed(self, states: Reals, steps: int, box: Box | None = None) -> Reals:
+    def _climbed(self, states: Reals, box: Box, steps: int) -> Reals:
         """States, and those to which climbs from them lead, within a box."""
-        low, high = box or (np.zeros(self.rings.folds), np.full(self.rings.folds, math.pi))
+        low, high = box
         climbed: Reals = climb(self.rings, states, low, np.minimum(high, math.pi), steps, self.seed, self.aside)
         self.boxes += len(climbed) - len(states)
         return climbed
@@ -159,7 +158,7 @@ class Region:
         """Whether Newton's method comes to a closed state on a face, `aside.state`, from states near it."""
         for part in self._parts:
             states = part[:: len(part) // SEEN + 1]
-            away = np.maximum(np.maximum(face.low - states, states - face.high), 0.0).max(axis=1)
+            away = beyond((face.low, face.high), states).max(axis=1)
             for number in np.argsort(away, kind="stable")[:STARTS]:
                 self.aside.state[:] = np.clip(states[number], face.low, face.high)
                 self.boxes += 1
@@ -193,7 +192,7 @@ class Region:
         self._met += 1
         walked = wander(self.rings, state, MORE, self.seed, self.aside)
         self.boxes += MORE
-        walked = self._climbed(walked, FEWER)
+        walked = self._climbed(walked, whole(self.rings.folds), FEWER)
         distances = [_distance(walked, part) for part in self._parts]
         number = int(np.argmin(distances))
         if distances[number] > SAME:

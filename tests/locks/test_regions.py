@@ -8,18 +8,18 @@ import pytest
 from hcsearch.kernels.enclosure.estimates import estimate
 from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, new_refutation, refute
 from hcsearch.kernels.enclosure.wandering import STRIDE, climb
-from hcsearch.locks import regions
-from hcsearch.locks.boxes import Face, faces_of, states_in
+from hcsearch.locks.boxes import TOP, Face, faces_of, states_in
 from hcsearch.locks.enclosures import rings_of
-from hcsearch.locks.layouts import TOP
 from hcsearch.locks.regions import Region
 from tests.planned import SAMPLES, joined, open_by, planned, walks_of
 
 
-def region_of(linkage, side, steps=20_000):
-    """A region around an end by walks of so many steps, not yet searched."""
+def region_of(linkage, side, steps=20_000, climbs=1000):
+    """A region around an end by walks and climbs of so many steps, not yet searched."""
     rings, walks = walks_of(linkage, steps)
-    return Region(rings, side, walks[side], walks[1 - side], 1, new_refutation(rings), new_refutation(rings))
+    low, high, work = np.zeros(rings.folds), np.full(rings.folds, math.pi), new_refutation(rings)
+    seen = [climb(rings, walk, low, high, climbs, 1, work) for walk in walks]
+    return Region(rings, side, seen[side], seen[1 - side], 1, new_refutation(rings), work)
 
 
 def boxes_of(region):
@@ -74,9 +74,8 @@ def test_no_region_holds_an_end_alone_of_what_moves(name):
 
 def test_a_region_is_laid_anew_around_what_is_met_on_its_faces(monkeypatch):
     # without climbs, a short walk shows little of its part
-    monkeypatch.setattr(regions, "STEPS", 0)
     linkage = joined("hex:0233545012:2", "hinged")
-    region, met = region_of(linkage, 0, 100), []
+    region, met = region_of(linkage, 0, 100, climbs=0), []
     take_in = Region._take_in
     monkeypatch.setattr(Region, "_take_in", lambda own, state: (met.append(state), take_in(own, state)))
     assert region.go_on(200_000)

@@ -37,12 +37,8 @@ def wander(rings: Rings, start: Reals, steps: int, seed: int, work: Refutation) 
         if step % TURN == 0:
             here[:] = states[np.random.randint(count)]
             way[:] = np.random.standard_normal(n)
-        length = STRIDE * np.random.random() / np.abs(way).max()
-        state[:] = np.minimum(np.maximum(here + length * way, low), high)
-        closed = meets(rings, low, high, state, work)
-        moved = np.abs(state - here).max()
-        # a state further away may be one of another part
-        if not closed or moved < 1e-6 or moved > 1.5 * STRIDE:
+        moved = _step(rings, here, way, STRIDE, low, high, state, work)
+        if moved < 1e-6:
             way[:] = np.random.standard_normal(n)
             continue
         way[:] = state - here + BEND * moved * np.random.standard_normal(n)
@@ -86,11 +82,8 @@ def _climb_along(
     way, state = np.random.standard_normal(len(here)), here.copy()
     longest, failures = STRIDE, 0
     for _ in range(steps):
-        length = longest * np.random.random() / np.abs(way).max()
-        state[:] = np.minimum(np.maximum(here + length * way, low), high)
-        closed = meets(rings, low, high, state, work)
-        moved = np.abs(state - here).max()
-        if closed and moved <= 1.5 * STRIDE and sign * (state[hinge] - here[hinge]) > 0.0:
+        moved = _step(rings, here, way, longest, low, high, state, work)
+        if moved > 0.0 and sign * (state[hinge] - here[hinge]) > 0.0:
             way[:] = state - here + BEND * moved * np.random.standard_normal(len(here))
             here[:] = state
             passed[count] = state
@@ -104,3 +97,25 @@ def _climb_along(
                 break
             longest, failures = max(SHORTER * longest, SHORTEST), 0
     return count
+
+
+@compiled
+def _step(
+    rings: Rings,
+    here: Reals,
+    way: Reals,
+    longest: float,
+    low: Reals,
+    high: Reals,
+    state: Reals,
+    work: Refutation,
+) -> float:
+    """Write the closed state to which a step leads, no longer than `longest`; how far away it is (rad), 0 without one.
+
+    One that is further away than a step may be one of another part.
+    """
+    length = longest * np.random.random() / np.abs(way).max()
+    state[:] = np.minimum(np.maximum(here + length * way, low), high)
+    closed = meets(rings, low, high, state, work)
+    moved = np.abs(state - here).max()
+    return moved if closed and moved <= 1.5 * STRIDE else 0.0
