@@ -1,5 +1,6 @@
 """Paths that tests share: one of each grid, planned and proved once."""
 
+import math
 from dataclasses import dataclass
 from functools import cache
 
@@ -11,9 +12,10 @@ from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import Folding
 from hcsearch.kernels.enclosure.expansion import Rings
 from hcsearch.kernels.enclosure.refutation import new_refutation
-from hcsearch.kernels.enclosure.wandering import wander
+from hcsearch.kernels.enclosure.wandering import climb, wander
 from hcsearch.linkage import Linkage
 from hcsearch.locks.enclosures import rings_of
+from hcsearch.locks.regions import Region
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.proofs import PLAYS, PathProof, Prover
 from hcsearch.scenes import default_panel
@@ -92,3 +94,11 @@ def walks_of(linkage: Linkage, steps: int) -> tuple[Rings, list[Reals]]:
     rings, hinges = rings_of(linkage)
     ends = linkage.folded[hinges], linkage.flat[hinges]
     return rings, [wander(rings, end, steps, 1, new_refutation(rings)) for end in ends]
+
+
+def region_of(linkage: Linkage, side: int, steps: int = 20_000, climbs: int = 1000) -> Region:
+    """A region around an end by walks and climbs of so many steps, not yet searched."""
+    rings, walks = walks_of(linkage, steps)
+    low, high, work = np.zeros(rings.folds), np.full(rings.folds, math.pi), new_refutation(rings)
+    seen = [climb(rings, walk, low, high, climbs, 1, work) for walk in walks]
+    return Region(rings, side, seen[side], seen[1 - side], 1, new_refutation(rings), work)

@@ -274,7 +274,8 @@ def check_lock(claim: Any) -> str:
     least, most = (np.stack([own[k] for own, k in zip(cuts, side.T, strict=True)], 1) for side in (below, above))
     check_empty(loops, least, most, FEWEST + FACTOR * min(int(claim["tried"]), MOST))
     there = f"no motion leads from {end} to {other}"
-    return f"{there}, or leaves {len(low)} boxes of fold angles: {len(below)} faces hold no closed state"
+    boxes = f"{len(low)} boxes" if len(low) > 1 else "one box"
+    return f"{there}, or leaves {boxes} of fold angles: {len(below)} faces hold no closed state"
 
 
 def checked(claim: Any) -> str:

@@ -27,11 +27,10 @@ from hcsearch.vocabulary import ENDS, End
 
 FIRST = 2500
 """Boxes of the first turn of each contender; each turn ends at twice as many."""
-WALKS = 10_000, 50_000, 250_000
-"""Steps of random walks from either end. They show how many cubes are to be filled, about, and regions are laid around
-them; the longer ones where those around shorter ones are given up."""
-SHARE = 2
-"""Walks are due once so many times as many boxes were searched as each has steps, or when nothing else goes on."""
+WALKS = (10_000, 10_000), (50_000, 100_000), (250_000, 500_000)
+"""Steps of random walks from either end, and after how many boxes these are due: at once, if nothing else goes on. They
+show how many cubes are to be filled, about, and regions are laid around them; the later ones where those around earlier
+ones are given up."""
 BEHIND = 20
 """What boxes of contenders count for that are expected to end later than the first, as turns are given."""
 CLIMBS = 1000
@@ -101,11 +100,12 @@ def enclose(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclo
     rings, hinges = rings_of(linkage)
     contest = _Contest(rings, (linkage.folded[hinges], linkage.flat[hinges]), plates)
     while contest.boxes < boxes:
-        contest.walk(boxes)
-        if not contest.going:
-            return contest.summary(open_=contest.may_walk)
-        proof = contest.next_turn(boxes)
-        if proof is not None:
+        if contest.is_due:
+            if not contest.walk(boxes):
+                break
+        elif not contest.going:
+            return contest.summary(open_=False)
+        elif (proof := contest.next_turn(boxes)) is not None:
             lows, highs = proof.taken_in
             margin = None if plates is None else plates.margin
             return Enclosure(
@@ -147,19 +147,22 @@ class _Contest:
         """Whether there are walks that were not made yet; none where panels have a part, as they led to no proof."""
         return self.plates is None and self._walked < len(WALKS)
 
-    def walk(self, boxes: int) -> None:
-        """Make the walks that are due, of those that so many boxes of all allow: at once, if nothing else goes on."""
-        while self.may_walk and self._is_due(WALKS[self._walked], boxes):
-            steps, seed = WALKS[self._walked], SEED + self._walked
-            self._walked += 1
-            sides = [side for side in (0, 1) if not any(region.going for region in self.regions if region.side == side)]
-            if sides:
-                self._lay_around([wander(self.rings, end, steps, seed, self.work) for end in self.ends], sides, seed)
-                self._steps += 2 * steps
+    @property
+    def is_due(self) -> bool:
+        """Whether walks are due."""
+        return self.may_walk and (not self.going or self.boxes >= WALKS[self._walked][1])
 
-    def _is_due(self, steps: int, boxes: int) -> bool:
-        """Whether walks of so many steps are due."""
-        return SHARE * steps <= self.boxes if self.going else self.boxes + 2 * steps <= boxes
+    def walk(self, boxes: int) -> bool:
+        """Make the walks that are due, and lay regions around them; whether so many boxes of all allow them."""
+        steps, seed = WALKS[self._walked][0], SEED + self._walked
+        if self.boxes + len(self.ends) * steps > boxes:
+            return False
+        self._walked += 1
+        sides = [side for side in (0, 1) if not any(region.going for region in self.regions if region.side == side)]
+        if sides:
+            self._lay_around([wander(self.rings, end, steps, seed, self.work) for end in self.ends], sides, seed)
+            self._steps += len(self.ends) * steps
+        return True
 
     def _lay_around(self, walks: list[Reals], sides: list[int], seed: int) -> None:
         """Lay regions around walks from either end; these show how many cubes of floods are expected, too."""

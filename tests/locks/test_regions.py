@@ -11,15 +11,7 @@ from hcsearch.kernels.enclosure.wandering import STRIDE, climb
 from hcsearch.locks.boxes import TOP, Face, faces_of, states_in
 from hcsearch.locks.enclosures import rings_of
 from hcsearch.locks.regions import Region
-from tests.planned import SAMPLES, joined, open_by, planned, walks_of
-
-
-def region_of(linkage, side, steps=20_000, climbs=1000):
-    """A region around an end by walks and climbs of so many steps, not yet searched."""
-    rings, walks = walks_of(linkage, steps)
-    low, high, work = np.zeros(rings.folds), np.full(rings.folds, math.pi), new_refutation(rings)
-    seen = [climb(rings, walk, low, high, climbs, 1, work) for walk in walks]
-    return Region(rings, side, seen[side], seen[1 - side], 1, new_refutation(rings), work)
+from tests.planned import SAMPLES, joined, open_by, planned, region_of, walks_of
 
 
 def boxes_of(region):
