@@ -27,7 +27,14 @@ from hcsearch.vocabulary import ENDS, End
 
 FIRST = 2500
 """Boxes of the first turn of each contender; each turn ends at twice as many."""
-WALKS = (10_000, 10_000), (50_000, 100_000), (250_000, 500_000)
+WALKS = (
+    (10_000, 10_000),
+    (50_000, 100_000),
+    (250_000, 500_000),
+    (250_000, 2_500_000),
+    (250_000, 12_500_000),
+    (250_000, 62_500_000),
+)
 """Steps of random walks from either end, and after how many boxes these are due: at once, if nothing else goes on. They
 show how many cubes are to be filled, about, and regions are laid around them; the later ones where those around earlier
 ones are given up."""
@@ -154,11 +161,11 @@ class _Contest:
 
     def walk(self, boxes: int) -> bool:
         """Make the walks that are due, and lay regions around them; whether so many boxes of all allow them."""
+        sides = [side for side in (0, 1) if not any(region.going for region in self.regions if region.side == side)]
         steps, seed = WALKS[self._walked][0], SEED + self._walked
-        if self.boxes + len(self.ends) * steps > boxes:
+        if sides and self.boxes + len(self.ends) * steps > boxes:
             return False
         self._walked += 1
-        sides = [side for side in (0, 1) if not any(region.going for region in self.regions if region.side == side)]
         if sides:
             self._lay_around([wander(self.rings, end, steps, seed, self.work) for end in self.ends], sides, seed)
             self._steps += len(self.ends) * steps
