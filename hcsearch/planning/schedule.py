@@ -64,7 +64,7 @@ FIRST = 2
 """The budget where none is given."""
 SEARCHES = 3
 """Searches with other seeds in an effort."""
-BOXES, GROWN = 150_000, 6
+BOXES, GROWN = 100_000, 6
 """Boxes of the first floods, and how many times as many those of each effort after that take."""
 
 
