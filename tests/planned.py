@@ -1,6 +1,5 @@
 """Paths that tests share: one of each grid, planned and proved once."""
 
-import math
 from dataclasses import dataclass
 from functools import cache
 
@@ -14,6 +13,7 @@ from hcsearch.kernels.enclosure.expansion import Rings
 from hcsearch.kernels.enclosure.refutation import new_refutation
 from hcsearch.kernels.enclosure.wandering import climb, wander
 from hcsearch.linkage import Linkage
+from hcsearch.locks.boxes import whole
 from hcsearch.locks.enclosures import rings_of
 from hcsearch.locks.regions import Region
 from hcsearch.planning.planner import Planner
@@ -99,6 +99,6 @@ def walks_of(linkage: Linkage, steps: int) -> tuple[Rings, list[Reals]]:
 def region_of(linkage: Linkage, side: int, steps: int = 20_000, climbs: int = 1000) -> Region:
     """A region around an end by walks and climbs of so many steps, not yet searched."""
     rings, walks = walks_of(linkage, steps)
-    low, high, work = np.zeros(rings.folds), np.full(rings.folds, math.pi), new_refutation(rings)
-    seen = [climb(rings, walk, low, high, climbs, 1, work) for walk in walks]
+    work = new_refutation(rings)
+    seen = [climb(rings, walk, *whole(rings.folds), climbs, 1, work) for walk in walks]
     return Region(rings, side, seen[side], seen[1 - side], 1, new_refutation(rings), work)

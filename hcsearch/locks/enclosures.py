@@ -20,6 +20,7 @@ from hcsearch.kernels.enclosure.plates import Plates
 from hcsearch.kernels.enclosure.refutation import Refutation, new_refutation, refutation_with
 from hcsearch.kernels.enclosure.wandering import climb, wander
 from hcsearch.linkage import Linkage
+from hcsearch.locks.boxes import whole
 from hcsearch.locks.floods import cubes_expected, floods_from
 from hcsearch.locks.regions import Region
 from hcsearch.typing import Reals, Whole
@@ -150,14 +151,11 @@ class _Contest:
         return [contender for contender in self.contenders if contender.going]
 
     @property
-    def may_walk(self) -> bool:
-        """Whether there are walks that were not made yet; none where panels have a part, as they led to no proof."""
-        return self.plates is None and self._walked < len(WALKS)
-
-    @property
     def is_due(self) -> bool:
-        """Whether walks are due."""
-        return self.may_walk and (not self.going or self.boxes >= WALKS[self._walked][1])
+        """Whether walks are due; none are where panels have a part, as they led to no proof."""
+        if self.plates is not None or self._walked == len(WALKS):
+            return False
+        return not self.going or self.boxes >= WALKS[self._walked][1]
 
     def walk(self, boxes: int) -> bool:
         """Make the walks that are due, and lay regions around them; whether so many boxes of all allow them."""
@@ -176,8 +174,7 @@ class _Contest:
         expected = [cubes_expected(walk) for walk in walks]
         for flood in self.floods:
             flood.cubes_expected = expected[flood.side][flood.level]
-        low, high = np.zeros(self.rings.folds), np.full(self.rings.folds, math.pi)
-        seen = [climb(self.rings, walk, low, high, CLIMBS, seed, self.work) for walk in walks]
+        seen = [climb(self.rings, walk, *whole(self.rings.folds), CLIMBS, seed, self.work) for walk in walks]
         self.regions += [
             Region(self.rings, side, seen[side], seen[1 - side], seed, self._tables(), self.work) for side in sides
         ]

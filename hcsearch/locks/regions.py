@@ -133,8 +133,7 @@ class Region:
 
     def _climbed(self, states: Reals, box: Box, steps: int) -> Reals:
         """States, and those to which climbs from them lead, within a box."""
-        low, high = box
-        climbed: Reals = climb(self.rings, states, low, np.minimum(high, math.pi), steps, self.seed, self.aside)
+        climbed: Reals = climb(self.rings, states, *box, steps, self.seed, self.aside)
         self.boxes += len(climbed) - len(states)
         return climbed
 

@@ -52,16 +52,17 @@ def wander(rings: Rings, start: Reals, steps: int, seed: int, work: Refutation) 
 def climb(rings: Rings, states: Reals, low: Reals, high: Reals, steps: int, seed: int, work: Refutation) -> Reals:
     """Closed states, (m, n), and those that climbs from them pass, which turn each angle as far as they can both ways.
 
-    low, high : (n,), a box in which they stay. steps : of each climb, at most. It begins at the state that is furthest
-    by then; a step that does not turn the angle further is not taken.
+    low, high : (n,), a box in which they stay, and between the stops. steps : of each climb, at most. It begins at the
+    state that is furthest by then; a step that does not turn the angle further is not taken.
     """
     np.random.seed(seed)
     count, n = states.shape
+    stopped = np.minimum(high, np.pi)
     passed = np.zeros((count + 2 * n * steps, n))
     passed[:count] = states
     for hinge in range(n):
         for sign in (-1.0, 1.0):
-            count = _climb_along(rings, hinge, sign, low, high, steps, count, passed, work)
+            count = _climb_along(rings, hinge, sign, low, stopped, steps, count, passed, work)
     return passed[:count]
 
 
