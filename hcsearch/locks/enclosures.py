@@ -127,8 +127,8 @@ class _Contest:
 
     def __init__(self, rings: Rings, ends: tuple[Reals, Reals], plates: Plates | None) -> None:
         self.rings, self.ends, self.plates = rings, ends, plates
-        self.work = self._tables()
-        self.floods = floods_from(rings, ends, self.work)
+        self.aside = self._tables()
+        self.floods = floods_from(rings, ends, self._tables)
         self.regions: list[Region] = []
         self._walked, self._steps = 0, 0
 
@@ -152,31 +152,33 @@ class _Contest:
 
     @property
     def is_due(self) -> bool:
-        """Whether walks are due; none are where panels have a part, as they led to no proof."""
-        if self.plates is not None or self._walked == len(WALKS):
+        """Whether walks are due: at once if nothing else goes on, where regions may."""
+        if self._walked == len(WALKS):
             return False
-        return not self.going or self.boxes >= WALKS[self._walked][1]
+        return self.boxes >= WALKS[self._walked][1] or (self.plates is None and not self.going)
 
     def walk(self, boxes: int) -> bool:
-        """Make the walks that are due, and lay regions around them; whether so many boxes of all allow them."""
+        """Make the walks that are due, and use them; whether so many boxes of all allow them."""
         sides = [side for side in (0, 1) if not any(region.going for region in self.regions if region.side == side)]
         steps, seed = WALKS[self._walked][0], SEED + self._walked
         if sides and self.boxes + len(self.ends) * steps > boxes:
             return False
         self._walked += 1
         if sides:
-            self._lay_around([wander(self.rings, end, steps, seed, self.work) for end in self.ends], sides, seed)
+            walks = [wander(self.rings, end, steps, seed, self.aside) for end in self.ends]
             self._steps += len(self.ends) * steps
+            expected = [cubes_expected(walk) for walk in walks]
+            for flood in self.floods:
+                flood.cubes_expected = expected[flood.side][flood.level]
+            if self.plates is None:
+                self._lay_around(walks, sides, seed)
         return True
 
     def _lay_around(self, walks: list[Reals], sides: list[int], seed: int) -> None:
-        """Lay regions around walks from either end; these show how many cubes of floods are expected, too."""
-        expected = [cubes_expected(walk) for walk in walks]
-        for flood in self.floods:
-            flood.cubes_expected = expected[flood.side][flood.level]
-        seen = [climb(self.rings, walk, *whole(self.rings.folds), CLIMBS, seed, self.work) for walk in walks]
+        """Lay regions around walks from either end; none are where panels have a part, as they led to no proof."""
+        seen = [climb(self.rings, walk, *whole(self.rings.folds), CLIMBS, seed, self.aside) for walk in walks]
         self.regions += [
-            Region(self.rings, side, seen[side], seen[1 - side], seed, self._tables(), self.work) for side in sides
+            Region(self.rings, side, seen[side], seen[1 - side], seed, self._tables(), self.aside) for side in sides
         ]
 
     def next_turn(self, boxes: int) -> _Contender | None:

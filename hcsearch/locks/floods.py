@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,7 +32,7 @@ SLICE = 10_000
 class CubeFlood:
     """A flood from an end (side 0 packed, 1 flat), coarse or fine (level), which is made as its first turn comes.
 
-    cubes_expected : how many it will take in, if that is known. work : tables, which others may use in between.
+    tables : makes the tables that it searches by. cubes_expected : how many it will take in, if that is known.
     """
 
     rings: Rings
@@ -39,8 +40,9 @@ class CubeFlood:
     level: int
     start: Reals
     goal: Reals
-    work: Refutation
+    tables: Callable[[], Refutation]
     flood: Flood | None = None
+    search: Refutation | None = None
     cubes_expected: float | None = None
     going: bool = True
 
@@ -64,11 +66,11 @@ class CubeFlood:
 
     def go_on(self, boxes: int) -> bool:
         """Let it go on until it has taken so many boxes in all; whether it has ended without the other end."""
-        if self.flood is None:
-            self.flood = new_flood(self.start, self.goal, grid_at(self.level), CAPACITY)
+        if self.flood is None or self.search is None:
+            self.flood, self.search = new_flood(self.start, self.goal, grid_at(self.level), CAPACITY), self.tables()
         state = flooding.GOING
         while state == flooding.GOING and self.boxes < boxes:
-            state = int(spread(self.rings, self.flood, min(self.boxes + SLICE, boxes), self.work))
+            state = int(spread(self.rings, self.flood, min(self.boxes + SLICE, boxes), self.search))
         self.going = state == flooding.GOING
         return state == flooding.ENCLOSED
 
@@ -92,10 +94,10 @@ class CubeFlood:
         return grid[cubes], grid[cubes + 1]
 
 
-def floods_from(rings: Rings, ends: tuple[Reals, Reals], work: Refutation) -> list[CubeFlood]:
+def floods_from(rings: Rings, ends: tuple[Reals, Reals], tables: Callable[[], Refutation]) -> list[CubeFlood]:
     """Coarse and fine floods from either end, packed and flat, none of which has begun."""
     levels = range(len(CUTS))
-    return [CubeFlood(rings, side, level, ends[side], ends[1 - side], work) for side in (0, 1) for level in levels]
+    return [CubeFlood(rings, side, level, ends[side], ends[1 - side], tables) for side in (0, 1) for level in levels]
 
 
 def grid_at(level: int) -> Reals:

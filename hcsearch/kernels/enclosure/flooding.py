@@ -5,7 +5,8 @@ unless the face between them is proved to hold no closed state. No motion leaves
 (docs/explanation/locks.md). A cube that is taken in without need only enlarges that.
 
 A few faces take nearly all boxes, and behind most of these is a cube that is taken in by another face. So what is not
-known after some boxes waits until all easier faces are tested.
+known after some boxes waits until all easier faces are tested. The search of a face may go on in a later call, by the
+same tables: each flood has its own.
 """
 
 from __future__ import annotations
@@ -17,14 +18,24 @@ from numpy.typing import NDArray
 
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.expansion import Rings
-from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, OPEN, Refutation, meets, refute
+from hcsearch.kernels.enclosure.refutation import (
+    CLOSED,
+    EMPTY,
+    OPEN,
+    TESTED,
+    UNFINISHED,
+    Refutation,
+    begin,
+    go_on,
+    meets,
+)
 from hcsearch.typing import Reals, Whole
 
 GOING, ENCLOSED, REACHED, FULL = 0, 1, 2, 3
 """A flood goes on; has proved what it has taken in to be left by no motion; came to the goal; has no more room."""
-HEAD, TAIL, FACES, MET, DOUBTED, BOXES, SIDE = 0, 1, 2, 3, 4, 5, 6
+HEAD, TAIL, FACES, MET, DOUBTED, BOXES, SIDE, FACE, WAITED = 0, 1, 2, 3, 4, 5, 6, 7, 8
 """Entries of the counts of a flood."""
-LIMITS = (300, 3_000, 30_000)
+LIMITS = (300, 3_000, 30_000, 300_000, 3_000_000)
 """Boxes by which a face may be proved empty, at first and as often as it has waited; then it counts as crossed."""
 
 
@@ -35,9 +46,9 @@ class Flood(NamedTuple):
     slots : (s,), a hash table of cubes, 1 more than their number. goal : (n,), the cube that is not to be reached.
     grid : (k + 1,), where cubes meet, from 0 to the double above pi. waiting : (l - 1, capacity), faces that wait for
     the next of l limits: 2 n times their cube, and their side. queues : (l - 1, 2), how many of these were tested, and
-    how many there are. counts : (7,), cubes whose faces were all tested, or wait, and cubes taken in; faces that were
+    how many there are. counts : (9,), cubes whose faces were all tested, or wait, and cubes taken in; faces that were
     tested, of these crossed at a closed state, and crossed as nothing is known of them; boxes; the next face of the
-    cube that comes next.
+    cube that comes next; the face whose search goes on, -1 for none, and how often it has waited.
     """
 
     cubes: NDArray[np.int8]
@@ -64,14 +75,14 @@ def new_flood(start: Reals, goal: Reals, grid: Reals, capacity: int) -> Flood:
         grid,
         np.zeros((len(LIMITS) - 1, capacity), np.int64),
         np.zeros((len(LIMITS) - 1, 2), np.int64),
-        np.zeros(7, np.int64),
+        np.zeros(9, np.int64),
     )
     for h in range(n):
         flood.goal[h] = np.searchsorted(grid, goal[h], side="right") - 1
         flood.cubes[0, h] = np.searchsorted(grid, start[h], side="right") - 1
         flood.states[0, h] = start[h]
     flood.slots[_slot(flood, flood.cubes[0])] = 1
-    flood.counts[TAIL] = 1
+    flood.counts[TAIL], flood.counts[FACE] = 1, -1
     return flood
 
 
@@ -104,7 +115,10 @@ def spread(rings: Rings, flood: Flood, boxes: int, work: Refutation) -> int:
     while counts[BOXES] < boxes:
         if max(counts[TAIL], flood.queues[:, 1].max()) >= len(flood.cubes):
             return FULL
-        face, waited = _next_face(flood)
+        begins = counts[FACE] < 0
+        if begins:
+            counts[FACE], counts[WAITED] = _next_face(flood)
+        face, waited = counts[FACE], counts[WAITED]
         if face < 0:
             return ENCLOSED
         own, h, step = face // (2 * n), face % (2 * n) // 2, 2 * (face % 2) - 1
@@ -112,13 +126,15 @@ def spread(rings: Rings, flood: Flood, boxes: int, work: Refutation) -> int:
             cube[k] = flood.cubes[own, k]
             low[k], high[k] = flood.grid[cube[k]], flood.grid[cube[k] + 1]
         cube[h] += step
-        if not 0 <= cube[h] < len(flood.grid) - 1:
-            continue
         slot = _slot(flood, cube)
-        if flood.slots[slot]:
+        if not 0 <= cube[h] < len(flood.grid) - 1 or flood.slots[slot]:
+            counts[FACE] = -1
             continue
         low[h] = high[h] = high[h] if step > 0 else low[h]
-        verdict = _tested(rings, flood, own, low, high, waited, state, work)
+        verdict = _tested(rings, flood, low, high, begins, boxes, state, work)
+        if verdict == UNFINISHED:
+            return GOING
+        counts[FACE] = -1
         if verdict == OPEN and waited + 1 < len(LIMITS):
             flood.waiting[waited, flood.queues[waited, 1]] = face
             flood.queues[waited, 1] += 1
@@ -150,22 +166,29 @@ def _next_face(flood: Flood) -> tuple[int, int]:
 
 @lean
 def _tested(
-    rings: Rings, flood: Flood, own: int, low: Reals, high: Reals, waited: int, state: Reals, work: Refutation
+    rings: Rings, flood: Flood, low: Reals, high: Reals, begins: bool, boxes: int, state: Reals, work: Refutation
 ) -> int:
-    """EMPTY, CLOSED or OPEN for a face of a cube; a state of a face that is not empty is written: a closed one, if met.
+    """EMPTY, CLOSED or OPEN for a face of a cube, or UNFINISHED where the flood has taken so many boxes by then.
 
-    Newton's method begins at the nearest state of the face to that by which the flood came to the cube.
+    A state of a face that is not empty is written: a closed one, if met. Newton's method begins at the nearest state of
+    the face to that by which the flood came to the cube.
     """
     n, counts = len(low), flood.counts
-    if waited == 0:
-        counts[FACES] += 1
-    counts[BOXES] += 1
+    own, limit = counts[FACE] // (2 * n), LIMITS[counts[WAITED]]
     for h in range(n):
         state[h] = min(max(flood.states[own, h], low[h]), high[h])
-    if meets(rings, low, high, state, work):
-        return CLOSED
-    verdict, boxes = refute(rings, low, high, LIMITS[waited], work)
-    counts[BOXES] += boxes
+    if begins:
+        if counts[WAITED] == 0:
+            counts[FACES] += 1
+        counts[BOXES] += 1
+        if meets(rings, low, high, state, work):
+            return CLOSED
+        begin(rings, low, high, work)
+    before = work.counts[TESTED]
+    verdict = go_on(rings, min(limit, before + max(boxes - counts[BOXES], 0)), work)
+    counts[BOXES] += work.counts[TESTED] - before
+    if verdict == UNFINISHED and work.counts[TESTED] >= limit:
+        return OPEN
     if verdict == CLOSED:
         for h in range(n):
             state[h] = work.state[h]
