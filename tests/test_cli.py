@@ -458,7 +458,7 @@ def interruptible():
     On a busy machine it is done otherwise before the test sees its first batches.
     """
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    os.nice(19)
+    os.nice(4)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
