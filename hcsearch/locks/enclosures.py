@@ -170,12 +170,12 @@ class _Contest:
             expected = [cubes_expected(walk) for walk in walks]
             for flood in self.floods:
                 flood.cubes_expected = expected[flood.side][flood.level]
-            if self.plates is None:
+            if self.plates is None:  # with panels, regions led to no proof
                 self._lay_around(walks, sides, seed)
         return True
 
     def _lay_around(self, walks: list[Reals], sides: list[int], seed: int) -> None:
-        """Lay regions around walks from either end; none are where panels have a part, as they led to no proof."""
+        """Lay regions around walks from either end."""
         seen = [climb(self.rings, walk, *whole(self.rings.folds), CLIMBS, seed, self.aside) for walk in walks]
         self.regions += [
             Region(self.rings, side, seen[side], seen[1 - side], seed, self._tables(), self.aside) for side in sides

@@ -173,26 +173,32 @@ def _tested(
     A state of a face that is not empty is written: a closed one, if met. Newton's method begins at the nearest state of
     the face to that by which the flood came to the cube.
     """
-    n, counts = len(low), flood.counts
-    own, limit = counts[FACE] // (2 * n), LIMITS[counts[WAITED]]
-    for h in range(n):
-        state[h] = min(max(flood.states[own, h], low[h]), high[h])
+    counts, limit = flood.counts, LIMITS[flood.counts[WAITED]]
     if begins:
         if counts[WAITED] == 0:
             counts[FACES] += 1
         counts[BOXES] += 1
+        _write_nearest(flood, low, high, state)
         if meets(rings, low, high, state, work):
             return CLOSED
         begin(rings, low, high, work)
     before = work.counts[TESTED]
     verdict = go_on(rings, min(limit, before + max(boxes - counts[BOXES], 0)), work)
     counts[BOXES] += work.counts[TESTED] - before
-    if verdict == UNFINISHED and work.counts[TESTED] >= limit:
-        return OPEN
     if verdict == CLOSED:
-        for h in range(n):
+        for h in range(len(low)):
             state[h] = work.state[h]
-    return verdict
+    else:
+        _write_nearest(flood, low, high, state)
+    return OPEN if verdict == UNFINISHED and work.counts[TESTED] >= limit else verdict
+
+
+@lean
+def _write_nearest(flood: Flood, low: Reals, high: Reals, state: Reals) -> None:
+    """Write the state of the face under search that is nearest to that by which the flood came to its cube."""
+    own = flood.counts[FACE] // (2 * len(low))
+    for h in range(len(low)):
+        state[h] = min(max(flood.states[own, h], low[h]), high[h])
 
 
 @lean
