@@ -10,35 +10,33 @@ import math
 from collections import defaultdict
 from dataclasses import dataclass
 from functools import partial
-from itertools import compress
 
 import numpy as np
 
 from hcsearch.kernels.enclosure.estimates import estimate
 from hcsearch.kernels.enclosure.expansion import Rings
 from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, TESTED, UNFINISHED, Refutation, begin, go_on, meets
-from hcsearch.kernels.enclosure.wandering import climb, wander
 from hcsearch.locks.boxes import TOP, Box, Face, beyond, faces_of, outside, whole
+from hcsearch.locks.cuts import Cuts
 from hcsearch.locks.floods import SLICE
 from hcsearch.locks.layouts import region_around
+from hcsearch.locks.parts import Parts
 from hcsearch.typing import Reals
 
-MORE, FEWER = 2000, 200
-"""Steps of the walk from a closed state that is met on a face, and of each climb from it."""
 WITHIN = 300
 """Steps of each climb within a box."""
-SAME = 0.25
-"""Walks that come so near to each other (rad) are taken for walks in one part of the closed states."""
-SAMPLE = 60
-"""States of a walk by which that is seen."""
 SEEN, STARTS = 20_000, 40
 """States of each part among which those near a face are looked for, and how many of these Newton's method starts at."""
 PROBES = 60
 """Branches by which the number of boxes is estimated that a face takes."""
 PIECE = 4e6
 """A face that is expected to take more boxes is searched in halves: what a closed state undoes is less."""
-MOST = 100
-"""Closed states that are met on faces, at most."""
+MANY, MOST = 100, 1000
+"""Closed states that are met on faces until boxes within boxes are given up for cuts, and at most."""
+AT_ONCE = 60
+"""Closed states that are met on faces before cuts are laid anew, at most."""
+ASIDE = 0.7
+"""How far climbs from a state on a face lead away from that (rad)."""
 
 
 @dataclass(eq=False)
@@ -50,14 +48,15 @@ class _Part:
 
 
 class Region:
-    """Boxes around the part of the closed states that holds an end (side 0 packed, 1 flat), and around no other part.
+    """Boxes around the part of the closed states that holds an end (side 0 packed, 1 flat), and not the other end.
 
     states : (m, n), to which walks and climbs from the end lead. others : (k, n), the same of the other end.
     seed : of estimates and further walks. search : tables of its own; aside : tables that others may use in between.
-    Where a closed state is met on a face, what a walk from there leads to is added to the part that it comes near, or
-    is a part by itself, which is left out, or taken in if it cannot be left out. Then boxes are laid anew; of their
-    faces, what is proved stays so. A step of a walk, and one try of Newton's method, count
-    as a box of the search, as they take about as long.
+    Where a closed state is met on a face, what a walk from there leads to is added to the part to which small steps
+    lead, or is a part by itself. Then boxes are laid anew; of their faces, what is proved stays so. They are boxes
+    within boxes as long as these leave out the other end; parts by themselves are left out, or taken in if they cannot
+    be left out. Where they do not, all angles are cut into boxes, once all faces were probed, and other parts are left
+    out. A step of a walk, and one try of Newton's method, count as a box of the search, as they take about as long.
     """
 
     def __init__(
@@ -65,15 +64,22 @@ class Region:
     ) -> None:
         self.rings, self.side, self.seed = rings, side, seed
         self.search, self.aside = search, aside
-        self.boxes, self.faces, self.going = 0, 0, True
-        self._parts, self._inside = [states, others], [True, False]
+        self.faces, self.going = 0, True
+        self._parts = Parts(rings, states, others, seed, aside)
+        self._inside, self._last = {0}, 0
+        self._cuts: Cuts | None = None
         self._region: list[Box] = []
         self._unprobed: list[Face] = []
         self._waiting: list[_Part] = []
         self._searched: _Part | None = None
         self._proved: dict[tuple[int, float], list[Box]] = defaultdict(list)
         self._known: dict[bytes, float] = {}
-        self._met, self._expected = 0, math.inf
+        self._taken, self._met, self._new, self._expected = 0, 0, 0, math.inf
+
+    @property
+    def boxes(self) -> int:
+        """Boxes of the search, and steps of walks."""
+        return self._taken + self._parts.steps
 
     @property
     def cubes(self) -> int:
@@ -92,16 +98,15 @@ class Region:
 
         Where boxes were laid anew, those that were expected before, until all faces are probed again.
         """
-        if self._unprobed or not self._region:
+        if self._unprobed or self._new or not self._region:
             return self._expected
         return self.boxes + sum(part.expected for part in self._waiting)
 
     def go_on(self, boxes: int) -> bool:
         """Search its faces until it has taken so many boxes in all; whether all of them are proved."""
         while self.going and self.boxes < boxes:
-            if not self._region:
+            if self._is_stale:
                 self._lay_out()
-                self.going = bool(self._region)
             elif self._unprobed:
                 self._probe(self._unprobed.pop())
             elif self._waiting:
@@ -110,18 +115,44 @@ class Region:
                 return True
         return False
 
+    @property
+    def _is_stale(self) -> bool:
+        """Whether boxes are to be laid anew: cuts are when all faces were probed, as that moves all of them."""
+        if self._cuts is None:
+            return self._new > 0 or not self._region
+        return self._new == AT_ONCE or (self._new > 0 and not self._unprobed)
+
     def _lay_out(self) -> None:
         """Lay boxes around the parts that are taken in; then list what is to be proved of their faces."""
         self._expected = self.boxes_expected
-        own = list(compress(self._parts, self._inside))
-        others = list(compress(self._parts, (not inside for inside in self._inside)))
-        reach = partial(self._climbed, steps=WITHIN)
-        self._region = region_around(np.concatenate(own), others, reach) or []
+        self._region = self._boxes() or []
+        self._new = 0
+        self.going = bool(self._region) and self._met < MOST
         self._unprobed, self._waiting, self._searched = [], [], None
         for face in faces_of(self._region, TOP):
             proved = self._proved[face.hinge, face.level]
             for part in outside([(face.low, face.high)], proved):
                 self._list(Face(face.hinge, *part))
+
+    def _boxes(self) -> list[Box] | None:
+        """Boxes within boxes, or by cuts where there are none, or closed states were met on too many of their faces."""
+        if self._cuts is None and self._met < MANY:
+            region = self._boxes_within_boxes()
+            if region is None and self._last > 1:
+                self._inside ^= {self._last}
+                region = self._boxes_within_boxes()
+            if region is not None:
+                return region
+        self._cuts = self._cuts or Cuts()
+        own, *others = self._parts.states
+        return self._cuts.lay(own, np.concatenate(others))
+
+    def _boxes_within_boxes(self) -> list[Box] | None:
+        """Boxes within boxes around the parts that are taken in, without the others; None where there are none."""
+        states = self._parts.states
+        own = [states[number] for number in sorted(self._inside)]
+        others = [part for number, part in enumerate(states) if number not in self._inside]
+        return region_around(np.concatenate(own), others, partial(self._parts.climbed, steps=WITHIN))
 
     def _list(self, face: Face) -> None:
         """List a face as one to be probed, or to be searched if it was probed before."""
@@ -131,21 +162,15 @@ class Region:
         else:
             self._waiting.append(_Part(face, expected))
 
-    def _climbed(self, states: Reals, box: Box, steps: int) -> Reals:
-        """States, and those to which climbs from them lead, within a box."""
-        climbed: Reals = climb(self.rings, states, *box, steps, self.seed, self.aside)
-        self.boxes += len(climbed) - len(states)
-        return climbed
-
     def _probe(self, face: Face) -> None:
         """Look for a closed state on a face; without one, list it, or its halves, with the boxes it is to take."""
         if self._meets_at(face):
-            self._take_in(self.aside.state.copy())
+            self._take_in(self.aside.state.copy(), face)
             return
         expected, verdict, tested = estimate(self.rings, face.low, face.high, PROBES, self.seed, self.aside)
-        self.boxes += tested
+        self._taken += tested
         if verdict == CLOSED:
-            self._take_in(self.aside.state.copy())
+            self._take_in(self.aside.state.copy(), face)
         elif verdict == EMPTY and expected > PIECE:
             self._unprobed += face.halves()
         else:
@@ -155,12 +180,12 @@ class Region:
 
     def _meets_at(self, face: Face) -> bool:
         """Whether Newton's method comes to a closed state on a face, `aside.state`, from states near it."""
-        for part in self._parts:
+        for part in self._parts.states:
             states = part[:: len(part) // SEEN + 1]
             away = beyond((face.low, face.high), states).max(axis=1)
             for number in np.argsort(away, kind="stable")[:STARTS]:
                 self.aside.state[:] = np.clip(states[number], face.low, face.high)
-                self.boxes += 1
+                self._taken += 1
                 if meets(self.rings, face.low, face.high, self.aside.state, self.aside):
                     return True
         return False
@@ -171,14 +196,16 @@ class Region:
         if part is not self._searched:
             self._searched = part
             self.faces += 1
+            if self._cuts is not None:
+                self._cuts.keep()
             begin(self.rings, face.low, face.high, self.search)
         before = int(self.search.counts[TESTED])
         verdict = go_on(self.rings, before + min(SLICE, boxes - self.boxes), self.search)
         taken = int(self.search.counts[TESTED]) - before
-        self.boxes += taken
+        self._taken += taken
         part.expected = max(part.expected - taken, 0.0)
         if verdict == CLOSED:
-            self._take_in(self.search.state.copy())
+            self._take_in(self.search.state.copy(), face)
         elif verdict == EMPTY:
             self._waiting.remove(part)
             self._searched = None
@@ -186,31 +213,15 @@ class Region:
         elif verdict != UNFINISHED:
             self.going = False
 
-    def _take_in(self, state: Reals) -> None:
-        """Add what a walk from a closed state leads to to the part that it comes near, and lay boxes anew."""
+    def _take_in(self, state: Reals, face: Face) -> None:
+        """Add a closed state that is met on a face, and what a walk from there leads to, to its part."""
+        low, high = whole(self.rings.folds)
+        if self._cuts is not None:
+            low[face.hinge] = max(face.level - ASIDE, 0.0)
+            high[face.hinge] = min(face.level + ASIDE, TOP)
+        self._last = self._parts.add(state, (low, high))
         self._met += 1
-        walked = wander(self.rings, state, MORE, self.seed, self.aside)
-        self.boxes += MORE
-        walked = self._climbed(walked, whole(self.rings.folds), FEWER)
-        distances = [_distance(walked, part) for part in self._parts]
-        number = int(np.argmin(distances))
-        if distances[number] > SAME:
-            number = len(self._parts)
-            self._parts.append(walked)
-            self._inside.append(False)
-        else:
-            self._parts[number] = np.concatenate([self._parts[number], walked])
-        self._lay_out()
-        if not self._region and number > 1:
-            self._inside[number] = not self._inside[number]
-            self._lay_out()
-        self.going = bool(self._region) and self._met < MOST
-
-
-def _distance(walked: Reals, part: Reals) -> float:
-    """How near a walk comes to a part, as far as some of its states show (rad)."""
-    some = np.concatenate([walked[:1], walked[:: len(walked) // SAMPLE + 1]])
-    return min(float(np.abs(part - state).max(axis=1).min()) for state in some)
+        self._new += 1
 
 
 def _key(face: Face) -> bytes:

@@ -8,6 +8,7 @@ import pytest
 from hcsearch.kernels.enclosure.estimates import estimate
 from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, new_refutation, refute
 from hcsearch.kernels.enclosure.wandering import STRIDE, climb
+from hcsearch.locks import regions
 from hcsearch.locks.boxes import TOP, Face, faces_of, states_in
 from hcsearch.locks.enclosures import rings_of
 from hcsearch.locks.regions import Region
@@ -69,7 +70,7 @@ def test_a_region_is_laid_anew_around_what_is_met_on_its_faces(monkeypatch):
     linkage = joined("hex:0233545012:2", "hinged")
     region, met = region_of(linkage, 0, 100, climbs=0), []
     take_in = Region._take_in
-    monkeypatch.setattr(Region, "_take_in", lambda own, state: (met.append(state), take_in(own, state)))
+    monkeypatch.setattr(Region, "_take_in", lambda own, state, face: (met.append(state), take_in(own, state, face)))
     assert region.go_on(200_000)
     assert met
     assert open_by_states(linkage, np.array(met)).max() < 1e-6
@@ -145,3 +146,15 @@ def test_an_estimate_ends_at_a_closed_state():
     assert estimate(rings, face.low, face.high, 50, 1, work)[1] == CLOSED
     assert open_by_states(linkage, work.state[None]).max() < 1e-6
     assert work.state[2] == state[2]
+
+
+@pytest.mark.parametrize(("name", "side"), [("hex:0234535012:4", 0), ("hex:0223335500:4", 1)])
+def test_cuts_enclose_an_end_where_boxes_within_boxes_do_not(name, side, monkeypatch):
+    monkeypatch.setattr(regions, "MANY", 0)
+    region = region_of(joined(name, "hinged"), side, 1_000, climbs=100)
+    assert region.go_on(600_000)
+    rings, walks = walks_of(joined(name, "hinged"), 60_000)
+    assert held(region, walks[side][::7]).all()
+    assert not held(region, walks[1 - side][::7]).any()
+    faces, work = faces_of(boxes_of(region), TOP), new_refutation(rings)
+    assert all(refute(rings, face.low.copy(), face.high.copy(), 10**6, work)[0] == EMPTY for face in faces)

@@ -18,7 +18,12 @@ BEND = 0.3
 FAILURES, SHORTER, LONGER = 50, 0.5, 1.5
 """A climb shortens its steps after so many in a row that lead no higher, and lengthens them with each that does."""
 SHORTEST = 1e-3
-"""A climb ends where steps of this length lead no higher (rad)."""
+"""A climb ends where steps of this length lead no higher (rad), and an approach where they lead no nearer."""
+NEARER = 0.1
+"""The longest step towards a state (rad): parts of the closed states are further from each other."""
+ASTRAY, TRIES = 0.5, 7
+"""How much steps towards a state go astray, as a share of their length, and at most how many times that after tries
+that came no nearer."""
 
 
 @compiled
@@ -98,6 +103,38 @@ def _climb_along(
                 break
             longest, failures = max(SHORTER * longest, SHORTEST), 0
     return count
+
+
+@compiled
+def approach(rings: Rings, start: Reals, goal: Reals, steps: int, seed: int, work: Refutation) -> tuple[Reals, int]:
+    """Closed states, (m, n), that steps from one state, (n,), to another pass, and how many steps were tried.
+
+    Each is nearer to the goal than the one before; the first is the start, and the last the goal, nearly, if steps lead
+    there. steps : that are tried, at most.
+    """
+    np.random.seed(seed)
+    n, count, failures, tried = len(start), 1, 0, 0
+    low, high, longest = np.zeros(n), np.full(n, np.pi), NEARER
+    passed = np.zeros((steps + 1, n))
+    passed[0] = start
+    here, state = start.copy(), start.copy()
+    away = np.sqrt(((goal - here) ** 2).sum())
+    while tried < steps and away >= SHORTEST and longest >= SHORTEST:
+        tried += 1
+        astray = ASTRAY * (1 + failures % TRIES) / np.sqrt(n)
+        way = (goal - here) / away + astray * np.random.standard_normal(n)
+        moved = _step(rings, here, way, longest, low, high, state, work)
+        nearer = np.sqrt(((goal - state) ** 2).sum())
+        if 0.0 < moved <= 1.5 * longest and nearer < away:
+            here[:] = state
+            passed[count] = state
+            count += 1
+            away, longest, failures = nearer, min(LONGER * longest, NEARER), 0
+            continue
+        failures += 1
+        if failures % FAILURES == 0:
+            longest *= SHORTER
+    return passed[:count], tried
 
 
 @compiled

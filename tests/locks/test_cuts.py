@@ -1,0 +1,82 @@
+"""Cuts of all angles that tell the states of one part of the closed states from those of others."""
+
+import math
+
+import numpy as np
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from hcsearch.locks.boxes import TOP, states_in, whole
+from hcsearch.locks.cuts import LEAST, Cuts, Leaf, divided, leaves_around
+
+
+def rooms(boxes):
+    """How much room boxes take, each."""
+    return [float(np.prod(high - low)) for low, high in boxes]
+
+
+def two_clouds(rng, n, count):
+    """States of two parts, in a row of blobs which belong to either by chance."""
+    blobs = rng.uniform(0.0, np.pi, (count, 1, n))
+    states = np.clip(blobs + rng.uniform(-0.4, 0.4, (count, 30, n)), 0.0, np.pi)
+    first = np.arange(count) % 2 == 0
+    return states[first].reshape(-1, n), states[~first].reshape(-1, n)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 4), st.integers(2, 6))
+def test_each_leaf_holds_states_of_one_kind_and_all_of_them_fill_the_whole(seed, n, count):
+    own, others = two_clouds(np.random.default_rng(seed), n, count)
+    assume(np.abs(own[:, None] - others).max(axis=2).min() > 10 * LEAST)
+    leaves = leaves_around(own, others)
+    assert leaves is not None
+    boxes = [leaf.box for leaf in leaves]
+    inside = [leaf.box for leaf in leaves if leaf.inside]
+    assert math.isclose(sum(rooms(boxes)), TOP**n, rel_tol=1e-9)
+    assert sum(len(states_in(box, own)) for box in inside) >= len(own)
+    assert not any(len(states_in(box, others)) for box in inside)
+    assert all((low >= 0.0).all() and (high <= TOP).all() and (low <= high).all() for low, high in boxes)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 3))
+def test_new_states_divide_no_box_but_theirs(seed, n):
+    rng = np.random.default_rng(seed)
+    own, others = two_clouds(rng, n, 4)
+    leaves = leaves_around(own, others)
+    assume(leaves is not None)
+    state = rng.uniform(0.0, np.pi, (1, n))
+    kept = divided(leaves, own, np.concatenate([others, state]))
+    assume(kept is not None)
+    for leaf in leaves:
+        if not len(states_in(leaf.box, state)):
+            assert any(same(leaf, other) for other in kept)
+    assert not any(leaf.inside and len(states_in(leaf.box, state)) for leaf in kept)
+
+
+def same(one, other):
+    """Whether two leaves are alike."""
+    return one.inside == other.inside and all(np.array_equal(*pair) for pair in zip(one.box, other.box, strict=True))
+
+
+def test_a_wide_void_is_cut_in_the_middle():
+    rng = np.random.default_rng(2)
+    own, others = rng.uniform([0.0, 0.0], [1.0, 3.1], (200, 2)), rng.uniform([2.0, 0.0], [3.1, 3.1], (200, 2))
+    leaves = divided([Leaf(whole(2), inside=True)], own, others)
+    assert leaves is not None
+    assert [leaf.inside for leaf in leaves] == [True, False]
+    assert leaves[0].box[1][0] == 0.5 * (own[:, 0].max() + others[:, 0].min())
+
+
+def test_states_that_are_the_same_cannot_be_cut_apart():
+    state = np.full((1, 3), 0.7)
+    assert leaves_around(state, state) is None
+
+
+def test_cuts_are_kept_once_that_is_asked_for():
+    rng = np.random.default_rng(4)
+    own, others = two_clouds(rng, 2, 4)
+    cuts = Cuts()
+    first = cuts.lay(own, others)
+    moved = cuts.lay(own * 0.9, others)
+    assert not np.array_equal(np.array(first[0]), np.array(moved[0]))
+    cuts.keep()
+    assert np.array_equal(np.array(cuts.lay(own * 0.9, others)), np.array(moved))

@@ -1,0 +1,56 @@
+"""Parts of the closed states: states belong to the one to which small steps lead."""
+
+import numpy as np
+
+from hcsearch.kernels.enclosure.refutation import new_refutation
+from hcsearch.kernels.enclosure.wandering import NEARER, approach
+from hcsearch.locks.boxes import whole
+from hcsearch.locks.parts import ARRIVED, Parts
+from tests.locks.test_regions import open_by_states
+from tests.planned import joined, walks_of
+
+LOCKED = "hex:0233435001:2"
+"""Its ends are proved to be in two parts (test_regions)."""
+
+
+def apart(one, other):
+    """How far states are from another, root of the sum of squares."""
+    return np.sqrt(((one - other) ** 2).sum(axis=-1))
+
+
+def test_steps_lead_to_states_of_the_same_part_and_not_to_others():
+    linkage = joined(LOCKED, "hinged")
+    rings, walks = walks_of(linkage, 2_000)
+    work, led = new_refutation(rings), 0
+    for number in range(0, 2_000, 400):
+        start, goal = walks[0][number], walks[0][number + 100]
+        states, steps = approach(rings, start, goal, 3000, number, work)
+        assert 0 < steps <= 3000
+        assert np.array_equal(states[0], start)
+        assert open_by_states(linkage, states).max() < 1e-6
+        assert (np.diff(apart(states, goal)) < 0.0).all()
+        assert np.abs(np.diff(states, axis=0)).max(initial=0.0) <= 1.5 * NEARER
+        led += apart(states[-1], goal) < ARRIVED
+        other = walks[1][np.argmin(apart(walks[1], start))]
+        assert apart(approach(rings, start, other, 3000, number, work)[0][-1], other) > ARRIVED
+    assert led > 2
+
+
+def test_states_are_added_to_the_part_to_which_steps_lead():
+    rings, walks = walks_of(joined(LOCKED, "hinged"), 20_000)
+    parts = Parts(rings, walks[0][:2_000], walks[1][:2_000], 1, new_refutation(rings))
+    known = [len(part) for part in parts.states]
+    for number in range(3_000, 20_000, 4_000):
+        for side in (0, 1):
+            assert parts.add(walks[side][number], whole(rings.folds)) == side
+    assert len(parts.states) == 2
+    assert all(len(part) > before for part, before in zip(parts.states, known, strict=True))
+    assert parts.steps > 8 * 2_000
+
+
+def test_a_state_to_which_no_steps_lead_is_a_part_by_itself():
+    rings, walks = walks_of(joined(LOCKED, "hinged"), 2_000)
+    packed, flat = walks
+    parts = Parts(rings, packed[:1_000], packed[1_000:1_100], 1, new_refutation(rings))
+    assert parts.add(flat[0], whole(rings.folds)) == 2
+    assert np.array_equal(parts.states[2][0], flat[0])
