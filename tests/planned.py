@@ -101,4 +101,4 @@ def region_of(linkage: Linkage, side: int, steps: int = 20_000, climbs: int = 10
     rings, walks = walks_of(linkage, steps)
     work = new_refutation(rings)
     seen = [climb(rings, walk, *whole(rings.folds), climbs, 1, work) for walk in walks]
-    return Region(rings, side, seen[side], seen[1 - side], 1, new_refutation(rings), work)
+    return Region(rings, side, seen[side], seen[1 - side], 1, new_refutation(rings), new_refutation(rings))

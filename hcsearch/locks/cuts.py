@@ -1,7 +1,6 @@
 """All fold angles cut into boxes of which none holds states of one part of the closed states and of others.
 
-Boxes within boxes need fewer faces, but parts that wind about each other leave none of those; cuts always come to an
-end.
+Boxes within boxes need fewer faces, but parts that wind about each other leave none of those.
 """
 
 from __future__ import annotations
@@ -19,8 +18,8 @@ BESIDE = 0.1
 NEAR = 0.05
 """A part that comes so near to a stop (rad) counts as reaching it."""
 VOID, WORTH = 0.3, 0.15
-"""A cut in a void between states is better the wider that is (rad), up to the first; and how much better, for its
-width."""
+"""Of cuts that leave states as mixed, one through a wider void is better: its score falls by WORTH for each radian
+of the void's width, up to VOID (rad)."""
 LEAST = 1e-9
 """States are not cut apart along an angle where less than this is between them (rad)."""
 SEEN = 100_000
@@ -28,7 +27,7 @@ SEEN = 100_000
 MANY = 1000
 """Boxes in all, at most."""
 ANEW = 8
-"""How often all are cut anew; then those alone are cut further that hold states which they should not."""
+"""How often all are cut anew; then boxes alone are cut further that hold states which they should not."""
 
 
 class Cuts:
@@ -39,7 +38,7 @@ class Cuts:
         self._left = ANEW
 
     def lay(self, own: Reals, others: Reals) -> list[Box] | None:
-        """Boxes that hold the states of a part, (m, n), and none of the others, (k, n); None for too many."""
+        """Boxes that hold the states of a part, (m, n), and none of the others, (k, n); None as `leaves_around`."""
         leaves = leaves_around(own, others) if self._left else divided(self._leaves, own, others)
         self._left = max(self._left - 1, 0)
         self._leaves = leaves or []
@@ -61,7 +60,7 @@ class Leaf(ByValue):
 def leaves_around(own: Reals, others: Reals) -> list[Leaf] | None:
     """Boxes that cover all angles: those inside hold the states of a part, (m, n), the rest all others, (k, n).
 
-    None where it would take too many.
+    None where it would take too many, or states of both kinds are nearly the same.
     """
     around = _around(own)
     beside = [Leaf(box, inside=False) for box in outside([whole(own.shape[1])], [around])]
@@ -69,7 +68,7 @@ def leaves_around(own: Reals, others: Reals) -> list[Leaf] | None:
 
 
 def divided(leaves: list[Leaf], own: Reals, others: Reals) -> list[Leaf] | None:
-    """The same leaves, but for those that hold states of both kinds, which are cut; None where that is too many."""
+    """The same leaves, but for those that hold states of both kinds, which are cut; None as `leaves_around`."""
     parts: list[Leaf] = []
     for leaf in leaves:
         mine, rest = states_in(leaf.box, own), states_in(leaf.box, others)

@@ -178,7 +178,7 @@ class _Contest:
         """Lay regions around walks from either end."""
         seen = [climb(self.rings, walk, *whole(self.rings.folds), CLIMBS, seed, self.aside) for walk in walks]
         self.regions += [
-            Region(self.rings, side, seen[side], seen[1 - side], seed, self._tables(), self.aside) for side in sides
+            Region(self.rings, side, seen[side], seen[1 - side], seed, self._tables(), self._tables()) for side in sides
         ]
 
     def next_turn(self, boxes: int) -> _Contender | None:

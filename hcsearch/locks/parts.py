@@ -16,12 +16,14 @@ from hcsearch.typing import Reals
 
 MORE, FEWER = 2000, 200
 """Steps of the walk from a state, and of each climb from there."""
-TOWARDS, AGAIN = 3000, 3
+TOWARDS, AGAIN = 1000, 3
 """Steps towards the nearest state of a part, and how often the nearest one is chosen anew."""
+NEAREST = 3
+"""Parts towards which steps are tried: those that have the nearest states."""
 ARRIVED = 0.05
 """Steps that come so near to a state (rad, the root of the sum of squares) lead to it."""
-OTHERS = 4
-"""States of the walk from which steps lead to no part, until that counts as one by itself."""
+STARTS = 3
+"""States from which steps are tried, the one that was met first, then others of the walk from it."""
 
 
 class Parts:
@@ -45,12 +47,13 @@ class Parts:
     def add(self, state: Reals, box: Box) -> int:
         """Add a closed state, (n,), with what a walk from it leads to, and climbs within a box; the number of its part.
 
-        It is a part by itself where steps lead to none that is known.
+        It is a part by itself where steps lead to none that is known, STARTS * NEAREST * AGAIN * TOWARDS at most.
         """
         walked = wander(self.rings, state, MORE, self.seed, self.work)
         self.steps += MORE
-        passed = [walked, self.climbed(states_in(box, walked), box, FEWER)]
-        for start in (state, *walked[:: len(walked) // OTHERS + 1][1:]):
+        held = states_in(box, walked)
+        passed = [walked, self.climbed(held, box, FEWER)[len(held) :]]
+        for start in (state, *walked[:: len(walked) // STARTS + 1][1:]):
             number = self._leads_to(start, passed)
             if number is not None:
                 self.states[number] = np.concatenate([self.states[number], *passed])
@@ -60,7 +63,8 @@ class Parts:
 
     def _leads_to(self, state: Reals, passed: list[Reals]) -> int | None:
         """The part to which steps lead from a state, if to any; the states that they pass are listed."""
-        for number in np.argsort([_nearest(part, state)[1] for part in self.states], kind="stable").tolist():
+        order = np.argsort([_nearest(part, state)[1] for part in self.states], kind="stable")
+        for number in order[:NEAREST].tolist():
             here = state
             for again in range(AGAIN):
                 goal = self.states[number][_nearest(self.states[number], here)[0]]

@@ -51,12 +51,13 @@ class Region:
     """Boxes around the part of the closed states that holds an end (side 0 packed, 1 flat), and not the other end.
 
     states : (m, n), to which walks and climbs from the end lead. others : (k, n), the same of the other end.
-    seed : of estimates and further walks. search : tables of its own; aside : tables that others may use in between.
+    seed : of estimates and further walks. search, aside : tables of its own, for the search of a face, which is
+    interrupted, and for what comes in between.
     Where a closed state is met on a face, what a walk from there leads to is added to the part to which small steps
     lead, or is a part by itself. Then boxes are laid anew; of their faces, what is proved stays so. They are boxes
-    within boxes as long as these leave out the other end; parts by themselves are left out, or taken in if they cannot
-    be left out. Where they do not, all angles are cut into boxes, once all faces were probed, and other parts are left
-    out. A step of a walk, and one try of Newton's method, count as a box of the search, as they take about as long.
+    within boxes as long as some of these leave out the other end; parts by themselves are left out, or taken in if they
+    cannot be left out. Afterwards all angles are cut into boxes, and all other parts are left out. A step of a walk,
+    and one try of Newton's method, count as a box of the search, as they take about as long.
     """
 
     def __init__(
@@ -117,14 +118,17 @@ class Region:
 
     @property
     def _is_stale(self) -> bool:
-        """Whether boxes are to be laid anew: cuts are when all faces were probed, as that moves all of them."""
+        """Whether boxes are to be laid anew.
+
+        Boxes within boxes are after each state that is met; cuts after AT_ONCE of them, or when all faces were probed,
+        as that moves all faces.
+        """
         if self._cuts is None:
             return self._new > 0 or not self._region
         return self._new == AT_ONCE or (self._new > 0 and not self._unprobed)
 
     def _lay_out(self) -> None:
         """Lay boxes around the parts that are taken in; then list what is to be proved of their faces."""
-        self._expected = self.boxes_expected
         self._region = self._boxes() or []
         self._new = 0
         self.going = bool(self._region) and self._met < MOST
@@ -155,15 +159,18 @@ class Region:
         return region_around(np.concatenate(own), others, partial(self._parts.climbed, steps=WITHIN))
 
     def _list(self, face: Face) -> None:
-        """List a face as one to be probed, or to be searched if it was probed before."""
+        """List a face as one to be probed, or to be searched if it was probed before; or its halves, as by then."""
         expected = self._known.get(_key(face))
         if expected is None:
             self._unprobed.append(face)
+        elif expected > PIECE:
+            for half in face.halves():
+                self._list(half)
         else:
             self._waiting.append(_Part(face, expected))
 
     def _probe(self, face: Face) -> None:
-        """Look for a closed state on a face; without one, list it, or its halves, with the boxes it is to take."""
+        """Look for a closed state on a face; without one, list it with the boxes that it is to take."""
         if self._meets_at(face):
             self._take_in(self.aside.state.copy(), face)
             return
@@ -171,12 +178,11 @@ class Region:
         self._taken += tested
         if verdict == CLOSED:
             self._take_in(self.aside.state.copy(), face)
-        elif verdict == EMPTY and expected > PIECE:
-            self._unprobed += face.halves()
-        else:
-            self.going = verdict == EMPTY
+        elif verdict == EMPTY:
             self._known[_key(face)] = expected
-            self._waiting.append(_Part(face, expected))
+            self._list(face)
+        else:
+            self.going = False
 
     def _meets_at(self, face: Face) -> bool:
         """Whether Newton's method comes to a closed state on a face, `aside.state`, from states near it."""
@@ -193,6 +199,7 @@ class Region:
     def _search(self, part: _Part, boxes: int) -> None:
         """Search a part of a face on, until it has taken so many boxes in all."""
         face = part.face
+        self._expected = self.boxes_expected
         if part is not self._searched:
             self._searched = part
             self.faces += 1
@@ -216,7 +223,7 @@ class Region:
     def _take_in(self, state: Reals, face: Face) -> None:
         """Add a closed state that is met on a face, and what a walk from there leads to, to its part."""
         low, high = whole(self.rings.folds)
-        if self._cuts is not None:
+        if self._cuts is not None:  # so many are met that climbs as far as they lead take too long
             low[face.hinge] = max(face.level - ASIDE, 0.0)
             high[face.hinge] = min(face.level + ASIDE, TOP)
         self._last = self._parts.add(state, (low, high))

@@ -1,13 +1,15 @@
 """Cuts of all angles that tell the states of one part of the closed states from those of others."""
 
 import math
+from itertools import combinations
 
 import numpy as np
+import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from hcsearch.locks.boxes import TOP, states_in, whole
-from hcsearch.locks.cuts import LEAST, Cuts, Leaf, divided, leaves_around
+from hcsearch.locks.cuts import ANEW, LEAST, Cuts, Leaf, divided, leaves_around
 
 
 def rooms(boxes):
@@ -31,30 +33,25 @@ def test_each_leaf_holds_states_of_one_kind_and_all_of_them_fill_the_whole(seed,
     assert leaves is not None
     boxes = [leaf.box for leaf in leaves]
     inside = [leaf.box for leaf in leaves if leaf.inside]
+    assert all((np.minimum(a[1], b[1]) <= np.maximum(a[0], b[0])).any() for a, b in combinations(boxes, 2))
     assert math.isclose(sum(rooms(boxes)), TOP**n, rel_tol=1e-9)
-    assert sum(len(states_in(box, own)) for box in inside) >= len(own)
+    assert all(any(len(states_in(box, state[None])) for box in inside) for state in own)
     assert not any(len(states_in(box, others)) for box in inside)
     assert all((low >= 0.0).all() and (high <= TOP).all() and (low <= high).all() for low, high in boxes)
 
 
-@given(st.integers(0, 2**32 - 1), st.integers(1, 3))
-def test_new_states_divide_no_box_but_theirs(seed, n):
+@given(st.integers(0, 2**32 - 1), st.integers(1, 3), st.booleans())
+def test_new_states_divide_no_box_but_theirs(seed, n, mine):
     rng = np.random.default_rng(seed)
     own, others = two_clouds(rng, n, 4)
     leaves = leaves_around(own, others)
     assume(leaves is not None)
     state = rng.uniform(0.0, np.pi, (1, n))
-    kept = divided(leaves, own, np.concatenate([others, state]))
+    kinds = (np.concatenate([own, state]), others) if mine else (own, np.concatenate([others, state]))
+    kept = divided(leaves, *kinds)
     assume(kept is not None)
-    for leaf in leaves:
-        if not len(states_in(leaf.box, state)):
-            assert any(same(leaf, other) for other in kept)
-    assert not any(leaf.inside and len(states_in(leaf.box, state)) for leaf in kept)
-
-
-def same(one, other):
-    """Whether two leaves are alike."""
-    return one.inside == other.inside and all(np.array_equal(*pair) for pair in zip(one.box, other.box, strict=True))
+    assert all(leaf in kept for leaf in leaves if not len(states_in(leaf.box, state)))
+    assert all(leaf.inside == mine for leaf in kept if len(states_in(leaf.box, state)))
 
 
 def test_a_wide_void_is_cut_in_the_middle():
@@ -71,12 +68,28 @@ def test_states_that_are_the_same_cannot_be_cut_apart():
     assert leaves_around(state, state) is None
 
 
-def test_cuts_are_kept_once_that_is_asked_for():
+@pytest.mark.parametrize("asked", [True, False])
+def test_cuts_are_kept_once_that_is_asked_for_or_after_eight_times(asked):
     rng = np.random.default_rng(4)
     own, others = two_clouds(rng, 2, 4)
     cuts = Cuts()
-    first = cuts.lay(own, others)
-    moved = cuts.lay(own * 0.9, others)
-    assert not np.array_equal(np.array(first[0]), np.array(moved[0]))
-    cuts.keep()
-    assert np.array_equal(np.array(cuts.lay(own * 0.9, others)), np.array(moved))
+    for count in range(ANEW):
+        laid = cuts.lay(own[: len(own) - count], others)
+        assert equal(laid, inside(leaves_around(own[: len(own) - count], others)))
+        if asked:
+            cuts.keep()
+            break
+    more, left = np.concatenate([others, rng.uniform(0.0, np.pi, (50, 2))]), own[:30]
+    last = leaves_around(own[: len(own) - count], others)
+    assert equal(cuts.lay(left, more), inside(divided(last, left, more)))
+    assert not equal(inside(divided(last, left, more)), inside(leaves_around(left, more)))
+
+
+def inside(leaves):
+    """Boxes that are taken in."""
+    return [leaf.box for leaf in leaves if leaf.inside]
+
+
+def equal(some, others):
+    """Whether boxes are equal, one by one."""
+    return len(some) == len(others) and np.array_equal(np.array(some), np.array(others))

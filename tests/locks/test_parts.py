@@ -1,13 +1,14 @@
 """Parts of the closed states: states belong to the one to which small steps lead."""
 
 import numpy as np
+import pytest
 
-from hcsearch.kernels.enclosure.refutation import new_refutation
+from hcsearch.kernels.enclosure.refutation import meets, new_refutation
 from hcsearch.kernels.enclosure.wandering import NEARER, approach
 from hcsearch.locks.boxes import whole
 from hcsearch.locks.parts import ARRIVED, Parts
-from tests.locks.test_regions import open_by_states
-from tests.planned import joined, walks_of
+from tests.locks.test_regions import held, open_by_states
+from tests.planned import joined, region_of, walks_of
 
 LOCKED = "hex:0233435001:2"
 """Its ends are proved to be in two parts (test_regions)."""
@@ -46,6 +47,23 @@ def test_states_are_added_to_the_part_to_which_steps_lead():
     assert len(parts.states) == 2
     assert all(len(part) > before for part, before in zip(parts.states, known, strict=True))
     assert parts.steps > 8 * 2_000
+
+
+@pytest.mark.parametrize("name", ["hex:0233545012:2", "hex:0233534001:3"])
+def test_a_state_is_not_of_the_part_of_its_nearest_state_if_no_steps_lead_there(name):
+    linkage = joined(name, "hinged")
+    region = region_of(linkage, 0, 5_000)
+    assert region.go_on(100_000)
+    rings, walks = walks_of(linkage, 5_000)
+    own, others = walks[0][::500], walks[1][::500]
+    rng, box, work, misled = np.random.default_rng(1), whole(rings.folds), new_refutation(rings), []
+    while len(misled) < 5:
+        state = rng.uniform(0.0, np.pi, rings.folds)
+        if meets(rings, *box, state, work) and apart(own, state).min() < apart(others, state).min():
+            misled += [] if held(region, state[None])[0] else [state]
+    # they are outside what is proved to hold all that the packed end leads to
+    for state in misled:
+        assert Parts(rings, own, others, 1, work).add(state, box) != 0
 
 
 def test_a_state_to_which_no_steps_lead_is_a_part_by_itself():

@@ -8,7 +8,7 @@ import pytest
 from hcsearch.kernels.enclosure.estimates import estimate
 from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, new_refutation, refute
 from hcsearch.kernels.enclosure.wandering import STRIDE, climb
-from hcsearch.locks import regions
+from hcsearch.locks import cuts, regions
 from hcsearch.locks.boxes import TOP, Face, faces_of, states_in
 from hcsearch.locks.enclosures import rings_of
 from hcsearch.locks.regions import Region
@@ -86,9 +86,13 @@ def open_by_states(linkage, states):
     return open_by(linkage, angles)
 
 
-def test_a_region_does_not_hang_on_how_often_it_is_interrupted():
-    linkage = joined("hex:0233435001:2", "hinged")
-    whole, parts = region_of(linkage, 1), region_of(linkage, 1)
+@pytest.mark.parametrize(
+    ("name", "side", "many", "steps"), [("hex:0233435001:2", 1, 100, 20_000), ("hex:0234535012:4", 0, 0, 1_000)]
+)
+def test_a_region_does_not_hang_on_how_often_it_is_interrupted(name, side, many, steps, monkeypatch):
+    monkeypatch.setattr(regions, "MANY", many)
+    linkage = joined(name, "hinged")
+    whole, parts = (region_of(linkage, side, steps, climbs=steps // 20) for _ in range(2))
     assert whole.go_on(10**6)
     calls = 1
     while not parts.go_on(parts.boxes + 100):
@@ -148,13 +152,41 @@ def test_an_estimate_ends_at_a_closed_state():
     assert work.state[2] == state[2]
 
 
-@pytest.mark.parametrize(("name", "side"), [("hex:0234535012:4", 0), ("hex:0223335500:4", 1)])
-def test_cuts_enclose_an_end_where_boxes_within_boxes_do_not(name, side, monkeypatch):
+@pytest.mark.parametrize(
+    ("name", "side", "anew", "at_once"),
+    [("hex:0234535012:4", 0, 8, 60), ("hex:0223335500:4", 1, 8, 60), ("hex:0223445511:4", 0, 1, 2)],
+)
+def test_cuts_enclose_an_end_too(name, side, anew, at_once, monkeypatch):
     monkeypatch.setattr(regions, "MANY", 0)
-    region = region_of(joined(name, "hinged"), side, 1_000, climbs=100)
+    monkeypatch.setattr(regions, "AT_ONCE", at_once)
+    monkeypatch.setattr(cuts, "ANEW", anew)
+    linkage = joined(name, "hinged")
+    region, met = region_of(linkage, side, 1_000, climbs=100 if anew > 1 else 0), []
+    take_in = Region._take_in
+    monkeypatch.setattr(Region, "_take_in", lambda own, state, face: (met.append(state), take_in(own, state, face)))
     assert region.go_on(600_000)
-    rings, walks = walks_of(joined(name, "hinged"), 60_000)
+    assert met
+    rings, walks = walks_of(linkage, 60_000)
     assert held(region, walks[side][::7]).all()
     assert not held(region, walks[1 - side][::7]).any()
     faces, work = faces_of(boxes_of(region), TOP), new_refutation(rings)
     assert all(refute(rings, face.low.copy(), face.high.copy(), 10**6, work)[0] == EMPTY for face in faces)
+
+
+def test_cuts_follow_where_no_boxes_within_boxes_leave_out_the_other_end(monkeypatch):
+    tried = []
+    monkeypatch.setattr(regions, "region_around", lambda own, others, reach: tried.append((own, others)))
+    region = region_of(joined("hex:0233545012:2", "hinged"), 0, 1_000, climbs=100)
+    assert region.go_on(200_000)
+    assert len(tried) == 1
+    assert held(region, tried[0][0]).all()
+
+
+def test_what_a_region_is_expected_to_take_is_known_after_a_state_is_met_in_its_search():
+    region = region_of(joined("hex:0233545012:2", "hinged"), 0, 3_000)
+    while not region.faces:
+        region.go_on(region.boxes + 100)
+    before = region.boxes_expected
+    region._take_in(region._parts.states[0][0].copy(), region._searched.face)
+    region._lay_out()
+    assert 0.5 * before < region.boxes_expected < math.inf

@@ -22,8 +22,8 @@ SHORTEST = 1e-3
 NEARER = 0.1
 """The longest step towards a state (rad): parts of the closed states are further from each other."""
 ASTRAY, TRIES = 0.5, 7
-"""How much steps towards a state go astray, as a share of their length, and at most how many times that after tries
-that came no nearer."""
+"""The random part of a step towards a state, as a share of its length; it grows by as much with each failure in a row,
+up to TRIES times, then begins anew."""
 
 
 @compiled
