@@ -22,6 +22,9 @@ MISSED = 3.0
 """A walk comes to no less than one of so many cubes, if a flood takes in those alone that hold what can be reached."""
 HARDER = 3.0
 """Faces that wait take more boxes than those that were tested by now: so many times, about."""
+SETTLED = 300_000
+"""After so many boxes the number that is expected should grow no more; until then it often does, though the flood ends.
+"""
 CAPACITY = 200_000
 """Cubes that a flood holds."""
 SLICE = 10_000
@@ -33,6 +36,7 @@ class CubeFlood:
     """A flood from an end (side 0 packed, 1 flat), coarse or fine (level), which is made as its first turn comes.
 
     tables : makes the tables that it searches by. cubes_expected : how many it will take in, if that is known.
+    earlier : its boxes, cubes and tested cubes when the boxes had last doubled.
     """
 
     rings: Rings
@@ -45,6 +49,7 @@ class CubeFlood:
     search: Refutation | None = None
     cubes_expected: float | None = None
     going: bool = True
+    earlier: tuple[int, int, int] = (0, 0, 0)
 
     @property
     def boxes(self) -> int:
@@ -68,6 +73,8 @@ class CubeFlood:
         """Let it go on until it has taken so many boxes in all; whether it has ended without the other end."""
         if self.flood is None or self.search is None:
             self.flood, self.search = new_flood(self.start, self.goal, grid_at(self.level), CAPACITY), self.tables()
+        if self.boxes >= 2 * self.earlier[0]:
+            self.earlier = self._progress
         state = flooding.GOING
         while state == flooding.GOING and self.boxes < boxes:
             state = int(spread(self.rings, self.flood, min(self.boxes + SLICE, boxes), self.search))
@@ -79,12 +86,27 @@ class CubeFlood:
         """How many boxes it will have taken at its end, about.
 
         If it takes in as many cubes as expected. A walk misses some; where there are many more by now, cubes have let
-        the flood into other parts of the closed states, and it will take in many more than these.
+        the flood into other parts of the closed states, and it will take in many more than these. Where this number
+        grew since the flood had taken half as many boxes, it is to grow as much with each doubling that is left.
         """
         if self.flood is None or self.cubes_expected is None:
             return math.inf
-        cubes = max(self.cubes_expected, self.cubes, self.cubes**2 / (MISSED * self.cubes_expected))
-        return HARDER * self.boxes * cubes / max(self._count(HEAD), 0.5)
+        now, before = self._expected_at(*self._progress), self._expected_at(*self.earlier)
+        if not self.boxes > self.earlier[0] > SETTLED:
+            return now
+        doublings = math.log(max(now / self.boxes, 1.0)) / math.log(self.boxes / self.earlier[0])
+        return now * math.pow(max(now / before, 1.0), doublings)
+
+    @property
+    def _progress(self) -> tuple[int, int, int]:
+        """Boxes that it has taken, cubes that it has taken in, and those of which all faces were tested."""
+        return self.boxes, self.cubes, self._count(HEAD)
+
+    def _expected_at(self, boxes: int, cubes: int, tested: int) -> float:
+        """How many boxes it would take, by what it came to at some time, and the cubes that are expected now."""
+        assert self.cubes_expected is not None
+        most = max(self.cubes_expected, cubes, cubes**2 / (MISSED * self.cubes_expected))
+        return HARDER * boxes * most / max(tested, 0.5)
 
     @property
     def taken_in(self) -> tuple[Reals, Reals]:

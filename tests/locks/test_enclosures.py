@@ -14,7 +14,7 @@ from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import Folding, foldings
 from hcsearch.kernels.enclosure.contraction import contract, new_contraction
 from hcsearch.kernels.enclosure.expansion import EQUATIONS, cut_loops, expand, new_expansion, write_first_order
-from hcsearch.kernels.enclosure.flooding import BOXES, ENCLOSED, GOING, LIMITS, TAIL, new_flood, spread
+from hcsearch.kernels.enclosure.flooding import BOXES, ENCLOSED, GOING, HEAD, LIMITS, TAIL, new_flood, spread
 from hcsearch.kernels.enclosure.newton import close_within
 from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, UNFINISHED, begin, go_on, new_refutation, refute
 from hcsearch.kernels.enclosure.third_order import third_order
@@ -238,6 +238,29 @@ def test_a_walk_comes_to_some_of_the_cubes_that_are_taken_in(name, monkeypatch):
     coarse, fine = cubes_expected(wander(rings, end[hinges], 10_000, 1, new_refutation(rings)))
     assert 0.1 * enclosure.cubes < coarse < enclosure.cubes
     assert coarse < fine
+
+
+def test_a_flood_whose_expected_boxes_grow_is_expected_to_grow_on(monkeypatch):
+    linkage = joined("hex:0233534001:0", "hinged")
+    rings, hinges = rings_of(linkage)
+    flood = floods.floods_from(rings, (linkage.folded[hinges], linkage.flat[hinges]), lambda: new_refutation(rings))[0]
+    assert flood.boxes_expected == math.inf
+    monkeypatch.setattr(floods, "SETTLED", 4_000)
+    flood.go_on(5_000)
+    flood.cubes_expected = float(flood.cubes)
+    flood.go_on(10_000)
+    assert flood.earlier[0] == 5_000
+    naive = 3.0 * 10_000 * max(flood.cubes, flood.cubes**2 / (3.0 * flood.cubes_expected)) / flood.flood.counts[HEAD]
+    before = flood.boxes_expected
+    assert before >= naive
+    # half the cubes by then, and as many faces left as now: the number has not grown
+    flood.earlier = 5_000, flood.cubes, flood.flood.counts[HEAD] // 2
+    assert flood.boxes_expected == pytest.approx(naive, rel=0.1)
+    # all faces of as many cubes were tested by then: with twice the boxes it has doubled, and never ends
+    flood.earlier = 5_000, flood.cubes, flood.flood.counts[HEAD]
+    assert flood.boxes_expected == pytest.approx(naive * naive / 10_000)
+    monkeypatch.setattr(floods, "SETTLED", 6_000)
+    assert flood.boxes_expected == pytest.approx(naive)
 
 
 def test_a_walk_passes_closed_states_from_one_to_the_next():
