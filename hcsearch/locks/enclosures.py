@@ -41,6 +41,8 @@ show how many cubes are to be filled, about, and regions are laid around them; t
 ones are given up."""
 BEHIND = 20
 """What boxes of contenders count for that are expected to end later than the first, as turns are given."""
+UNSETTLED = 300_000, 4
+"""Boxes after which something should be expected of a contender, and what its boxes count for where nothing is."""
 CLIMBS = 1000
 """Steps of each climb from a walk."""
 SEED = 1
@@ -196,8 +198,10 @@ class _Contest:
 
 
 def _weight(own: _Contender) -> int:
-    """What boxes of a contender count for that is not the first; as those of the first where nothing is expected."""
-    return BEHIND if math.isfinite(own.boxes_expected) else 1
+    """By what boxes of a contender are multiplied that is not the first; by 1, at first, where nothing is expected yet."""
+    if math.isfinite(own.boxes_expected):
+        return BEHIND
+    return 1 if own.boxes < UNSETTLED[0] else UNSETTLED[1]
 
 
 def rings_of(linkage: Linkage) -> tuple[Rings, Whole]:
