@@ -198,7 +198,7 @@ class _Contest:
 
 
 def _weight(own: _Contender) -> int:
-    """By what boxes of a contender are multiplied that is not the first; by 1, at first, where nothing is expected yet."""
+    """What boxes of a contender that is not the first are multiplied by; 1 at first, where nothing is expected yet."""
     if math.isfinite(own.boxes_expected):
         return BEHIND
     return 1 if own.boxes < UNSETTLED[0] else UNSETTLED[1]
