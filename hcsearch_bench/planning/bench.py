@@ -36,7 +36,7 @@ QUICK = (Group("hex", "8"), Group("triangle", "10"), Group("square", "4x3"))
 LISTS = (Group("square", "12"), Group("rectangle", "10"), Group("hex", "10"), Group("hex", "12"))
 """Lists that are settled effort by effort."""
 QUICK_LISTS = (Group("square", "8"),)
-EFFORTS, QUICK_EFFORTS = 5, 3
+EFFORTS, QUICK_EFFORTS = 4, 3
 THICKNESSES, QUICK_THICKNESSES = (0.0015, 0.003, 0.012, 0.024), (0.003,)
 """Beside 6 mm, m."""
 SUBJECTS: tuple[JoinedFolding, ...] = (
