@@ -182,8 +182,12 @@ def compile_(jobs: int) -> None:
 
     Otherwise each command compiles the parts that it needs when it runs for the first time.
     """
+    from hcsearch.kernels.compiling.numba_internals import has_internals
     from hcsearch.kernels.compiling.under_way import kernels_named, left, missing
 
+    if not has_internals():
+        click.echo("nothing is compiled beforehand: this version of numba keeps each kernel when it is called first")
+        return
     todo = [name for name in SAMPLES if not _is_finished(name)]
     if not todo:
         click.echo("nothing is left to compile")

@@ -138,7 +138,7 @@ class PlanningReport(BenchReport):
 
 
 def measure(*, quick: bool = False, say: Say = print) -> PlanningReport:
-    """Run the whole bench: half an hour, or seconds when `quick`."""
+    """Run the whole bench: three quarters of an hour, or seconds when `quick`."""
     machine = this_machine(PEERS)
     groups = QUICK if quick else GROUPS
     list(settle(QUICK[-1]))  # compiled

@@ -14,21 +14,25 @@ import time
 from functools import reduce
 from itertools import count
 from pathlib import Path
+from types import SimpleNamespace
 from unittest import mock
 
 import llvmlite.binding as llvm
 import numba
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from numba.core.bytecode import FunctionIdentity
-from numba.core.caching import NullCache
+from numba.core.caching import FunctionCache, NullCache
 from numba.core.codegen import CPUCodegen
 from numba.core.dispatcher import Dispatcher
 from numba.core.errors import TypingError
 
 import hcsearch.kernels
+from hcsearch.cli.compile import compile_
 from hcsearch.kernels.circuits.words import insert_fingerprints
-from hcsearch.kernels.compiling import cache_folder, cache_locks, kernel_cache, under_way
+from hcsearch.kernels.compiling import cache_folder, cache_locks, compiled, kernel_cache, under_way
+from hcsearch.kernels.compiling.numba_internals import INTERNALS, has_internals
 from hcsearch.kernels.compiling.stamps import stamp
 
 NUMBERS = count()
@@ -502,8 +506,9 @@ def test_the_folder_is_pruned_of_what_has_not_been_used_for_longest(tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"new.kernel", "older.kernel", "locks"}
 
 
-def test_numba_has_the_doors_through_which_the_cache_comes_in(folder, load):
-    """Where this fails, numba has changed: see the docstring of `hcsearch.kernels.compiling.kernel_cache`."""
+def test_numba_has_what_the_cache_rests_on(folder, load):
+    """Where this fails, numba has changed: see `hcsearch.kernels.compiling.numba_internals`."""
+    assert has_internals()
     interface = {name for name in vars(NullCache) if not name.startswith("_")}
     assert interface == {"cache_path", "load_overload", "save_overload", "enable", "disable", "flush"}
     kernel = numba.njit(lambda x: x)
@@ -516,3 +521,55 @@ def test_numba_has_the_doors_through_which_the_cache_comes_in(folder, load):
     assert {"_final_module", "_shared_module", "_get_module_for_linking"} <= set(dir(result.library))
     assert load().apart(1.0) == 3.0
     assert sorted(path.name.split("-")[2] for path in folder.glob("*.kernel")) == ["apart.kernel", "other.bare.kernel"]
+
+
+@pytest.fixture
+def broken(monkeypatch):
+    """Takes a part of numba's private API away, or puts another one in its place."""
+
+    def broken(internal, *other):
+        owner, _, name = internal.name.partition(".")
+        if name:
+            monkeypatch.setattr(f"{internal.module}.{owner}", SimpleNamespace(**dict(zip([name], other, strict=False))))
+        else:
+            monkeypatch.delattr(f"{internal.module}.{owner}")
+        has_internals.cache_clear()
+
+    yield broken
+    monkeypatch.undo()
+    has_internals.cache_clear()
+
+
+@pytest.mark.parametrize("internal", INTERNALS, ids=lambda internal: internal.name)
+def test_numba_keeps_kernels_itself_where_it_lacks_a_part(internal, broken):
+    broken(internal)
+    assert not internal.is_present
+    assert not has_internals()
+
+
+@pytest.mark.parametrize(
+    "internal",
+    [own for own in INTERNALS if "." in own.name and (own.arguments or own.sets)],
+    ids=lambda internal: internal.name,
+)
+def test_numba_keeps_kernels_itself_where_a_part_differs(internal, broken):
+    broken(internal, lambda *, other: None)
+    assert not has_internals()
+
+
+def test_kernels_that_numba_keeps_itself_return_the_same(folder, load, monkeypatch):
+    expected = load().through(1.0), load().apart(1.0), load().qualified(4.0), load().itself(4)
+    kept = set(folder.glob("*"))
+    monkeypatch.setattr(compiled, "has_internals", lambda: False)
+    module = load()
+    assert (module.through(1.0), module.apart(1.0), module.qualified(4.0), module.itself(4)) == expected
+    assert isinstance(module.through._cache, FunctionCache)
+    assert set(folder.glob("*")) == kept
+    assert list(folder.parent.glob("*/high.through*.nbi"))
+
+
+def test_nothing_is_compiled_beforehand_where_numba_keeps_kernels_itself(broken):
+    broken(INTERNALS[0])
+    assert under_way.is_ready(insert_fingerprints)
+    result = CliRunner().invoke(compile_, [])
+    assert (result.exit_code, result.stdout.partition(":")[0]) == (0, "nothing is compiled beforehand")

@@ -8,7 +8,7 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.core.dispatcher import Dispatcher
 
-from hcsearch.kernels.compiling.kernel_cache import KernelCache
+from hcsearch.kernels.compiling.numba_internals import has_internals
 
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
 
@@ -34,9 +34,13 @@ def inlined(function: Kernel) -> Kernel:
 
 
 def _compiled(function: Kernel, *, counting: bool, **options: bool) -> Kernel:
-    """A kernel whose machine code is kept on disk."""
-    # the flag is passed on to kernels that are compiled on the way, unless they say themselves
+    """A kernel whose machine code is kept on disk, by numba itself where this numba lacks what our cache rests on."""
     njit: Any = numba.njit  # has options that its types do not name
+    if not has_internals():
+        return cast(Kernel, njit(nogil=True, cache=True)(function))
+    from hcsearch.kernels.compiling.kernel_cache import KernelCache  # noqa: PLC0415 - imports what another numba may lack
+
+    # the flag is passed on to kernels that are compiled on the way, unless they say themselves
     kernel = njit(nogil=True, no_cfunc_wrapper=True, _nrt=counting, **options)(function)
     if isinstance(kernel, Dispatcher):  # and not the function itself, where numba is switched off
         KernelCache.attach(kernel)

@@ -5,10 +5,10 @@ and every clone compiles anew. numba also compiles all that a kernel calls once 
 Python would call it. This cache keeps what is large apart, called where it is, and leaves that part out of kernels that
 only others call: that halves the time to compile, and changes no result.
 
-It comes in through few doors: of a dispatcher `_cache` (the interface of `numba.core.caching.NullCache`), `compile`,
-`add_overload`, `overloads` and `_compiler._customize_flags`; `CompileResult._reduce` and `_rebuild`; and of a library
-`_final_module` and `_shared_module`, the code that is linked into callers, and `_engine._defined_symbols` of what
-generates code, the names of all functions that can be called.
+It rests on the private API of numba that `numba_internals` lists: of a dispatcher `_cache` (the interface of
+`numba.core.caching.NullCache`), `compile`, `add_overload`, `overloads` and `_compiler._customize_flags`;
+`CompileResult._reduce` and `_rebuild`; and of a library `_final_module` and `_shared_module`, the code that is linked
+into callers, and `_engine._defined_symbols` of what generates code, the names of all functions that can be called.
 """
 
 from __future__ import annotations

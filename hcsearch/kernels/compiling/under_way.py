@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from hcsearch.kernels.compiling.cache_folder import KERNELS, wanted_folder, writable_folder
+from hcsearch.kernels.compiling.numba_internals import has_internals
 from hcsearch.kernels.compiling.stamps import reached, stamp
 
 
@@ -52,7 +53,9 @@ def missing(kernels: Iterable[Any]) -> frozenset[str]:
 
 
 def is_ready(kernel: Any) -> bool:
-    """Whether a kernel that Python calls is compiled, and so all that it calls."""
+    """Whether a kernel that Python calls is compiled, and so all that it calls; or numba's own cache keeps it."""
+    if not has_internals():
+        return True
     end = f"-{stamp(kernel)}-{kernel.__name__}.kernel"
     return any(path.name.endswith(end) for path in _files())
 

@@ -1,0 +1,76 @@
+"""The private API of numba on which the kernel cache rests, and whether this numba has it.
+
+numba promises none of it. Where a part is missing, or takes other arguments, kernels are kept by numba's own cache.
+"""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+from collections.abc import Callable
+from functools import cache
+from typing import Any, NamedTuple
+
+
+class Internal(NamedTuple):
+    """A part of numba's private API, by its module and its name there.
+
+    arguments : those that it takes, as the cache passes them; None where it is not called. sets : attributes that it
+    gives to an instance, where it is the function that makes one.
+    """
+
+    module: str
+    name: str
+    arguments: tuple[str, ...] | None = None
+    sets: tuple[str, ...] = ()
+
+    @property
+    def is_present(self) -> bool:
+        """Whether this numba has the part, as the cache takes it."""
+        try:
+            part: Any = importlib.import_module(self.module)
+            for name in self.name.split("."):
+                part = getattr(part, name)
+        except (ImportError, AttributeError):
+            return False
+        if self.arguments is not None and not _takes(part, self.arguments):
+            return False
+        return set(self.sets) <= set(getattr(getattr(part, "__code__", None), "co_names", ()))
+
+
+INTERNALS = (
+    Internal("numba.core.caching", "NullCache.cache_path"),
+    Internal("numba.core.caching", "NullCache.load_overload", ("self", "sig", "target_context")),
+    Internal("numba.core.caching", "NullCache.save_overload", ("self", "sig", "cres")),
+    Internal("numba.core.codegen", "CPUCodegen._init", ("self", "llvm_module"), ("_engine",)),
+    Internal("numba.core.codegen", "CPUCodeLibrary.__init__", sets=("_final_module", "_shared_module")),
+    Internal("numba.core.codegen", "JitEngine.__init__", sets=("_defined_symbols",)),
+    Internal("numba.core.compiler", "CompileResult._reduce", ("self",)),
+    Internal("numba.core.compiler", "CompileResult._rebuild"),
+    Internal("numba.core.compiler", "Flags.no_cpython_wrapper"),
+    Internal("numba.core.compiler_lock", "global_compiler_lock"),
+    Internal("numba.core.cpu", "CPUTargetOptions._nrt"),
+    Internal("numba.core.cpu", "CPUTargetOptions.forceinline"),
+    Internal("numba.core.cpu", "CPUTargetOptions.no_cfunc_wrapper"),
+    Internal("numba.core.dispatcher", "Dispatcher.__init__", sets=("_cache", "_compiler")),
+    Internal("numba.core.dispatcher", "Dispatcher.add_overload", ("self", "cres")),
+    Internal("numba.core.dispatcher", "Dispatcher.compile", ("self", "sig")),
+    Internal("numba.core.dispatcher", "_FunctionCompiler._customize_flags", ("self", "flags")),
+    Internal("numba.core.serialize", "dumps", ("obj",)),
+    Internal("numba.core.types", "BaseTuple"),
+)
+
+
+@cache
+def has_internals() -> bool:
+    """Whether this numba has all that the kernel cache rests on."""
+    return all(internal.is_present for internal in INTERNALS)
+
+
+def _takes(function: Callable[..., object], arguments: tuple[str, ...]) -> bool:
+    """Whether a function can be called with so many arguments by place, and needs no others."""
+    try:
+        inspect.signature(function).bind(*arguments)
+    except (TypeError, ValueError):
+        return False
+    return True
