@@ -178,21 +178,21 @@ def plot_planning(report: PlanningReport, path: Path) -> None:
     with figure_for(path, (15, 8)) as figure:
         each, whole, effort, margin, thickness, empty = figure.subplots(2, 3, sharey=True).ravel()
         empty.set_axis_off()
+        names = dict.fromkeys([row.group for row in report.groups] + [row.group for row in report.efforts])
+        colours = {name: f"C{k}" for k, name in enumerate(names)}
         for name in dict.fromkeys(row.group for row in report.efforts):
             lines = [row for row in report.efforts if row.group == name]
-            effort.plot([row.spent_s for row in lines], [row.share for row in lines], "o-", label=name)
+            effort.plot([row.spent_s for row in lines], [row.share for row in lines], "o-", color=colours[name])
         effort.set(xlabel="processor seconds on all of a list, effort by effort")
-        if report.efforts:
-            effort.legend(fontsize="small")
         for group in report.groups:
-            own = report.rows_of(group)
+            own, colour = report.rows_of(group), colours[group.group]
             budgets, shares, spent = curve(own)
-            each.step(budgets, shares, where="post", label=group.group)
-            whole.step(spent, shares, where="post")
+            each.step(budgets, shares, where="post", color=colour)
+            whole.step(spent, shares, where="post", color=colour)
             margins = [row for row in report.margins if row.group == group.group]
-            margin.plot([row.margin_mm for row in margins], [row.share for row in margins], "o-")
+            margin.plot([row.margin_mm for row in margins], [row.share for row in margins], "o-", color=colour)
             sweep = [row for row in report.thicknesses if row.group == group.group]
-            thickness.plot([row.thickness_mm for row in sweep], [row.share for row in sweep], "o-")
+            thickness.plot([row.thickness_mm for row in sweep], [row.share for row in sweep], "o-", color=colour)
         each.set(xlabel="processor seconds a folding may take", ylabel="share settled", ylim=(0.0, 1.02))
         whole.set(xlabel="processor seconds on all of the set")
         margin.set(xlabel="play on every face at most (mm)", ylabel="share settled")
@@ -207,7 +207,7 @@ def plot_planning(report: PlanningReport, path: Path) -> None:
             ticks = sorted(lengths)
             axes.set_xticks(ticks, labels=[f"{tick:g}" for tick in ticks])
             axes.minorticks_off()
-        figure.legend(*each.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+        empty.legend([empty.plot([], color=colour)[0] for colour in colours.values()], list(colours), loc="center left")
 
 
 def curve(rows: Sequence[FoldingRow]) -> tuple[Reals, Reals, Reals]:
