@@ -32,40 +32,48 @@ def need(condition: Any, reason: str) -> None:
         raise NotProvedError(reason)
 
 
-def loops_of(data: Any) -> "tuple[int, list[Loop]]":
-    """How many hinges there are, and a loop for each of them that a tree of panels leaves out."""
-    facets, root, height = np.array(data["facets"]), data["root"], data["thickness"]
-    whole = np.array([root, height, *facets.flat])
-    need(whole.dtype == int and np.abs(whole / 1e6).max() < 1 and min(root, height) > 0, "a length is not whole")
-    owned = sorted((facet, panel) for panel, own in enumerate(data["panels"]) for facet in own)
-    need([facet for facet, _ in owned] == list(range(len(facets))), "a facet is not in one panel")
-    panel_of, ends, points, ways = dict(owned), [], [], []
-    for hinge in data["hinges"]:
-        one, two = (list(zip(x, x[1:] + x[:1], strict=True)) for x in facets[hinge["facets"]].tolist())
-        shared = [(p, q) for p, q in one if (q, p) in two]
-        need(len(shared) == 1 and hinge["face"] in ("top", "bottom"), "a hinge is no edge that two facets share")
-        (p, q), top = shared[0], hinge["face"] == "top"
-        ends.append([panel_of[facet] for facet in hinge["facets"]])
-        points.append([*p, height if top else 0])
-        ways.append(np.subtract([*p, 0], [*q, 0]) * (1 if top else -1))  # positive angles close the hinge's face
-    stretch = np.sqrt([root, 1.0, 1.0])
-    places, axes = np.array(points) * stretch, np.array(ways) * stretch
-    places, axes = places / np.abs(places).max(), axes / np.linalg.norm(axes, axis=1, keepdims=True)
-    way: dict[int, Any] = {0: []}  # hinges and senses that lead from panel 0 to each
-    for panel in (waiting := [0]):
+class Array:
+    """Panels and hinges in the flat state; lengths over a size."""
+
+    def __init__(self, data: Any) -> None:
+        facets, root, height = np.array(data["facets"]), data["root"], data["thickness"]
+        whole = np.array([root, height, *facets.flat])
+        need(whole.dtype == int and np.abs(whole / 1e6).max() < 1 and min(root, height) > 0, "a length is not whole")
+        owned = sorted((facet, panel) for panel, own in enumerate(data["panels"]) for facet in own)
+        need([facet for facet, _ in owned] == list(range(len(facets))), "a facet is not in one panel")
+        self.panel_of, self.ends, points, ways = dict(owned), [], [], []
+        for hinge in data["hinges"]:
+            one, two = (list(zip(x, x[1:] + x[:1], strict=True)) for x in facets[hinge["facets"]].tolist())
+            shared = [(p, q) for p, q in one if (q, p) in two]
+            need(len(shared) == 1 and hinge["face"] in ("top", "bottom"), "a hinge is no edge that two facets share")
+            (p, q), top = shared[0], hinge["face"] == "top"
+            self.ends.append([self.panel_of[facet] for facet in hinge["facets"]])
+            points.append([*p, height if top else 0])
+            ways.append(np.subtract([*p, 0], [*q, 0]) * (1 if top else -1))  # positive angles close the hinge's face
+        stretch = np.sqrt([root, 1.0, 1.0])
+        places, axes = np.array(points) * stretch, np.array(ways) * stretch
+        self.size = np.abs(places).max()
+        self.places, self.axes = places / self.size, axes / np.linalg.norm(axes, axis=1, keepdims=True)
+        self.facets, self.height, self.unit = facets * stretch[:2] / self.size, height / self.size, data["unit"]
+        way, self.loops = ways_from(0, self.ends), []
+        for k in set(range(len(self.ends))) - {k for steps in way.values() for k, _ in steps}:
+            start, back = (way[panel] for panel in self.ends[k])
+            same = sum(a == b for a, b in zip(start, back, strict=False))  # ways from panel 0 part once
+            steps = [*start[same:], (k, 1), *((h, -sense) for h, sense in reversed(back[same:]))]
+            self.loops.append(Loop(steps, self.places, self.axes))
+        need(self.loops, "no loop is closed by the hinges")
+
+
+def ways_from(start: int, ends: Any, without: Any = ()) -> dict[int, Any]:
+    """Hinges but some, and senses, that lead from a panel to each other one by the fewest hinges."""
+    ways: dict[int, Any] = {start: []}
+    for panel in (waiting := [start]):
         for k, (first, second) in enumerate(ends):
             for here, there, sense in ((first, second, 1), (second, first, -1)):
-                if here == panel and there not in way:
-                    way[there] = [*way[here], (k, sense)]
+                if here == panel and there not in ways and k not in without:
+                    ways[there] = [*ways[here], (k, sense)]
                     waiting.append(there)
-    loops = []
-    for k in set(range(len(ends))) - {k for steps in way.values() for k, _ in steps}:
-        start, back = (way[panel] for panel in ends[k])
-        same = sum(a == b for a, b in zip(start, back, strict=False))  # ways from panel 0 part once
-        steps = [*start[same:], (k, 1), *((h, -sense) for h, sense in reversed(back[same:]))]
-        loops.append(Loop(steps, places, axes))
-    need(loops, "no loop is closed by the hinges")
-    return len(ends), loops
+    return ways
 
 
 class Loop:
@@ -74,7 +82,8 @@ class Loop:
     def __init__(self, steps: Any, points: Reals, ways: Reals) -> None:
         self.hinges = np.array([hinge for hinge, _ in steps])
         self.ways = np.array([sense * ways[hinge] for hinge, sense in steps])
-        self.points = points[self.hinges] - points[self.hinges].mean(0)
+        self.centre = points[self.hinges].mean(0)
+        self.points = points[self.hinges] - self.centre
         self.pairs = np.triu_indices(len(steps), 1)
         self.cross = crossed(self.ways)
         self.far = 1.0 + 2.0 * np.linalg.norm(self.points, axis=1).max() * 2.0
@@ -132,6 +141,13 @@ class Loop:
         error = ROUNDING * n * far**2 * (1.0 + total + total**2)
         return values, np.swapaxes(slopes, 1, 2), np.swapaxes(bends, 1, 2), turned, shifted, error
 
+    def seen(self, points: Reals, middles: Reals) -> tuple[Reals, Reals, Reals]:
+        """Axes and places of hinges, and points behind the last one, as what is before the first one sees them."""
+        angles = middles[:, self.hinges]
+        axes, places, ((turn, shift), _) = self.halves(angles, np.full(len(angles), angles.shape[1]))
+        seen = (points - self.centre) @ np.swapaxes(turn, 1, 2) + shift[:, None] + self.centre
+        return axes, places + self.centre, seen
+
     def rests(self, first: Any, e: Reals, reach: Reals) -> tuple[Reals, Reals]:
         """What third orders come to: of the rotation, and of the place."""
         turned = shifted = np.zeros(len(e))
@@ -155,60 +171,86 @@ def crossed(vectors: Reals) -> Reals:
     return np.stack([0 * x, -z, y, z, 0 * x, -x, -y, x, 0 * x], -1).reshape(*x.shape, 3, 3)
 
 
+class Equations:
+    """Closure of all loops in boxes, expanded to second order, and combinations of it."""
+
+    def __init__(self, loops: list[Loop], middles: Reals, radii: Reals) -> None:
+        (count, n), rows = middles.shape, 12 * len(loops)
+        self.values, self.slopes, parts, owners = np.zeros((count, rows)), np.zeros((count, rows, n)), [], []
+        self.rests, self.errors = np.zeros((count, rows)), np.zeros((count, rows))
+        self.middles, self.radii = middles, radii
+        for k, loop in enumerate(loops):
+            own, one = slice(12 * k, 12 * k + 12), np.eye(n)[loop.hinges]
+            values, slopes, bend, turned, shifted, error = loop.expanded(middles, radii)
+            self.values[:, own], self.slopes[:, own, loop.hinges] = values, slopes
+            parts.append(np.pad(bend, ((0, 0), (12 * k, rows - 12 * k - 12), (0, 0))))
+            self.rests[:, own] = np.where(np.arange(12) < 9, np.sqrt(2.0) * turned[:, None], shifted[:, None])
+            self.errors[:, own] = error[:, None]
+            owners += [one[loop.pairs[0]] + one[loop.pairs[1]], 2.0 * one]  # hinges of which a column is the product
+        self.bends, self.owners = np.concatenate(parts, 2), np.concatenate(owners)
+        columns = np.concatenate([self.slopes * radii[:, None], self.bends], 2)
+        gram = columns @ np.swapaxes(columns, 1, 2) + np.eye(rows) * (self.rests**2)[:, None]
+        self.gram = gram + np.eye(rows) * (1e-12 * np.trace(gram, axis1=1, axis2=2) + 1e-300)[:, None, None]
+
+    def combined(self, mixes: Reals) -> tuple[Reals, ...]:
+        """Combinations, (count, m, rows): values, slopes, bends, and what is unknown of them but bends."""
+        value, slope = (mixes @ self.values[..., None])[..., 0], mixes @ self.slopes
+        bent = np.abs(mixes @ self.bends)
+        unknown = bent.sum(2) + (np.abs(mixes) @ self.errors[..., None])[..., 0]
+        for k in range(0, mixes.shape[2], 12):  # the norm of a combination of the entries of one matrix, of one vector
+            for part in (slice(k, k + 9), slice(k + 9, k + 12)):
+                unknown += np.linalg.norm(mixes[..., part], axis=2) * self.rests[:, None, part.start]
+        moves = np.abs(slope) * self.radii[:, None]
+        unknown += ROUNDING * (np.abs(value) + unknown + moves.sum(2))
+        return value, slope, bent, unknown, moves
+
+
+def centred(low: Reals, high: Reals) -> tuple[Reals, Reals]:
+    """Middles and radii of boxes."""
+    return 0.5 * (low + high), 0.5 * (high - low) * (1 + 1e-15) + 1e-15
+
+
 def contracted(loops: list[Loop], low: Reals, high: Reals) -> tuple[Reals, Reals, Any, Any]:
     """Boxes less what is proved to hold no closed state, which of them are left, and by which sides to split them."""
-    middles, radii = 0.5 * (low + high), 0.5 * (high - low) * (1 + 1e-15) + 1e-15
-    (count, n), rows = low.shape, 12 * len(loops)
-    values, slopes, parts = np.zeros((count, rows)), np.zeros((count, rows, n)), []
-    rests, errors, owners = np.zeros((count, rows)), np.zeros((count, rows)), []
-    for k, loop in enumerate(loops):
-        own, one = slice(12 * k, 12 * k + 12), np.eye(n)[loop.hinges]
-        values[:, own], slopes[:, own, loop.hinges], bend, turned, shifted, error = loop.expanded(middles, radii)
-        parts.append(np.pad(bend, ((0, 0), (12 * k, rows - 12 * k - 12), (0, 0))))
-        rests[:, own] = np.where(np.arange(12) < 9, np.sqrt(2.0) * turned[:, None], shifted[:, None])
-        errors[:, own] = error[:, None]
-        owners += [one[loop.pairs[0]] + one[loop.pairs[1]], 2.0 * one]  # hinges of which a column is the product
-    bends = np.concatenate(parts, 2)
-    columns = np.concatenate([slopes * radii[:, None], bends], 2)
-    gram = columns @ np.swapaxes(columns, 1, 2) + np.eye(rows) * (rests**2)[:, None]
-    gram += np.eye(rows) * (1e-12 * np.trace(gram, axis1=1, axis2=2) + 1e-300)[:, None, None]
-    mixes = np.swapaxes(np.linalg.solve(gram, np.concatenate([values[..., None], slopes], 2)), 1, 2)
+    own = Equations(loops, *centred(low, high))
+    right = np.concatenate([own.values[..., None], own.slopes], 2)
+    mixes = np.swapaxes(np.linalg.solve(own.gram, right), 1, 2)
     mixes /= np.abs(mixes).max(2, keepdims=True) + 1e-300
-    value, slope = (mixes @ values[..., None])[..., 0], mixes @ slopes
-    bent = np.abs(mixes @ bends)
-    unknown = bent.sum(2) + (np.abs(mixes) @ errors[..., None])[..., 0]
-    for k in range(0, rows, 12):  # the norm of a combination of the entries of one matrix, and of one vector
-        for part in (slice(k, k + 9), slice(k + 9, k + 12)):
-            unknown += np.linalg.norm(mixes[..., part], axis=2) * rests[:, None, part.start]
-    moves = np.abs(slope) * radii[:, None]
-    unknown += ROUNDING * (np.abs(value) + unknown + moves.sum(2))
+    value, slope, bent, unknown, moves = own.combined(mixes)
     left = ~(np.abs(value) > unknown + moves.sum(2)).any(1)
     far = (unknown + moves.sum(2))[..., None] - moves
     bounds = np.stack([(-value[..., None] - far) / slope, (-value[..., None] + far) / slope])
     known = np.abs(slope) > 1e-9
-    least = np.where(known, bounds.min(0), -np.inf).max(1) + middles - 1e-14
-    most = np.where(known, bounds.max(0), np.inf).min(1) + middles + 1e-14
+    least = np.where(known, bounds.min(0), -np.inf).max(1) + own.middles - 1e-14
+    most = np.where(known, bounds.max(0), np.inf).min(1) + own.middles + 1e-14
     least, most = np.maximum(low, least), np.minimum(high, most)
     left &= ~(least > most).any(1)
-    shares = moves[:, 0] + (bent[:, :1] @ np.concatenate(owners))[:, 0]
-    widths = np.where(left[:, None], most - least, 0.0)
-    shares[widths < WIDE * widths.max(1, keepdims=True)] = -1.0
-    return least, most, left, shares.argmax(1)
+    shares = moves[:, 0] + (bent[:, :1] @ own.owners)[:, 0]
+    return least, most, left, shares
 
 
-def check_empty(loops: list[Loop], low: Reals, high: Reals, limit: int) -> int:
-    """Refuse faces, (count, n) each, that are not proved to hold no closed state by so many boxes; how many it took."""
+def check_empty(loops: list[Loop], low: Reals, high: Reals, limit: int, overlap: Any) -> int:
+    """Refuse faces, (count, n) each, that are not proved to hold no closed state by so many boxes; how many it took.
+
+    overlap : what proves that panels overlap in boxes, and by which sides to split those where they may; or None.
+    """
     swept, tried = np.zeros(len(low), int), 0
     while len(low):
         below, above, sweeps = low[-BATCH:], high[-BATCH:], swept[-BATCH:]
         low, high, swept = low[:-BATCH], high[:-BATCH], swept[:-BATCH]
         tried += len(below)
         need(tried <= limit, "a face of its boxes is not proved to hold no closed state")
-        least, most, left, side = contracted(loops, below, above)
+        least, most, left, shares = contracted(loops, below, above)
         gain = 1.0 - (most - least).sum(1) / np.maximum((above - below).sum(1), 1e-300)
         again = left & (gain > GAIN) & (sweeps + 1 < SWEEPS)
         split = left & ~again
-        pick = np.arange(len(least))
+        if overlap and (own := np.flatnonzero(split)).size:
+            proved, hidden = overlap(Equations(loops, *centred(least[own], most[own])))
+            split[own] = ~proved
+            shares[own] = np.where(hidden.any(1, keepdims=True), hidden, shares[own])
+        widths = np.where(left[:, None], most - least, 0.0)
+        shares[widths < WIDE * widths.max(1, keepdims=True)] = -1.0
+        pick, side = np.arange(len(least)), shares.argmax(1)
         narrow = split & ((most - least).max(1) < NARROW)
         need(not narrow.any(), "a face of its boxes holds what may be a closed state")
         middle = 0.5 * (least[pick, side] + most[pick, side])
@@ -256,9 +298,10 @@ def outside(low: Any, high: Any, other_low: Any, other_high: Any) -> list[tuple[
     return parts
 
 
-def check_lock(claim: Any) -> str:
+def check_lock(claim: Any, array: Array, overlap: Any = None) -> str:
     """Check that no motion leaves a set of boxes; what is proved, in words."""
-    (count, loops), end, hinges = loops_of(claim["array"]), claim["end"], claim["array"]["hinges"]
+    end, hinges = claim["end"], claim["array"]["hinges"]
+    count = len(hinges)
     cuts, low, high = [np.array(own, float) for own in claim["cuts"]], np.array(claim["lows"]), np.array(claim["highs"])
     tops = np.array([len(own) - 1 for own in cuts])
     shapes = low.shape == high.shape == (len(low), count) == (len(low), len(cuts))
@@ -272,30 +315,30 @@ def check_lock(claim: Any) -> str:
     need(holds[end] and not holds[other], "the boxes do not hold the one end alone")
     below, above = faces_of(low, high, tops)
     least, most = (np.stack([own[k] for own, k in zip(cuts, side.T, strict=True)], 1) for side in (below, above))
-    check_empty(loops, least, most, FEWEST + FACTOR * min(int(claim["tried"]), MOST))
+    check_empty(array.loops, least, most, FEWEST + FACTOR * min(int(claim["tried"]), MOST), overlap)
     there = f"no motion leads from {end} to {other}"
     boxes = f"{len(low)} boxes" if len(low) > 1 else "one box"
     return f"{there}, or leaves {boxes} of fold angles: {len(below)} faces hold no closed state"
 
 
-def checked(claim: Any) -> str:
+def checked(claim: Any, check: Any = None) -> str:
     """What is proved by a claim, in words; refused where it is not proved, or not of the form that is documented."""
     try:
         with np.errstate(all="ignore"):  # what overflows proves nothing
-            return check_lock(claim)
+            return str(check(claim) if check else check_lock(claim, Array(claim["array"])))
     except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RuntimeError, MemoryError) as error:
         raise NotProvedError(f"the claim is not of the documented form ({type(error).__name__}: {error})") from error
 
 
-def main(path: str) -> None:
-    """Check the claims of a file that are locks; stop with what is wrong, if anything is."""
+def main(path: str, kind: str, check: Any) -> None:
+    """Check the claims of a file of one kind; stop with what is wrong, if anything is."""
     try:
         data = json.loads(Path(path).read_text(encoding="utf-8"))
-        claims = [claim for claim in data["claims"] if claim["kind"] == "lock"] or ["no lock is claimed"]
-        print(*(f"{data['of']}: proved: {checked(claim)}" for claim in claims), sep="\n")
+        claims = [claim for claim in data["claims"] if claim["kind"] == kind] or [f"no {kind} is claimed"]
+        print(*(f"{data['of']}: proved: {check(claim)}" for claim in claims), sep="\n")
     except (NotProvedError, OSError, ValueError, LookupError, TypeError, RecursionError) as error:
         sys.exit(f"{path}: not proved: {error}")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1]) if len(sys.argv) == 2 else sys.exit(__doc__)
+    main(sys.argv[1], "lock", checked) if len(sys.argv) == 2 else sys.exit(__doc__)

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from hcsearch.certificates import lock_checker, path_checker
+from hcsearch.certificates import collision_checker, lock_checker, path_checker
 from hcsearch.certificates.writing import (
     FORMAT,
     VERSION,
@@ -38,7 +38,9 @@ SEEDS = 12
 """Paths that are tried where the checker does not prove the first one: some come closer to singular states."""
 Checked = tuple[dict[str, Any], str]
 """A claim, and what its checker says is proved."""
-CHECKERS = (path_checker.NotProvedError, lock_checker.NotProvedError)
+CHECKS = {"path": path_checker.checked, "lock": lock_checker.checked, "collision": collision_checker.checked}
+"""The checkers, by kinds of claims."""
+REFUSALS = (path_checker.NotProvedError, lock_checker.NotProvedError)
 
 
 class CertificateError(HcsearchError):
@@ -73,18 +75,13 @@ def prove(folding: Folding, scene: Scene, budget: int = EFFORTS) -> tuple[dict[s
 def _locks(folding: Folding, panel: PanelSize, motion: PlannedMotion) -> list[Checked]:
     """Claims that a folding is locked: with hinged pairs, which stands for all other ways, or in each way."""
     known = dict(motion.locks)
-    if any(lock.margin is not None for lock in known.values()):
-        raise HcsearchError(
-            f"{folding.notation} is locked by panels that collide, of which no certificate is written; name a folding "
-            "that closed loops and stops lock, or one with a path"
-        )
     claims = [
         {**lock_claim(linkage_joined(folding, panel, way), known[way]), "pairs": way}
         for way in known
         if way == "hinged" or "hinged" not in known
     ]
     try:
-        return [(claim, lock_checker.checked(claim)) for claim in claims]
+        return [(claim, CHECKS[claim["kind"]](claim)) for claim in claims]
     except lock_checker.NotProvedError as refused:
         raise HcsearchError(
             f"the lock of {folding.notation} is not proved by the checker, too: {refused}; give other panels"
@@ -146,14 +143,14 @@ def _verified(data: Mapping[str, Any], claim: Any) -> str:
         folding, panel, array = Folding.from_notation(data["of"]), data["panel_mm"], claim["array"]
         way = WAYS[WAYS.index(claim["pairs"])]
         named = array_data(linkage_joined(folding, read_panel(panel), way))
-        check = {"path": path_checker.checked, "lock": lock_checker.checked}[claim["kind"]]
+        check = CHECKS[claim["kind"]]
     except (HcsearchError, KeyError, TypeError, ValueError, AttributeError) as error:
         raise CertificateError(f"it names no folding, panel or claim ({error})") from error
     if array != named:
         raise CertificateError(f"its array is not that of {data['of']} with {way} flat pairs and panels of {panel} mm")
     try:
         return _sentence(data, claim, check(claim))
-    except CHECKERS as refused:
+    except REFUSALS as refused:
         raise CertificateError(str(refused)) from refused
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from hcsearch.certificates.path_checker import Array
 from hcsearch.certificates.refining import stretch_data
+from hcsearch.collision.plates import plates_of
 from hcsearch.errors import HcsearchError
 from hcsearch.linkage import Linkage
 from hcsearch.locks.boxes import TOP
@@ -54,7 +55,7 @@ def _facets(pattern: Pattern, hinge: int) -> list[int]:
 
 
 def lock_claim(linkage: Linkage, enclosure: Enclosure) -> dict[str, Any]:
-    """The claim that no motion leaves the boxes of a lock."""
+    """The claim that no motion leaves the boxes of a lock; none without collisions where panels have a part in it."""
     cuts = [[0.0, TOP] for _ in range(linkage.n_hinges)]
     lows = np.zeros((len(enclosure.lows), linkage.n_hinges), int)
     highs = np.ones_like(lows)
@@ -64,7 +65,11 @@ def lock_claim(linkage: Linkage, enclosure: Enclosure) -> dict[str, Any]:
         cuts[hinge] = values.tolist()
         lows[:, hinge], highs[:, hinge] = np.searchsorted(values, low), np.searchsorted(values, high)
     boxes = {"cuts": cuts, "lows": lows.tolist(), "highs": highs.tolist()}
-    return {"kind": "lock", "array": array_data(linkage), "end": enclosure.end, "tried": enclosure.boxes, **boxes}
+    claim = {"array": array_data(linkage), "end": enclosure.end, "tried": enclosure.boxes, **boxes}
+    if enclosure.margin is None:
+        return {"kind": "lock", **claim}
+    pairs = plates_of(linkage, enclosure.margin).pairs.tolist()
+    return {"kind": "collision", **claim, "margin": repr(enclosure.margin), "pairs_of_facets": pairs}
 
 
 def path_claim(linkage: Linkage, tubes: Sequence[Tube], margin: float) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from hcsearch.certificates import lock_checker, path_checker
+from hcsearch.certificates import collision_checker, lock_checker, path_checker
 from hcsearch.certificates.proving import CertificateError, prove, verify
 from hcsearch.certificates.writing import array_data, checksum, lock_claim
 from hcsearch.circuit import Circuit
@@ -29,8 +29,8 @@ from tests.planned import joined, region_of
 from tests.strategies import writings
 
 DEFAULT = SCENES["default"]
-CHECKERS = {"path": path_checker, "lock": lock_checker}
-LINES = {"path": 400, "lock": 400}
+CHECKERS = {"path": path_checker, "lock": lock_checker, "collision": collision_checker}
+LINES = 400
 SAMPLES = {
     "hex:0234550132:4": ["path"],
     "square:012233230011:4": ["path"],
@@ -38,6 +38,7 @@ SAMPLES = {
     "triangle:012343454505012321:3": ["path"],
     "hex:0233534001:3": ["lock"],
     "hex:0232335050:2": ["lock"],
+    "hex:0232435051:3": ["collision"],
 }
 
 
@@ -84,13 +85,15 @@ def test_boxes_of_a_region_are_proved_by_the_checker(name):
 def test_a_checker_needs_numpy_alone(kind, tmp_path):
     source = Path(CHECKERS[kind].__file__)
     text = source.read_text(encoding="utf-8")
-    assert text.count("\n") <= LINES[kind]
+    assert text.count("\n") <= LINES
     for node in ast.walk(ast.parse(text)):
         names = [node.module] if isinstance(node, ast.ImportFrom) else []
         names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-        assert all(name.split(".")[0] in {"numpy", *sys.stdlib_module_names} for name in names)
-    name = "hex:0233534001:3" if kind == "lock" else "square:01222300:0"
-    shutil.copy(source, tmp_path / "checker.py")
+        allowed = {"numpy", *sys.stdlib_module_names} | ({"hcsearch", "lock_checker"} if kind == "collision" else set())
+        assert all(name.split(".")[0] in allowed for name in names)
+    name = {"path": "square:01222300:0", "lock": "hex:0233534001:3", "collision": "hex:0232435051:3"}[kind]
+    for own in {source, Path(lock_checker.__file__)}:
+        shutil.copy(own, tmp_path)
     (tmp_path / "proof.json").write_text(json.dumps(certificate(name)), encoding="utf-8")
     changed = copy.deepcopy(certificate(name))
     changed["claims"][0]["array"]["hinges"][0]["face"] = "side"
@@ -98,7 +101,7 @@ def test_a_checker_needs_numpy_alone(kind, tmp_path):
     (tmp_path / "none.json").write_text("[]", encoding="utf-8")
 
     def run(file):
-        command = [sys.executable, "-I", "checker.py", file]
+        command = [sys.executable, "-E", "-s", source.name, file]
         return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
 
     proved, refused, none = run("proof.json"), run("changed.json"), run("none.json")
@@ -139,10 +142,10 @@ def spoiled(value, rng):
 
 def test_six_hundred_certificates_with_a_value_of_another_kind_are_refused():
     rng = random.Random(1)
-    for name in ("square:01222300:0", "hex:0233534001:3"):
+    for name in ("square:01222300:0", "hex:0233534001:3", "hex:0232435051:3"):
         data = certificate(name)
         places = list(leaves(data["claims"]))
-        for _ in range(300):
+        for _ in range(200):
             changed = changed_at(data["claims"], rng.choice(places), lambda value: spoiled(value, rng))
             with pytest.raises(CertificateError):
                 verify(signed({**data, "claims": changed}))
@@ -239,6 +242,18 @@ def test_boxes_that_a_motion_leaves_are_refused():
         assert refused({**claim, "lows": claim["lows"][keep], "highs": claim["highs"][keep]})
     moving = array_data(joined("hex:0234550132:4", "hinged"))
     assert refused({**claim, "array": moving})
+
+
+def test_margins_with_which_facets_pass_each_other_are_refused():
+    """With 1.2 mm of play a path is met. Without its pairs of facets, closure does not lock it."""
+    claim = certificate("hex:0232435051:3")["claims"][0]
+    assert not refused(claim)
+    assert not refused({**claim, "margin": "0.00005"})
+    for margin in ("0.0014", "0.003", "-0.0001", "nan"):
+        assert refused({**claim, "margin": margin})
+    for pairs in ([], claim["pairs_of_facets"][:1], [[0, 0]], [[0, -1]], [[0, 99]]):
+        assert refused({**claim, "pairs_of_facets": pairs})
+    assert refused({**claim, "kind": "lock"})
 
 
 def test_a_folding_that_is_written_differently_has_the_same_certificate():
