@@ -27,8 +27,8 @@ NotProvedError, need = locks.NotProvedError, locks.need
 class Pair:
     """Two facets less a margin, as prisms, the first of which a segment of the second may pierce, and ways between."""
 
-    def __init__(self, one: Any, two: Any, heights: Any, margin: float, ways: list[Any]) -> None:
-        self.ways, (self.low, self.high) = ways, (heights[0] + margin, heights[1] - margin)
+    def __init__(self, one: Any, two: Any, height: float, margin: float, ways: list[Any]) -> None:
+        self.ways, self.low, self.high = ways, margin, height - margin
         self.normals, self.far, _ = shrunk(one, margin)
         ring, n = shrunk(two, margin)[2], len(two)
         flat = np.concatenate([ring, 0.5 * (ring + ring.mean(0)), ring.mean(0)[None]])
@@ -165,7 +165,8 @@ def overlaps(pairs: list[Pair], closure: Any) -> tuple[Any, Reals]:
                 if len(mine):
                     low, own = pair.least(way, ends[mine], height[mine], part(closure, mine))
                     proved[mine] = low > 0.0
-                    shares[mine] = own if tries == 0 else shares[mine]
+                    if tries == 0:
+                        shares[mine] = own
         depths[best, count] = 0.0
     return proved, shares
 
@@ -181,7 +182,7 @@ def pairs_of(array: Any, numbers: Any, margin: str) -> list[Pair]:
         first = locks.ways_from(start, array.ends)[end]
         second = locks.ways_from(start, array.ends, {k for k, _ in first}).get(end)
         ways = [locks.Loop(way, array.places, array.axes) for way in (first, second) if way]
-        pairs.append(Pair(array.facets[one], array.facets[two], (0.0, array.height), share, ways))
+        pairs.append(Pair(array.facets[one], array.facets[two], array.height, share, ways))
     need(pairs, "no facets are named that overlap")
     return pairs
 
