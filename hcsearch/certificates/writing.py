@@ -55,7 +55,7 @@ def _facets(pattern: Pattern, hinge: int) -> list[int]:
 
 
 def lock_claim(linkage: Linkage, enclosure: Enclosure) -> dict[str, Any]:
-    """The claim that no motion leaves the boxes of a lock; none without collisions where panels have a part in it."""
+    """The claim that no motion leaves the boxes of a lock, or, with panels, none without a collision."""
     cuts = [[0.0, TOP] for _ in range(linkage.n_hinges)]
     lows = np.zeros((len(enclosure.lows), linkage.n_hinges), int)
     highs = np.ones_like(lows)
