@@ -5,8 +5,16 @@ Ctrl-C is answered before anything is loaded, and a fault of the program ends in
 
 from __future__ import annotations
 
-import os
-import sys
+try:  # an interrupt may come in each of these lines, and in none between this module and `main`
+    import os
+    import signal
+    import sys
+
+    from hcsearch.system.interrupts import leave
+
+    signal.signal(signal.SIGINT, leave)
+except KeyboardInterrupt:
+    raise SystemExit(128 + 2) from None  # `sys` may not be there yet
 
 FAULT_CODE = 3
 """Exit code of a fault of the program: 1 is a verdict, and 2 a refusal."""
@@ -14,14 +22,6 @@ FAULT_CODE = 3
 
 def main() -> None:
     """Run the command line, see `cli.main`."""
-    try:
-        import signal  # noqa: PLC0415 - within the block, as an interrupt may come in each of these lines
-
-        from hcsearch.system.interrupts import leave  # noqa: PLC0415 - as above
-
-        signal.signal(signal.SIGINT, leave)
-    except KeyboardInterrupt:
-        sys.exit(128 + 2)
     try:
         from hcsearch.cli import main as run  # noqa: PLC0415 - loads much
 

@@ -154,9 +154,9 @@ def _serve(place):
 
 def _become(request):
     """Look like a process that was started with the words and nothing else."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     import hcsearch.__main__ as program
 
-    signal.signal(signal.SIGINT, signal.default_int_handler)
     os.chdir(request["cwd"])
     os.environ.clear()
     os.environ.update(request["env"])
