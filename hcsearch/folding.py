@@ -18,10 +18,11 @@ from hcsearch.drawing import draw_circuit
 from hcsearch.errors import HcsearchError, HcsearchWarning, NotationError, PatternError, expect, refusal
 from hcsearch.grid import grid_named
 from hcsearch.kernels.circuits.folds import fold_words
+from hcsearch.panel_sizes import PanelSize, default_panel, doubt_of, read_panel
 from hcsearch.pattern import RIGID, Crease, Pair, Pattern
 from hcsearch.records import CircuitBatch, FoldingBatch
-from hcsearch.scenes import PanelSize, default_panel, doubt_of, read_panel
 from hcsearch.system.notebooks import notebook_view
+from hcsearch.vocabulary import WAYS, Way
 
 if TYPE_CHECKING:
     from hcsearch.linkage import Linkage
@@ -213,13 +214,16 @@ class Folding:
             circuit = Circuit(grid_named("rectangle"), circuit.word)
         return _likeness(circuit, self.crease)
 
-    def pattern(self, size: PanelSize, *, hinged: bool = False, merged: bool = False) -> Pattern:
+    def can_join(self, flat_pairs: Way) -> bool:
+        """Whether the flat pairs can be joined in a way: to merge panels, the folding needs mirror pairs."""
+        return flat_pairs != "merged" or bool(self.mirror_pairs)
+
+    def pattern(self, size: PanelSize, *, flat_pairs: Way = "rigid") -> Pattern:
         """The flat pattern of thick panels that folds in this way; facets are the panels in the order of the circuit.
 
         size : length, width and thickness of a panel in metres; the side, twice, where cells are regular.
-        hinged : whether the two flat pairs have hinges, on the faces that continue the alternation, or are rigid.
-        merged : whether panels that meet on a mirror axis through the flat creases are made one; flat pairs are among
-            them, and rigid then.
+        flat_pairs : how the panels at the two flat creases are joined: `rigid`, `hinged` on the faces that continue the
+            alternation, or `merged`, where all panels that meet on a mirror axis through the flat creases are one.
         """
         circuit, n = self.circuit, self.circuit.n
         length, width, thickness = size
@@ -230,8 +234,8 @@ class Folding:
         for k, face in enumerate(self.hinge_faces):
             flat = k % (n // 2) == self.crease
             pair = (min(k, (k + 1) % n), max(k, (k + 1) % n))
-            creases[pair] = Crease(face, closes=not flat) if hinged or not flat else RIGID
-        if merged:
+            creases[pair] = Crease(face, closes=not flat) if flat_pairs == "hinged" or not flat else RIGID
+        if flat_pairs == "merged":
             creases |= {(min(pair), max(pair)): RIGID for pair in self.mirror_pairs}
         return Pattern(facets, creases, thickness, of_circuit=True)
 
@@ -239,14 +243,13 @@ class Folding:
         self,
         panel: PanelSize | str | None = None,
         *,
-        flat_pairs: Literal["rigid", "hinged"] = "rigid",
-        merged: bool = False,
+        flat_pairs: Way = "rigid",
     ) -> Linkage:
         """The folding as a linkage of thick panels, which stands on its lowest flat pair.
 
         panel : length, width and thickness in metres, or a text in millimetres such as `50x6`; by default the panels of
-        the scene `default`. flat_pairs : whether each pair of panels at a flat crease is one `rigid` panel or `hinged`.
-        merged : whether the two panels of each mirror pair are one panel, too.
+        the scene `default`. flat_pairs : how each pair of panels at a flat crease is joined: as one `rigid` panel,
+        `hinged`, or `merged`, where the two panels of each mirror pair are one panel, too.
 
         >>> folding = Folding.from_notation("hex:0234550132:4")
         >>> folding.linkage().n_hinges, folding.linkage(flat_pairs="hinged").n_hinges
@@ -254,8 +257,8 @@ class Folding:
         """
         from hcsearch.linkage import Linkage, Twin  # noqa: PLC0415 - loads kernels that listing and showing do without
 
-        if flat_pairs not in ("rigid", "hinged"):
-            raise HcsearchError(refusal("flat_pairs", flat_pairs, "'rigid' or 'hinged'"))
+        if flat_pairs not in WAYS:
+            raise HcsearchError(refusal("flat_pairs", flat_pairs, "'rigid', 'hinged' or 'merged'"))
         if isinstance(panel, str):
             panel = read_panel(panel, self.circuit.grid.name)
             if (doubt := doubt_of(panel)) is not None:
@@ -263,14 +266,14 @@ class Folding:
         if panel is not None and not (isinstance(panel, tuple) and len(panel) == 3):
             raise HcsearchError(refusal("panel", panel, "a text in millimetres, such as '50x6', or three lengths in m"))
         size = panel or default_panel(self.circuit.grid.name)
-        pattern = self.pattern(size, hinged=flat_pairs == "hinged", merged=merged)
+        pattern = self.pattern(size, flat_pairs=flat_pairs)
         given = ["" if panel is None else repr(panel), "" if flat_pairs == "rigid" else f"flat_pairs={flat_pairs!r}"]
-        words = ", ".join(word for word in (*given, "merged=True" if merged else "") if word)
+        words = ", ".join(word for word in given if word)
         like, lowest, twin = self.likeness(size), self.crease, None
         if like is not None:
             # of a hinged pair one panel stands: that which stands for it in the congruent folding
             lowest = like.panels.index(like.folding.crease)
-            other = like.folding.linkage(size, flat_pairs=flat_pairs, merged=merged)
+            other = like.folding.linkage(size, flat_pairs=flat_pairs)
             twin = Twin.of(pattern, other, like.panels, np.array(like.turn))
         return Linkage(pattern, pattern.panel_of[lowest], f"{self!r}.linkage({words})", twin)
 

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.collision.reaches import longest_way
-from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import Folding
 from hcsearch.kernels.enclosure.expansion import Rings
 from hcsearch.kernels.enclosure.refutation import new_refutation
@@ -16,9 +15,9 @@ from hcsearch.linkage import Linkage
 from hcsearch.locks.boxes import whole
 from hcsearch.locks.enclosures import rings_of
 from hcsearch.locks.regions import Region
+from hcsearch.panel_sizes import default_panel
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.proofs import PLAYS, PathProof, Prover
-from hcsearch.scenes import default_panel
 from hcsearch.vocabulary import Way
 from tests.naive import around_the_loop
 
@@ -51,7 +50,7 @@ class Planned:
 def joined(name: str, way: Way) -> Linkage:
     """The linkage of a folding."""
     folding = Folding.from_notation(name)
-    return linkage_joined(folding, default_panel(folding.circuit.grid.name), way)
+    return folding.linkage(default_panel(folding.circuit.grid.name), flat_pairs=way)
 
 
 @cache

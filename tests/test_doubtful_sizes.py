@@ -10,10 +10,10 @@ import pytest
 
 from hcsearch import Circuit, Folding, Scene, deploy, enumerate_into, save
 from hcsearch.assemblies import ASSEMBLIES
+from hcsearch.cases.parameters import LENGTHS, parameters_of
 from hcsearch.errors import HcsearchWarning, SceneError
 from hcsearch.grid import GRIDS
-from hcsearch.scenes import doubt_of, read_across, read_panel
-from hcsearch.subjects.parameters import LENGTHS, parameters_of
+from hcsearch.panel_sizes import doubt_of, read_panel
 from tests import forking
 
 MOVING = "hex:0234550132:4"
@@ -73,12 +73,12 @@ def test_no_size_is_named_that_would_be_in_doubt_itself(text, end):
 @pytest.mark.parametrize(("grid", "side"), [("hex", 1 / 3**0.5), ("triangle", 2 / 3**0.5), ("square", 1.0)])
 def test_widths_across_flats_are_named_as_such(grid, side):
     for text, likely in (("1x0.02", "1000x20"), ("20x1000", "1000x20"), ("0.02x1", "1000x20")):
-        size = read_across(text, grid)
+        size = read_panel(f"across {text}", grid)
         assert size[0] == pytest.approx(1e-3 * float(text.partition("x")[0]) * side)
         doubt = doubt_of(size, grid)
         assert doubt.startswith(f"panels of {text} mm across flats have ")
         assert doubt.endswith(f"did you mean {likely}?")
-        assert doubt_of(read_across(likely, grid), grid) is None
+        assert doubt_of(read_panel(f"across {likely}", grid), grid) is None
 
 
 def only_warning(done):

@@ -7,15 +7,15 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from hcsearch.deployment.compiling import compile_scene, held_panel
-from hcsearch.deployment.naming import laws_of, named, numbered
-from hcsearch.deployment.scene_files import file_text, read_text, scene_in
+from hcsearch.deployment.compiling import compile_scene
 from hcsearch.errors import HcsearchError
 from hcsearch.folding import Folding, foldings
 from hcsearch.labels import Labels, labels_of, plain, ranges
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Pattern
 from hcsearch.scenes import SCENES, Scene
+from hcsearch.scenes.scene_file import file_text, read_text, scene_in
+from hcsearch.scenes.setup import settle, written
 from tests.linkages import linkage_named
 from tests.strategies import circuits
 
@@ -113,24 +113,25 @@ def test_scenes_come_back_from_files_with_names(drawn, data):
     folding, linkage, *_ = drawn
     labels = labels_of(linkage)
     some = st.lists(st.integers(0, linkage.n_hinges - 1), unique=True, max_size=3)
-    springs = tuple((hinge, f"linear:0.{hinge + 1}") for hinge in data.draw(some))
-    held = data.draw(st.just("bottom") | st.integers(0, linkage.n_panels - 1))
+    hinges = data.draw(some)
+    springs = tuple((labels.hinges[hinge], f"linear:0.{hinge + 1}") for hinge in hinges)
+    held = data.draw(st.just("bottom") | st.sampled_from(labels.panels))
     scene = replace(DEFAULT, springs=springs, held=held)
-    text = file_text({"design": folding.notation}, None, scene, labels)
+    text = file_text({"design": folding.notation}, None, scene)
     table = tomllib.loads(text)
     assert "scene" not in table
-    assert [members(name) for name in table.get("springs", {})] == [members(labels.hinges[k]) for k, _ in springs]
+    assert [members(name) for name in table.get("springs", {})] == [members(labels.hinges[k]) for k in hinges]
     again = scene_in(read_text(text, "a text"))
-    assert again == named(scene, labels)
-    assert numbered(again, linkage) == scene
-    assert laws_of(linkage, again) == laws_of(linkage, scene)
-    assert held_panel(linkage, again) == held_panel(linkage, scene)
-    # as files were before: numbers in the linkage, in the table [scene]
-    assert scene_in(read_text(file_text({}, None, scene), "a text")) == scene
+    assert again == scene
+    setup = settle(again, linkage)
+    laws = {hinge: f"linear:0.{hinge + 1}" for hinge in hinges}
+    assert [law.text for law in setup.laws] == [laws.get(hinge, DEFAULT.spring) for hinge in range(linkage.n_hinges)]
+    assert setup.held == (linkage.base if held == "bottom" else labels.panels.index(held))
+    assert settle(written(setup, scene, labels), linkage) == setup
 
 
 def test_two_springs_of_one_hinge_are_refused():
-    linkage = Folding.from_notation(MERGED).linkage(merged=True)
+    linkage = Folding.from_notation(MERGED).linkage(flat_pairs="merged")
     together = next(name for name in labels_of(linkage).hinges if "+" in name)
     one, two = together.split("+")[:2]
     scene = Scene(springs=((one, "linear:0.1"), (two, "linear:0.2")))

@@ -29,7 +29,7 @@ def patterns(draw, **options):
 def test_both_ends_close_and_lie_in_their_layers(drawn, merged):
     folding, pattern = drawn
     if merged:
-        pattern = folding.pattern(size(folding.circuit.grid), merged=True)
+        pattern = folding.pattern(size(folding.circuit.grid), flat_pairs="merged")
     linkage = Linkage(pattern)
     for angles in (linkage.flat, linkage.folded):
         assert np.abs(linkage.closure(angles)[0]).max(initial=0.0) < 1e-12

@@ -107,7 +107,7 @@ def test_overlay_merges_what_coincides():
 def test_panels_of_a_folding_follow_its_circuit(data):
     circuit = data.draw(circuits(even=True).filter(foldings))
     folding = data.draw(st.sampled_from(foldings(circuit)))
-    hinged = folding.pattern(size(circuit.grid), hinged=True)
+    hinged = folding.pattern(size(circuit.grid), flat_pairs="hinged")
     assert len(hinged.panels) == len(hinged.hinges) == circuit.n
     assert hinged.kutzbach == 6 * (circuit.n - 1) - 5 * circuit.n
     assert [hinge.face for hinge in hinged.hinges] == list(folding.hinge_faces)

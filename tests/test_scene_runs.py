@@ -10,8 +10,9 @@ from click.testing import CliRunner
 from hcsearch.cli import hcsearch
 from hcsearch.enumeration import search_all
 from hcsearch.grid import GRIDS
+from hcsearch.panel_sizes import read_panel
 from hcsearch.pipeline import Plan, run_dry, run_into
-from hcsearch.scenes import SCENES, read_panel, with_panel
+from hcsearch.scenes import SCENES, with_panel
 from hcsearch.store import open_database, open_readonly, select, select_sql
 from hcsearch.vocabulary import STATUSES
 

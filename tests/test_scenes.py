@@ -9,26 +9,15 @@ from hypothesis import strategies as st
 
 from hcsearch.circuit import Circuit
 from hcsearch.deployment.deploying import deploy
-from hcsearch.deployment.looks import Look, first_look, look_parts, looks_at
-from hcsearch.deployment.scales import settled
-from hcsearch.deployment.scene_files import file_text, read_file, read_text, scene_in, scene_with
 from hcsearch.errors import HcsearchError, InputFileError, SceneError
-from hcsearch.flat_pairs import ways
 from hcsearch.folding import Folding, folding_of
 from hcsearch.grid import GRIDS
-from hcsearch.scenes import (
-    SCENES,
-    Scene,
-    check_name,
-    check_verdicts,
-    default_panel,
-    joined_name,
-    panel_of,
-    panel_text,
-    read_across,
-    read_panel,
-    with_panel,
-)
+from hcsearch.panel_sizes import default_panel, panel_text, read_panel
+from hcsearch.scenes import SCENES, Scene, check_verdicts, joined_name, panel_of, with_panel
+from hcsearch.scenes.looks import Look, first_look, look_parts, looks_at
+from hcsearch.scenes.scene import check_name
+from hcsearch.scenes.scene_file import file_text, read_file, read_text, scene_in, scene_with
+from hcsearch.scenes.setup import settle
 
 DEFAULT = SCENES["default"]
 lengths = st.floats(1e-3, 1e7).map(lambda value: float(f"{value:.10g}"))  # mm
@@ -59,7 +48,7 @@ def test_what_is_no_panel_is_refused(text):
 
 @pytest.mark.parametrize("grid", ["square", "hex", "triangle"])
 def test_width_across_flats_is_that_of_the_cell(grid):
-    side, _, thickness = read_across("1000x20", grid)
+    side, _, thickness = read_panel("across 1000x20", grid)
     corners = [(side * x, side * y) for x, y in GRIDS[grid].corners(tuple([0] * (3 if grid == "triangle" else 2)))]
     widths = []
     for (x, y), (u, v) in zip(corners, corners[1:] + corners[:1], strict=True):
@@ -72,7 +61,7 @@ def test_width_across_flats_is_that_of_the_cell(grid):
 
 def test_rectangles_have_no_width_across_flats():
     with pytest.raises(SceneError, match="--panel 50x40x6"):
-        read_across("1000x20", "rectangle")
+        read_panel("across 1000x20", "rectangle")
 
 
 def test_regular_panels_have_one_side():
@@ -110,7 +99,7 @@ numbers = st.floats(1e-6, 1e6)
 scenes = st.builds(
     Scene,
     name=st.sampled_from(["default", "solar", "hinged, spread 3"]),
-    panel=st.none() | st.just((0.05, 0.04, 0.006)) | st.just(read_across("1000x20", "hex")),
+    panel=st.none() | st.just((0.05, 0.04, 0.006)) | st.just(read_panel("across 1000x20", "hex")),
     density=numbers,
     areal_mass=st.none() | numbers,
     flat_pairs=st.sampled_from(["rigid", "hinged", "either"]),
@@ -193,15 +182,15 @@ def test_devices_and_huge_files_are_refused(tmp_path):
 
 
 def test_ways_and_looks_follow_the_scene():
-    assert ways(DEFAULT) == ("rigid", "hinged", "merged")
-    assert ways(replace(DEFAULT, merge=True)) == ("merged",)
-    assert ways(replace(DEFAULT, flat_pairs="hinged", merge=False)) == ("hinged",)
+    assert DEFAULT.flat_pairs == ("rigid", "hinged", "merged")
+    assert replace(DEFAULT, merge=True).flat_pairs == ("merged",)
+    assert replace(DEFAULT, flat_pairs="hinged", merge=False).flat_pairs == ("hinged",)
     for scene in (DEFAULT, SCENES["earth"], replace(DEFAULT, flat_pairs="hinged", merge=False, name="solar")):
         looks = looks_at(scene)
         assert looks[0] == first_look(scene)
         names = [look.name(scene) for look in looks]
         assert len(set(names)) == len(names)
-        assert all(look.pairs in ways(scene) for look in looks)
+        assert all(look.pairs in scene.flat_pairs for look in looks)
         for look, name in zip(looks[1:], names[1:], strict=True):
             parts = name.split(", ")
             pairs, springs = look_parts(parts)
@@ -225,23 +214,23 @@ def test_scenes_without_verdicts_on_all_designs_are_refused():
 
 def test_the_default_scene_is_what_it_always_was():
     for notation, crease in (("hex:0234550132", 4), ("square:01222300", 3)):
-        scene = settled(DEFAULT, folding(notation, crease).linkage())
+        scene = settle(DEFAULT, folding(notation, crease).linkage())
         assert (scene.seconds, scene.margin, scene.density) == (1.0, 1e-4, 547.0)
         assert scene.spring_range == (0.001, 0.2)
 
 
 def test_what_is_left_open_grows_with_the_panels():
     one = folding("square:01222300", 3)
-    large = settled(replace(DEFAULT, areal_mass=20.0), one.linkage((1.0, 1.0, 0.02)))
+    large = settle(replace(DEFAULT, areal_mass=20.0), one.linkage((1.0, 1.0, 0.02)))
     assert large.density == pytest.approx(1000.0)
     assert large.margin == pytest.approx(2e-3)
     assert large.seconds == pytest.approx(math.sqrt(20.0 / (547.0 * 0.05**4 * 0.006)), rel=5e-3)
     assert large.spring_range == (0.001, 0.2)  # without weight springs set the time alone
-    lifted = settled(replace(SCENES["earth"], areal_mass=20.0), one.linkage((1.0, 1.0, 0.02)))
+    lifted = settle(replace(SCENES["earth"], areal_mass=20.0), one.linkage((1.0, 1.0, 0.02)))
     weight = 20.0 / (547.0 * 0.05**3 * 0.006)
     assert lifted.spring_range == pytest.approx((0.001 * weight, 0.2 * weight), rel=5e-3)
     given_by_hand = replace(DEFAULT, seconds=0.5, margin=1e-5, spring_range=(1.0, 2.0))
-    kept = settled(given_by_hand, one.linkage((1.0, 1.0, 0.02)))
+    kept = settle(given_by_hand, one.linkage((1.0, 1.0, 0.02)))
     assert (kept.seconds, kept.margin, kept.spring_range) == (0.5, 1e-5, (1.0, 2.0))
 
 

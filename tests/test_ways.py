@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from hcsearch import deploy, save
+from hcsearch.cases.resolve import resolve
 from hcsearch.cli import hcsearch
 from hcsearch.enumeration import ArraySearch
 from hcsearch.export import FORMATS
@@ -17,9 +18,8 @@ from hcsearch.folding import Folding
 from hcsearch.grid import GRIDS, parse_array
 from hcsearch.pipeline import Plan, run_into
 from hcsearch.planning.proofs import Prover
-from hcsearch.replays.sources import replay_named
+from hcsearch.replays.sources import replay_case
 from hcsearch.store import find_verdict, open_database, open_readonly, schema, select
-from hcsearch.subjects.reading import Request, read_subject
 from tests.judging import judge
 
 CIRCUIT, CREASE = "hex:0233445011", 1
@@ -122,8 +122,8 @@ def test_motions_drives_and_deployments_are_of_the_same_linkage(here):
     assert (facts["flat_pairs"], facts["hinges"]) == ("hinged", HINGED)
     assert told.strip() == "flat pairs hinged, as in the deployment that deploys"  # a path asks for no springs
     for by in ("path", "springs"):
-        assert replay_named(Request("1", str(here)), by).angles.shape[1] == HINGED
-    assert read_subject(Request("1", str(here))).linkage.n_panels == HINGED
+        assert replay_case(resolve("1", str(here), path=by == "path"), by)[0].angles.shape[1] == HINGED
+    assert resolve("1", str(here)).linkage.n_panels == HINGED
 
 
 def test_python_takes_the_same_linkage(here, capfd):
@@ -186,9 +186,9 @@ def test_show_names_the_way_that_gave_a_design_its_numbers(here):
 
 
 def test_a_certified_motion_by_springs_comes_before_a_path_that_is_not_proved(sprung, tmp_path):
-    opened = replay_named(Request("1:2", str(sprung)))
+    opened = replay_case(resolve("1:2", str(sprung)))[0]
     assert (opened.axis, opened.certified) == ("time", ((0.0, opened.at[-1]),))
-    unproved = replay_named(Request("1:2", str(sprung)), "path")
+    unproved = replay_case(resolve("1:2", str(sprung), path=True), "path")[0]
     assert (unproved.axis, unproved.certified) == ("path", ())
     _, told = call("export", "1:2", "--db", sprung, "--output", tmp_path / "a.glb")
     assert told.strip() == "flat pairs hinged, as in the deployment that deploys"

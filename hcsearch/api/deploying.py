@@ -2,42 +2,40 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
-from hcsearch.api.asking import Named, Setting
 from hcsearch.api.kinds import check_kinds
-from hcsearch.api.places import located
+from hcsearch.cases.case import Case, Named
+from hcsearch.cases.places import Place
+from hcsearch.cases.resolve import resolve
 from hcsearch.deployment.deployed import Deployed, deployed
-from hcsearch.scenes import FlatPairs, Scene
-from hcsearch.subjects.reading import Subject
-from hcsearch.vocabulary import Formulation
+from hcsearch.scenes import Scene
+from hcsearch.system.notices import say
+from hcsearch.vocabulary import Formulation, Way
 
 
 def deploy(
-    what: Named,
+    what: Named | Case,
     scene: Scene | str | None = None,
     *,
     formulation: Formulation | None = None,
     method: str | None = None,
     tolerance: float = 1e-6,
     panel: str | None = None,
-    across: str | None = None,
-    flat_pairs: FlatPairs | None = None,
-    merge: bool = False,
-    db: str | Path | None = None,
+    flat_pairs: Way | None = None,
+    db: Place | None = None,
     **values: Any,
 ) -> Deployed:
     """Simulate how springs open a folding or assembly, and check it for collisions, as `hcsearch deploy` does.
 
     what : a Folding, a Circuit that has one folding, or a Linkage; or a text: a notation such as `hex:0234550132:4`,
-    `17:4` for a folding of design 17 in the database, an assembly such as `unit-ii`, or a file `.toml`.
+    `17:4` for a folding of design 17 in the database, an assembly such as `unit-ii`, or a file `.toml`; or a Case.
     scene : a Scene, the name of one, or a file `.toml`; by default the scene `default`.
     formulation : `constrained`, `compliant`, `penalty` or `quasistatic`.
     method : the integrator, one of those of `hcsearch deploy --method`.
     tolerance : the error of a step, relative and absolute.
-    panel : the size of panels in millimetres, such as `50x40x6`. across : their width across flats and thickness.
-    flat_pairs : `rigid` or `hinged`. merge : whether the two panels of each mirror pair are one.
+    panel : the size of panels in millimetres, such as `50x40x6`, or `across 1000x20` for the width across flats.
+    flat_pairs : `rigid`, `hinged`, or `merged`, where the two panels of each mirror pair are one.
     db : the database in which ids and scenes are looked up.
     values : other values of the scene by the names of a scene file, such as `gravity="0,0,-9.81"`, `held=3` and
     `springs={7: "linear:0.2"}`. Panels and hinges have the numbers shown in pictures.
@@ -50,25 +48,14 @@ def deploy(
     'undecided'
     """
     check_kinds(deploy, locals())
-    setting = Setting(scene, located(db), panel, across, flat_pairs, merge, values)
-    return deploy_subject(setting.subject(what), formulation=formulation, method=method, tolerance=tolerance)
-
-
-def deploy_subject(
-    subject: Subject,
-    *,
-    name: str | None = None,
-    formulation: Formulation | None = None,
-    method: str | None = None,
-    tolerance: float = 1e-6,
-) -> Deployed:
-    """Deploy a subject in the formulation that is given, or that its file names; name : to be shown."""
+    case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values)
+    say(case.sentence)
     return deployed(
-        name or subject.title,
-        subject.linkage,
-        subject.scene,
-        formulation or subject.formulation or "constrained",
+        case.title,
+        case.linkage,
+        case.setup,
+        formulation or case.formulation or "constrained",
         method=method,
         tolerance=tolerance,
-        drives=subject.drives,
+        drives=case.drives,
     )

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from hcsearch.api.kinds import check_kinds
-from hcsearch.api.places import Place, located, writing
-from hcsearch.deployment.scene_files import checked_scene
+from hcsearch.cases.places import Place, located, snapshot, writing
+from hcsearch.cases.stored_scenes import read_scene, with_size
 from hcsearch.enumeration import ArraySearch, Search, search_all
 from hcsearch.errors import HcsearchError
 from hcsearch.grid import Array, Grid, grid_of, parse_array
@@ -14,7 +12,6 @@ from hcsearch.pipeline import Crew, Funnel, Plan, Summary, check_room, estimate,
 from hcsearch.pipeline.run import Announce, Progress
 from hcsearch.scenes import Scene
 from hcsearch.stages.order import STAGES, check_keep
-from hcsearch.subjects.scenes import read_scene, with_size
 from hcsearch.system.cores import usable_cores
 from hcsearch.vocabulary import Keep
 
@@ -32,7 +29,6 @@ def enumerate_into(
     keep: Keep = "all",
     scene: Scene | str | None = None,
     panel: str | None = None,
-    across: str | None = None,
     budget: int | None = None,
     jobs: int | None = None,
     scheduler: str | None = None,
@@ -47,7 +43,7 @@ def enumerate_into(
     grid : `triangle`, `square`, `rectangle` or `hex`, or a Grid. n : the number of cells, to search all arrays.
     array : the array to search, in place of n: an Array, or a text such as `3-4-3`.
     until : the last stage: `circuits`, `foldings`, `twist`, `mobility`, `motion` or `deployment`.
-    keep : which designs are stored, `all`, `two-stack` or `untwisted`. scene, panel, across : as in `deploy`.
+    keep : which designs are stored, `all`, `two-stack` or `untwisted`. scene, panel : as in `deploy`.
     budget : efforts of the search for the motion of a folding; what is undecided in the database is searched on.
     jobs : the number of processes. scheduler : the address of a Dask cluster, in place of jobs.
     progress : called with the numbers of finished and of all batches. announce : called with sentences on long runs.
@@ -61,7 +57,7 @@ def enumerate_into(
     if own is None:
         raise HcsearchError("name a grid: triangle, square, rectangle or hex")
     crew = crew_of(jobs, scheduler)
-    plan = plan_of(search_of(own, n, array, keep), until, keep, scene, panel, across, crew, located_of(db), budget)
+    plan = plan_of(search_of(own, n, array, keep), until, keep, scene, panel, crew, db, budget)
     say = announce or _silent
     announce_size(plan, db, say)
     return run_plan(plan, db, progress, say)[0].funnel
@@ -69,11 +65,6 @@ def enumerate_into(
 
 def _silent(sentence: str) -> None:
     """Say nothing."""
-
-
-def located_of(db: Place | None) -> str:
-    """Where scenes are looked up."""
-    return located(db if db is None or isinstance(db, (str, Path)) else db.location)
 
 
 def search_of(grid: str | Grid, n: int | None, array: str | Array | None, keep: str) -> Search:
@@ -110,9 +101,8 @@ def plan_of(
     keep: str,
     scene: Scene | str | None,
     panel: str | None,
-    across: str | None,
     crew: Crew,
-    db: str,
+    db: Place | None,
     budget: int | None = None,
 ) -> Plan:
     """What a run is to do; db : where scenes are looked up."""
@@ -120,15 +110,16 @@ def plan_of(
     if budget is not None and budget < 1:
         raise HcsearchError(f"a budget of {budget} is too small: give 1 or more efforts, or leave it out")
     check_keep(keep, last)
-    chosen = checked_scene(scene) if isinstance(scene, Scene) else read_scene(scene, db, search.grid.name)
-    plan = Plan(search, last, keep, with_size(chosen, panel, across, search.grid.name), crew, budget)
+    with snapshot(db) as (database, _):
+        chosen = scene if isinstance(scene, Scene) else read_scene(scene, database, search.grid.name)
+    plan = Plan(search, last, keep, with_size(chosen, panel, search.grid.name), crew, budget)
     plan.crew.check()
     return plan
 
 
 def announce_size(plan: Plan, db: Place | None, announce: Announce, *, dry: bool = False) -> None:
     """Say beforehand how much a plan lists and how long that takes, where it takes long; refuse what finds no room."""
-    location = located_of(db)
+    location = located(db)
     expected = estimate(plan, stored=not dry, finished=() if dry or plan.small else finished_shards(plan, location))
     if expected is not None:
         announce(expected.sentence(plan.crew))

@@ -7,12 +7,12 @@ from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
 from hcsearch.api.kinds import check_kinds
-from hcsearch.api.places import Place, reading, writing
+from hcsearch.cases.places import Place, reading, writing
+from hcsearch.cases.queries import Query
+from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.errors import QueryError
 from hcsearch.ranking import Ranked, complete_weights, rank_designs, save_ranks
 from hcsearch.store import Database
-from hcsearch.subjects.queries import Query
-from hcsearch.subjects.scenes import scene_asked_for
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,7 +31,6 @@ def read(
     limit: int | None = None,
     scene: str | None = None,
     panel: str | None = None,
-    across: str | None = None,
     sql: str | None = None,
 ) -> pd.DataFrame:
     """Read the rows of a view that satisfy a query into a pandas table, as `hcsearch query` prints them.
@@ -40,7 +39,7 @@ def read(
     view : `designs`, `foldings`, `motions`, `deployments`, `evaluations`, `runs` or `units`.
     columns : names of columns, in a list or separated by commas; by default all. sort : the same; `-` before a name
     sorts in descending order. limit : the greatest number of rows.
-    scene, panel, across : the scene, and the panels in millimetres, for which results are read.
+    scene, panel : the scene, and the panels in millimetres, for which results are read.
     sql : one SELECT, in place of all of these.
 
     >>> from hcsearch import enumerate_into, read
@@ -54,7 +53,7 @@ def read(
 
     check_kinds(read, locals())
     order = sort if isinstance(sort, str) else ",".join(sort)
-    asked = Query(query, view, columns, order, limit, scene, panel, across, sql)
+    asked = Query(query, view, columns, order, limit, scene, panel, sql)
     with reading(db) as database, asked.rows(database) as rows:
         table = pd.DataFrame([row for chunk in rows.chunks for row in chunk], columns=list(rows.columns))
         return table.astype({name: _DTYPES[kind] for name, kind in zip(rows.columns, rows.kinds, strict=True) if kind})
@@ -67,7 +66,6 @@ def rank(
     weights: Mapping[str, float] | None = None,
     scene: str | None = None,
     panel: str | None = None,
-    across: str | None = None,
     pareto: bool = False,
     limit: int | None = None,
     save: bool = False,
@@ -76,7 +74,7 @@ def rank(
 
     Designs that are known not to deploy are left out.
 
-    db, query, scene, panel, across : as in `read`.
+    db, query, scene, panel : as in `read`.
     weights : weights of criteria by their names, such as `{"dof": 2}`; 1 for each that is not named.
     pareto : whether only the designs on the Pareto front are returned. limit : the greatest number of rows.
     save : whether the scores of all ranked designs are stored in the column `score`.
@@ -87,7 +85,7 @@ def rank(
     import pandas as pd  # noqa: PLC0415 - as above
 
     with opened(db, to_write=save) as database:
-        ranked = rank_in(database, query, weights or {}, scene, panel, across, save=save)
+        ranked = rank_in(database, query, weights or {}, scene, panel, save=save)
     table = pd.DataFrame(list(ranked.result.rows), columns=list(ranked.result.columns)).astype({"pareto": bool})
     shown = table[table["pareto"]].reset_index(drop=True) if pareto else table
     return shown if limit is None else shown.head(limit)
@@ -104,13 +102,12 @@ def rank_in(
     weights: Mapping[str, float],
     scene: str | None,
     panel: str | None,
-    across: str | None,
     *,
     save: bool,
 ) -> Ranked:
     """The designs of an open database in their order; save : store their scores."""
     chosen = complete_weights(weights)
-    asked = scene_asked_for(database, scene, panel, across, query=query)
+    asked = scene_asked_for(database, scene, panel, query=query)
     ranked = rank_designs(database, query, chosen, asked)
     if save:
         save_ranks(database, ranked, asked)

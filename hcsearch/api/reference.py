@@ -10,12 +10,11 @@ from functools import cached_property
 from typing import Any
 
 import hcsearch
-from hcsearch.api.asking import Named
 from hcsearch.api.kinds import described
-from hcsearch.api.places import Place
+from hcsearch.cases.case import Named
+from hcsearch.cases.places import Place
 from hcsearch.replays.sources import By
-from hcsearch.scenes import FlatPairs
-from hcsearch.vocabulary import Formulation, Keep
+from hcsearch.vocabulary import Formulation, Keep, Way
 
 TITLE = """# Reference of the Python names
 
@@ -41,11 +40,11 @@ PLAIN = {
 }
 KINDS = {
     "By": By,
-    "FlatPairs": FlatPairs,
     "Formulation": Formulation,
     "Keep": Keep,
     "Named": Named,
     "Place": Place,
+    "Way": Way,
 }
 """Names of kinds in the signatures of functions."""
 WIDTH = 100

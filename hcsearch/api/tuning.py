@@ -4,26 +4,27 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from pathlib import Path
+from contextlib import nullcontext
 from typing import Any
 
-from hcsearch.api.asking import Named, Setting
 from hcsearch.api.kinds import check_kinds
-from hcsearch.api.places import Place, located, writing
+from hcsearch.cases.case import Case, Named
+from hcsearch.cases.places import Place, writing
+from hcsearch.cases.resolve import resolve
 from hcsearch.errors import HcsearchError
-from hcsearch.scenes import FlatPairs, Scene
-from hcsearch.store import Database
-from hcsearch.subjects.reading import Subject
+from hcsearch.scenes import Scene
+from hcsearch.system.notices import say
+from hcsearch.tuning.catalogue import catalogue_levels
 from hcsearch.tuning.ledger import Ledger
 from hcsearch.tuning.robustness import Spread
 from hcsearch.tuning.search import Progress
 from hcsearch.tuning.tuning import EVALUATIONS, SAMPLES, Tuning
 from hcsearch.tuning.tuning import tune as tuned
-from hcsearch.vocabulary import Formulation
+from hcsearch.vocabulary import Formulation, Way
 
 
 def tune(
-    what: Named,
+    what: Named | Case,
     scene: Scene | str | None = None,
     *,
     formulation: Formulation | None = None,
@@ -33,17 +34,15 @@ def tune(
     spread: Spread | None = None,
     seed: int = 0,
     panel: str | None = None,
-    across: str | None = None,
-    flat_pairs: FlatPairs | None = None,
-    merge: bool = False,
-    db: str | Path | None = None,
+    flat_pairs: Way | None = None,
+    db: Place | None = None,
     keep_in: Place | None = None,
     progress: Progress | None = None,
     **values: Any,
 ) -> Tuning:
     """Choose the stiffness of each hinge so that the array becomes flat without a collision, as `hcsearch tune` does.
 
-    what, scene, panel, across, flat_pairs, merge, db, values : as in `deploy`.
+    what, scene, panel, flat_pairs, db, values : as in `deploy`.
     formulation : `constrained` or `compliant`; by default `compliant` only if no array becomes flat in `constrained`.
     catalogue : stiffnesses of springs that can be bought, N m/rad; each hinge gets none, one or two of them.
     evaluations : how many sets of springs are tried at most. samples : how many simulations within the tolerances are
@@ -58,34 +57,33 @@ def tune(
     ['0', '1', '2', '4', '5', '6', '7', '9']
     """
     check_kinds(tune, locals())
-    check_counts(evaluations, samples, seed)
-    subject = Setting(scene, located(db), panel, across, flat_pairs, merge, values).subject(what)
-    options = {"catalogue": catalogue, "evaluations": evaluations, "samples": samples, "spread": spread, "seed": seed}
-    if keep_in is None:
-        return tune_subject(subject, formulation, None, progress=progress, **options)
-    with writing(keep_in, create=True) as database:
-        return tune_subject(subject, formulation, database, progress=progress, **options)
+    _check_counts(evaluations, samples, seed)
+    case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values)
+    say(case.sentence)
+    if case.drive is not None:
+        raise HcsearchError(
+            f"{case.title} has drives, but hcsearch tune chooses springs alone: leave out its table [drive]"
+        )
+    if catalogue:  # before a database is made
+        softest, stiffest = case.setup.spring_range
+        catalogue_levels(catalogue, stiffest, softest)
+    with nullcontext() if keep_in is None else writing(keep_in, create=True) as database:
+        return tuned(
+            case.linkage,
+            case.setup,
+            formulation or case.formulation,
+            catalogue=catalogue,
+            evaluations=evaluations,
+            samples=samples,
+            spread=spread,
+            seed=seed,
+            memory=None if database is None else Ledger(database, json.dumps(case.key, sort_keys=True)),
+            progress=progress,
+        )
 
 
-def tune_subject(
-    subject: Subject, formulation: Formulation | None, database: Database | None, **options: Any
-) -> Tuning:
-    """Tune a subject in the formulation that is given, or that its file names; database : keeps the evaluations."""
-    refuse_drives(subject)
-    memory = None if database is None else Ledger(database, json.dumps(subject.key, sort_keys=True))
-    return tuned(subject.linkage, subject.scene, formulation or subject.formulation, memory=memory, **options)
-
-
-def check_counts(evaluations: int, samples: int, seed: int) -> None:
+def _check_counts(evaluations: int, samples: int, seed: int) -> None:
     """Refuse a search without evaluations, and negative numbers."""
     for name, number, least in (("evaluations", evaluations, 1), ("samples", samples, 0), ("seed", seed, 0)):
         if number < least:
             raise HcsearchError(f"{name} cannot be {number}: give {least} or more")
-
-
-def refuse_drives(subject: Subject) -> None:
-    """Refuse what is driven, as springs alone are tuned."""
-    if subject.drives is not None:
-        raise HcsearchError(
-            f"{subject.title} has drives, but hcsearch tune chooses springs alone: leave out its table [drive]"
-        )

@@ -35,7 +35,7 @@ def thesis_4x4(parameters: Parameters) -> Pattern:
     """
     folding = folding_of(Circuit.from_notation(CIRCUIT), CREASE)
     size = (parameters.side, parameters.width, parameters.thickness)
-    pattern = _renumbered(folding.pattern(size, merged=True), NUMBERED)
+    pattern = _renumbered(folding.pattern(size, flat_pairs="merged"), NUMBERED)
     of = pattern.panel_of
     between = {frozenset((of[i], of[j])): (i, j) for (i, j), crease in pattern.creases.items() if crease.face}
     loop = tuple(between[frozenset(panels)] for panels in zip(RING, (*RING[1:], RING[0]), strict=True))

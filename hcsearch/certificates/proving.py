@@ -17,14 +17,14 @@ from hcsearch.certificates.writing import (
     path_claim,
 )
 from hcsearch.errors import HcsearchError, InputFileError
-from hcsearch.flat_pairs import can_be, linkage_joined, ways
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
+from hcsearch.panel_sizes import PanelSize, panel_text, read_panel
 from hcsearch.planning.motions import PlannedMotion, margins_of, motion_of
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.proofs import Prover
 from hcsearch.planning.schedule import LOOSE
-from hcsearch.scenes import PanelSize, Scene, panel_of, panel_text, read_panel
+from hcsearch.scenes import Scene, panel_of
 from hcsearch.system.reading import read_text
 from hcsearch.twisting import twist
 from hcsearch.typing import Reals
@@ -61,7 +61,7 @@ def prove(folding: Folding, scene: Scene, budget: int = EFFORTS) -> tuple[dict[s
             "needs no certificate; name a folding without twist"
         )
     panel = panel_of(scene, folding.circuit.grid.name)
-    allowed = [way for way in ways(scene) if can_be(folding, way)]
+    allowed = [way for way in scene.flat_pairs if folding.can_join(way)]
     motion = motion_of(folding, panel, allowed, scene.margin, budget=budget)
     if not motion.locked and motion.margin is None:
         raise HcsearchError(
@@ -76,7 +76,7 @@ def _locks(folding: Folding, panel: PanelSize, motion: PlannedMotion) -> list[Ch
     """Claims that a folding is locked: with hinged pairs, which stands for all other ways, or in each way."""
     known = dict(motion.locks)
     claims = [
-        {**lock_claim(linkage_joined(folding, panel, way), known[way]), "pairs": way}
+        {**lock_claim(folding.linkage(panel, flat_pairs=way), known[way]), "pairs": way}
         for way in known
         if way == "hinged" or "hinged" not in known
     ]
@@ -91,7 +91,7 @@ def _locks(folding: Folding, panel: PanelSize, motion: PlannedMotion) -> list[Ch
 def _path(folding: Folding, panel: PanelSize, motion: PlannedMotion, margin: float | None) -> Checked:
     """The claim of a path that the checker proves: of the one that was planned, or of another in the same way."""
     assert motion.way is not None
-    linkage = linkage_joined(folding, panel, motion.way)
+    linkage = folding.linkage(panel, flat_pairs=motion.way)
     prover, margins, refusal = Prover(linkage), margins_of(linkage, margin), ""
     for states in _candidates(linkage, motion, margins[-1]):
         proof = prover.prove(states, margins)
@@ -142,7 +142,7 @@ def _verified(data: Mapping[str, Any], claim: Any) -> str:
     try:
         folding, panel, array = Folding.from_notation(data["of"]), data["panel_mm"], claim["array"]
         way = WAYS[WAYS.index(claim["pairs"])]
-        named = array_data(linkage_joined(folding, read_panel(panel), way))
+        named = array_data(folding.linkage(read_panel(panel), flat_pairs=way))
         check = CHECKS[claim["kind"]]
     except (HcsearchError, KeyError, TypeError, ValueError, AttributeError) as error:
         raise CertificateError(f"it names no folding, panel or claim ({error})") from error

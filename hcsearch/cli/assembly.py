@@ -52,7 +52,7 @@ def assembly(
             raise HcsearchError("the list has no parameters: give them with the name of an assembly")
         _print_list(as_json)
         return
-    from hcsearch.subjects.parameters import parameters_of
+    from hcsearch.cases.parameters import parameters_of
 
     chosen = _named(name)
     parameters = parameters_of(chosen, given | {"alpha": alpha, "size": size})

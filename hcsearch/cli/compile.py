@@ -55,8 +55,8 @@ def _check() -> None:
 
 def _plan() -> None:
     from hcsearch.folding import Folding
+    from hcsearch.panel_sizes import default_panel
     from hcsearch.planning.motions import motion_of
-    from hcsearch.scenes import default_panel
 
     motion_of(Folding.from_notation(_MOVABLE), default_panel("hex"), ("rigid",))
 

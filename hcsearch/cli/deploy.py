@@ -8,8 +8,8 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
+from hcsearch.cli.cases import resolve_named, subject_options
 from hcsearch.cli.options import examples, json_option
-from hcsearch.cli.subjects import known_request, subject_options
 from hcsearch.errors import HcsearchError
 from hcsearch.system.figures import check_picture
 from hcsearch.system.numbers import short
@@ -22,7 +22,7 @@ from hcsearch.vocabulary import FORMULATIONS, INTEGRATORS
         "hcsearch deploy hex:0234550132:4 --picture angles.svg",
         "hcsearch deploy thesis-4x4 --formulation penalty",
         "hcsearch deploy unit-i --spring linear:0.05 --output unit-i.csv",
-    )
+    ),
 )
 @subject_options
 @click.option(
@@ -77,23 +77,22 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
     Exit code: 0 if the array becomes flat, certified free of collisions; 1 if it does not or if this is undecided; 2
     for wrong input.
     """
-    from hcsearch.api.deploying import deploy_subject
+    from hcsearch.api import deploying
     from hcsearch.deployment.savings import savings
-    from hcsearch.subjects.reading import read_subject
 
     if options["output"]:
         check_output(options["output"], TABLES)
     if options["picture"]:
         check_picture(options["picture"])
-    subject = read_subject(known_request(name, options | _own_springs(options)))
-    if subject.drives is not None and options["explain"]:
+    case = resolve_named(name, options | _own_springs(options))
+    if case.drive is not None and options["explain"]:
         raise HcsearchError("--explain does not apply to a scene with drives: leave it out")
     method, tolerance = options["method"], options["tolerance"]
     given = click.get_current_context().get_parameter_source("tolerance")
-    if subject.drives is not None and given is ParameterSource.COMMANDLINE:
+    if case.drive is not None and given is ParameterSource.COMMANDLINE:
         raise HcsearchError("--tolerance does not apply to a scene with drives: leave it out")
     formulation = options["formulation"]
-    deployed = deploy_subject(subject, name=name, formulation=formulation, method=method, tolerance=tolerance)
+    deployed = deploying.deploy(case, formulation=formulation, method=method, tolerance=tolerance)
     outcome = deployed.facts()
     if options["explain"]:
         outcome["saved"] = savings(deployed.deployment, method=method, tolerance=tolerance)

@@ -7,9 +7,9 @@ from typing import Any
 
 import click
 
+from hcsearch.cli.cases import case_options, folding_options
 from hcsearch.cli.options import Number, examples, json_option
 from hcsearch.cli.progress import Meter
-from hcsearch.cli.subjects import folding_options, request_of
 from hcsearch.errors import HcsearchError
 from hcsearch.system.figures import check_picture
 from hcsearch.system.numbers import short
@@ -22,7 +22,7 @@ from hcsearch.system.outputs import check_output
         "hcsearch deploy drive.toml",
         "hcsearch drive hex:0234435011:1 --rate 0.5 --scene earth",
         "hcsearch drive hex:0234550132:3 --latches",
-    )
+    ),
 )
 @folding_options
 @click.option(
@@ -86,30 +86,21 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
     Exit code: 0 if the driven motion ends flat, certified free of collisions; 1 if it does not, or if no path is
     proved; 2 for wrong input.
     """
-    from hcsearch.drive import driving, facts, files, pictures
-    from hcsearch.replays.finding import find_path
-    from hcsearch.subjects.reading import read_folding
-    from hcsearch.subjects.requests import settled
-    from hcsearch.system.notices import say
+    from hcsearch.api import driving
+    from hcsearch.drive import facts, files, pictures
+    from hcsearch.drive.driving import NoPathError, released
 
     for path in options["outputs"]:
         check_output(path, (*files.TABLES, *files.SCENES))
     if options["picture"]:
         check_picture(options["picture"])
-    wishes = _wishes(options)
-    request = settled(request_of(name, options))
-    if read_folding(request)[1].held == "free":
-        raise HcsearchError("drives are for an array that is held: hold a panel, such as --held bottom")
-    with Meter("step") as meter:
-        meter(0, len(driving.STEPS), driving.STEPS[0])
-        folding, scene, motion, said = find_path(request)
-        reason = driving.why_not(folding, scene, motion) if motion.margin is None else ""
-        driven = None if reason else driving.drive(folding, scene, motion, wishes, meter)
-    say(said)
-    if driven is None:
-        click.echo(
-            json.dumps({"verdict": "no drive", "reason": reason}, indent=2) if as_json else f"no drive: {reason}"
-        )
+    chosen = _drive_options(options)
+    try:
+        with Meter("step") as meter:
+            driven = driving.drive(name, options=chosen, progress=meter, **case_options(options))
+    except NoPathError as error:
+        said = json.dumps({"verdict": "no drive", "reason": str(error)}, indent=2) if as_json else f"no drive: {error}"
+        click.echo(said)
         click.get_current_context().exit(1)
     for path in options["outputs"]:
         files.save(driven, path)
@@ -117,7 +108,7 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
         pictures.picture(driven, options["picture"])
     outcome = facts.facts(driven)
     if options["latches"]:
-        outcome |= facts.latch_facts(*driving.released(driven))
+        outcome |= facts.latch_facts(*released(driven))
     if as_json:
         click.echo(json.dumps(outcome, indent=2, allow_nan=False))
     else:
@@ -126,8 +117,8 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
         click.get_current_context().exit(1)
 
 
-def _wishes(options: dict[str, Any]) -> Any:
-    from hcsearch.drive.driving import Wishes
+def _drive_options(options: dict[str, Any]) -> Any:
+    from hcsearch.drive.driving import DriveOptions
     from hcsearch.labels import is_name
 
     values = {name: options[name] for name in ("rate", "acceleration", "firm", "period") if options[name] is not None}
@@ -138,7 +129,7 @@ def _wishes(options: dict[str, Any]) -> Any:
         if not all(map(is_name, parts)):
             raise HcsearchError(f"cannot read --hinges {options['hinges']!r}: write numbers, such as 0,4,5")
         values["hinges"] = tuple(parts)
-    return Wishes(**values)
+    return DriveOptions(**values)
 
 
 def _near(text: str) -> tuple[float, float]:

@@ -46,7 +46,6 @@ def enumerate_(
     until: str | None,
     scene: str | None,
     panel: str | None,
-    across: str | None,
     budget: int | None,
     jobs: int | None,
     scheduler: str | None,
@@ -61,7 +60,7 @@ def enumerate_(
     from hcsearch.api.enumerating import announce_size, crew_of, plan_of, run_plan, search_of
 
     search, crew = search_of(grid, n, array_spec, keep), crew_of(jobs, scheduler)
-    plan = plan_of(search, until, keep, scene, panel, across, crew, db, budget)
+    plan = plan_of(search, until, keep, scene, panel, crew, db, budget)
     announce_size(plan, db, _announce, dry=dry_run)
     with Meter("batch") as meter, compiling_ahead("check", wanted=bool(plan.scenic)):
         summary, place = run_plan(plan, db, meter, _announce, dry=dry_run)

@@ -6,8 +6,8 @@ from typing import Any
 
 import click
 
+from hcsearch.cli.cases import case_options, subject_options
 from hcsearch.cli.options import Number, examples
-from hcsearch.cli.subjects import request_of, subject_options
 from hcsearch.export.formats import FORMATS
 from hcsearch.export.settings import LEAST_STEP_S, MOST_KERF_MM, MOST_STEP_S, NAMES, PROFILES, SHEETS
 
@@ -60,18 +60,12 @@ def export(name: str, output: str, format_name: str | None, motion: Any, **optio
     The endings:
     {formats}
     """
-    from hcsearch.export.formats import format_of
-    from hcsearch.export.reading import exported_named
-    from hcsearch.export.writing import settings_of, write_export
-    from hcsearch.system.outputs import check_output
+    from hcsearch.api.exporting import save
 
-    wanted = format_of(output, format_name)
-    given = {name: options[name] for name in NAMES if options[name] is not None}
-    settings = settings_of(wanted, given)
-    check_output(output)
-    wanted.check_installed()
-    exported = exported_named(request_of(name, options), wanted, motion, settings.state)
-    for path in write_export(output, wanted, exported, settings):
+    settings = {name: options[name] for name in NAMES if options[name] is not None}
+    named = case_options(options)
+    given = {option: named.pop(option) for option in ("db", "scene", "panel", "flat_pairs")}
+    for path in save(name, output, format=format_name, motion=motion, values=named, **given, **settings):
         click.echo(path)
 
 

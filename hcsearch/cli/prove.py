@@ -6,16 +6,16 @@ from typing import Any
 
 import click
 
+from hcsearch.cli.cases import case_options, proof_options
 from hcsearch.cli.options import examples
 from hcsearch.cli.progress import Meter
-from hcsearch.cli.subjects import proof_options, request_of
 
 
 @click.command(
     epilog=examples(
         "hcsearch prove hex:0234550132:4 --output path.json",
         "hcsearch prove hex:0223335500:4 --output lock.json --panel 100x10",
-    )
+    ),
 )
 @proof_options
 @click.option("--output", required=True, metavar="FILE", help="The certificate to write, a file .json.")
@@ -34,25 +34,20 @@ def prove(name: str, output: str, budget: int | None, **options: Any) -> None:
     programs of their own that need NumPy alone: path_checker.py, lock_checker.py and collision_checker.py in
     hcsearch/certificates.
     """
-    import json
+    from hcsearch.api import proving
 
-    from hcsearch.certificates.proving import EFFORTS, prove
-    from hcsearch.subjects.reading import read_folding
-    from hcsearch.subjects.requests import settled
-    from hcsearch.system.outputs import check_output, write_output
-
-    check_output(output, (".json",))
-    folding, scene = read_folding(settled(request_of(name, options)))
     with Meter("step") as meter:
         meter(0, 1, "proof")
-        data, sentences = prove(folding, scene, EFFORTS if budget is None else budget)
-    write_output(output, json.dumps(data, separators=(",", ":")) + "\n", (".json",))
-    for sentence in sentences:
+        named = case_options(options) | ({} if budget is None else {"budget": budget})
+        certificate = proving.prove(name, output, **named)
+    for sentence in certificate.sentences:
         click.echo(sentence)
     click.echo(output)
 
 
-@click.command(epilog=examples("hcsearch prove hex:0223335500:4 --output lock.json", "hcsearch verify lock.json"))
+@click.command(
+    "verify", epilog=examples("hcsearch prove hex:0223335500:4 --output lock.json", "hcsearch verify lock.json")
+)
 @click.argument("path", metavar="FILE")
 def verify(path: str) -> None:
     """Check a certificate of `hcsearch prove`.
@@ -62,11 +57,11 @@ def verify(path: str) -> None:
 
     Exit code: 0 if all claims hold; 1 if one is not proved; 2 if the file is no certificate.
     """
-    from hcsearch.certificates.proving import CertificateError, read_certificate, verify
+    from hcsearch.api import proving
+    from hcsearch.certificates.proving import CertificateError
 
-    data = read_certificate(path)
     try:
-        sentences = verify(data)
+        sentences = proving.verify(path).sentences
     except CertificateError as refused:
         click.echo(f"{path}: not proved: {refused}", err=True)
         click.get_current_context().exit(1)

@@ -43,7 +43,6 @@ def query(
     db: str,
     scene: str | None,
     panel: str | None,
-    across: str | None,
     columns: str | None,
     sort: str | None,
     limit: int | None,
@@ -58,11 +57,11 @@ def query(
     circuit= a circuit in any position, order or direction. An unknown value satisfies neither a condition nor its
     negation.
     """
+    from hcsearch.cases.queries import Query
     from hcsearch.store import format_rows, open_readonly, save_rows
-    from hcsearch.subjects.queries import Query
 
     chosen = columns or (_COLUMNS if sql is None else "")
-    asked = Query(condition, "designs", chosen, sort or "", limit, scene, panel, across, sql)
+    asked = Query(condition, "designs", chosen, sort or "", limit, scene, panel, sql)
     if output is not None:
         check_output(output)
     with open_readonly(db) as database, asked.rows(database) as rows:

@@ -50,7 +50,6 @@ def rank(
     db: str,
     scene: str | None,
     panel: str | None,
-    across: str | None,
     weights: tuple[str, ...],
     pareto: bool,
     limit: int | None,
@@ -69,7 +68,7 @@ def rank(
 
     chosen = complete_weights(_read(weights))
     with opened(db, to_write=save) as database:
-        ranked = rank_in(database, condition, chosen, scene, panel, across, save=save)
+        ranked = rank_in(database, condition, chosen, scene, panel, save=save)
     for text in format_rows(_shown(ranked, pareto, limit, style), style):
         click.echo(text, nl=False)
     if ranked.left_out:

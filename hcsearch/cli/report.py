@@ -6,10 +6,10 @@ from pathlib import Path
 
 import click
 
+from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.cli.options import database_option, examples, query_argument
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import printable
-from hcsearch.subjects.scenes import scene_asked_for
 from hcsearch.system.outputs import check_output
 
 
@@ -21,9 +21,7 @@ from hcsearch.system.outputs import check_output
 @click.option(
     "--limit", type=click.IntRange(min=0), default=20_000, show_default=True, help="The greatest number of designs."
 )
-def report(
-    condition: str, db: str, scene: str | None, panel: str | None, across: str | None, output: str, limit: int
-) -> None:
+def report(condition: str, db: str, scene: str | None, panel: str | None, output: str, limit: int) -> None:
     """Write one HTML page with all designs of a query.
 
     The page shows how many circuits pass each stage and a card for each design, with motions to play; it makes no
@@ -34,6 +32,6 @@ def report(
 
     check_output(output)
     with open_readonly(db) as database:
-        asked = scene_asked_for(database, scene, panel, across, query=condition)
+        asked = scene_asked_for(database, scene, panel, query=condition)
         path = write_report(database, condition, Path(output), limit=limit, scene=asked)
     click.echo(printable(str(path)))

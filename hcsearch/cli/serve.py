@@ -6,10 +6,10 @@ import signal
 
 import click
 
+from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.cli.options import database_option, examples
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import HcsearchError
-from hcsearch.subjects.scenes import scene_asked_for
 from hcsearch.system.interrupts import leave
 
 
@@ -22,7 +22,7 @@ from hcsearch.system.interrupts import leave
     "--host", default="127.0.0.1", show_default=True, help="The address of this machine at which the server answers."
 )
 @scene_options
-def serve(db: str, port: int, host: str, scene: str | None, panel: str | None, across: str | None) -> None:
+def serve(db: str, port: int, host: str, scene: str | None, panel: str | None) -> None:
     """Show a database in a browser on this machine.
 
     The command prints an address to open in a browser; Ctrl-C ends it. The pages list the designs of a query, filtered
@@ -41,7 +41,7 @@ def serve(db: str, port: int, host: str, scene: str | None, panel: str | None, a
     from hcsearch.store.pages import SECONDS
 
     with open_readonly(db, timeout=SECONDS) as database:
-        asked = scene_asked_for(database, scene, panel, across)
+        asked = scene_asked_for(database, scene, panel)
         check_scene(database, asked)
         with open_socket(host, port) as listening:
             if not is_local(host):

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from hcsearch.circuit import Circuit
     from hcsearch.folding import Folding
-    from hcsearch.scenes import PanelSize
+    from hcsearch.panel_sizes import PanelSize
 
 
 @click.command(
@@ -39,7 +39,6 @@ def show(
     db: str,
     scene: str | None,
     panel: str | None,
-    across: str | None,
     as_html: bool,
     output: str | None,
 ) -> None:
@@ -55,8 +54,8 @@ def show(
     """
     if output and not as_html:
         raise HcsearchError("--output applies to a page: add --html")
+    from hcsearch.cases.names import design_named
     from hcsearch.folding import folding_of, foldings, split_crease, why_none
-    from hcsearch.subjects.designs import design_named
 
     if not design[:1].isdigit() and ":" not in design:
         raise _unknown(design)
@@ -64,14 +63,14 @@ def show(
     circuit, number = design_named(name, db)
     chosen = foldings(circuit) if crease is None else [folding_of(circuit, crease)]
     if as_html:
-        asked = _scene_of_page(circuit, number, db, scene, panel, across)
+        asked = _scene_of_page(circuit, number, db, scene, panel)
         _write_page(design, circuit, number, chosen, output, db, asked)
     elif number is None:
-        size = _panel_asked_for(circuit, db, scene, panel, across)
+        size = _panel_asked_for(circuit, db, scene, panel)
         _print_circuit(circuit, {})
         _print_foldings(chosen, size, why_none(circuit.n))
     else:
-        _print_design(circuit, number, chosen, db, scene, panel, across)
+        _print_design(circuit, number, chosen, db, scene, panel)
 
 
 def _unknown(name: str) -> HcsearchError:
@@ -82,29 +81,26 @@ def _unknown(name: str) -> HcsearchError:
     return HcsearchError(f"{name!r} is no design: give an id, or the notation of a circuit such as hex:0234550132")
 
 
-def _panel_asked_for(circuit: Circuit, db: str, scene: str | None, panel: str | None, across: str | None) -> PanelSize:
+def _panel_asked_for(circuit: Circuit, db: str, scene: str | None, panel: str | None) -> PanelSize:
     """The size of panels of a circuit that no database names, m."""
-    from hcsearch.subjects.reading import read_scene_of
-    from hcsearch.subjects.requests import Request
+    from hcsearch.cases.resolve import resolve_scene
+    from hcsearch.scenes import panel_of
 
-    panel_ = read_scene_of(Request(circuit.notation, db, scene, panel, across), circuit.grid.name).panel
-    assert panel_ is not None
-    return panel_
+    grid = circuit.grid.name
+    return panel_of(resolve_scene(grid, db, scene=scene, panel=panel), grid)
 
 
-def _scene_of_page(
-    circuit: Circuit, number: int | None, db: str, scene: str | None, panel: str | None, across: str | None
-) -> str:
+def _scene_of_page(circuit: Circuit, number: int | None, db: str, scene: str | None, panel: str | None) -> str:
     """The name of the scene whose verdicts a page has."""
+    from hcsearch.cases.stored_scenes import scene_asked_for
     from hcsearch.store import open_readonly
-    from hcsearch.subjects.scenes import scene_asked_for
 
     if number is None:
-        if scene or panel or across:
+        if scene or panel:
             raise HcsearchError("a circuit is shown in the scene default: name the design by its id in a database")
         return DEFAULT
     with open_readonly(db) as database:
-        return scene_asked_for(database, scene, panel, across, grid=circuit.grid.name)
+        return scene_asked_for(database, scene, panel, grid=circuit.grid.name)
 
 
 def _print_design(
@@ -114,23 +110,22 @@ def _print_design(
     db: str,
     scene: str | None,
     panel: str | None,
-    across: str | None,
 ) -> None:
     """A design of a database: its verdict in a scene, and motions of its foldings, in all scenes or in that one."""
+    from hcsearch.cases.stored_scenes import scene_asked_for, stored_scene
     from hcsearch.folding import why_none
     from hcsearch.scenes import panel_of
     from hcsearch.store import best_creases, find_design, find_verdict, open_readonly
-    from hcsearch.subjects.scenes import scene_asked_for, stored_scene
 
     with open_readonly(db) as database:
-        asked = scene_asked_for(database, scene, panel, across, grid=circuit.grid.name)
+        asked = scene_asked_for(database, scene, panel, grid=circuit.grid.name)
         row = find_design(database, str(number), asked)
         best = best_creases(database, [number], asked).get(number)
         rows = [*row["motions"], *row["deployments"]]
         places = {(one["crease"], one.get("base", one["scene"])) for one in rows}
         verdicts = {place: find_verdict(database, number, *place) for place in places}
         size = panel_of(stored_scene(database, asked), circuit.grid.name)
-    if scene or panel or across:
+    if scene or panel:
         row["motions"] = [one for one in row["motions"] if one["scene"] == asked]
         row["deployments"] = [one for one in row["deployments"] if one["base"] == asked]
     _print_circuit(circuit, row | {"scene": asked, "best": best})
@@ -255,7 +250,7 @@ def _print_folding(folding: Folding, panel: PanelSize) -> None:
 
 
 def _print_mechanism(folding: Folding, panel: PanelSize) -> None:
-    from hcsearch.subjects.mechanisms import freedoms_of, lock_sentences
+    from hcsearch.cases.mechanisms import freedoms_of, lock_sentences
 
     for freedoms in freedoms_of(folding, panel):
         click.echo(f"  {freedoms.sentence}")

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hcsearch.cli.cases import resolve_named, subject_options
 from hcsearch.cli.options import examples, json_option, named_numbers
 from hcsearch.cli.progress import Meter
-from hcsearch.cli.subjects import known_request, subject_options
 from hcsearch.errors import HcsearchError
 from hcsearch.system.numbers import short
 from hcsearch.system.outputs import check_output, write_output
 
 if TYPE_CHECKING:
-    from hcsearch.subjects.reading import Subject
+    from hcsearch.cases.case import Case
     from hcsearch.tuning.robustness import Spread
     from hcsearch.tuning.tuning import Tuning
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
         "hcsearch tune thesis-4x4 --scene thesis --output springs.toml",
         "hcsearch deploy springs.toml",
         "hcsearch tune square:012233230011:4 --catalogue 0.07,0.10",
-    )
+    ),
 )
 @subject_options
 @click.option(
@@ -80,22 +80,18 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
     Exit code: 0 if the array becomes flat with the chosen springs, certified free of collisions; 1 if there are no such
     springs; 2 for wrong input.
     """
-    from hcsearch.api.tuning import refuse_drives, tune_subject
-    from hcsearch.store import open_database
-    from hcsearch.subjects.reading import read_subject
+    from hcsearch.api import tuning as tunings
     from hcsearch.tuning import facts
 
     if options["output"]:
         check_output(options["output"], (".toml",))
     catalogue, spread = _catalogue(options["catalogue"]), _spread(options["spreads"])
-    subject = read_subject(known_request(name, options))
-    refuse_drives(subject)
-    _check_catalogue(catalogue, subject)
-    with open_database(options["db"], create=True) as database, Meter("set") as meter:
-        tuning = tune_subject(
-            subject,
-            options["formulation"],
-            database,
+    case = resolve_named(name, options)
+    with Meter("set") as meter:
+        tuning = tunings.tune(
+            case,
+            formulation=options["formulation"],
+            keep_in=options["db"],
             catalogue=catalogue,
             evaluations=options["evaluations"],
             samples=options["samples"],
@@ -104,29 +100,30 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
             progress=meter,
         )
     if options["output"]:
-        _write(options["output"], tuning, subject)
+        _write(options["output"], tuning, case)
     if as_json:
         click.echo(json.dumps(facts.facts(tuning), indent=2, allow_nan=False))
     else:
-        _print(tuning, subject)
+        _print(tuning, case)
     if tuning.interrupted:
         raise KeyboardInterrupt
     if not tuning.chosen.confirmed:
         click.get_current_context().exit(1)
 
 
-def _write(path: str, tuning: Tuning, subject: Subject) -> None:
+def _write(path: str, tuning: Tuning, case: Case) -> None:
     """The scene with the springs to use."""
-    from hcsearch.deployment.scene_files import file_text
-    from hcsearch.deployment.springs import scene_springs
+    from hcsearch.scenes.scene_file import file_text
+    from hcsearch.scenes.setup import with_stiffnesses, written
 
     if tuning.rounded is not None and not tuning.rounded.confirmed:
         click.echo(f"no catalogue springs are certified clear: {path} has the tuned ones", err=True)
     from hcsearch.tuning import facts
 
-    scene = scene_springs(tuning.scene, tuning.chosen.stiffnesses)
+    setup = with_stiffnesses(tuning.setup, tuning.chosen.stiffnesses)
+    scene = written(setup, case.joined_scene, tuning.labels)
     bought = "" if facts.bought(tuning) is None else f"# buy: {facts.shopping(tuning)}\n"
-    write_output(path, bought + file_text(subject.facts, tuning.formulation, scene, tuning.labels))
+    write_output(path, bought + file_text(case.facts, tuning.formulation, scene))
 
 
 def _catalogue(text: str | None) -> tuple[float, ...]:
@@ -136,17 +133,6 @@ def _catalogue(text: str | None) -> tuple[float, ...]:
         return tuple(float(part) for part in text.split(","))
     except ValueError as error:
         raise HcsearchError(f"{text!r} is no catalogue: write stiffnesses in N m/rad, such as 0.07,0.10") from error
-
-
-def _check_catalogue(catalogue: tuple[float, ...], subject: Subject) -> None:
-    """Refuse springs beyond the scene's range, before anything is computed."""
-    from hcsearch.deployment.scales import settled
-    from hcsearch.deployment.springs import range_of
-    from hcsearch.tuning.catalogue import catalogue_levels
-
-    if catalogue:
-        softest, stiffest = range_of(settled(subject.scene, subject.linkage))
-        catalogue_levels(catalogue, stiffest, softest)
 
 
 def _spread(texts: tuple[str, ...]) -> Spread:
@@ -162,17 +148,17 @@ def _spread(texts: tuple[str, ...]) -> Spread:
     return Spread(**shares)
 
 
-def _print(tuning: Tuning, subject: Subject) -> None:
+def _print(tuning: Tuning, case: Case) -> None:
     from hcsearch.tuning import facts
 
-    labels, hinges = tuning.labels, subject.linkage.pattern.hinges
-    low, high = tuning.scene.spring_range or (0.0, 0.0)
+    labels, hinges = tuning.labels, case.linkage.pattern.hinges
+    low, high = tuning.setup.spring_range
     click.echo(f"{'use':24}{facts.advice(tuning)}")
     if tuning.catalogue:
         click.echo(f"{'buy':24}{facts.shopping(tuning)}")
     click.echo(f"{'formulation':24}{tuning.formulation}")
     click.echo(f"{'springs, N m/rad':24}{low:g} to {high:g}")
-    click.echo(f"{'seconds':24}{short(tuning.scene.seconds or 0.0, 6)}")
+    click.echo(f"{'seconds':24}{short(tuning.setup.seconds, 6)}")
     click.echo(f"{'evaluations':24}{tuning.evaluations} sets of springs, {tuning.recalled} of them known before")
     click.echo(f"{'samples':24}{tuning.samples} simulations within the tolerances")
     sets = [("start", tuning.start), ("tuned", tuning.best), ("catalogue", tuning.rounded)]

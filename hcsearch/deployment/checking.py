@@ -66,10 +66,10 @@ def check(
         screens = [screen_of(compiled) for compiled in scenes]
     subjects = [_subject(compiled, own) for compiled, own in zip(scenes, screens, strict=True)]
     for i, (compiled, own, subject) in enumerate(zip(scenes, screens, subjects, strict=True)):
-        scene, exactness = compiled.scene, (own.solids.margin, resolution_of(compiled.linkage))
-        if compiled.formulation not in {"constrained", "compliant"} or scene.held == "free":
+        setup, exactness = compiled.setup, (own.solids.margin, resolution_of(compiled.linkage))
+        if compiled.formulation not in {"constrained", "compliant"} or setup.free:
             raise HcsearchError("the quick check is of scenes with a panel held, constrained or compliant")
-        key = (compiled.formulation, compiled.seconds, scene.restitution, scene.cut_stiffness, scene.cut_damping)
+        key = (compiled.formulation, compiled.seconds, setup.restitution, setup.cut_stiffness, setup.cut_damping)
         groups[(exactness, *key, *_shapes(subject))].append(i)
     calls = []
     for key, members in groups.items():
@@ -116,12 +116,12 @@ def _run(
 ) -> list[Check]:
     """Check scenes of the same shapes; exactness : margin and resolution, m."""
     first, count = scenes[0], len(scenes)
-    system, scene = first.system, first.scene
+    system, setup = first.system, first.setup
     plan = plan_for(
         system,
         end=first.seconds,
         tolerance=tolerance,
-        restitution=scene.restitution,
+        restitution=setup.restitution,
         flat=FLAT,
         rest=STILL,
     )

@@ -10,11 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.collision.solids import kept_apart
-from hcsearch.deployment.naming import laws_of, numbered
-from hcsearch.deployment.scales import settled
 from hcsearch.deployment.starts import start_state
 from hcsearch.dynamics.bodies import Body, joined
-from hcsearch.dynamics.laws import Law, law_named, scaled
+from hcsearch.dynamics.laws import scaled
 from hcsearch.dynamics.mirror import Mirror, mirror_of
 from hcsearch.dynamics.panels import PanelTree, panel_bodies, panel_tree
 from hcsearch.dynamics.simulation import cut_states
@@ -24,6 +22,7 @@ from hcsearch.equality import ByValue
 from hcsearch.errors import HcsearchError
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
+from hcsearch.scenes.setup import Setup, settle
 from hcsearch.typing import Reals, Whole
 from hcsearch.vocabulary import Formulation
 
@@ -48,7 +47,7 @@ class Omission:
 class Compiled(ByValue):
     """A scene of a linkage as a system of bodies.
 
-    scene : settled, nothing in it is left to the panels.
+    setup : the scene in numbers of the linkage.
     start : (n_joints,), coordinates. joint_of : (n_hinges,), the joint of each hinge, -1 - k where it is cut k.
     hinged : (n_joints,), whether the joint is a hinge, and not one of a floating base. shares : (n_joints,), 1/2 where
         half of a hinge is left, else 1.
@@ -57,7 +56,7 @@ class Compiled(ByValue):
     """
 
     linkage: Linkage
-    scene: Scene
+    setup: Setup
     formulation: Formulation
     system: System
     start: Reals
@@ -71,14 +70,12 @@ class Compiled(ByValue):
     @property
     def seconds(self) -> float:
         """How long it is simulated, s."""
-        assert self.scene.seconds is not None  # settled
-        return self.scene.seconds
+        return self.setup.seconds
 
     @property
     def margin(self) -> float:
         """By which panels are shrunk on every face where collisions are looked for, m."""
-        assert self.scene.margin is not None  # settled
-        return self.scene.margin
+        return self.setup.margin
 
     def of_hinges(self, q: Reals, v: Reals) -> tuple[Reals, Reals]:
         """Fold angles and rates of all hinges, shape (k, n_hinges), from those of the joints, (k, n_joints)."""
@@ -114,52 +111,37 @@ class Stops:
 
 def compile_scene(
     linkage: Linkage,
-    scene: Scene,
+    scene: Scene | Setup,
     formulation: Formulation = "constrained",
     *,
     keep: frozenset[str] = frozenset(),
 ) -> Compiled:
-    """Compile a scene. keep : names of `OMISSIONS` that are not to be left out.
+    """Compile a scene of a linkage. keep : names of `OMISSIONS` that are not to be left out.
 
     Bodies and joints are those of the linkage's twin, where it has one.
     """
     unknown = keep - set(OMISSIONS)
     if unknown:
         raise HcsearchError(f"a simulation has no omission {min(unknown)!r}: choose from {', '.join(OMISSIONS)}")
-    own, twin = settled(scene, linkage), linkage.twin
+    setup, twin = settle(scene, linkage), linkage.twin
     if twin is None:
-        return _Compiler(linkage, own, formulation, keep).run()
-    compiled = compile_scene(twin.linkage, scene_of_twin(scene, linkage), formulation, keep=keep)
-    # what follows from the panels is the twin's, as sums in another order are rounded otherwise
-    own = replace(compiled.scene, held=own.held, springs=own.springs, gravity=own.gravity)
+        return _Compiler(linkage, setup, formulation, keep).run()
+    compiled = compile_scene(twin.linkage, setup.of_twin(linkage), formulation, keep=keep)
     panel_of = {image: panel for panel, image in enumerate(twin.panels)}
     apart = frozenset(
         (min(pair), max(pair)) for one, two in compiled.apart for pair in ((panel_of[one], panel_of[two]),)
     )
     joint_of = compiled.joint_of[list(twin.hinges)]
-    return replace(compiled, linkage=linkage, scene=own, joint_of=joint_of, apart=apart)
-
-
-def scene_of_twin(scene: Scene, linkage: Linkage) -> Scene:
-    """A scene of a linkage as its twin sees it: other numbers, and gravity in another direction."""
-    twin, own = linkage.twin, numbered(scene, linkage)
-    if twin is None:
-        return own
-    held = own.held if isinstance(own.held, str) else twin.panels[own.held]
-    springs = tuple(sorted((twin.hinges[int(hinge)], law) for hinge, law in own.springs))
-    x, y, z = (float(part) for part in twin.turn @ np.array(own.gravity))
-    return replace(own, held=held, springs=springs, gravity=(x, y, z))
+    return replace(compiled, linkage=linkage, setup=setup, joint_of=joint_of, apart=apart)
 
 
 class _Compiler:
-    """The compilation of one scene while it runs."""
+    """The compilation of one setup while it runs."""
 
-    def __init__(self, linkage: Linkage, scene: Scene, formulation: Formulation, keep: frozenset[str]) -> None:
-        self.linkage, self.scene, self.formulation, self.keep = linkage, scene, formulation, keep
-        self.held = held_panel(linkage, scene)
-        self.free = scene.held == "free"
-        self.laws = _laws(linkage, scene)
-        self.angles = start_state(linkage, scene.start)
+    def __init__(self, linkage: Linkage, setup: Setup, formulation: Formulation, keep: frozenset[str]) -> None:
+        self.linkage, self.setup, self.formulation, self.keep = linkage, setup, formulation, keep
+        self.laws = setup.laws
+        self.angles = start_state(linkage, setup.start)
         self.left_out: list[Omission] = []
         self.unreached = self._unreached()
 
@@ -167,9 +149,9 @@ class _Compiler:
         mirror = self._mirror()
         penalty, compliant = self.formulation == "penalty", self.formulation == "compliant"
         springy = penalty or compliant
-        if springy and self.linkage.loops and not self.scene.cut_stiffness:
+        if springy and self.linkage.loops and not self.setup.cut_stiffness:
             raise HcsearchError("cut_stiffness cannot be 0 where springs close the loops: give a positive number")
-        tree = panel_tree(self.linkage, self.scene.density, self.held, cut_hinges=penalty, mirror=mirror)
+        tree = panel_tree(self.linkage, self.setup.density, self.setup.held, cut_hinges=penalty, mirror=mirror)
         joints, bodies, welds, shift = self._based(tree, mirror)
         drives = (*(JointDrive() for _ in range(shift)), *self._drives(tree))
         if self.formulation == "quasistatic" and not all(drive.damping > 0.0 for drive in drives):
@@ -182,15 +164,15 @@ class _Compiler:
             bodies,
             drives,
             self._welds(welds),
-            gravity=self.scene.gravity,
+            gravity=self.setup.gravity,
             size=self.linkage.pattern.size,
-            stop_stiffness=self.scene.stop_stiffness if springy else 0.0,
-            stop_damping=self.scene.stop_damping if springy else 0.0,
+            stop_stiffness=self.setup.stop_stiffness if springy else 0.0,
+            stop_damping=self.setup.stop_damping if springy else 0.0,
             cuts=self._cuts(tree, shift),
-            cut_stiffness=self.scene.cut_stiffness,
-            cut_damping=self.scene.cut_damping,
-            closure_stiffness=self.scene.cut_stiffness if compliant else 0.0,
-            closure_damping=self.scene.cut_damping if compliant else 0.0,
+            cut_stiffness=self.setup.cut_stiffness,
+            cut_damping=self.setup.cut_damping,
+            closure_stiffness=self.setup.cut_stiffness if compliant else 0.0,
+            closure_damping=self.setup.cut_damping if compliant else 0.0,
             overdamped=self.formulation == "quasistatic",
         )
         joint_of = np.where(tree.joint_of >= 0, tree.joint_of + shift, -1)
@@ -203,7 +185,7 @@ class _Compiler:
         factor = 1.0 if mirror is None else 2.0
         return Compiled(
             self.linkage,
-            self.scene,
+            self.setup,
             self.formulation,
             system,
             start,
@@ -224,13 +206,13 @@ class _Compiler:
         springy = self.formulation == "penalty" or (self.formulation == "compliant" and bool(self.linkage.loops))
         if "half" in self.keep or springy:
             return None
-        mirror = mirror_of(self.linkage, self.held)
+        mirror = mirror_of(self.linkage, self.setup.held)
         if mirror is None:
             return None
         images = list(mirror.hinges)
         laws = [(law.straight, law.bent, law.snap_up, law.snap_down) for law in self.laws]
         even = all(laws[k] == laws[image] for k, image in enumerate(images))
-        level = abs(np.dot(self.scene.gravity, mirror.normal)) <= 1e-12 * (1.0 + math.hypot(*self.scene.gravity))
+        level = abs(np.dot(self.setup.gravity, mirror.normal)) <= 1e-12 * (1.0 + math.hypot(*self.setup.gravity))
         if not (even and level) or np.abs(self.angles - self.angles[images]).max() > 1e-9:
             return None
         self.angles = 0.5 * (self.angles + self.angles[images])
@@ -245,10 +227,10 @@ class _Compiler:
         self, tree: PanelTree, mirror: Mirror | None
     ) -> tuple[tuple[Joint, ...], tuple[Body, ...], tuple[Weld, ...], int]:
         """Joints, bodies and welds with the floating base before them, and how many joints that has."""
-        if not self.free:
+        if not self.setup.free:
             return tree.joints, tree.bodies, tree.welds, 0
-        panel = panel_bodies(self.linkage, self.scene.density)[self.held]
-        base = joined([panel, Body(self.scene.base_mass, panel.centre, np.diag(self.scene.base_inertia))])
+        panel = panel_bodies(self.linkage, self.setup.density)[self.setup.held]
+        base = joined([panel, Body(self.setup.base_mass, panel.centre, np.diag(self.setup.base_inertia))])
         base = base.share(1.0 if mirror is None else 0.5)
         upright = np.array([0.0, 0.0, 1.0])
         if mirror is None:
@@ -283,15 +265,12 @@ class _Compiler:
 
     def _drive(self, hinge: int, share: float = 1.0) -> JointDrive:
         law = self.laws[hinge]
-        damping = self.scene.damping
-        if damping is None:
-            damping = self.scene.damping_time * law.mean_stiffness
         upper = math.inf if hinge in self.unreached else math.pi
-        return JointDrive(law if share == 1.0 else scaled(law, share), share * damping, 0.0, upper)
+        return JointDrive(law if share == 1.0 else scaled(law, share), share * self.setup.damping_of(law), 0.0, upper)
 
     def _unreached(self) -> set[int]:
         """Hinges that cannot come back to their folded stop: the energy at the start is not enough for one spring."""
-        if "stops" in self.keep or any(self.scene.gravity):
+        if "stops" in self.keep or any(self.setup.gravity):
             return set()
         at_start = [law.energy(angle) for law, angle in zip(self.laws, self.angles, strict=True)]
         least = [min(0.0, law.least_energy) for law in self.laws]
@@ -315,7 +294,7 @@ class _Compiler:
             own = self.linkage.pattern.hinges[hinge]
             height = self.linkage.points[hinge][2]
             ends = (np.array([*own.start, height]), np.array([*own.end, height]))
-            base = shift - 1 if self.free else GROUND
+            base = shift - 1 if self.setup.free else GROUND
             bodies = [body + shift if body != GROUND else base for body in (first, second)]
             cuts.append(CutHinge(bodies[0], bodies[1], ends, self.linkage.directions[hinge], self._drive(hinge)))
         return tuple(cuts)
@@ -361,17 +340,7 @@ class _Compiler:
         """What is never there to begin with."""
         if not self.linkage.loops:
             self._leave_out("closure", "closure", "the array is an open chain")
-        if not any(self.scene.gravity):
+        if not any(self.setup.gravity):
             self._leave_out("gravity", "gravity", "the scene has none")
-        if not self.free:
+        if not self.setup.free:
             self._leave_out("base", "six freedoms of a floating base", "a panel is held")
-
-
-def held_panel(linkage: Linkage, scene: Scene) -> int:
-    """The panel that stands still, or belongs to the floating base."""
-    held = numbered(replace(scene, springs=()), linkage).held
-    return linkage.base if isinstance(held, str) else held
-
-
-def _laws(linkage: Linkage, scene: Scene) -> list[Law]:
-    return [law_named(text) for text in laws_of(linkage, scene)]

@@ -11,6 +11,7 @@ from hcsearch.deployment.deploying import Deployment, deploy
 from hcsearch.deployment.driving import Drives
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
+from hcsearch.scenes.setup import Setup
 from hcsearch.system.notebooks import notebook_view
 from hcsearch.vocabulary import Formulation, Verdict
 
@@ -84,7 +85,7 @@ class Deployed:
 def deployed(
     name: str,
     linkage: Linkage,
-    scene: Scene,
+    scene: Scene | Setup,
     formulation: Formulation = "constrained",
     *,
     method: str | None = None,

@@ -24,6 +24,7 @@ from hcsearch.equality import ByValue
 from hcsearch.errors import HcsearchError
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
+from hcsearch.scenes.setup import Setup, settle
 from hcsearch.typing import Reals
 from hcsearch.vocabulary import Formulation, Outcome, Verdict
 
@@ -112,7 +113,7 @@ class Deployment(ByValue):
 
 def deploy(
     linkage: Linkage,
-    scene: Scene,
+    scene: Scene | Setup,
     formulation: Formulation = "constrained",
     *,
     method: str | None = None,
@@ -144,7 +145,6 @@ def run(
     """Simulate a compiled scene; as `deploy`."""
     if not 1e-13 <= tolerance <= 1e-1:
         raise HcsearchError(f"a tolerance of {tolerance:g} is out of range: give one from 1e-13 to 0.1")
-    scene = compiled.scene
     began = time.perf_counter()
     motion = simulate(
         compiled.system,
@@ -152,7 +152,7 @@ def run(
         end=compiled.seconds,
         method=method or method_of(compiled.formulation),
         tolerance=tolerance,
-        restitution=scene.restitution,
+        restitution=compiled.setup.restitution,
         flat=FLAT,
         watched=compiled.hinged,
         rest=STILL,
@@ -162,16 +162,17 @@ def run(
 
 
 def compile_driven(
-    linkage: Linkage, scene: Scene, drives: Drives | None, formulation: Formulation = "constrained"
+    linkage: Linkage, scene: Scene | Setup, drives: Drives | None, formulation: Formulation = "constrained"
 ) -> Compiled:
     """Compile a scene for drives, of which nothing is left out that they may break: its mirror half, folded stops."""
     if formulation != "constrained":
         raise HcsearchError(
             f"drives are simulated with exact closure, not in the {formulation} formulation: leave it out"
         )
-    if scene.held == "free":
+    setup = settle(scene, linkage)
+    if setup.free:
         raise HcsearchError("drives are for an array that is held: hold a panel, such as --held bottom")
-    compiled = compile_scene(linkage, scene, keep=frozenset({"half", "stops"}))
+    compiled = compile_scene(linkage, setup, keep=frozenset({"half", "stops"}))
     if drives is None:
         return compiled
     drives.check(linkage)
@@ -198,7 +199,7 @@ def run_driven(
             end=end,
             method=method or "implicit",
             tolerance=tolerance,
-            restitution=compiled.scene.restitution,
+            restitution=compiled.setup.restitution,
             flat=flat,
             watched=compiled.hinged,
         )
@@ -223,7 +224,7 @@ def judged(
     outcome = outcome_of(motion.ending)
     if driven is not None:
         reason = reason_of_motion(compiled, motion, "drive it more slowly, or more firmly")
-    elif compiled.scene.held == "free" and len(motion.q) and _steep(compiled, motion):
+    elif compiled.setup.free and len(motion.q) and _steep(compiled, motion):
         outcome, reason = "diverged", "the floating base turns too far for its three angles: give it more inertia"
     else:
         reason = reason_of_motion(compiled, motion)

@@ -52,7 +52,7 @@ def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any
         "collision_panels": [panels[k] for k in clearance.panels or ()] if clearance is not None and collides else None,
         "margin_mm": 1e3 * compiled.margin,
         **play_facts(deployment, agreement),
-        "scene": compiled.scene.name,
+        "scene": compiled.setup.name,
         "formulation": compiled.formulation,
         "panels": compiled.linkage.n_panels,
         "hinges": compiled.linkage.n_hinges,

@@ -15,7 +15,7 @@ def savings(deployment: Deployment, *, method: str | None, tolerance: float) -> 
         if omission.name not in OMISSIONS:
             continue
         compiled = deployment.compiled
-        full = compile_scene(compiled.linkage, compiled.scene, compiled.formulation, keep=frozenset({omission.name}))
+        full = compile_scene(compiled.linkage, compiled.setup, compiled.formulation, keep=frozenset({omission.name}))
         other = run(full, method=method, tolerance=tolerance, certified=False)
         again = run(compiled, method=method, tolerance=tolerance, certified=False)
         rows.append(

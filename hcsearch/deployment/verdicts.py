@@ -18,19 +18,19 @@ from numpy.typing import NDArray
 
 from hcsearch.deployment.agreement import PATIENT, Agreement, agreed_checks, neighbours
 from hcsearch.deployment.checking import CALL, Screen, check, screen_of
-from hcsearch.deployment.compiling import Compiled, compile_scene, scene_of_twin
+from hcsearch.deployment.compiling import Compiled, compile_scene
 from hcsearch.deployment.deploying import run
-from hcsearch.deployment.looks import Look, looks_at, scene_of, springs_of
-from hcsearch.deployment.naming import numbered
 from hcsearch.deployment.outcomes import STEPS, Check
 from hcsearch.deployment.play import Play, needed_margin_of, play_of
-from hcsearch.deployment.scene_files import file_text
+from hcsearch.deployment.spring_sets import springs_of
 from hcsearch.deployment.springs import with_springs
-from hcsearch.flat_pairs import can_be, linkage_joined, ways
 from hcsearch.folding import folding_at, representatives
 from hcsearch.labels import labels_of
 from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch, Trial
 from hcsearch.scenes import Scene, panel_of
+from hcsearch.scenes.looks import Look, looks_at, setup_of
+from hcsearch.scenes.scene_file import file_text
+from hcsearch.scenes.setup import settle, written
 from hcsearch.vocabulary import Way
 
 WORK = 5_000_000
@@ -83,7 +83,7 @@ class _Verdicts:
         self.moves = moves
         self.count, self.threads = len(foldings), threads
         # the proof is of rigid pairs, and says nothing of a scene in which they are hinged
-        self.locked = {i for i in self.foldings if locked[i] and ways(scene) != ("hinged",)}
+        self.locked = {i for i in self.foldings if locked[i] and scene.flat_pairs != ("hinged",)}
         self.compiled: dict[tuple[int, Way], Compiled] = {}
         self.screens: dict[tuple[int, Way], Screen] = {}
         self.deploys: dict[int, Trial] = {}
@@ -186,19 +186,19 @@ class _Verdicts:
         if look.pairs == "hinged":
             return True
         # merged motions are motions with rigid pairs, too
-        return i not in self.locked and (look.first or can_be(self.foldings[i], look.pairs))
+        return i not in self.locked and (look.first or self.foldings[i].can_join(look.pairs))
 
     def _compiled(self, i: int, look: Look) -> Compiled:
         key = (i, look.pairs)
         if key not in self.compiled:
-            linkage = linkage_joined(self.foldings[i], self.panel, look.pairs)
+            linkage = self.foldings[i].linkage(self.panel, flat_pairs=look.pairs)
             self.compiled[key] = compile_scene(linkage, self.scene, keep=frozenset({"stops"}))
         compiled = self.compiled[key]
         if key not in self.screens:
             self.screens[key] = screen_of(compiled)
-        compiled = replace(compiled, scene=scene_of(compiled.scene, look))
+        compiled = replace(compiled, setup=setup_of(compiled.setup, self.scene, look))
         if look.springs:
-            compiled = with_springs(compiled, springs_of(self.foldings[i], compiled, look.springs))
+            compiled = with_springs(compiled, springs_of(self.foldings[i], self.panel, compiled, look.springs))
         return compiled
 
     def _alike(self, rows: list[int]) -> dict[int, list[int]]:
@@ -217,9 +217,9 @@ class _Verdicts:
 
     def _symmetric(self, i: int, first: int) -> bool:
         """Whether a scene is the same for two congruent foldings, which gravity or what is held may tell apart."""
-        own, other = (linkage_joined(self.foldings[k], self.panel, ways(self.scene)[0]) for k in (i, first))
-        seen, scene = scene_of_twin(self.scene, own), numbered(self.scene, other)
-        return seen.held == scene.held and bool(np.allclose(seen.gravity, scene.gravity, rtol=0.0, atol=1e-12))
+        own, other = (self.foldings[k].linkage(self.panel, flat_pairs=self.scene.flat_pairs[0]) for k in (i, first))
+        seen, setup = settle(self.scene, own).of_twin(own), settle(self.scene, other)
+        return seen.held == setup.held and bool(np.allclose(seen.gravity, setup.gravity, rtol=0.0, atol=1e-12))
 
     def _carried(self, i: int, first: int, look: Look, one: Check, agreement: Agreement | None) -> Trial:
         """The trial of a folding, from that of the congruent one that was simulated: only numbers are others."""
@@ -244,16 +244,12 @@ class _Verdicts:
             play = Play(agreement.needed_margin, agreement.least_gap)
             clearance = play.clearance(min(math.inf if one.gap is None else one.gap, size))
         facts = {"design": self.foldings[i].notation}
-        tried = replace(
-            compiled.scene,
-            panel=self.panel,
-            flat_pairs="hinged" if look.pairs == "hinged" else "rigid",
-            merge=look.pairs == "merged",
-        )
+        scene = replace(self.scene, panel=self.panel, flat_pairs=(look.pairs,))
+        tried = written(compiled.setup, scene, labels)
         return Trial(
             folding=i,
             scene=tried.name,
-            values=file_text(facts, compiled.formulation, tried, labels),
+            values=file_text(facts, compiled.formulation, tried),
             formulation=compiled.formulation,
             status=status,
             reason=reason,

@@ -10,7 +10,6 @@ import numpy as np
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.deployment.deploying import Deployment, compile_driven, run_driven
 from hcsearch.deployment.driving import LONGEST, SHORTEST, Drives
-from hcsearch.deployment.scales import settled
 from hcsearch.drive.choosing import FIRM, Choice, choice_of, choose
 from hcsearch.drive.gains import PERIOD, controlled
 from hcsearch.drive.latches import Latch, latches_on, release
@@ -18,13 +17,13 @@ from hcsearch.drive.smoothing import NEAR, smooth_path
 from hcsearch.drive.timing import ACCELERATION, RATE, TimedPath, timed
 from hcsearch.drive.torques import Torques, torques_along
 from hcsearch.errors import HcsearchError
-from hcsearch.flat_pairs import can_be, linkage_joined, ways
 from hcsearch.folding import Folding
 from hcsearch.labels import labels_of
 from hcsearch.linkage import Linkage
 from hcsearch.planning.motions import PlannedMotion, motion_of
 from hcsearch.planning.reasons import reason_of
-from hcsearch.scenes import FlatPairs, Scene, panel_of
+from hcsearch.scenes import Scene, panel_of
+from hcsearch.scenes.setup import Setup, settle
 from hcsearch.twisting import twist
 from hcsearch.typing import Reals
 from hcsearch.vocabulary import Way
@@ -39,7 +38,7 @@ COUNT, PLACES = 1000, 600
 
 
 @dataclass(frozen=True)
-class Wishes:
+class DriveOptions:
     """What a drive is asked for.
 
     rate, acceleration : greatest of a hinge, rad/s, rad/s^2. near : rad, from the packed and the flat state, where the
@@ -60,13 +59,15 @@ class Drive:
     """A driven folding.
 
     play : least play of each face (m) at which its path is proved clear. scene : with panels and flat pairs as the way
-    of the path says. deployment : the motion simulated under control, certified at the scene's margin.
+    of the path says. setup : the same in numbers of the linkage, with the time of the course. deployment : the motion
+    simulated under control, certified at the scene's margin.
     """
 
     folding: Folding
     way: Way
     linkage: Linkage
     scene: Scene
+    setup: Setup
     play: float
     choice: Choice
     timed: TimedPath
@@ -86,9 +87,13 @@ class Drive:
         return float(np.abs(self.deployment.angles - self.timed.at(self.deployment.motion.times)[0]).max())
 
 
+class NoPathError(HcsearchError):
+    """No path of a folding is proved along which it could be driven."""
+
+
 def find_motion(folding: Folding, scene: Scene) -> PlannedMotion:
     """The motion of a folding with the panels, ways and margin of a scene; HcsearchError where it has no such way."""
-    own = [way for way in ways(scene) if can_be(folding, way)]
+    own = [way for way in scene.flat_pairs if folding.can_join(way)]
     if not own:
         raise HcsearchError("the folding has no mirror image to merge its panels with: leave out --merge")
     return motion_of(folding, panel_of(scene, folding.circuit.grid.name), own, scene.margin)
@@ -103,58 +108,57 @@ def why_not(folding: Folding, scene: Scene, motion: PlannedMotion) -> str:
         return f"the folding is twisted, with linking number {turns}: no motion leads from packed to flat"
     panel = panel_of(scene, folding.circuit.grid.name)
     for end in ("folded", "flat"):
-        linkages = [linkage_joined(folding, panel, way) for way, _ in motion.growths]
+        linkages = [folding.linkage(panel, flat_pairs=way) for way, _ in motion.growths]
         locks = [lock_at(linkage, getattr(linkage, end)) for linkage in linkages]
         if locks and all(lock.locked for lock in locks):
             return f"the folding is locked, {end}, in every way that the scene allows: {locks[0].reason}"
-    hinged = [] if "hinged" in ways(scene) else ["--flat-pairs hinged"]
+    hinged = [] if "hinged" in scene.flat_pairs else ["--flat-pairs hinged"]
     remedies = " or ".join(["other panels", *hinged, "a scene file with a greater margin_mm"])
     return f"undecided: {reason_of(motion)}; try {remedies}"
 
 
-def drive(
+def drive_along(
     folding: Folding,
     scene: Scene,
     motion: PlannedMotion,
-    wishes: Wishes | None = None,
+    options: DriveOptions | None = None,
     progress: Progress | None = None,
 ) -> Drive:
-    """The drive of a folding along a proved motion in a scene; HcsearchError for wishes that cannot be met.
+    """The drive of a folding along a proved motion in a scene; HcsearchError for options that cannot be met.
 
     progress : called with steps done, their number, and what comes next; the first step is the search for the motion.
     """
-    wishes = wishes or Wishes()
+    options = options or DriveOptions()
 
     def say(done: int) -> None:
         if progress is not None:
             progress(done, len(STEPS), STEPS[done])
 
     if motion.way is None or motion.proof is None or motion.proof.motion is None or motion.margin is None:
-        raise HcsearchError(why_not(folding, scene, motion))
-    if not SHORTEST <= wishes.period <= LONGEST:
-        raise HcsearchError(f"a controller's period of {wishes.period:g} s is out of range: give one from 1e-5 to 0.1")
+        raise NoPathError(why_not(folding, scene, motion))
+    if not SHORTEST <= options.period <= LONGEST:
+        raise HcsearchError(f"a controller's period of {options.period:g} s is out of range: give one from 1e-5 to 0.1")
     panel = panel_of(scene, folding.circuit.grid.name)
-    linkage = linkage_joined(folding, panel, motion.way)
-    pairs: FlatPairs = "hinged" if motion.way == "hinged" else "rigid"
-    scene = settled(replace(scene, panel=panel, flat_pairs=pairs, merge=motion.way == "merged"), linkage)
+    linkage = folding.linkage(panel, flat_pairs=motion.way)
+    scene = replace(scene, panel=panel, flat_pairs=(motion.way,))
     say(1)
-    path = smooth_path(linkage, motion.proof.motion, wishes.near)
+    path = smooth_path(linkage, motion.proof.motion, options.near)
     angles = path.at(np.linspace(0.0, path.length, PLACES))[0]
     labels = labels_of(linkage)
     choice = (
-        choice_of(linkage, angles, tuple(sorted({labels.hinge(name) for name in wishes.hinges})))
-        if wishes.hinges
-        else choose(linkage, angles, wishes.firm)
+        choice_of(linkage, angles, tuple(sorted({labels.hinge(name) for name in options.hinges})))
+        if options.hinges
+        else choose(linkage, angles, options.firm)
     )
     say(2)
-    course = timed(path, wishes.rate, wishes.acceleration)
-    scene = replace(scene, seconds=float(f"{course.seconds + SETTLING:.4g}"))
-    compiled = compile_driven(linkage, scene, None)
+    course = timed(path, options.rate, options.acceleration)
+    setup = replace(settle(scene, linkage), seconds=float(f"{course.seconds + SETTLING:.4g}"))
+    compiled = compile_driven(linkage, setup, None)
     torques = torques_along(compiled, course, choice, COUNT)
-    drives = controlled(compiled, torques, wishes.period)
+    drives = controlled(compiled, torques, options.period)
     say(3)
     deployment = run_driven(started(compiled, drives), drives)
-    return Drive(folding, motion.way, linkage, scene, motion.margin, choice, course, torques, drives, deployment)
+    return Drive(folding, motion.way, linkage, scene, setup, motion.margin, choice, course, torques, drives, deployment)
 
 
 def released(driven: Drive) -> tuple[tuple[Latch, ...], Deployment]:
@@ -162,7 +166,7 @@ def released(driven: Drive) -> tuple[tuple[Latch, ...], Deployment]:
     path = driven.timed.path
     latches = latches_on(driven.linkage, path.at(np.linspace(0.0, path.length, PLACES))[0])
     scene = replace(driven.scene, seconds=None)
-    return latches, release(compile_driven(driven.linkage, settled(scene, driven.linkage), None), latches)
+    return latches, release(compile_driven(driven.linkage, scene, None), latches)
 
 
 def started(compiled: Compiled, drives: Drives) -> Compiled:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from hcsearch.deployment.driving import drives_text
-from hcsearch.deployment.scene_files import file_text
 from hcsearch.drive.driving import Drive
 from hcsearch.drive.facts import table
 from hcsearch.labels import labels_of
+from hcsearch.scenes.scene_file import file_text
+from hcsearch.scenes.setup import written
 from hcsearch.system.outputs import write_output, write_table
 
 TABLES = (".csv", ".parquet")
@@ -18,7 +19,8 @@ def save(drive: Drive, path: str) -> None:
     """Write the course (.csv, .parquet) or a scene with the drive (.toml)."""
     if path.endswith(SCENES):
         labels = labels_of(drive.linkage)
-        text = file_text({"design": drive.folding.notation}, "constrained", drive.scene, labels)
+        scene = written(drive.setup, drive.scene, labels)
+        text = file_text({"design": drive.folding.notation}, "constrained", scene)
         write_output(path, f"{text}\n{drives_text(drive.drives, labels)}")
     else:
         write_table(path, table(drive), TABLES)

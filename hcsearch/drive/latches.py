@@ -68,7 +68,7 @@ def release(compiled: Compiled, latches: tuple[Latch, ...], *, tolerance: float 
             v,
             end=LOOKED_AT if waiting else compiled.seconds - now,
             tolerance=tolerance,
-            restitution=compiled.scene.restitution,
+            restitution=compiled.setup.restitution,
             flat=FLAT,
             watched=compiled.hinged,
         )

@@ -1,6 +1,6 @@
 """Files that other programs read: crease patterns, sheets, pictures, tables, solids and models of simulators.
 
-`FORMATS` lists the formats, a module each; `export` writes one to a file.
+`FORMATS` lists the formats, a module each.
 """
 
 from __future__ import annotations
@@ -10,10 +10,9 @@ from hcsearch.system.lazy import importing
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from hcsearch.export.formats import FORMATS, Format
-    from hcsearch.export.writing import export
 
-_HOMES = {"formats": ("FORMATS", "Format"), "writing": ("export",)}
+_HOMES = {"formats": ("FORMATS", "Format")}
 
-__all__ = ["FORMATS", "Format", "export"]
+__all__ = ["FORMATS", "Format"]
 
 __getattr__ = importing(__name__, _HOMES)

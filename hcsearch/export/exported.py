@@ -1,17 +1,17 @@
-"""What is exported: a design or an assembly with its linkage, its names, and its motion where one is wanted."""
+"""What is exported: a design or a case with its motion, where one is wanted."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
 
+from hcsearch.cases.case import Case
 from hcsearch.circuit import Circuit
 from hcsearch.export.settings import State
 from hcsearch.folding import Folding
 from hcsearch.labels import Labels, labels_of
 from hcsearch.linkage import Linkage
 from hcsearch.replays.replay import Replay
-from hcsearch.subjects.reading import Subject
 from hcsearch.typing import Reals
 
 
@@ -19,28 +19,31 @@ from hcsearch.typing import Reals
 class Exported:
     """What a writer is given.
 
-    name : notation of the design or folding, or name of the assembly. circuit, folding : None of an assembly; folding
-        is None of a design without a crease, too, which only formats of the array are given.
+    name : notation of the design or folding, or name of the assembly. circuit : None of an assembly.
     replay : its motion; None unless the format or the user wants one. sentence : what users should know of it.
     """
 
     name: str
     circuit: Circuit | None
-    folding: Folding | None
-    _subject: Subject | None
-    replay: Replay | None
+    _case: Case | None = None
+    replay: Replay | None = None
     sentence: str = ""
 
     @property
-    def subject(self) -> Subject:
-        """The linkage and its scene, as `hcsearch deploy` takes them."""
-        assert self._subject is not None
-        return self._subject
+    def case(self) -> Case:
+        """The case; formats of the array alone may have a design without one."""
+        assert self._case is not None
+        return self._case
+
+    @property
+    def folding(self) -> Folding | None:
+        """The folding; None of an assembly, and of a design without a crease."""
+        return None if self._case is None else self._case.folding
 
     @cached_property
     def linkage(self) -> Linkage:
-        """The linkage of the motion, as a path may join flat pairs otherwise; the subject's where there is none."""
-        return self.subject.linkage if self.replay is None else self.replay.linkage
+        """The linkage of the motion, as a path may join flat pairs otherwise; the case's where there is none."""
+        return self.case.linkage if self.replay is None else self.replay.linkage
 
     @cached_property
     def labels(self) -> Labels:
@@ -54,7 +57,7 @@ class Exported:
         return self.replay
 
     def angles(self, state: State) -> Reals:
-        """Fold angles of `linkage` in a state, (n_hinges,), rad; a share needs the motion."""
+        """Return the fold angles of `linkage` in a state, (n_hinges,), rad; a share needs the motion."""
         if state == "flat":
             return self.linkage.flat
         if state == "folded":

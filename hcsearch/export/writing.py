@@ -1,51 +1,20 @@
-"""Exports written to files."""
+"""Exports: what a format takes of a case, and the contents of its files."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import ExitStack
-from dataclasses import replace
-from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
+from hcsearch.cases.case import Case
 from hcsearch.errors import HcsearchError
 from hcsearch.export.exported import Exported
-from hcsearch.export.formats import FORMATS, Content, Format, format_of
-from hcsearch.export.reading import exported_named
-from hcsearch.export.settings import NAMES, Settings
-from hcsearch.folding import Folding
-from hcsearch.replays.sources import By
-from hcsearch.subjects.requests import Request
-from hcsearch.system.notices import say
-from hcsearch.system.outputs import check_output, replacing
-
-
-def export(
-    subject: str | Folding | Request,
-    path: str | Path,
-    format: str | None = None,  # noqa: A002 - as the command's option
-    *,
-    motion: By | None = None,
-    db: str = "hcsearch.sqlite",
-    **settings: Any,
-) -> list[Path]:
-    """Write a design, folding or assembly to a file, and return the paths of what was written.
-
-    subject : a folding, or what `hcsearch export` takes: DESIGN[:CREASE], an assembly, a file .toml. format : by its
-    name; by the file's ending unless given. motion : `path` or `springs`, where one is exported. settings : `Settings`.
-    Errors: HcsearchError for settings that the format does not take, and for wrong input; OutputError.
-    """
-    wanted = format_of(str(path), format)
-    chosen = settings_of(wanted, settings)
-    check_output(path)
-    wanted.check_installed()
-    folding = subject if isinstance(subject, Folding) else None
-    request = subject if isinstance(subject, Request) else Request(str(subject), db, folding=folding)
-    return write_export(path, wanted, exported_named(request, wanted, motion, chosen.state), chosen)
+from hcsearch.export.formats import FORMATS, Content, Format
+from hcsearch.export.settings import NAMES, Settings, State
+from hcsearch.replays.sources import By, replay_case
 
 
 def settings_of(wanted: Format, given: Mapping[str, Any]) -> Settings:
-    """The settings of an export; HcsearchError for those that the format does not heed."""
+    """Check the settings of an export; HcsearchError for those that the format does not heed."""
     for name in given:
         if name not in NAMES:
             raise HcsearchError(f"exports have no setting {name!r}: they have {', '.join(sorted(NAMES))}")
@@ -58,14 +27,41 @@ def settings_of(wanted: Format, given: Mapping[str, Any]) -> Settings:
     return Settings(**given)
 
 
-def write_export(path: str | Path, wanted: Format, exported: Exported, settings: Settings) -> list[Path]:
-    """Write what a format makes, all of its files or none, and say on stderr what users should know of it."""
-    content = wanted.write(exported, replace(settings, stem=Path(path).stem))
-    files: Mapping[str, Content] = content if isinstance(content, Mapping) else {Path(path).suffix: content}
-    paths = [Path(path), *(Path(path).with_suffix(ending) for ending in list(files)[1:])]
-    with ExitStack() as stack:
-        for place, text in zip(paths, files.values(), strict=True):
-            part = stack.enter_context(replacing(place))
-            part.write_bytes(text.encode() if isinstance(text, str) else text)
-    say(exported.sentence)
-    return paths
+def check_motion(wanted: Format, by: By | None, state: State) -> None:
+    """Refuse a motion that does not exist, or that a format has no place for."""
+    if by is not None and by not in get_args(By):
+        raise HcsearchError(f"there is no motion {by!r}: choose {' or '.join(get_args(By))}")
+    if by is not None and not (wanted.of == "motion" or wanted.frames or _is_share(wanted, state)):
+        remedy = ", or give --state SHARE" if "state" in wanted.takes else ""
+        raise HcsearchError(f"{wanted.name} holds no motion: leave out --motion{remedy}")
+
+
+def exported_case(case: Case, wanted: Format, by: By | None = None, state: State = "flat") -> Exported:
+    """Give a case as a format takes it, with its motion where the format or the state asks for one.
+
+    by : where the motion comes from (`replay_case`). HcsearchError where there is no such motion, and for a share of a
+    motion that does not end flat.
+    """
+    replay, sentence, share = None, case.sentence, _is_share(wanted, state)
+    if wanted.of == "motion" or by is not None or share:
+        replay, sentence = replay_case(case, by)
+    if share and replay is not None and not replay.ends_flat:
+        raise HcsearchError(
+            f"the motion of {case.title} does not end flat ({replay.source}): write --state flat or folded"
+        )
+    faults = "" if replay is None else replay.faults
+    sentence = "; ".join(filter(None, (sentence, faults and f"the motion: {faults}")))
+    circuit = None if case.folding is None else case.folding.circuit
+    return Exported(case.title, circuit, case, replay, sentence)
+
+
+def _is_share(wanted: Format, state: State) -> bool:
+    """Whether a state is a share of the motion, which solids alone take."""
+    return isinstance(state, float) and "state" in wanted.takes
+
+
+def contents(exported: Exported, wanted: Format, settings: Settings) -> dict[str, bytes]:
+    """Make the contents of all files of an export, by what follows the stem of their names; the file itself first."""
+    made = wanted.write(exported, settings)
+    files: Mapping[str, Content] = made if isinstance(made, Mapping) else {wanted.endings[0]: made}
+    return {ending: text.encode() if isinstance(text, str) else text for ending, text in files.items()}

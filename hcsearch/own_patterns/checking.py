@@ -44,10 +44,11 @@ class FoldingVerdict:
 class CheckedCircuit:
     """A circuit in the canonical order, and what the stages say of it.
 
-    two_stack : number of its foldings. verdicts : of those that were checked.
+    scene : in which they were checked. two_stack : number of its foldings. verdicts : of those that were checked.
     """
 
     circuit: Circuit
+    scene: Scene
     two_stack: int
     verdicts: tuple[FoldingVerdict, ...]
 
@@ -116,7 +117,7 @@ def check_circuit(
             some, _ = run_stages(some, [stage], scene)
         verdicts |= {verdict.folding.crease: verdict for verdict in _judged(circuit, some, scene)}
         done += len(alike)
-    return CheckedCircuit(circuit, two_stack, tuple(verdicts[crease] for crease in sorted(verdicts)))
+    return CheckedCircuit(circuit, scene, two_stack, tuple(verdicts[crease] for crease in sorted(verdicts)))
 
 
 def _twisted(folding: Folding, lk: int) -> FoldingVerdict:

@@ -12,8 +12,8 @@ from hcsearch.grid.arrays import check_size
 from hcsearch.grid.tilings import Point as Place
 from hcsearch.own_patterns.fold_reading import Drawing, Join
 from hcsearch.own_patterns.tiling import panel_named, tiling_of
+from hcsearch.panel_sizes import default_panel
 from hcsearch.pattern import Pair
-from hcsearch.scenes import default_panel
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 from hcsearch.enumeration import Search
 from hcsearch.errors import DatabaseError, StageError
 from hcsearch.kernels.circuits.words import insert_fingerprints
+from hcsearch.panel_sizes import panel_text
 from hcsearch.pipeline.amounts import duration
 from hcsearch.pipeline.judging import Judge, Piece, Verdict, check_scene, pieces, seconds_of, unfinished
 from hcsearch.pipeline.settling import Settler, tasks
 from hcsearch.pipeline.shards import Output, ShardJob
 from hcsearch.pipeline.workers import Crew
 from hcsearch.records import DesignBatch, StagedDesigns, StageResult, WorkKey
-from hcsearch.scenes import SCENES, Scene, panel_of, panel_text
+from hcsearch.scenes import SCENES, Scene, panel_of
 from hcsearch.stages.order import STAGES, check_keep, numbers, stage_keeping, stages_until
 from hcsearch.stages.stage import Stage
 from hcsearch.store import (
@@ -271,7 +272,7 @@ def run_into(plan: Plan, database: Database, progress: Progress | None = None, a
     """
     stages = numbers(stages_until(plan.until))
     if plan.scenic:
-        from hcsearch.deployment.scene_files import file_text  # noqa: PLC0415 - loads kernels
+        from hcsearch.scenes.scene_file import file_text  # noqa: PLC0415 - loads kernels
 
         record_scene(database, plan.scene.name, file_text({}, None, plan.scene))
     run_id = start_run(

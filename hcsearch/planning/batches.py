@@ -7,7 +7,6 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from hcsearch.flat_pairs import ways
 from hcsearch.folding import folding_at, representatives
 from hcsearch.planning.motions import PlannedMotion, carried, motion_of
 from hcsearch.planning.reasons import reason_of
@@ -35,7 +34,7 @@ def motions(
     One of congruent foldings is looked at, and its motion carried over to the others.
     """
     efforts = FIRST if budget is None else budget
-    panel, allowed = panel_of(scene, circuits.grid), ways(scene)
+    panel, allowed = panel_of(scene, circuits.grid), scene.flat_pairs
     own = [folding_at(circuits, foldings, i) for i in range(len(foldings))]
     standing = representatives(own, foldings.row.tolist(), panel)
 

@@ -72,7 +72,7 @@ def margins_of(linkage: Linkage) -> tuple[float, ...]:
 def critical_margin(linkage: Linkage, looking: Looking | None = None) -> CriticalMargin:
     """The least play that opens a linkage, and the greatest below it with which no path was met.
 
-    The way of joining flat pairs whose motions include those of all others has the least: `flat_pairs.widest_of`.
+    The way of joining flat pairs whose motions include those of all others has the least: `motions._widest`.
     """
     return _Bisection(linkage, Looking() if looking is None else looking).run()
 

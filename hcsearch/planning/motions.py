@@ -13,19 +13,18 @@ from functools import singledispatchmethod
 from hcsearch.collision.margins import margin_of, scale_of
 from hcsearch.collision.plates import plates_of
 from hcsearch.equality import ByValue
-from hcsearch.flat_pairs import can_be, linkage_joined, widest_of
 from hcsearch.folding import Folding
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.labels import Labels, labels_of
 from hcsearch.linkage import Linkage
 from hcsearch.locks.enclosures import Enclosure, enclose
+from hcsearch.panel_sizes import PanelSize
 from hcsearch.planning.critical import CriticalMargin, critical_margin
 from hcsearch.planning.planner import Growth, Planner
 from hcsearch.planning.proofs import PLAYS, PathProof, Prover
 from hcsearch.planning.schedule import FIRST, LONG, Bisection, Floods, Moves, Step, Trees, planned_efforts
 from hcsearch.planning.simple_moves import simple_path
 from hcsearch.planning.sizes import check_size
-from hcsearch.scenes import PanelSize
 from hcsearch.typing import Reals
 from hcsearch.vocabulary import Way
 
@@ -89,7 +88,7 @@ def motion_of(
     check_size(folding.circuit.n)
     like = folding.likeness(panel)
     own = folding if like is None else like.folding
-    linkages = {way: linkage_joined(own, panel, way) for way in ways if can_be(own, way)}
+    linkages = {way: own.linkage(panel, flat_pairs=way) for way in ways if own.can_join(way)}
     found = _Search(linkages, margin).run(budget, done) if linkages else PlannedMotion(None, None, None, ())
     return found if like is None else carried(found, folding, panel)
 
@@ -102,11 +101,11 @@ def margins_of(linkage: Linkage, margin: float | None = None) -> list[float]:
 
 def carried(motion: PlannedMotion, folding: Folding, panel: PanelSize) -> PlannedMotion:
     """The motion of a folding, from that of the congruent one that stands for it: only numbers are others."""
-    locks = tuple((way, _carried_lock(lock, linkage_joined(folding, panel, way))) for way, lock in motion.locks)
+    locks = tuple((way, _carried_lock(lock, folding.linkage(panel, flat_pairs=way))) for way, lock in motion.locks)
     motion = replace(motion, locks=locks)
     if motion.way is None or motion.states is None:
         return motion
-    linkage = linkage_joined(folding, panel, motion.way)
+    linkage = folding.linkage(panel, flat_pairs=motion.way)
     assert linkage.twin is not None
     hinges, proof = list(linkage.twin.hinges), motion.proof
     if proof is not None and proof.motion is not None:
@@ -132,7 +131,7 @@ class _Search:
     """The search for the motion of one folding."""
 
     def __init__(self, linkages: dict[Way, Linkage], margin: float | None) -> None:
-        self.linkages, self.widest = linkages, widest_of(tuple(linkages))
+        self.linkages, self.widest = linkages, _widest(tuple(linkages))
         self.planner: tuple[tuple[Way, float], Planner] | None = None
         self.provers: dict[Way, Prover] = {}
         self.left: dict[Way, int] = {}
@@ -250,3 +249,8 @@ class _Search:
         prover = self.provers.setdefault(way, Prover(self.linkages[way]))
         self.best = PlannedMotion(way, states, prover.prove(states, self.margins), (), labels_of(self.linkages[way]))
         return self.best.margin is not None
+
+
+def _widest(allowed: tuple[Way, ...]) -> tuple[Way, ...]:
+    """The way whose motions are those of all others, too, by which hinges are joined; all ways where there is none."""
+    return ("hinged",) if "hinged" in allowed else allowed

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+from hcsearch.cases.resolve import resolve
 from hcsearch.deployment.deployed import Deployed
 from hcsearch.folding import Folding
 from hcsearch.player.page import notebook_html
 from hcsearch.replays.recording import replay_of_deployment
-from hcsearch.replays.sources import replay_named
-from hcsearch.subjects.requests import Request
-from hcsearch.system.surroundings import default_database
+from hcsearch.replays.sources import replay_case
 from hcsearch.twisting import twist
 
 MOST = 12
@@ -19,7 +18,7 @@ def folding_html(folding: Folding) -> str | None:
     """The picture of a folding above its motion; None, for the picture alone, where it is twisted or large."""
     if folding.circuit.n > MOST or twist(folding):
         return None
-    replay = replay_named(Request(folding.notation, default_database(), folding=folding))
+    replay, _ = replay_case(resolve(folding))
     return f"<div>{folding._repr_svg_()}</div>{notebook_html(replay)}"
 
 

@@ -2,32 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from hcsearch.cases.case import Case
 from hcsearch.drive.driving import find_motion
-from hcsearch.flat_pairs import scene_joined
-from hcsearch.folding import Folding
 from hcsearch.planning.motions import PlannedMotion
 from hcsearch.scenes import Scene
-from hcsearch.subjects.reading import read_folding
-from hcsearch.subjects.requests import Request, known_of, settled, with_path
 
 
-def find_path(request: Request) -> tuple[Folding, Scene, PlannedMotion, str]:
-    """The folding that a request names, its scene, its motion, and what users should know of how flat pairs are joined.
+def find_path(case: Case) -> tuple[Scene, PlannedMotion, str]:
+    """Find the motion of a case's folding, with its scene, and what users should know of how flat pairs are joined.
 
     Springs may open a folding joined in one way, and its path be proved in another: a path is looked for in the first,
-    so that all that is made of a folding is of one linkage, and only where none is proved in the other. A design whose
-    best folding is opened by springs alone stands for the first folding with a proved path.
+    so that all that is made of a folding is of one linkage, and only where none is proved in the other.
     """
-    request = with_path(settled(request))
-    known = known_of(request)
-    folding, scene = read_folding(request)
+    folding, scene = case.to_move(), replace(case.scene, flat_pairs=case.allowed)
     motion = find_motion(folding, scene)
-    path = None if known.verdict is None else known.verdict.path
-    if motion.margin is None and known.look is not None and path not in (None, known.look.pairs):
+    path = None if case.stored is None or case.stored.verdict is None else case.stored.verdict.path
+    if motion.margin is None and case.look_of == "verdict" and path not in (None, case.look.pairs):
         assert path is not None
-        other = scene_joined(scene, path)
+        other = replace(scene, flat_pairs=(path,))
         proved = find_motion(folding, other)
         if proved.margin is not None:
-            said = f"flat pairs {path}, as in the proved path: none is proved with flat pairs {known.look.pairs}"
-            return folding, other, proved, known.said(said)
-    return folding, scene, motion, known.driven_sentence
+            said = f"flat pairs {path}, as in the proved path: none is proved with flat pairs {case.look.pairs}"
+            return other, proved, case.told(said)
+    return scene, motion, case.driven_sentence

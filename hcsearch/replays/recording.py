@@ -53,7 +53,7 @@ def replay_of_deployment(
         margin=compiled.margin,
         error=error,
         title=title,
-        source=f"simulated in the scene {compiled.scene.name!r}, {_LOOPS[compiled.formulation]}: "
+        source=f"simulated in the scene {compiled.setup.name!r}, {_LOOPS[compiled.formulation]}: "
         f"{deployment.reason if reason is None else reason}",
     )
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from hcsearch.cases.mechanisms import Freedoms
 from hcsearch.folding import Folding
 from hcsearch.player import Payload
 from hcsearch.report.data import Row
 from hcsearch.report.envelopes import Room
 from hcsearch.report.motion_plots import Plot
-from hcsearch.subjects.mechanisms import Freedoms
 
 
 @dataclass(frozen=True)

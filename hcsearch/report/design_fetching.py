@@ -7,16 +7,20 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import version
 
+from hcsearch.cases.mechanisms import freedoms_of, lock_sentences
+from hcsearch.cases.resolve import resolve
+from hcsearch.cases.stored_scenes import stored_scene
 from hcsearch.circuit import Circuit
 from hcsearch.deployment.agreement import confirmed
 from hcsearch.deployment.deploying import deploy
 from hcsearch.errors import HcsearchError
 from hcsearch.folding import Folding
+from hcsearch.panel_sizes import panel_text
 from hcsearch.play import millimetres, play_sentence
 from hcsearch.player import payload_of
 from hcsearch.replays.recording import replay_of_deployment
 from hcsearch.replays.replay import Replay
-from hcsearch.replays.sources import replay_named, stored_replays
+from hcsearch.replays.sources import replay_case, stored_replays
 from hcsearch.report.commands import database_option, scene_option
 from hcsearch.report.data import FoldingKey, Row
 from hcsearch.report.design_data import DesignData, ShownFolding, ShownMotion
@@ -24,12 +28,8 @@ from hcsearch.report.envelopes import room_of
 from hcsearch.report.fetching import foldings_of, motions_of, tried_of
 from hcsearch.report.motion_plots import marks_of, plots_of
 from hcsearch.report.reasons import asked_scene, best_try, flat_pairs_in, play_of, verdict_in, way_option, why
-from hcsearch.scenes import DEFAULT, SCENES, Scene, panel_of, panel_text
+from hcsearch.scenes import DEFAULT, SCENES, Scene, panel_of
 from hcsearch.store import Database, best_creases, select
-from hcsearch.subjects.mechanisms import freedoms_of, lock_sentences
-from hcsearch.subjects.reading import read_subject
-from hcsearch.subjects.requests import Request
-from hcsearch.subjects.scenes import stored_scene
 from hcsearch.twisting import twist
 
 NOT_JUDGED = "no stage has judged it in this scene: run `hcsearch enumerate` in the scene, without --until"
@@ -90,7 +90,7 @@ class _Known:
         if self.paths is not None:
             return self.paths.get(folding.crease)
         try:
-            return replay_named(Request(folding.notation, db), by="path")
+            return replay_case(resolve(folding.notation, db, path=True), "path")[0]
         except HcsearchError:
             return None
 
@@ -154,8 +154,8 @@ def _motions(folding: Folding, stored: _Known, row: Row, tried: Sequence[Row], d
         return motions
     name = DEFAULT if best is None else asked_scene(best, verdict)
     try:
-        subject = read_subject(Request(folding.notation, db, scene=name))
-        deployment = deploy(subject.linkage, subject.scene, subject.formulation or "constrained")
+        case = resolve(folding.notation, db, scene=name)
+        deployment = deploy(case.linkage, case.setup, case.formulation or "constrained")
     except HcsearchError:
         return motions
     agreement = confirmed(deployment) if stored.paths is None else None

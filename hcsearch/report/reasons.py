@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import cast
 
-from hcsearch.deployment.looks import described, look_parts
 from hcsearch.play import play_sentence
 from hcsearch.report.data import Row
 from hcsearch.scenes import joined_name
+from hcsearch.scenes.looks import described, look_parts
 from hcsearch.store import StoredVerdict
 from hcsearch.system.reading import parse_toml
 from hcsearch.vocabulary import STATUSES, WAYS, Way

@@ -22,6 +22,7 @@ from werkzeug.exceptions import HTTPException, NotFound
 from werkzeug.routing import Map, Rule
 from werkzeug.wrappers import Request, Response
 
+from hcsearch.cases.names import stored_circuit
 from hcsearch.errors import DatabaseError, HcsearchError, QueryError
 from hcsearch.scenes import DEFAULT
 from hcsearch.serve import jobs
@@ -34,7 +35,6 @@ from hcsearch.serve.long_lists import LongLists
 from hcsearch.serve.pages import render, static_files
 from hcsearch.store import Database, find_circuit, foldings_with_paths, scene_names
 from hcsearch.store.columns import VIEWS
-from hcsearch.subjects.designs import stored_circuit
 
 
 class MissingError(HcsearchError):

@@ -84,22 +84,17 @@ def export_file(
     db: str, subject: str, stem: str, name: str, scene: str, motion: Any, settings: Mapping[str, Any]
 ) -> Made:
     """An export of a design or folding of the database; of several files, an archive. stem : of its name."""
-    from hcsearch.export.reading import exported_named  # noqa: PLC0415 - the engine
+    from hcsearch.api.exporting import export_files  # noqa: PLC0415 - the engine
     from hcsearch.export.writing import settings_of  # noqa: PLC0415 - the engine
-    from hcsearch.subjects.requests import Request  # noqa: PLC0415 - the engine
 
     wanted = FORMATS[name]
     chosen = replace(settings_of(wanted, settings), stem=stem)
-    request = Request(subject, db, scene=scene)
-    content = wanted.write(exported_named(request, wanted, motion, chosen.state), chosen)
-    if not isinstance(content, Mapping):
-        return Made(stem + wanted.endings[0], _bytes(content))
+    _, files = export_files(subject, wanted, chosen, motion, db, scene=scene)
+    ending = wanted.endings[0]
+    if len(files) == 1:
+        return Made(stem + ending, files[ending])
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
-        for ending, text in content.items():
-            packed.writestr(zipfile.ZipInfo(stem + ending), _bytes(text))
-    return Made(f"{stem}{wanted.endings[0]}.zip", archive.getvalue())
-
-
-def _bytes(content: str | bytes) -> bytes:
-    return content.encode() if isinstance(content, str) else content
+        for own, content in files.items():
+            packed.writestr(zipfile.ZipInfo(stem + own), content)
+    return Made(f"{stem}{ending}.zip", archive.getvalue())

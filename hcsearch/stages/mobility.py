@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Any
@@ -21,11 +22,13 @@ from hcsearch.kinematics.generic import TRIES, generic_rank, heading
 from hcsearch.kinematics.rank import decide_rank
 from hcsearch.linkage import Linkage
 from hcsearch.locks.proofs import lock_at
+from hcsearch.panel_sizes import PanelSize, default_panel
 from hcsearch.pattern import facet_area
 from hcsearch.records import NONE, CircuitBatch, FoldingBatch, MobilityBatch, StagedDesigns
-from hcsearch.scenes import FlatPairs, PanelSize, Scene, default_panel
+from hcsearch.scenes import Scene
 from hcsearch.stages.stage import Stage
 from hcsearch.typing import Flags, Reals, Whole
+from hcsearch.vocabulary import WAYS, Way
 
 _TOGETHER = 4000  # foldings: their hinge lines and Jacobians take some 3 kB each
 
@@ -79,12 +82,12 @@ def mobility(
     return replace(parts[0], **columns)
 
 
-def locked_with(batch: MobilityBatch, flat_pairs: FlatPairs) -> Flags:
+def locked_with(batch: MobilityBatch, allowed: Sequence[Way]) -> Flags:
     """Which foldings are proved locked for every way of joining flat pairs that a scene allows.
 
     Where it allows either, hinged ones decide: what is locked with them is locked with rigid and merged ones, too.
     """
-    return batch.locked if flat_pairs == "rigid" else batch.locked_hinged
+    return batch.locked_hinged if "hinged" in allowed else batch.locked
 
 
 def locks_of(
@@ -100,7 +103,7 @@ def locks_of(
     proved = tuple(np.zeros(len(foldings), bool) for _ in locks)
     for hinged, (before, own) in enumerate(zip(locks, proved, strict=True)):
         for i in np.flatnonzero(before).tolist():
-            linkage = Linkage(folding_at(circuits, foldings, i).pattern(panel, hinged=bool(hinged)))
+            linkage = Linkage(folding_at(circuits, foldings, i).pattern(panel, flat_pairs=("rigid", "hinged")[hinged]))
             own[i] = any(lock_at(linkage, angles).locked for angles in (linkage.folded, linkage.flat))
     return proved[0], proved[1]
 
@@ -118,7 +121,7 @@ def _part(circuits: CircuitBatch, foldings: FoldingBatch, untwisted: NDArray[np.
     dof, dof_merged = np.full(count, NONE), np.full(count, NONE)
     dof[untwisted] = _generic(screws[untwisted, 1])
     for i in np.flatnonzero(untwisted & (pairs > 0)).tolist():
-        nullity = generic_rank(_linkage(folding_at(circuits, foldings, i), merged=True)).nullity
+        nullity = generic_rank(_linkage(folding_at(circuits, foldings, i), "merged")).nullity
         dof_merged[i] = NONE if nullity is None else nullity
     asked = np.repeat((untwisted & locks)[:, None], 2, axis=1)
     rigid = _ends(circuits, foldings, asked, lines, screws, hinged=False)
@@ -154,7 +157,7 @@ def _ends(
     verdicts = np.full(asked.shape, PASSED, np.int8)
     verdicts[asked] = settled
     for i in np.flatnonzero((verdicts == OPEN).any(axis=1) & (verdicts != LOCKED).all(axis=1)).tolist():
-        linkage = _linkage(folding_at(circuits, foldings, i), hinged=hinged)
+        linkage = _linkage(folding_at(circuits, foldings, i), "hinged" if hinged else "rigid")
         for end, angles in enumerate((linkage.folded, linkage.flat)):
             if verdicts[i, end] == OPEN:
                 verdicts[i, end] = LOCKED if lock_at(linkage, angles).locked else PASSED
@@ -163,8 +166,8 @@ def _ends(
     return verdicts
 
 
-def _linkage(folding: Folding, *, hinged: bool = False, merged: bool = False) -> Linkage:
-    return Linkage(folding.pattern(default_panel(folding.circuit.grid.name), hinged=hinged, merged=merged))
+def _linkage(folding: Folding, flat_pairs: Way) -> Linkage:
+    return Linkage(folding.pattern(default_panel(folding.circuit.grid.name), flat_pairs=flat_pairs))
 
 
 def _generic(screws: Reals) -> Whole:
@@ -202,7 +205,7 @@ def _passed(designs: StagedDesigns, _scene: Scene) -> Flags:
     """Designs with an untwisted folding that is not proved locked for every way of joining flat pairs."""
     assert designs.twists is not None
     assert designs.mobility is not None
-    return designs.with_folding((designs.twists == 0) & ~locked_with(designs.mobility, "either"))
+    return designs.with_folding((designs.twists == 0) & ~locked_with(designs.mobility, WAYS))
 
 
 STAGE = Stage("mobility", 2, _run, _passed)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from hcsearch.records import NONE, StagedDesigns, play_of
 from hcsearch.scenes import Scene
 from hcsearch.stages.mobility import locked_with
-from hcsearch.vocabulary import STATUSES, Status
+from hcsearch.vocabulary import STATUSES, WAYS, Status
 
 Whole = NDArray[np.intp]
 
@@ -21,8 +21,7 @@ def folding_statuses(designs: StagedDesigns, scene: Scene | None = None) -> list
     folding whose pairs are merged is locked where one with rigid pairs is.
     """
     assert designs.mobility is not None
-    rigid = scene is not None and (scene.flat_pairs == "rigid" or scene.merge is True)
-    locked = locked_with(designs.mobility, "rigid" if rigid else "either")
+    locked = locked_with(designs.mobility, WAYS if scene is None else scene.flat_pairs)
     if designs.motion is not None:
         locked = locked | designs.motion.locked
     none = np.zeros(len(designs.folded), bool)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
@@ -34,7 +34,8 @@ TIMEOUT = 60.0
 class Database:
     """An open database. `location` is its name for messages, without any password; `path` is its file, if it is one.
 
-    identity : of the file, where no other may take its place; made : whether it was made when it was opened.
+    identity : of the file, where no other may take its place; made : whether it was made when it was opened. held : the
+    connection of a snapshot.
     """
 
     engine: Engine
@@ -43,10 +44,24 @@ class Database:
     path: Path | None = None
     identity: FileIdentity | None = None
     made: bool = False
+    held: Connection | None = None
+
+    @contextmanager
+    def snapshot(self) -> Iterator[Database]:
+        """Give the database as it is now: all that is read of it is read in one transaction."""
+        with self.reading() as connection:
+            if self.path is None:
+                yield replace(self, held=connection.execution_options(isolation_level="REPEATABLE READ"))
+                return
+            with sqlite.read_transaction(connection) if self.readonly else nullcontext():
+                yield replace(self, held=connection)
 
     @contextmanager
     def reading(self) -> Iterator[Connection]:
         """Give a connection for reading; ChangedError where the file changed in a way that no lock shows."""
+        if self.held is not None:
+            yield self.held
+            return
         with self._in_place(), explained(self.location, self.path), self.engine.connect() as connection:
             try:
                 yield connection

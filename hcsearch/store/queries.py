@@ -13,7 +13,8 @@ from sqlalchemy import select as sql_select
 
 from hcsearch.circuit import Circuit
 from hcsearch.errors import DatabaseError, HcsearchError, QueryError, SceneError, expect, printable
-from hcsearch.scenes import DEFAULT, SCENES, is_panel
+from hcsearch.panel_sizes import is_panel
+from hcsearch.scenes import DEFAULT, SCENES
 from hcsearch.store.columns import Kind, column_names
 from hcsearch.store.conditions import find_quantity, named_grids, parse_query, sort_terms, split_names, view_table
 from hcsearch.store.database import Database

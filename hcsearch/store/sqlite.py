@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import sqlite3
 import time
-from collections.abc import Callable
-from contextlib import closing, suppress
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -202,6 +202,26 @@ def reading_engine(path: Path, timeout: float) -> Engine:
     event.listen(engine, "connect", connected)
     event.listen(engine, "checkout", taken)
     return engine
+
+
+@contextmanager
+def read_transaction(connection: Connection) -> Iterator[None]:
+    """Read all that follows on a connection of `reading_engine` as the file is now."""
+    raw = connection.connection.driver_connection
+    assert isinstance(raw, sqlite3.Connection)
+
+    def run(statement: str) -> None:
+        raw.set_authorizer(None)  # which refuses it in statements of users
+        try:
+            raw.execute(statement)
+        finally:
+            raw.set_authorizer(_authorize)
+
+    run("BEGIN")
+    try:
+        yield
+    finally:
+        run("ROLLBACK")
 
 
 def tidy(path: Path) -> None:

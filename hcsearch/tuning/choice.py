@@ -12,8 +12,7 @@ import numpy as np
 from hcsearch.deployment.agreement import Agreement, confirmed
 from hcsearch.deployment.deploying import Deployment, deploy
 from hcsearch.deployment.outcomes import Check
-from hcsearch.deployment.springs import scene_springs
-from hcsearch.scenes import Scene
+from hcsearch.scenes.setup import Setup, with_stiffnesses
 from hcsearch.tuning.catalogue import Levels, descend, nearest_levels
 from hcsearch.tuning.objective import DEFAULT, Scales, objective
 from hcsearch.tuning.robustness import Robustness, Spread, most_robust, robustness, sampled
@@ -89,8 +88,8 @@ def shares_of(evaluations: int, samples: int, catalogue: bool) -> Shares:
 class Finder:
     """From the sets that were seen to those that are reported: confirmed, and the least likely to collide."""
 
-    def __init__(self, search: SpringSearch, scene: Scene, samples: int, spread: Spread, shares: Shares) -> None:
-        self.search, self.scene, self.samples, self.spread, self.shares = search, scene, samples, spread, shares
+    def __init__(self, search: SpringSearch, setup: Setup, samples: int, spread: Spread, shares: Shares) -> None:
+        self.search, self.setup, self.samples, self.spread, self.shares = search, setup, samples, spread, shares
         self.evaluator = search.evaluator
         self.best: SpringSet | None = None
 
@@ -139,12 +138,12 @@ class Finder:
     def _means(self, sets: Sequence[Reals]) -> list[float]:
         """Mean objective of each set over the same few samples."""
         count = HARDENING[1]
-        scenes = [
-            scene
+        setups = [
+            setup
             for one in sets
-            for scene in sampled(self.evaluator.scene, one, self.spread, count, self.search.seed + 1)
+            for setup in sampled(self.evaluator.setup, one, self.spread, count, self.search.seed + 1)
         ]
-        values = [self.evaluator.value(check) for check in self.evaluator.of_scenes(scenes)]
+        values = [self.evaluator.value(check) for check in self.evaluator.of_setups(setups)]
         return [float(np.mean(values[k : k + count])) for k in range(0, len(values), count)]
 
     def round(self, levels: Sequence[float]) -> SpringSet | None:
@@ -195,8 +194,8 @@ class Finder:
 
     def precise(self, place: SpringSet) -> SpringSet:
         """With the deployment in the scene itself, as `hcsearch deploy` simulates it."""
-        scene = scene_springs(self.scene, place.stiffnesses)
-        deployment = deploy(self.evaluator.linkage, scene, self.evaluator.formulation)
+        setup = with_stiffnesses(self.setup, place.stiffnesses)
+        deployment = deploy(self.evaluator.linkage, setup, self.evaluator.formulation)
         return replace(place, deployment=deployment, agreement=confirmed(deployment))
 
     def sampled(self, place: SpringSet) -> SpringSet:

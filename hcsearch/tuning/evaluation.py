@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import fields, replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -15,10 +15,10 @@ from hcsearch.deployment import VERSION
 from hcsearch.deployment.checking import Screen, check, screen_of
 from hcsearch.deployment.compiling import Compiled, compile_scene
 from hcsearch.deployment.outcomes import Check
-from hcsearch.deployment.scales import settled
-from hcsearch.deployment.springs import scene_springs, stiffnesses_of, with_springs
+from hcsearch.deployment.springs import stiffnesses_of, with_springs
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
+from hcsearch.scenes.setup import Setup, settle, with_stiffnesses
 from hcsearch.system.cores import usable_cores
 from hcsearch.tuning.objective import Scales, objective
 from hcsearch.typing import Reals
@@ -67,22 +67,22 @@ class Own:
 
 
 class Evaluator:
-    """Checks of one array in scenes that differ in their springs, or in more.
+    """Checks of one array in setups that differ in their springs, or in more.
 
-    scene : settled, nothing in it is left to the panels. strict : margin of the checks, m.
+    setup : that they differ from. strict : margin of the checks, m.
     done, samples : how many sets of springs, and how many other scenes, have been asked for, each once. recalled,
     samples_recalled : how many of these the memory knew before. before : evaluations of another formulation that the
     choice of this one took; they are in `done`.
     """
 
-    def __init__(self, linkage: Linkage, scene: Scene, formulation: Formulation, memory: Memory | None = None) -> None:
+    def __init__(
+        self, linkage: Linkage, scene: Scene | Setup, formulation: Formulation, memory: Memory | None = None
+    ) -> None:
         self.linkage, self.formulation = linkage, formulation
-        scene = settled(scene, linkage)
-        assert scene.margin is not None
-        assert scene.seconds is not None
-        self.scene = softened(scene) if formulation == "compliant" else scene
-        self.strict = STRICT * scene.margin
-        self.scales = Scales(scale_of(linkage), scene.seconds)
+        setup = settle(scene, linkage)
+        self.setup = softened(setup) if formulation == "compliant" else setup
+        self.strict = STRICT * setup.margin
+        self.scales = Scales(scale_of(linkage), setup.seconds)
         self.reach = slack_of(linkage, 1.0) if formulation == "compliant" else 0.0
         self.recalled = self.samples_recalled = self.before = 0
         self._memory = Own() if memory is None else memory
@@ -108,26 +108,26 @@ class Evaluator:
         """
         if self._base is None:
             # mirror hinges have equal springs in all sets, so that one with equal springs everywhere stands for all
-            self._base = self._compiled(replace(self.scene, spring="linear:0.1", springs=()))
-        scenes = [scene_springs(self.scene, stiffnesses) for stiffnesses in sets]
-        keys = [self._key(scene, True) for scene in scenes]
+            self._base = self._compiled(with_stiffnesses(self.setup, [0.1] * self.linkage.n_hinges))
+        setups = [with_stiffnesses(self.setup, stiffnesses) for stiffnesses in sets]
+        keys = [self._key(setup, True) for setup in setups]
         keys = [
-            key if whole or key in self._sets else self._key(scene, False)
-            for key, scene in zip(keys, scenes, strict=True)
+            key if whole or key in self._sets else self._key(setup, False)
+            for key, setup in zip(keys, setups, strict=True)
         ]
         known = dict(self._memory.recall(keys))
         self.recalled += len((set(keys) - self._sets) & set(known))
         self._sets |= set(keys)
-        return self._checked(keys, scenes, known, self._sprung, whole)
+        return self._checked(keys, setups, known, self._sprung, whole)
 
-    def of_scenes(self, scenes: Sequence[Scene]) -> list[Check]:
-        """Check scenes that may differ in anything, all with linear springs."""
-        keys = [self._key(scene, False) for scene in scenes]
+    def of_setups(self, setups: Sequence[Setup]) -> list[Check]:
+        """Check setups that may differ in anything, all with linear springs."""
+        keys = [self._key(setup, False) for setup in setups]
         known = dict(self._memory.recall(keys))
         fresh = set(keys) - self._samples - self._sets
         self.samples_recalled += len(fresh & set(known))
         self._samples |= fresh
-        return self._checked(keys, scenes, known, self._compiled, whole=False)
+        return self._checked(keys, setups, known, self._compiled, whole=False)
 
     def slack(self, check: Check) -> float:
         """What panels may be elsewhere as springs that close loops give way, m: checks leave it out of account."""
@@ -137,23 +137,23 @@ class Evaluator:
         """The objective."""
         return objective(check, self.slack(check), self.scales)
 
-    def _sprung(self, scene: Scene) -> Compiled:
+    def _sprung(self, setup: Setup) -> Compiled:
         assert self._base is not None
         stiffnesses = np.empty(self._base.system.n_joints)
-        stiffnesses[self._base.joint_of] = stiffnesses_of(self.linkage, scene)
+        stiffnesses[self._base.joint_of] = stiffnesses_of(setup)
         return with_springs(self._base, stiffnesses)
 
-    def _compiled(self, scene: Scene) -> Compiled:
+    def _compiled(self, setup: Setup) -> Compiled:
         # whether folded stops can be reached depends on the springs, which change
-        return compile_scene(self.linkage, scene, self.formulation, keep=frozenset({"stops"}))
+        return compile_scene(self.linkage, setup, self.formulation, keep=frozenset({"stops"}))
 
     def _checked(
-        self, keys: Sequence[Key], scenes: Sequence[Scene], known: dict[Key, Check], compiled: Any, whole: bool
+        self, keys: Sequence[Key], setups: Sequence[Setup], known: dict[Key, Check], compiled: Any, whole: bool
     ) -> list[Check]:
-        """The checks of scenes, of which the memory knows some."""
-        missing = {key: scene for key, scene in zip(keys, scenes, strict=True) if key not in known}
+        """The checks of setups, of which the memory knows some."""
+        missing = {key: setup for key, setup in zip(keys, setups, strict=True) if key not in known}
         if missing:
-            fresh = self._run([compiled(scene) for scene in missing.values()], whole)
+            fresh = self._run([compiled(setup) for setup in missing.values()], whole)
             checks = dict(zip(missing, fresh, strict=True))
             self._memory.record(checks)
             known |= checks
@@ -171,16 +171,16 @@ class Evaluator:
         tolerance = TOLERANCES[self.formulation]
         return check(scenes, screens=screens, tolerance=tolerance, whole=whole, threads=threads)
 
-    def _key(self, scene: Scene, whole: bool) -> Key:
-        values = asdict(scene)
-        springs = stiffnesses_of(self.linkage, scene)
-        for name in ("name", "spring", "springs", "spring_range"):
+    def _key(self, setup: Setup, whole: bool) -> Key:
+        values = {own.name: getattr(setup, own.name) for own in fields(setup)}
+        for name in ("name", "laws", "spring_range"):
             del values[name]
+        springs = stiffnesses_of(setup)
         values |= {"formulation": self.formulation, "tolerance": TOLERANCES[self.formulation]}
         values |= {"margin": self.strict, "whole": whole, "version": VERSION}
         return Key(json.dumps(values, sort_keys=True), " ".join(repr(float(value)) for value in springs))
 
 
-def softened(scene: Scene) -> Scene:
-    """A scene with the stops and dampers that `compliant` is searched with."""
-    return replace(scene, **SOFT)  # type: ignore[arg-type]
+def softened(setup: Setup) -> Setup:
+    """A setup with the stops and dampers that `compliant` is searched with."""
+    return replace(setup, **SOFT)  # type: ignore[arg-type]

@@ -20,8 +20,8 @@ def facts(tuning: Tuning) -> dict[str, Any]:
     sets = {"start": tuning.start, "best": tuning.best, "rounded": tuning.rounded}
     return {
         "formulation": tuning.formulation,
-        "spring_range_N_m_rad": list(tuning.scene.spring_range or ()),
-        "seconds": tuning.scene.seconds,
+        "spring_range_N_m_rad": list(tuning.setup.spring_range),
+        "seconds": tuning.setup.seconds,
         "use": advice(tuning),
         "hinges": hinges,
         "merged_panels": list(tuning.labels.merged),

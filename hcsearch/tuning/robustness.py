@@ -9,8 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from hcsearch.deployment.outcomes import Check
-from hcsearch.deployment.springs import scene_springs
-from hcsearch.scenes import Scene
+from hcsearch.scenes.setup import Setup, with_stiffnesses
 from hcsearch.tuning.evaluation import Evaluator
 from hcsearch.typing import Reals
 
@@ -69,36 +68,36 @@ def _interval(count: int, samples: int) -> tuple[float, float]:
     return float(ends.low), float(ends.high)
 
 
-def sampled(scene: Scene, stiffnesses: Sequence[float] | Reals, spread: Spread, samples: int, seed: int) -> list[Scene]:
-    """Scenes within the tolerances of one, the same for the same seed.
+def sampled(setup: Setup, stiffnesses: Sequence[float] | Reals, spread: Spread, samples: int, seed: int) -> list[Setup]:
+    """Setups within the tolerances of one, the same for the same seed.
 
     Relative values are lognormal, so that none is negative; what is 0 stays 0. Where samples of two spring sets have
     one seed, they differ from their middle alike, so that few samples show which is better.
     """
     rng = np.random.default_rng(seed)
     base = np.asarray(stiffnesses, float)
-    scenes = []
+    setups = []
     for _ in range(samples):
         springs = base * np.exp(spread.stiffness * rng.standard_normal(len(base)))
         damping, mass = np.exp([spread.damping, spread.mass] * rng.standard_normal(2))
-        start = scene.start - spread.start * abs(rng.standard_normal())
+        start = setup.start - spread.start * abs(rng.standard_normal())
         changed = replace(
-            scene,
-            density=scene.density * float(mass),
-            damping_time=scene.damping_time * float(damping),
-            damping=None if scene.damping is None else scene.damping * float(damping),
+            setup,
+            density=setup.density * float(mass),
+            damping_time=setup.damping_time * float(damping),
+            damping=setup.damping * float(damping),
             start=float(start),
         )
-        scenes.append(scene_springs(changed, springs))
-    return scenes
+        setups.append(with_stiffnesses(changed, springs))
+    return setups
 
 
 def robustness(
     evaluator: Evaluator, sets: Sequence[Sequence[float] | Reals], spread: Spread, samples: int, seed: int
 ) -> list[Robustness]:
     """The probability of collision of spring sets in the evaluator's scene, from random samples, all in one call."""
-    scenes = [scene for one in sets for scene in sampled(evaluator.scene, one, spread, samples, seed)]
-    checks = evaluator.of_scenes(scenes)
+    setups = [setup for one in sets for setup in sampled(evaluator.setup, one, spread, samples, seed)]
+    checks = evaluator.of_setups(setups)
     return [counted(checks[k : k + samples]) for k in range(0, len(checks), samples)]
 
 

@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 
 from hcsearch.deployment.outcomes import Check
-from hcsearch.deployment.springs import range_of
 from hcsearch.equality import ByValue
 from hcsearch.system.numbers import short
 from hcsearch.tuning.evaluation import Evaluator
@@ -81,7 +80,7 @@ class SpringSearch:
         self.clear: list[Place] = []
         self.success = False
         self._own: Place | None = None
-        low, high = range_of(evaluator.scene)
+        low, high = evaluator.setup.spring_range
         self.bounds = self.low, self.high = math.log(low), math.log(high)
 
     def run(self, start: Reals, first: Reals) -> None:

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.deployment.scales import settled
-from hcsearch.deployment.springs import range_of, stiffnesses_of, tied_hinges
+from hcsearch.deployment.springs import stiffnesses_of, tied_hinges
 from hcsearch.errors import HcsearchError
 from hcsearch.labels import Labels, labels_of
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
+from hcsearch.scenes.setup import Setup, settle
 from hcsearch.system.figures import load_matplotlib
 from hcsearch.tuning.catalogue import catalogue_levels
 from hcsearch.tuning.choice import Finder, SpringSet, shares_of
@@ -34,7 +34,7 @@ NO_LABELS = Labels((), ())
 class Tuning:
     """The result of `tune`; `springs` has the stiffnesses to use.
 
-    scene : the scene of the simulations, with all values filled in. formulation : the equations of motion.
+    setup : the scene of the simulations, in numbers of the linkage. formulation : the equations of motion.
     tied : the groups of hinges that have equal springs, by their places in the linkage.
     start : the springs with which the search began. best : the confirmed set that is least likely to fail; if none is
     confirmed, the set with the least objective. rounded : the same with springs of the catalogue; None without one.
@@ -44,7 +44,7 @@ class Tuning:
     interrupted : whether Ctrl-C ended the search. labels : the names of panels and hinges.
     """
 
-    scene: Scene
+    setup: Setup
     formulation: Formulation
     tied: tuple[tuple[int, ...], ...]
     start: SpringSet
@@ -75,7 +75,7 @@ class Tuning:
 
 def tune(
     linkage: Linkage,
-    scene: Scene,
+    scene: Scene | Setup,
     formulation: Formulation | None = None,
     *,
     catalogue: Sequence[float] = (),
@@ -98,13 +98,13 @@ def tune(
     """
     if formulation is not None and formulation not in TOLERANCES:
         raise HcsearchError(f"springs are not tuned in {formulation}: take {' or '.join(TOLERANCES)}")
-    if scene.held == "free":
+    setup = settle(scene, linkage)
+    if setup.free:
         raise HcsearchError("springs are tuned with a panel held, not floating: hold one, such as panel 0")
     load_matplotlib()  # as cma does later, but whatever windows a notebook asks for
-    given = stiffnesses_of(linkage, scene)
-    scene = settled(scene, linkage)
-    tied = tied_hinges(linkage, scene)
-    softest, stiffest = range_of(scene)
+    given = stiffnesses_of(setup)
+    tied = tied_hinges(linkage, setup.held)
+    softest, stiffest = setup.spring_range
     if not (given >= 0.0).all() or not (given <= stiffest * (1.0 + 1e-9)).all():
         raise HcsearchError(
             f"springs of {given.min():g} to {given.max():g} N m/rad are no start of a search from {softest:g} to "
@@ -113,11 +113,11 @@ def tune(
     levels = catalogue_levels(catalogue, stiffest, softest) if catalogue else ()
     start = spread_out([np.clip(given[list(hinges)].mean(), softest, stiffest) for hinges in tied], tied)
     first = first_generation(start, tied, seed, (softest, stiffest))
-    evaluator = _evaluator(linkage, scene, formulation, first, memory, evaluations)
+    evaluator = _evaluator(linkage, setup, formulation, first, memory, evaluations)
     shares = shares_of(evaluations - evaluator.before, samples, bool(catalogue))
     budget = max(1, shares.total - shares.hardened - shares.rounded)
     search = SpringSearch(evaluator, tied, budget, seed, progress or _silent)
-    finder = Finder(search, scene, samples, spread or Spread(), shares._replace(total=evaluations))
+    finder = Finder(search, setup, samples, spread or Spread(), shares._replace(total=evaluations))
     interrupted = False
     rounded = None
     begin = SpringSet(tuple(start.tolist()), evaluator.of_springs([start])[0], scales=evaluator.scales)
@@ -132,7 +132,7 @@ def tune(
         interrupted = True
     best = finder.best or (begin if search.best is None else _seen(search.best, evaluator.scales))
     return Tuning(
-        scene,
+        setup,
         evaluator.formulation,
         tied,
         begin,
@@ -165,7 +165,7 @@ def _seen(place: Place, scales: Scales) -> SpringSet:
 
 def _evaluator(
     linkage: Linkage,
-    scene: Scene,
+    setup: Setup,
     formulation: Formulation | None,
     first: Reals,
     memory: Memory | None,
@@ -176,13 +176,13 @@ def _evaluator(
     Exact closure can keep hinges shut that a real array lets go (docs/explanation/dynamics.md, known limits).
     """
     if formulation is not None:
-        return Evaluator(linkage, scene, formulation, memory)
-    exact = Evaluator(linkage, scene, "constrained", memory)
-    tied = tied_hinges(linkage, scene)
+        return Evaluator(linkage, setup, formulation, memory)
+    exact = Evaluator(linkage, setup, "constrained", memory)
+    tied = tied_hinges(linkage, setup.held)
     sets = [spread_out(np.exp(point), tied) for point in first][:evaluations]
     if any(check.outcome == "flat" for check in exact.of_springs(sets, whole=True)):
         return exact
-    other = Evaluator(linkage, scene, "compliant", memory)
+    other = Evaluator(linkage, setup, "compliant", memory)
     sets = sets[: evaluations - exact.done]
     chosen, left = (
         (other, exact) if any(c.outcome == "flat" for c in other.of_springs(sets, whole=True)) else (exact, other)

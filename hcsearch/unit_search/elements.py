@@ -17,8 +17,8 @@ from hcsearch.folding import Folding, foldings
 from hcsearch.grid import grid_named
 from hcsearch.kinematics.generic import generic_rank
 from hcsearch.linkage import Linkage
+from hcsearch.panel_sizes import default_panel
 from hcsearch.pattern import Pattern
-from hcsearch.scenes import default_panel
 from hcsearch.twisting import twist
 from hcsearch.unit_search.proofs import closes, locked
 
@@ -100,7 +100,7 @@ def elements_of(folding: Folding) -> list[Element]:
     size = default_panel(folding.circuit.grid.name)
     variants = [Element(folding, False, folding.pattern(size))]
     if folding.mirror_pairs:
-        variants.append(Element(folding, True, folding.pattern(size, merged=True)))
+        variants.append(Element(folding, True, folding.pattern(size, flat_pairs="merged")))
     return variants
 
 

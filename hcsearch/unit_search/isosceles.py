@@ -16,8 +16,8 @@ from hcsearch.assemblies.assembly import check_base_angle
 from hcsearch.assemblies.packages import flat_overlap
 from hcsearch.errors import PatternError
 from hcsearch.folding import Folding
+from hcsearch.panel_sizes import default_panel
 from hcsearch.pattern import Pattern
-from hcsearch.scenes import default_panel
 from hcsearch.unit_search.elements import Element, untwisted
 from hcsearch.unit_search.proofs import closes
 
@@ -73,7 +73,7 @@ def with_triangles(folding: Folding, angles: Angles, kind: str, *, merged: bool 
     facets = tuple(
         tuple((length * place.real, length * place.imag) for place in triangle.values()) for triangle in triangles
     )
-    regular = folding.pattern((length, length, thickness), merged=merged)
+    regular = folding.pattern((length, length, thickness), flat_pairs="merged" if merged else "rigid")
     try:
         pattern = replace(regular, facets=facets)
     except PatternError:  # two facets lie on one side of an edge

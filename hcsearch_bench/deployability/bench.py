@@ -11,8 +11,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from hcsearch.deployment.looks import PATIENT, SPREAD, looks_at
-from hcsearch.deployment.scales import SOFTEST, STIFFEST
 from hcsearch.deployment.verdicts import verdicts
 from hcsearch.enumeration import ArraySearch, PolygonSearch, Search
 from hcsearch.folding import folding_at
@@ -21,6 +19,8 @@ from hcsearch.planning.batches import motions
 from hcsearch.planning.proofs import PLAYS
 from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch, MobilityBatch, MotionBatch
 from hcsearch.scenes import SCENES
+from hcsearch.scenes.looks import PATIENT, SPREAD, looks_at
+from hcsearch.scenes.setup import SOFTEST, STIFFEST
 from hcsearch.stages.mobility import mobility
 from hcsearch_bench.run.machine import this_machine
 from hcsearch_bench.run.report import BenchReport, Say

@@ -104,19 +104,19 @@ def _deployed(subject: DeploymentSubject, formulation: str, scene: Scene, second
     """A deployment, once compiled."""
     method, tolerance = METHODS[formulation]
     compiled = subject.compiled(formulation, replace(scene, seconds=seconds))
-    warm = replace(compiled, scene=replace(compiled.scene, seconds=1e-6))
+    warm = replace(compiled, setup=replace(compiled.setup, seconds=1e-6))
     run(warm, method=method, tolerance=tolerance, certified=False)
     steps = LONG if formulation == "penalty" else None
     return run(compiled, method=method, tolerance=tolerance, certified=False, max_steps=steps)
 
 
 def _row(subject: DeploymentSubject, deployment: Deployment, ours: Deployment | None) -> DeploymentRow:
-    compiled, scene = deployment.compiled, deployment.compiled.scene
+    compiled, setup = deployment.compiled, deployment.compiled.setup
     springs = compiled.formulation == "penalty"
     arrived, names = arrivals(deployment), labels_of(compiled.linkage).hinges
     return DeploymentRow(
         *(subject.name, compiled.formulation, *METHODS[compiled.formulation]),
-        *(None if springs else scene.restitution, scene.cut_stiffness if springs else None),
+        *(None if springs else setup.restitution, setup.cut_stiffness if springs else None),
         *(deployment.outcome, float(deployment.motion.times[-1])),
         arrivals=" ".join(f"{'+'.join(names[k] for k in a.hinges)}@{1e3 * a.time:.2f}" for a in arrived[:ORDER]),
         apart=None if ours is None else arrivals_apart(arrivals(ours), arrived),

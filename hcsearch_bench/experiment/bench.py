@@ -14,7 +14,8 @@ from typing import ClassVar
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.deployment.deploying import Deployment, deploy
 from hcsearch.linkage import Linkage
-from hcsearch.scenes import Scene, Vector
+from hcsearch.scenes import Scene
+from hcsearch.scenes.scene import Vector
 from hcsearch.tuning.choice import SpringSet
 from hcsearch.tuning.tuning import EVALUATIONS, SAMPLES, Tuning, tune
 from hcsearch.vocabulary import Formulation
@@ -143,7 +144,7 @@ def _uniform(linkage: Linkage, quick: bool, say: Say) -> list[UniformRow]:
         for gravity, vector in GRAVITIES.items():
             say(f"equal springs, gravity {gravity}, panel {held} held")
             for formulation in formulations:
-                scene = Scene(gravity=vector, held=held)
+                scene = Scene(gravity=vector, held=str(held))
                 rows.append(_uniform_row(gravity, held, deploy(linkage, scene, formulation)))
     return rows
 

@@ -199,11 +199,11 @@ def measure_descents(designs: Sequence[tuple[str, int]], *, say: Say) -> list[De
     rows = []
     for grid, n in designs:
         subjects = [f for circuit in enumerate_circuits(grid, n=n) for f in foldings(circuit) if not twist(f)]
-        for hinged in (False, True):
-            say(f"descents of {len(subjects)} foldings of {n} panels ({grid}), flat pairs {_PAIRS[hinged]}")
+        for pairs in ("rigid", "hinged"):
+            say(f"descents of {len(subjects)} foldings of {n} panels ({grid}), flat pairs {pairs}")
             once, searched, ends, all_ends = [], [], Counter[str](), Counter[str]()
             for folding in subjects:
-                linkage = Linkage(folding.pattern((0.05, 0.05, 0.006), hinged=hinged))
+                linkage = Linkage(folding.pattern((0.05, 0.05, 0.006), flat_pairs=pairs))
                 descend(linkage, max_steps=1)  # what is cached is not counted
                 begin = time.perf_counter()
                 ends[descend(linkage).outcome] += 1
@@ -213,15 +213,12 @@ def measure_descents(designs: Sequence[tuple[str, int]], *, say: Say) -> list[De
                 searched.append(1e3 * (time.perf_counter() - middle))
             rows.append(
                 DescentRow(
-                    *(grid, n, _PAIRS[hinged], len(subjects), ends["flat"], all_ends["flat"], all_ends["stuck"]),
+                    *(grid, n, pairs, len(subjects), ends["flat"], all_ends["flat"], all_ends["stuck"]),
                     len(subjects) - all_ends["flat"] - all_ends["stuck"],
                     *(float(np.median(once)), max(once), float(np.median(searched)), max(searched)),
                 )
             )
     return rows
-
-
-_PAIRS = {False: "rigid", True: "hinged"}
 
 
 def plot_paths(rows: Sequence[PathRow], path: Path) -> None:

@@ -15,10 +15,11 @@ from hcsearch.grid import grid_named
 from hcsearch.linkage import Linkage
 from hcsearch.locks.proofs import Lock, lock_at
 from hcsearch.locks.tightness import Tightness, tightness
+from hcsearch.panel_sizes import PanelSize, default_panel
 from hcsearch.records import CircuitBatch, FoldingBatch
-from hcsearch.scenes import PanelSize, default_panel
 from hcsearch.stages.mobility import mobility
 from hcsearch.twisting import twist_batch
+from hcsearch.vocabulary import Way
 from hcsearch_bench.run.report import Say
 
 SIZES: dict[str, tuple[int, ...]] = {
@@ -168,7 +169,7 @@ def _locks(circuits: CircuitBatch, foldings: FoldingBatch) -> tuple[LockRow, lis
     plays = [_play(folding, panel, end) for folding, pair in zip(locked, ends, strict=True) for end in pair.items()]
     known = [play for play in plays if play is not None]
     proved = [lock for pair in ends for lock in pair.values() if lock.locked]
-    tight = [row for folding in tried for hinged in (False, True) for row in _tight(folding, panel, hinged=hinged)]
+    tight = [row for folding in tried for way in ("rigid", "hinged") for row in _tight(folding, panel, way)]
     rigid = [row for row in tight if row.pairs == "rigid"]
     openings = [row.opening_mm for row in rigid if row.closed is not None]
     row = LockRow(
@@ -183,7 +184,7 @@ def _locks(circuits: CircuitBatch, foldings: FoldingBatch) -> tuple[LockRow, lis
         designs=len(circuits),
         designs_locked=int((~free).sum()),
         tried=len(tried),
-        hinged=sum(_is_locked(_ends(folding, panel, hinged=True)) for folding in tried),
+        hinged=sum(_is_locked(_ends(folding, panel, "hinged")) for folding in tried),
         thin=thin,
         thick=thick,
         exact=f"{sum(lock.exact for lock in proved)} of {len(proved)}",
@@ -201,18 +202,18 @@ def _locks(circuits: CircuitBatch, foldings: FoldingBatch) -> tuple[LockRow, lis
 def _merged(mirrored: list[Folding], panel: PanelSize) -> str:
     """How many foldings are locked as they are, and with panels on their mirror axis merged."""
     before = sum(_is_locked(_ends(folding, panel)) for folding in mirrored)
-    after = sum(_is_locked(_ends(folding, panel, merged=True)) for folding in mirrored)
+    after = sum(_is_locked(_ends(folding, panel, "merged")) for folding in mirrored)
     return f"{before} -> {after} of {len(mirrored)}"
 
 
-def _tight(folding: Folding, panel: PanelSize, *, hinged: bool) -> list[TightRow]:
+def _tight(folding: Folding, panel: PanelSize, flat_pairs: Way) -> list[TightRow]:
     """The locked ends of a folding, and how tight they are."""
-    linkage = Linkage(folding.pattern(panel, hinged=hinged))
+    linkage = Linkage(folding.pattern(panel, flat_pairs=flat_pairs))
     rows = []
-    for end, lock in _ends(folding, panel, hinged=hinged).items():
+    for end, lock in _ends(folding, panel, flat_pairs).items():
         measured = tightness(linkage, getattr(linkage, end)) if lock.order is not None else None
         if lock.order is not None and measured is not None:
-            rows.append(_tight_row(folding, end, "hinged" if hinged else "rigid", lock, measured))
+            rows.append(_tight_row(folding, end, flat_pairs, lock, measured))
     return rows
 
 
@@ -231,8 +232,8 @@ def _tight_row(folding: Folding, end: str, pairs: str, lock: Lock, measured: Tig
     )
 
 
-def _ends(folding: Folding, panel: PanelSize, *, hinged: bool = False, merged: bool = False) -> dict[str, Lock]:
-    linkage = Linkage(folding.pattern(panel, hinged=hinged, merged=merged))
+def _ends(folding: Folding, panel: PanelSize, flat_pairs: Way = "rigid") -> dict[str, Lock]:
+    linkage = Linkage(folding.pattern(panel, flat_pairs=flat_pairs))
     return {"folded": lock_at(linkage, linkage.folded), "flat": lock_at(linkage, linkage.flat)}
 
 

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcsearch.collision.margins import margin_of
-from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import Folding
+from hcsearch.panel_sizes import default_panel
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.proofs import Prover
-from hcsearch.scenes import default_panel
 from hcsearch.typing import Reals
 from hcsearch.vocabulary import Way
 from hcsearch_bench.peers import ompl_search
@@ -64,7 +63,7 @@ def peer_rows(subject: JoinedFolding, searches: int, limit: float) -> Iterator[P
     """Ask every engine for paths of a folding, each so often, with so many processor seconds a search."""
     name, way = subject
     folding = Folding.from_notation(name)
-    linkage = linkage_joined(folding, default_panel(folding.circuit.grid.name), way)
+    linkage = folding.linkage(default_panel(folding.circuit.grid.name), flat_pairs=way)
     planner, prover = Planner(linkage, margin_of(linkage)), Prover(linkage)
     planner.plan(1)  # compiled
     for engine, search in ENGINES.items():

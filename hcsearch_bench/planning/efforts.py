@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.flat_pairs import ways
 from hcsearch.folding import folding_at
 from hcsearch.planning.motions import motion_of
 from hcsearch.scenes import SCENES, panel_of
@@ -38,7 +37,7 @@ class EffortRow:
 
 def effort_rows(group: Group, most: int) -> list[EffortRow]:
     """What the first efforts, up to so many, settle of all untwisted foldings of a list."""
-    panel, allowed = panel_of(SCENE, group.grid), ways(SCENE)
+    panel, allowed = panel_of(SCENE, group.grid), SCENE.flat_pairs
     batches = untwisted(group.search())
     waiting = [folding_at(circuits, own, i) for circuits, own in batches for i in range(len(own))]
     seconds, counts, rows = dict.fromkeys(waiting, 0.0), {"movable": 0, "locked": 0}, []

@@ -143,10 +143,10 @@ def _stiffness_ratios(quick: bool) -> Iterator[SweepCase]:
     """Of one hinge over the others: the middle one of a strip, unloaded at the start; the first of the loop, wound."""
     for ratio in _decades(0, 12, quick):
         begin = 0.5 * math.pi
-        springs = ((1, spring(STIFFNESS * ratio, begin)),)
+        springs = (("1", spring(STIFFNESS * ratio, begin)),)
         scene = replace(SCENE, start=0.5, spring=spring(STIFFNESS, 1.0), springs=springs, seconds=0.1)
         truth = strip_truth(scene, 4, STIFFNESS * np.array([1.0, ratio, 1.0]), np.array([1.0, begin, 1.0]))
-        loop = replace(SCENE, springs=((0, spring(STIFFNESS * ratio)),), seconds=0.1)
+        loop = replace(SCENE, springs=(("0", spring(STIFFNESS * ratio)),), seconds=0.1)
         for method in BOTH:
             yield SweepCase("stiffness ratio", ratio, StabilitySubject("strip", 4), scene, truth, method=method)
             subject = StabilitySubject(LOOP)

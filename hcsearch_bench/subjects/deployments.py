@@ -17,7 +17,7 @@ from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import SCENES, Scene
 from hcsearch.typing import Reals
-from hcsearch.vocabulary import Formulation
+from hcsearch.vocabulary import Formulation, Way
 
 SCENE = replace(SCENES["default"], name="bench", spring="linear:0.1", damping=0.0043)
 """Uniform springs and dampers, no gravity: those of the measured 14-panel loop that the goals come from."""
@@ -111,9 +111,7 @@ def subjects() -> list[DeploymentSubject]:
     array = "square:012222222223333300000000012222222210000000012222222210000000:13"
     return [
         DeploymentSubject("thesis-4x4", "4x4 squares, 12 panels", lambda: assembly("thesis-4x4")),
-        DeploymentSubject(
-            LOOP, "16 squares, two pairs merged", lambda: design("square:0121222323030001:5", merged=True)
-        ),
+        DeploymentSubject(LOOP, "16 squares, two pairs merged", lambda: design("square:0121222323030001:5", "merged")),
         DeploymentSubject("12 hexagons", "flat pairs rigid: 10 panels", lambda: design("hex:023224350400:4")),
         DeploymentSubject("10x6 squares", "60 cells, flat pairs rigid: 58 panels", lambda: design(array)),
         DeploymentSubject("unit-i", "21 panels, 4 loops", lambda: assembly("unit-i"), until=0.07),
@@ -126,6 +124,6 @@ def assembly(name: str) -> Linkage:
     return Linkage(entry.build(entry.defaults))
 
 
-def design(text: str, *, merged: bool = False) -> Linkage:
+def design(text: str, flat_pairs: Way = "rigid") -> Linkage:
     """The linkage of a folding by its notation, such as `hex:023224350400:4`."""
-    return Folding.from_notation(text).linkage(merged=merged)
+    return Folding.from_notation(text).linkage(flat_pairs=flat_pairs)

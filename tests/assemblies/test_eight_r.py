@@ -150,7 +150,7 @@ def test_equilateral_triangles_are_the_only_design_of_ten_triangles():
     assert folded
     for folding in folded:
         size = (values.base, values.base, values.thickness)
-        assert congruent(ten_triangles(values), folding.pattern(size, hinged=True))
+        assert congruent(ten_triangles(values), folding.pattern(size, flat_pairs="hinged"))
         assert congruent(eight_r(values), folding.pattern(size))
         assert not congruent(eight_r(Parameters()), folding.pattern(size))
 

@@ -82,7 +82,7 @@ def test_only_one_folding_of_the_4x4_array_has_a_branch_of_two_panels():
     for batch in ArraySearch(parse_array(GRIDS["rectangle"], "4x4")).batches():
         for word in batch.words.tolist():
             for folding in foldings(Circuit(GRIDS["rectangle"], tuple(word))):
-                pattern = folding.pattern((0.05, 0.04, 0.006), merged=True)
+                pattern = folding.pattern((0.05, 0.04, 0.006), flat_pairs="merged")
                 if len(pattern.panels) == len(pattern.hinges) == 12:
                     ends = [panel for panel, degree in joints(pattern).degree if degree == 1]
                     kinds.setdefault(len(ends), []).append(folding.notation)

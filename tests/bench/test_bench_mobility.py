@@ -6,7 +6,7 @@ from scipy.optimize import linprog
 
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
-from hcsearch.scenes import default_panel
+from hcsearch.panel_sizes import default_panel
 from hcsearch_bench.mobility.measuring import _ends, _play, measure_mobility
 
 

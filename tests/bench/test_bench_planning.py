@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 
 from hcsearch.enumeration import PolygonSearch
-from hcsearch.flat_pairs import linkage_joined, ways
 from hcsearch.folding import Folding
 from hcsearch.grid import grid_named
 from hcsearch.locks.proofs import lock_at
+from hcsearch.panel_sizes import default_panel
 from hcsearch.planning.motions import motion_of
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.proofs import PLAYS, Prover
-from hcsearch.scenes import default_panel
 from hcsearch_bench.peers import ompl_search
 from hcsearch_bench.planning.bench import QUICK, QUICK_THICKNESSES, PlanningReport, curve, measure, plot_planning
 from hcsearch_bench.planning.beside_ompl import peer_rows
@@ -61,10 +60,10 @@ def test_foldings_are_those_of_direct_calls():
     panel = default_panel("hex")
     for row in rows:
         folding = Folding.from_notation(row.folding)
-        linkage = linkage_joined(folding, panel, "hinged")
+        linkage = folding.linkage(panel, flat_pairs="hinged")
         locked = any(lock_at(linkage, end).locked for end in (linkage.folded, linkage.flat))
         assert locked == (row.result == "locked")
-        motion = None if locked else motion_of(folding, panel, ways(SCENE))
+        motion = None if locked else motion_of(folding, panel, SCENE.flat_pairs)
         if motion is None or motion.margin is None:
             assert (row.flat_pairs, row.margin_mm) == (None, None)
         else:

@@ -20,11 +20,11 @@ from hcsearch.certificates.writing import array_data, checksum, lock_claim
 from hcsearch.circuit import Circuit
 from hcsearch.cli import hcsearch
 from hcsearch.errors import HcsearchError
-from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import Folding, foldings
 from hcsearch.locks.enclosures import Enclosure
+from hcsearch.panel_sizes import default_panel
 from hcsearch.planning.motions import motion_of
-from hcsearch.scenes import SCENES, default_panel
+from hcsearch.scenes import SCENES
 from tests.planned import joined, region_of
 from tests.strategies import writings
 
@@ -265,7 +265,7 @@ def test_a_folding_that_is_written_differently_has_the_same_certificate():
             own = [folding for folding in foldings(writing) if folding.likeness(panel).folding.notation == name]
             assert prove(own[0], DEFAULT) == proved(name)
             ((_, lock),) = motion_of(own[0], panel, ("hinged",), budget=3).locks
-            claim = lock_claim(linkage_joined(own[0], panel, "hinged"), lock)
+            claim = lock_claim(own[0].linkage(panel, flat_pairs="hinged"), lock)
             assert not refused(json.loads(json.dumps(claim)))
 
 

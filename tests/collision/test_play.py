@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from naive_clearance import chain, fan, gaps, hinged, moments, pairs_looked_at, random_course, shrunk_solids
 from naive_distances import overlap_along_all
 
+from hcsearch.cases.resolve import resolve
 from hcsearch.collision.clearance import certify, least_gap
 from hcsearch.collision.margins import LEAST_PLAY, TOUCHING
 from hcsearch.collision.penetration import deepest_cut, first_cut
@@ -22,7 +23,6 @@ from hcsearch.deployment.play import needed_margin_of
 from hcsearch.kernels.collision.overlaps import first_overlap
 from hcsearch.play import millimetres, play_sentence
 from hcsearch.scenes import SCENES
-from hcsearch.subjects.reading import Request, read_subject
 from tests.linkages import linkage_named
 
 LINKAGES = [
@@ -69,8 +69,8 @@ def test_half_an_overlap_off_every_face_is_enough(linkage, seed, margin):
 @pytest.fixture(scope="module", params=DEPLOYING, ids=lambda one: one[0])
 def known(request):
     name, scene, gap, margin = request.param
-    subject = read_subject(Request(name, "none.sqlite", scene=scene))
-    return deploy(subject.linkage, subject.scene), 1e-3 * gap, 1e-3 * margin
+    subject = resolve(name, "none.sqlite", scene=scene)
+    return deploy(subject.linkage, subject.setup), 1e-3 * gap, 1e-3 * margin
 
 
 def test_the_least_gap_of_a_deployment_is_that_of_its_densely_sampled_motion(known):

@@ -8,10 +8,10 @@ import pytest
 
 from hcsearch.deployment.compiling import OMISSIONS, compile_scene
 from hcsearch.deployment.deploying import deploy
-from hcsearch.deployment.scene_files import scene_named
 from hcsearch.dynamics.panels import panel_bodies
 from hcsearch.errors import HcsearchError
 from hcsearch.scenes import SCENES
+from hcsearch.scenes.scene_file import scene_named
 from tests.linkages import linkage_named
 from tests.naive import rotation
 

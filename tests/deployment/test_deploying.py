@@ -12,8 +12,8 @@ from hcsearch.circuit import Circuit
 from hcsearch.deployment.arrivals import arrivals
 from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.deploying import STEEP, deploy, run
-from hcsearch.deployment.looks import springs_of
 from hcsearch.deployment.outcomes import FLAT, STILL
+from hcsearch.deployment.spring_sets import springs_of
 from hcsearch.deployment.springs import with_springs
 from hcsearch.errors import HcsearchError
 from hcsearch.folding import folding_of

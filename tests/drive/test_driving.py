@@ -27,9 +27,10 @@ from hcsearch.folding import Folding
 from hcsearch.kernels.multibody.targets import ask
 from hcsearch.kernels.multibody.tree import work_for
 from hcsearch.labels import labels_of
-from hcsearch.scenes import SCENES, read_panel, with_panel
+from hcsearch.panel_sizes import read_panel
+from hcsearch.scenes import SCENES, with_panel
 
-QUICK = driving.Wishes(rate=4.0, acceleration=40.0, period=0.005)
+QUICK = driving.DriveOptions(rate=4.0, acceleration=40.0, period=0.005)
 TEN = (
     "square:0122333011:1",
     "hex:0234550132:3",
@@ -52,7 +53,7 @@ def folding_named(name):
 @pytest.fixture(scope="module")
 def machine():
     folding, scene = folding_named("hex:0234435011:1"), SCENES["default"]
-    return driving.drive(folding, scene, driving.find_motion(folding, scene), QUICK)
+    return driving.drive_along(folding, scene, driving.find_motion(folding, scene), QUICK)
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +87,7 @@ def test_greatest_torques_are_those_planned_at_any_period(name, scene, panel, pe
     folding, scene = folding_named(name), SCENES[scene]
     if panel is not None:
         scene = with_panel(scene, read_panel(panel), folding.circuit.grid.name)
-    own = driving.drive(folding, scene, driving.find_motion(folding, scene), driving.Wishes(period=period))
+    own = driving.drive_along(folding, scene, driving.find_motion(folding, scene), driving.DriveOptions(period=period))
     assert own.deployment.deploys
     assert own.greatest == pytest.approx(np.abs(own.torques.torques).max(axis=0), rel=0.05)
     assert following(own).follows
@@ -97,7 +98,9 @@ def test_greatest_torques_are_those_planned_at_any_period(name, scene, panel, pe
 @pytest.mark.parametrize("wishes", [{"firm": 0.0}, {"rate": 100.0, "acceleration": 1e4, "period": 0.1}])
 def test_a_drive_that_does_not_follow_says_so_with_the_remedy(wishes):
     folding, scene = folding_named("hex:0234550132:3"), SCENES["default"]
-    own = following(driving.drive(folding, scene, driving.find_motion(folding, scene), driving.Wishes(**wishes)))
+    own = following(
+        driving.drive_along(folding, scene, driving.find_motion(folding, scene), driving.DriveOptions(**wishes))
+    )
     assert not own.follows
     assert own.share > 0.05
     assert own.sentence.startswith("does not follow: hinge ")
@@ -107,7 +110,7 @@ def test_a_drive_that_does_not_follow_says_so_with_the_remedy(wishes):
 def test_motors_are_sized_by_the_simulation_where_no_remedy_helps():
     folding = folding_named("square:012233330111:4")
     scene = with_panel(SCENES["default"], read_panel("1000x20"), "square")
-    own = following(driving.drive(folding, scene, driving.find_motion(folding, scene)))
+    own = following(driving.drive_along(folding, scene, driving.find_motion(folding, scene)))
     assert not own.follows
     assert own.sentence.endswith("singular at 1 of the path: size motors by simulated torques, or try other panels")
 
@@ -322,7 +325,7 @@ def test_moments_of_joints_are_those_of_pinocchio(on_earth):
 def test_ten_foldings_and_6x5_come_flat_clear(name):
     folding, scene = folding_named(name), SCENES["default"]
     motion = driving.find_motion(folding, scene)
-    machine = driving.drive(folding, scene, motion, replace(QUICK, period=0.002))
+    machine = driving.drive_along(folding, scene, motion, replace(QUICK, period=0.002))
     assert machine.deployment.deploys, machine.deployment.reason
     assert machine.missed < 5e-3
     assert machine.torques.imbalance < 1e-4 * np.ptp(machine.torques.stored)

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from hcsearch.deployment.deploying import compile_driven
-from hcsearch.deployment.scales import settled
 from hcsearch.drive.latches import Latch, latches_on, release
-from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import Folding
-from hcsearch.scenes import SCENES, default_panel
+from hcsearch.panel_sizes import default_panel
+from hcsearch.scenes import SCENES
+from hcsearch.scenes.setup import settle
 from tests.linkages import linkage_named
 
 
@@ -27,8 +27,8 @@ def test_a_hinge_that_leaves_late_waits_for_the_one_furthest_ahead():
 
 def test_latched_hinges_stay_until_they_are_let_go():
     folding = Folding.from_notation("square:012233330111:4")
-    linkage = linkage_joined(folding, default_panel("square"), "hinged")
-    compiled = compile_driven(linkage, settled(replace(SCENES["default"], flat_pairs="hinged"), linkage), None)
+    linkage = folding.linkage(default_panel("square"), flat_pairs="hinged")
+    compiled = compile_driven(linkage, settle(replace(SCENES["default"], flat_pairs="hinged"), linkage), None)
     latches = (Latch(7, 6, 2.53), Latch(9, 6, 2.15))
     deployment = release(compiled, latches)
     start = compiled.start[compiled.joint_of]

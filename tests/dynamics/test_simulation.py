@@ -380,7 +380,7 @@ def test_states_between_steps_have_an_error_of_sixth_order():
 @pytest.mark.parametrize("notation", ["square:012233300121:5", "square:012122333001:1", "hex:0233340501:3"])
 def test_equal_springs_deploy_a_mirror_symmetric_folding_symmetrically(notation):
     folding = Folding.from_notation(notation)
-    linkage = Linkage(folding.pattern((0.05, 0.05, 0.006), merged=True))
+    linkage = Linkage(folding.pattern((0.05, 0.05, 0.006), flat_pairs="merged"))
     one, two = folding.mirror_pairs[0]
     cells = np.array([np.mean(facet, axis=0) for facet in linkage.pattern.facets])
     middle, normal = (

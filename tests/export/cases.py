@@ -1,6 +1,5 @@
 """What the tests of solid and simulator formats export: panels of one facet and of several, loops and a chain."""
 
-from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import Folding
 from hcsearch.labels import labels_of
 from hcsearch.pattern import facet_area
@@ -29,7 +28,7 @@ def case(name):
 def merged():
     """A folding whose mirror pairs are one, an open chain."""
     folding = Folding.from_notation("square:012222230000:1")
-    linkage = linkage_joined(folding, panel_of(SCENES["default"], "square"), "merged")
+    linkage = folding.linkage(panel_of(SCENES["default"], "square"), flat_pairs="merged")
     return linkage, labels_of(linkage, design=True)
 
 

@@ -4,11 +4,11 @@ from functools import cache
 
 from hypothesis import strategies as st
 
+from hcsearch.cases.resolve import resolve
 from hcsearch.export.exported import Exported
 from hcsearch.export.formats import FORMATS
-from hcsearch.export.reading import exported_named
+from hcsearch.export.writing import exported_case
 from hcsearch.folding import foldings
-from hcsearch.subjects.reading import Request
 from tests.strategies import circuits
 
 DESIGN = "hex:0234435011:1"
@@ -21,7 +21,8 @@ RING = "square:011122233300:0"
 
 @cache
 def exported(name: str, wanted: str = "fold", by: str | None = None, state="flat", **request) -> Exported:
-    return exported_named(Request(name, "none.sqlite", **request), FORMATS[wanted], by, state)
+    case = resolve(name, "none.sqlite", path=by == "path", **request)
+    return exported_case(case, FORMATS[wanted], by, state)
 
 
 @st.composite
@@ -30,5 +31,4 @@ def folded(draw: st.DrawFn) -> Exported:
     circuit = draw(circuits(even=True).filter(foldings))
     folding = draw(st.sampled_from(foldings(circuit)))
     way = draw(st.sampled_from(("rigid", "hinged", *(("merged",) if folding.mirror_pairs else ()))))
-    request = {"merge": True} if way == "merged" else {"flat_pairs": way}
-    return exported_named(Request(folding.notation, "none.sqlite", **request), FORMATS["fold"])
+    return exported_case(resolve(folding.notation, "none.sqlite", flat_pairs=way), FORMATS["fold"])

@@ -7,13 +7,13 @@ from xml.etree import ElementTree as Xml
 import numpy as np
 import pytest
 
+from hcsearch import save
+from hcsearch.cases.resolve import resolve
 from hcsearch.errors import OutputError
-from hcsearch.export import export
 from hcsearch.export.formats import format_of
 from hcsearch.export.pictures.animation import FRAMES, WIDTH, animation_of
 from hcsearch.export.pictures.painting import painters_order
-from hcsearch.replays.sources import replay_named
-from hcsearch.subjects.reading import Request
+from hcsearch.replays.sources import replay_case
 from tests.export.cases import case, replay
 
 GALLERY = Path(__file__).parents[2] / "reports" / "gallery"
@@ -42,7 +42,7 @@ def entries(prisms, origin, towards):
 
 @pytest.mark.parametrize("name", ["hex:0234550132:4", "thesis-4x4", "unit-ii"])
 def test_panels_in_front_are_drawn_after_those_that_they_hide(name):
-    motion = replay_named(Request(name, "hcsearch.sqlite"))
+    motion = replay_case(resolve(name, "hcsearch.sqlite"))[0]
     states = motion.at_time(np.linspace(*motion.at[[0, -1]], 5))
     assert sum(hidden_pairs(motion.linkage.solids(angles)) for angles in states) > 100
 
@@ -98,7 +98,7 @@ def test_the_animation_is_chosen_by_its_name_alone(tmp_path):
     assert format_of("a.svg", "animation").name == "animation"
     with pytest.raises(OutputError, match="no name for a file"):
         format_of("a.gif", "animation")
-    (path,) = export("square:01222300:1", tmp_path / "a.svg", "animation")
+    (path,) = save("square:01222300:1", tmp_path / "a.svg", format="animation")
     assert "infinite alternate" in path.read_text()
 
 

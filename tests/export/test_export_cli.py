@@ -15,10 +15,9 @@ from hcsearch.circuit import Circuit
 from hcsearch.cli import hcsearch
 from hcsearch.enumeration import PolygonSearch
 from hcsearch.errors import HcsearchError, OutputError
-from hcsearch.export import FORMATS, export
+from hcsearch.export import FORMATS
 from hcsearch.export.formats import Format, format_of
 from hcsearch.export.settings import Settings, read_state
-from hcsearch.export.writing import write_export
 from hcsearch.folding import Folding
 from hcsearch.grid import GRIDS
 from hcsearch.own_patterns import read_fold, recognise
@@ -130,18 +129,17 @@ def test_a_format_whose_program_is_missing_names_the_extra(run, monkeypatch):
 def test_python_writes_what_the_command_writes(run, tmp_path):
     assert run("export", DESIGN, "--output", "a.svg", "--sheet", "panels", "--kerf", "0.3").exit_code == 0
     folding = Folding.from_notation(DESIGN)
-    assert export(folding, tmp_path / "b.svg", sheet="panels", kerf_mm=0.3) == [tmp_path / "b.svg"]
+    assert save(folding, tmp_path / "b.svg", sheet="panels", kerf_mm=0.3) == [tmp_path / "b.svg"]
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
     with pytest.raises(HcsearchError, match="exports have no setting 'colour'"):
-        export(folding, tmp_path / "b.svg", colour="red")
+        save(folding, tmp_path / "b.svg", colour="red")
 
 
 @pytest.mark.parametrize(("crease", "canonical"), [(2, "hex:0234550132:3"), (3, "hex:0234550132:4")])
 def test_a_folding_of_a_circuit_in_another_order_is_written_by_python(tmp_path, crease, canonical):
     folding = Folding(Circuit.from_notation("hex:2345501320"), crease)
-    for write in (export, save):
-        (path,) = write(folding, tmp_path / "a.fold")
-        assert [str(own) for own in recognise(read_fold(str(path))).foldings] == [canonical]
+    (path,) = save(folding, tmp_path / "a.fold")
+    assert [str(own) for own in recognise(read_fold(str(path))).foldings] == [canonical]
 
 
 @pytest.mark.parametrize(
@@ -163,7 +161,7 @@ def test_a_folding_of_a_circuit_in_another_order_is_written_by_python(tmp_path, 
 def test_python_refuses_what_the_command_refuses(tmp_path, monkeypatch, name, chosen, message):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(HcsearchError, match=message):
-        export(DESIGN, name, **chosen)
+        save(DESIGN, name, **chosen)
     assert not list(tmp_path.iterdir())
 
 
@@ -172,16 +170,14 @@ def test_a_whole_number_is_a_share_of_the_motion():
 
 
 def test_files_beside_are_written_with_the_first_or_not_at_all(tmp_path, monkeypatch):
-    form = Format("urdf", "simulators", (".urdf",), "a robot")
     files = {".urdf": "<robot/>", ".closure.json": b"{}"}
     monkeypatch.setattr(Format, "write", property(lambda self: lambda value, settings: files))
-    value = exported(DESIGN)
-    paths = write_export(tmp_path / "a.urdf", form, value, Settings())
+    paths = save(DESIGN, tmp_path / "a.urdf")
     assert [path.name for path in paths] == ["a.urdf", "a.closure.json"]
     assert paths[1].read_bytes() == b"{}"
     (tmp_path / "b.closure.json").mkdir()
     with pytest.raises(OutputError):
-        write_export(tmp_path / "b.urdf", form, value, Settings())
+        save(DESIGN, tmp_path / "b.urdf")
     assert not (tmp_path / "b.urdf").exists()
 
 

@@ -47,7 +47,7 @@ def designs(name):
     for twisted in (False, True):
         kind = [f for circuit in circuits for f in foldings(circuit) if bool(twist(f)) is twisted]
         chosen += kind[:: max(1, math.ceil(len(kind) / FEW))]
-    return [Linkage(f.pattern(SIZES[search.grid.name], hinged=True)) for f in chosen]
+    return [Linkage(f.pattern(SIZES[search.grid.name], flat_pairs="hinged")) for f in chosen]
 
 
 def vertices(columns, rows):

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from hcsearch.collision.margins import margin_of
 from hcsearch.collision.plates import plates_of
-from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import Folding, foldings
 from hcsearch.kernels.enclosure.contraction import contract, new_contraction
 from hcsearch.kernels.enclosure.expansion import EQUATIONS, cut_loops, expand, new_expansion, write_first_order
@@ -24,9 +23,9 @@ from hcsearch.locks import enclosures, floods
 from hcsearch.locks.enclosures import Enclosure, enclose, rings_of
 from hcsearch.locks.floods import cubes_expected, grid_at
 from hcsearch.locks.proofs import lock_at
+from hcsearch.panel_sizes import default_panel
 from hcsearch.pattern import Crease, Pattern
 from hcsearch.planning.planner import Planner
-from hcsearch.scenes import default_panel
 from hcsearch.unit_search.elements import untwisted
 from tests.naive import around_the_loop
 from tests.planned import SAMPLES, joined, open_by, planned, walks_of
@@ -348,12 +347,12 @@ def test_a_lock_is_left_by_no_search_from_any_position_at_any_thickness(name, wa
     side = default_panel(folding.circuit.grid.name)[0]
     for thickness in (0.04 * side, 0.12 * side, 0.4 * side):
         panel = (side, side, thickness)
-        assert enclose(linkage_joined(folding, panel, way), 400_000).proved
+        assert enclose(folding.linkage(panel, flat_pairs=way), 400_000).proved
         written = [own for writing in writings(folding.circuit) for own in foldings(writing)]
         positions = [own for own in written if like(own, folding, panel)]
         assert len(positions) >= 4
         for own in positions[:: len(positions) // 4][:4]:
-            linkage = linkage_joined(own, panel, way)
+            linkage = own.linkage(panel, flat_pairs=way)
             assert Planner(linkage, margin_of(linkage), collide=False).plan(150).states is None
 
 

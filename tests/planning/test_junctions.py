@@ -9,17 +9,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hcsearch.circuit import Circuit
-from hcsearch.flat_pairs import can_be, linkage_joined
 from hcsearch.folding import Folding, foldings
 from hcsearch.grid import GRIDS
 from hcsearch.kernels.planning.space import new_stack, pick, place
 from hcsearch.linkage import Linkage
 from hcsearch.locks.lattice import whole_end
+from hcsearch.panel_sizes import default_panel
 from hcsearch.pattern import Crease, Pattern
 from hcsearch.planning import junctions
 from hcsearch.planning.junctions import clear_junctions, junctions_of
 from hcsearch.planning.problems import space_of
-from hcsearch.scenes import default_panel
 from tests.linkages import linkage_named
 from tests.planned import joined, open_by
 from tests.strategies import words
@@ -34,7 +33,7 @@ def linkages(draw):
     grid, n = draw(st.sampled_from(LISTS))
     listed = [folding for word in words(grid, n) for folding in foldings(Circuit(GRIDS[grid], word))]
     folding, way = draw(st.sampled_from(listed)), draw(st.sampled_from(WAYS))
-    return linkage_joined(folding, default_panel(grid), way if can_be(folding, way) else "hinged")
+    return folding.linkage(default_panel(grid), flat_pairs=way if folding.can_join(way) else "hinged")
 
 
 def all_stops(linkage):
@@ -63,7 +62,7 @@ def test_junctions_are_all_flat_folded_states_that_are_closed_in_whole_numbers(l
 def test_junctions_off_the_tilings_are_closed_to_rounding():
     folding = Folding.from_notation("hex:0234550132:4")
     length = 0.05 / 3
-    linkage = linkage_joined(folding, (length, length, length / math.pi), "hinged")
+    linkage = folding.linkage((length, length, length / math.pi), flat_pairs="hinged")
     found = junctions_of(linkage).states.tolist()
     assert found == closed_to_rounding(linkage)
     assert len(found) == len(junctions_of(joined("hex:0234550132:4", "hinged")).states)

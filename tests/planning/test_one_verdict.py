@@ -5,8 +5,8 @@ import pytest
 from hcsearch.circuit import Circuit
 from hcsearch.folding import foldings
 from hcsearch.grid import GRIDS
+from hcsearch.panel_sizes import default_panel
 from hcsearch.planning.motions import motion_of
-from hcsearch.scenes import default_panel
 from hcsearch.twisting import twist
 from tests.strategies import words, writings
 

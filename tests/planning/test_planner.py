@@ -13,16 +13,15 @@ from hypothesis import strategies as st
 from hcsearch.circuit import Circuit
 from hcsearch.collision.prisms import prisms_of
 from hcsearch.errors import HcsearchError
-from hcsearch.flat_pairs import can_be, linkage_joined
 from hcsearch.folding import foldings
 from hcsearch.grid import GRIDS
 from hcsearch.kernels.collision.overlaps import deepest_overlap
 from hcsearch.locks.proofs import lock_at
+from hcsearch.panel_sizes import default_panel
 from hcsearch.planning.motions import motion_of
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.problems import kept_apart, space_of
 from hcsearch.planning.reasons import reason_of
-from hcsearch.scenes import default_panel
 from hcsearch.twisting import twist
 from tests.planned import SAMPLES, joined, open_by, planned
 from tests.strategies import words
@@ -68,7 +67,7 @@ def test_the_same_folding_gives_the_same_motion():
 
 def test_a_way_that_cannot_be_has_no_motion():
     folding = next(
-        f for word in words("hex", 10) for f in foldings(Circuit(GRIDS["hex"], word)) if not can_be(f, "merged")
+        f for word in words("hex", 10) for f in foldings(Circuit(GRIDS["hex"], word)) if not f.can_join("merged")
     )
     motion = motion_of(folding, default_panel("hex"), ("merged",))
     assert (motion.way, motion.states, motion.proof, motion.margin, motion.growths) == (None, None, None, None, ())
@@ -101,8 +100,8 @@ def hopeless(folding):
     panel = default_panel(folding.circuit.grid.name)
     linkages = []
     for way in WAYS:
-        if can_be(folding, way):
-            linkage = linkage_joined(folding, panel, way)
+        if folding.can_join(way):
+            linkage = folding.linkage(panel, flat_pairs=way)
             locked = any(lock_at(linkage, angles).order is not None for angles in (linkage.folded, linkage.flat))
             if twist(folding) or locked:
                 linkages.append((way, linkage))

@@ -9,6 +9,7 @@ import pytest
 from hcsearch.errors import HcsearchError
 from hcsearch.folding import Folding
 from hcsearch.locks.enclosures import Enclosure
+from hcsearch.panel_sizes import default_panel
 from hcsearch.planning import motions
 from hcsearch.planning.batches import _batch
 from hcsearch.planning.motions import PlannedMotion, motion_of
@@ -23,7 +24,6 @@ from hcsearch.planning.schedule import (
     efforts,
     planned_efforts,
 )
-from hcsearch.scenes import default_panel
 
 GROWN = Growth((1, 1), (2, 2), 3, (0.0, 0.0), 0.15, False)
 GIVEN_UP = "square:012222300301:2"

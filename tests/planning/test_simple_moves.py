@@ -9,12 +9,12 @@ import pytest
 from hcsearch.folding import Folding
 from hcsearch.kernels.planning.closing import close, new_closing
 from hcsearch.locks.lattice import whole_end
+from hcsearch.panel_sizes import default_panel
 from hcsearch.planning.groups import group_of, group_of_all, turns_equally
 from hcsearch.planning.motions import motion_of
 from hcsearch.planning.problems import loops_of
 from hcsearch.planning.proofs import PLAYS, Prover
 from hcsearch.planning.simple_moves import simple_path
-from hcsearch.scenes import default_panel
 from tests.naive import around_the_loop
 from tests.planned import Planned, along, joined, open_by
 

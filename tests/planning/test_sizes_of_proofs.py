@@ -4,12 +4,11 @@ import pytest
 
 from hcsearch.circuit import Circuit
 from hcsearch.collision.margins import margin_of
-from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import Folding, foldings
+from hcsearch.panel_sizes import default_panel
 from hcsearch.planning.motions import motion_of
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.proofs import PLAYS, Prover
-from hcsearch.scenes import default_panel
 from hcsearch.twisting import twist
 
 
@@ -31,7 +30,7 @@ def comb(width, height):
 )
 def test_combs_are_proved(width, height):
     folding = next(own for own in foldings(comb(width, height)) if not twist(own))
-    linkage = linkage_joined(folding, default_panel("square"), "hinged")
+    linkage = folding.linkage(default_panel("square"), flat_pairs="hinged")
     states = Planner(linkage, PLAYS[0]).plan(60).states
     proof = Prover(linkage).prove(states, PLAYS)
     assert proof.margin is not None
@@ -44,7 +43,7 @@ def test_combs_are_proved(width, height):
 def test_the_default_margin_leaves_something_of_panels_of_any_thickness(thickness):
     edge, width, _ = default_panel("square")
     folding = Folding.from_notation("square:012233230011:4")
-    linkage = linkage_joined(folding, (edge, width, thickness), "rigid")
+    linkage = folding.linkage((edge, width, thickness), flat_pairs="rigid")
     assert margin_of(linkage) == min(1e-4, 0.2 * thickness)
     motion = motion_of(folding, (edge, width, thickness), ("rigid",))
     assert motion.margin is not None
@@ -52,5 +51,5 @@ def test_the_default_margin_leaves_something_of_panels_of_any_thickness(thicknes
 
 
 def test_closed_states_may_wander_in_proportion_to_the_margin():
-    prover = Prover(linkage_joined(Folding.from_notation("hex:0234550132:4"), default_panel("hex"), "hinged"))
+    prover = Prover(Folding.from_notation("hex:0234550132:4").linkage(default_panel("hex"), flat_pairs="hinged"))
     assert prover.limit(1e-4) == pytest.approx(10 * prover.limit(1e-5))

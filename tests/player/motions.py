@@ -7,15 +7,14 @@ from functools import cache
 import numpy as np
 from hypothesis import strategies as st
 
-from hcsearch.flat_pairs import can_be, linkage_joined
+from hcsearch.cases.resolve import resolve
 from hcsearch.folding import Folding, foldings
 from hcsearch.labels import labels_of
 from hcsearch.linkage import Linkage
+from hcsearch.panel_sizes import default_panel
 from hcsearch.replays.recording import replay_of_path
 from hcsearch.replays.replay import Replay
-from hcsearch.replays.sources import replay_named
-from hcsearch.scenes import default_panel
-from hcsearch.subjects.reading import Request
+from hcsearch.replays.sources import replay_case
 from hcsearch.vocabulary import WAYS
 from tests.planned import planned
 from tests.strategies import circuits
@@ -27,7 +26,7 @@ def replay_of(name: str) -> Replay:
     if ":" in name:
         path = planned(name)
         return replay_of_path(path.linkage, path.states, name, margin=1e-5)
-    return replay_named(Request(name, "none.sqlite"), "springs")
+    return replay_case(resolve(name, "none.sqlite"), "springs")[0]
 
 
 @st.composite
@@ -84,4 +83,4 @@ def turn(payload: dict, hinge: int, angle: float) -> np.ndarray:
 def linkages_of(folding: Folding) -> list[Linkage]:
     """The folding with its flat pairs joined in every way."""
     panel = default_panel(folding.circuit.grid.name)
-    return [linkage_joined(folding, panel, way) for way in WAYS if can_be(folding, way)]
+    return [folding.linkage(panel, flat_pairs=way) for way in WAYS if folding.can_join(way)]

@@ -150,7 +150,7 @@ def test_another_version_is_refused():
 
 def test_merged_panels_keep_their_names():
     folding = Folding.from_notation("square:0122333011:1")
-    linkage = folding.linkage(merged=True)
+    linkage = folding.linkage(flat_pairs="merged")
     replay = replay_of_path(linkage, np.stack([linkage.folded, linkage.flat]), folding.notation, margin=None)
     payload = payload_of(replay)
     assert any("+" in name for name in payload["labels"]["panels"])

@@ -7,12 +7,11 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hcsearch.cases.resolve import resolve
 from hcsearch.cli import hcsearch
 from hcsearch.deployment.deploying import deploy
-from hcsearch.flat_pairs import can_be
 from hcsearch.folding import Folding
 from hcsearch.replays.recording import NEAR, replay_of_deployment, replay_of_path
-from hcsearch.subjects.reading import Request, read_subject
 from hcsearch.vocabulary import WAYS
 from tests.planned import SAMPLES, joined, planned
 
@@ -22,8 +21,8 @@ CLEAR, COLLIDES = "hex:0234550132:4", "thesis-4x4"
 @pytest.fixture(scope="module", params=[CLEAR, COLLIDES])
 def let_go(request):
     """A deployment and its replay."""
-    subject = read_subject(Request(request.param, "none.sqlite"))
-    deployment = deploy(subject.linkage, subject.scene, "constrained")
+    subject = resolve(request.param, "none.sqlite")
+    deployment = deploy(subject.linkage, subject.setup, "constrained")
     return deployment, replay_of_deployment(deployment, request.param, design=":" in request.param)
 
 
@@ -111,7 +110,7 @@ JOINED = [
     (name, way)
     for name in ("hex:0234550132:4", "square:012230:1", "triangle:0123434501:1")
     for way in WAYS
-    if can_be(Folding.from_notation(name), way)
+    if Folding.from_notation(name).can_join(way)
 ]
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hcsearch.cases.mechanisms import freedoms_of, lock_sentences
 from hcsearch.circuit import Circuit
 from hcsearch.errors import OutputError, SceneError
 from hcsearch.folding import Folding, foldings
@@ -14,7 +15,6 @@ from hcsearch.report.design_fetching import design_data
 from hcsearch.report.design_page import render_design
 from hcsearch.report.writing import write_design
 from hcsearch.store import open_database, open_readonly, select
-from hcsearch.subjects.mechanisms import freedoms_of, lock_sentences
 from tests.judging import WORK, judge
 from tests.report.pages import Page, data_of
 

@@ -16,8 +16,8 @@ from hcsearch.kinematics.generic import generic_rank
 from hcsearch.kinematics.rank import rank_at
 from hcsearch.linkage import Linkage
 from hcsearch.locks.proofs import lock_at
+from hcsearch.panel_sizes import default_panel
 from hcsearch.records import NONE, CircuitBatch, FoldingBatch, MobilityBatch, StagedDesigns
-from hcsearch.scenes import default_panel
 from hcsearch.stages import mobility
 from hcsearch.stages.statuses import best_foldings
 from hcsearch.twisting import twist_batch
@@ -44,12 +44,12 @@ def test_batches_agree_with_one_linkage_at_a_time(grid, n):
     panel = default_panel(grid)
     for i, (row, crease, twist) in enumerate(zip(folded.row, folded.crease, twists, strict=True)):
         folding = Folding(Circuit(GRIDS[grid], tuple(batch.words[row].tolist())), int(crease))
-        hinged = Linkage(folding.pattern(panel, hinged=True))
+        hinged = Linkage(folding.pattern(panel, flat_pairs="hinged"))
         assert freedoms.kutzbach == hinged.pattern.kutzbach
         assert freedoms.dof_folded[i] == rank_at(hinged, hinged.folded).nullity
         assert freedoms.dof_flat[i] == rank_at(hinged, hinged.flat).nullity
         assert freedoms.merged_panels[i] == len(folding.mirror_pairs)
-        merged = Linkage(folding.pattern(panel, merged=True))
+        merged = Linkage(folding.pattern(panel, flat_pairs="merged"))
         if folding.mirror_pairs:
             assert freedoms.kutzbach_merged[i] == merged.pattern.kutzbach
         else:
@@ -104,7 +104,7 @@ def test_the_cut_hinge_of_the_thesis_4x4():
     """Merged: 12 hinges, six loop rows of rank 5 folded and 4 flat; of the cut hinge's five rows one less each."""
     folding = foldings(Circuit.from_notation("rectangle:0122233300012210"))[-1]
     assert len(folding.mirror_pairs) == 4
-    linkage = Linkage(folding.pattern((0.05, 0.04, 0.006), merged=True))
+    linkage = Linkage(folding.pattern((0.05, 0.04, 0.006), flat_pairs="merged"))
     assert [rank_at(linkage, angles).nullity for angles in (linkage.folded, linkage.flat)] == [7, 8]
     assert generic_rank(linkage).nullity == 6
 

@@ -10,17 +10,18 @@ from hypothesis import strategies as st
 from hcsearch.circuit import Circuit
 from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.deploying import deploy
-from hcsearch.deployment.looks import GRADES, OUTER, SPREAD, springs_of
+from hcsearch.deployment.spring_sets import springs_of
 from hcsearch.deployment.verdicts import verdicts
-from hcsearch.flat_pairs import linkage_joined
 from hcsearch.folding import Folding, folding_of, foldings
 from hcsearch.grid import GRIDS
 from hcsearch.labels import labels_of
 from hcsearch.locks.proofs import lock_at
+from hcsearch.panel_sizes import default_panel
 from hcsearch.pipeline.shards import candidates_of
 from hcsearch.planning.motions import motion_of
 from hcsearch.records import CircuitBatch, StagedDesigns
-from hcsearch.scenes import SCENES, default_panel
+from hcsearch.scenes import SCENES
+from hcsearch.scenes.looks import GRADES, OUTER, SPREAD
 from hcsearch.stages.order import STAGES
 from hcsearch.stages.stage import run_stages
 from tests.strategies import rewritten
@@ -49,7 +50,7 @@ def written(draw, names=SYMMETRIC):
 @given(written(), st.sampled_from(("rigid", "hinged", "merged")), st.booleans())
 def test_a_twin_is_congruent(folding, way, narrow):
     size = (0.05, 0.04, 0.006) if narrow and folding.circuit.grid.directions == 4 else (0.05, 0.05, 0.006)
-    own = linkage_joined(folding, size, way)
+    own = folding.linkage(size, flat_pairs=way)
     twin, like = own.twin, folding.likeness(size)
     if like is None:
         assert twin is None
@@ -109,7 +110,7 @@ def test_deployments_do_not_hang_on_how_a_circuit_is_written(gravity):
         for backwards in (False, True):
             own = rewritten(circuit, isometry, 3, backwards)
             folding = next(one for one in foldings(own) if one.notation.endswith(":4"))
-            linkage = linkage_joined(folding, default_panel("hex"), "hinged")
+            linkage = folding.linkage(default_panel("hex"), flat_pairs="hinged")
             twin = linkage.twin
             back = tuple(float(x) for x in twin.turn.T @ np.array(gravity))
             found = deploy(linkage, replace(scene, gravity=back, springs=((twin.hinges.index(0), "linear:0.2"),)))
@@ -135,7 +136,7 @@ def test_all_formulations_are_of_the_twin(formulation):
 
 @given(written((RING, CROSSED, "square:0112223300")), st.sampled_from((*GRADES, OUTER, *SPREAD)))
 def test_spring_sets_are_those_of_the_twin(folding, name):
-    linkage = linkage_joined(folding, default_panel(folding.circuit.grid.name), "hinged")
+    linkage = folding.linkage(default_panel(folding.circuit.grid.name), flat_pairs="hinged")
     if linkage.twin is None:
         return
     like = folding.likeness(default_panel(folding.circuit.grid.name))
@@ -187,7 +188,7 @@ def test_one_folding_of_an_orbit_is_judged(name, until):
         assert motion.flat_pairs[i] == motion.flat_pairs[k]
         if (way := motion.flat_pairs[i]) is not None:
             # the path is one of the folding's own linkage
-            linkage = linkage_joined(folding_of(circuit, creases[i]), default_panel(circuit.grid.name), way)
+            linkage = folding_of(circuit, creases[i]).linkage(default_panel(circuit.grid.name), flat_pairs=way)
             path = motion.paths[i]
             assert np.abs(path[[0, -1]] - [linkage.folded, linkage.flat]).max() < 1e-9
             assert max(np.abs(linkage.closure(state)[0]).max() for state in path) < 1e-8
@@ -252,7 +253,7 @@ def test_paths_do_not_hang_on_how_a_circuit_is_written():
     own = rewritten(circuit, circuit.grid.point_group[7], 3, True)
     folding = next(one for one in foldings(own) if one.notation.endswith(":4"))
     found = motion_of(folding, size, ("rigid",))
-    linkage = linkage_joined(folding, size, "rigid")
+    linkage = folding.linkage(size, flat_pairs="rigid")
     assert (found.way, found.margin) == (known.way, known.margin)
     assert (found.states == known.states[:, list(linkage.twin.hinges)]).all()
     assert (found.proof.motion.angles == known.proof.motion.angles[:, list(linkage.twin.hinges)]).all()

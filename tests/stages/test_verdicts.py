@@ -11,9 +11,7 @@ from hcsearch.deployment.agreement import agreed_checks, confirmed
 from hcsearch.deployment.checking import check
 from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.deploying import deploy
-from hcsearch.deployment.looks import GRADED, GRADES, OUTER, PATIENT, SPREAD, springs_of
-from hcsearch.deployment.scales import SOFTEST, STIFFEST
-from hcsearch.deployment.scene_files import read_text, scene_in
+from hcsearch.deployment.spring_sets import springs_of
 from hcsearch.deployment.springs import with_springs
 from hcsearch.deployment.verdicts import verdicts
 from hcsearch.enumeration import PolygonSearch
@@ -34,6 +32,9 @@ from hcsearch.records import (
     StagedDesigns,
 )
 from hcsearch.scenes import SCENES
+from hcsearch.scenes.looks import GRADED, GRADES, OUTER, PATIENT, SPREAD
+from hcsearch.scenes.scene_file import read_text, scene_in
+from hcsearch.scenes.setup import SOFTEST, STIFFEST
 from hcsearch.stages.order import STAGES, stages_until
 from hcsearch.vocabulary import STATUSES
 

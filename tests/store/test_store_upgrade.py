@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from hcsearch.deployment.scene_files import read_text, scene_in
 from hcsearch.scenes import SCENES
+from hcsearch.scenes.scene_file import read_text, scene_in
 from hcsearch.store import find_scene, open_database, record_scene, save_scores, select
 from hcsearch.store.columns import column_names
 from tests.judging import judge

@@ -8,10 +8,10 @@ import pytest
 from hcsearch.collision.reaches import slack_of
 from hcsearch.deployment.deploying import deploy
 from hcsearch.deployment.outcomes import Check
-from hcsearch.deployment.scales import SOFTEST, STIFFEST
-from hcsearch.deployment.springs import scene_springs, tied_hinges
+from hcsearch.deployment.springs import tied_hinges
 from hcsearch.errors import HcsearchError
 from hcsearch.scenes import SCENES
+from hcsearch.scenes.setup import SOFTEST, STIFFEST, settle, with_stiffnesses
 from hcsearch.tuning import tuning
 from hcsearch.tuning.evaluation import Evaluator, Own
 from hcsearch.tuning.objective import objective
@@ -36,7 +36,9 @@ def test_what_is_found_comes_flat_certified_clear(tuned):
     for one in (tuned.best, tuned.rounded):
         assert one.confirmed
         assert one.check.deploys
-        again = deploy(linkage, scene_springs(DEFAULT, one.stiffnesses), tuned.formulation, tolerance=1e-6)
+        again = deploy(
+            linkage, with_stiffnesses(settle(DEFAULT, linkage), one.stiffnesses), tuned.formulation, tolerance=1e-6
+        )
         assert (again.outcome, again.clearance.kind) == ("flat", "clear")
         assert one.deployment.flat_time == again.flat_time
         assert one.robustness.samples == 6
@@ -101,13 +103,13 @@ def test_the_array_of_the_thesis_comes_flat_certified_clear(scene):
     assert tuned.start.check.clear is False
     assert tuned.formulation == "compliant"
     assert tuned.best.confirmed
-    again = deploy(linkage, scene_springs(SCENES[scene], tuned.best.stiffnesses), tuned.formulation)
+    again = deploy(linkage, with_stiffnesses(settle(SCENES[scene], linkage), tuned.best.stiffnesses), tuned.formulation)
     assert (again.outcome, again.clearance.kind) == ("flat", "clear")
 
 
 def test_what_springs_that_close_loops_give_way_counts_in_the_objective_alone():
     linkage = linkage_named("thesis-4x4")
-    tied = tied_hinges(linkage, DEFAULT)
+    tied = tied_hinges(linkage, settle(DEFAULT, linkage).held)
     springs = spread_out([0.1397, 0.0125, 0.1972, 0.1146, 0.0248, 0.0437, 0.1423], tied)
     evaluator = Evaluator(linkage, DEFAULT, "compliant")
     (quick,) = evaluator.of_springs([springs])
@@ -189,7 +191,9 @@ def test_tied_groups_are_spread_out_to_four_digits():
 
 def test_exact_closure_gives_way_where_it_keeps_arrays_shut():
     linkage = linkage_named("thesis-4x4")
-    first = first_generation(np.full(12, 0.1), tied_hinges(linkage, DEFAULT), 0, (SOFTEST, STIFFEST))
+    first = first_generation(
+        np.full(12, 0.1), tied_hinges(linkage, settle(DEFAULT, linkage).held), 0, (SOFTEST, STIFFEST)
+    )
     chosen = tuning._evaluator(linkage, DEFAULT, None, first[:3], None)
     assert chosen.formulation == "compliant"
     assert tuning._evaluator(linkage, DEFAULT, "constrained", first, None).formulation == "constrained"

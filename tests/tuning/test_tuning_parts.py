@@ -13,11 +13,12 @@ from scipy.stats import beta
 from hcsearch.deployment.checking import check, screen_of
 from hcsearch.deployment.compiling import compile_scene
 from hcsearch.deployment.outcomes import Check
-from hcsearch.deployment.scales import settled
-from hcsearch.deployment.scene_files import file_text, read_file, scene_in, scene_named
-from hcsearch.deployment.springs import scene_springs, stiffnesses_of, tied_hinges, with_springs
+from hcsearch.deployment.springs import stiffnesses_of, tied_hinges, with_springs
 from hcsearch.errors import HcsearchError
+from hcsearch.labels import labels_of
 from hcsearch.scenes import SCENES, Scene
+from hcsearch.scenes.scene_file import file_text, read_file, scene_in, scene_named
+from hcsearch.scenes.setup import settle, with_stiffnesses
 from hcsearch.store import open_database, select
 from hcsearch.tuning.catalogue import catalogue_levels, descend, nearest_levels, neighbours
 from hcsearch.tuning.evaluation import SOFT, STRICT, TOLERANCES, Evaluator
@@ -127,9 +128,10 @@ def test_the_interval_is_clopper_and_pearsons(counts):
 
 def test_samples_are_spread_as_told_and_the_same_for_a_seed():
     spread = Spread(stiffness=0.05, damping=0.1, mass=0.02, start=0.002)
-    scenes = sampled(DEFAULT, [0.1, 0.0], spread, 2000, seed=3)
     linkage = linkage_named(SMALL)
-    springs = np.array([[float(law.removeprefix("linear:")) for _, law in scene.springs] for scene in scenes])
+    setup = settle(DEFAULT, linkage)
+    scenes = sampled(setup, [0.1, 0.0], spread, 2000, seed=3)
+    springs = np.array([stiffnesses_of(scene) for scene in scenes])
     assert np.log(springs[:, 0]).std() == pytest.approx(0.05, rel=0.1)
     assert not springs[:, 1].any()
     assert np.log([scene.damping_time for scene in scenes]).std() == pytest.approx(0.1, rel=0.1)
@@ -137,9 +139,9 @@ def test_samples_are_spread_as_told_and_the_same_for_a_seed():
     starts = DEFAULT.start - np.array([scene.start for scene in scenes])
     assert starts.min() >= 0.0
     assert math.sqrt((starts**2).mean()) == pytest.approx(0.002, rel=0.1)
-    assert sampled(DEFAULT, [0.1, 0.0], spread, 20, seed=3) == scenes[:20]
-    still = sampled(DEFAULT, [0.1] * linkage.n_hinges, Spread(0.0, 0.0, 0.0, 0.0), 2, seed=0)
-    assert still == [scene_springs(DEFAULT, [0.1] * linkage.n_hinges)] * 2
+    assert sampled(setup, [0.1, 0.0], spread, 20, seed=3) == scenes[:20]
+    still = sampled(setup, [0.1] * linkage.n_hinges, Spread(0.0, 0.0, 0.0, 0.0), 2, seed=0)
+    assert still == [with_stiffnesses(setup, [0.1] * linkage.n_hinges)] * 2
 
 
 def test_samples_are_counted_by_what_became_of_them():
@@ -175,7 +177,7 @@ def test_few_samples_tell_which_sets_get_more():
 @pytest.mark.parametrize("name", ["thesis-4x4", "square:01222300:3", SMALL])
 def test_tied_hinges_are_mirror_images_and_all_there(name):
     linkage = linkage_named(name)
-    tied = tied_hinges(linkage, DEFAULT)
+    tied = tied_hinges(linkage, settle(DEFAULT, linkage).held)
     assert sorted(itertools.chain(*tied)) == list(range(linkage.n_hinges))
     compiled = compile_scene(linkage, DEFAULT)
     for hinges in tied:
@@ -183,50 +185,53 @@ def test_tied_hinges_are_mirror_images_and_all_there(name):
 
 
 def test_thesis_hinges_are_tied_as_in_its_figure():
-    tied = tied_hinges(linkage_named("thesis-4x4"), DEFAULT)
+    linkage = linkage_named("thesis-4x4")
+    tied = tied_hinges(linkage, settle(DEFAULT, linkage).held)
     assert tied == ((0, 11), (1, 10), (2, 9), (3, 8), (4, 7), (5,), (6,))
 
 
 def test_stiffnesses_are_read_from_laws():
     linkage = linkage_named(SMALL)
-    scene = replace(DEFAULT, springs=((1, "linear:0.2"), (2, "2*linear:0.05")))
-    assert stiffnesses_of(linkage, scene)[:4] == pytest.approx([0.1, 0.2, 0.1, 0.1])
+    scene = replace(
+        DEFAULT, springs=((labels_of(linkage).hinges[1], "linear:0.2"), (labels_of(linkage).hinges[2], "2*linear:0.05"))
+    )
+    assert stiffnesses_of(settle(scene, linkage))[:4] == pytest.approx([0.1, 0.2, 0.1, 0.1])
     values = [0.01 * k for k in range(linkage.n_hinges)]
-    assert stiffnesses_of(linkage, scene_springs(DEFAULT, values)) == pytest.approx(values)
+    assert stiffnesses_of(with_stiffnesses(settle(DEFAULT, linkage), values)) == pytest.approx(values)
     for bad in ("linear:0.1+0.02", "quadratic:0.1,0.1", "tape:0.2@0.05,0.03@0.01"):
         with pytest.raises(HcsearchError, match="linear, without a preload"):
-            stiffnesses_of(linkage, replace(DEFAULT, spring=bad))
+            stiffnesses_of(settle(replace(DEFAULT, spring=bad), linkage))
     with pytest.raises(HcsearchError, match="there is no hinge 99"):
-        stiffnesses_of(linkage, replace(DEFAULT, springs=((99, "linear:0.1"),)))
+        settle(replace(DEFAULT, springs=(("99", "linear:0.1"),)), linkage)
 
 
 def test_an_evaluation_is_the_check_of_its_scene():
     linkage = linkage_named("square:01222300:3")
     evaluator = Evaluator(linkage, DEFAULT, "constrained")
     rng = np.random.default_rng(0)
-    tied = tied_hinges(linkage, DEFAULT)
+    tied = tied_hinges(linkage, settle(DEFAULT, linkage).held)
     sets = []
     for _ in range(3):
         one = np.empty(linkage.n_hinges)
         for hinges in tied:
             one[list(hinges)] = rng.uniform(0.01, 0.2)
         sets.append(one)
-    scene = settled(DEFAULT, linkage)  # the scene gives the time, whatever springs are tried
-    scenes = [compile_scene(linkage, scene_springs(scene, one), keep=frozenset({"stops"})) for one in sets]
+    scene = settle(DEFAULT, linkage)  # the scene gives the time, whatever springs are tried
+    scenes = [compile_scene(linkage, with_stiffnesses(scene, one), keep=frozenset({"stops"})) for one in sets]
     rules = {"tolerance": TOLERANCES["constrained"], "whole": False}
     naive = [check([one], screens=[screen_of(one, STRICT * scene.margin)], **rules)[0] for one in scenes]
     assert evaluator.of_springs(sets) == naive
     assert (evaluator.done, evaluator.recalled) == (3, 0)
     assert evaluator.of_springs(sets) == naive
     assert (evaluator.done, evaluator.recalled) == (3, 0)  # each once
-    assert evaluator.of_scenes([scene_springs(scene, sets[0])]) == naive[:1]
+    assert evaluator.of_setups([with_stiffnesses(scene, sets[0])]) == naive[:1]
 
 
 def test_compliant_scenes_are_searched_with_soft_stops():
-    scene = Evaluator(linkage_named(SMALL), DEFAULT, "compliant").scene
-    plain = settled(DEFAULT, linkage_named(SMALL))
+    scene = Evaluator(linkage_named(SMALL), DEFAULT, "compliant").setup
+    plain = settle(DEFAULT, linkage_named(SMALL))
     assert scene == replace(plain, **SOFT)
-    assert Evaluator(linkage_named(SMALL), DEFAULT, "constrained").scene == plain
+    assert Evaluator(linkage_named(SMALL), DEFAULT, "constrained").setup == plain
 
 
 def test_what_is_stored_is_not_computed_again(tmp_path, monkeypatch):
@@ -268,15 +273,16 @@ def test_numbers_that_overflowed_are_stored_as_nothing():
 
 @pytest.mark.parametrize("name", sorted(SCENES))
 def test_files_read_back_to_the_same_scene(tmp_path, name):
-    scene = scene_springs(replace(scene_named(name), restitution=0.25), [0.1, 0.0, 0.0123])
-    scene = replace(scene, panel=(0.05, 0.05, 0.006), flat_pairs="hinged", merge=True)
+    springs = tuple((str(hinge), f"linear:{stiffness}") for hinge, stiffness in enumerate((0.1, 0.0, 0.0123)))
+    scene = replace(scene_named(name), restitution=0.25, springs=springs)
+    scene = replace(scene, panel=(0.05, 0.05, 0.006), flat_pairs="merged")
     facts = {"design": "hex:0234550132:4"}
     path = tmp_path / "found.toml"
     path.write_text(file_text(facts, "compliant", scene))
     content = read_file(str(path))
     assert scene_in(content) == scene
     assert content.pop("scene")["restitution"] == 0.25
-    kept = {"panel_mm": "50x50x6", "flat_pairs": "hinged", "merge": True, "formulation": "compliant"}
+    kept = {"panel_mm": "50x50x6", "flat_pairs": "merged", "springs": springs, "formulation": "compliant"}
     assert content == facts | kept | ({} if name == "default" else {"name": name})
     path.write_text(file_text({"assembly": "unit-i", "parameters": {"alpha": 65.0}}, "constrained", Scene()))
     assert read_file(str(path)) == {"assembly": "unit-i", "formulation": "constrained", "parameters": {"alpha": 65.0}}
@@ -293,4 +299,4 @@ def test_with_springs_of_one_joint_for_two_hinges_is_that_of_both():
     linkage = linkage_named("thesis-4x4")
     compiled = compile_scene(linkage, DEFAULT, keep=frozenset({"stops"}))
     sprung = with_springs(compiled, np.full(compiled.system.n_joints, 0.05))
-    assert stiffnesses_of(linkage, sprung.scene) == pytest.approx(np.full(12, 0.05))
+    assert stiffnesses_of(sprung.setup) == pytest.approx(np.full(12, 0.05))

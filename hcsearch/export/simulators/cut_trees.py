@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hcsearch.deployment.compiling import OMISSIONS, compile_scene, held_panel
+from hcsearch.deployment.compiling import OMISSIONS, compile_scene
 from hcsearch.dynamics.bodies import Body
 from hcsearch.dynamics.laws import Law
 from hcsearch.dynamics.panels import panel_bodies
@@ -21,7 +21,7 @@ from hcsearch.equality import ByValue
 from hcsearch.errors import HcsearchError
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
-from hcsearch.scenes import Scene
+from hcsearch.scenes.setup import Setup
 from hcsearch.typing import Reals
 
 
@@ -74,20 +74,20 @@ class CutTree(ByValue):
     """
 
     linkage: Linkage
-    scene: Scene
+    setup: Setup
     links: tuple[Link, ...]
     closures: tuple[Closure, ...]
     floats: bool
     start: Reals
 
 
-def cut_tree(linkage: Linkage, labels: Labels, scene: Scene) -> CutTree:
-    """The links of a scene; HcsearchError as of `compile_scene`."""
+def cut_tree(linkage: Linkage, labels: Labels, setup: Setup) -> CutTree:
+    """The links of a setup; HcsearchError as of `compile_scene`."""
     # frames of links are those of this linkage, and not of its twin
-    compiled = compile_scene(replace(linkage, twin=None), scene, keep=frozenset(OMISSIONS))
-    system, held = compiled.system, held_panel(linkage, scene)
+    compiled = compile_scene(replace(linkage, twin=None), setup, keep=frozenset(OMISSIONS))
+    system, held = compiled.system, setup.held
     shift = int(np.count_nonzero(~compiled.hinged))
-    base = system.bodies[shift - 1] if shift else panel_bodies(linkage, compiled.scene.density)[held]
+    base = system.bodies[shift - 1] if shift else panel_bodies(linkage, setup.density)[held]
     links = [Link(_panel(labels, held), held, True, np.zeros(3), base, None)]
     hinge_of = {int(joint): hinge for hinge, joint in enumerate(compiled.joint_of)}
     parts = {held: 1}
@@ -105,7 +105,7 @@ def cut_tree(linkage: Linkage, labels: Labels, scene: Scene) -> CutTree:
         for k, weld in enumerate(system.welds)
     )
     start = compiled.start[compiled.joint_of]
-    return CutTree(linkage, compiled.scene, tuple(links), closures, bool(shift), start)
+    return CutTree(linkage, setup, tuple(links), closures, bool(shift), start)
 
 
 def line_of(law: Law, name: str) -> tuple[float, float]:

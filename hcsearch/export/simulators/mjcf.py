@@ -7,7 +7,6 @@ fold angles, 0 flat. MuJoCo's constraints are soft: how far it then moves beside
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as Xml
 
@@ -15,12 +14,11 @@ import numpy as np
 
 from hcsearch.collision.margins import check_margin
 from hcsearch.collision.prisms import prisms_of
-from hcsearch.deployment.scales import settled
 from hcsearch.errors import HcsearchError
 from hcsearch.export.simulators.cut_trees import CutTree, Link, cut_tree, line_of, numbers
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
-from hcsearch.scenes import Scene
+from hcsearch.scenes.setup import Setup, natural_seconds
 
 if TYPE_CHECKING:
     from hcsearch.export.exported import Exported
@@ -42,14 +40,14 @@ _COLOURS = ("0.86 0.83 0.73 1", "0.62 0.65 0.71 1")
 
 
 def write(exported: Exported, settings: Settings) -> str:
-    """The subject in its scene."""
-    subject = exported.subject
-    if subject.drives is not None:
+    """Write the case in its scene."""
+    case = exported.case
+    if case.drives is not None:
         raise HcsearchError("models of MuJoCo are written with springs, not with drives: leave out the table [drive]")
     return mjcf_of(
-        subject.linkage,
+        case.linkage,
         exported.labels,
-        subject.scene,
+        case.setup,
         exported.name,
         contact=settings.contact,
         timestep=settings.timestep_s,
@@ -59,7 +57,7 @@ def write(exported: Exported, settings: Settings) -> str:
 def mjcf_of(
     linkage: Linkage,
     labels: Labels,
-    scene: Scene,
+    setup: Setup,
     title: str = "",
     *,
     contact: bool = False,
@@ -71,9 +69,9 @@ def mjcf_of(
     as its stops keep them apart. timestep : s, by `STEPS` unless given. HcsearchError where a law is not linear, and
     for panels that are too small for MuJoCo.
     """
-    tree = cut_tree(linkage, labels, scene)
+    tree = cut_tree(linkage, labels, setup)
     _check_size(tree)
-    timestep = timestep or _natural_time(tree) / STEPS
+    timestep = timestep or natural_seconds(setup, linkage) / STEPS
     root = Xml.Element("mujoco", model=title or "array")
     Xml.SubElement(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false")
     Xml.SubElement(
@@ -81,7 +79,7 @@ def mjcf_of(
         "option",
         timestep=numbers(timestep),
         integrator=_integrator(tree, timestep),
-        gravity=numbers(tree.scene.gravity),
+        gravity=numbers(tree.setup.gravity),
         iterations=str(ITERATIONS),
         tolerance=numbers(TOLERANCE),
     )
@@ -123,13 +121,6 @@ def _inertia_at_hinge(link: Link) -> float:
     return float(link.joined.axis @ link.body.about(link.frame) @ link.joined.axis)
 
 
-def _natural_time(tree: CutTree) -> float:
-    """The time that the scene would be given, s, if it named none."""
-    seconds = settled(replace(tree.scene, seconds=None), tree.linkage).seconds
-    assert seconds is not None
-    return seconds
-
-
 def _integrator(tree: CutTree, timestep: float) -> str:
     """The most accurate integrator that is stable: dampers stop light panels within a step."""
     rates = [link.joined.drive.damping / _inertia_at_hinge(link) for link in tree.links if link.joined is not None]
@@ -150,9 +141,8 @@ def _add_defaults(root: Xml.Element, timestep: float, contact: bool) -> None:
 def _add_meshes(root: Xml.Element, tree: CutTree) -> None:
     """A convex mesh for each facet, less the margin by which our own check shrinks panels."""
     asset = Xml.SubElement(root, "asset")
-    assert tree.scene.margin is not None  # settled
-    check_margin(tree.linkage, tree.scene.margin)
-    prisms = prisms_of(tree.linkage, tree.scene.margin)
+    check_margin(tree.linkage, tree.setup.margin)
+    prisms = prisms_of(tree.linkage, tree.setup.margin)
     for link in tree.links:
         for facet in tree.linkage.pattern.panels[link.panel] if link.whole else ():
             corners = prisms.vertices[facet, : prisms.counts[facet, 0]] - link.frame

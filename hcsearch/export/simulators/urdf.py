@@ -16,7 +16,7 @@ from hcsearch.export.simulators.cut_trees import CutTree, Link, cut_tree, number
 from hcsearch.export.solids.stl import stl_of
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
-from hcsearch.scenes import Scene
+from hcsearch.scenes.setup import Setup
 
 if TYPE_CHECKING:
     from hcsearch.export.exported import Exported
@@ -28,13 +28,13 @@ FREE = 1e6
 
 def write(exported: Exported, settings: Settings) -> Mapping[str, str | bytes]:
     """The subject in its scene: the tree, the closure, and a mesh of each panel."""
-    subject = exported.subject
-    return urdf_of(subject.linkage, exported.labels, subject.scene, exported.name, settings.stem)
+    case = exported.case
+    return urdf_of(case.linkage, exported.labels, case.setup, exported.name, settings.stem)
 
 
-def urdf_of(linkage: Linkage, labels: Labels, scene: Scene, title: str, stem: str) -> dict[str, str | bytes]:
+def urdf_of(linkage: Linkage, labels: Labels, setup: Setup, title: str, stem: str) -> dict[str, str | bytes]:
     """Files by what follows the stem of their names."""
-    tree = cut_tree(linkage, labels, scene)
+    tree = cut_tree(linkage, labels, setup)
     files: dict[str, str | bytes] = {".urdf": _tree(tree, title, stem), ".closure.json": closure_of(tree, title)}
     for link in tree.links:
         if link.whole:
@@ -89,7 +89,7 @@ def closure_of(tree: CutTree, title: str) -> str:
         "design": title,
         "base": links[0].name,
         "base_floats": tree.floats,
-        "gravity_m_s2": _listed(tree.scene.gravity),
+        "gravity_m_s2": _listed(tree.setup.gravity),
         "closures": [
             {
                 "name": closure.name,

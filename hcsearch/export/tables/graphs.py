@@ -27,7 +27,7 @@ def neighbours(exported: Exported) -> tuple[int, list[Pair]]:
     """The number of panels (facets, of an assembly), and the pairs that share an edge."""
     circuit = exported.circuit
     if circuit is None:
-        pattern = exported.subject.linkage.pattern
+        pattern = exported.case.linkage.pattern
         return len(pattern.facets), sorted(pattern.edges)
     number = {point: k for k, point in enumerate(circuit.points)}
     pairs = {
@@ -57,7 +57,7 @@ def _of_circuit(exported: Exported) -> tuple[list[dict[str, Any]], list[dict[str
 
 
 def _of_pattern(exported: Exported) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    pattern = exported.subject.linkage.pattern
+    pattern = exported.case.linkage.pattern
     count, pairs = neighbours(exported)
     nodes = [{"id": k, "panel": pattern.panel_of[k]} for k in range(count)]
     edges = []

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 
+from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.errors import QueryError
 from hcsearch.scenes import DEFAULT
 from hcsearch.store import SCENIC, Database, Rows, asks_for, check_scene, stream, stream_sql
-from hcsearch.subjects.scenes import scene_asked_for
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,6 @@ class Query:
     limit: int | None = None
     scene: str | None = None
     panel: str | None = None
-    across: str | None = None
     sql: str | None = None
 
     def __post_init__(self) -> None:
@@ -50,7 +49,7 @@ class Query:
 
     def _scene(self, database: Database, scenic: bool) -> str:
         """The scene that is asked for; scenic : whether what is read depends on one, where none is named."""
-        named = (self.scene, self.panel, self.across)
+        named = (self.scene, self.panel)
         if not scenic and all(name is None for name in named):
             return DEFAULT
         return scene_asked_for(database, *named, query=self.conditions)

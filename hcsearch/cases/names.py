@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from hcsearch.assemblies import ASSEMBLIES
+from hcsearch.cases.places import Place, reading
 from hcsearch.circuit import Circuit
 from hcsearch.errors import DatabaseError, HcsearchError
-from hcsearch.folding import Folding, folding_of, foldings, split_crease, why_none
-from hcsearch.store import Database, find_circuit, open_readonly
+from hcsearch.folding import Folding, foldings, why_none
+from hcsearch.store import Database, find_circuit
 
 
 def is_id(name: str) -> bool:
@@ -14,13 +15,13 @@ def is_id(name: str) -> bool:
     return name.isascii() and name.isdigit()
 
 
-def design_named(name: str, db: str) -> tuple[Circuit, int | None]:
-    """The circuit of a design, named by notation or by its id in a database, and this id; None without."""
+def design_named(name: str, db: Place | None) -> tuple[Circuit, int | None]:
+    """Return the circuit of a design, named by notation or by its id in a database, and this id; None without."""
     if ":" in name:
         return Circuit.from_notation(name).canonical(), None
     if name in ASSEMBLIES:
         raise HcsearchError(f"{name} is an assembly, no design of a database: see hcsearch assembly {name}")
-    with open_readonly(db) as database:
+    with reading(db) as database:
         number, notation = find_circuit(database, name)
         return stored_circuit(database, number, notation), number
 
@@ -36,15 +37,10 @@ def stored_circuit(database: Database, number: int, notation: str) -> Circuit:
         ) from error
 
 
-def folding_named(name: str, db: str) -> Folding:
-    """The folding that a name stands for: DESIGN:CREASE, or a design that has one."""
+def refuse_unknown(name: str) -> None:
+    """Refuse a name that is neither an id nor a notation."""
     if not any(mark.isdigit() for mark in name) or not (name[0].isdigit() or ":" in name):
         raise HcsearchError(f"there is no assembly {name!r}: see hcsearch assembly list, or name DESIGN:CREASE")
-    text, crease = split_crease(name)
-    circuit, _ = design_named(text, db)
-    if crease is not None:
-        return folding_of(circuit, crease)
-    return only_folding(circuit, text)
 
 
 def only_folding(circuit: Circuit, name: str | None = None) -> Folding:

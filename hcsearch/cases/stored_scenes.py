@@ -5,31 +5,19 @@ from __future__ import annotations
 import warnings
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from hcsearch.errors import DatabaseError, HcsearchWarning, SceneError
-from hcsearch.scenes import (
-    DEFAULT,
-    SCENES,
-    Scene,
-    check_name,
-    doubt_of,
-    is_panel,
-    joined_name,
-    panel_text,
-    read_across,
-    read_panel,
-    with_panel,
-)
+from hcsearch.panel_sizes import ACROSS, PanelSize, doubt_of, is_panel, panel_text, read_panel
+from hcsearch.scenes import DEFAULT, SCENES, Scene, joined_name, with_panel
+from hcsearch.scenes.looks import look_parts
+from hcsearch.scenes.scene import check_name
+from hcsearch.scenes.scene_file import read_file, read_text, scene_in
+from hcsearch.store import Database, check_scene, find_scene, grids_in, scene_names
 from hcsearch.system.notices import say
 
-if TYPE_CHECKING:
-    from hcsearch.scenes import PanelSize
-    from hcsearch.store import Database
 
-
-def read_scene(text: str | None, db: str, grid: str | None = None) -> Scene:
-    """The scene that a name or a file stands for: one of the program, or one that a database holds.
+def read_scene(text: str | None, database: Database | None, grid: str | None = None) -> Scene:
+    """Read the scene that a name or a file stands for: one of the program, or one that a database holds.
 
     grid : of the panels, where that is known.
     """
@@ -39,49 +27,37 @@ def read_scene(text: str | None, db: str, grid: str | None = None) -> Scene:
         raise SceneError("a scene has a name: write --scene default, or name a file .toml")
     if text.endswith(".toml"):
         return _of_file(text, grid)
-    stored = _stored(text, db)
-    if stored is not None:
-        return stored
+    if text not in SCENES and database is not None and text in scene_names(database):
+        return stored_scene(database, text)
     parted = _parted(text, grid)
     if parted is not None and _parted(parted[0]) is None:
         name, size = parted
-        base = read_scene(name, db) if name else SCENES[DEFAULT]
+        base = read_scene(name, database) if name else SCENES[DEFAULT]
         return replace(base, panel=size, name=joined_name(base.name, panel_text(size)))
     if text in SCENES:
         return SCENES[text]
     raise SceneError(f"there is no scene {text!r}: choose one of {', '.join(SCENES)}, or name a file .toml")
 
 
-def with_size(scene: Scene, panel: str | None, across: str | None, grid: str) -> Scene:
-    """The scene with the panels that options ask for; HcsearchWarning where sizes are probably not meant."""
-    size = read_size(panel, across, grid)
-    sized = scene if size is None else with_panel(scene, size, grid)
+def with_size(scene: Scene, panel: str | None, grid: str) -> Scene:
+    """Give a scene the panels that a text asks for; HcsearchWarning where sizes are probably not meant."""
+    sized = scene if panel is None else with_panel(scene, read_panel(panel, grid), grid)
     if sized.panel is not None:
-        warn_of(sized.panel, None if across is None else grid)
+        warn_of(sized.panel, panel, grid)
     return sized
 
 
-def warn_of(panel: PanelSize, across: str | None) -> None:
-    """HcsearchWarning for sizes that are probably not meant; across : as of `doubt_of`."""
-    doubt = doubt_of(panel, across)
+def warn_of(panel: PanelSize, text: str | None = None, grid: str | None = None) -> None:
+    """Issue a HcsearchWarning for sizes that are probably not meant; text : that gave them, on a grid."""
+    doubt = doubt_of(panel, grid if text is not None and text.startswith(ACROSS) else None)
     if doubt is not None:
         warnings.warn(doubt, HcsearchWarning, stacklevel=3)
-
-
-def read_size(panel: str | None, across: str | None, grid: str) -> PanelSize | None:
-    """The size of panels (m) of a grid that options give; None where they give none."""
-    if panel is not None and across is not None:
-        raise SceneError("give either --panel or --across: both say how large panels are")
-    if across is not None:
-        return read_across(across, grid)
-    return None if panel is None else read_panel(panel, grid)
 
 
 def scene_asked_for(
     database: Database,
     text: str | None,
     panel: str | None,
-    across: str | None,
     *,
     query: str = "",
     grid: str | None = None,
@@ -91,9 +67,7 @@ def scene_asked_for(
     Without options, `default`; where a database has verdicts of one other scene alone, this, which a line on stderr
     says. SceneError where it has verdicts of several, and none of `default`.
     """
-    from hcsearch.store import check_scene, grids_in, scene_names
-
-    if text is None and panel is None and across is None:
+    if text is None and panel is None:
         only = only_scene(database)
         say("" if only is None else f"in the scene {only}, the only one that {database.location} has verdicts of")
         if only is None:
@@ -106,15 +80,14 @@ def scene_asked_for(
             scene, given = parted
             base = joined_name(scene, panel_text(given))
             if base not in scene_names(database):
-                warn_of(given, None)
-    if panel is None and across is None:
+                warn_of(given)
+    if panel is None:
         return base
     meant: dict[str, tuple[PanelSize | None, str]] = {}
     refused = None
     for each in grids_in(database, query) if grid is None else [grid]:
         try:
-            size = read_size(panel, across, each)
-            own = None if size is None else with_panel(SCENES[DEFAULT], size, each).panel
+            own = with_panel(SCENES[DEFAULT], read_panel(panel, each), each).panel
         except SceneError as error:  # of rectangles sizes are given otherwise
             refused = error
         else:
@@ -126,14 +99,12 @@ def scene_asked_for(
         raise SceneError(f"these panels are of the scene {each_of}: name the grid, as in grid=hex, or one with --scene")
     ((name, (own, of)),) = meant.items()
     if own is not None and name not in scene_names(database):
-        warn_of(own, None if across is None else of)
+        warn_of(own, panel, of)
     return name
 
 
 def only_scene(database: Database) -> str | None:
     """The name of the scene that a database has verdicts of, where there is one, and it is not `default`."""
-    from hcsearch.store import scene_names
-
     names = scene_names(database)
     return names[0] if len(names) == 1 and names[0] != DEFAULT else None
 
@@ -145,9 +116,6 @@ def _parted(text: str, grid: str | None = None) -> tuple[str, PanelSize] | None:
 
 
 def _of_file(path: str, grid: str | None = None) -> Scene:
-    from hcsearch.deployment.looks import look_parts
-    from hcsearch.deployment.scene_files import read_file, scene_in
-
     content = read_file(path)
     for key in ("design", "assembly"):
         if key in content:
@@ -167,9 +135,6 @@ def stored_scene(database: Database, name: str) -> Scene:
     """The scene of a name that verdicts in a database are of; SceneError for none, DatabaseError for a damaged one."""
     if name in SCENES:
         return SCENES[name]
-    from hcsearch.deployment.scene_files import read_text, scene_in
-    from hcsearch.store import find_scene
-
     text = find_scene(database, name)
     if text is None:
         raise SceneError(f"there is no scene {name!r} in {database.location}: see the view `deployments`")
@@ -179,17 +144,3 @@ def stored_scene(database: Database, name: str) -> Scene:
         raise DatabaseError(
             f"database {database.location} is damaged, {error}; restore a copy, or enumerate anew"
         ) from error
-
-
-def _stored(name: str, db: str) -> Scene | None:
-    """A scene that a database holds; None where there is none, or no database."""
-    if name in SCENES:
-        return None
-    from hcsearch.store import open_readonly, scene_names
-
-    try:
-        database = open_readonly(db)
-    except DatabaseError:
-        return None
-    with database:
-        return stored_scene(database, name) if name in scene_names(database) else None

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from hcsearch.deployment.compiling import Compiled
-from hcsearch.deployment.springs import range_of, spring_sets
-from hcsearch.flat_pairs import ways
-from hcsearch.folding import Folding
-from hcsearch.scenes import Scene, joined_name, panel_of
-from hcsearch.typing import Reals
+from hcsearch.scenes.scene import Scene, joined_name
 from hcsearch.vocabulary import WAYS, Way
+
+if TYPE_CHECKING:
+    from hcsearch.scenes.setup import Setup
 
 GRADES: dict[str, tuple[float, float, float]] = {
     "bottom first": (1.0, 0.0, 0.0),
@@ -75,9 +72,20 @@ def look_parts(parts: list[str]) -> tuple[Way | None, str]:
     return pairs, springs
 
 
+def look_named(name: str, scene: Scene) -> Look | None:
+    """Return the look at a scene that a deployment has the name of; None where this program knows no such look."""
+    first = first_look(scene)
+    if name == scene.name:
+        return first
+    parts = name.split(", ")
+    pairs, springs = look_parts(parts)
+    look = Look(pairs or first.pairs, springs)
+    return look if look.name(scene) == name and look.pairs in scene.flat_pairs else None
+
+
 def first_look(scene: Scene) -> Look:
     """The scene as it stands, with the first of its ways."""
-    return Look(ways(scene)[0], first=True)
+    return Look(scene.flat_pairs[0], first=True)
 
 
 def looks_at(scene: Scene) -> tuple[Look, ...]:
@@ -85,18 +93,15 @@ def looks_at(scene: Scene) -> tuple[Look, ...]:
 
     What deploys in one is not tried in those after it.
     """
-    first, *others = ways(scene)
+    first, *others = scene.flat_pairs
     last: Way = "hinged" if "hinged" in others else first
     graded = () if last == first else (Look(first, "mountains first"),)
     return (first_look(scene), *(Look(way) for way in others), *graded, *(Look(last, springs) for springs in _TAKEN))
 
 
-def scene_of(scene: Scene, look: Look) -> Scene:
-    """A settled scene as a look takes it, but for the springs of the look."""
-    if look.first:
-        return scene
-    assert scene.seconds is not None
-    return replace(scene, name=look.name(scene), seconds=PATIENT * scene.seconds)
+def setup_of(setup: Setup, scene: Scene, look: Look) -> Setup:
+    """Return the setup of a scene as a look takes it, but for the springs of the look."""
+    return setup if look.first else replace(setup, name=look.name(scene), seconds=PATIENT * setup.seconds)
 
 
 def described(springs: str) -> str:
@@ -105,49 +110,3 @@ def described(springs: str) -> str:
         number = SPREAD.index(springs) + 1
         return f"set {number} of {len(SPREAD)}, spread over the scene's range"
     return f"the stiffest {GRADED:g} times the softest, {springs}"
-
-
-def springs_of(folding: Folding, compiled: Compiled, name: str) -> Reals:
-    """Stiffnesses (N m/rad) of the joints of a folding in a set, shape (n_joints,), within the scene's range.
-
-    Graded ones are geometric from the stiffest to a fortieth of it, those of `SPREAD` between the bounds.
-    """
-    softest, stiffest = range_of(compiled.scene)
-    if name in SPREAD:
-        sets: Reals = spring_sets(compiled.system.n_joints, len(SPREAD), softest, stiffest)
-        spread: Reals = sets[SPREAD.index(name)]
-        return spread
-    places = _places(folding, compiled)
-    if name == OUTER:
-        softness = 1.0 - np.abs(2.0 * places[:, 0] - 1.0)
-    else:
-        weights = np.array(GRADES[name])
-        towards = np.where(weights < 0.0, 1.0 - places, places)
-        softness = towards @ np.abs(weights) / np.abs(weights).sum()
-    softer = max(softest, stiffest / GRADED)
-    springs: Reals = stiffest * (softer / stiffest) ** softness
-    return springs
-
-
-def _places(folding: Folding, compiled: Compiled) -> Reals:
-    """Layer (0 lowest to 1), face (1 for a valley) and stack (1 for the second) of the hinge of each joint.
-
-    As the folding has them that stands for all congruent ones: which stack is the first depends on how a circuit is
-    written.
-    """
-    linkage, joint_of, twin = compiled.linkage, compiled.joint_of, compiled.linkage.twin
-    if twin is not None:
-        like = folding.likeness(panel_of(compiled.scene, folding.circuit.grid.name))
-        assert like is not None
-        folding, linkage, joint_of = like.folding, twin.linkage, joint_of[np.argsort(twin.hinges)]
-    pattern, half = linkage.pattern, folding.circuit.n // 2
-    first = set(folding.stacks[0])
-    places = np.zeros((compiled.system.n_joints, 3))
-    for pair, crease in pattern.creases.items():
-        if crease.face is None:
-            continue
-        layers = [folding.layers[panel] for panel in pair]
-        layer = min(layers) / max(1, half - 2)
-        joint = joint_of[pattern.hinge_of(pair)]
-        places[joint] = min(layer, 1.0), crease.face == "top", pair[0] not in first
-    return places

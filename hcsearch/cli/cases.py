@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import wraps
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from hcsearch.cli.options import database_option
 from hcsearch.cli.scenes import scene_options
+from hcsearch.errors import HcsearchError
+from hcsearch.vocabulary import WAYS
 
 if TYPE_CHECKING:
-    from hcsearch.subjects.requests import Request
+    from hcsearch.cases.case import Case
 
 Command = Callable[..., Any]
 _VALUES = ("held", "seconds", "gravity", "spring", "springs", "damping", "start", "restitution", "spring_range")
@@ -60,35 +63,45 @@ def _options(command: Command, names: str, flat_pairs: str, *own: Command) -> Co
 
 
 def _panel_options(command: Command, names: str, flat_pairs: str, *own: Command) -> Command:
-    """The argument, options that say what the panels are and how they are joined, and others."""
-    options: tuple[Command, ...] = (
+    """Add the argument, options that say what the panels are and how they are joined, and others.
+
+    `--merge`, which help does not show, is `--flat-pairs merged`.
+    """
+
+    @wraps(command)
+    def run(*args: Any, merge: bool, **options: Any) -> Any:
+        if merge and options["flat_pairs"] == "hinged":
+            raise HcsearchError("a merged flat pair has no hinge: leave out --merge, or --flat-pairs hinged")
+        return command(*args, **options | ({"flat_pairs": "merged"} if merge else {}))
+
+    decorators: tuple[Command, ...] = (
         database_option,
-        click.option("--merge", is_flag=True, help="Join the two panels of each mirror pair of a design to one panel."),
+        click.option("--merge", is_flag=True, hidden=True),
         click.option(
             "--flat-pairs",
-            type=click.Choice(("rigid", "hinged")),
-            help=f"How the two panels at each flat crease are joined.  [default: {flat_pairs}]",
+            type=click.Choice(WAYS),
+            help="How the two panels at each flat crease are joined; merged joins all mirror pairs of panels.  "
+            f"[default: {flat_pairs}]",
         ),
         *own,
         scene_options,
         click.argument("name", metavar=names),
     )
-    for option in options:
-        command = option(command)
-    return command
+    for decorator in decorators:
+        run = decorator(run)
+    return run
 
 
-def request_of(name: str, options: Mapping[str, Any]) -> Request:
-    """What these options ask for; more values of the scene, where a command has any, go by their names in it."""
-    from hcsearch.subjects.requests import Request
-
-    named = {option: options[option] for option in ("db", "scene", "panel", "across", "flat_pairs", "merge")}
-    values = {key: options[key] for key in _VALUES if options.get(key) is not None}
-    return Request(name, values=values, **named)
+def case_options(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Pick what these options say of a case, as functions of Python take it: values of the scene by their names."""
+    named = {option: options[option] for option in ("db", "scene", "panel", "flat_pairs")}
+    return named | {key: options[key] for key in _VALUES if options.get(key) is not None}
 
 
-def known_request(name: str, options: Mapping[str, Any]) -> Request:
-    """The same with what it comes to, of which stderr says what users should know."""
-    from hcsearch.subjects.requests import announced
+def resolve_named(name: str, options: Mapping[str, Any], *, path: bool = False) -> Case:
+    """Resolve what the argument names, as of `resolve`."""
+    from hcsearch.cases.resolve import resolve
 
-    return announced(request_of(name, options))
+    named = case_options(options)
+    given = {option: named.pop(option) for option in ("db", "scene", "panel", "flat_pairs")}
+    return resolve(name, **given, values=named, path=path)

@@ -9,11 +9,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from hcsearch.assemblies.assembly import Assembly, Parameters
+from hcsearch.cases.stored_scenes import warn_of
 from hcsearch.errors import HcsearchError
-from hcsearch.subjects.scenes import warn_of
 
 if TYPE_CHECKING:
-    from hcsearch.scenes import PanelSize
+    from hcsearch.panel_sizes import PanelSize
 
 LENGTHS = ("base", "thickness", "side", "width")
 

@@ -10,7 +10,7 @@ from hcsearch.kinematics.rank import rank_at
 from hcsearch.linkage import Linkage
 from hcsearch.locks.proofs import lock_at
 from hcsearch.locks.tightness import tightness
-from hcsearch.scenes import PanelSize
+from hcsearch.panel_sizes import PanelSize
 from hcsearch.typing import Reals
 
 
@@ -41,10 +41,10 @@ class Freedoms:
 
 def freedoms_of(folding: Folding, panel: PanelSize) -> list[Freedoms]:
     """The freedoms of a folding with hinged flat pairs and, where it has mirror pairs, with those merged."""
-    freedoms = [_freedoms("flat pairs hinged", Linkage(folding.pattern(panel, hinged=True)))]
+    freedoms = [_freedoms("flat pairs hinged", Linkage(folding.pattern(panel, flat_pairs="hinged")))]
     if folding.mirror_pairs:
         pairs = ", ".join(f"{a} {b}" for a, b in folding.mirror_pairs)
-        freedoms.append(_freedoms(f"panels {pairs} merged", Linkage(folding.pattern(panel, merged=True))))
+        freedoms.append(_freedoms(f"panels {pairs} merged", Linkage(folding.pattern(panel, flat_pairs="merged"))))
     return freedoms
 
 
@@ -62,7 +62,7 @@ def lock_sentences(folding: Folding, panel: PanelSize) -> list[list[str]]:
 
     One sentence where neither end is.
     """
-    rigid, hinged = Linkage(folding.pattern(panel)), Linkage(folding.pattern(panel, hinged=True))
+    rigid, hinged = Linkage(folding.pattern(panel)), Linkage(folding.pattern(panel, flat_pairs="hinged"))
     return [
         *_locks("folded", {"rigid": (rigid, rigid.folded), "hinged": (hinged, hinged.folded)}),
         *_locks("flat", {"rigid": (rigid, rigid.flat), "hinged": (hinged, hinged.flat)}),

@@ -1,0 +1,73 @@
+"""Take a pattern or a circuit of the user's own through every stage."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from hcsearch.api.kinds import check_kinds
+from hcsearch.cases.names import design_named
+from hcsearch.cases.places import Place
+from hcsearch.cases.resolve import resolve_scene
+from hcsearch.circuit import Circuit
+from hcsearch.errors import HcsearchError
+from hcsearch.folding import Folding, folding_of, split_crease
+from hcsearch.own_patterns.checking import CheckedCircuit, check_circuit
+from hcsearch.own_patterns.fold_reading import read_fold
+from hcsearch.own_patterns.recognition import recognise, sized
+from hcsearch.scenes import Scene
+from hcsearch.system.notices import say
+from hcsearch.vocabulary import Way
+
+Progress = Callable[[int, int, str], None]
+
+
+def check(
+    what: str | Circuit | Folding,
+    scene: Scene | str | None = None,
+    *,
+    panel: str | None = None,
+    flat_pairs: Way | None = None,
+    db: Place | None = None,
+    progress: Progress | None = None,
+    **values: Any,
+) -> CheckedCircuit:
+    """Take the foldings of a pattern or a circuit through all stages, as `hcsearch check` does.
+
+    what : a crease pattern FILE.fold, a circuit by its notation, in any position, order and direction, or by its id,
+    or one of its foldings.
+    scene, panel, flat_pairs, db, values : as in `deploy`. Panels have the size that a file gives in a physical unit,
+    unless `panel` sets another. progress : called with the numbers of foldings that are done and of all, and the stage.
+
+    >>> from hcsearch import check
+    >>> check("hex:0234550132").funnel["deployable by springs"]
+    1
+    """
+    check_kinds(check, locals())
+    if isinstance(what, str) and what.lower().endswith(".fold"):
+        circuit, creases, drawn = _of_file(what)
+        panel = drawn if panel is None else panel
+    else:
+        circuit, creases = _of_name(what, db)
+    chosen = resolve_scene(circuit.grid.name, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values)
+    return check_circuit(circuit, chosen, creases, *(() if progress is None else (progress,)))
+
+
+def _of_file(path: str) -> tuple[Circuit, list[int] | None, str | None]:
+    """The circuit of a FOLD file, the creases of the foldings that are drawn, and the size of its panels."""
+    drawing = read_fold(path)
+    for remark in drawing.remarks:
+        say(f"{path}: {remark}")
+    design = recognise(drawing)
+    return design.circuit, list(design.creases) if design.assigned else None, sized(design, drawing)
+
+
+def _of_name(what: str | Circuit | Folding, db: Place | None) -> tuple[Circuit, list[int] | None]:
+    if isinstance(what, Circuit):
+        return what, None
+    name = what.notation if isinstance(what, Folding) else what
+    if not name[:1].isdigit() and ":" not in name:
+        raise HcsearchError(f"{name!r} is no circuit: name a file .fold, or a notation such as hex:0234435011")
+    text, crease = split_crease(name)
+    circuit, _ = design_named(text, db)
+    return circuit, None if crease is None else [folding_of(circuit, crease).crease]

@@ -1,0 +1,51 @@
+"""Drive a folding along its certified path."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hcsearch.api.kinds import check_kinds
+from hcsearch.cases.case import Case
+from hcsearch.cases.places import Place
+from hcsearch.cases.resolve import resolve
+from hcsearch.circuit import Circuit
+from hcsearch.drive.driving import STEPS, Drive, DriveOptions, Progress, drive_along
+from hcsearch.errors import HcsearchError
+from hcsearch.folding import Folding
+from hcsearch.replays.finding import find_path
+from hcsearch.scenes import Scene
+from hcsearch.system.notices import say
+from hcsearch.vocabulary import Way
+
+
+def drive(
+    what: str | Folding | Circuit | Case,
+    scene: Scene | str | None = None,
+    *,
+    options: DriveOptions | None = None,
+    panel: str | None = None,
+    flat_pairs: Way | None = None,
+    db: Place | None = None,
+    progress: Progress | None = None,
+    **values: Any,
+) -> Drive:
+    """Choose motors that open a folding along a proved path, as `hcsearch drive` does.
+
+    what, scene, panel, flat_pairs, db, values : as in `deploy`, but not a Linkage or an assembly.
+    options : rates, driven hinges and more, a `hcsearch.drive.driving.DriveOptions`.
+    progress : called with the numbers of steps that are done and of all, and the next step.
+
+    Errors: `hcsearch.drive.driving.NoPathError`, with the reason, where no path is proved.
+    """
+    check_kinds(drive, locals())
+    case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values, path=True)
+    folding = case.to_move()
+    if case.scene.held == "free":
+        raise HcsearchError("drives are for an array that is held: hold a panel, such as --held bottom")
+    if progress is not None:
+        progress(0, len(STEPS), STEPS[0])
+    found, motion, said = find_path(case)
+    try:
+        return drive_along(folding, found, motion, options, progress)
+    finally:
+        say(said)

@@ -1,0 +1,62 @@
+"""Write certificates of motions and locks, and check them."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from hcsearch.api.kinds import check_kinds
+from hcsearch.cases.case import Case
+from hcsearch.cases.places import Place
+from hcsearch.cases.resolve import resolve
+from hcsearch.certificates import proving
+from hcsearch.circuit import Circuit
+from hcsearch.folding import Folding
+from hcsearch.scenes import Scene
+from hcsearch.system.outputs import check_output, write_output
+from hcsearch.vocabulary import Way
+
+_ENDINGS = (".json",)
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """A certificate that is written to a file, and what it proves, a sentence for each claim."""
+
+    path: Path
+    sentences: tuple[str, ...]
+
+
+def prove(
+    what: str | Folding | Circuit | Case,
+    path: str | Path,
+    scene: Scene | str | None = None,
+    *,
+    budget: int = proving.EFFORTS,
+    panel: str | None = None,
+    flat_pairs: Way | None = None,
+    db: Place | None = None,
+) -> Certificate:
+    """Write a certificate that a folding can be opened, or that no motion opens it, as `hcsearch prove` does.
+
+    what, scene, panel, flat_pairs, db : as in `deploy`, but not a Linkage or an assembly. path : of the file, .json.
+    budget : how many efforts the search for a path or a lock may make.
+
+    Errors: HcsearchError where neither is proved.
+    """
+    check_kinds(prove, locals())
+    check_output(str(path), _ENDINGS)
+    case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs)
+    data, sentences = proving.prove(case.to_move(), replace(case.scene, flat_pairs=case.allowed), budget)
+    write_output(str(path), json.dumps(data, separators=(",", ":")) + "\n", _ENDINGS)
+    return Certificate(Path(path), tuple(sentences))
+
+
+def verify(path: str | Path) -> Certificate:
+    """Check a certificate, as `hcsearch verify` does.
+
+    Errors: `hcsearch.certificates.proving.CertificateError` where it does not prove a claim; InputFileError.
+    """
+    check_kinds(verify, locals())
+    return Certificate(Path(path), tuple(proving.verify(proving.read_certificate(str(path)))))

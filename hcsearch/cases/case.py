@@ -1,0 +1,197 @@
+"""A case: a folding, an assembly or a linkage in a scene, with all that a database holds of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Literal
+
+from hcsearch.assemblies import ASSEMBLIES
+from hcsearch.cases.parameters import parameters_of
+from hcsearch.circuit import Circuit
+from hcsearch.deployment.compiling import compile_scene
+from hcsearch.deployment.driving import Drives, drives_in
+from hcsearch.deployment.spring_sets import springs_of
+from hcsearch.deployment.springs import with_springs
+from hcsearch.errors import HcsearchError, SceneError
+from hcsearch.folding import Folding
+from hcsearch.labels import Labels, labels_of
+from hcsearch.linkage import Linkage
+from hcsearch.panel_sizes import PanelSize, panel_text
+from hcsearch.scenes import Scene, panel_of
+from hcsearch.scenes.looks import Look, setup_of
+from hcsearch.scenes.setup import Setup, settle
+from hcsearch.store import StoredPath, StoredVerdict
+from hcsearch.vocabulary import Formulation, Way
+
+Named = str | Folding | Circuit | Linkage
+"""What can be deployed or tuned: DESIGN:CREASE, an assembly, a file .toml, or a value."""
+
+
+@dataclass(frozen=True)
+class NamedAssembly:
+    """An assembly of the thesis, with the parameters that are given: degrees, millimetres, columns x rows."""
+
+    name: str
+    parameters: Mapping[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Stored:
+    """What a database holds of a folding.
+
+    location : of the database, for messages. number : id of the design. scene : the name under which verdicts are
+    looked up. verdict : on the folding; None where no stage has judged it in this scene. path : proved, in the way of
+    joining flat pairs that is meant; None without.
+    """
+
+    location: str
+    number: int
+    scene: str
+    verdict: StoredVerdict | None = None
+    path: StoredPath | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """What a command works on.
+
+    name : as it was given. what : what it stands for. scene : as it is asked for, with the panels of a folding; its
+    `flat_pairs` are the ways that are allowed.
+    look : how flat pairs are joined, and with which springs. look_of : what says so: the scene, of which it is the
+    first look, the scene's `name`, or the `verdict` in the database.
+    formulation, drive : those that a file names. stored : what a database holds. chosen : which folding of the design
+    this is, in words, where the name leaves it open. noted : what else users should know.
+    """
+
+    name: str
+    what: Folding | NamedAssembly | Linkage
+    scene: Scene
+    look: Look
+    look_of: Literal["scene", "name", "verdict"] = "scene"
+    formulation: Formulation | None = None
+    drive: Mapping[str, Any] | None = None
+    stored: Stored | None = None
+    chosen: str = ""
+    noted: str = ""
+
+    def __repr__(self) -> str:
+        return f"<Case {self.title}, scene {self.scene.name}>"
+
+    @property
+    def folding(self) -> Folding | None:
+        """The folding; None of assemblies and linkages."""
+        return self.what if isinstance(self.what, Folding) else None
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What it is, as a file says it."""
+        if isinstance(self.what, Folding):
+            return {"design": self.what.notation}
+        if isinstance(self.what, NamedAssembly):
+            return {"assembly": self.what.name, "parameters": dict(self.what.parameters)}
+        return {"linkage": repr(self.what)}
+
+    @property
+    def title(self) -> str:
+        """The name of what it is."""
+        return str(next(iter(self.facts.values())))
+
+    @property
+    def key(self) -> dict[str, Any]:
+        """The key of its stored evaluations: what it is, with its sizes."""
+        if self.folding is None:
+            return self.facts
+        return self.facts | {"panel_mm": panel_text(self.panel), "flat_pairs": self.look.pairs}
+
+    @property
+    def panel(self) -> PanelSize:
+        """Length, width and thickness of the panels of a folding, m."""
+        assert self.folding is not None
+        return panel_of(self.scene, self.folding.circuit.grid.name)
+
+    @property
+    def joined_scene(self) -> Scene:
+        """The scene, with flat pairs of a folding joined in one way alone."""
+        if self.folding is None:
+            return self.scene
+        return replace(self.scene, panel=self.panel, flat_pairs=(self.look.pairs,))
+
+    @cached_property
+    def linkage(self) -> Linkage:
+        """The panels and hinges that springs move."""
+        if isinstance(self.what, Folding):
+            return self.what.linkage(self.panel, flat_pairs=self.look.pairs)
+        if isinstance(self.what, NamedAssembly):
+            assembly = ASSEMBLIES[self.what.name]
+            return Linkage(assembly.build(parameters_of(assembly, self.what.parameters)))
+        return self.what
+
+    @cached_property
+    def labels(self) -> Labels:
+        """The names of its panels and hinges."""
+        return labels_of(self.linkage, design=True if self.folding is not None else None)
+
+    @cached_property
+    def setup(self) -> Setup:
+        """The scene in numbers of the linkage, as the look takes it."""
+        setup = settle(self.scene, self.linkage)
+        if self.folding is None:
+            return setup
+        setup = setup_of(setup, self.scene, self.look)
+        if not self.look.springs:
+            return setup
+        compiled = compile_scene(self.linkage, setup, keep=frozenset({"stops"}))
+        return with_springs(compiled, springs_of(self.folding, self.panel, compiled, self.look.springs)).setup
+
+    @cached_property
+    def drives(self) -> Drives | None:
+        """The drives of its hinges, where a file has any."""
+        return None if self.drive is None else drives_in(self.drive, self.labels)
+
+    @property
+    def sentence(self) -> str:
+        """What users should know: which folding in which scene, how flat pairs are joined, and what says so."""
+        return self.told(self._way())
+
+    @property
+    def driven_sentence(self) -> str:
+        """The same of a motion along a path, for which springs are those of the scene."""
+        return self.told(self._way(with_springs=False))
+
+    def told(self, way: str) -> str:
+        """The same with another sentence on how flat pairs are joined."""
+        return "; ".join(filter(None, (self.noted, self.chosen, way)))
+
+    def _way(self, *, with_springs: bool = True) -> str:
+        """How flat pairs are joined, which springs there are, and what says so."""
+        if self.look_of != "verdict":
+            return ""
+        assert self.stored is not None
+        assert self.stored.verdict is not None
+        if self.stored.verdict.status != "deploys":
+            return f"flat pairs {self.look.pairs}, as in the proved path"
+        springs = f", springs {self.look.springs}" if self.look.springs and with_springs else ""
+        return f"flat pairs {self.look.pairs}{springs}, as in the deployment that deploys"
+
+    @property
+    def allowed(self) -> tuple[Way, ...]:
+        """The ways of joining flat pairs in which a path is looked for: that of its status, if a database says."""
+        return (self.look.pairs,) if self.look_of == "verdict" else self.scene.flat_pairs
+
+    def to_move(self) -> Folding:
+        """Return the folding, as one that is moved along a path; HcsearchError for what has none."""
+        if self.folding is None:
+            raise HcsearchError(
+                f"{self.title} is an assembly, which has no packed state in stacks, and no path is planned: name "
+                f"DESIGN:CREASE, or see how springs move it with hcsearch deploy {self.title}"
+            )
+        if self.drive is not None:
+            raise SceneError(f"{self.name} has a drive: give it to hcsearch deploy, or leave out its table [drive]")
+        if self.formulation not in (None, "constrained"):
+            raise SceneError(f"{self.name} has formulation = {self.formulation!r}: drives need 'constrained'")
+        if self.look_of == "name":
+            springs = self.look.springs or self.look.pairs
+            raise SceneError(f"{springs!r} is a way to try a scene: name a scene alone, and --flat-pairs")
+        return self.folding

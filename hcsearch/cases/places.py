@@ -1,0 +1,42 @@
+"""Databases as users name them, and as functions of Python are given them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from pathlib import Path
+
+from hcsearch.errors import DatabaseError
+from hcsearch.store import Database, open_database, open_readonly
+from hcsearch.system.surroundings import default_database
+
+Place = str | Path | Database
+
+
+def located(db: Place | None) -> str:
+    """Return the location of a database: the one that is named, else HCSEARCH_DB, else hcsearch.sqlite."""
+    if isinstance(db, Database):
+        return db.location
+    return default_database() if db is None else str(db)
+
+
+def reading(db: Place | None) -> AbstractContextManager[Database]:
+    """Open a database to read."""
+    return nullcontext(db) if isinstance(db, Database) else open_readonly(located(db))
+
+
+def writing(db: Place | None, *, create: bool) -> AbstractContextManager[Database]:
+    """Open a database to write."""
+    return nullcontext(db) if isinstance(db, Database) else open_database(located(db), create=create)
+
+
+@contextmanager
+def snapshot(db: Place | None) -> Iterator[tuple[Database | None, DatabaseError | None]]:
+    """Open a database to read all in one transaction; give the error in its place where that cannot be done."""
+    try:
+        opened = reading(db)
+    except DatabaseError as error:
+        yield None, error
+        return
+    with opened as database, database.snapshot() as held:
+        yield held, None

@@ -1,0 +1,335 @@
+"""The door: what users name becomes a case, with one look into the database.
+
+Everything that builds a linkage begins here, so that drawings, motions and drives of a folding are of one linkage: that
+of the deployment that deploys, or of the proved path, where a database holds one in the scene that is asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from hcsearch.assemblies import ASSEMBLIES
+from hcsearch.cases.case import Case, Named, NamedAssembly, Stored
+from hcsearch.cases.names import is_id, only_folding, refuse_unknown, stored_circuit
+from hcsearch.cases.places import Place, snapshot
+from hcsearch.cases.stored_scenes import only_scene, read_scene, with_size
+from hcsearch.circuit import Circuit
+from hcsearch.errors import DatabaseError, HcsearchError, NoDatabaseError, QueryError, SceneError
+from hcsearch.folding import Folding, folding_of, foldings, split_crease
+from hcsearch.linkage import Linkage
+from hcsearch.scenes import DEFAULT, Scene, panel_of
+from hcsearch.scenes.looks import Look, first_look, look_named, look_parts
+from hcsearch.scenes.scene_file import file_text, read_file, scene_in, scene_with
+from hcsearch.store import (
+    Database,
+    StoredVerdict,
+    best_creases,
+    find_circuit,
+    find_paths,
+    find_scene,
+    find_verdict,
+    scene_names,
+)
+from hcsearch.store.failures import again
+from hcsearch.vocabulary import Way
+
+
+@again
+def resolve(
+    what: Named | Case,
+    db: Place | None = None,
+    *,
+    scene: Scene | str | None = None,
+    panel: str | None = None,
+    flat_pairs: Way | None = None,
+    values: Mapping[str, Any] | None = None,
+    path: bool = False,
+) -> Case:
+    """Resolve what is named, and the scene it is in, to a case; a case stays as it is.
+
+    what : a text, DESIGN:CREASE, the name of an assembly or a file `.toml`, or a Folding, a Circuit or a Linkage. A
+    design without a crease stands for its best folding in the database; where that has verdicts of one scene alone, and
+    none is named, an id stands for the design in this scene. db : the database in which ids, scenes and verdicts are
+    looked up, all in one transaction.
+    scene : a Scene, the name of one, or a file `.toml`. panel : size of panels in millimetres, such as `50x40x6` or
+    `across 1000x20`. flat_pairs : the way in which flat pairs are joined. values : of the scene, by the names of a
+    scene file. path : whether a design stands for its first folding with a proved path, where its best has none.
+
+    Errors: HcsearchError for files, scenes, ids and names that there are not, and for what does not go together.
+    """
+    if isinstance(what, Case):
+        return what
+    asked = _Asked(scene, panel, flat_pairs, dict(values or {}), path)
+    if isinstance(what, Linkage):
+        return _of_linkage(what, asked, db)
+    if isinstance(what, Circuit):
+        return _of_circuit(what, asked, db)
+    folding = what if isinstance(what, Folding) else None
+    return _resolved(str(what), asked, db, folding)
+
+
+def resolve_scene(
+    grid: str,
+    db: Place | None = None,
+    *,
+    scene: Scene | str | None = None,
+    panel: str | None = None,
+    flat_pairs: Way | None = None,
+    values: Mapping[str, Any] | None = None,
+) -> Scene:
+    """Resolve the scene in which all foldings of a design are tried, with its panels on a grid; as `resolve`."""
+    asked = _Asked(scene, panel, flat_pairs, dict(values or {}), path=False)
+    with snapshot(db) as (database, _):
+        base, parts = _base_scene({}, asked, database, grid)
+    if parts:
+        raise SceneError(f"{parts[-1]!r} is a way to try a scene: name a scene alone, and --flat-pairs")
+    return replace(asked.changed(base), panel=panel_of(base, grid))
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What stands beside a name, as of `resolve`."""
+
+    scene: Scene | str | None
+    panel: str | None
+    flat_pairs: Way | None
+    values: dict[str, Any]
+    path: bool
+
+    def changed(self, scene: Scene) -> Scene:
+        """The scene with what is asked for."""
+        own = {} if self.flat_pairs is None else {"flat_pairs": self.flat_pairs}
+        return scene_with(scene, self.values | own)
+
+
+def _of_linkage(linkage: Linkage, asked: _Asked, db: Place | None) -> Case:
+    if asked.panel is not None or asked.flat_pairs is not None:
+        raise HcsearchError("a Linkage has panels and flat pairs: leave out panel and flat_pairs")
+    with snapshot(db) as (database, _):
+        given = asked.scene
+        scene = given if isinstance(given, Scene) else read_scene(given, database)
+    scene = replace(asked.changed(scene), panel=None)
+    return Case(repr(linkage), linkage, scene, first_look(scene))
+
+
+def _of_circuit(circuit: Circuit, asked: _Asked, db: Place | None) -> Case:
+    """The case of a circuit's only or best folding, with the numbers of this circuit, which need not be canonical."""
+    folds = foldings(circuit)
+    if len(folds) == 1:
+        return _resolved(circuit.notation, asked, db, folds[0])
+    case = _resolved(circuit.notation, asked, db, None)
+    assert case.folding is not None
+    own = next(fold for fold in folds if fold.notation == case.folding.notation)
+    return replace(case, what=own)
+
+
+def _resolved(name: str, asked: _Asked, db: Place | None, folding: Folding | None) -> Case:
+    content = read_file(name) if name.endswith(".toml") else {}
+    if name.endswith(".toml") and not {"design", "assembly"} & set(content):
+        raise SceneError(f"{name} must name a design or an assembly: write design = 'hex:0234550132:4'")
+    subject = str(content.get("design", content.get("assembly", name)))
+    if folding is None and subject in ASSEMBLIES:
+        return _of_assembly(name, subject, content, asked, db)
+    if folding is None:
+        refuse_unknown(subject)
+    if content.get("parameters"):
+        raise HcsearchError(
+            f"{subject} is a design, which has no parameters: leave out [parameters], or name an assembly"
+        )
+    text, crease = split_crease(subject if folding is None else folding.notation)
+    with snapshot(db) as (database, trouble):
+        door = _Door(name, content, text, crease, folding, asked)
+        if database is None:
+            assert trouble is not None
+            return door.without(trouble)
+        try:
+            return door.within(database)
+        except DatabaseError as error:
+            return door.without(error)
+
+
+def _of_assembly(name: str, subject: str, content: Mapping[str, Any], asked: _Asked, db: Place | None) -> Case:
+    with snapshot(db) as (database, _):
+        scene, parts = _base_scene(content, asked, database)
+    if asked.panel or scene.panel or asked.flat_pairs or "panel_mm" in content or parts:
+        raise HcsearchError(f"{subject} is an assembly with sizes of its own: leave out --panel, --flat-pairs")
+    scene = asked.changed(scene)
+    what = NamedAssembly(subject, dict(content.get("parameters", {})))
+    return Case(
+        name, what, scene, first_look(scene), formulation=content.get("formulation"), drive=content.get("drive")
+    )
+
+
+@dataclass(frozen=True)
+class _Door:
+    """A design on its way to a case.
+
+    text : its id or notation. crease : of the folding that is named. folding : that is meant, with its own numbers.
+    """
+
+    name: str
+    content: Mapping[str, Any]
+    text: str
+    crease: int | None
+    folding: Folding | None
+    asked: _Asked
+    noted: list[str] = field(default_factory=list)
+
+    def without(self, trouble: DatabaseError) -> Case:
+        """The case without a database, which a notation can do without."""
+        if is_id(self.text):
+            raise trouble
+        noted = (
+            [] if isinstance(trouble, NoDatabaseError) else [f"whether the folding was judged is not known: {trouble}"]
+        )
+        return replace(self, noted=noted).alone(None)
+
+    def alone(self, database: Database | None) -> Case:
+        """The case of a design that is not in the database."""
+        circuit = Circuit.from_notation(self.text).canonical()
+        scene, parts = _base_scene(self.content, self.asked, database, circuit.grid.name)
+        return self._case(self._named_folding(circuit), scene, parts)
+
+    def within(self, database: Database) -> Case:
+        """The case of a design with a database, which need not hold it."""
+        by_id, asked, door = is_id(self.text) and not self.content, self.asked, self
+        if by_id and (asked.scene, asked.panel) == (None, None) and (only := only_scene(database)) is not None:
+            self.noted.append(f"scene {only}, the only one that {database.location} has verdicts of")
+            door = replace(self, asked=replace(asked, scene=only))
+        try:
+            number, notation = find_circuit(database, self.text)
+        except QueryError:
+            if is_id(self.text):
+                raise
+            return door.alone(database)
+        return door.stored(database, number, stored_circuit(database, number, notation), by_id)
+
+    def stored(self, database: Database, number: int, circuit: Circuit, by_id: bool) -> Case:
+        """The case of a design that the database holds."""
+        scene, parts = _base_scene(self.content, self.asked, database, circuit.grid.name)
+        names = scene_names(database)
+        judged = scene.name in names and _is_stored(database, scene, self.asked, self.name)
+        if by_id and names and not judged:
+            known = ", ".join(names)
+            self.noted.append(f"scene {scene.name}, without verdicts in {database.location}: its scenes are {known}")
+        stored = Stored(database.location, number, scene.name if judged else DEFAULT)
+        best = best_creases(database, [number], stored.scene).get(number) if self.crease is None else None
+        chosen = ""
+        if self.folding is None and best is not None and len(folds := foldings(circuit)) > 1:
+            chosen = f"folding {best}, the best of {len(folds)}"
+        if self.folding is not None or best is None:
+            folding = self._named_folding(circuit)
+        else:
+            folding = folding_of(circuit, best)
+        case = replace(self._case(folding, scene, parts), stored=stored, chosen=chosen)
+        if not judged:
+            return case
+        case = self._judged(case, database, number)
+        return self._with_path(case, database) if self.asked.path and chosen else case
+
+    def _named_folding(self, circuit: Circuit) -> Folding:
+        if self.folding is not None:
+            return self.folding
+        return only_folding(circuit, self.text) if self.crease is None else folding_of(circuit, self.crease)
+
+    def _case(self, folding: Folding, scene: Scene, parts: tuple[str, ...]) -> Case:
+        left = list(parts)
+        pairs, springs = look_parts(left)
+        if left:
+            raise SceneError(f"a scene has no variant {left[0]!r}: `hcsearch show ID` prints those that were tried")
+        scene = self.asked.changed(scene)
+        scene = replace(scene, panel=panel_of(scene, folding.circuit.grid.name))
+        look = first_look(scene)
+        if springs or (pairs is not None and pairs != look.pairs):
+            look = Look(pairs or look.pairs, springs)
+        return Case(
+            self.name,
+            folding,
+            scene,
+            look,
+            "name" if parts else "scene",
+            self.content.get("formulation"),
+            self.content.get("drive"),
+            noted="; ".join(self.noted),
+        )
+
+    def _judged(self, case: Case, database: Database, number: int) -> Case:
+        """The case with the verdict on its folding, and the look that gave it unless another one is asked for."""
+        folding, asked = case.folding, self.asked
+        assert folding is not None
+        assert case.stored is not None
+        canonical = Folding.from_notation(folding.notation)
+        verdict = find_verdict(database, number, canonical.crease, case.stored.scene)
+        stored = replace(case.stored, verdict=verdict)
+        case = replace(case, stored=stored)
+        if asked.flat_pairs or case.look_of == "name" or verdict is None:
+            return case
+        look = _look_of(verdict, folding, case.scene)
+        if look is not None:
+            own_springs = bool({"spring", "springs"} & set(asked.values))
+            case = replace(case, look=replace(look, springs="", first=True) if own_springs else look, look_of="verdict")
+        if verdict.path is None or asked.values or folding.circuit != canonical.circuit:
+            return case
+        if look is not None and case.look.pairs != verdict.path:
+            return case
+        paths = find_paths(database, [number], stored.scene)
+        path = next((path for path in paths if path.crease == canonical.crease), None)
+        return replace(case, stored=replace(stored, path=path))
+
+    def _with_path(self, case: Case, database: Database) -> Case:
+        """The case of the first folding of the design with a proved path, where its best folding has none."""
+        best, stored = case.folding, case.stored
+        assert best is not None
+        assert stored is not None
+        if stored.verdict is None or stored.verdict.path is not None:
+            return case
+        for folding in foldings(best.circuit):
+            verdict = find_verdict(database, stored.number, folding.crease, stored.scene)
+            if verdict is not None and verdict.path is not None:
+                chosen = f"folding {folding.crease}, as no path of the best one, {best.crease}, is proved"
+                other = replace(case, what=folding, chosen=chosen, look=first_look(case.scene), look_of="scene")
+                return self._judged(other, database, stored.number)
+        return case
+
+
+def _is_stored(database: Database, scene: Scene, asked: _Asked, name: str) -> bool:
+    """Whether a scene is that of its name in a database, and not another one, from a file or of Python."""
+    given = asked.scene
+    own = isinstance(given, Scene) or (given or "").endswith(".toml") or name.endswith(".toml")
+    return not own or find_scene(database, scene.name) == file_text({}, None, scene)
+
+
+def _look_of(verdict: StoredVerdict, folding: Folding, scene: Scene) -> Look | None:
+    """The look that gave the verdict: that of the deployment that deploys, or the way of the proved path."""
+    if verdict.status == "deploys" and verdict.deployed is not None:
+        look = look_named(verdict.deployed, scene)
+        return look if look is not None and folding.can_join(look.pairs) else None
+    if verdict.status == "movable" and verdict.path is not None and folding.can_join(verdict.path):
+        return Look(verdict.path, first=True)
+    return None
+
+
+def _base_scene(
+    content: Mapping[str, Any], asked: _Asked, database: Database | None, grid: str | None = None
+) -> tuple[Scene, tuple[str, ...]]:
+    """The scene of a file or by its name, with the panels that are asked for, and the parts of its name that say how.
+
+    grid : of the design; None of an assembly, which has panels of its own.
+    """
+    base: Scene | None = None
+    parts: list[str] = []
+    text = asked.scene
+    if isinstance(text, Scene):
+        base = text
+    elif text is not None and text.strip():
+        named = [part.strip() for part in text.split(",")]
+        before = list(named)
+        look_parts(named)
+        parts = before[len(named) :]
+        base = read_scene(", ".join(named) or DEFAULT, database, grid)
+    elif text is not None:
+        base = read_scene(text, database, grid)
+    scene = scene_in(content, base=base, grid=grid)
+    return (scene if grid is None else with_size(scene, asked.panel, grid)), tuple(parts)

@@ -1,0 +1,153 @@
+"""Scenes: what a verdict on a folding depends on, beside the folding. SI units."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, fields, replace
+
+from hcsearch.errors import SceneError
+from hcsearch.panel_sizes import PanelSize, default_panel, panel_text
+from hcsearch.vocabulary import WAYS, Way
+
+Vector = tuple[float, float, float]
+
+DEFAULT = "default"
+"""The scene that is meant where none is named."""
+_NAME = re.compile(r"[A-Za-z][\w.+-]{0,39}(?: [\w.+-]+)*", re.ASCII)
+
+
+@dataclass(frozen=True, repr=False)
+class Scene:
+    """All that a verdict on a folding depends on beside the folding: panels, springs, gravity, and the start.
+
+    name : the name under which a database keeps the verdicts.
+    panel : length, width and thickness in m; None for 50 x 50 x 6 mm (rectangles 50 x 40 x 6 mm), and for assemblies,
+    which have their own sizes.
+    density : the density of panels, kg/m^3. areal_mass : their mass per area, kg/m^2, which replaces the density.
+    flat_pairs : the ways in which the two panels at each flat crease are joined, one after the other until one opens:
+    `rigid`, `hinged`, or `merged`, where the two panels of each mirror pair are one, too. One way may be given as a
+    text; `either` means all three.
+    margin : by how much panels are shrunk on every face when collisions are checked, m; None for 0.1 mm on 50 mm, in
+    proportion to the longest edge.
+    spring : the law of all hinges, such as `linear:0.1` (N m/rad); docs/reference/scenes.md lists the laws. The points
+    of a table in a file take the place of its name.
+    springs : laws of single hinges by their numbers in pictures, as pairs, such as `(("7", "linear:0.2"),)`.
+    spring_range : the softest and the stiffest spring that is tried or tuned, N m/rad; None for bounds that follow from
+    springs and weight.
+    damping_time : damping over stiffness at each hinge, s. damping : the damping at every hinge, N m s/rad, which
+    replaces damping_time.
+    gravity : its vector in m/s^2; z points up from the flat sheet, whose drawing is seen from above.
+    held : the panel that stands still, by its number in pictures, or `bottom` for the lowest pair. With `free` the
+    first panel belongs to a floating base.
+    base_mass : the mass of that base, kg. base_inertia : its moments of inertia about the panel's centre, kg m^2.
+    start : the share of the folded angles at which the motion starts, at rest.
+    restitution : the coefficient of restitution of hinge stops, 0 to 1.
+    seconds : how long the motion is simulated; None for a time that follows from panels and springs.
+    stop_stiffness, stop_damping, cut_stiffness, cut_damping : stops, and springs that close loops, in the formulations
+    `penalty` and `compliant`: N m/rad, N m s/rad, N/m, N s/m.
+
+    SceneError for values that a scene cannot have.
+    """
+
+    name: str = DEFAULT
+    panel: PanelSize | None = None
+    density: float = 547.0
+    areal_mass: float | None = None
+    flat_pairs: tuple[Way, ...] = WAYS
+    margin: float | None = None
+    spring: str = "linear:0.1"
+    springs: tuple[tuple[str, str], ...] = ()
+    spring_range: tuple[float, float] | None = None
+    damping_time: float = 0.043
+    damping: float | None = None
+    gravity: Vector = (0.0, 0.0, 0.0)
+    held: str = "bottom"
+    base_mass: float = 0.0
+    base_inertia: Vector = (0.0, 0.0, 0.0)
+    start: float = 0.999
+    restitution: float = 0.0
+    seconds: float | None = None
+    stop_stiffness: float = 1e6
+    stop_damping: float = 1.0
+    cut_stiffness: float = 1e8
+    cut_damping: float = 10.0
+
+    def __post_init__(self) -> None:
+        changed = {own.name for own in fields(self) if getattr(self, own.name) != own.default}
+        if changed - {"name"} or not isinstance(self.name, str):
+            from hcsearch.scenes.values import checked  # noqa: PLC0415 - the command line needs the names of scenes alone
+
+            for name, value in checked({name: getattr(self, name) for name in changed}).items():
+                object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        changed = [own.name for own in fields(self) if getattr(self, own.name) != own.default]
+        return f"Scene({', '.join(f'{name}={getattr(self, name)!r}' for name in changed)})"
+
+    def density_of(self, thickness: float) -> float:
+        """The density of panels with this thickness (m), kg/m^3."""
+        return self.density if self.areal_mass is None else self.areal_mass / thickness
+
+
+SCENES = {
+    scene.name: scene
+    for scene in (
+        Scene(),
+        Scene("earth", gravity=(0.0, 0.0, -9.81)),
+        Scene("thesis", gravity=(0.0, 9.81, 0.0)),
+        Scene("satellite", held="free", base_mass=4.0, base_inertia=(0.0067, 0.0067, 0.0067)),
+    )
+}
+"""`default`: no gravity. `earth`: the sheet lies level. `thesis`: Tables 4.1 and 4.3, with gravity in the plane of the
+sheet: the text does not give its direction; the array hangs from its held panel, see docs/explanation/tuning.md.
+`satellite`: on a floating cube of 4 kg and 0.1 m, a CubeSat of 3 units."""
+
+
+def panel_of(scene: Scene, grid: str) -> PanelSize:
+    """Size of the panels of a design in a scene, m; SceneError where its grid has no such panels."""
+    panel = scene.panel or default_panel(grid)
+    if panel[0] != panel[1] and grid not in {"square", "rectangle"}:
+        raise SceneError(
+            f"panels of the {grid} grid have one side: write --panel SIDExTHICKNESS in mm, such as 50x6, or "
+            "--panel 'across WIDTHxTHICKNESS'"
+        )
+    return panel
+
+
+def check_verdicts(scene: Scene, grid: str, n: int) -> None:
+    """Refuse a scene that the foldings of n panels of a grid cannot be tried in."""
+    panel = panel_of(scene, grid)
+    if grid == "square" and panel[0] != panel[1]:
+        raise SceneError(
+            "designs of squares count as one when they are turned, so that panels are square: use the grid rectangle"
+        )
+    if scene.springs:
+        raise SceneError(
+            f"the scene {scene.name} has springs of single hinges, which are those of one design: leave them out, or "
+            "use hcsearch deploy"
+        )
+    if scene.held == "free":
+        raise SceneError(f"the scene {scene.name} holds no panel: hold one for verdicts, such as held = 'bottom'")
+    if scene.held != "bottom" and not (scene.held.isdigit() and int(scene.held) < n):
+        raise SceneError(f"panel {scene.held} is not in all foldings of {n} panels: hold 'bottom', or 0 to {n - 1}")
+
+
+def with_panel(scene: Scene, panel: PanelSize, grid: str) -> Scene:
+    """The scene with other panels; its name says which, unless they are those that it has."""
+    if panel == panel_of(scene, grid):
+        return scene
+    changed = replace(scene, panel=panel, name=joined_name(scene.name, panel_text(panel)))
+    panel_of(changed, grid)
+    return changed
+
+
+def joined_name(base: str, *parts: str) -> str:
+    """The name of a scene that differs from another one; what it shares with `default` goes without saying."""
+    return ", ".join(part for part in (base if base != DEFAULT else "", *parts) if part) or DEFAULT
+
+
+def check_name(name: str) -> str:
+    """The name of a scene; SceneError where it could not be written on a command line."""
+    if not _NAME.fullmatch(name):
+        raise SceneError(f"{name[:60]!r} is no name of a scene: write letters, digits, - and _, such as solar")
+    return name

@@ -1,0 +1,152 @@
+"""Scenes and what is deployed in them, as TOML files and as values from a command line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+from hcsearch.errors import SceneError
+from hcsearch.panel_sizes import panel_text, read_panel
+from hcsearch.scenes.scene import DEFAULT, SCENES, Scene
+from hcsearch.scenes.values import MOST, read_value, shown, with_points
+from hcsearch.system.reading import parse_toml, read_toml
+from hcsearch.vocabulary import FORMULATIONS
+
+_IN_MILLIMETRES = {"panel_mm": "panel", "margin_mm": "margin"}
+_ON_TOP = ("flat_pairs", "held", "springs")
+_KINDS: dict[str, tuple[type, str]] = {
+    "design": (str, "design = 'hex:0234550132:4'"),
+    "assembly": (str, "assembly = 'unit-i'"),
+    "name": (str, "name = 'solar'"),
+    "formulation": (str, "formulation = 'compliant'"),
+    "parameters": (dict, "a table [parameters] with lines such as alpha = 70"),
+    "scene": (dict, "a table [scene] with lines such as spring = 'linear:0.1'"),
+    "drive": (dict, "a table [drive], as hcsearch drive --output drive.toml writes it"),
+}
+"""Keys of a file that are no values of a scene: of which kind, and an example."""
+
+
+def scene_named(name: str) -> Scene:
+    """Return a scene of the program by its name."""
+    if name not in SCENES:
+        raise SceneError(f"there is no scene {name!r}: choose one of {', '.join(SCENES)}, or name a file .toml")
+    return SCENES[name]
+
+
+def scene_with(scene: Scene, values: Mapping[str, Any]) -> Scene:
+    """Change values of a scene, as a file, a command line or a call of Python gives them.
+
+    Files of springs count from the current folder.
+    """
+    known = {field.name for field in fields(Scene)} - {"name"}
+    changes: dict[str, Any] = {}
+    for key, value in values.items():
+        if key not in known:
+            raise SceneError(f"a scene has no {key!r}: it has {', '.join(sorted(known))}")
+        changes[key] = read_value(key, value)
+    return replace(scene, **changes)
+
+
+def read_file(path: str) -> dict[str, Any]:
+    """A TOML file of a scene, and of the design or assembly that is deployed in it, if it names one.
+
+    Keys: `design` or `assembly` with a table `parameters`, `formulation`, `name`, `panel_mm`, `margin_mm`,
+    `flat_pairs`, `held`, a table `springs` of single hinges, a table `scene` of all other values, which may name a
+    scene to start from, and a table `drive` of driven hinges. Panels and hinges go by the names on pictures. Files that
+    are named in laws count from the folder of this one; their points take their place.
+    """
+    table = _checked(path, read_toml(path))
+    folder = Path(path).parent
+    table = with_points(table, folder)
+    if "scene" in table:
+        table["scene"] = with_points(table["scene"], folder)
+    return table
+
+
+def read_text(text: str, origin: str) -> dict[str, Any]:
+    """The same from a text; origin : what it is called in messages."""
+    try:
+        table = parse_toml(text)
+    except ValueError as error:
+        raise SceneError(f"{origin} cannot be read: it holds no scene") from error
+    return _checked(origin, table)
+
+
+def _checked(path: str, table: dict[str, Any]) -> dict[str, Any]:
+    unknown = set(table) - {*_KINDS, *_ON_TOP, *_IN_MILLIMETRES}
+    if unknown:
+        raise SceneError(f"{path} has the unknown key {shown(min(unknown))}: see docs/reference/scenes.md")
+    if "design" in table and "assembly" in table:
+        raise SceneError(f"{path} must name a design or an assembly, not both: leave one out")
+    for key, (kind, example) in _KINDS.items():
+        if key in table and not isinstance(table[key], kind):
+            raise SceneError(f"{path} has {key} = {shown(table[key])}: write {example}")
+    if table.get("formulation", FORMULATIONS[0]) not in FORMULATIONS:
+        names = ", ".join(FORMULATIONS)
+        raise SceneError(f"{path} has formulation = {shown(table['formulation'])}: write one of {names}")
+    if not isinstance(table.get("scene", {}).get("name", ""), str):
+        raise SceneError(
+            f"{path} starts from the scene {shown(table['scene']['name'])}: choose one of {', '.join(SCENES)}"
+        )
+    for key, value in table.get("parameters", {}).items():
+        if isinstance(value, bool) or not isinstance(value, str if key == "size" else (int, float)):
+            example = "size = '3x2'" if key == "size" else f"a number, such as {key} = 70"
+            raise SceneError(f"{path} has {key} = {shown(value)}: write {example}")
+    return table
+
+
+def scene_in(table: Mapping[str, Any], *, base: Scene | None = None, grid: str | None = None) -> Scene:
+    """Return the scene that a file holds; base : to start from, in place of the one that the file names.
+
+    grid : of the panels, where that is known: those of `rectangle` have three sizes.
+    """
+    given = dict(table.get("scene", {}))
+    name = given.pop("name", DEFAULT)
+    values = given | {key: table[key] for key in _ON_TOP if key in table}
+    if "panel_mm" in table:
+        values["panel"] = table["panel_mm"]
+    if isinstance(values.get("panel"), str):
+        values["panel"] = read_panel(values["panel"], grid)
+    if "margin_mm" in table:
+        values["margin"] = _metres("margin_mm", table["margin_mm"])
+    scene = scene_with(scene_named(name) if base is None else base, values)
+    return replace(scene, name=table.get("name", scene.name))
+
+
+def _metres(key: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 <= value <= MOST:
+        raise SceneError(f"{key} cannot be {shown(value)}: give a number from 0 to {MOST:g}")
+    return float(f"{value * 1e-3:.10g}")
+
+
+def file_text(facts: Mapping[str, Any], formulation: str | None, scene: Scene) -> str:
+    """Write a file that `read_file` reads: what is deployed, and all of its scene that differs from `default`.
+
+    facts : what is deployed, `design` or `assembly`, with its `parameters`; empty for a scene alone.
+    """
+    import tomli_w  # noqa: PLC0415 - most of what reads scenes writes none
+
+    plain = Scene()
+    values = {field.name: getattr(scene, field.name) for field in fields(Scene)}
+    own = {key: value for key, value in values.items() if key != "name" and value != getattr(plain, key)}
+    table: dict[str, Any] = {key: value for key, value in facts.items() if not isinstance(value, Mapping)}
+    if scene.name != DEFAULT:
+        table["name"] = scene.name
+    if formulation is not None:
+        table["formulation"] = formulation
+    if (panel := own.pop("panel", None)) is not None:
+        table["panel_mm"] = panel_text(panel)
+    if "margin" in own:
+        table["margin_mm"] = float(f"{1e3 * own.pop('margin'):.10g}")
+    springs = dict(own.pop("springs", ()))
+    if "flat_pairs" in own:
+        ways = own.pop("flat_pairs")
+        table["flat_pairs"] = ways[0] if len(ways) == 1 else list(ways)
+    if "held" in own:
+        table["held"] = own.pop("held")
+    for title, rest in {"parameters": facts.get("parameters", {}), "scene": own, "springs": springs}.items():
+        if rest:
+            table[title] = {key: list(value) if isinstance(value, tuple) else value for key, value in rest.items()}
+    return tomli_w.dumps(table)

@@ -1,0 +1,193 @@
+"""Setups: scenes in numbers of a linkage, in which nothing is left open.
+
+Times, lengths and springs that a scene leaves open are those of the scene `default` (panels of 50 mm, 6 mm thick,
+springs of 0.1 N m/rad), scaled by dimensional analysis: angles follow J phi'' = -k phi, so times grow as the root of
+J / k, with J the mass of a panel times its edge squared; springs that lift a panel grow as its weight times its edge.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hcsearch.collision.margins import EDGE, margin_of, scale_of
+from hcsearch.dynamics.laws import Law, law_named, linear
+from hcsearch.errors import HcsearchError
+from hcsearch.labels import Labels, labels_of
+from hcsearch.linkage import Linkage
+from hcsearch.panel_sizes import default_panel
+from hcsearch.pattern import facet_area
+from hcsearch.scenes.scene import DEFAULT, SCENES, Scene, Vector
+from hcsearch.typing import Reals
+
+SECONDS = 1.0
+"""How long the scene `default` is given, s."""
+SOFTEST, STIFFEST = 0.001, 0.2
+"""Bounds of the stiffness of a spring there, N m/rad (thesis 4.5.4)."""
+_STANDARD_GRAVITY = 9.81
+_PLAIN = SCENES[DEFAULT]
+_PLAIN_STIFFNESS = law_named(_PLAIN.spring).mean_stiffness
+
+
+@dataclass(frozen=True)
+class Setup:
+    """All numbers that the motion of a linkage in a scene depends on, beside the linkage; panels and hinges are its.
+
+    name : of the scene, for messages. density : kg/m^3. margin : by how much panels are shrunk on every face when
+    collisions are checked, m.
+    laws : of all hinges. spring_range : softest and stiffest spring that is tried or tuned, N m/rad.
+    damping_time : s, and damping : N m s/rad; a hinge has the damping plus this time times its mean stiffness.
+    gravity : m/s^2. held : the panel that stands still, or belongs to the floating base, if the array is `free`.
+    start : share of the folded angles at the start. seconds : how long the motion is simulated. The rest is as in
+    `Scene`.
+    """
+
+    name: str
+    density: float
+    margin: float
+    laws: tuple[Law, ...]
+    spring_range: tuple[float, float]
+    damping_time: float
+    damping: float
+    gravity: Vector
+    held: int
+    free: bool
+    base_mass: float
+    base_inertia: Vector
+    start: float
+    restitution: float
+    seconds: float
+    stop_stiffness: float
+    stop_damping: float
+    cut_stiffness: float
+    cut_damping: float
+
+    def damping_of(self, law: Law) -> float:
+        """Return the damping of a hinge with a law, N m s/rad."""
+        return self.damping + self.damping_time * law.mean_stiffness
+
+    def of_twin(self, linkage: Linkage) -> Setup:
+        """Return the setup of a linkage's twin: with the twin's panels, hinges and directions."""
+        twin = linkage.twin
+        if twin is None:
+            return self
+        laws = tuple(self.laws[hinge] for hinge in np.argsort(twin.hinges).tolist())
+        return replace(self, laws=laws, held=twin.panels[self.held], gravity=_turned(linkage, self.gravity))
+
+
+def settle(scene: Scene | Setup, linkage: Linkage) -> Setup:
+    """Put a scene into numbers of a linkage; a setup stays as it is.
+
+    Density, margin, spring range and seconds follow from the panels where the scene leaves them open. Seconds are never
+    fewer than in the scene `default`; they are given to three digits, as springs are. HcsearchError where the scene
+    names a panel or a hinge that the linkage does not have.
+    """
+    if isinstance(scene, Setup):
+        return scene
+    labels = None if scene.held in ("bottom", "free") and not scene.springs else labels_of(linkage)
+    # what follows from the panels is the twin's, as sums in another order are rounded otherwise
+    like = linkage if linkage.twin is None else linkage.twin.linkage
+    setup = Setup(
+        name=scene.name,
+        density=scene.density_of(like.pattern.thickness),
+        margin=float(f"{margin_of(like):.10g}") if scene.margin is None else scene.margin,
+        laws=_laws(scene, linkage, labels),
+        spring_range=scene.spring_range or (SOFTEST, STIFFEST),
+        damping_time=scene.damping_time if scene.damping is None else 0.0,
+        damping=scene.damping or 0.0,
+        gravity=scene.gravity,
+        held=linkage.base if labels is None or scene.held in ("bottom", "free") else labels.panel(scene.held),
+        free=scene.held == "free",
+        base_mass=scene.base_mass,
+        base_inertia=scene.base_inertia,
+        start=scene.start,
+        restitution=scene.restitution,
+        seconds=scene.seconds or SECONDS,
+        stop_stiffness=scene.stop_stiffness,
+        stop_damping=scene.stop_damping,
+        cut_stiffness=scene.cut_stiffness,
+        cut_damping=scene.cut_damping,
+    )
+    seconds, scale = _scales(setup, linkage)
+    return replace(
+        setup,
+        spring_range=scene.spring_range or (_short(SOFTEST * scale), _short(STIFFEST * scale)),
+        seconds=_short(SECONDS * seconds) if scene.seconds is None else scene.seconds,
+    )
+
+
+def natural_seconds(setup: Setup, linkage: Linkage) -> float:
+    """Return how long a motion is simulated where its scene does not say, s."""
+    return _short(SECONDS * _scales(setup, linkage)[0])
+
+
+def _scales(setup: Setup, linkage: Linkage) -> tuple[float, float]:
+    """Times and springs of a motion over those of the scene `default`."""
+    if linkage.twin is not None:
+        return _scales(setup.of_twin(linkage), linkage.twin.linkage)
+    length, mass = scale_of(linkage), _mass(linkage, setup.density)
+    stiffness = float(np.mean([law.mean_stiffness for law in setup.laws])) if setup.laws else 0.0
+    inertia, weight = mass * length**2, mass * length * math.hypot(*setup.gravity) / _STANDARD_GRAVITY
+    springs = max(stiffness / _PLAIN_STIFFNESS, weight)
+    slowness = setup.damping / stiffness if setup.damping and stiffness else setup.damping_time
+    seconds = max(1.0, math.sqrt(inertia / springs) if springs else 1.0, slowness / _PLAIN.damping_time)
+    return seconds, _short(springs or inertia)
+
+
+def written(setup: Setup, scene: Scene, labels: Labels) -> Scene:
+    """Write a setup as the scene it was made of, in which nothing is left open any more.
+
+    labels : of the linkage. Springs of single hinges are listed unless all have the scene's.
+    """
+    own = any(law.text != law_named(scene.spring).text for law in setup.laws)
+    laws = zip(labels.hinges, setup.laws, strict=True)
+    return replace(
+        scene,
+        name=setup.name,
+        density=setup.density,
+        areal_mass=None,
+        margin=setup.margin,
+        springs=tuple((hinge, law.text) for hinge, law in laws) if own else (),
+        spring_range=setup.spring_range,
+        seconds=setup.seconds,
+    )
+
+
+def with_stiffnesses(setup: Setup, stiffnesses: Sequence[float] | Reals) -> Setup:
+    """Put a linear spring at every hinge, N m/rad in their order; 0 is none, and with it no damper."""
+    return replace(setup, laws=tuple(linear(float(stiffness)) for stiffness in stiffnesses))
+
+
+def _laws(scene: Scene, linkage: Linkage, labels: Labels | None) -> tuple[Law, ...]:
+    """Read the laws of all hinges; two names of one hinge must not differ."""
+    laws: list[str | None] = [None] * linkage.n_hinges
+    for name, law in scene.springs:
+        assert labels is not None
+        hinge = labels.hinge(name)
+        if laws[hinge] not in (None, law):
+            raise HcsearchError(f"hinge {labels.hinges[hinge]} is given two springs: leave one out")
+        laws[hinge] = law
+    return tuple(law_named(scene.spring if law is None else law) for law in laws)
+
+
+def _turned(linkage: Linkage, gravity: Vector) -> Vector:
+    """Gravity as the twin of a linkage sees it."""
+    assert linkage.twin is not None
+    x, y, z = (float(part) for part in linkage.twin.turn @ np.array(gravity))
+    return (x, y, z)
+
+
+def _mass(linkage: Linkage, density: float) -> float:
+    """Mean mass of a facet over that of a regular panel of the scene `default` with as many corners."""
+    facets = linkage.pattern.facets
+    corners = len(facets[0])
+    regular = 0.25 * corners * EDGE**2 / math.tan(math.pi / corners)
+    mean = sum(map(facet_area, facets)) / len(facets)
+    return (density * mean * linkage.pattern.thickness) / (_PLAIN.density * regular * default_panel("square")[2])
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.3g}")

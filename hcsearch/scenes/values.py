@@ -1,0 +1,208 @@
+"""Values of a scene: what each may be, and how texts of files and command lines are read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from numbers import Real
+from pathlib import Path
+from typing import Any
+
+from hcsearch.errors import SceneError, refusal
+from hcsearch.panel_sizes import LARGEST, SMALLEST, read_panel
+from hcsearch.vocabulary import WAYS, Way
+
+Reader = Callable[[str, Any], Any]
+
+MOST = 1e12
+"""Of all numbers of a scene but shares."""
+_ABOVE, _SHARE = (1e-9, MOST), (0.0, 1.0)
+_LIMITS = {"density": _ABOVE, "areal_mass": _ABOVE, "seconds": _ABOVE, "start": _SHARE, "restitution": _SHARE}
+"""The least and the greatest value of numbers that have others than 0 and `MOST`."""
+
+
+def checked(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Check values of a scene made in Python; SceneError for those that a scene cannot have.
+
+    Points of tables take the place of files, which count from the current folder.
+    """
+    read: dict[str, Any] = {}
+    for name, value in values.items():
+        if name in _AS_MADE:
+            is_right, wanted = _AS_MADE[name]
+            if not is_right(value):
+                raise SceneError(refusal(name, value, wanted))
+        elif name not in _READERS and not isinstance(value, Real):
+            raise SceneError(refusal(name, value, "a number"))
+        read[name] = value if name == "name" else read_value(name, value)
+    return with_points(read, Path())
+
+
+def _is_size(value: Any) -> bool:
+    return isinstance(value, tuple) and len(value) == 3 and all(
+        isinstance(length, (int, float)) and SMALLEST <= length <= LARGEST for length in value
+    )  # fmt: skip
+
+
+def _is_laws(value: Any) -> bool:
+    return isinstance(value, tuple) and all(
+        isinstance(pair, tuple) and len(pair) == 2 and isinstance(pair[0], (int, str)) and isinstance(pair[1], str)
+        for pair in value
+    )
+
+
+_AS_MADE: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "name": (lambda value: isinstance(value, str), "a text, such as 'solar'"),
+    "panel": (_is_size, "length, width and thickness in m, such as (0.05, 0.05, 0.006)"),
+    "springs": (_is_laws, "pairs of a hinge and its law, such as (('7', 'linear:0.2'),)"),
+    "held": (lambda value: isinstance(value, (int, str)), "'bottom', 'free', or the name of a panel, such as '3'"),
+}
+"""Values of a scene in Python that differ from those of files: whether one is right, and what to give."""
+
+
+def read_value(key: str, value: Any) -> Any:
+    """Read one value of a scene; SceneError where it is of another kind."""
+    try:
+        return _READERS.get(key, _number)(key, value)
+    except (TypeError, ValueError, OverflowError) as error:
+        if isinstance(error, SceneError):
+            raise
+        example = _EXAMPLES.get(key) or _from_to(*_LIMITS.get(key, (0.0, MOST)))
+        raise SceneError(f"{key} cannot be {shown(value)}: {example}") from error
+
+
+def shown(value: Any) -> str:
+    """Show a value in a message, in 60 characters at most."""
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _from_to(least: float, most: float) -> str:
+    return f"give a number from {least:g} to {most:g}"
+
+
+def _number(key: str, value: Any) -> float:
+    if isinstance(value, bool):
+        raise ValueError
+    least, most = _LIMITS.get(key, (0.0, MOST))
+    if not least <= float(value) <= most:
+        raise ValueError
+    return float(value)
+
+
+def _vector(key: str, value: Any) -> tuple[float, ...]:
+    parts = value.split(",") if isinstance(value, str) else value
+    x, y, z = (float(number) for number in parts)
+    _check_limits(key, value, (x, y, z), 0.0 if key == "base_inertia" else -MOST)
+    return (x, y, z)
+
+
+def _range(key: str, value: Any) -> tuple[float, float]:
+    parts = value.split(",") if isinstance(value, str) else value
+    low, high = (float(number) for number in parts)
+    _check_limits(key, value, (low, high), 0.0)
+    if not 0.0 < low < high:
+        raise ValueError
+    return (low, high)
+
+
+def _check_limits(key: str, value: Any, numbers: tuple[float, ...], least: float) -> None:
+    if not all(least <= number <= MOST for number in numbers):
+        raise SceneError(f"{key} cannot be {shown(value)}: give numbers from {least:g} to {MOST:g}")
+
+
+def _springs(_key: str, value: Any) -> tuple[tuple[str, str], ...]:
+    laws: dict[str, str] = {}
+    for hinge, law in dict(value).items():
+        if not isinstance(law, str):
+            raise ValueError
+        name = _name(str(hinge))
+        if name in laws:
+            raise SceneError(f"springs names hinge {name} twice: leave one out")
+        laws[name] = law
+    return tuple(laws.items())
+
+
+def _name(text: str) -> str:
+    """Read the name of a panel or hinge, without needless zeros."""
+    from hcsearch.labels import is_name  # noqa: PLC0415 - loads kernels, which scenes of the program do without
+
+    if not is_name(text):
+        raise ValueError
+    return "+".join(str(int(part)) for part in text.split("+"))
+
+
+def _held(_key: str, value: Any) -> str:
+    if isinstance(value, bool) or not isinstance(value, (str, int)):
+        raise ValueError
+    return str(value) if value in ("bottom", "free") else _name(str(value))
+
+
+def _law(_key: str, value: Any) -> str:
+    if not isinstance(value, str):
+        raise ValueError
+    return value
+
+
+def _flat_pairs(_key: str, value: Any) -> tuple[Way, ...]:
+    if value == "either":
+        return WAYS
+    ways = (value,) if isinstance(value, str) else tuple(value)
+    if not ways or not set(ways) <= set(WAYS) or len(set(ways)) < len(ways):
+        raise ValueError
+    return ways
+
+
+def _panel(_key: str, value: Any) -> Any:
+    if isinstance(value, str):
+        return read_panel(value)
+    if not _is_size(value):
+        raise ValueError
+    return value
+
+
+_READERS: dict[str, Reader] = {
+    "panel": _panel,
+    "flat_pairs": _flat_pairs,
+    "spring": _law,
+    "springs": _springs,
+    "spring_range": _range,
+    "gravity": _vector,
+    "base_inertia": _vector,
+    "held": _held,
+}
+_EXAMPLES = {
+    "panel": "write panel_mm = '50x50x6'",
+    "flat_pairs": "write 'rigid', 'hinged', 'merged' or 'either', or a list of ways in the order of trial",
+    "spring": "write a law, such as 'linear:0.1'",
+    "springs": "write { 3 = 'linear:0.2' }, a law for each hinge",
+    "spring_range": "give the softest and the stiffest, N m/rad, such as 0.001,0.2",
+    "gravity": "give x,y,z in m/s^2, such as 0,0,-9.81",
+    "base_inertia": "give three moments of inertia, kg m^2, such as 0.0067,0.0067,0.0067",
+    "held": "give bottom, free, or the number of a panel",
+}
+
+
+def with_points(values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Put points of tables in place of files, whose names count from a folder; what is no law stays as it is."""
+    changed = dict(values)
+    if isinstance(changed.get("spring"), str):
+        changed["spring"] = _law_with_points(changed["spring"], folder)
+    if "springs" in changed:
+        changed["springs"] = _springs_with_points(changed["springs"], folder)
+    return changed
+
+
+def _springs_with_points(springs: Any, folder: Path) -> Any:
+    try:
+        pairs = tuple(dict(springs).items())
+    except (TypeError, ValueError):
+        return springs
+    return tuple((hinge, _law_with_points(law, folder) if isinstance(law, str) else law) for hinge, law in pairs)
+
+
+def _law_with_points(law: str, folder: Path) -> str:
+    from hcsearch.dynamics.laws import law_named, spring_law  # noqa: PLC0415 - as above
+
+    text = spring_law(law, folder)
+    law_named(text)  # refuses what is no law
+    return text
