@@ -223,7 +223,7 @@ def test_python_warns_of_sizes_in_texts_and_scenes(tmp_path):
     calls = {
         "1000x20": [
             lambda: deploy(folding, panel="1x0.02", seconds=0.01),
-            lambda: deploy(folding, across="1x0.02", seconds=0.01),
+            lambda: deploy(folding, panel="across 1x0.02", seconds=0.01),
             lambda: enumerate_into(db, grid="hex", n=6, until="twist", panel="1x0.02"),
             lambda: folding.linkage("1x0.02"),
             lambda: save(folding, tmp_path / "a.svg", panel="20x1000"),

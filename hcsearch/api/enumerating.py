@@ -53,11 +53,8 @@ def enumerate_into(
     Funnel(fixed_circuits=123, arrays=14, circuits=16, two_stack=2, untwisted=1, movable=None, deploys=None)
     """
     check_kinds(enumerate_into, locals())
-    own = array.grid if isinstance(array, Array) and grid is None else grid
-    if own is None:
-        raise HcsearchError("name a grid: triangle, square, rectangle or hex")
     crew = crew_of(jobs, scheduler)
-    plan = plan_of(search_of(own, n, array, keep), until, keep, scene, panel, crew, db, budget)
+    plan = plan_of(search_of(grid, n, array, keep), until, keep, scene, panel, crew, db, budget)
     say = announce or _silent
     announce_size(plan, db, say)
     return run_plan(plan, db, progress, say)[0].funnel
@@ -67,11 +64,13 @@ def _silent(sentence: str) -> None:
     """Say nothing."""
 
 
-def search_of(grid: str | Grid, n: int | None, array: str | Array | None, keep: str) -> Search:
+def search_of(grid: str | Grid | None, n: int | None, array: str | Array | None, keep: str) -> Search:
     """The search of all arrays of n cells, or of one array, for the designs that are kept."""
     if (n is None) == (array is None):
         raise HcsearchError("give either --n N (every array of N cells) or --array SPEC (one array)")
-    own = grid_of(grid)
+    if grid is None and not isinstance(array, Array):
+        raise HcsearchError("name a grid: triangle, square, rectangle or hex")
+    own = array.grid if isinstance(array, Array) and grid is None else grid_of(grid or "")
     if isinstance(array, Array) and array.grid != own:
         raise HcsearchError(f"the array is on the grid {array.grid.name}, not {own.name}: leave the grid out")
     if array is not None:

@@ -13,7 +13,7 @@ from hcsearch.system.numbers import short
 from hcsearch.system.outputs import check_output, write_output
 
 if TYPE_CHECKING:
-    from hcsearch.assemblies import Assembly
+    pass
 
 _UNITS = {"_mm": "mm", "_mm2": "mm2", "_mm3": "mm3", "_deg": "degrees"}
 
@@ -44,51 +44,26 @@ def assembly(
     `hcsearch assembly list` prints the names of all assemblies with their default sizes. SIZE is the number of columns
     and rows of assemblies that can have any size, such as 3x2.
     """
-    from hcsearch.assemblies.description import describe
+    from hcsearch.api import describing
 
     given = {name: length for name, length in lengths.items() if length is not None}
     if name == "list":
         if size is not None or alpha is not None or given or picture:
             raise HcsearchError("the list has no parameters: give them with the name of an assembly")
-        _print_list(as_json)
+        _print_list(describing.list_assemblies(), as_json)
         return
-    from hcsearch.cases.parameters import parameters_of
-
-    chosen = _named(name)
-    parameters = parameters_of(chosen, given | {"alpha": alpha, "size": size})
+    parameters = given | {"alpha": alpha, "size": size}
     if picture is not None:
         check_output(picture)
-        from hcsearch.pattern_drawing import draw_pattern
-
-        write_output(picture, draw_pattern(chosen.build(parameters), chosen.title))
-    facts = describe(chosen, parameters)
+        write_output(picture, describing.draw_assembly(name, parameters))
+    facts = describing.describe(name, **parameters)
     if as_json:
         click.echo(json.dumps(facts, indent=2, allow_nan=False))
     else:
         _print_facts(facts)
 
 
-def _named(name: str) -> Assembly:
-    from hcsearch.assemblies import ASSEMBLIES
-
-    if name not in ASSEMBLIES:
-        raise HcsearchError(f"there is no assembly {name!r}: see hcsearch assembly list")
-    return ASSEMBLIES[name]
-
-
-def _print_list(as_json: bool) -> None:
-    from hcsearch.assemblies import ASSEMBLIES
-    from hcsearch.assemblies.description import stated_parameters
-
-    rows = [
-        {
-            "name": known.name,
-            "title": known.title,
-            "source": known.source,
-            "parameters": stated_parameters(known, known.defaults),
-        }
-        for known in ASSEMBLIES.values()
-    ]
+def _print_list(rows: list[dict[str, Any]], as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(rows, indent=2))
         return

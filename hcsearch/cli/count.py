@@ -6,7 +6,7 @@ import click
 
 from hcsearch.cli.options import crew_options, examples, target_options
 from hcsearch.cli.progress import Meter
-from hcsearch.errors import HcsearchError
+from hcsearch.vocabulary import Keep
 
 
 @click.command(
@@ -14,33 +14,32 @@ from hcsearch.errors import HcsearchError
 )
 @target_options
 @crew_options
-def count(grid: str, n: int | None, array_spec: str | None, keep: str, jobs: int | None, scheduler: str | None) -> None:
+def count(
+    grid: str, n: int | None, array_spec: str | None, keep: Keep, jobs: int | None, scheduler: str | None
+) -> None:
     """Count circuits, or designs that fold, exactly.
 
     The command prints the number of all circuits and their number up to symmetry; with --keep it counts only those that
     fold. Circuits of one array are counted by the states of a frontier, without listing them; designs that fold, over
     all arrays of N cells, by joining half-chains; all others by listing them.
     """
-    from hcsearch.api.enumerating import crew_of, search_of
-    from hcsearch.enumeration import ArraySearch, count_array
+    from hcsearch.api import counting
+    from hcsearch.enumeration import ArraySearch
     from hcsearch.folding import why_none
-    from hcsearch.pipeline import Counted, count_designs, counting_seconds, duration
 
-    search = search_of(grid, n, array_spec, keep)
-    crew = crew_of(jobs, scheduler)
-    if scheduler is not None and isinstance(search, ArraySearch) and keep == "all":
-        raise HcsearchError("circuits of one array are counted in this process: leave out --scheduler")
-    crew.check()
-    if keep != "all":
-        seconds = counting_seconds(search)
-        if seconds is not None:
-            click.echo(f"about {duration(seconds)} of core time to count", err=True)
-    with Meter("edge" if isinstance(search, ArraySearch) and keep == "all" else "batch") as meter:
-        if isinstance(search, ArraySearch) and keep == "all":
-            totals = count_array(search.array, meter)
-            counted = Counted(totals.classes, totals.circuits)
-        else:
-            counted = count_designs(search, keep, crew, meter)
+    one = array_spec is not None and keep == "all"
+    with Meter("edge" if one else "batch") as meter:
+        counted = counting.count(
+            grid=grid,
+            n=n,
+            array=array_spec,
+            keep=keep,
+            jobs=jobs,
+            scheduler=scheduler,
+            progress=meter,
+            announce=lambda sentence: click.echo(sentence, err=True),
+        )
+    search = counted.search
     if isinstance(search, ArraySearch):
         click.echo(f"array              {search.array.notation}")
         click.echo(f"cells              {search.array.n}")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hcsearch.cli.options import Number, examples
-from hcsearch.errors import HcsearchError, printable
+from hcsearch.errors import printable
 
 if TYPE_CHECKING:
     from hcsearch.identification.damping import HingeTest
@@ -43,13 +43,9 @@ def spring(file: str) -> None:
     preload, then a table; the simplest law that fits is chosen. If the angle also decreases, the gap between loading
     and unloading is reported, and the law lies in the middle.
     """
-    from hcsearch.identification.springs import identify_spring
-    from hcsearch.identification.tables import read_moments
+    from hcsearch.api import identifying
 
-    measured = identify_spring(*read_moments(file))
-    for doubt in measured.doubts:
-        _note(f"{file}: {doubt}")
-    _print_spring(measured)
+    _print_spring(identifying.identify_spring(file))
 
 
 @identify.command(
@@ -81,26 +77,12 @@ def damping(files: tuple[str, ...], inertia: float, hinges: int, rate: float | N
     accelerations are in one unit. It begins after the stroke, or at the time --from. The mode of the lowest frequency
     is taken as the swing of the block.
     """
-    from hcsearch.identification.damping import hinge_damping, hinge_test
-    from hcsearch.identification.tables import read_accelerations
-    from hcsearch.identification.vibration import identify_modes
+    from hcsearch.api import identifying
 
-    hinge_damping(0.0, 0.0, inertia, hinges)  # refuses what is no inertia before the work begins
-    vibrations = [identify_modes(*read_accelerations(file, rate, start, _note)) for file in files]
-    for file, vibration in zip(files, vibrations, strict=True):
-        if not vibration.modes:
-            raise HcsearchError(
-                f"{file} holds no decaying vibration that is clear of its noise: begin after the stroke of the hammer, "
-                "and leave out what does not move"
-            )
+    measured = identifying.identify_damping(files, inertia, hinges=hinges, rate=rate, start=start)
     names = tuple(map(printable, files))
-    tests = [hinge_test(vibration.modes[0], inertia, hinges) for vibration in vibrations]
-    _print_tests(names, tests)
-    _print_modes(names, vibrations)
-
-
-def _note(text: str) -> None:
-    click.echo(f"hcsearch: {printable(text)}", err=True)
+    _print_tests(names, measured.tests)
+    _print_modes(names, measured.vibrations)
 
 
 def _print_spring(measured: Spring) -> None:

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import click
 
-from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.cli.options import database_option, examples, query_argument
 from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import printable
-from hcsearch.system.outputs import check_output
 
 
 @click.command(epilog=examples("hcsearch report 'grid=hex n=12' --output hex-12.html"))
@@ -27,11 +23,7 @@ def report(condition: str, db: str, scene: str | None, panel: str | None, output
     The page shows how many circuits pass each stage and a card for each design, with motions to play; it makes no
     network request. QUERY consists of conditions such as n=12, dof<=6 or untwisted, as in hcsearch query.
     """
-    from hcsearch.report import write_report
-    from hcsearch.store import open_readonly
+    from hcsearch.api import reporting
 
-    check_output(output)
-    with open_readonly(db) as database:
-        asked = scene_asked_for(database, scene, panel, query=condition)
-        path = write_report(database, condition, Path(output), limit=limit, scene=asked)
+    path = reporting.report(output, condition, db=db, scene=scene, panel=panel, limit=limit)
     click.echo(printable(str(path)))

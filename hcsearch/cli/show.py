@@ -13,11 +13,10 @@ from hcsearch.errors import HcsearchError, printable
 from hcsearch.play import play_sentence
 from hcsearch.scenes import DEFAULT
 from hcsearch.system.numbers import short
-from hcsearch.system.outputs import check_output
 from hcsearch.system.surroundings import default_database
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     from hcsearch.circuit import Circuit
     from hcsearch.folding import Folding
@@ -54,91 +53,24 @@ def show(
     """
     if output and not as_html:
         raise HcsearchError("--output applies to a page: add --html")
-    from hcsearch.cases.names import design_named
-    from hcsearch.folding import folding_of, foldings, split_crease, why_none
-
-    if not design[:1].isdigit() and ":" not in design:
-        raise _unknown(design)
-    name, crease = split_crease(design)
-    circuit, number = design_named(name, db)
-    chosen = foldings(circuit) if crease is None else [folding_of(circuit, crease)]
-    if as_html:
-        asked = _scene_of_page(circuit, number, db, scene, panel)
-        _write_page(design, circuit, number, chosen, output, db, asked)
-    elif number is None:
-        size = _panel_asked_for(circuit, db, scene, panel)
-        _print_circuit(circuit, {})
-        _print_foldings(chosen, size, why_none(circuit.n))
-    else:
-        _print_design(circuit, number, chosen, db, scene, panel)
-
-
-def _unknown(name: str) -> HcsearchError:
-    from hcsearch.assemblies import ASSEMBLIES
-
-    if name in ASSEMBLIES:
-        return HcsearchError(f"{name} is an assembly: see hcsearch assembly {name}")
-    return HcsearchError(f"{name!r} is no design: give an id, or the notation of a circuit such as hex:0234550132")
-
-
-def _panel_asked_for(circuit: Circuit, db: str, scene: str | None, panel: str | None) -> PanelSize:
-    """The size of panels of a circuit that no database names, m."""
-    from hcsearch.cases.resolve import resolve_scene
-    from hcsearch.scenes import panel_of
-
-    grid = circuit.grid.name
-    return panel_of(resolve_scene(grid, db, scene=scene, panel=panel), grid)
-
-
-def _scene_of_page(circuit: Circuit, number: int | None, db: str, scene: str | None, panel: str | None) -> str:
-    """The name of the scene whose verdicts a page has."""
-    from hcsearch.cases.stored_scenes import scene_asked_for
-    from hcsearch.store import open_readonly
-
-    if number is None:
-        if scene or panel:
-            raise HcsearchError("a circuit is shown in the scene default: name the design by its id in a database")
-        return DEFAULT
-    with open_readonly(db) as database:
-        return scene_asked_for(database, scene, panel, grid=circuit.grid.name)
-
-
-def _print_design(
-    circuit: Circuit,
-    number: int,
-    chosen: list[Folding],
-    db: str,
-    scene: str | None,
-    panel: str | None,
-) -> None:
-    """A design of a database: its verdict in a scene, and motions of its foldings, in all scenes or in that one."""
-    from hcsearch.cases.stored_scenes import scene_asked_for, stored_scene
+    from hcsearch.api import showing
     from hcsearch.folding import why_none
-    from hcsearch.scenes import panel_of
-    from hcsearch.store import best_creases, find_design, find_verdict, open_readonly
 
-    with open_readonly(db) as database:
-        asked = scene_asked_for(database, scene, panel, grid=circuit.grid.name)
-        row = find_design(database, str(number), asked)
-        best = best_creases(database, [number], asked).get(number)
-        rows = [*row["motions"], *row["deployments"]]
-        places = {(one["crease"], one.get("base", one["scene"])) for one in rows}
-        verdicts = {place: find_verdict(database, number, *place) for place in places}
-        size = panel_of(stored_scene(database, asked), circuit.grid.name)
-    if scene or panel:
-        row["motions"] = [one for one in row["motions"] if one["scene"] == asked]
-        row["deployments"] = [one for one in row["deployments"] if one["base"] == asked]
-    _print_circuit(circuit, row | {"scene": asked, "best": best})
+    if as_html:
+        click.echo(printable(str(showing.show_page(design, output, db=db, scene=scene, panel=panel))))
+        return
+    shown = showing.show(design, db=db, scene=scene, panel=panel)
+    row = dict(shown.row) | ({} if shown.number is None else {"scene": shown.scene, "best": shown.best})
+    _print_circuit(shown.circuit, row)
 
     def tell(folding: Folding) -> None:
-        _print_motions(folding, row, verdicts, db)
+        if shown.number is not None:
+            _print_motions(folding, row, shown.verdicts, db)
 
-    _print_foldings(chosen, size, why_none(circuit.n), tell)
+    _print_foldings(shown.foldings, shown.panel, why_none(shown.circuit.n), tell)
 
 
-def _print_foldings(
-    chosen: list[Folding], panel: PanelSize, why: str, tell: Callable[[Folding], None] = lambda _folding: None
-) -> None:
+def _print_foldings(chosen: Sequence[Folding], panel: PanelSize, why: str, tell: Callable[[Folding], None]) -> None:
     """Foldings with panels of a size. why : there are none. tell : prints what is known of one beside."""
     if not chosen:
         click.echo(f"\nno two-stack folding: {why}")
@@ -258,21 +190,3 @@ def _print_mechanism(folding: Folding, panel: PanelSize) -> None:
         click.echo(f"  {sentence}")
         for exact in more:
             click.echo(f"    {exact}")
-
-
-def _write_page(
-    design: str,
-    circuit: Circuit,
-    number: int | None,
-    chosen: list[Folding],
-    output: str | None,
-    db: str,
-    scene: str,
-) -> None:
-    from pathlib import Path
-
-    from hcsearch.report import write_design
-
-    path = Path(output or f"reports/design-{design.replace(':', '-')}.html")
-    check_output(path)
-    click.echo(printable(str(write_design(circuit, chosen, path, db=db, number=number, scene=scene))))

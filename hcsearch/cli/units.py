@@ -10,13 +10,10 @@ import click
 
 from hcsearch.cli.options import Number, examples
 from hcsearch.cli.progress import Meter
-from hcsearch.errors import HcsearchError, printable
+from hcsearch.errors import printable
 from hcsearch.grid import GRIDS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from hcsearch.unit_search.elements import Element
     from hcsearch.unit_search.search import Searched
 
 _SHOWN = ("copies", "panels", "hinges", "directions", "kutzbach", "dof_folded", "dof_flat", "deployment_ratio")
@@ -70,45 +67,23 @@ def units(
     copies and of rings of four are tried. A unit is reported if it moves from the folded to the flat state with one
     degree of freedom, by rank and path in floating-point numbers.
     """
-    from contextlib import ExitStack
+    from hcsearch.api import searching_units
 
-    from hcsearch.store import open_database
-    from hcsearch.store.units import record_units
-    from hcsearch.unit_search.search import Limits, search_elements
-
-    limits = Limits(most) if seconds is None else Limits(most, seconds)
     counts = {"2": (2,), "4": (4,), "both": (2, 4)}[copies]
     count = new = 0
-    with ExitStack() as stack:
-        database = None if db is None else stack.enter_context(open_database(db, create=True))
-        meter = stack.enter_context(Meter("union"))
-        searched = search_elements(
-            _elements(grid, n, alpha), max_dof=max_dof, copies=counts, limits=limits, progress=meter
-        )
-        for result in searched:
-            rows = [unit.row() for unit in result.units]
-            count += len(rows)
-            if database is not None:
-                new += record_units(database, rows)
+    with Meter("union") as meter:
+        for result, added in searching_units.search_units(
+            grid, n, alpha=alpha, max_dof=max_dof, copies=counts, most=most, seconds=seconds, db=db, progress=meter
+        ):
+            count, new = count + len(result.units), new + added
             if as_json:
-                for row in rows:
-                    click.echo(json.dumps(row))
+                for unit in result.units:
+                    click.echo(json.dumps(unit.row()))
             else:
                 _print(result)
     if not as_json:
         stored = "" if db is None else f", {new} of them new in {printable(db)}"
         click.echo(f"{count} units{stored}")
-
-
-def _elements(grid: str, n: int, alpha: float | None) -> Iterator[Element]:
-    from hcsearch.unit_search.elements import elements
-    from hcsearch.unit_search.isosceles import isosceles_elements
-
-    if alpha is None:
-        return elements(grid, n)
-    if grid != "triangle":
-        raise HcsearchError("--alpha is the base angle of triangles: give --grid triangle, or leave it out")
-    return isosceles_elements(n, alpha)
 
 
 def _print(result: Searched) -> None:

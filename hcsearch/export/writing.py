@@ -1,4 +1,4 @@
-"""Exports: what a format takes of a case, and the contents of its files."""
+"""Exports: what a format takes of what is named, and the contents of its files."""
 
 from __future__ import annotations
 
@@ -6,10 +6,15 @@ from collections.abc import Mapping
 from typing import Any, get_args
 
 from hcsearch.cases.case import Case
+from hcsearch.cases.names import design_named
+from hcsearch.cases.places import Place
+from hcsearch.cases.resolve import resolve
+from hcsearch.circuit import Circuit
 from hcsearch.errors import HcsearchError
 from hcsearch.export.exported import Exported
 from hcsearch.export.formats import FORMATS, Content, Format
 from hcsearch.export.settings import NAMES, Settings, State
+from hcsearch.folding import Folding, split_crease
 from hcsearch.replays.sources import By, replay_case
 
 
@@ -65,3 +70,36 @@ def contents(exported: Exported, wanted: Format, settings: Settings) -> dict[str
     made = wanted.write(exported, settings)
     files: Mapping[str, Content] = made if isinstance(made, Mapping) else {wanted.endings[0]: made}
     return {ending: text.encode() if isinstance(text, str) else text for ending, text in files.items()}
+
+
+def export_files(
+    what: str | Folding | Circuit | Case,
+    wanted: Format,
+    settings: Settings,
+    motion: By | None = None,
+    db: Place | None = None,
+    **named: Any,
+) -> tuple[Exported, dict[str, bytes]]:
+    """Make the files of an export, all of them or none, by what follows the stem of their names.
+
+    named : scene, panel, flat_pairs and values, as of `resolve`.
+    """
+    wanted.check_installed()
+    check_motion(wanted, motion, settings.state)
+    circuit = _design(what, db) if wanted.of == "array" and motion is None else None
+    if circuit is not None:
+        exported = Exported(circuit.notation, circuit)
+    else:
+        case = resolve(what, db, path=motion == "path", **named)
+        exported = exported_case(case, wanted, motion, settings.state)
+    return exported, contents(exported, wanted, settings)
+
+
+def _design(what: str | Folding | Circuit | Case, db: Place | None) -> Circuit | None:
+    """The circuit of a design without a crease, whose array is exported whatever its foldings; None for all else."""
+    if isinstance(what, Circuit):
+        return what.canonical()
+    if not isinstance(what, str) or what.endswith(".toml") or not (":" in what or what[:1].isdigit()):
+        return None
+    name, crease = split_crease(what)
+    return design_named(name, db)[0] if crease is None else None

@@ -37,6 +37,14 @@ def checked(values: Mapping[str, Any]) -> dict[str, Any]:
     return with_points(read, Path())
 
 
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str)
+
+
+def _is_name(value: Any) -> bool:
+    return isinstance(value, (int, str))
+
+
 def _is_size(value: Any) -> bool:
     return isinstance(value, tuple) and len(value) == 3 and all(
         isinstance(length, (int, float)) and SMALLEST <= length <= LARGEST for length in value
@@ -51,18 +59,19 @@ def _is_laws(value: Any) -> bool:
 
 
 _AS_MADE: dict[str, tuple[Callable[[Any], bool], str]] = {
-    "name": (lambda value: isinstance(value, str), "a text, such as 'solar'"),
+    "name": (_is_text, "a text, such as 'solar'"),
     "panel": (_is_size, "length, width and thickness in m, such as (0.05, 0.05, 0.006)"),
     "springs": (_is_laws, "pairs of a hinge and its law, such as (('7', 'linear:0.2'),)"),
-    "held": (lambda value: isinstance(value, (int, str)), "'bottom', 'free', or the name of a panel, such as '3'"),
+    "held": (_is_name, "'bottom', 'free', or the name of a panel, such as '3'"),
 }
 """Values of a scene in Python that differ from those of files: whether one is right, and what to give."""
 
 
 def read_value(key: str, value: Any) -> Any:
     """Read one value of a scene; SceneError where it is of another kind."""
+    read: Reader = _READERS.get(key, _number)
     try:
-        return _READERS.get(key, _number)(key, value)
+        return read(key, value)
     except (TypeError, ValueError, OverflowError) as error:
         if isinstance(error, SceneError):
             raise

@@ -84,8 +84,7 @@ def export_file(
     db: str, subject: str, stem: str, name: str, scene: str, motion: Any, settings: Mapping[str, Any]
 ) -> Made:
     """An export of a design or folding of the database; of several files, an archive. stem : of its name."""
-    from hcsearch.api.exporting import export_files  # noqa: PLC0415 - the engine
-    from hcsearch.export.writing import settings_of  # noqa: PLC0415 - the engine
+    from hcsearch.export.writing import export_files, settings_of  # noqa: PLC0415 - the engine
 
     wanted = FORMATS[name]
     chosen = replace(settings_of(wanted, settings), stem=stem)

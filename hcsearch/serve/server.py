@@ -58,7 +58,7 @@ def in_one_line(record: logging.LogRecord) -> bool:
     return True
 
 
-def serve(
+def run(
     database: Database,
     db: str,
     listening: socket.socket,

@@ -41,11 +41,10 @@ def test_texts_of_circuits_arrays_and_foldings_rebuild_them(data):
 @given(
     st.sampled_from(["hex:0234550132:4", "square:012230:1"]),
     panels,
-    st.sampled_from(["rigid", "hinged"]),
-    st.booleans(),
+    st.sampled_from(["rigid", "hinged", "merged"]),
 )
-def test_texts_of_linkages_of_foldings_rebuild_them(name, panel, flat_pairs, merged):
-    linkage = Folding.from_notation(name).linkage(panel, flat_pairs=flat_pairs, merged=merged)
+def test_texts_of_linkages_of_foldings_rebuild_them(name, panel, flat_pairs):
+    linkage = Folding.from_notation(name).linkage(panel, flat_pairs=flat_pairs)
     assert rebuilt(linkage) == linkage
 
 

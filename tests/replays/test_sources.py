@@ -61,7 +61,7 @@ def test_the_path_of_a_design_named_by_its_id_is_the_stored_one(searched, tmp_pa
         name = f"{path.design_id}:{path.crease}"
         assert replay_case(resolve(name, searched))[0].angles.tolist() == stored.angles.tolist()
         assert replay_case(resolve(name, searched, scene="default", path=True), "path")[0].source == stored.source
-        for other in ({"panel": "60x8"}, {"scene": "earth"}, {"merge": True}, {"values": {"held": "free"}}):
+        for other in ({"panel": "60x8"}, {"scene": "earth"}, {"flat_pairs": "merged"}, {"values": {"held": "free"}}):
             with pytest.raises(PlannedError):
                 replay_case(resolve(name, searched, **other, path=True), "path")[0]
         with pytest.raises(PlannedError):

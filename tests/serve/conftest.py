@@ -34,7 +34,7 @@ def number(database_file):
 
 @pytest.fixture(scope="module")
 def asking(database_file):
-    from hcsearch.serve import Application
+    from hcsearch.serve.application import Application
 
     with open_readonly(str(database_file)) as database:
         application = Application(database, str(database_file))

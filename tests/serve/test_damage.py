@@ -35,7 +35,7 @@ class Direct:
 @contextmanager
 def damaged(database_file, folder, statement, *values):
     """An application on a copy of the database after a statement."""
-    from hcsearch.serve import Application
+    from hcsearch.serve.application import Application
 
     path = folder / "designs.sqlite"
     shutil.copy(database_file, path)

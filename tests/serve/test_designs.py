@@ -45,7 +45,7 @@ def test_a_design_that_is_not_there_is_named(asking, missing, below):
 
 @pytest.mark.parametrize("scene", ["", "?scene=solar"])
 def test_a_database_with_verdicts_of_one_scene_alone_has_all_pages(tmp_path, scene):
-    from hcsearch.serve import Application
+    from hcsearch.serve.application import Application
 
     file = str(tmp_path / "solar.sqlite")
     with open_database(file, create=True) as database:

@@ -163,7 +163,7 @@ def test_counts_and_pages_follow_the_database(tmp_path):
     from hcsearch.enumeration import PolygonSearch
     from hcsearch.grid import GRIDS
     from hcsearch.pipeline import Plan, run_into
-    from hcsearch.serve import Application
+    from hcsearch.serve.application import Application
     from hcsearch.store import open_database
 
     path = str(tmp_path / "growing.sqlite")
@@ -177,7 +177,7 @@ def test_counts_and_pages_follow_the_database(tmp_path):
 
 
 def test_another_file_in_place_of_the_database_is_refused(database_file, tmp_path, number):
-    from hcsearch.serve import Application
+    from hcsearch.serve.application import Application
 
     path = tmp_path / "designs.sqlite"
     shutil.copy(database_file, path)
@@ -219,7 +219,7 @@ def test_a_fault_is_reported_in_the_terminal_and_not_on_the_page(asking, monkeyp
 
 
 def test_the_scene_of_the_server_is_the_one_that_addresses_leave_out(database, database_file, number):
-    from hcsearch.serve import Application
+    from hcsearch.serve.application import Application
 
     asking = Asking(Application(database, str(database_file), scene="solar"))
     usual, other = asking("/designs"), asking("/designs?scene=default")

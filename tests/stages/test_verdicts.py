@@ -131,9 +131,7 @@ def test_what_deploys_in_a_trial_does_so_when_it_is_simulated_alone(tens):
     assert graded_ones
     for trial in (chosen[0], graded_ones[0], graded_ones[-1]):
         scene = scene_in(read_text(trial.values, "the trial"))
-        linkage = folding_at(own.circuits, own.foldings, trial.folding).linkage(
-            flat_pairs="hinged" if scene.flat_pairs == "hinged" else "rigid", merged=scene.merge
-        )
+        linkage = folding_at(own.circuits, own.foldings, trial.folding).linkage(flat_pairs=scene.flat_pairs[0])
         alone = deploy(linkage, scene, keep=STOPS)
         assert (alone.outcome, alone.clearance.kind, alone.verdict) == ("flat", "clear", "deploys")
         assert confirmed(alone).flat_time == trial.deploy_time
@@ -262,7 +260,7 @@ FOLDINGS = (
         ({}, False, ["movable 3", "movable 2", "movable 5", "undecided 2", "locked 6"]),
         ({"flat_pairs": "hinged"}, True, ["deploys 0", "movable 2", "movable 5", "undecided 2", "locked 6"]),
         ({"flat_pairs": "rigid"}, True, ["deploys 0", "movable 2", "movable 5", "locked 1", "locked 6"]),
-        ({"merge": True}, True, ["deploys 0", "movable 2", "movable 5", "locked 1", "locked 6"]),
+        ({"flat_pairs": "merged"}, True, ["deploys 0", "movable 2", "movable 5", "locked 1", "locked 6"]),
     ],
 )
 def test_best_foldings_by_status_play_dof_and_crease(monkeypatch, scene, deploys, expected):

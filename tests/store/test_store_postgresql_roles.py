@@ -99,7 +99,7 @@ def test_the_role_of_the_manual_can_query_rank_show_report_and_export(server, fi
 
 
 def test_the_role_of_the_manual_serves_all_pages_and_writes_nothing(server, filled, local):
-    from hcsearch.serve import Application
+    from hcsearch.serve.application import Application
 
     with role(server, filled, grants()) as guest:
         with open_readonly(guest) as database:

@@ -124,7 +124,7 @@ class Bowl:
     """An evaluator of a made-up array: clear where all springs are near some stiffness, the nearer the wider."""
 
     formulation = "constrained"
-    scene = replace(DEFAULT, spring_range=(SOFTEST, STIFFEST))
+    setup = settle(replace(DEFAULT, spring_range=(SOFTEST, STIFFEST)), linkage_named(NAME))
 
     def __init__(self, least):
         self.least, self.asked = np.log(least), []
@@ -194,7 +194,7 @@ def test_exact_closure_gives_way_where_it_keeps_arrays_shut():
     first = first_generation(
         np.full(12, 0.1), tied_hinges(linkage, settle(DEFAULT, linkage).held), 0, (SOFTEST, STIFFEST)
     )
-    chosen = tuning._evaluator(linkage, DEFAULT, None, first[:3], None)
+    chosen = tuning._evaluator(linkage, settle(DEFAULT, linkage), None, first[:3], None)
     assert chosen.formulation == "compliant"
     assert tuning._evaluator(linkage, DEFAULT, "constrained", first, None).formulation == "constrained"
 

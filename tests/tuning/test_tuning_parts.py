@@ -155,14 +155,14 @@ def test_samples_are_counted_by_what_became_of_them():
 class Sure:
     """An evaluator of which the first spring says after how many samples a set fails."""
 
-    scene = DEFAULT
+    setup = settle(DEFAULT, linkage_named(SMALL))
 
     def __init__(self):
         self.asked = 0
 
-    def of_scenes(self, scenes):
-        self.asked += len(scenes)
-        chance = [float(scene.springs[0][1].removeprefix("linear:")) for scene in scenes]
+    def of_setups(self, setups):
+        self.asked += len(setups)
+        chance = [stiffnesses_of(setup)[0] for setup in setups]
         return [HIT if k % 10 < 10 * p else GOOD for k, p in enumerate(chance)]
 
 
@@ -283,7 +283,8 @@ def test_files_read_back_to_the_same_scene(tmp_path, name):
     assert scene_in(content) == scene
     assert content.pop("scene")["restitution"] == 0.25
     kept = {"panel_mm": "50x50x6", "flat_pairs": "merged", "springs": springs, "formulation": "compliant"}
-    assert content == facts | kept | ({} if name == "default" else {"name": name})
+    held = {"held": "free"} if name == "satellite" else {}
+    assert content == facts | kept | held | ({} if name == "default" else {"name": name})
     path.write_text(file_text({"assembly": "unit-i", "parameters": {"alpha": 65.0}}, "constrained", Scene()))
     assert read_file(str(path)) == {"assembly": "unit-i", "formulation": "constrained", "parameters": {"alpha": 65.0}}
 

@@ -1,0 +1,65 @@
+"""Count circuits without storing them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hcsearch.api.enumerating import crew_of, search_of
+from hcsearch.api.kinds import check_kinds
+from hcsearch.enumeration import ArraySearch, Search, count_array
+from hcsearch.errors import HcsearchError
+from hcsearch.grid import Array, Grid
+from hcsearch.pipeline import Counted, count_designs, counting_seconds, duration
+from hcsearch.pipeline.run import Announce, Progress
+from hcsearch.vocabulary import Keep
+
+
+@dataclass(frozen=True)
+class Count:
+    """How many circuits a search has, all and up to symmetry, of those that are kept.
+
+    search : what was counted. circuits, classes : their number, and that up to symmetry.
+    """
+
+    search: Search
+    keep: Keep
+    circuits: int
+    classes: int
+
+
+def count(
+    *,
+    grid: str | Grid | None = None,
+    n: int | None = None,
+    array: str | Array | None = None,
+    keep: Keep = "all",
+    jobs: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+    announce: Announce | None = None,
+) -> Count:
+    """Count the circuits of all arrays of n cells, or of one array, as `hcsearch count` does.
+
+    grid, n, array, keep, jobs, scheduler, progress, announce : as in `enumerate_into`.
+
+    >>> from hcsearch import count
+    >>> counted = count(grid="square", array="6x6")
+    >>> counted.circuits, counted.classes
+    (1072, 149)
+    """
+    check_kinds(count, locals())
+    search, crew = search_of(grid, n, array, keep), crew_of(jobs, scheduler)
+    one = isinstance(search, ArraySearch) and keep == "all"
+    if scheduler is not None and one:
+        raise HcsearchError("circuits of one array are counted in this process: leave out --scheduler")
+    crew.check()
+    seconds = None if keep == "all" else counting_seconds(search)
+    if seconds is not None and announce is not None:
+        announce(f"about {duration(seconds)} of core time to count")
+    if one:
+        assert isinstance(search, ArraySearch)
+        totals = count_array(search.array, progress)
+        counted = Counted(totals.classes, totals.circuits)
+    else:
+        counted = count_designs(search, keep, crew, progress)
+    return Count(search, keep, counted.circuits, counted.classes)

@@ -1,0 +1,48 @@
+"""Describe the named assemblies of the thesis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from hcsearch.api.kinds import check_kinds
+from hcsearch.assemblies import ASSEMBLIES, Assembly, description
+from hcsearch.cases.parameters import parameters_of
+from hcsearch.errors import HcsearchError
+from hcsearch.pattern_drawing import draw_pattern
+
+
+def describe(name: str, **parameters: Any) -> dict[str, Any]:
+    """Describe an assembly of the thesis as plain data, as `hcsearch assembly --json` prints it.
+
+    name : of the assembly. parameters : `alpha` in degrees, `base`, `thickness`, `side` and `width` in millimetres, and
+    `size` as columns x rows, such as `3x2`; those that the assembly does not depend on are refused.
+    """
+    check_kinds(describe, locals())
+    assembly = _named(name)
+    return description.describe(assembly, parameters_of(assembly, parameters))
+
+
+def draw_assembly(name: str, parameters: Mapping[str, Any]) -> str:
+    """Draw the flat pattern of an assembly as SVG; parameters : as in `describe`."""
+    assembly = _named(name)
+    return draw_pattern(assembly.build(parameters_of(assembly, parameters)), assembly.title)
+
+
+def list_assemblies() -> list[dict[str, Any]]:
+    """List the assemblies as plain data, with their sources and default sizes."""
+    return [
+        {
+            "name": assembly.name,
+            "title": assembly.title,
+            "source": assembly.source,
+            "parameters": description.stated_parameters(assembly, assembly.defaults),
+        }
+        for assembly in ASSEMBLIES.values()
+    ]
+
+
+def _named(name: str) -> Assembly:
+    if name not in ASSEMBLIES:
+        raise HcsearchError(f"there is no assembly {name!r}: see hcsearch assembly list")
+    return ASSEMBLIES[name]

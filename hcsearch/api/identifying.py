@@ -1,0 +1,67 @@
+"""Identify springs and dampers from measurements."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from hcsearch.api.kinds import check_kinds
+from hcsearch.errors import HcsearchError, printable
+from hcsearch.identification.damping import HingeTest, hinge_damping, hinge_test
+from hcsearch.identification.springs import Spring
+from hcsearch.identification.springs import identify_spring as identified
+from hcsearch.identification.tables import read_accelerations, read_moments
+from hcsearch.identification.vibration import FreeVibration, identify_modes
+from hcsearch.system.notices import say
+
+
+@dataclass(frozen=True)
+class HingeDamping:
+    """The damping of a hinge from free vibrations: one test and one analysis of modes for each file."""
+
+    tests: tuple[HingeTest, ...]
+    vibrations: tuple[FreeVibration, ...]
+
+
+def identify_spring(path: str | Path) -> Spring:
+    """Identify the law of a spring from a table of angles and moments, as `hcsearch identify spring` does.
+
+    path : a file .csv with a column `angle_rad` or `angle_deg` and a column `moment_N_m` or `moment_N_mm`.
+    """
+    check_kinds(identify_spring, locals())
+    measured = identified(*read_moments(str(path)))
+    for doubt in measured.doubts:
+        _note(f"{path}: {doubt}")
+    return measured
+
+
+def identify_damping(
+    paths: Sequence[str],
+    inertia: float,
+    *,
+    hinges: int = 1,
+    rate: float | None = None,
+    start: float | None = None,
+) -> HingeDamping:
+    """Identify the damping of a hinge from free vibrations of a block, as `hcsearch identify damping` does.
+
+    paths : files .csv, one test each, with a column `time_s`, unless `rate` is given, and one for each accelerometer.
+    inertia : of the block about the hinges, kg m^2. hinges : how many equal hinges hold it. rate : of sampling, Hz.
+    start : measurements before this time are left out, s.
+    """
+    check_kinds(identify_damping, locals())
+    hinge_damping(0.0, 0.0, inertia, hinges)  # refuses what is no inertia before the work begins
+    vibrations = [identify_modes(*read_accelerations(path, rate, start, _note)) for path in paths]
+    for path, vibration in zip(paths, vibrations, strict=True):
+        if not vibration.modes:
+            raise HcsearchError(
+                f"{path} holds no decaying vibration that is clear of its noise: begin after the stroke of the hammer, "
+                "and leave out what does not move"
+            )
+    tests = tuple(hinge_test(vibration.modes[0], inertia, hinges) for vibration in vibrations)
+    return HingeDamping(tests, tuple(vibrations))
+
+
+def _note(text: str) -> None:
+    say(f"hcsearch: {printable(text)}")

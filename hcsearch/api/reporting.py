@@ -1,0 +1,32 @@
+"""Write HTML pages of the designs of a database."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from hcsearch.api.kinds import check_kinds
+from hcsearch.cases.places import Place, reading
+from hcsearch.cases.stored_scenes import scene_asked_for
+from hcsearch.report import write_report
+from hcsearch.report.writing import LIMIT
+from hcsearch.system.outputs import check_output
+
+
+def report(
+    path: str | Path,
+    query: str = "",
+    *,
+    db: Place | None = None,
+    scene: str | None = None,
+    panel: str | None = None,
+    limit: int | None = LIMIT,
+) -> Path:
+    """Write one HTML page of the designs that a query selects, as `hcsearch report` does; return its path.
+
+    path : of the file. query, db, scene, panel : as in `read`. limit : the greatest number of designs on the page.
+    """
+    check_kinds(report, locals())
+    check_output(str(path))
+    with reading(db) as database:
+        asked = scene_asked_for(database, scene, panel, query=query)
+        return write_report(database, query, Path(path), limit=limit, scene=asked)

@@ -1,0 +1,58 @@
+"""Search for units with one degree of freedom, made of copies of one element."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import nullcontext
+
+from hcsearch.api.kinds import check_kinds
+from hcsearch.cases.places import Place, writing
+from hcsearch.errors import HcsearchError
+from hcsearch.store.units import record_units
+from hcsearch.unit_search.elements import Element, elements
+from hcsearch.unit_search.isosceles import isosceles_elements
+from hcsearch.unit_search.search import Limits, Progress, Searched, search_elements
+
+COPIES = (2, 4)
+"""How many copies of an element make a unit."""
+MOST_UNIONS = 20_000
+
+
+def search_units(
+    grid: str,
+    n: int,
+    *,
+    alpha: float | None = None,
+    max_dof: int | None = None,
+    copies: tuple[int, ...] = COPIES,
+    most: int = MOST_UNIONS,
+    seconds: float | None = None,
+    db: Place | None = None,
+    progress: Progress | None = None,
+) -> Iterator[tuple[Searched, int]]:
+    """Search for units made of copies of each element of n panels, as `hcsearch units` does.
+
+    Gives what is found of each element, and how many of its units a database did not hold before.
+
+    grid : of the panels. alpha : base angle of isosceles triangles in place of regular ones, degrees.
+    max_dof : elements with more degrees of freedom are left out. copies : of an element in a unit, 2, 4 or both.
+    most : unions that are tried for one element. seconds : the greatest time for one element.
+    db : a database in which units are stored.
+    """
+    check_kinds(search_units, locals() | {"copies": copies, "progress": progress})
+    limits = Limits(most) if seconds is None else Limits(most, seconds)
+    with nullcontext() if db is None else writing(db, create=True) as database:
+        searched = search_elements(
+            _elements(grid, n, alpha), max_dof=max_dof, copies=copies, limits=limits, progress=progress
+        )
+        for result in searched:
+            rows = [unit.row() for unit in result.units]
+            yield result, 0 if database is None else record_units(database, rows)
+
+
+def _elements(grid: str, n: int, alpha: float | None) -> Iterator[Element]:
+    if alpha is None:
+        return elements(grid, n)
+    if grid != "triangle":
+        raise HcsearchError("--alpha is the base angle of triangles: give --grid triangle, or leave it out")
+    return isosceles_elements(n, alpha)

@@ -1,0 +1,55 @@
+"""Serve a database as web pages on this machine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib.util import find_spec
+
+from hcsearch.api.kinds import check_kinds
+from hcsearch.cases.places import located
+from hcsearch.cases.stored_scenes import scene_asked_for
+from hcsearch.errors import HcsearchError
+from hcsearch.store import check_scene, open_readonly
+from hcsearch.store.pages import SECONDS
+from hcsearch.system.notices import say
+
+
+def serve(
+    db: str | None = None,
+    *,
+    host: str = "127.0.0.1",
+    port: int = 8000,
+    scene: str | None = None,
+    panel: str | None = None,
+    started: Callable[[str], None] | None = None,
+) -> None:
+    """Show a database in a browser on this machine, as `hcsearch serve` does, until Ctrl-C.
+
+    db : a path or a URL. host, port : where the server answers; port 0 chooses any free one. scene, panel : as in
+    `read`. started : called with a sentence that says the address, once the server answers.
+
+    Errors: KeyboardInterrupt for Ctrl-C.
+    """
+    check_kinds(serve, locals())
+    for name in ("werkzeug", "waitress"):
+        if find_spec(name) is None:
+            raise HcsearchError(f"hcsearch serve needs {name}: pip install 'hcsearch[serve]'")
+    from hcsearch.serve.guards import is_local  # noqa: PLC0415 - needs the extra `serve`
+    from hcsearch.serve.server import address_of, open_socket, run  # noqa: PLC0415 - as above
+
+    place = located(db)
+    with open_readonly(place, timeout=SECONDS) as database:
+        asked = scene_asked_for(database, scene, panel)
+        check_scene(database, asked)
+        with open_socket(host, port) as listening:
+            if not is_local(host):
+                say(f"warning: whoever reaches {host} can read this database; there is no password")
+            sentence = f"{address_of(listening, host)} shows {database.location}; Ctrl-C ends it"
+            run(
+                database,
+                place,
+                listening,
+                host=host,
+                scene=asked,
+                started=lambda: None if started is None else started(sentence),
+            )

@@ -1,0 +1,130 @@
+"""Show a design: what is known of its circuit, and of its foldings in a database."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from hcsearch.api.kinds import check_kinds
+from hcsearch.assemblies import ASSEMBLIES
+from hcsearch.cases.names import stored_circuit
+from hcsearch.cases.places import Place, located, reading
+from hcsearch.cases.resolve import resolve_scene
+from hcsearch.cases.stored_scenes import scene_asked_for, stored_scene
+from hcsearch.circuit import Circuit
+from hcsearch.errors import HcsearchError
+from hcsearch.folding import Folding, folding_of, foldings, split_crease
+from hcsearch.panel_sizes import PanelSize
+from hcsearch.scenes import DEFAULT, panel_of
+from hcsearch.store import Database, StoredVerdict, best_creases, find_circuit, find_design, find_verdict
+from hcsearch.system.outputs import check_output
+
+
+@dataclass(frozen=True)
+class ShownDesign:
+    """A design and its foldings.
+
+    circuit : in canonical order. foldings : all, or the one that is named. panel : size of its panels, m.
+    number : its id in a database; None of a circuit without one, and then nothing of the rest is known.
+    scene : whose verdicts these are. row : of the view `designs`, with the rows of its paths and deployments.
+    best : crease of its best folding. verdicts : by crease and scene.
+    """
+
+    circuit: Circuit
+    foldings: Sequence[Folding]
+    panel: PanelSize
+    number: int | None = None
+    scene: str = DEFAULT
+    row: Mapping[str, Any] = field(default_factory=dict)
+    best: int | None = None
+    verdicts: Mapping[tuple[int, str], StoredVerdict | None] = field(default_factory=dict)
+
+
+def show(
+    design: str | Circuit | Folding, *, db: Place | None = None, scene: str | None = None, panel: str | None = None
+) -> ShownDesign:
+    """Look up a design and its foldings, as `hcsearch show` prints them.
+
+    design : its id in the database, the notation of its circuit, which needs no database, or DESIGN:CREASE for one of
+    its foldings. db, scene, panel : as in `deploy`. Where a scene or panels are given, the paths and deployments are
+    those in this scene; else in all.
+
+    >>> from hcsearch import show
+    >>> [folding.crease for folding in show("hex:0234550132").foldings]
+    [3, 4]
+    """
+    check_kinds(show, locals())
+    name, crease = _split(design)
+    if ":" in name:
+        circuit = Circuit.from_notation(name).canonical()
+        grid = circuit.grid.name
+        size = panel_of(resolve_scene(grid, db, scene=scene, panel=panel), grid)
+        return ShownDesign(circuit, _chosen(circuit, crease), size)
+    with reading(db) as database:
+        number, circuit = _stored(database, name)
+        asked = scene_asked_for(database, scene, panel, grid=circuit.grid.name)
+        row = find_design(database, str(number), asked)
+        best = best_creases(database, [number], asked).get(number)
+        rows = [*row["motions"], *row["deployments"]]
+        places = {(one["crease"], one.get("base", one["scene"])) for one in rows}
+        verdicts = {place: find_verdict(database, number, *place) for place in places}
+        size = panel_of(stored_scene(database, asked), circuit.grid.name)
+    if scene or panel:
+        row["motions"] = [one for one in row["motions"] if one["scene"] == asked]
+        row["deployments"] = [one for one in row["deployments"] if one["base"] == asked]
+    return ShownDesign(circuit, _chosen(circuit, crease), size, number, asked, row, best, verdicts)
+
+
+def show_page(
+    design: str | Circuit | Folding,
+    path: str | Path | None = None,
+    *,
+    db: Place | None = None,
+    scene: str | None = None,
+    panel: str | None = None,
+) -> Path:
+    """Write the HTML page of a design, as `hcsearch show --html` does; return its path.
+
+    design, db, scene, panel : as in `show`; a circuit is shown in the scene `default`. path : of the file, by default
+    reports/design-DESIGN.html.
+    """
+    from hcsearch.report import write_design  # noqa: PLC0415 - the engine, which texts do without
+
+    check_kinds(show_page, locals())
+    name, crease = _split(design)
+    given = name if crease is None else f"{name}:{crease}"
+    place = Path(path or f"reports/design-{given.replace(':', '-')}.html")
+    number, asked = None, DEFAULT
+    if ":" in name:
+        circuit = Circuit.from_notation(name).canonical()
+        if scene or panel:
+            raise HcsearchError("a circuit is shown in the scene default: name the design by its id in a database")
+    else:
+        with reading(db) as database:
+            number, circuit = _stored(database, name)
+            asked = scene_asked_for(database, scene, panel, grid=circuit.grid.name)
+    check_output(str(place))
+    return write_design(circuit, _chosen(circuit, crease), place, db=located(db), number=number, scene=asked)
+
+
+def _split(design: str | Circuit | Folding) -> tuple[str, int | None]:
+    """The name of a design, and the crease of the folding that is named."""
+    if isinstance(design, Circuit):
+        return design.notation, None
+    name = design if isinstance(design, str) else design.notation
+    if not name[:1].isdigit() and ":" not in name:
+        if name in ASSEMBLIES:
+            raise HcsearchError(f"{name} is an assembly: see hcsearch assembly {name}")
+        raise HcsearchError(f"{name!r} is no design: give an id, or the notation of a circuit such as hex:0234550132")
+    return split_crease(name)
+
+
+def _stored(database: Database, name: str) -> tuple[int, Circuit]:
+    number, notation = find_circuit(database, name)
+    return number, stored_circuit(database, number, notation)
+
+
+def _chosen(circuit: Circuit, crease: int | None) -> list[Folding]:
+    return foldings(circuit) if crease is None else [folding_of(circuit, crease)]
