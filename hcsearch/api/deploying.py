@@ -51,7 +51,7 @@ def deploy(
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values)
     say(case.sentence)
     return deployed(
-        case.title,
+        case.name,
         case.linkage,
         case.setup,
         formulation or case.formulation or "constrained",

@@ -203,10 +203,11 @@ def with_points(values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
 
 def _springs_with_points(springs: Any, folder: Path) -> Any:
     try:
-        pairs = tuple(dict(springs).items())
+        laws = dict(springs)
     except (TypeError, ValueError):
         return springs
-    return tuple((hinge, _law_with_points(law, folder) if isinstance(law, str) else law) for hinge, law in pairs)
+    laws = {hinge: _law_with_points(law, folder) if isinstance(law, str) else law for hinge, law in laws.items()}
+    return laws if isinstance(springs, Mapping) else tuple(laws.items())
 
 
 def _law_with_points(law: str, folder: Path) -> str:

@@ -42,7 +42,7 @@ def naive_column(pattern, point):
 def test_two_stacks_are_full(circuit, hinged, thickness):
     width = 0.04 if circuit.grid.name == "rectangle" else 0.05
     for folding in foldings(circuit):
-        pattern = folding.pattern((0.05, width, thickness), hinged=hinged)
+        pattern = folding.pattern((0.05, width, thickness), flat_pairs="hinged" if hinged else "rigid")
         folded = package(pattern)
         n = circuit.n
         assert folded.whole_ratio == f"{n // 2}:1"

@@ -10,6 +10,7 @@ from hcsearch.deployment.compiling import OMISSIONS, compile_scene
 from hcsearch.deployment.deploying import deploy
 from hcsearch.dynamics.panels import panel_bodies
 from hcsearch.errors import HcsearchError
+from hcsearch.labels import labels_of
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.scene_file import scene_named
 from tests.linkages import linkage_named
@@ -144,7 +145,8 @@ def test_hinges_in_two_directions_need_the_third_dimension():
 @pytest.mark.parametrize(("start", "hinge"), [(0.3, 0), (0.3, 1), (0.2, 1)])
 @pytest.mark.parametrize("name", ["hex:0234550132:4", "hex:023350:1"])
 def test_stops_that_the_energy_does_not_reach(name, start, hinge):
-    scene = replace(DEFAULT, start=start, springs=((hinge, "linear:3"),))
+    crease = labels_of(linkage_named(name)).hinges[hinge]
+    scene = replace(DEFAULT, start=start, springs=((crease, "linear:3"),))
     less, full = motion(name, scene), motion(name, scene, {"stops"})
     assert "stops" in left_out(less)
     free = [joint for joint, drive in enumerate(less.compiled.system.drives) if drive.upper == math.inf]
@@ -243,13 +245,13 @@ def test_the_base_is_the_panel_and_what_it_carries():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"held": 8}, "there is no panel 8: hold one from 0 to 7"),
-        ({"held": -1}, "there is no panel -1: hold one from 0 to 7"),
-        ({"springs": ((8, "free"),)}, "there is no hinge 8: give springs to hinges 0 to 7"),
-        ({"springs": ((-1, "free"),)}, "there is no hinge -1: give springs to hinges 0 to 7"),
+        ({"held": "10"}, r"there is no panel 10: the panels are 0\+9, 1 to 3, 4\+5, 6 to 8"),
+        ({"held": -1}, "held cannot be -1: give bottom, free, or the number of a panel"),
+        ({"springs": (("10", "free"),)}, "there is no hinge 10: the hinges are 0 to 3, 5 to 8"),
+        ({"springs": ((-1, "free"),)}, "springs cannot be .*: write { 3 = 'linear:0.2' }, a law for each hinge"),
         ({"start": 0.0}, "give a share above 0, up to 1"),
-        ({"start": 1.001}, "give a share above 0, up to 1"),
-        ({"start": math.nan}, "give a share above 0, up to 1"),
+        ({"start": 1.001}, "start cannot be 1.001: give a number from 0 to 1"),
+        ({"start": math.nan}, "start cannot be nan: give a number from 0 to 1"),
         ({"spring": "linear"}, "cannot read the law 'linear': write free, linear:0.1"),
     ],
 )

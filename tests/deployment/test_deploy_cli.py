@@ -245,8 +245,7 @@ def test_a_picture_of_a_file_with_dollar_signs_in_its_name(tmp_path):
     [
         ('held = "5+4"\n', "", '[springs]\n2 = "linear:0.3"\n'),
         ("held = 5\n", "", '[springs]\n"02" = "linear:0.3"\n'),
-        # files as they were before count the panels and hinges of the linkage
-        ("", 'held = 3\nsprings = { 1 = "linear:0.3" }\n', ""),
+        ("", 'held = 5\nsprings = { 2 = "linear:0.3" }\n', ""),
     ],
 )
 def test_a_file_says_what_the_command_line_says(top, inside, end):
@@ -274,7 +273,7 @@ def test_flat_pairs_and_mirror_pairs():
     plain = facts_of("square:012230:1", "--seconds", "0.01")
     assert (plain["panels"], plain["hinges"]) == (4, 4)
     assert (facts_of(name)["panels"], facts_of(name)["hinges"]) == (6, 6)
-    name = write('design = "square:012230:1"\nmerge = true\n[scene]\nseconds = 0.01\n')
+    name = write('design = "square:012230:1"\nflat_pairs = "merged"\n[scene]\nseconds = 0.01\n')
     facts = facts_of(name)
     assert (facts["panels"], facts["loops"]) == (3, 0)
     assert "closure" in {row["name"] for row in facts["left_out"]}
@@ -302,7 +301,7 @@ def test_a_table_of_a_spring_is_read_from_a_file():
     "spring",
     [
         '[scene]\nspring = "table:spring.csv"',
-        '[scene]\nsprings = { 0 = "table:spring.csv", 1 = "table:spring.csv", 2 = "2*table:spring.csv" }',
+        '[scene]\nsprings = { 0 = "table:spring.csv", 2 = "table:spring.csv", 3 = "2*table:spring.csv" }',
         '[springs]\n0 = "table:../folder/spring.csv"\n3 = "2*table:spring.csv+0.01"',
     ],
 )
@@ -442,9 +441,9 @@ def test_wrong_subjects_say_what_to_do(words, message):
         ("design = 'hex:023350:1'\nspeed = 3", "has the unknown key 'speed': see docs/reference/scenes.md"),
         (
             "design = 'hex:023350:1'\nflat_pairs = 'loose'",
-            "flat_pairs cannot be 'loose': write 'rigid', 'hinged' or 'either'",
+            "flat_pairs cannot be 'loose': write 'rigid', 'hinged', 'merged' or 'either'",
         ),
-        ("design = 'hex:023350:1'\nmerge = 'no'", "merge cannot be 'no': write true, false or 'either'"),
+        ("design = 'hex:023350:1'\nmerge = true", "has the unknown key 'merge': see docs/reference/scenes.md"),
         ("design = 'hex:023350:1'\npanel_mm = [50, 50, 6]", "write panel_mm = '50x50x6'"),
         ("design = 'hex:023350:1'\nscene = 'earth'", "write a table [scene] with lines such as spring = 'linear:0.1'"),
         ("design = 'hex:023350:1'\nparameters = 3", "write a table [parameters] with lines such as alpha = 70"),

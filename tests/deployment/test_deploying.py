@@ -18,6 +18,7 @@ from hcsearch.deployment.springs import with_springs
 from hcsearch.errors import HcsearchError
 from hcsearch.folding import folding_of
 from hcsearch.linkage import Linkage
+from hcsearch.panel_sizes import default_panel
 from hcsearch.scenes import SCENES
 from tests.linkages import linkage_named
 
@@ -250,7 +251,7 @@ def test_jammed():
 def test_jammed_where_stops_rattle():
     folding = folding_of(Circuit.from_notation("hex:0233545012"), 2)
     compiled = compile_scene(folding.linkage(flat_pairs="hinged"), replace(DEFAULT, seconds=3.0))
-    compiled = with_springs(compiled, springs_of(folding, compiled, "top first"))
+    compiled = with_springs(compiled, springs_of(folding, default_panel("hex"), compiled, "top first"))
     found = run(compiled, tolerance=1e-5)
     assert found.outcome == "jammed"
     motion = found.motion
@@ -388,7 +389,13 @@ def test_clearance_is_looked_for_only_where_it_is_wanted():
     assert deploy(linkage, replace(scene, margin=2e-4)).clearance.margin == 2e-4
 
 
-@pytest.mark.parametrize("margin", [0.0, -1e-4, 0.003, 0.02, math.nan])
+@pytest.mark.parametrize("margin", [-1e-4, math.nan])
+def test_scenes_have_no_negative_margins(margin):
+    with pytest.raises(HcsearchError, match=r"margin cannot be .*: give a number from 0 to"):
+        replace(DEFAULT, margin=margin)
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.003, 0.02])
 def test_margins_that_leave_nothing_are_refused(margin):
     with pytest.raises(HcsearchError, match="leaves nothing of a panel: give more than 0 and less than 3 mm"):
         deploy(linkage_named("hex:023350:1"), replace(DEFAULT, seconds=0.01, margin=margin))

@@ -82,12 +82,12 @@ def test_the_thesis_array_has_one():
 
 
 @settings(max_examples=60)
-@given(st.data(), st.booleans(), st.booleans())
-def test_foldings_have_the_mirrors_that_a_search_finds(data, hinged, merged):
+@given(st.data(), st.sampled_from(["rigid", "hinged", "merged"]))
+def test_foldings_have_the_mirrors_that_a_search_finds(data, flat_pairs):
     found = foldings(data.draw(circuits(even=True)))
     if not found:
         return
-    linkage = data.draw(st.sampled_from(found)).linkage(flat_pairs="hinged" if hinged else "rigid", merged=merged)
+    linkage = data.draw(st.sampled_from(found)).linkage(flat_pairs=flat_pairs)
     for panel in range(linkage.n_panels):
         check(linkage, panel)
 

@@ -32,7 +32,7 @@ def some_foldings():
 def linkages(draw):
     """A linkage that holds a panel of any number."""
     folding = draw(st.sampled_from(some_foldings()))
-    pattern = folding.pattern(SIZE, hinged=draw(st.booleans()), merged=draw(st.booleans()))
+    pattern = folding.pattern(SIZE, flat_pairs=draw(st.sampled_from(["rigid", "hinged", "merged"])))
     return Linkage(pattern, base=draw(st.integers(0, len(pattern.panels) - 1)))
 
 

@@ -154,7 +154,7 @@ def test_a_folding_of_a_circuit_in_another_order_is_written_by_python(tmp_path, 
         ("a.stl", {"state": "half"}, "'half' is no state"),
         ("a.stl", {"state": 2.0}, "'2.0' is no state"),
         ("a.xml", {"timestep_s": 0}, "timestep_s cannot be 0: give a number from 1e-09 to 1"),
-        ("a.csv", {"motion": "spring"}, "there is no motion 'spring': choose path or springs"),
+        ("a.csv", {"motion": "spring"}, "motion cannot be 'spring': give 'path' or 'springs'"),
         ("", {}, "an empty name has no known ending"),
     ],
 )

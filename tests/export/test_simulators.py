@@ -162,9 +162,9 @@ def test_open_chains_need_no_closure():
 
 
 def test_subjects_with_drives_are_refused_as_models_of_mujoco():
-    subject = SimpleNamespace(drives=object())
+    case = SimpleNamespace(drives=object())
     with pytest.raises(HcsearchError, match=r"leave out the table \[drive\]"):
-        write(SimpleNamespace(subject=subject), Settings())
+        write(SimpleNamespace(case=case), Settings())
 
 
 @pytest.mark.parametrize(("panel", "most"), [("50x0.2", "0.1"), ("50x0.19", "0.095"), ("500x2", "1")])

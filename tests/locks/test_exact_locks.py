@@ -60,7 +60,7 @@ def agree(linkage, angles, rng):
     st.integers(0, 2**32 - 1),
 )
 def test_whole_screws_are_the_true_ones_wherever_the_pattern_is_drawn(folding, hinged, side, thick, turn, seed):
-    pattern = folding.pattern((side, side, round(side * thick, 6)), hinged=hinged)
+    pattern = folding.pattern((side, side, round(side * thick, 6)), flat_pairs="hinged" if hinged else "rigid")
     linkage = Linkage(pattern.moved(turn, (0.3 * side, -side), over=seed % 2 == 0))
     for angles in (linkage.folded, linkage.flat):
         agree(linkage, angles, np.random.default_rng(seed))

@@ -67,7 +67,7 @@ def test_descents_go_down_over_closed_states_within_the_stops(data):
     options = foldings(circuit)
     assume(options)
     folding = data.draw(st.sampled_from(options))
-    linkage = Linkage(folding.pattern(SIZE, hinged=data.draw(st.booleans())))
+    linkage = Linkage(folding.pattern(SIZE, flat_pairs=data.draw(st.sampled_from(["rigid", "hinged"]))))
     seed = data.draw(st.integers(0, 100))
     springs = 0.01 ** np.random.default_rng(seed).uniform(size=linkage.n_hinges)
     path = descend(linkage, springs=springs)
@@ -94,7 +94,7 @@ def test_how_many_hexagon_designs_open():
 @pytest.mark.parametrize("folding", untwisted("triangle", 10), ids=str)
 @pytest.mark.parametrize("hinged", [False, True])
 def test_ten_triangles_open(folding, hinged):
-    linkage = Linkage(folding.pattern(SIZE, hinged=hinged))
+    linkage = Linkage(folding.pattern(SIZE, flat_pairs="hinged" if hinged else "rigid"))
     path = descend(linkage)
     assert path.outcome == "flat"
     connected(linkage, path)

@@ -21,6 +21,7 @@ from hcsearch.records import NONE, CircuitBatch, FoldingBatch, MobilityBatch, St
 from hcsearch.stages import mobility
 from hcsearch.stages.statuses import best_foldings
 from hcsearch.twisting import twist_batch
+from hcsearch.vocabulary import WAYS
 from tests.strategies import circuits, congruences
 
 
@@ -66,8 +67,8 @@ def test_batches_agree_with_one_linkage_at_a_time(grid, n):
         locked = any(lock_at(hinged, angles).locked for angles in (hinged.folded, hinged.flat))
         assert freedoms.locked_hinged[i] == (freedoms.locked[i] and locked)
     assert not (freedoms.locked_hinged & ~freedoms.locked).any()
-    assert mobility.locked_with(freedoms, "rigid").tolist() == freedoms.locked.tolist()
-    for flat_pairs in ("hinged", "either"):
+    assert mobility.locked_with(freedoms, ("rigid", "merged")).tolist() == freedoms.locked.tolist()
+    for flat_pairs in (("hinged",), WAYS):
         assert mobility.locked_with(freedoms, flat_pairs).tolist() == freedoms.locked_hinged.tolist()
 
 
@@ -83,7 +84,7 @@ def test_locks_with_other_panels(grid, n, thickness):
         assert not (own & ~before).any()
         for i in np.flatnonzero(before).tolist():
             folding = folding_at(batch, folded, i)
-            known = Linkage(folding.pattern(default_panel(grid), hinged=bool(hinged)))
+            known = Linkage(folding.pattern(default_panel(grid), flat_pairs=("rigid", "hinged")[hinged]))
             order = min(lock_at(known, angles).order or 3 for angles in (known.folded, known.flat))
             assert own[i] or order == 2  # locks of first order do not depend on the size of panels
             orders.append(order)

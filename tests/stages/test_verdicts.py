@@ -18,6 +18,7 @@ from hcsearch.enumeration import PolygonSearch
 from hcsearch.folding import Folding, folding_at
 from hcsearch.grid import GRIDS
 from hcsearch.labels import labels_of
+from hcsearch.panel_sizes import default_panel
 from hcsearch.pipeline.judging import PIECE_SECONDS, Judge, Piece, pieces, seconds_of, unfinished
 from hcsearch.pipeline.rows import design_rows
 from hcsearch.pipeline.shards import candidates_of, run_shard
@@ -314,7 +315,7 @@ def test_pieces_are_small_whole_and_the_same_each_time():
 def test_graded_springs_run_between_both_bounds(grade):
     folding = Folding.from_notation("hex:0234435011:1")
     compiled = compile_scene(folding.linkage(), DEFAULT, keep=STOPS)
-    stiffnesses = springs_of(folding, compiled, grade)
+    stiffnesses = springs_of(folding, default_panel("hex"), compiled, grade)
     assert stiffnesses.shape == (compiled.system.n_joints,)
     assert stiffnesses.min() >= STIFFEST / GRADED * (1 - 1e-12)
     assert stiffnesses.max() <= STIFFEST * (1 + 1e-12)
@@ -324,7 +325,7 @@ def test_graded_springs_run_between_both_bounds(grade):
 def test_spread_springs_differ_and_stay_within_the_bounds():
     folding = Folding.from_notation("hex:0234435011:1")
     compiled = compile_scene(folding.linkage(flat_pairs="hinged"), DEFAULT, keep=STOPS)
-    stiffnesses = np.array([springs_of(folding, compiled, name) for name in SPREAD])
+    stiffnesses = np.array([springs_of(folding, default_panel("hex"), compiled, name) for name in SPREAD])
     assert stiffnesses.shape == (len(SPREAD), compiled.system.n_joints)
     assert stiffnesses.min() >= SOFTEST
     assert stiffnesses.max() <= STIFFEST
@@ -336,7 +337,7 @@ def test_spread_springs_differ_and_stay_within_the_bounds():
 def test_stops_that_seem_to_pull_in_a_singular_state_do_not_halt_the_motion():
     folding = Folding.from_notation("hex:023234340000:3")
     compiled = compile_scene(folding.linkage(flat_pairs="hinged"), DEFAULT, keep=STOPS)
-    scenes = [with_springs(compiled, springs_of(folding, compiled, name)) for name in SPREAD]
+    scenes = [with_springs(compiled, springs_of(folding, default_panel("hex"), compiled, name)) for name in SPREAD]
     for checked in check(scenes, tolerance=1e-5):
         assert checked.outcome != "out of steps"
         assert checked.evaluations < 20_000

@@ -21,7 +21,8 @@ from hcsearch.equality import ByValue
 from hcsearch.errors import HcsearchError
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
-from hcsearch.scenes.setup import Setup
+from hcsearch.scenes import Scene
+from hcsearch.scenes.setup import Setup, settle
 from hcsearch.typing import Reals
 
 
@@ -81,8 +82,9 @@ class CutTree(ByValue):
     start: Reals
 
 
-def cut_tree(linkage: Linkage, labels: Labels, setup: Setup) -> CutTree:
-    """The links of a setup; HcsearchError as of `compile_scene`."""
+def cut_tree(linkage: Linkage, labels: Labels, scene: Scene | Setup) -> CutTree:
+    """The links of a scene; HcsearchError as of `compile_scene`."""
+    setup = settle(scene, linkage)
     # frames of links are those of this linkage, and not of its twin
     compiled = compile_scene(replace(linkage, twin=None), setup, keep=frozenset(OMISSIONS))
     system, held = compiled.system, setup.held

@@ -18,7 +18,8 @@ from hcsearch.errors import HcsearchError
 from hcsearch.export.simulators.cut_trees import CutTree, Link, cut_tree, line_of, numbers
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
-from hcsearch.scenes.setup import Setup, natural_seconds
+from hcsearch.scenes import Scene
+from hcsearch.scenes.setup import Setup, natural_seconds, settle
 
 if TYPE_CHECKING:
     from hcsearch.export.exported import Exported
@@ -57,7 +58,7 @@ def write(exported: Exported, settings: Settings) -> str:
 def mjcf_of(
     linkage: Linkage,
     labels: Labels,
-    setup: Setup,
+    scene: Scene | Setup,
     title: str = "",
     *,
     contact: bool = False,
@@ -69,6 +70,7 @@ def mjcf_of(
     as its stops keep them apart. timestep : s, by `STEPS` unless given. HcsearchError where a law is not linear, and
     for panels that are too small for MuJoCo.
     """
+    setup = settle(scene, linkage)
     tree = cut_tree(linkage, labels, setup)
     _check_size(tree)
     timestep = timestep or natural_seconds(setup, linkage) / STEPS

@@ -16,6 +16,7 @@ from hcsearch.export.simulators.cut_trees import CutTree, Link, cut_tree, number
 from hcsearch.export.solids.stl import stl_of
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
+from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup
 
 if TYPE_CHECKING:
@@ -32,9 +33,9 @@ def write(exported: Exported, settings: Settings) -> Mapping[str, str | bytes]:
     return urdf_of(case.linkage, exported.labels, case.setup, exported.name, settings.stem)
 
 
-def urdf_of(linkage: Linkage, labels: Labels, setup: Setup, title: str, stem: str) -> dict[str, str | bytes]:
+def urdf_of(linkage: Linkage, labels: Labels, scene: Scene | Setup, title: str, stem: str) -> dict[str, str | bytes]:
     """Files by what follows the stem of their names."""
-    tree = cut_tree(linkage, labels, setup)
+    tree = cut_tree(linkage, labels, scene)
     files: dict[str, str | bytes] = {".urdf": _tree(tree, title, stem), ".closure.json": closure_of(tree, title)}
     for link in tree.links:
         if link.whole:
