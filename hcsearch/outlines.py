@@ -7,7 +7,7 @@ import math
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Sequence
 
-from hcsearch.pattern import Edge, Point, components, facet_area, sides_of
+from hcsearch.mesh import Edge, Point, components, facet_area, sides_of
 
 
 def without_dead_ends(edges: Iterable[Edge]) -> list[Edge]:

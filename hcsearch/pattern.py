@@ -5,37 +5,38 @@ facets joined by rigid creases are one panel, and every edge that is shared but 
 search and the assemblies of the thesis are all of this kind, and joining two of them is the union of their facets.
 
 A pattern is stored as an indexed mesh: a table of vertices, and the vertices of each facet by number. Facets that meet
-in a point name the same vertex, so that no reader has to compare coordinates. A grid knows in integers which corners
-are one (`Grid.mesh`); those of polygons are found once, in `polygon_mesh`.
+in a point name the same vertex, so that no reader has to compare coordinates.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain, islice
-from typing import Literal, TypeVar
+from typing import Literal
 
 import numpy as np
 
 from hcsearch.errors import PatternError
 from hcsearch.isometries import Isometry
-from hcsearch.typing import Reals
+from hcsearch.mesh import (
+    Edge,
+    Facet,
+    Point,
+    components,
+    distinct_points,
+    facet_area,
+    outline_of,
+    polygon_mesh,
+    same_distance,
+    sides_of,
+)
 
-Point = tuple[float, float]
-Facet = tuple[Point, ...]
 Face = Literal["top", "bottom"]
 Fold = Literal["mountain", "valley", "flat"]
 Pair = tuple[int, int]
-Edge = tuple[int, int]
-"""Two vertices, from start to end."""
-
-SAME_POINT = 1e-7
-"""Points nearer than this share of a facet's size are the same."""
-
-_Node = TypeVar("_Node", bound=Hashable)
 
 
 @dataclass(frozen=True)
@@ -165,8 +166,8 @@ class Pattern:
         return sum(map(facet_area, self.facets))
 
     @cached_property
-    def _tolerance(self) -> float:
-        return _tolerance(self.facets)
+    def _same_distance(self) -> float:
+        return same_distance(self.facets)
 
     @cached_property
     def edges(self) -> dict[Pair, Edge]:
@@ -191,23 +192,7 @@ class Pattern:
 
         The outer walk comes first, counterclockwise; walks around holes are clockwise. Slits inside a panel are closed.
         """
-        return tuple(tuple(self._outline(panel)) for panel in self.panels)
-
-    def _outline(self, panel: Iterable[int]) -> list[tuple[int, ...]]:
-        sides = dict.fromkeys(side for facet in panel for side in sides_of(self.faces[facet]))
-        after: dict[int, list[int]] = {}
-        for start, end in sides:
-            if (end, start) not in sides:
-                after.setdefault(start, []).append(end)
-        walks = []
-        for start, ends in after.items():
-            while ends:
-                walk, here = [], start
-                while after[here]:
-                    walk.append(here)
-                    here = after[here].pop(0)
-                walks.append(tuple(walk))
-        return sorted(walks, key=lambda walk: -facet_area([self.vertices[v] for v in walk]))
+        return tuple(outline_of([self.faces[facet] for facet in panel], self.vertices) for panel in self.panels)
 
     @cached_property
     def panel_of(self) -> tuple[int, ...]:
@@ -241,7 +226,7 @@ class Pattern:
                 continue
             known = between.setdefault((hinge.first, hinge.second), [])
             for k in known:
-                if _one_line(hinges[k], hinge, self._tolerance):
+                if _one_line(hinges[k], hinge, self._same_distance):
                     hinges[k] = _spanning(hinges[k], hinge)
                     number[pair] = k
                     break
@@ -302,9 +287,9 @@ def overlay(patterns: Sequence[Pattern]) -> Pattern:
     faces, where a hinge of one pattern runs through a panel of another, or where two facets lie on one side of an
     edge; facets that overlap without sharing an edge are for the caller to exclude.
     """
-    tolerance = min(pattern._tolerance for pattern in patterns)
-    vertices, numbers = _distinct([point for pattern in patterns for point in pattern.vertices], tolerance)
-    _, centres = _distinct([_centre(facet) for pattern in patterns for facet in pattern.facets], tolerance)
+    tolerance = min(pattern._same_distance for pattern in patterns)
+    vertices, numbers = distinct_points([point for pattern in patterns for point in pattern.vertices], tolerance)
+    _, centres = distinct_points([_centre(facet) for pattern in patterns for facet in pattern.facets], tolerance)
     corners, middles = iter(numbers), iter(centres)
     faces: list[tuple[int, ...]] = []
     creases: dict[Pair, Crease] = {}
@@ -332,60 +317,6 @@ def overlay(patterns: Sequence[Pattern]) -> Pattern:
     if len(thicknesses) > 1:
         raise PatternError("patterns of different thickness cannot be laid together: give them one")
     return Pattern(vertices, tuple(faces), creases, patterns[0].thickness, tuple(loops))
-
-
-def polygon_mesh(polygons: Sequence[Facet]) -> tuple[tuple[Point, ...], tuple[tuple[int, ...], ...]]:
-    """Find the vertices of polygons, and those of each polygon by number.
-
-    Vertices are numbered in the order in which polygons name them, and are where the first of these has its corner.
-    """
-    vertices, numbers = _distinct([corner for polygon in polygons for corner in polygon], _tolerance(polygons))
-    corners = iter(numbers)
-    return vertices, tuple(tuple(islice(corners, len(polygon))) for polygon in polygons)
-
-
-def _tolerance(polygons: Iterable[Facet]) -> float:
-    """The distance (m) below which points of a pattern are the same."""
-    return SAME_POINT * math.sqrt(min(map(facet_area, polygons)))
-
-
-def _distinct(points: Sequence[Point], tolerance: float) -> tuple[tuple[Point, ...], list[int]]:
-    """Find the points that differ by more than a tolerance in x or y, the first of each, and number all points so."""
-    levels = zip(*(_levels(values, tolerance) for values in np.array(points).T), strict=True)
-    known: dict[tuple[int, ...], int] = {}
-    numbers = [known.setdefault(level, len(known)) for level in levels]
-    first = dict(zip(reversed(numbers), reversed(points), strict=True))
-    return tuple(first[number] for number in range(len(known))), numbers
-
-
-def _levels(values: Reals, tolerance: float) -> list[int]:
-    """Rank numbers; those that follow each other within a tolerance have one rank."""
-    order = np.argsort(values)
-    levels = np.empty(len(values), np.int64)
-    levels[order] = np.cumsum(np.diff(values[order], prepend=values[order[0]]) > tolerance)
-    ranks: list[int] = levels.tolist()
-    return ranks
-
-
-def components(nodes: Iterable[_Node], pairs: Iterable[tuple[_Node, _Node]]) -> list[set[_Node]]:
-    """The connected components of a graph, in the order of their first nodes."""
-    import networkx as nx  # noqa: PLC0415 - most of what imports this module makes no pattern
-
-    graph = nx.Graph()
-    graph.add_nodes_from(nodes)
-    graph.add_edges_from(pairs)
-    return list(nx.connected_components(graph))
-
-
-def sides_of(face: Sequence[int]) -> Iterable[Edge]:
-    """The sides of a polygon that is given by the numbers of its corners."""
-    return zip(face, (*face[1:], face[0]), strict=True)
-
-
-def facet_area(facet: Sequence[Point]) -> float:
-    """Area of a polygon whose corners run counterclockwise."""
-    sides = zip(facet, (*facet[1:], facet[0]), strict=True)
-    return 0.5 * sum(x * to_y - y * to_x for (x, y), (to_x, to_y) in sides)
 
 
 def _centre(facet: Iterable[Point]) -> Point:

@@ -7,7 +7,8 @@ from functools import partial
 
 from hcsearch.drawing import MARGIN, SIDE, by_points, svg, svg_path
 from hcsearch.drawing import Point as Pixel
-from hcsearch.pattern import Pattern, Point
+from hcsearch.mesh import Point
+from hcsearch.pattern import Pattern
 
 PIXELS = 48
 """Screen pixels to the side of a square of a panel's mean area."""

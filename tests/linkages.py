@@ -9,7 +9,8 @@ from hcsearch.assemblies.joining import placements
 from hcsearch.errors import PatternError
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
-from hcsearch.pattern import SAME_POINT, Pattern, overlay
+from hcsearch.mesh import SAME_POINT
+from hcsearch.pattern import Pattern, overlay
 
 
 def linkage_named(name: str) -> Linkage:

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from hcsearch.errors import PatternError
 from hcsearch.folding import foldings
 from hcsearch.linkage import Linkage
-from hcsearch.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pattern, facet_area, overlay
+from hcsearch.mesh import facet_area
+from hcsearch.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pattern, overlay
 from tests.strategies import circuits
 
 

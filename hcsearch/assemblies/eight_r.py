@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from hcsearch.assemblies.assembly import Assembly, Parameters
 from hcsearch.errors import PatternError
 from hcsearch.linkage import Linkage
-from hcsearch.pattern import RIGID, Crease, Face, Facet, Pair, Pattern, Point
+from hcsearch.mesh import Facet, Point
+from hcsearch.pattern import RIGID, Crease, Face, Pair, Pattern
 from hcsearch.typing import Reals
 
 SLIT = (2, 7)

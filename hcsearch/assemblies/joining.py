@@ -8,7 +8,8 @@ from collections.abc import Iterator, Sequence
 from hcsearch.assemblies.clashes import clash
 from hcsearch.errors import PatternError
 from hcsearch.isometries import Isometry
-from hcsearch.pattern import SAME_POINT, Pair, Pattern, Point, overlay
+from hcsearch.mesh import SAME_POINT, Point
+from hcsearch.pattern import Pair, Pattern, overlay
 
 Match = tuple[Pair, Pair]
 """A crease of the pattern that lies still, and the crease of the moving pattern that is laid onto it."""

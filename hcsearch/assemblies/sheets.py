@@ -13,7 +13,8 @@ from typing import Literal
 import numpy as np
 
 from hcsearch.errors import PatternError
-from hcsearch.pattern import MOUNTAIN, RIGID, SAME_POINT, VALLEY, Crease, Facet, Pair, Pattern, overlay
+from hcsearch.mesh import SAME_POINT, Facet
+from hcsearch.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pair, Pattern, overlay
 from hcsearch.typing import Reals
 
 Axis = Literal["x", "y"]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.linkage import Linkage
-from hcsearch.pattern import Facet
+from hcsearch.mesh import Facet
 
 Corner = tuple[float, float, float]
 Row = TypeVar("Row", bound=np.generic)

@@ -13,7 +13,8 @@ from hcsearch.collision.prisms import facet_pairs, prisms_of
 from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.kernels.linkage.reaches import Pairs, pairs_between
 from hcsearch.linkage import Linkage
-from hcsearch.pattern import SAME_POINT, Hinge
+from hcsearch.mesh import SAME_POINT
+from hcsearch.pattern import Hinge
 from hcsearch.typing import Reals
 
 

@@ -16,7 +16,7 @@ from hcsearch.collision.margins import EDGE, margin_of, scale_of
 from hcsearch.deployment.naming import laws_of, numbered
 from hcsearch.dynamics.laws import law_named
 from hcsearch.linkage import Linkage
-from hcsearch.pattern import facet_area
+from hcsearch.mesh import facet_area
 from hcsearch.scenes import DEFAULT, SCENES, Scene, default_panel
 
 SECONDS = 1.0

@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from hcsearch.errors import InputFileError
+from hcsearch.mesh import Facet, facet_area
 from hcsearch.outlines import (
     faces_between,
     joined_faces,
@@ -28,7 +29,7 @@ from hcsearch.own_patterns.fold_frames import pattern_frame
 from hcsearch.own_patterns.fold_values import MOST, FrameValues
 from hcsearch.own_patterns.lines import CrossingError, split_lines
 from hcsearch.own_patterns.places import in_plane, place_text
-from hcsearch.pattern import RIGID, Crease, Face, Facet, Pair, Pattern, facet_area
+from hcsearch.pattern import RIGID, Crease, Face, Pair, Pattern
 from hcsearch.system.reading import read_text
 from hcsearch.typing import Reals
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.pattern import Point
+from hcsearch.mesh import Point
 from hcsearch.typing import Reals, Whole
 
 AT_ONCE = 4_000_000

@@ -17,9 +17,9 @@ import numpy as np
 from hcsearch.errors import PatternError
 from hcsearch.grid import GRIDS, Grid
 from hcsearch.grid.tilings import Point as Place
+from hcsearch.mesh import Facet
 from hcsearch.own_patterns.fold_reading import POINT_ERROR, Drawing
 from hcsearch.own_patterns.places import place_text
-from hcsearch.pattern import Facet
 from hcsearch.typing import Reals
 
 OFF = 10.0 * POINT_ERROR

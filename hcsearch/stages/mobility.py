@@ -21,7 +21,7 @@ from hcsearch.kinematics.generic import TRIES, generic_rank, heading
 from hcsearch.kinematics.rank import decide_rank
 from hcsearch.linkage import Linkage
 from hcsearch.locks.proofs import lock_at
-from hcsearch.pattern import facet_area
+from hcsearch.mesh import facet_area
 from hcsearch.records import NONE, CircuitBatch, FoldingBatch, MobilityBatch, StagedDesigns
 from hcsearch.scenes import FlatPairs, PanelSize, Scene, default_panel
 from hcsearch.stages.stage import Stage

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from hcsearch.assemblies.clashes import clash
 from hcsearch.isometries import Isometry
-from hcsearch.pattern import Crease, Facet, Pattern
+from hcsearch.mesh import Facet
+from hcsearch.pattern import Crease, Pattern
 from hcsearch.typing import Whole
 
 Complex = NDArray[np.complex128]

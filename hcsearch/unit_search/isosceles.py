@@ -16,7 +16,8 @@ from hcsearch.assemblies.assembly import check_base_angle
 from hcsearch.assemblies.packages import flat_overlap
 from hcsearch.errors import PatternError
 from hcsearch.folding import Folding
-from hcsearch.pattern import SAME_POINT, Pattern, polygon_mesh
+from hcsearch.mesh import SAME_POINT, polygon_mesh
+from hcsearch.pattern import Pattern
 from hcsearch.scenes import default_panel
 from hcsearch.unit_search.elements import Element, untwisted
 from hcsearch.unit_search.proofs import closes

@@ -18,7 +18,8 @@ from hcsearch.errors import HcsearchError
 from hcsearch.export.exported import Exported
 from hcsearch.export.settings import Profile, Settings
 from hcsearch.export.sheets.digits import strokes
-from hcsearch.pattern import Crease, Pair, Pattern, Point
+from hcsearch.mesh import Point
+from hcsearch.pattern import Crease, Pair, Pattern
 
 if TYPE_CHECKING:
     from shapely import Polygon

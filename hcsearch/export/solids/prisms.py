@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import chain, pairwise
 from typing import Literal
 
@@ -13,7 +12,8 @@ from hcsearch.equality import ByValue
 from hcsearch.errors import HcsearchError
 from hcsearch.labels import Labels, is_name, ranges
 from hcsearch.linkage import Linkage
-from hcsearch.pattern import Pattern, sides_of
+from hcsearch.mesh import sides_of
+from hcsearch.pattern import Pattern
 from hcsearch.typing import Reals, Whole
 
 Side = Literal["top", "bottom", "side", "valley", "mountain"]
@@ -34,20 +34,17 @@ class Face:
 class Solid(ByValue):
     """A panel: a prism over a polygon that is made of its facets; rigid creases and slits inside it are closed.
 
-    points : (n, 2), corners of its facets, m. facets : as numbers of points. outlines : closed walks of points, the
-    outer one counterclockwise and first, then those of holes, clockwise. sides : what each wall is.
+    points : (n, 2), corners of its facets, m. facets : its facets as numbers of points. outlines : closed walks of
+    points, the outer one counterclockwise and first, then those of holes, clockwise. wall : (m, 2), their edges with
+    the panel on the left, sorted. sides : what each of these is.
     """
 
     points: Reals
     facets: tuple[tuple[int, ...], ...]
     outlines: tuple[tuple[int, ...], ...]
+    wall: Whole
     sides: tuple[Side, ...]
     thickness: float
-
-    @cached_property
-    def wall(self) -> Whole:
-        """The outlines' edges, (m, 2), numbers of points, with the panel on the left; sorted."""
-        return np.array(sorted(side for walk in self.outlines for side in sides_of(walk)))
 
     @property
     def vertices(self) -> Reals:
@@ -95,6 +92,7 @@ def solid_of(pattern: Pattern, panel: int) -> Solid:
         np.array([pattern.vertices[vertex] for vertex in vertices]),
         tuple(tuple(number[vertex] for vertex in face) for face in faces),
         tuple(tuple(number[vertex] for vertex in walk) for walk in outlines),
+        np.array(wall),
         tuple(kinds.get(frozenset((vertices[a], vertices[b])), "side") for a, b in wall),
         pattern.thickness,
     )
