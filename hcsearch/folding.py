@@ -229,7 +229,8 @@ class Folding:
         length, width, thickness = size
         if length != width and circuit.grid.directions != 4:
             raise PatternError(f"panels of the {circuit.grid.name} grid are regular: give the same length and width")
-        facets = tuple(tuple((length * x, width * y) for x, y in circuit.grid.corners(cell)) for cell in circuit.cells)
+        corners, faces = circuit.grid.mesh(circuit.cells)
+        vertices = tuple((length * x, width * y) for x, y in corners)
         creases: dict[Pair, Crease] = {}
         for k, face in enumerate(self.hinge_faces):
             flat = k % (n // 2) == self.crease
@@ -237,7 +238,7 @@ class Folding:
             creases[pair] = Crease(face, closes=not flat) if flat_pairs == "hinged" or not flat else RIGID
         if flat_pairs == "merged":
             creases |= {(min(pair), max(pair)): RIGID for pair in self.mirror_pairs}
-        return Pattern(facets, creases, thickness, of_circuit=True)
+        return Pattern(vertices, tuple(faces), creases, thickness, of_circuit=True)
 
     def linkage(
         self,

@@ -7,22 +7,7 @@ import math
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Sequence
 
-from hcsearch.pattern import Places, Point, facet_area
-
-Edge = tuple[int, int]
-
-
-def same_places(points: Sequence[Point], tolerance: float) -> list[int]:
-    """For each point the first one that is the same, nearer than a tolerance."""
-    places = Places(tolerance)
-    first: list[int] = []
-    representatives = []
-    for k, point in enumerate(points):
-        number = places.number(point)
-        if number == len(first):
-            first.append(k)
-        representatives.append(first[number])
-    return representatives
+from hcsearch.mesh import Edge, Point, components, facet_area, sides_of
 
 
 def without_dead_ends(edges: Iterable[Edge]) -> list[Edge]:
@@ -79,35 +64,27 @@ def joined_faces(faces: Sequence[Sequence[int]], within: Collection[Edge]) -> li
     """Faces with those made one that share an edge of some; edges : the lower point first."""
     if not within:
         return [list(face) for face in faces]
-    group = list(range(len(faces)))
-
-    def root(f: int) -> int:
-        while group[f] != f:
-            f = group[f]
-        return f
-
-    beside: dict[Edge, int] = {}
+    beside: dict[Edge, list[int]] = defaultdict(list)
     for f, face in enumerate(faces):
-        for a, b in _sides(face):
-            edge = (min(a, b), max(a, b))
-            if edge in within and beside.setdefault(edge, f) != f:
-                one, two = sorted((root(f), root(beside[edge])))
-                group[two] = one
-    rings: dict[int, dict[int, list[int]]] = defaultdict(lambda: defaultdict(list))
-    for f, face in enumerate(faces):
-        for a, b in _sides(face):
-            if (min(a, b), max(a, b)) not in within:
-                rings[root(f)][a].append(b)
+        for a, b in sides_of(face):
+            beside[min(a, b), max(a, b)].append(f)
+    shared = ((around[0], f) for edge, around in beside.items() if edge in within for f in around[1:])
     joined = []
-    for f in sorted(rings):
-        after = rings[f]
+    for part in components(range(len(faces)), shared):
+        after: dict[int, list[int]] = defaultdict(list)
+        for f in sorted(part):
+            for a, b in sides_of(faces[f]):
+                if (min(a, b), max(a, b)) not in within:
+                    after[a].append(b)
+        if not after:
+            continue
         here = start = min(after)
         ring = []
         while after.get(here):
             ring.append(here)
             here = after[here].pop()
         # a face with a hole, or that touches itself, is left as it is: it is no panel
-        joined.append(ring if here == start and not any(after.values()) else list(faces[f]))
+        joined.append(ring if here == start and not any(after.values()) else list(faces[min(part)]))
     return joined
 
 
@@ -160,7 +137,3 @@ def without_straight_corners(face: Sequence[int], points: Sequence[Point], same:
             offs[i] = off(i)
             heapq.heappush(waiting, (offs[i], i))
     return [face[k] for k in range(n) if offs[k] >= 0.0]
-
-
-def _sides(face: Sequence[int]) -> Iterable[Edge]:
-    return zip(face, [*face[1:], face[0]], strict=True)

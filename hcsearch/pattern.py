@@ -3,6 +3,9 @@
 A pattern is drawn in the flat state, in metres, seen from above. Its atoms are convex facets that meet edge to edge;
 facets joined by rigid creases are one panel, and every edge that is shared but is no crease is a slit. Designs of the
 search and the assemblies of the thesis are all of this kind, and joining two of them is the union of their facets.
+
+A pattern is stored as an indexed mesh: a table of vertices, and the vertices of each facet by number. Facets that meet
+in a point name the same vertex, so that no reader has to compare coordinates.
 """
 
 from __future__ import annotations
@@ -11,21 +14,29 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain, islice
 from typing import Literal
 
 import numpy as np
 
 from hcsearch.errors import PatternError
 from hcsearch.isometries import Isometry
+from hcsearch.mesh import (
+    Edge,
+    Facet,
+    Point,
+    components,
+    distinct_points,
+    facet_area,
+    outline_of,
+    polygon_mesh,
+    same_distance,
+    sides_of,
+)
 
-Point = tuple[float, float]
-Facet = tuple[Point, ...]
 Face = Literal["top", "bottom"]
 Fold = Literal["mountain", "valley", "flat"]
 Pair = tuple[int, int]
-
-SAME = 1e-7
-"""Points nearer than this share of a facet's size are the same."""
 
 
 @dataclass(frozen=True)
@@ -83,30 +94,50 @@ class Hinge:
 class Pattern:
     """A flat pattern of panels of one thickness; `Folding.pattern` makes that of a folding.
 
-    facets : convex polygons whose corners run counterclockwise, in metres; facets that are joined by rigid creases
-    are one panel.
+    vertices : points in metres, each once.
+    faces : the vertices of each facet by number, counterclockwise; facets are convex, and those that are joined by
+    rigid creases are one panel.
     creases : how pairs of facets (i, j), i < j, that share a whole edge are joined; other shared edges are slits.
     thickness : the thickness of all panels, in metres.
     loops : closed walks over creases, one around each element that an assembly distinguishes; empty for a design.
     of_circuit : whether facets are the panels of a circuit in its order, so that hinges have the numbers of creases.
     """
 
-    facets: tuple[Facet, ...]
+    vertices: tuple[Point, ...]
+    faces: tuple[tuple[int, ...], ...]
     creases: Mapping[Pair, Crease]
     thickness: float
     loops: tuple[tuple[Pair, ...], ...] = field(default=())
     of_circuit: bool = False
 
+    @staticmethod
+    def from_polygons(
+        polygons: Sequence[Facet],
+        creases: Mapping[Pair, Crease],
+        thickness: float,
+        loops: tuple[tuple[Pair, ...], ...] = (),
+    ) -> Pattern:
+        """Make the pattern whose facets are convex polygons, corners counterclockwise, in metres.
+
+        Corners nearer than the share `SAME_POINT` of the smallest facet's size are one vertex.
+        """
+        return Pattern(*polygon_mesh(polygons), creases, thickness, loops)
+
     def __repr__(self) -> str:
         hinges, thickness = len(self.hinges), f"{1e3 * self.thickness:g} mm"
-        return f"<Pattern of {len(self.facets)} facets, {len(self.panels)} panels, {hinges} hinges, {thickness} thick>"
+        return f"<Pattern of {len(self.faces)} facets, {len(self.panels)} panels, {hinges} hinges, {thickness} thick>"
 
     def __hash__(self) -> int:
-        return hash((self.facets, frozenset(self.creases.items()), self.thickness))
+        return hash((self.vertices, self.faces, frozenset(self.creases.items()), self.thickness))
 
     def __post_init__(self) -> None:
         if not self.thickness > 0:
             raise PatternError(f"panels {self.thickness * 1e3:g} mm thick do not exist: give a positive thickness")
+        if set(chain.from_iterable(self.faces)) != set(range(len(self.vertices))):
+            raise PatternError(
+                f"faces name vertices by the numbers 0 to {len(self.vertices) - 1}, each at least once: "
+                "use Pattern.from_polygons for facets that are given by their corners"
+            )
         for pair in self.creases:
             if pair not in self.edges:
                 raise PatternError(
@@ -120,6 +151,11 @@ class Pattern:
                 )
 
     @cached_property
+    def facets(self) -> tuple[Facet, ...]:
+        """The corners of each facet, counterclockwise, in metres."""
+        return tuple(tuple(self.vertices[v] for v in face) for face in self.faces)
+
+    @cached_property
     def size(self) -> float:
         """The side of a square of a panel's mean area, in metres, by which gaps are divided to compare with angles."""
         return math.sqrt(self.area / len(self.panels))
@@ -130,31 +166,38 @@ class Pattern:
         return sum(map(facet_area, self.facets))
 
     @cached_property
-    def _tolerance(self) -> float:
-        return SAME * math.sqrt(min(map(facet_area, self.facets)))
+    def _same_distance(self) -> float:
+        return same_distance(self.facets)
 
     @cached_property
-    def edges(self) -> dict[Pair, tuple[Point, Point]]:
-        """Edges shared by two facets (i, j), i < j, from start to end with facet i on the left."""
-        corners = Places(self._tolerance)
-        sides: dict[tuple[int, int], tuple[int, Point, Point]] = {}
-        shared = {}
-        for number, facet in enumerate(self.facets):
-            for a, b in zip(facet, (*facet[1:], facet[0]), strict=True):
-                ends = corners.number(a), corners.number(b)
-                if ends in sides:
-                    raise PatternError(f"facets {sides[ends][0]} and {number} overlap: they lie on one side of an edge")
-                sides[ends] = (number, a, b)
-        for (a_key, b_key), (number, a, b) in sides.items():
-            other = sides.get((b_key, a_key))
-            if other is not None and number < other[0]:
-                shared[number, other[0]] = (a, b)
-        return shared
+    def edges(self) -> dict[Pair, Edge]:
+        """Edges shared by two facets (i, j), i < j: their vertices from start to end with facet i on the left."""
+        left: dict[Edge, int] = {}
+        for number, face in enumerate(self.faces):
+            for side in sides_of(face):
+                if side in left:
+                    raise PatternError(f"facets {left[side]} and {number} overlap: they lie on one side of an edge")
+                left[side] = number
+        beside = ((first, left.get((end, start), -1), (start, end)) for (start, end), first in left.items())
+        return {(first, second): edge for first, second, edge in beside if first < second}
+
+    def segment(self, pair: Pair) -> tuple[Point, Point]:
+        """The edge shared by two facets, from start to end with the first facet on the left; in metres."""
+        start, end = self.edges[pair]
+        return self.vertices[start], self.vertices[end]
+
+    @cached_property
+    def outlines(self) -> tuple[tuple[tuple[int, ...], ...], ...]:
+        """The boundary of each panel as closed walks of vertices with the panel on the left.
+
+        The outer walk comes first, counterclockwise; walks around holes are clockwise. Slits inside a panel are closed.
+        """
+        return tuple(outline_of([self.faces[facet] for facet in panel], self.vertices) for panel in self.panels)
 
     @cached_property
     def panel_of(self) -> tuple[int, ...]:
         """The panel to which each facet belongs."""
-        of = [0] * len(self.facets)
+        of = [0] * len(self.faces)
         for number, panel in enumerate(self.panels):
             for facet in panel:
                 of[facet] = number
@@ -163,12 +206,8 @@ class Pattern:
     @cached_property
     def panels(self) -> tuple[tuple[int, ...], ...]:
         """The facets of each panel; panels are in the order of their first facets."""
-        import networkx as nx  # noqa: PLC0415 - most of what imports this module makes no pattern
-
-        graph = nx.Graph()
-        graph.add_nodes_from(range(len(self.facets)))
-        graph.add_edges_from(pair for pair, crease in self.creases.items() if crease.face is None)
-        return tuple(sorted(tuple(sorted(part)) for part in nx.connected_components(graph)))
+        rigid = (pair for pair, crease in self.creases.items() if crease.face is None)
+        return tuple(tuple(sorted(part)) for part in components(range(len(self.faces)), rigid))
 
     @cached_property
     def hinges(self) -> tuple[Hinge, ...]:
@@ -187,7 +226,7 @@ class Pattern:
                 continue
             known = between.setdefault((hinge.first, hinge.second), [])
             for k in known:
-                if _one_line(hinges[k], hinge, self._tolerance):
+                if _one_line(hinges[k], hinge, self._same_distance):
                     hinges[k] = _spanning(hinges[k], hinge)
                     number[pair] = k
                     break
@@ -202,7 +241,7 @@ class Pattern:
         if crease.face is None:
             return None
         first, second = self.panel_of[pair[0]], self.panel_of[pair[1]]
-        start, end = self.edges[pair]
+        start, end = self.segment(pair)
         if first > second:
             first, second, start, end = second, first, end, start
         return Hinge(first, second, crease.face, start, end, crease.closes)
@@ -222,10 +261,12 @@ class Pattern:
 
     def placed(self, isometry: Isometry) -> Pattern:
         """The image of the pattern under an isometry (m); a reflection turns the sheet over and exchanges its faces."""
-        over = isometry.reflects
-        facets = tuple(tuple(map(isometry.image, facet if not over else reversed(facet))) for facet in self.facets)
-        creases = {pair: crease.inverted if over else crease for pair, crease in self.creases.items()}
-        return replace(self, facets=facets, creases=creases)
+        vertices = tuple(map(isometry.image, self.vertices))
+        if not isometry.reflects:
+            return replace(self, vertices=vertices)
+        faces = tuple(face[::-1] for face in self.faces)
+        creases = {pair: crease.inverted for pair, crease in self.creases.items()}
+        return replace(self, vertices=vertices, faces=faces, creases=creases)
 
     def moved(self, turn: float = 0.0, shift: Point = (0.0, 0.0), *, over: bool = False) -> Pattern:
         """The pattern turned about the origin by an angle (rad) and shifted (m).
@@ -246,17 +287,21 @@ def overlay(patterns: Sequence[Pattern]) -> Pattern:
     faces, where a hinge of one pattern runs through a panel of another, or where two facets lie on one side of an
     edge; facets that overlap without sharing an edge are for the caller to exclude.
     """
-    tolerance = min(pattern._tolerance for pattern in patterns)
-    centres = Places(tolerance)
-    facets: list[Facet] = []
+    tolerance = min(pattern._same_distance for pattern in patterns)
+    vertices, numbers = distinct_points([point for pattern in patterns for point in pattern.vertices], tolerance)
+    _, centres = distinct_points([_centre(facet) for pattern in patterns for facet in pattern.facets], tolerance)
+    corners, middles = iter(numbers), iter(centres)
+    faces: list[tuple[int, ...]] = []
     creases: dict[Pair, Crease] = {}
     loops: list[tuple[Pair, ...]] = []
     for pattern in patterns:
-        number = [centres.number(_centre(facet)) for facet in pattern.facets]
-        for facet, k in zip(pattern.facets, number, strict=True):
-            if k == len(facets):
-                facets.append(facet)
-            elif not _same(facet, facets[k], tolerance):
+        vertex = list(islice(corners, len(pattern.vertices)))
+        number = list(islice(middles, len(pattern.faces)))
+        for face, k in zip(pattern.faces, number, strict=True):
+            own = tuple(vertex[v] for v in face)
+            if k == len(faces):
+                faces.append(own)
+            elif set(own) != set(faces[k]):
                 raise PatternError(f"a facet laid onto facet {k} has another outline: facets coincide, or lie apart")
         for (i, j), crease in pattern.creases.items():
             pair = (min(number[i], number[j]), max(number[i], number[j]))
@@ -271,50 +316,12 @@ def overlay(patterns: Sequence[Pattern]) -> Pattern:
     thicknesses = {pattern.thickness for pattern in patterns}
     if len(thicknesses) > 1:
         raise PatternError("patterns of different thickness cannot be laid together: give them one")
-    return Pattern(tuple(facets), creases, patterns[0].thickness, tuple(loops))
-
-
-_SHARE, _REACH = 0.25, 0.26
-"""The tolerance as a share of the cells that points are looked up in, and how far a point looks, rounding included."""
-
-
-class Places:
-    """Numbers of points of the plane, the same for points nearer than a tolerance."""
-
-    def __init__(self, tolerance: float) -> None:
-        self._step = tolerance / _SHARE
-        self._near = tolerance
-        self._known: dict[tuple[int, int], list[tuple[Point, int]]] = {}
-        self._count = 0
-
-    def number(self, point: Point) -> int:
-        """The number of a point: that of the first one that is the same."""
-        x, y = point[0] / self._step, point[1] / self._step
-        rows = range(math.floor(y - _REACH), math.floor(y + _REACH) + 1)
-        for i in range(math.floor(x - _REACH), math.floor(x + _REACH) + 1):
-            for j in rows:
-                for other, number in self._known.get((i, j), ()):
-                    if math.dist(point, other) < self._near:
-                        return number
-        self._known.setdefault((math.floor(x), math.floor(y)), []).append((point, self._count))
-        self._count += 1
-        return self._count - 1
-
-
-def facet_area(facet: Sequence[Point]) -> float:
-    """Area of a polygon whose corners run counterclockwise."""
-    sides = zip(facet, (*facet[1:], facet[0]), strict=True)
-    return 0.5 * sum(x * to_y - y * to_x for (x, y), (to_x, to_y) in sides)
+    return Pattern(vertices, tuple(faces), creases, patterns[0].thickness, tuple(loops))
 
 
 def _centre(facet: Iterable[Point]) -> Point:
     x, y = np.mean(list(facet), axis=0)
     return (float(x), float(y))
-
-
-def _same(one: Facet, two: Facet, tolerance: float) -> bool:
-    """Whether two facets have the same corners."""
-    return len(one) == len(two) and all(min(math.dist(p, q) for q in two) < 4 * tolerance for p in one)
 
 
 def _one_line(one: Hinge, two: Hinge, tolerance: float) -> bool:

@@ -5,10 +5,11 @@ import math
 import numpy as np
 
 from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.assemblies.joining import SAME, placements
+from hcsearch.assemblies.joining import placements
 from hcsearch.errors import PatternError
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
+from hcsearch.mesh import SAME_POINT
 from hcsearch.pattern import Pattern, overlay
 
 
@@ -29,13 +30,13 @@ def congruent(one: Pattern, two: Pattern) -> bool:
     if sizes[0] != sizes[1]:
         return False
     of = next(iter(two.creases))
-    tolerance = SAME * one.size
-    corners = np.array([point for facet in one.facets for point in facet])
+    tolerance = SAME_POINT * one.size
+    corners = np.array(one.vertices)
     for on in one.creases:
-        if abs(math.dist(*one.edges[on]) - math.dist(*two.edges[of])) > tolerance:
+        if abs(math.dist(*one.segment(on)) - math.dist(*two.segment(of))) > tolerance:
             continue
         for placement in placements(one, two, [(on, of)]):
-            images = np.array([placement.image(point) for facet in two.facets for point in facet])
+            images = np.array([placement.image(point) for point in two.vertices])
             if np.linalg.norm(corners[:, None] - images, axis=2).min(axis=0).max() > tolerance:
                 continue
             try:

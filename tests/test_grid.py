@@ -1,5 +1,6 @@
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 
@@ -32,6 +33,23 @@ def test_steps_lie_at_equal_angles_and_corners_surround_the_cell(grid):
         assert math.dist(a, b) == pytest.approx(1)
         middle = grid.position(tuple(v / 2 for v in grid.edge(grid.point(cell), to)))
         assert ((a[0] + b[0]) / 2, (a[1] + b[1]) / 2) == pytest.approx(middle), d
+
+
+@given(arrays())
+def test_corners_are_one_in_whole_numbers_where_they_lie_in_one_place(array):
+    grid = array.grid
+    keys = [key for cell in array.cells for key in grid.lattice_corners(cell)]
+    points = np.array([corner for cell in array.cells for corner in grid.corners(cell)])
+    near = np.linalg.norm(points[:, None] - points, axis=2) < 0.1
+    assert near.tolist() == [[one == other for other in keys] for one in keys]
+
+
+@given(arrays())
+def test_a_mesh_of_cells_has_the_corners_of_each_and_no_vertex_twice(array):
+    vertices, faces = array.grid.mesh(array.cells)
+    assert [[vertices[v] for v in face] for face in faces] == [array.grid.corners(cell) for cell in array.cells]
+    assert len(set(vertices)) == len(vertices)
+    assert list(dict.fromkeys(v for face in faces for v in face)) == list(range(len(vertices)))
 
 
 @given(arrays())

@@ -104,7 +104,7 @@ def test_names_that_there_are_not_list_those_that_there_are():
             labels.hinge(name)
     with pytest.raises(HcsearchError, match=r"^there is no panel 0\+3: the panels are 0, 1\+2, 3, 4\+5$"):
         labels.panel("0+3")
-    alone = Linkage(Pattern((((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)),), {}, 0.1))
+    alone = Linkage(Pattern.from_polygons((((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)),), {}, 0.1))
     with pytest.raises(HcsearchError, match="there is no hinge 0: there are no hinges"):
         labels_of(alone).hinge("0")
 

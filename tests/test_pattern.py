@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from hcsearch.errors import PatternError
 from hcsearch.folding import foldings
 from hcsearch.linkage import Linkage
+from hcsearch.mesh import facet_area
 from hcsearch.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pattern, overlay
 from tests.strategies import circuits
 
@@ -28,7 +29,7 @@ DIAMOND = ((0.5, 0.0), (1.0, 0.5), (0.5, 1.0), (0.0, 0.5))
 
 def row(n, creases, thickness=0.1):
     """Squares side by side, joined in turn."""
-    return Pattern(
+    return Pattern.from_polygons(
         tuple(square(float(k), 0.0) for k in range(n)), {(k, k + 1): c for k, c in enumerate(creases)}, thickness
     )
 
@@ -46,7 +47,7 @@ def test_rigid_creases_make_panels():
 
 def test_creases_between_two_panels_on_one_line_are_one_hinge():
     facets = (*(square(float(x), 0.0) for x in range(2)), *(square(float(x), 1.0) for x in range(2)))
-    pattern = Pattern(facets, {(0, 1): RIGID, (2, 3): RIGID, (0, 2): VALLEY, (1, 3): VALLEY}, 0.1)
+    pattern = Pattern.from_polygons(facets, {(0, 1): RIGID, (2, 3): RIGID, (0, 2): VALLEY, (1, 3): VALLEY}, 0.1)
     (hinge,) = pattern.hinges
     assert math.dist(hinge.start, hinge.end) == pytest.approx(2.0)
     assert pattern.hinge_of((0, 2)) == pattern.hinge_of((3, 1)) == 0
@@ -68,13 +69,13 @@ def test_the_first_panel_of_a_hinge_lies_on_its_left():
     [
         (lambda: row(2, [VALLEY], thickness=0.0), "positive thickness"),
         (
-            lambda: Pattern((square(0.0, 0.0), square(5.0, 0.0)), {(0, 1): VALLEY}, 0.1),
+            lambda: Pattern.from_polygons((square(0.0, 0.0), square(5.0, 0.0)), {(0, 1): VALLEY}, 0.1),
             "neighbours, given in rising order",
         ),
         (lambda: overlay([row(2, [VALLEY]), row(2, [MOUNTAIN])]), "different ways"),
         (lambda: overlay([row(2, [VALLEY]), row(2, [VALLEY], thickness=0.2)]), "one"),
-        (lambda: overlay([row(1, []), Pattern((DIAMOND,), {}, 0.1)]), "coincide, or lie apart"),
-        (lambda: Pattern((square(0.0, 0.0), square(0.0, 0.0)), {}, 0.1).edges, "overlap"),
+        (lambda: overlay([row(1, []), Pattern.from_polygons((DIAMOND,), {}, 0.1)]), "coincide, or lie apart"),
+        (lambda: Pattern.from_polygons((square(0.0, 0.0), square(0.0, 0.0)), {}, 0.1).edges, "overlap"),
     ],
 )
 def test_what_cannot_be_made_is_one_line_with_a_remedy(make, remedy):
@@ -83,11 +84,64 @@ def test_what_cannot_be_made_is_one_line_with_a_remedy(make, remedy):
     assert "\n" not in str(caught.value)
 
 
+def test_corners_that_differ_by_rounding_are_one_vertex():
+    third = 1 / 3
+    pattern = Pattern.from_polygons(
+        (square(0.0, 0.0, third), square(third + 1e-12, -1e-12, third)), {(0, 1): VALLEY}, 0.1
+    )
+    assert len(pattern.vertices) == 6
+    assert pattern.faces == ((0, 1, 2, 3), (1, 4, 5, 2))
+    assert pattern.edges == {(0, 1): (1, 2)}
+    assert pattern.segment((0, 1)) == ((third, 0.0), (third, third))
+    apart = (square(0.0, 0.0, third), square(third + 1e-6, 0.0, third))
+    assert len(Pattern.from_polygons(apart, {}, 0.1).vertices) == 8
+
+
+@pytest.mark.parametrize("faces", [((0, 1, 2), (1, 3, 2)), ((0, 1, 5),), ((0, 1, 3),)])
+def test_faces_name_every_vertex_and_no_other(faces):
+    vertices = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0))
+    if len(faces) == 2:
+        assert Pattern(vertices, faces, {(0, 1): VALLEY}, 0.1).facets[1] == ((1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
+    else:
+        with pytest.raises(PatternError, match="numbers 0 to 3"):
+            Pattern(vertices, faces, {}, 0.1)
+
+
+def test_the_outline_of_a_panel_leaves_out_what_lies_between_its_facets():
+    ring = ((0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+    creases = {(k, k + 1): RIGID for k in range(7)}  # the slit between the first and the last is closed, too
+    pattern = Pattern.from_polygons([square(float(x), float(y)) for x, y in (*ring, (3, 0))], creases, 0.1)
+    (outer, hole), (alone,) = pattern.outlines
+    assert [len(outer), len(hole), len(alone)] == [12, 4, 4]
+    assert [_area(pattern, walk) for walk in (outer, hole, alone)] == pytest.approx([9.0, -1.0, 1.0])
+
+
+@given(st.data())
+def test_outlines_enclose_the_area_of_their_panels(data):
+    circuit = data.draw(circuits(even=True).filter(foldings))
+    pattern = data.draw(st.sampled_from(foldings(circuit))).pattern(size(circuit.grid), merged=data.draw(st.booleans()))
+    for panel, outline in zip(pattern.panels, pattern.outlines, strict=True):
+        area = pattern.area * len(panel) / circuit.n
+        assert sum(_area(pattern, walk) for walk in outline) == pytest.approx(area)
+
+
+def _area(pattern, walk):
+    return facet_area([pattern.vertices[v] for v in walk])
+
+
+@given(st.data())
+def test_a_folding_has_the_vertices_that_its_corners_have(data):
+    circuit = data.draw(circuits(even=True).filter(foldings))
+    pattern = foldings(circuit)[0].pattern(size(circuit.grid))
+    found = Pattern.from_polygons(pattern.facets, pattern.creases, pattern.thickness)
+    assert (found.vertices, found.faces) == (pattern.vertices, pattern.faces)
+
+
 def test_a_hinge_within_a_panel_is_refused():
     facets = (square(0.0, 0.0), square(1.0, 0.0), square(1.0, 1.0), square(0.0, 1.0))
     rigid = {(0, 1): RIGID, (1, 2): RIGID, (2, 3): RIGID}
     with pytest.raises(PatternError, match="one panel"):
-        Pattern(facets, {**rigid, (0, 3): VALLEY}, 0.1)
+        Pattern.from_polygons(facets, {**rigid, (0, 3): VALLEY}, 0.1)
 
 
 def test_laying_a_pattern_onto_itself_changes_nothing():

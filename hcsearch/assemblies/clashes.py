@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hcsearch.pattern import Facet
+from hcsearch.mesh import Facet
 from hcsearch.typing import Reals
 
 

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from hcsearch.assemblies.assembly import Assembly, Parameters
 from hcsearch.errors import PatternError
 from hcsearch.linkage import Linkage
-from hcsearch.pattern import RIGID, Crease, Face, Facet, Pair, Pattern, Point
+from hcsearch.mesh import Facet, Point
+from hcsearch.pattern import RIGID, Crease, Face, Pair, Pattern
 from hcsearch.typing import Reals
 
 SLIT = (2, 7)
@@ -39,14 +40,14 @@ def ten_triangles(parameters: Parameters) -> Pattern:
     joints = [(pair, Crease(face)) for pair, face in zip(_JOINTS, _FACES, strict=True)]
     flat = [(pair, Crease(face, closes=False)) for pair, face in _FLAT]
     ring = [*(pair for pair, _ in joints[1:4]), (3, 4), *_JOINTS[4:], (8, 9), (0, 9)]
-    return Pattern(_triangles(parameters), dict(joints + flat), parameters.thickness, (tuple(ring),))
+    return Pattern.from_polygons(_triangles(parameters), dict(joints + flat), parameters.thickness, (tuple(ring),))
 
 
 def eight_r(parameters: Parameters) -> Pattern:
     """The 8R element: the creases in the two outer layers are rigid (thesis Fig. 5.1b). Its loop is joints 1 to 8."""
     creases = {pair: Crease(face) for pair, face in zip(_JOINTS, _FACES, strict=True)}
     creases |= {pair: RIGID for pair, _ in _FLAT}
-    return Pattern(_triangles(parameters), creases, parameters.thickness, (_JOINTS,))
+    return Pattern.from_polygons(_triangles(parameters), creases, parameters.thickness, (_JOINTS,))
 
 
 def _triangles(parameters: Parameters) -> tuple[Facet, ...]:

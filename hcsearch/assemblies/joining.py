@@ -8,10 +8,8 @@ from collections.abc import Iterator, Sequence
 from hcsearch.assemblies.clashes import clash
 from hcsearch.errors import PatternError
 from hcsearch.isometries import Isometry
-from hcsearch.pattern import Pair, Pattern, Point, overlay
-
-SAME = 1e-7
-"""Points nearer than this share of a panel's size are the same, overlaps narrower than it are none."""
+from hcsearch.mesh import SAME_POINT, Point
+from hcsearch.pattern import Pair, Pattern, overlay
 
 Match = tuple[Pair, Pair]
 """A crease of the pattern that lies still, and the crease of the moving pattern that is laid onto it."""
@@ -27,8 +25,8 @@ def placements(still: Pattern, moving: Pattern, matches: Sequence[Match]) -> lis
     (on, of), *_ = matches
     chosen = []
     for over in (False, True):
-        for ends in (moving.edges[of], moving.edges[of][::-1]):
-            placement = Isometry.carrying(_ends(ends), _ends(still.edges[on]), reflects=over)
+        for ends in (moving.segment(of), moving.segment(of)[::-1]):
+            placement = Isometry.carrying(_ends(ends), _ends(still.segment(on)), reflects=over)
             if all(_coincide(still, moving, placement, match) for match in matches):
                 chosen.append(placement)
     return chosen
@@ -53,7 +51,7 @@ def neighbours(still: Pattern, moving: Pattern) -> Iterator[tuple[Isometry, list
     ways: list[tuple[Isometry, list[Match]]] = []
     for match in _hinge_pairs(still, moving):
         for placement in placements(still, moving, [match]):
-            known = next((merged for other, merged in ways if _same(placement, other, still.edges[match[0]])), None)
+            known = next((merged for other, merged in ways if _same(placement, other, still.segment(match[0]))), None)
             if known is None:
                 ways.append((placement, [match]))
             else:
@@ -66,11 +64,11 @@ def neighbours(still: Pattern, moving: Pattern) -> Iterator[tuple[Isometry, list
 
 def _union(still: Pattern, moving: Pattern, placement: Isometry) -> Pattern | None:
     """The union with a pattern that is laid somewhere; None where they disagree, or it adds nothing."""
-    moved = [tuple(map(placement.image, facet)) for facet in moving.facets]
-    if clash(still.facets, moved, SAME * still.size):
+    moved = moving.placed(placement)
+    if clash(still.facets, moved.facets, SAME_POINT * still.size):
         return None
     try:
-        union = overlay([still, moving.placed(placement)])
+        union = overlay([still, moved])
     except PatternError:
         return None
     return union if len(union.facets) > len(still.facets) else None
@@ -94,18 +92,18 @@ def _coincide(still: Pattern, moving: Pattern, placement: Isometry, match: Match
     crease = moving.creases[of]
     if still.creases[on] != (crease.inverted if placement.reflects else crease):
         return False
-    a, b = still.edges[on]
-    c, d = map(placement.image, moving.edges[of])
+    a, b = still.segment(on)
+    c, d = map(placement.image, moving.segment(of))
     apart = min(max(math.dist(a, c), math.dist(b, d)), max(math.dist(a, d), math.dist(b, c)))
-    return apart < SAME * still.size
+    return apart < SAME_POINT * still.size
 
 
 def _hinge_pairs(still: Pattern, moving: Pattern) -> Iterator[Match]:
     """Every hinged crease of one pattern with every one of another that is as long."""
     for on, crease in still.creases.items():
-        length = math.dist(*still.edges[on])
+        length = math.dist(*still.segment(on))
         for of, other in moving.creases.items():
             if crease.face is None or other.face is None or crease.closes != other.closes:
                 continue
-            if abs(length - math.dist(*moving.edges[of])) < SAME * still.size:
+            if abs(length - math.dist(*moving.segment(of))) < SAME_POINT * still.size:
                 yield on, of

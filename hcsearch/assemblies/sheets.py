@@ -13,14 +13,12 @@ from typing import Literal
 import numpy as np
 
 from hcsearch.errors import PatternError
-from hcsearch.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Facet, Pair, Pattern, overlay
+from hcsearch.mesh import SAME_POINT, Facet
+from hcsearch.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pair, Pattern, overlay
 from hcsearch.typing import Reals
 
 Axis = Literal["x", "y"]
 Lines = tuple[Collection[int], Collection[int]]
-
-SAME = 1e-6
-"""Points nearer to a line than this share of a panel's size lie on it."""
 
 _CORNERS: tuple[tuple[float, float], ...] = ((0, 0), (1, 0), (1, 1), (0, 1))
 _SW, _SE, _NE, _NW = _CORNERS
@@ -51,9 +49,10 @@ def sheet(rows: Sequence[str], side: float, thickness: float, lines: Lines | Non
         for i, letter in enumerate(row):
             for facet in CELLS[letter]:
                 facets.append(tuple((side * (i + x), side * (j + y)) for x, y in facet))
-    pattern = Pattern(tuple(facets), {}, thickness)
+    pattern = Pattern.from_polygons(facets, {}, thickness)
     creases: dict[Pair, Crease] = {}
-    for pair, ((ax, ay), (bx, by)) in pattern.edges.items():
+    for pair in pattern.edges:
+        (ax, ay), (bx, by) = pattern.segment(pair)
         if _oblique(bx - ax, by - ay, side):
             creases[pair] = VALLEY
         else:
@@ -80,14 +79,14 @@ def joined(pattern: Pattern, axis: Axis, at: float, hinge: Crease | None = None)
         their relative rotation is unnecessary between mirror images (thesis 6.2.1).
     """
     k = 0 if axis == "x" else 1
-    near = SAME * pattern.size
+    near = SAME_POINT * pattern.size
     creases: dict[Pair, Crease] = {}
-    for pair, ends in pattern.edges.items():
-        if pair in pattern.creases or any(abs(end[k] - at) > near for end in ends):
+    for pair in pattern.edges:
+        if pair in pattern.creases or any(abs(end[k] - at) > near for end in pattern.segment(pair)):
             continue
         if hinge is None:
             creases[pair] = RIGID
-        elif all(len(pattern.facets[facet]) == len(_CORNERS) for facet in pair):
+        elif all(len(pattern.faces[facet]) == len(_CORNERS) for facet in pair):
             creases[pair] = hinge
     return pattern.with_creases(creases)
 
@@ -111,4 +110,4 @@ def folded_to(pattern: Pattern, grid: float) -> Reals:
 
 
 def _oblique(dx: float, dy: float, size: float) -> bool:
-    return min(abs(dx), abs(dy)) > SAME * size
+    return min(abs(dx), abs(dy)) > SAME_POINT * size

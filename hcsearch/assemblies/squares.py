@@ -39,8 +39,8 @@ def thesis_4x4(parameters: Parameters) -> Pattern:
     of = pattern.panel_of
     between = {frozenset((of[i], of[j])): (i, j) for (i, j), crease in pattern.creases.items() if crease.face}
     loop = tuple(between[frozenset(panels)] for panels in zip(RING, (*RING[1:], RING[0]), strict=True))
-    left = min(x for facet in pattern.facets for x, _ in facet)
-    low = min(y for facet in pattern.facets for _, y in facet)
+    left = min(x for x, _ in pattern.vertices)
+    low = min(y for _, y in pattern.vertices)
     return replace(pattern, loops=(loop,)).moved(shift=(-left, -low))
 
 
@@ -51,8 +51,8 @@ def _renumbered(pattern: Pattern, order: Sequence[int]) -> Pattern:
     for (i, j), crease in pattern.creases.items():
         creases[min(number[i], number[j]), max(number[i], number[j])] = crease
     ordered = sorted(creases, key=lambda pair: (pair[1], -pair[0]))
-    facets = tuple(pattern.facets[facet] for facet in order)
-    return Pattern(facets, {pair: creases[pair] for pair in ordered}, pattern.thickness)
+    faces = tuple(pattern.faces[facet] for facet in order)
+    return Pattern(pattern.vertices, faces, {pair: creases[pair] for pair in ordered}, pattern.thickness)
 
 
 def element_6r(parameters: Parameters) -> Pattern:
@@ -67,7 +67,7 @@ def element_6r(parameters: Parameters) -> Pattern:
     facets = tuple(tuple((length * (i + x), width * (j + y)) for x, y in corners) for i, j in cells)
     faces = (VALLEY, MOUNTAIN, VALLEY, VALLEY, MOUNTAIN, VALLEY)
     creases = dict(zip(JOINTS, faces, strict=True)) | {(0, 1): RIGID, (4, 5): RIGID}
-    return Pattern(facets, creases, parameters.thickness, (JOINTS,))
+    return Pattern.from_polygons(facets, creases, parameters.thickness, (JOINTS,))
 
 
 def array_6r(parameters: Parameters) -> Pattern:

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.linkage import Linkage
-from hcsearch.pattern import Facet
+from hcsearch.mesh import Facet
 
 Corner = tuple[float, float, float]
 Row = TypeVar("Row", bound=np.generic)
 
-SAME = 1e-9
+PARALLEL = 1e-9
 """Sine of the angle between directions that count as one."""
 FACETS = 4096
 """Facets whose sides and insets are kept: arrays of one size share their cells."""
@@ -97,7 +97,7 @@ def _classes(facet: Facet) -> tuple[tuple[float, float], ...]:
     for (x, y), (to_x, to_y) in zip(facet, (*facet[1:], facet[0]), strict=True):
         long = math.hypot(to_x - x, to_y - y)
         u, v = (to_x - x) / long, (to_y - y) / long
-        if all(abs(u * b - v * a) > SAME for a, b in directions):
+        if all(abs(u * b - v * a) > PARALLEL for a, b in directions):
             directions.append((u, v))
     return tuple(directions)
 

@@ -13,7 +13,8 @@ from hcsearch.collision.prisms import facet_pairs, prisms_of
 from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.kernels.linkage.reaches import Pairs, pairs_between
 from hcsearch.linkage import Linkage
-from hcsearch.pattern import SAME, Hinge
+from hcsearch.mesh import SAME_POINT
+from hcsearch.pattern import Hinge
 from hcsearch.typing import Reals
 
 
@@ -53,7 +54,7 @@ def kept_apart(linkage: Linkage) -> frozenset[tuple[int, int]]:
     reach across the line are not among them.
     """
     pattern, pairs = linkage.pattern, set()
-    same = SAME * pattern.size
+    same = SAME_POINT * pattern.size
 
     def beside(panel: int, hinge: Hinge) -> Reals:
         """How far to the left of a hinge's line the corners of a panel are."""

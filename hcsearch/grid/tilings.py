@@ -9,7 +9,7 @@ in the even directions, one pointing down in the odd ones.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -131,9 +131,38 @@ class Grid:
 
     def corners(self, cell: Cell) -> list[tuple[float, float]]:
         """The corners of a panel of side 1, counterclockwise; the edge to neighbour i begins at corner i."""
-        point = self.point(cell)
-        cx, cy = self.position(point)
-        return [(cx + x, cy + y) for x, y in self.corners_from_centre([d for d, _ in self.neighbours(point)])]
+        return list(map(self._corner_position, self.lattice_corners(cell)))
+
+    def lattice_corners(self, cell: Cell) -> list[Point]:
+        """The corners of a cell in exact integers, in the order of `corners`; cells that meet in a corner share it.
+
+        Lattice points are multiplied by 2 for squares and by 3 for hexagons, whose corners lie between them.
+        """
+        x, y = self.point(cell)
+        faces = [d for d, _ in self.neighbours((x, y))]
+        sides = [(self.steps[before], self.steps[d]) for before, d in zip((faces[-1], *faces), faces, strict=False)]
+        fine = self._fineness
+        return [(fine * x + ax + bx, fine * y + ay + by) for (ax, ay), (bx, by) in sides]
+
+    @property
+    def _fineness(self) -> int:
+        """By what lattice points are multiplied where corners are whole numbers, too; triangles have thirds already."""
+        return 1 if self.is_triangle else self.directions // 2
+
+    def _corner_position(self, corner: Point) -> tuple[float, float]:
+        fine = self._fineness
+        return self.position((corner[0] / fine, corner[1] / fine))
+
+    def mesh(self, cells: Iterable[Cell]) -> tuple[list[tuple[float, float]], list[tuple[int, ...]]]:
+        """Vertices of panels of side 1 in their cells, and the vertices of each panel by number, counterclockwise.
+
+        Vertices are numbered in the order in which cells name them.
+        """
+        numbers: dict[Point, int] = {}
+        faces = [
+            tuple(numbers.setdefault(corner, len(numbers)) for corner in self.lattice_corners(cell)) for cell in cells
+        ]
+        return list(map(self._corner_position, numbers)), faces
 
     def corners_from_centre(self, faces: Sequence[int]) -> list[tuple[float, float]]:
         """The corners of a panel of side 1 about its centre, for a panel with neighbours in these directions."""

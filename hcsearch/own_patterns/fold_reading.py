@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from hcsearch.errors import InputFileError
+from hcsearch.mesh import Facet, facet_area
 from hcsearch.outlines import (
     faces_between,
     joined_faces,
@@ -28,16 +29,16 @@ from hcsearch.own_patterns.fold_frames import pattern_frame
 from hcsearch.own_patterns.fold_values import MOST, FrameValues
 from hcsearch.own_patterns.lines import CrossingError, split_lines
 from hcsearch.own_patterns.places import in_plane, place_text
-from hcsearch.pattern import RIGID, Crease, Face, Facet, Pair, Pattern, facet_area
+from hcsearch.pattern import RIGID, Crease, Face, Pair, Pattern
 from hcsearch.system.reading import read_text
 from hcsearch.typing import Reals
 
 MOST_BYTES = 32 * 2**20
-SAME = 1e-3
+POINT_ERROR = 1e-3
 """Share of a side that points may be off, in both directions of the plane and square to it, as drawings are rounded."""
-NEAR = 3.0 * SAME
+NEAR = 3.0 * POINT_ERROR
 """Two points that are off by so much are nearer to each other than this share of a side."""
-STRAIGHT = 5.0 * SAME
+STRAIGHT = 5.0 * POINT_ERROR
 """How far a point in the middle of a side may be off it, over the root of a panel's area."""
 TOLERANCES = (NEAR, 3.0 * NEAR, 10.0 * NEAR)
 """Shares of a typical edge within which points are one: a greater one where all lines meet with it alone."""
@@ -115,7 +116,7 @@ def pattern_of(drawing: Drawing, thickness: float | None = None) -> Pattern:
         else:
             creases[pair] = Crease("top" if join.assignment == "V" else "bottom")
     facets = tuple(tuple((unit * x, unit * y) for x, y in facet) for facet in drawing.facets)
-    return Pattern(facets, creases, thickness, drawing.loops)
+    return Pattern.from_polygons(facets, creases, thickness, drawing.loops)
 
 
 class _Reader:
@@ -253,7 +254,7 @@ class _Reading:
             self.faces[f] = face
             corners = tuple(self.points[v] for v in without_straight_corners(face, self.points, STRAIGHT))
             whole = 2 < len(corners) == len(set(corners))
-            if not whole or not facet_area(corners) > SAME * math.dist(corners[0], corners[1]) ** 2:
+            if not whole or not facet_area(corners) > POINT_ERROR * math.dist(corners[0], corners[1]) ** 2:
                 raise self.values.wrong(f"face {f} at {self._at(face[0])} is no polygon, or a sliver")
             facets.append(corners)
             for side in _sides(face):

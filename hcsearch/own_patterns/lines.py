@@ -7,16 +7,21 @@ crosses.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.pattern import Places, Point
+from hcsearch.mesh import Point
 from hcsearch.typing import Reals, Whole
 
 AT_ONCE = 4_000_000
 """Pairs of lines that are looked at together, at most."""
+
+
+_SHARE, _REACH = 0.25, 0.26
+"""The tolerance as a share of the cells that points are looked up in, and how far a point looks, rounding included."""
 
 
 class CrossingError(ValueError):
@@ -34,6 +39,29 @@ class SplitLines(NamedTuple):
     points: list[Point]
     place: list[int]
     ways: list[list[int]]
+
+
+class Places:
+    """Numbers of points of the plane, the same for points nearer than a tolerance."""
+
+    def __init__(self, tolerance: float) -> None:
+        self._step = tolerance / _SHARE
+        self._near = tolerance
+        self._known: dict[tuple[int, int], list[tuple[Point, int]]] = {}
+        self._count = 0
+
+    def number(self, point: Point) -> int:
+        """The number of a point: that of the first one that is the same."""
+        x, y = point[0] / self._step, point[1] / self._step
+        rows = range(math.floor(y - _REACH), math.floor(y + _REACH) + 1)
+        for i in range(math.floor(x - _REACH), math.floor(x + _REACH) + 1):
+            for j in rows:
+                for other, number in self._known.get((i, j), ()):
+                    if math.dist(point, other) < self._near:
+                        return number
+        self._known.setdefault((math.floor(x), math.floor(y)), []).append((point, self._count))
+        self._count += 1
+        return self._count - 1
 
 
 def split_lines(points: Reals, lines: Sequence[tuple[int, int]], tolerance: float, most: int) -> SplitLines:

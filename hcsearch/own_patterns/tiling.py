@@ -17,12 +17,12 @@ import numpy as np
 from hcsearch.errors import PatternError
 from hcsearch.grid import GRIDS, Grid
 from hcsearch.grid.tilings import Point as Place
-from hcsearch.own_patterns.fold_reading import SAME, Drawing
+from hcsearch.mesh import Facet
+from hcsearch.own_patterns.fold_reading import POINT_ERROR, Drawing
 from hcsearch.own_patterns.places import place_text
-from hcsearch.pattern import Facet
 from hcsearch.typing import Reals
 
-OFF = 10.0 * SAME
+OFF = 10.0 * POINT_ERROR
 """Share of a side that corners of a panel may be off those of a cell at the same middle."""
 STEP_OFF = 0.1
 """Share of a side that the middles of two neighbours may be off a step of the grid."""
@@ -116,7 +116,7 @@ def _differ(sizes: tuple[Reals, Reals]) -> bool:
     """Whether lengths and widths differ by more than a drawing may be off, and than those of one kind do."""
     length, width = (float(np.median(own)) for own in sizes)
     spread = max(float(np.abs(own - np.median(own)).max()) for own in sizes)
-    return abs(length - width) > SAME * length + min(spread, 2.0 * SAME * length)
+    return abs(length - width) > POINT_ERROR * length + min(spread, 2.0 * POINT_ERROR * length)
 
 
 class _Laying:

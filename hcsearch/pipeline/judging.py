@@ -67,7 +67,7 @@ def check_scene(scene: Scene, grid: str, n: int) -> None:
     length, width, thickness = panel_of(scene, grid)
     tiling = grid_named(grid)
     facet = tuple((length * x, width * y) for x, y in tiling.corners(tiling.cell((1, 1))))
-    panel = Linkage(Pattern((facet,), {}, thickness))
+    panel = Linkage(Pattern.from_polygons((facet,), {}, thickness))
     check_margin(panel, margin_of(panel) if scene.margin is None else scene.margin)
 
 

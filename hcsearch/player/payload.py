@@ -64,7 +64,6 @@ def payload_of(replay: Replay) -> Payload:
     linkage, pattern = replay.linkage, replay.linkage.pattern
     unit = _unit(1e3 * pattern.size)
     step = 1e-3 * unit
-    corners, facets = _corners(pattern, step)
     chain = linkage.chain
     scale = max(SCALE, float(np.abs(replay.angles).max(initial=0.0)) / 32767)
     nearest = nearest_panels(linkage, replay.angles)
@@ -75,8 +74,8 @@ def payload_of(replay: Replay) -> Payload:
         "source": replay.source,
         "unit": unit,
         "thickness": round(pattern.thickness / step),
-        "corners": corners,
-        "facets": facets,
+        "corners": [round(x / step) for vertex in pattern.vertices for x in vertex],
+        "facets": [list(face) for face in pattern.faces],
         "panel": list(pattern.panel_of),
         "stack": stacks_of(linkage),
         "creases": [
@@ -110,16 +109,16 @@ def replay_in(payload: Payload) -> Replay:
     if payload.get("version") != VERSION:
         raise HcsearchError(f"a motion of version {payload.get('version')!r} cannot be read: write it anew")
     step = 1e-3 * payload["unit"]
-    points = (step * np.array(payload["corners"], float)).reshape(-1, 2).tolist()
+    corners = (step * np.array(payload["corners"], float)).reshape(-1, 2).tolist()
     hinges = payload["hinges"]
     creases: dict[Pair, Crease] = {}
     for i, j, hinge in payload["creases"]:
         creases[i, j] = RIGID if hinge < 0 else Crease("top" if hinges[hinge][4] else "bottom", bool(hinges[hinge][5]))
-    facets = tuple(tuple((points[k][0], points[k][1]) for k in facet) for facet in payload["facets"])
-    linkage = Linkage(Pattern(facets, creases, step * payload["thickness"]), base=payload["order"][0])
+    faces = tuple(map(tuple, payload["facets"]))
+    pattern = Pattern(tuple((x, y) for x, y in corners), faces, creases, step * payload["thickness"])
     collision, labels = payload["collision"], payload["labels"]
     return Replay(
-        linkage=linkage,
+        linkage=Linkage(pattern, base=payload["order"][0]),
         labels=Labels(tuple(labels["panels"]), tuple(labels["hinges"])),
         axis=payload["axis"],
         at=np.array(payload["at"], float),
@@ -143,39 +142,6 @@ def angles_in(payload: Payload) -> Reals:
 def _unit(size: float) -> float:
     """The step of lengths for panels of a size, mm: a power of ten."""
     return UNIT if size >= LEAST else float(f"1e{math.floor(math.log10(UNIT * size / LEAST))}")
-
-
-def _corners(pattern: Pattern, step: float) -> tuple[list[int], list[list[int]]]:
-    """The corners of facets as whole steps, one after the other, and those of each facet by number.
-
-    Facets that share an edge share its corners, though each has them with errors of its own.
-    """
-    same: dict[tuple[int, int], tuple[int, int]] = {}  # a corner of a facet, and the one of a facet before it
-    for (i, j), (start, end) in pattern.edges.items():
-        for point in (start, end):
-            near = min(range(len(pattern.facets[j])), key=lambda k: math.dist(pattern.facets[j][k], point))
-            one, two = sorted((_first(same, (i, pattern.facets[i].index(point))), _first(same, (j, near))))
-            if one != two:
-                same[two] = one
-    places: list[int] = []
-    numbers: dict[tuple[int, int], int] = {}
-    facets = []
-    for f, facet in enumerate(pattern.facets):
-        own = []
-        for k, point in enumerate(facet):
-            first = _first(same, (f, k))
-            if first not in numbers:
-                numbers[first] = len(numbers)
-                places += [round(point[0] / step), round(point[1] / step)]
-            own.append(numbers[first])
-        facets.append(own)
-    return places, facets
-
-
-def _first(same: dict[tuple[int, int], tuple[int, int]], corner: tuple[int, int]) -> tuple[int, int]:
-    while corner in same:
-        corner = same[corner]
-    return corner
 
 
 def _places(at: Reals) -> list[float]:

@@ -18,8 +18,8 @@ from hcsearch.dynamics.laws import Law, law_named, linear
 from hcsearch.errors import HcsearchError
 from hcsearch.labels import Labels, labels_of
 from hcsearch.linkage import Linkage
+from hcsearch.mesh import facet_area
 from hcsearch.panel_sizes import default_panel
-from hcsearch.pattern import facet_area
 from hcsearch.scenes.scene import DEFAULT, SCENES, Scene, Vector
 from hcsearch.typing import Reals
 

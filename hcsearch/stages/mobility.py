@@ -22,8 +22,8 @@ from hcsearch.kinematics.generic import TRIES, generic_rank, heading
 from hcsearch.kinematics.rank import decide_rank
 from hcsearch.linkage import Linkage
 from hcsearch.locks.proofs import lock_at
+from hcsearch.mesh import facet_area
 from hcsearch.panel_sizes import PanelSize, default_panel
-from hcsearch.pattern import facet_area
 from hcsearch.records import NONE, CircuitBatch, FoldingBatch, MobilityBatch, StagedDesigns
 from hcsearch.scenes import Scene
 from hcsearch.stages.stage import Stage

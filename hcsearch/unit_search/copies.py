@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from hcsearch.assemblies.clashes import clash
 from hcsearch.isometries import Isometry
-from hcsearch.pattern import Crease, Facet, Pattern
+from hcsearch.mesh import Facet
+from hcsearch.pattern import Crease, Pattern
 from hcsearch.typing import Whole
 
 Complex = NDArray[np.complex128]
@@ -121,7 +122,7 @@ class Sheet:
     @cached_property
     def creases(self) -> list[tuple[complex, complex, int]]:
         """Both ends of each crease, and its code."""
-        ends = ((self.pattern.edges[pair], code_of(crease)) for pair, crease in self.pattern.creases.items())
+        ends = ((self.pattern.segment(pair), code_of(crease)) for pair, crease in self.pattern.creases.items())
         return [(complex(*a) / self.unit, complex(*b) / self.unit, code) for (a, b), code in ends]
 
     def overlap(self, motion: Placement) -> Overlap:

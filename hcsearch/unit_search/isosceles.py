@@ -16,6 +16,7 @@ from hcsearch.assemblies.assembly import check_base_angle
 from hcsearch.assemblies.packages import flat_overlap
 from hcsearch.errors import PatternError
 from hcsearch.folding import Folding
+from hcsearch.mesh import SAME_POINT, polygon_mesh
 from hcsearch.panel_sizes import default_panel
 from hcsearch.pattern import Pattern
 from hcsearch.unit_search.elements import Element, untwisted
@@ -27,7 +28,6 @@ Corner = tuple[int, int]
 Triangle = Mapping[Corner, complex]
 
 PARALLELOGRAM, KITE = "parallelogram", "kite"
-SAME = 1e-9
 
 
 def isosceles_elements(n: int, alpha: float) -> Iterator[Element]:
@@ -67,15 +67,15 @@ def with_triangles(folding: Folding, angles: Angles, kind: str, *, merged: bool 
     places: dict[Corner, complex] = {}
     for triangle in triangles:
         for corner, place in triangle.items():
-            if abs(places.setdefault(corner, place) - place) > SAME:
+            if abs(places.setdefault(corner, place) - place) > SAME_POINT:
                 return None
     length, _, thickness = default_panel("triangle")
-    facets = tuple(
-        tuple((length * place.real, length * place.imag) for place in triangle.values()) for triangle in triangles
+    vertices, faces = polygon_mesh(
+        [tuple((length * place.real, length * place.imag) for place in triangle.values()) for triangle in triangles]
     )
     regular = folding.pattern((length, length, thickness), flat_pairs="merged" if merged else "rigid")
     try:
-        pattern = replace(regular, facets=facets)
+        pattern = replace(regular, vertices=vertices, faces=faces)
     except PatternError:  # two facets lie on one side of an edge
         return None
     return pattern if flat_overlap(pattern) == 0.0 else None
@@ -88,7 +88,7 @@ def unfold(folding: Folding, angles: Angles, kind: str) -> list[dict[Corner, com
     Each stack is unfolded from its lowest panel up; the two meet at the first flat crease, and need not at the second.
     """
     circuit = folding.circuit
-    regular = [[_corner(point) for point in circuit.grid.corners(cell)] for cell in circuit.cells]
+    regular = list(map(circuit.grid.lattice_corners, circuit.cells))
     n, (first, second) = circuit.n, folding.stacks
     edge = [corner for corner in regular[first[0]] if corner in regular[second[0]]]
     start = _first(regular[first[0]], edge, angles)
@@ -136,8 +136,3 @@ def _reflected(triangle: Triangle, corners: list[Corner]) -> dict[Corner, comple
 def _mirror(point: complex, a: complex, b: complex) -> complex:
     along = (b - a) / abs(b - a)
     return a + along * ((point - a) / along).conjugate()
-
-
-def _corner(point: tuple[float, float]) -> Corner:
-    """Whole numbers for a corner of the grid of triangles of side 1."""
-    return round(2 * point[0]), round(2 * point[1] / math.sqrt(3))

@@ -19,7 +19,7 @@ from hcsearch_bench.run.report import Say
 if TYPE_CHECKING:
     from hcsearch.linkage import Linkage
     from hcsearch.paths.motions import Path
-    from hcsearch.pattern import Pattern, Point
+    from hcsearch.pattern import Pattern
 
 
 BASE = 0.030
@@ -182,7 +182,7 @@ def _chain(panels: int) -> Linkage:
         tuple((side * (k + x), side * y) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))) for k in range(panels)
     )
     creases = {(k, k + 1): MOUNTAIN if k % 2 else VALLEY for k in range(panels - 1)}
-    return Linkage(Pattern(facets, creases, 0.006))
+    return Linkage(Pattern.from_polygons(facets, creases, 0.006))
 
 
 def _straight(path: Path) -> float:
@@ -269,17 +269,11 @@ def _folding(element: Linkage) -> Reals:
 
 def shaken(pattern: Pattern, distance: float) -> Pattern:
     """A pattern whose corners are moved at random by about a distance (m), each as one."""
-    rng = np.random.default_rng(1)
-    moved: dict[tuple[int, int], Point] = {}
-
-    def image(corner: Point) -> Point:
-        key = (round(corner[0] / (1e-4 * BASE)), round(corner[1] / (1e-4 * BASE)))
-        if key not in moved:
-            x, y = rng.standard_normal(2)
-            moved[key] = (corner[0] + distance * float(x), corner[1] + distance * float(y))
-        return moved[key]
-
-    return replace(pattern, facets=tuple(tuple(map(image, facet)) for facet in pattern.facets))
+    steps = distance * np.random.default_rng(1).standard_normal((len(pattern.vertices), 2))
+    return replace(
+        pattern,
+        vertices=tuple((x + dx, y + dy) for (x, y), (dx, dy) in zip(pattern.vertices, steps.tolist(), strict=True)),
+    )
 
 
 def _scales() -> Iterator[ExtremeScene]:

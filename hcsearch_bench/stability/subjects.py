@@ -80,4 +80,4 @@ def _strip(panels: int, thickness: float) -> Linkage:
     corners = ((0, 0), (1, 0), (1, 1), (0, 1))
     facets = tuple(tuple((SIDE * (k + x), SIDE * y) for x, y in corners) for k in range(panels))
     creases = {(k, k + 1): MOUNTAIN if k % 2 else VALLEY for k in range(panels - 1)}
-    return Linkage(Pattern(facets, creases, thickness))
+    return Linkage(Pattern.from_polygons(facets, creases, thickness))

@@ -50,7 +50,10 @@ def test_texts_of_linkages_of_foldings_rebuild_them(name, panel, flat_pairs):
 
 def test_a_linkage_of_another_pattern_says_how_large_it_is():
     facets = (((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)), ((1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0)))
-    assert repr(Linkage(Pattern(facets, {(0, 1): VALLEY}, 0.1))) == "<Linkage of 2 panels and 1 hinges, base 0>"
+    assert (
+        repr(Linkage(Pattern.from_polygons(facets, {(0, 1): VALLEY}, 0.1)))
+        == "<Linkage of 2 panels and 1 hinges, base 0>"
+    )
 
 
 @given(

@@ -82,7 +82,9 @@ def test_a_pattern_that_does_not_fold_says_so():
     corners = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
     squares = tuple(tuple((x + a, y + b) for a, b in corners) for x, y in corners)
     creases = {(0, 1): VALLEY, (1, 2): VALLEY, (2, 3): VALLEY, (0, 3): MOUNTAIN}
-    assembly = Assembly("four", "Four squares", "none", ("thickness",), lambda _: Pattern(squares, creases, 0.1))
+    assembly = Assembly(
+        "four", "Four squares", "none", ("thickness",), lambda _: Pattern.from_polygons(squares, creases, 0.1)
+    )
     facts = describe(assembly, Parameters())
     assert facts["deployment_ratio"] is None
     assert "no folded state" in facts["undecided"]["deployment_ratio"]

@@ -330,7 +330,7 @@ def test_module_ii_must_be_hinged_on_the_face_of_the_diagonals():
     angles[hinges] *= -1  # on the other face the same motion turns these hinges the other way
     assert residual(wrong, angles) <= CLOSED
     # one on each face does not close at all
-    (pair, *_) = [pair for pair, ends in right.edges.items() if pair in right.creases and on_axis(ends)]
+    (pair, *_) = [pair for pair in right.edges if pair in right.creases and on_axis(right.segment(pair))]
     mixed = right.with_creases({pair: VALLEY})
     assert min(residual(mixed, turned(mixed, hinges, s)) for s in np.linspace(-3, 3, 61)) > 0.1
 

@@ -22,7 +22,7 @@ SQUARES = tuple(((x, 0.0), (x + 1.0, 0.0), (x + 1.0, 1.0), (x, 1.0)) for x in ma
 
 def strip(creases, thickness=0.1):
     """Squares in a row."""
-    return Pattern(SQUARES[: len(creases) + 1], {(k, k + 1): c for k, c in enumerate(creases)}, thickness)
+    return Pattern.from_polygons(SQUARES[: len(creases) + 1], {(k, k + 1): c for k, c in enumerate(creases)}, thickness)
 
 
 def naive_column(pattern, point):
@@ -123,12 +123,12 @@ def test_no_folded_state():
     squares = tuple(tuple((x + a, y + b) for a, b in corners) for x, y in corners)
     ring = {(0, 1): VALLEY, (1, 2): VALLEY, (2, 3): VALLEY, (0, 3): MOUNTAIN}  # the last hinge line lies too low
     with pytest.raises(PatternError, match="no folded state"):
-        package(Pattern(squares, ring, 0.1))
+        package(Pattern.from_polygons(squares, ring, 0.1))
 
 
 def test_overlap_in_the_flat_state():
     triangles = (((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)), ((0.2, -0.5), (0.9, 0.4), (0.1, 0.3)))
-    both = Pattern(triangles, {}, 0.1)
+    both = Pattern.from_polygons(triangles, {}, 0.1)
     expected = shapely.Polygon(triangles[0]).intersection(shapely.Polygon(triangles[1])).area
     assert flat_overlap(both) == pytest.approx(expected)
     assert flat_overlap(strip([RIGID, RIGID])) == 0

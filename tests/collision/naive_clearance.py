@@ -18,7 +18,7 @@ def chain(lengths, faces, width=0.03, thickness=0.004):
     """An open chain of rectangles side by side, along x, with hinges on the given faces between them."""
     ends = np.concatenate([[0.0], np.cumsum(lengths)])
     facets = tuple(((a, 0.0), (b, 0.0), (b, width), (a, width)) for a, b in pairwise(ends))
-    return Linkage(Pattern(facets, {(k, k + 1): Crease(face) for k, face in enumerate(faces)}, thickness))
+    return Linkage(Pattern.from_polygons(facets, {(k, k + 1): Crease(face) for k, face in enumerate(faces)}, thickness))
 
 
 def fan(sides=(5, 3, 8), radius=0.03, thickness=0.005):
@@ -35,7 +35,7 @@ def fan(sides=(5, 3, 8), radius=0.03, thickness=0.005):
             points.append((points[-1][0] + radius * math.cos(turn), points[-1][1] + radius * math.sin(turn)))
         facets.append(tuple(points))
         creases[0, k + 1] = Crease("top" if k % 2 else "bottom")
-    return Linkage(Pattern(tuple(facets), creases, thickness))
+    return Linkage(Pattern.from_polygons(tuple(facets), creases, thickness))
 
 
 def random_course(rng, linkage, steps, *, size=1.5, cubic=False):

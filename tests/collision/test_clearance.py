@@ -320,7 +320,7 @@ def mirrored(linkage):
     """The mirror image in a plane across the sheet: hinges keep their face, and fold angles their sense."""
     pattern = linkage.pattern
     facets = tuple(tuple((x, -y) for x, y in reversed(facet)) for facet in pattern.facets)
-    return Linkage(Pattern(facets, pattern.creases, pattern.thickness), base=linkage.base)
+    return Linkage(Pattern.from_polygons(facets, pattern.creases, pattern.thickness), base=linkage.base)
 
 
 def reversed_order(linkage):
@@ -328,7 +328,7 @@ def reversed_order(linkage):
     pattern = linkage.pattern
     n = len(pattern.facets)
     creases = {(n - 1 - j, n - 1 - i): crease for (i, j), crease in reversed(pattern.creases.items())}
-    return Linkage(Pattern(tuple(reversed(pattern.facets)), creases, pattern.thickness))
+    return Linkage(Pattern.from_polygons(tuple(reversed(pattern.facets)), creases, pattern.thickness))
 
 
 @settings(max_examples=40)
@@ -532,7 +532,7 @@ def test_a_panel_that_reaches_across_the_line_of_its_hinge_may_collide():
         ((0.0, 0.0), (0.05, 0.0), (0.05, 0.02), (0.0, 0.05)),
     )
     creases = {(0, 1): RIGID, (1, 2): RIGID, (0, 3): VALLEY}
-    linkage = Linkage(Pattern(facets, creases, 0.006))
+    linkage = Linkage(Pattern.from_polygons(facets, creases, 0.006))
     assert linkage.n_panels == 2
     assert kept_apart(linkage) == set()
     times, angles = np.array([0.0, 1.0]), np.array([[math.pi], [0.0]])

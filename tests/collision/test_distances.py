@@ -278,7 +278,7 @@ def test_panels_of_several_facets_with_different_numbers_of_corners():
     triangle = ((2.0, 0.0), (3.0, 0.5), (2.0, 1.0))
     last = ((2.0, 1.0), (3.0, 0.5), (3.0, 2.0))
     creases = {(0, 1): Crease("top"), (1, 2): Crease("bottom"), (2, 3): RIGID}
-    linkage = Linkage(Pattern((square, middle, triangle, last), creases, thickness=0.1))
+    linkage = Linkage(Pattern.from_polygons((square, middle, triangle, last), creases, thickness=0.1))
     assert linkage.n_panels == 3
     states = np.array([(a, b) for a in (-0.3, 0.5, 2.5) for b in (-2.9, 1.0, 3.0)])
     proximity = proximal_distances(linkage, states)
@@ -349,7 +349,7 @@ def test_the_nearest_pair_is_the_deepest_overlap_or_the_least_gap(name):
 
 def test_panels_of_one_hinge_have_no_nearest_pair():
     square, beside = ((0, 0), (1, 0), (1, 1), (0, 1)), ((1, 0), (2, 0), (2, 1), (1, 1))
-    linkage = Linkage(Pattern((square, beside), {(0, 1): Crease("top")}, 0.1))
+    linkage = Linkage(Pattern.from_polygons((square, beside), {(0, 1): Crease("top")}, 0.1))
     near = nearest_panels(linkage, np.array([[math.pi], [0.0]]))
     assert near.pairs.tolist() == [[-1, -1], [-1, -1]]
     assert np.isnan(near.gaps).all()

@@ -88,7 +88,7 @@ def test_packed_and_flat_panels_only_touch():
 def test_facets_may_have_different_numbers_of_corners():
     square = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
     triangle = ((1.0, 0.0), (2.0, 0.5), (1.0, 1.0))
-    pattern = Pattern((square, triangle), {(0, 1): Crease("top")}, thickness=0.1)
+    pattern = Pattern.from_polygons((square, triangle), {(0, 1): Crease("top")}, thickness=0.1)
     linkage = Linkage(pattern)
     for angle in (-0.3, 0.5, 3.0, math.pi + 0.1):
         expected = depth_of(*linkage.solids(np.array([angle])))

@@ -2,7 +2,7 @@
 
 from hcsearch.folding import Folding
 from hcsearch.labels import labels_of
-from hcsearch.pattern import facet_area
+from hcsearch.mesh import facet_area
 from hcsearch.replays.recording import replay_of_path
 from hcsearch.scenes import SCENES, panel_of
 from tests.linkages import linkage_named

@@ -113,7 +113,7 @@ def test_a_slit_that_ends_inside_at_both_ends_has_a_point_in_the_middle_of_each_
     mesh = mesh_of(pattern)
     corners = sum(map(len, pattern.facets))
     assert sum(map(len, mesh.faces)) == corners + 2 * 4
-    slits = [edge for pair, edge in pattern.edges.items() if pair not in pattern.creases]
+    slits = [pattern.segment(pair) for pair in pattern.edges if pair not in pattern.creases]
     middles = {tuple(0.5 * (a + b) for a, b in zip(*edge, strict=True)) for edge in slits}
     own = [point for point in mesh.points if min(math.dist(point, middle) for middle in middles) < 1e-9]
     assert len(own) == 8

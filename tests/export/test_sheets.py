@@ -69,8 +69,8 @@ def test_the_sheet_in_one_piece_has_every_edge_once(value):
     marks = Counter(crease.face for crease in pattern.creases.values() if crease.face and not crease.closes)
     assert (len(lines["HINGE_TOP"]), len(lines["HINGE_BOTTOM"])) == (marks["top"], marks["bottom"])
     length = 1e3 * sum(
-        shapely.LineString(edge).length
-        for pair, edge in pattern.edges.items()
+        shapely.LineString(pattern.segment(pair)).length
+        for pair in pattern.edges
         if pair not in pattern.creases and pattern.panel_of[pair[0]] != pattern.panel_of[pair[1]]
     )
     assert sum(shapely.LineString(points).length for points, _, _ in lines["SLIT"]) == pytest.approx(length, rel=1e-5)

@@ -68,7 +68,7 @@ def ring():
     """Eight squares around a hole, all rigid but for one that folds."""
     cells = ((0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2), (0, 1))
     creases = {(k, k + 1): RIGID for k in range(7)} | {(0, 7): RIGID, (2, 8): VALLEY}
-    return Pattern(tuple(map(square, (*cells, (3, 0)))), creases, 0.25)
+    return Pattern.from_polygons(tuple(map(square, (*cells, (3, 0)))), creases, 0.25)
 
 
 def test_a_panel_with_a_hole_has_two_outlines_and_a_wall_that_carries_its_hinge():
@@ -89,7 +89,7 @@ def test_slits_inside_a_panel_are_closed():
 
 def test_a_panel_that_touches_itself_in_a_corner_is_refused():
     cells = ((0, 0), (-1, 0), (-1, 1), (-1, 2), (0, 2), (1, 2), (1, 1))
-    pattern = Pattern(tuple(map(square, cells)), {(k, k + 1): RIGID for k in range(6)}, 0.1)
+    pattern = Pattern.from_polygons(tuple(map(square, cells)), {(k, k + 1): RIGID for k in range(6)}, 0.1)
     with pytest.raises(HcsearchError, match="panel 0 touches itself in a corner"):
         solid_of(pattern, 0)
 

@@ -95,7 +95,7 @@ def renumbered(pattern, seed):
     place = {old: new for new, old in enumerate(order)}
     facets = tuple(pattern.facets[old] for old in order)
     creases = {tuple(sorted((place[i], place[j]))): crease for (i, j), crease in pattern.creases.items()}
-    return Pattern(facets, creases, pattern.thickness)
+    return Pattern.from_polygons(facets, creases, pattern.thickness)
 
 
 @pytest.mark.parametrize(("name", "state", "stops"), ENDS)

@@ -191,7 +191,7 @@ def test_x_follows_the_common_normal_and_z_the_hinge(lines):
 
 
 def linkage_of(facets, pairs, faces, thickness):
-    return Linkage(Pattern(tuple(facets), dict(zip(pairs, map(Crease, faces), strict=True)), thickness))
+    return Linkage(Pattern.from_polygons(tuple(facets), dict(zip(pairs, map(Crease, faces), strict=True)), thickness))
 
 
 def ring(facets, faces, thickness):

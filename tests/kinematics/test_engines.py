@@ -62,7 +62,7 @@ def vertices(columns, rows):
                 creases[k - 1, k] = VALLEY
             if j:
                 creases[k - columns, k] = MOUNTAIN if i % 2 else VALLEY
-    return Linkage(Pattern(tuple(facets), creases, 0.004))
+    return Linkage(Pattern.from_polygons(tuple(facets), creases, 0.004))
 
 
 # Every engine gets the flat state as a tree of bodies: for each hinge one joint, from a body to a new one. Where a

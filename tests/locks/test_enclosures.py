@@ -384,7 +384,7 @@ def test_a_chain_without_a_loop_is_never_locked():
     facets = tuple(
         tuple((x + dx, y) for x, y in ((0.0, 0.0), (0.05, 0.0), (0.05, 0.05), (0.0, 0.05))) for dx in (0.0, 0.05)
     )
-    chain = Linkage(Pattern(facets, {(0, 1): Crease("top")}, 0.006))
+    chain = Linkage(Pattern.from_polygons(facets, {(0, 1): Crease("top")}, 0.006))
     assert enclose(chain, 1000) == Enclosure(None, 0, 0, 0, open=False)
 
 

@@ -224,8 +224,8 @@ def test_contacts_are_exact_on_the_lattice_and_numerical_beside_it():
 def test_off_a_tiling_a_proof_is_numerical():
     """Stretched hexagons lock as regular ones do at first order, as an affine map takes their lines to each other."""
     linkage, _, _ = next(proof for proof in proofs(1) if (proof[1] == 0.0).all())
-    facets = tuple(tuple((1.1 * x, y) for x, y in facet) for facet in linkage.pattern.facets)
-    stretched = Linkage(replace(linkage.pattern, facets=facets))
+    vertices = tuple((1.1 * x, y) for x, y in linkage.pattern.vertices)
+    stretched = Linkage(replace(linkage.pattern, vertices=vertices))
     lock = lock_at(stretched, stretched.flat)
     assert (lock.order, lock.exact) == (1, False)
     assert whole_end(stretched, stretched.flat) is None

@@ -45,7 +45,7 @@ def drawn(text, creases, thickness=0.1):
     joined = {(p, q): RIGID for p, q in beside if rows[p[1]][p[0]] == rows[q[1]][q[0]]} | creases
     number = {place: k for k, place in enumerate(places)}
     numbered = {tuple(sorted((number[p], number[q]))): crease for (p, q), crease in joined.items()}
-    pattern = Pattern(facets, numbered, thickness)
+    pattern = Pattern.from_polygons(facets, numbered, thickness)
     assert flat_overlap(pattern) == 0
     assert package(pattern).overlap_volume < 1e-9
     return Linkage(pattern)

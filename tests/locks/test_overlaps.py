@@ -258,5 +258,5 @@ def test_ways_have_no_hinge_in_common():
                 assert panel == (joint.first if sign > 0 else joint.second)
                 panel = joint.second if sign > 0 else joint.first
             assert panel == two
-    lone = Linkage(Pattern((((0.0, 0.0), (0.05, 0.0), (0.05, 0.05)),), {}, 0.006))
+    lone = Linkage(Pattern.from_polygons((((0.0, 0.0), (0.05, 0.0), (0.05, 0.05)),), {}, 0.006))
     assert plates_of(lone, 1e-4).pairs.shape == (0, 2)

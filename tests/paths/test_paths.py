@@ -72,7 +72,9 @@ def row(n):
     """Squares in a row, folded like a map."""
     corners = ((0, 0), (1, 0), (1, 1), (0, 1))
     facets = tuple(tuple((0.05 * (k + x), 0.05 * y) for x, y in corners) for k in range(n))
-    return Linkage(Pattern(facets, {(k, k + 1): MOUNTAIN if k % 2 else VALLEY for k in range(n - 1)}, 0.006))
+    return Linkage(
+        Pattern.from_polygons(facets, {(k, k + 1): MOUNTAIN if k % 2 else VALLEY for k in range(n - 1)}, 0.006)
+    )
 
 
 @pytest.mark.parametrize("name", UNITS)

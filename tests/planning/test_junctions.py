@@ -73,7 +73,7 @@ def test_loops_that_share_hinges_are_closed_together():
     facets = tuple(((x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)) for y in (0.0, 1.0) for x in (0.0, 1.0, 2.0))
     pairs = {(0, 1): "bottom", (1, 2): "bottom", (3, 4): "bottom", (4, 5): "bottom"}
     pairs |= {(0, 3): "bottom", (1, 4): "top", (2, 5): "bottom"}
-    linkage = Linkage(Pattern(facets, {pair: Crease(face) for pair, face in pairs.items()}, 0.1))
+    linkage = Linkage(Pattern.from_polygons(facets, {pair: Crease(face) for pair, face in pairs.items()}, 0.1))
     assert len(linkage.loops) == 2
     assert junctions_of(linkage).states.tolist() == closed_to_rounding(linkage)
 

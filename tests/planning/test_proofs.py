@@ -189,7 +189,7 @@ def twice(linkage):
     for hinge in pattern.hinges:
         a, b = sorted((hinge.first, hinge.second))
         creases[a, b] = creases[a + n, b + n] = Crease(hinge.face, closes=hinge.closes)
-    return Linkage(Pattern(facets, creases, pattern.thickness))
+    return Linkage(Pattern.from_polygons(facets, creases, pattern.thickness))
 
 
 def test_two_loops_are_proved_as_one_is():
@@ -213,7 +213,7 @@ def test_a_chain_without_a_loop_has_only_panels_to_keep_apart():
     facets = tuple(
         ((0.03 * k, 0.0), (0.03 * k + 0.03, 0.0), (0.03 * k + 0.03, 0.05), (0.03 * k, 0.05)) for k in range(3)
     )
-    linkage = Linkage(Pattern(facets, {(0, 1): Crease("top"), (1, 2): Crease("bottom")}, 0.004))
+    linkage = Linkage(Pattern.from_polygons(facets, {(0, 1): Crease("top"), (1, 2): Crease("bottom")}, 0.004))
     assert not linkage.loops
     states = Planner(linkage, 1e-5).plan(100).states
     proof = Prover(linkage).prove(states, PLAYS)

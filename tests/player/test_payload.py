@@ -12,7 +12,7 @@ from hcsearch.errors import HcsearchError
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import VALLEY, Pattern
-from hcsearch.player.payload import _corners, angles_in, payload_of, replay_in, stacks_of
+from hcsearch.player.payload import angles_in, payload_of, replay_in, stacks_of
 from hcsearch.replays.recording import replay_of_path
 from tests.player.motions import linkages_of, random_replays, replay_of, twin_poses
 
@@ -97,8 +97,7 @@ def test_what_folds_into_other_shapes_has_no_stacks():
 @settings(max_examples=20)
 @given(random_replays())
 def test_facets_share_the_corners_of_shared_edges(made):
-    pattern = made[1].linkage.pattern
-    _, facets = _corners(pattern, 1e-5)
+    pattern, facets = made[1].linkage.pattern, payload_of(made[1])["facets"]
     for i, j in pattern.edges:
         assert len(set(facets[i]) & set(facets[j])) >= 2
     sides = [(a, b) for facet in facets for a, b in zip(facet, [*facet[1:], facet[0]], strict=True)]
@@ -124,7 +123,7 @@ def test_two_panels_have_no_nearest_pair():
 def replay_of_two():
     squares = (((0, 0), (1, 0), (1, 1), (0, 1)), ((1, 0), (2, 0), (2, 1), (1, 1)))
     small = tuple(tuple((2e-3 * x, 2e-3 * y) for x, y in square) for square in squares)
-    linkage = Linkage(Pattern(small, {(0, 1): VALLEY}, 2e-4))
+    linkage = Linkage(Pattern.from_polygons(small, {(0, 1): VALLEY}, 2e-4))
     return replay_of_path(linkage, np.array([[np.pi], [0.0]]), "two", margin=None, design=False)
 
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
-from hcsearch.pattern import Pair, Pattern, Point
+from hcsearch.mesh import Edge, Point, components
+from hcsearch.pattern import Pair, Pattern
 
-Edge = tuple[int, int]
+Corner = tuple[int, int]
+"""A facet, and the place of a corner in it; also the side that begins there."""
 
 
 @dataclass(frozen=True)
@@ -33,30 +36,17 @@ def mesh_of(pattern: Pattern) -> Mesh:
     Corners of facets are one vertex where a chain of creases joins them. A slit whose ends both lie inside gets a
     vertex in its middle on each side: its sides would have the same two ends.
     """
-    corners = [[(f, k) for k in range(len(facet))] for f, facet in enumerate(pattern.facets)]
-    joined = _Classes()
-    sides: dict[tuple[int, int], Pair] = {}
-    for pair in pattern.creases:
-        (i, a), (j, b) = _sides(pattern, pair)
-        sides[i, a] = sides[j, b] = pair
-        joined.join((i, a), (j, (b + 1) % len(pattern.facets[j])))
-        joined.join((i, (a + 1) % len(pattern.facets[i])), (j, b))
-    number: dict[tuple[int, int], int] = {}
-    points: list[Point] = []
-    faces: list[list[int]] = []
-    for f, own in enumerate(corners):
-        face = []
-        for corner in own:
-            root = joined.root(corner)
-            if root not in number:
-                number[root] = len(points)
-                points.append(pattern.facets[f][corner[1]])
-            face.append(number[root])
-        faces.append(face)
-    edges: list[Edge] = []
-    for pair in pattern.creases:
-        (i, a), _ = _sides(pattern, pair)
-        edges.append((faces[i][a], faces[i][(a + 1) % len(faces[i])]))
+    creased = [_sides(pattern, pair) for pair in pattern.creases]
+    sides = {side for both in creased for side in both}
+    joined: list[tuple[Corner, Corner]] = []
+    for (i, a), (j, b) in creased:
+        joined += [((i, a), (j, (b + 1) % len(pattern.faces[j]))), ((i, (a + 1) % len(pattern.faces[i])), (j, b))]
+    corners = [[(f, k) for k in range(len(face))] for f, face in enumerate(pattern.faces)]
+    parts = components(chain.from_iterable(corners), joined)
+    number = {corner: k for k, part in enumerate(parts) for corner in part}
+    faces = [[number[corner] for corner in own] for own in corners]
+    points = [pattern.facets[f][k] for f, k in map(min, parts)]
+    edges = [(faces[i][a], faces[i][(a + 1) % len(faces[i])]) for (i, a), _ in creased]
     twice = _twice(faces, sides)
     outlines: list[tuple[int, ...]] = []
     for f, face in enumerate(faces):
@@ -77,18 +67,13 @@ def mesh_of(pattern: Pattern) -> Mesh:
     return Mesh(tuple(points), tuple(outlines), tuple(edges), tuple(pattern.creases))
 
 
-def _sides(pattern: Pattern, pair: Pair) -> tuple[tuple[int, int], tuple[int, int]]:
-    """The side of each of two facets along their shared edge, by the corner where it starts."""
-    start, end = pattern.edges[pair]
-
-    def begins(facet: int, at: Point) -> tuple[int, int]:
-        corners = pattern.facets[facet]
-        return facet, min(range(len(corners)), key=lambda k: math.dist(corners[k], at))
-
-    return begins(pair[0], start), begins(pair[1], end)
+def _sides(pattern: Pattern, pair: Pair) -> tuple[Corner, Corner]:
+    """The sides of two facets along their shared edge."""
+    (first, second), (start, end) = pair, pattern.edges[pair]
+    return (first, pattern.faces[first].index(start)), (second, pattern.faces[second].index(end))
 
 
-def _twice(faces: list[list[int]], sides: dict[tuple[int, int], Pair]) -> set[Edge]:
+def _twice(faces: Sequence[Sequence[int]], sides: Collection[Corner]) -> set[Edge]:
     """Ends that two sides along borders have in common."""
     seen: set[Edge] = set()
     twice: set[Edge] = set()
@@ -99,22 +84,3 @@ def _twice(faces: list[list[int]], sides: dict[tuple[int, int], Pair]) -> set[Ed
             if (f, k) not in sides:
                 (twice if ends in seen else seen).add(ends)
     return twice
-
-
-class _Classes:
-    """Classes of corners that are joined."""
-
-    def __init__(self) -> None:
-        self._above: dict[tuple[int, int], tuple[int, int]] = {}
-
-    def root(self, corner: tuple[int, int]) -> tuple[int, int]:
-        """The corner that stands for its class."""
-        while (above := self._above.get(corner, corner)) != corner:
-            self._above[corner] = self._above.get(above, above)
-            corner = above
-        return corner
-
-    def join(self, one: tuple[int, int], two: tuple[int, int]) -> None:
-        """Make the classes of two corners one."""
-        one, two = self.root(one), self.root(two)
-        self._above[max(one, two)] = min(one, two)

@@ -111,16 +111,14 @@ class _Painter:
         self.camera, self.scale, self.left, self.top = camera, scale, left, top
         pattern = replay.linkage.pattern
         stacks = stacks_of(replay.linkage)
-        self.colours = ["c" if stacks is None else "ab"[stack] for stack in stacks or [0] * len(pattern.facets)]
-        self.hinges: list[list[tuple[int, int, str]]] = [[] for _ in pattern.facets]
+        self.colours = ["c" if stacks is None else "ab"[stack] for stack in stacks or [0] * len(pattern.faces)]
+        self.hinges: list[list[tuple[int, int, str]]] = [[] for _ in pattern.faces]
         """Of each facet: edges with a hinge, the face that carries it, and the kind of line."""
         for pair, crease in pattern.creases.items():
             if crease.face is not None:
-                middle = np.mean(pattern.edges[pair], axis=0)
-                for facet in pair:
-                    corners = np.array(pattern.facets[facet])
-                    middles = 0.5 * (corners + np.roll(corners, -1, axis=0))
-                    edge = int(np.linalg.norm(middles - middle, axis=1).argmin())
+                # each facet has the edge on its left: the second one begins it at its end
+                for facet, start in zip(pair, pattern.edges[pair], strict=True):
+                    edge = pattern.faces[facet].index(start)
                     self.hinges[facet].append((edge, int(crease.face == "top"), crease.fold[0]))
 
     def frame(self, solids: list[Reals]) -> str:

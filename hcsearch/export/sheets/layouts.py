@@ -10,7 +10,6 @@ import math
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,8 +18,8 @@ from hcsearch.errors import HcsearchError
 from hcsearch.export.exported import Exported
 from hcsearch.export.settings import Profile, Settings
 from hcsearch.export.sheets.digits import strokes
-from hcsearch.outlines import same_places
-from hcsearch.pattern import SAME, Crease, Pair, Pattern, Point
+from hcsearch.mesh import Point
+from hcsearch.pattern import Crease, Pair, Pattern
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -107,17 +106,13 @@ class _Drawn:
         self.pattern: Pattern = exported.linkage.pattern
         self.labels, self.settings = exported.labels, settings
         self.size = 1e3 * self.pattern.size
-        corners = [(1e3 * x, 1e3 * y) for facet in self.pattern.facets for x, y in facet]
-        place = same_places(corners, 10 * SAME * self.size)
-        ends = np.cumsum([0, *map(len, self.pattern.facets)])
-        self.facets = [[corners[place[k]] for k in range(a, b)] for a, b in pairwise(ends.tolist())]
+        self.vertices = [(1e3 * x, 1e3 * y) for x, y in self.pattern.vertices]
         self.radii = [_radius(facet) for facet in self._polygons()]
-        self.place = dict(zip(corners, (corners[k] for k in place), strict=True))
 
     def edge(self, pair: Pair) -> tuple[Point, Point]:
         """The shared edge of two facets, the first on the left."""
-        (x, y), (to_x, to_y) = self.pattern.edges[pair]
-        return self.place[1e3 * x, 1e3 * y], self.place[1e3 * to_x, 1e3 * to_y]
+        start, end = self.pattern.edges[pair]
+        return self.vertices[start], self.vertices[end]
 
     def whole(self) -> Sheet:
         """The sheet in one piece."""
@@ -178,7 +173,7 @@ class _Drawn:
         """The facets as they are."""
         import shapely  # noqa: PLC0415 - as above
 
-        return [shapely.Polygon(facet) for facet in self.facets]
+        return [shapely.Polygon([self.vertices[v] for v in face]) for face in self.pattern.faces]
 
     def _trimmed(self) -> list[Polygon]:
         """The facets with half of the hinge gap taken off along hinges."""
