@@ -4,9 +4,11 @@ from functools import cache
 
 from hypothesis import strategies as st
 
+from hcsearch.export.cutting_sheets import Sheet, sheet_of
 from hcsearch.export.exported import Exported
-from hcsearch.export.formats import FORMATS
+from hcsearch.export.formats import FORMATS, Files
 from hcsearch.export.reading import exported_named
+from hcsearch.export.settings import Settings
 from hcsearch.folding import foldings
 from hcsearch.subjects.reading import Request
 from tests.strategies import circuits
@@ -22,6 +24,15 @@ RING = "square:011122233300:0"
 @cache
 def exported(name: str, wanted: str = "fold", by: str | None = None, state="flat", **request) -> Exported:
     return exported_named(Request(name, "none.sqlite", **request), FORMATS[wanted], by, state)
+
+
+def written(value: Exported, wanted: str = "fold", settings: Settings = Settings()) -> Files:  # noqa: B008 - frozen
+    return FORMATS[wanted].write(value, settings)
+
+
+def sheet_for(value: Exported, settings: Settings) -> Sheet:
+    names = FORMATS["svg"].takes
+    return sheet_of(value.linkage.pattern, value.labels, **{name: getattr(settings, name) for name in names})
 
 
 @st.composite

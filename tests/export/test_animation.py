@@ -9,9 +9,9 @@ import pytest
 
 from hcsearch.errors import OutputError
 from hcsearch.export import export
+from hcsearch.export.animation import FRAMES, WIDTH, animation_of
 from hcsearch.export.formats import format_of
-from hcsearch.export.pictures.animation import FRAMES, WIDTH, animation_of
-from hcsearch.export.pictures.painting import painters_order
+from hcsearch.export.painting import painters_order
 from hcsearch.replays.sources import replay_named
 from hcsearch.subjects.reading import Request
 from tests.export.cases import case, replay

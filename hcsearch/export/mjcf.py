@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
 from xml.etree import ElementTree as Xml
 
 import numpy as np
@@ -17,14 +16,10 @@ from hcsearch.collision.margins import check_margin
 from hcsearch.collision.prisms import prisms_of
 from hcsearch.deployment.scales import settled
 from hcsearch.errors import HcsearchError
-from hcsearch.export.simulators.cut_trees import CutTree, Link, cut_tree, line_of, numbers
+from hcsearch.export.cut_trees import CutTree, Link, cut_tree, line_of, numbers
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
-
-if TYPE_CHECKING:
-    from hcsearch.export.exported import Exported
-    from hcsearch.export.settings import Settings
 
 STEPS = 50_000
 """In the natural time of a scene; a step is 0.02 ms for panels of 50 mm, which the stiff welds ask for."""
@@ -39,21 +34,6 @@ STIFF = 0.9999
 ITERATIONS, TOLERANCE = 50, 1e-12
 """Of its solver, which needs few steps as nothing but welds and stops are constraints."""
 _COLOURS = ("0.86 0.83 0.73 1", "0.62 0.65 0.71 1")
-
-
-def write(exported: Exported, settings: Settings) -> str:
-    """The subject in its scene."""
-    subject = exported.subject
-    if subject.drives is not None:
-        raise HcsearchError("models of MuJoCo are written with springs, not with drives: leave out the table [drive]")
-    return mjcf_of(
-        subject.linkage,
-        exported.labels,
-        subject.scene,
-        exported.name,
-        contact=settings.contact,
-        timestep=settings.timestep_s,
-    )
 
 
 def mjcf_of(
