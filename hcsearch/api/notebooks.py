@@ -9,7 +9,7 @@ from hcsearch.replays.recording import replay_of_deployment
 from hcsearch.replays.replay import Replay
 from hcsearch.replays.sources import replay_named
 from hcsearch.subjects.requests import Request
-from hcsearch.system.surroundings import default_database
+from hcsearch.system.machine import default_database
 from hcsearch.twisting import twist
 
 MOST_PANELS = 12

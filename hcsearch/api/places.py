@@ -6,7 +6,7 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from hcsearch.store import Database, open_database, open_readonly
-from hcsearch.system.surroundings import default_database
+from hcsearch.system.machine import default_database
 
 Place = str | Path | Database
 

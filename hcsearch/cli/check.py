@@ -13,7 +13,7 @@ from hcsearch.cli.options import examples
 from hcsearch.cli.progress import Meter
 from hcsearch.cli.subjects import circuit_options, request_of
 from hcsearch.play import millimetres, play_sentence
-from hcsearch.system.surroundings import default_database
+from hcsearch.system.machine import default_database
 
 if TYPE_CHECKING:
     from collections.abc import Collection

@@ -12,8 +12,8 @@ from hcsearch.cli.progress import Meter
 from hcsearch.cli.subjects import folding_options, request_of
 from hcsearch.errors import HcsearchError
 from hcsearch.system.figures import check_picture
-from hcsearch.system.numbers import short
 from hcsearch.system.outputs import check_output
+from hcsearch.system.terminal import say, short
 
 
 @click.command(
@@ -90,7 +90,6 @@ def drive(name: str, as_json: bool, **options: Any) -> None:
     from hcsearch.replays.finding import find_path
     from hcsearch.subjects.reading import read_folding
     from hcsearch.subjects.requests import settled
-    from hcsearch.system.notices import say
 
     for path in options["outputs"]:
         check_output(path, (*files.TABLES, *files.SCENES))

@@ -16,8 +16,8 @@ from hcsearch.export.settings import NAMES, Settings
 from hcsearch.folding import Folding
 from hcsearch.replays.sources import By
 from hcsearch.subjects.requests import Request
-from hcsearch.system.notices import say
 from hcsearch.system.outputs import check_output, replacing
+from hcsearch.system.terminal import say
 
 
 def export(

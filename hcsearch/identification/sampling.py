@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from hcsearch.errors import HcsearchError
-from hcsearch.system.numbers import short
+from hcsearch.system.terminal import short
 from hcsearch.typing import Reals
 
 LEAST_SAMPLES = 64

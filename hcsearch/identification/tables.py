@@ -11,7 +11,7 @@ from hcsearch.dynamics import spring_files
 from hcsearch.errors import HcsearchError
 from hcsearch.identification.sampling import sampling_rate
 from hcsearch.system.columns import HUGE, TINY, Columns, is_number, read_columns, renamed
-from hcsearch.system.numbers import short
+from hcsearch.system.terminal import short
 from hcsearch.typing import Reals
 
 TIME = "time_s"

@@ -21,10 +21,10 @@ from hcsearch.linkage import Linkage
 from hcsearch.locks.enclosures import Enclosure, enclose
 from hcsearch.planning.critical import CriticalMargin, critical_margin
 from hcsearch.planning.planner import Growth, Planner
+from hcsearch.planning.problems import check_memory
 from hcsearch.planning.proofs import PLAYS, PathProof, Prover
 from hcsearch.planning.schedule import FIRST, LONG, Bisection, Floods, Moves, Step, Trees, planned_efforts
 from hcsearch.planning.simple_moves import simple_path
-from hcsearch.planning.sizes import check_size
 from hcsearch.scenes import PanelSize
 from hcsearch.typing import Reals
 from hcsearch.vocabulary import Way
@@ -86,7 +86,7 @@ def motion_of(
     Congruent foldings have one search, that of the folding that stands for them. SizeError for more panels than
     `sizes` allows.
     """
-    check_size(folding.circuit.n)
+    check_memory(folding.circuit.n)
     like = folding.likeness(panel)
     own = folding if like is None else like.folding
     linkages = {way: linkage_joined(own, panel, way) for way in ways if can_be(own, way)}

@@ -8,7 +8,7 @@ from hcsearch.deployment.deploying import Deployment
 from hcsearch.labels import labels_of
 from hcsearch.linkage import Linkage
 from hcsearch.replays.replay import Replay, thinned, turned
-from hcsearch.system.numbers import short
+from hcsearch.system.terminal import short
 from hcsearch.typing import Reals
 from hcsearch.vocabulary import Formulation
 

@@ -29,7 +29,7 @@ from hcsearch.store import (
 )
 from hcsearch.subjects.designs import is_id
 from hcsearch.subjects.scenes import only_scene, read_scene, with_size
-from hcsearch.system.notices import say
+from hcsearch.system.terminal import say
 
 
 @dataclass(frozen=True)

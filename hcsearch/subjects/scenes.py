@@ -21,7 +21,7 @@ from hcsearch.scenes import (
     read_panel,
     with_panel,
 )
-from hcsearch.system.notices import say
+from hcsearch.system.terminal import say
 
 if TYPE_CHECKING:
     from hcsearch.scenes import PanelSize

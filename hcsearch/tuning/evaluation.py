@@ -19,7 +19,7 @@ from hcsearch.deployment.scales import settled
 from hcsearch.deployment.springs import scene_springs, stiffnesses_of, with_springs
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
-from hcsearch.system.cores import usable_cores
+from hcsearch.system.machine import usable_cores
 from hcsearch.tuning.objective import Scales, objective
 from hcsearch.typing import Reals
 from hcsearch.vocabulary import Formulation

@@ -20,7 +20,7 @@ import numpy as np
 from hcsearch.deployment.outcomes import Check
 from hcsearch.deployment.springs import range_of
 from hcsearch.equality import ByValue
-from hcsearch.system.numbers import short
+from hcsearch.system.terminal import short
 from hcsearch.tuning.evaluation import Evaluator
 from hcsearch.typing import Reals
 
