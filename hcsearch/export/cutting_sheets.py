@@ -17,8 +17,7 @@ import numpy as np
 
 from hcsearch.errors import HcsearchError
 from hcsearch.export.digits import strokes
-from hcsearch.export.settings import Profile
-from hcsearch.export.settings import Sheet as SheetKind
+from hcsearch.export.settings import Profile, SheetKind
 from hcsearch.labels import Labels
 from hcsearch.outlines import same_places
 from hcsearch.pattern import SAME, Crease, Pair, Pattern, Point

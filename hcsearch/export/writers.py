@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from hcsearch.circuit import Circuit
     from hcsearch.export.cutting_sheets import Sheet
     from hcsearch.export.exported import Exported
-    from hcsearch.export.settings import Profile, State
-    from hcsearch.export.settings import Sheet as SheetKind
+    from hcsearch.export.settings import Profile, SheetKind, State
     from hcsearch.folding import Folding
     from hcsearch.pattern import Pattern
 
