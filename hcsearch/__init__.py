@@ -104,8 +104,17 @@ __all__ = [
 def __getattr__(name: str) -> object:
     # not above: the command line loads this module before it can answer Ctrl-C
     from hcsearch.system.lazy import importing  # noqa: PLC0415
+    from hcsearch.system.notebooks import register_view  # noqa: PLC0415
 
+    register_view(_notebook_view)
     return importing(__name__, _HOMES)(name)
+
+
+def _notebook_view(value: object) -> str | None:
+    """Return the HTML of a value in a notebook."""
+    from hcsearch.api.notebooks import html_of  # noqa: PLC0415 - loads the player
+
+    return html_of(value)
 
 
 def __dir__() -> list[str]:

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Whole
 from hcsearch.pattern import Pattern
-from hcsearch.typing import Whole
 
 
 class HingeTree(NamedTuple):

@@ -14,12 +14,12 @@ from functools import cached_property
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.equality import ByValue
 from hcsearch.errors import HcsearchError, expect
 from hcsearch.hinge_trees import HingeTree, hinge_tree
 from hcsearch.kernels.linkage.loops import Chain, bend_loops, close_loops, place_panels
 from hcsearch.pattern import Pattern
-from hcsearch.typing import Reals, Whole
 
 Walk = tuple[tuple[int, int], ...]
 

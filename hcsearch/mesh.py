@@ -13,7 +13,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from hcsearch.typing import Reals
+from hcsearch.arrays import Reals
 
 Point = tuple[float, float]
 Facet = tuple[Point, ...]

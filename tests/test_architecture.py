@@ -1,5 +1,6 @@
 """The page that says where things are names all there is, on the floors that `make check` holds."""
 
+import ast
 import re
 import tomllib
 from pathlib import Path
@@ -20,6 +21,17 @@ def test_floors_stand_in_the_order_of_the_contract():
     floor = {name: number for number, layer in enumerate(layers("hcsearch")) for name in layer}
     assert {name for row in named for name in row} == set(floor)
     assert [floor[name] for row in named for name in row] == sorted(floor[name] for row in named for name in row)
+
+
+def test_no_module_names_one_of_a_layer_above_in_a_text():
+    floor = {name: number for number, layer in enumerate(layers("hcsearch")) for name in layer}
+    for path in sorted((ROOT / "hcsearch").rglob("*.py")):
+        own = path.relative_to(ROOT / "hcsearch").parts[0].removesuffix(".py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            text = node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else ""
+            named = re.match(r"hcsearch\.(\w+)[\w.]*$", text)
+            if own in floor and named and named[1] in floor:
+                assert floor[named[1]] >= floor[own], f"{path}:{node.lineno}"
 
 
 def test_rooms_of_kernels_and_of_benches_are_named():

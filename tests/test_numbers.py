@@ -3,7 +3,7 @@
 import pytest
 
 from hcsearch.pipeline.amounts import duration, size
-from hcsearch.system.numbers import short
+from hcsearch.system.terminal import short
 
 
 @pytest.mark.parametrize(

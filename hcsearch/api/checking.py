@@ -16,7 +16,7 @@ from hcsearch.own_patterns.checking import CheckedCircuit, check_circuit
 from hcsearch.own_patterns.fold_reading import read_fold
 from hcsearch.own_patterns.recognition import recognise, sized
 from hcsearch.scenes import Scene
-from hcsearch.system.notices import say
+from hcsearch.system.terminal import say
 from hcsearch.vocabulary import Way
 
 Progress = Callable[[int, int, str], None]

@@ -10,7 +10,7 @@ from hcsearch.cases.places import Place
 from hcsearch.cases.resolve import resolve
 from hcsearch.deployment.deployed import Deployed, deployed
 from hcsearch.scenes import Scene
-from hcsearch.system.notices import say
+from hcsearch.system.terminal import say
 from hcsearch.vocabulary import Formulation, Way
 
 

@@ -14,7 +14,7 @@ from hcsearch.errors import HcsearchError
 from hcsearch.folding import Folding
 from hcsearch.replays.finding import find_path
 from hcsearch.scenes import Scene
-from hcsearch.system.notices import say
+from hcsearch.system.terminal import say
 from hcsearch.vocabulary import Way
 
 

@@ -12,7 +12,7 @@ from hcsearch.pipeline import Crew, Funnel, Plan, Summary, check_room, estimate,
 from hcsearch.pipeline.run import Announce, Progress
 from hcsearch.scenes import Scene
 from hcsearch.stages.order import STAGES, check_keep
-from hcsearch.system.cores import usable_cores
+from hcsearch.system.machine import usable_cores
 from hcsearch.vocabulary import Keep
 
 JOBS_PER_CORE = 4

@@ -17,8 +17,8 @@ from hcsearch.export.writing import export_files, settings_of
 from hcsearch.folding import Folding
 from hcsearch.replays.sources import By
 from hcsearch.scenes import Scene
-from hcsearch.system.notices import say
 from hcsearch.system.outputs import check_output, replacing
+from hcsearch.system.terminal import say
 from hcsearch.vocabulary import Way
 
 

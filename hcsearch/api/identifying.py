@@ -13,7 +13,7 @@ from hcsearch.identification.springs import Spring
 from hcsearch.identification.springs import identify_spring as identified
 from hcsearch.identification.tables import read_accelerations, read_moments
 from hcsearch.identification.vibration import FreeVibration, identify_modes
-from hcsearch.system.notices import say
+from hcsearch.system.terminal import say
 
 
 @dataclass(frozen=True)

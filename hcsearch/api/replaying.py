@@ -15,7 +15,7 @@ from hcsearch.replays.recording import replay_of_deployment
 from hcsearch.replays.replay import Replay
 from hcsearch.replays.sources import By, replay_case
 from hcsearch.scenes import Scene
-from hcsearch.system.notices import say
+from hcsearch.system.terminal import say
 from hcsearch.vocabulary import Way
 
 

@@ -11,7 +11,7 @@ from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.errors import HcsearchError
 from hcsearch.store import check_scene, open_readonly
 from hcsearch.store.pages import SECONDS
-from hcsearch.system.notices import say
+from hcsearch.system.terminal import say
 
 
 def serve(

@@ -13,7 +13,7 @@ from hcsearch.cases.places import Place, writing
 from hcsearch.cases.resolve import resolve
 from hcsearch.errors import HcsearchError
 from hcsearch.scenes import Scene
-from hcsearch.system.notices import say
+from hcsearch.system.terminal import say
 from hcsearch.tuning.catalogue import catalogue_levels
 from hcsearch.tuning.ledger import Ledger
 from hcsearch.tuning.robustness import Spread

@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from hcsearch.arrays import Reals
 from hcsearch.errors import PatternError, SizeError
 from hcsearch.pattern import Pattern
-from hcsearch.typing import Reals
 
 SHORTEST, LONGEST = 1e-15, 1e6
 """Lengths (m) whose squares and products still are numbers."""

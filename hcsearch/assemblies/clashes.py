@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Reals
 from hcsearch.mesh import Facet
-from hcsearch.typing import Reals
 
 
 def clash(still: Sequence[Facet], moved: Sequence[Facet], tolerance: float) -> bool:

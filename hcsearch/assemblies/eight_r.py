@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Reals
 from hcsearch.assemblies.assembly import Assembly, Parameters
 from hcsearch.errors import PatternError
 from hcsearch.linkage import Linkage
 from hcsearch.mesh import Facet, Point
 from hcsearch.pattern import RIGID, Crease, Face, Pair, Pattern
-from hcsearch.typing import Reals
 
 SLIT = (2, 7)
 """Facets of P3 and P7, on both sides of the slit."""

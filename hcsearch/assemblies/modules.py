@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
+from hcsearch.arrays import Reals
 from hcsearch.assemblies.assembly import Assembly, Parameters
 from hcsearch.assemblies.sheets import doubled, folded_to, sheet
 from hcsearch.pattern import MOUNTAIN, VALLEY, Pattern, overlay
-from hcsearch.typing import Reals
 
 ODD = ((1, 3), (1, 3))
 """Grid lines of module III that are creases."""

@@ -14,10 +14,10 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Reals
 from hcsearch.errors import PatternError
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import Pattern
-from hcsearch.typing import Reals
 
 GRID = 1e-12
 """Edges are cut on a grid as fine as this share of a panel's size; rounding of the folded state is a hundredth."""

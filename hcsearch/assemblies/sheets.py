@@ -12,10 +12,10 @@ from typing import Literal
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.errors import PatternError
 from hcsearch.mesh import SAME_POINT, Facet
 from hcsearch.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pair, Pattern, overlay
-from hcsearch.typing import Reals
 
 Axis = Literal["x", "y"]
 Lines = tuple[Collection[int], Collection[int]]

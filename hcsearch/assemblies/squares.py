@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.assemblies.assembly import Assembly, Parameters
 from hcsearch.circuit import Circuit
 from hcsearch.folding import folding_of
 from hcsearch.pattern import MOUNTAIN, RIGID, VALLEY, Crease, Pair, Pattern, overlay
-from hcsearch.typing import Reals
 
 CIRCUIT, CREASE = "rectangle:1233300011123321", 6
 """Circuit and flat crease of thesis Fig. 4.1(b); lengths run along the rows."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hcsearch.arrays import Reals
 from hcsearch.folding import Folding
 from hcsearch.kinematics.generic import generic_rank
 from hcsearch.kinematics.rank import rank_at
@@ -11,7 +12,6 @@ from hcsearch.linkage import Linkage
 from hcsearch.locks.proofs import lock_at
 from hcsearch.locks.tightness import tightness
 from hcsearch.panel_sizes import PanelSize
-from hcsearch.typing import Reals
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from hcsearch.errors import DatabaseError
 from hcsearch.store import Database, open_database, open_readonly
-from hcsearch.system.surroundings import default_database
+from hcsearch.system.machine import default_database
 
 Place = str | Path | Database
 

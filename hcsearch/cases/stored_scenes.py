@@ -13,7 +13,7 @@ from hcsearch.scenes.looks import look_parts
 from hcsearch.scenes.scene import check_name
 from hcsearch.scenes.scene_file import read_file, read_text, scene_in
 from hcsearch.store import Database, check_scene, find_scene, grids_in, scene_names
-from hcsearch.system.notices import say
+from hcsearch.system.terminal import say
 
 
 def read_scene(text: str | None, database: Database | None, grid: str | None = None) -> Scene:

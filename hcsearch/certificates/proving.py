@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from hcsearch.arrays import Reals
 from hcsearch.certificates import collision_checker, lock_checker, path_checker
 from hcsearch.certificates.writing import (
     FORMAT,
@@ -27,7 +28,6 @@ from hcsearch.planning.schedule import LOOSE
 from hcsearch.scenes import Scene, panel_of
 from hcsearch.system.reading import read_text
 from hcsearch.twisting import twist
-from hcsearch.typing import Reals
 from hcsearch.vocabulary import WAYS
 
 EFFORTS = 5

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Reals
 from hcsearch.certificates import path_checker
 from hcsearch.certificates.path_checker import Array, NotProvedError
 from hcsearch.planning.stretches import Tube, cubics_of
-from hcsearch.typing import Reals
 
 WANDERS = (0.02, 0.004, 0.0008)
 """What closed states may differ from a piece by (rad), summed over hinges, over the margin as a share of the array's

@@ -9,8 +9,8 @@ import click
 
 from hcsearch.cli.options import Number, examples
 from hcsearch.errors import HcsearchError
-from hcsearch.system.numbers import short
 from hcsearch.system.outputs import check_output, write_output
+from hcsearch.system.terminal import short
 
 if TYPE_CHECKING:
     pass

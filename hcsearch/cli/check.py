@@ -12,7 +12,7 @@ from hcsearch.cli.cases import case_options, circuit_options
 from hcsearch.cli.options import examples
 from hcsearch.cli.progress import Meter
 from hcsearch.play import millimetres, play_sentence
-from hcsearch.system.surroundings import default_database
+from hcsearch.system.machine import default_database
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -12,8 +12,8 @@ from hcsearch.cli.cases import resolve_named, subject_options
 from hcsearch.cli.options import examples, json_option
 from hcsearch.errors import HcsearchError
 from hcsearch.system.figures import check_picture
-from hcsearch.system.numbers import short
 from hcsearch.system.outputs import TABLES, check_output, write_table
+from hcsearch.system.terminal import short
 from hcsearch.vocabulary import FORMULATIONS, INTEGRATORS
 
 
@@ -78,7 +78,7 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
     for wrong input.
     """
     from hcsearch.api import deploying
-    from hcsearch.deployment.savings import savings
+    from hcsearch.deployment.deploying import savings
 
     if options["output"]:
         check_output(options["output"], TABLES)

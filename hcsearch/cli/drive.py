@@ -12,8 +12,8 @@ from hcsearch.cli.options import Number, examples, json_option
 from hcsearch.cli.progress import Meter
 from hcsearch.errors import HcsearchError
 from hcsearch.system.figures import check_picture
-from hcsearch.system.numbers import short
 from hcsearch.system.outputs import check_output
+from hcsearch.system.terminal import short
 
 
 @click.command(

@@ -11,7 +11,7 @@ import click
 
 from hcsearch.errors import HcsearchError
 from hcsearch.grid import GRIDS
-from hcsearch.system.surroundings import default_database
+from hcsearch.system.machine import default_database
 from hcsearch.vocabulary import KEEPS
 
 Command = Callable[..., Any]

@@ -12,8 +12,8 @@ from hcsearch.cli.scenes import scene_options
 from hcsearch.errors import HcsearchError, printable
 from hcsearch.play import play_sentence
 from hcsearch.scenes import DEFAULT
-from hcsearch.system.numbers import short
-from hcsearch.system.surroundings import default_database
+from hcsearch.system.machine import default_database
+from hcsearch.system.terminal import short
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

@@ -11,8 +11,8 @@ from hcsearch.cli.cases import resolve_named, subject_options
 from hcsearch.cli.options import examples, json_option, named_numbers
 from hcsearch.cli.progress import Meter
 from hcsearch.errors import HcsearchError
-from hcsearch.system.numbers import short
 from hcsearch.system.outputs import check_output, write_output
+from hcsearch.system.terminal import short
 
 if TYPE_CHECKING:
     from hcsearch.cases.case import Case

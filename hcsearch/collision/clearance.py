@@ -16,6 +16,7 @@ from typing import Literal
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.collision.margins import MARGIN, RESOLUTION, TOUCHING
 from hcsearch.collision.prisms import prisms_of
 from hcsearch.collision.solids import Solids, pairs_of, solids_of
@@ -25,7 +26,6 @@ from hcsearch.kernels.collision.dips import smallest_dip
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.collision.least_gaps import least_gap as least_of_pairs
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.collision.penetration import TOUCH
 from hcsearch.collision.prisms import prisms_of
 from hcsearch.equality import ByValue
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.collision.gaps import PanelPairs, gaps_at
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals, Whole
 
 CONTACT = 2e-5
 """Panels nearer than this share of their size touch: 1 um of panels of 50 mm; simulations close loops to less."""

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.collision.prisms import facet_pairs, prisms_of
 from hcsearch.kernels.collision.overlaps import deepest_overlap, first_overlap
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals
 
 TOUCH = 1e-6
 """Prisms that cut into each other by no more than this share of the pattern's size only touch."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Reals
 from hcsearch.collision.margins import check_margin
 from hcsearch.collision.prisms import facet_pairs, prisms_of, table_of
 from hcsearch.hinge_trees import hinge_tree
 from hcsearch.kernels.enclosure.plates import Plates
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals
 
 Steps = list[tuple[int, int]]
 """Hinges, and the sense in which each is crossed."""

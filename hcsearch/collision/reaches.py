@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals
 
 
 def slack_of(linkage: Linkage, gap: float) -> float:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.collision.margins import check_margin
 from hcsearch.collision.prisms import facet_pairs, prisms_of
 from hcsearch.kernels.linkage.prisms import Prisms
@@ -15,7 +16,6 @@ from hcsearch.kernels.linkage.reaches import Pairs, pairs_between
 from hcsearch.linkage import Linkage
 from hcsearch.mesh import SAME_POINT
 from hcsearch.pattern import Hinge
-from hcsearch.typing import Reals
 
 
 class Solids(NamedTuple):

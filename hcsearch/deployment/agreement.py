@@ -14,7 +14,7 @@ from typing import NamedTuple
 from hcsearch.deployment.deploying import Deployment, run
 from hcsearch.deployment.outcomes import STEPS, Check
 from hcsearch.deployment.play import needed_margin_of
-from hcsearch.system.numbers import short
+from hcsearch.system.terminal import short
 from hcsearch.vocabulary import Formulation, Outcome, Verdict
 
 TIGHTER = (10.0, 100.0)

@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.collision.solids import kept_apart
 from hcsearch.deployment.starts import start_state
 from hcsearch.dynamics.bodies import Body, joined
@@ -23,7 +24,6 @@ from hcsearch.errors import HcsearchError
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup, settle
-from hcsearch.typing import Reals, Whole
 from hcsearch.vocabulary import Formulation
 
 OMISSIONS = ("half", "third dimension", "stops")

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.collision.reaches import slack_of
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.dynamics.simulation import Motion, closed_between
 from hcsearch.kernels.collision.intervals import Course
-from hcsearch.typing import Reals
 
 
 class Path(NamedTuple):

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.dynamics.driving import Commands, Demand
 from hcsearch.errors import HcsearchError, SceneError
 from hcsearch.labels import Labels, is_name, plain
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals
 
 OPEN = 1e-6
 """Closure residual at the start that is taken for closed."""

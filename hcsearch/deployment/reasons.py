@@ -8,7 +8,7 @@ from hcsearch.collision.clearance import Clearance
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.dynamics.simulation import Motion
 from hcsearch.labels import Labels, named_hinges
-from hcsearch.system.numbers import short
+from hcsearch.system.terminal import short
 from hcsearch.vocabulary import Outcome
 
 

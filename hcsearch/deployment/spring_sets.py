@@ -6,11 +6,11 @@ from functools import cache
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.folding import Folding
 from hcsearch.panel_sizes import PanelSize
 from hcsearch.scenes.looks import GRADED, GRADES, OUTER, SPREAD
-from hcsearch.typing import Reals
 
 
 def springs_of(folding: Folding, panel: PanelSize, compiled: Compiled, name: str) -> Reals:

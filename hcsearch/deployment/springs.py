@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.dynamics.laws import Law, linear
 from hcsearch.dynamics.mirror import mirror_of
 from hcsearch.errors import HcsearchError
 from hcsearch.linkage import Linkage
 from hcsearch.scenes.setup import Setup
-from hcsearch.typing import Reals
 
 
 def tied_hinges(linkage: Linkage, held: int) -> tuple[tuple[int, ...], ...]:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from hcsearch.arrays import Reals
 from hcsearch.errors import HcsearchError
 from hcsearch.kinematics.within import close_within
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals
 
 
 def start_state(linkage: Linkage, share: float) -> Reals:

@@ -16,9 +16,9 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Reals
 from hcsearch.errors import HcsearchError
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals
 
 LOOKED_AT, AGAIN = 60, 8
 """States along a path at which sets are judged while they are searched, and how often that is done again with the

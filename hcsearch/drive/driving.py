@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.deployment.deploying import Deployment, compile_driven, run_driven
 from hcsearch.deployment.driving import LONGEST, SHORTEST, Drives
@@ -25,7 +26,6 @@ from hcsearch.planning.reasons import reason_of
 from hcsearch.scenes import Scene, panel_of
 from hcsearch.scenes.setup import Setup, settle
 from hcsearch.twisting import twist
-from hcsearch.typing import Reals
 from hcsearch.vocabulary import Way
 
 SETTLING = 0.5

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.drive.driving import Drive
 from hcsearch.labels import labels_of
-from hcsearch.typing import Reals
 
 WITHIN = 0.05
 """A drive follows where the greatest torque of each driven hinge is within this share of the greatest planned one."""

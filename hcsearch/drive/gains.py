@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.deployment.driving import Drives
 from hcsearch.drive.choosing import frames_at
 from hcsearch.drive.torques import Torques
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals
 
 YIELDS = 0.05
 """What control yields under the greatest torque of the motion, at most (rad)."""

@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.deployment.deploying import Deployment, judged
 from hcsearch.deployment.outcomes import FLAT
 from hcsearch.dynamics.simulation import Motion, joined, simulate
 from hcsearch.dynamics.system import System
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals
 
 LEFT = 0.05
 """A hinge has left the packed state when it has turned by this (rad)."""

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.deployment.pictures import head, legend, look, mark_collision
 from hcsearch.deployment.reasons import reason_with_clearance
 from hcsearch.drive.driving import Drive
 from hcsearch.labels import labels_of
 from hcsearch.system.figures import figure_for
-from hcsearch.typing import Reals
 
 if TYPE_CHECKING:
     from hcsearch.system.figures import Axes

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.dynamics.interpolation import between
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.planning.closing import close, new_closing
 from hcsearch.linkage import Linkage
 from hcsearch.planning.problems import loops_of
-from hcsearch.typing import Reals
 
 NEAR = (0.01, 0.005)
 """How near to the packed and to the flat state the driven motion begins and ends (rad): both are singular, and nothing

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.drive.smoothing import SmoothPath
 from hcsearch.errors import HcsearchError
-from hcsearch.typing import Reals
 
 RATE, ACCELERATION = 1.0, 5.0
 """Greatest rate (rad/s) and acceleration (rad/s^2) of a hinge, unless given."""

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.deployment.compiling import Compiled
 from hcsearch.drive.choosing import Choice, frames_at
 from hcsearch.drive.timing import TimedPath
 from hcsearch.dynamics.inverse import joint_forces
 from hcsearch.equality import ByValue
-from hcsearch.typing import Reals
 
 
 @dataclass(frozen=True, eq=False)

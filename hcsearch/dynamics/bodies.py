@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.equality import ByValue
-from hcsearch.typing import Reals
 
 
 @dataclass(frozen=True, eq=False)

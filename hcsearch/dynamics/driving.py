@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Reals
 from hcsearch.dynamics.simulation import Motion, simulate
 from hcsearch.dynamics.system import System
 from hcsearch.equality import ByValue
 from hcsearch.kernels.multibody.targets import Targets
-from hcsearch.typing import Reals
 
 FIRST, LONGEST = 1e-5, 0.001
 """First and longest step, as shares of the course."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hcsearch.typing import Reals
+from hcsearch.arrays import Reals
 
 
 def between(nodes: Reals, q: Reals, v: Reals, a: Reals | None, times: Reals) -> Reals:

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.dynamics.system import System
 from hcsearch.dynamics.trees import GROUND
 from hcsearch.equality import ByValue
 from hcsearch.errors import HcsearchError
-from hcsearch.typing import Reals
 
 
 @dataclass(frozen=True, eq=False)

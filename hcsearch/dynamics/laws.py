@@ -26,9 +26,9 @@ from pathlib import Path
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.dynamics.spring_files import check_angles, read_moments
 from hcsearch.errors import HcsearchError, NotationError
-from hcsearch.typing import Reals, Whole
 
 Cubic = tuple[float, float, float, float]
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.equality import ByValue
 from hcsearch.isometries import Isometry
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.dynamics.bodies import Body, joined, prism
 from hcsearch.dynamics.mirror import Mirror
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
 from hcsearch.equality import ByValue
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals, Whole
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,7 @@ from typing import Literal, Required, TypedDict, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Reals
 from hcsearch.dynamics.interpolation import between
 from hcsearch.dynamics.methods import method_named
 from hcsearch.dynamics.system import System
@@ -22,7 +23,6 @@ from hcsearch.kernels.multibody.motion import hold_for
 from hcsearch.kernels.multibody.steps import StepPlan
 from hcsearch.kernels.multibody.sweeps import move, place
 from hcsearch.kernels.multibody.tree import work_for
-from hcsearch.typing import Reals
 
 Ending = Literal["time", "flat", "rest", "steps", "stuck", "open", "diverged", "energy", "jammed"]
 """`time` is over; `flat`; at `rest` elsewhere; out of `steps`; `stuck`, no step is short enough; loops `open`;

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.errors import HcsearchError
 from hcsearch.system.columns import Columns, canonical, read_columns, renamed
 from hcsearch.system.reading import MOST_BYTES
-from hcsearch.typing import Reals
 
 ANGLES = {"angle_rad": 1.0, "angle_deg": math.pi / 180.0}
 MOMENTS = {"moment_N_m": 1.0, "moment_N_mm": 1e-3}

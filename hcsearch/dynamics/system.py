@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.dynamics.bodies import Body
 from hcsearch.dynamics.laws import FREE, Law, tables_of
 from hcsearch.dynamics.trees import GROUND, Joint, Weld, tree_of
@@ -18,7 +19,6 @@ from hcsearch.kernels.multibody.hinges import Hinges, Struts
 from hcsearch.kernels.multibody.motion import Mechanism
 from hcsearch.kernels.multibody.targets import Targets, no_targets
 from hcsearch.kernels.multibody.tree import INERTIA, MASS
-from hcsearch.typing import Reals
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.dynamics.bodies import Body
 from hcsearch.equality import ByValue
 from hcsearch.errors import HcsearchError
 from hcsearch.kernels.multibody.tree import Tree
-from hcsearch.typing import Reals
 
 GROUND = -1
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+from hcsearch.arrays import Reals
 from hcsearch.cases.case import Case
 from hcsearch.circuit import Circuit
 from hcsearch.export.settings import State
@@ -12,7 +13,6 @@ from hcsearch.folding import Folding
 from hcsearch.labels import Labels, labels_of
 from hcsearch.linkage import Linkage
 from hcsearch.replays.replay import Replay
-from hcsearch.typing import Reals
 
 
 @dataclass(frozen=True)

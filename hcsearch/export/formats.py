@@ -1,18 +1,19 @@
-"""The formats of exports. A format is a module in a folder here, with a function `write`, and one line in this list.
+"""The formats of exports. A format is a module here, a writer in `writers`, and one line in this list.
 
 Loads nothing that is heavy: the command line names formats in its help.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from importlib import import_module
 from importlib.util import find_spec
+from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Literal
 
 from hcsearch.errors import HcsearchError, OutputError
+from hcsearch.export import writers
 
 if TYPE_CHECKING:
     from hcsearch.export.exported import Exported
@@ -27,44 +28,39 @@ Of several, the first is the file that was asked for.
 """
 
 
-class Writer(Protocol):
-    """The function `write` of a format's module."""
-
-    def __call__(self, exported: Exported, settings: Settings) -> Files:
-        """Contents of the file, and of any beside it."""
-
-
 @dataclass(frozen=True)
 class Format:
     """One format.
 
-    name : the word of `--format`. room : the folder, beside this module, of its own module. endings : of its files, the
-        usual one first. what : what a file holds, in a phrase.
+    name : the word of `--format`. endings : of its files, the usual one first. what : what a file holds, in a phrase.
+    writer : a function of an `Exported`, and of the settings that the format heeds by keywords, beside the subject's
+        own.
     of : what it is made from: the array alone, which needs no folding; the pattern, in one state; or a motion.
-    takes : the settings that it heeds (`Settings`), beside the subject's own. frames : whether a format of the pattern
-        also holds a motion where one is asked for by `--motion`.
-    needs : modules that an extra of that name installs. module : unless it is the name.
+    frames : whether a format of the pattern also holds a motion where one is asked for by `--motion`.
+    needs : modules that an extra of that name installs.
     by_name : whether only `--format` chooses it, as another format has its ending.
     """
 
     name: str
-    room: str
     endings: tuple[str, ...]
     what: str
+    writer: Callable[..., Files]
     of: Of = "pattern"
-    takes: frozenset[str] = frozenset()
     frames: bool = False
     extra: str = "export"
     needs: tuple[str, ...] = ()
-    module: str = ""
     by_name: bool = False
 
     @property
-    def write(self) -> Writer:
-        """Its writer; HcsearchError where what it needs is not installed."""
+    def takes(self) -> frozenset[str]:
+        """The names of the settings that the writer asks for."""
+        parameters = signature(self.writer).parameters.values()
+        return frozenset(parameter.name for parameter in parameters if parameter.kind is parameter.KEYWORD_ONLY)
+
+    def write(self, exported: Exported, settings: Settings) -> Files:
+        """Contents of the file, and of any beside it; HcsearchError where what it needs is not installed."""
         self.check_installed()
-        writer: Writer = import_module(f"hcsearch.export.{self.room}.{self.module or self.name}").write
-        return writer
+        return self.writer(exported, **{name: getattr(settings, name) for name in self.takes})
 
     def check_installed(self) -> None:
         """HcsearchError that names the extra, where what the format needs is not installed."""
@@ -73,45 +69,50 @@ class Format:
             raise HcsearchError(f"{self.name} needs {missing[0]}: pip install 'hcsearch[{self.extra}]'")
 
 
-_SHEET = frozenset({"sheet", "kerf_mm", "hinge_gap_mm", "profile"})
-_SOLID = frozenset({"state", "part"})
-_SCENE = frozenset({"contact", "timestep_s"})
-
 FORMATS: dict[str, Format] = {
     form.name: form
     for form in (
         Format(
             "fold",
-            "origami",
             (".fold",),
             "FOLD 1.2: crease pattern and folded states, for origami software",
+            writers.write_fold,
             frames=True,
         ),
-        Format("svg", "sheets", (".svg",), "a sheet to cut and crease, as a drawing in millimetres", takes=_SHEET),
+        Format("svg", (".svg",), "a sheet to cut and crease, as a drawing in millimetres", writers.write_svg),
         Format(
-            "animation", "pictures", (".svg",), "with --format animation: a moving picture", of="motion", by_name=True
+            "animation",
+            (".svg",),
+            "with --format animation: a moving picture",
+            writers.write_animation,
+            of="motion",
+            by_name=True,
+        ),
+        Format("dxf", (".dxf",), "the same sheet for CAD systems and cutters", writers.write_dxf, needs=("ezdxf",)),
+        Format("csv", (".csv",), "a table of fold angles and gaps along the motion", writers.write_csv, of="motion"),
+        Format(
+            "parquet",
+            (".parquet",),
+            "the same table",
+            writers.write_parquet,
+            of="motion",
+            extra="parquet",
+            needs=("pyarrow",),
         ),
         Format(
-            "dxf", "sheets", (".dxf",), "the same sheet for CAD systems and cutters", takes=_SHEET, needs=("ezdxf",)
+            "networkx",
+            (".json",),
+            "the graph of panels, creases and slits, as node-link JSON",
+            writers.write_networkx,
+            of="array",
         ),
-        Format("csv", "tables", (".csv",), "a table of fold angles and gaps along the motion", of="motion"),
-        Format("parquet", "tables", (".parquet",), "the same table", of="motion", extra="parquet", needs=("pyarrow",)),
-        Format(
-            "networkx", "tables", (".json",), "the graph of panels, creases and slits, as node-link JSON", of="array"
-        ),
-        Format("graph6", "tables", (".g6",), "the graph of neighbouring panels, as graph6", of="array"),
-        Format("glb", "solids", (".glb",), "the motion as an animation, in binary glTF 2.0", of="motion"),
-        Format("stl", "solids", (".stl",), "triangles of all panels or of one, in millimetres", takes=_SOLID),
-        Format("3mf", "solids", (".3mf",), "an object for each panel, for printers", takes=_SOLID, module="threemf"),
-        Format("step", "solids", (".step", ".stp"), "an exact solid for each panel, for CAD systems", takes=_SOLID),
-        Format(
-            "mjcf",
-            "simulators",
-            (".xml", ".mjcf"),
-            "a model of the scene for MuJoCo",
-            takes=_SCENE,
-        ),
-        Format("urdf", "simulators", (".urdf",), "a tree of links, with a second file of the loops"),
+        Format("graph6", (".g6",), "the graph of neighbouring panels, as graph6", writers.write_graph6, of="array"),
+        Format("glb", (".glb",), "the motion as an animation, in binary glTF 2.0", writers.write_glb, of="motion"),
+        Format("stl", (".stl",), "triangles of all panels or of one, in millimetres", writers.write_stl),
+        Format("3mf", (".3mf",), "an object for each panel, for printers", writers.write_3mf),
+        Format("step", (".step", ".stp"), "an exact solid for each panel, for CAD systems", writers.write_step),
+        Format("mjcf", (".xml", ".mjcf"), "a model of the scene for MuJoCo", writers.write_mjcf),
+        Format("urdf", (".urdf",), "a tree of links, with a second file of the loops", writers.write_urdf),
     )
 }
 

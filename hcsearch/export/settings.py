@@ -11,8 +11,8 @@ from hcsearch.errors import HcsearchError
 End = Literal["flat", "folded"]
 State = End | float
 """An end of the motion, or a share of it: 0 packed, 1 flat."""
-Sheet = Literal["assembled", "panels"]
-SHEETS: tuple[Sheet, ...] = get_args(Sheet)
+SheetKind = Literal["assembled", "panels"]
+SHEETS: tuple[SheetKind, ...] = get_args(SheetKind)
 Profile = Literal["laser", "simulator"]
 PROFILES: tuple[Profile, ...] = get_args(Profile)
 MOST_KERF_MM = 10.0
@@ -33,7 +33,7 @@ class Settings:
     """
 
     state: State = "flat"
-    sheet: Sheet = "assembled"
+    sheet: SheetKind = "assembled"
     kerf_mm: float = 0.0
     hinge_gap_mm: float = 0.0
     profile: Profile = "laser"

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from hcsearch.arrays import Reals
 from hcsearch.errors import HcsearchError
-from hcsearch.system.numbers import short
-from hcsearch.typing import Reals
+from hcsearch.system.terminal import short
 
 LEAST_SAMPLES = 64
 """Fewer do not show a vibration."""

@@ -12,11 +12,11 @@ from scipy.linalg import lstsq
 from scipy.stats import f as f_distribution
 from scipy.stats import t as t_distribution
 
+from hcsearch.arrays import Reals
 from hcsearch.dynamics.laws import Law, linear, quadratic, tabulated
 from hcsearch.dynamics.spring_files import FOLDED
 from hcsearch.equality import ByValue
 from hcsearch.errors import HcsearchError
-from hcsearch.typing import Reals
 
 LEAST_ANGLES = 5
 MOST_FREE = 8

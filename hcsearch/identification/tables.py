@@ -7,12 +7,12 @@ from collections.abc import Callable
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.dynamics import spring_files
 from hcsearch.errors import HcsearchError
 from hcsearch.identification.sampling import sampling_rate
 from hcsearch.system.columns import HUGE, TINY, Columns, is_number, read_columns, renamed
-from hcsearch.system.numbers import short
-from hcsearch.typing import Reals
+from hcsearch.system.terminal import short
 
 TIME = "time_s"
 MOST_BYTES = 32 * 2**20

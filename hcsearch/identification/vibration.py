@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from scipy.linalg import lstsq, qr
 from scipy.signal import firwin, oaconvolve
 
+from hcsearch.arrays import Reals
 from hcsearch.errors import HcsearchError
 from hcsearch.identification.sampling import LEAST_SAMPLES
-from hcsearch.typing import Reals
 
 Complexes = NDArray[np.complex128]
 

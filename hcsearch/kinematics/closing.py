@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.equality import ByValue
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals
 
 CLOSED = 1e-12
 """A state is closed when no residual (rad, or gap over the pattern's size) is greater."""

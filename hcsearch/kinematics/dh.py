@@ -19,9 +19,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.equality import ByValue
 from hcsearch.linkage import Linkage, Walk
-from hcsearch.typing import Reals
 
 SAME = 1e-9
 """Hinges are parallel below this sine, and meet below this distance in metres."""

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.kinematics.closing import CLOSED, close
 from hcsearch.kinematics.rank import Rank, rank_at
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals
 
 STEPS = 6
 TRIES = 3

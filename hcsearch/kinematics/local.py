@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.equality import ByValue
 from hcsearch.kinematics.rank import Rank, decide_rank
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals
 
 MUCH = 0.618
 """Hinges that add more than this share of the most (squared) may come next in a basis; by symmetry many add alike."""

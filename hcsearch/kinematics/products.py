@@ -7,7 +7,7 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
-from hcsearch.typing import Reals
+from hcsearch.arrays import Reals
 
 
 def products(vectors: Reals, bend: Callable[[Reals], Reals]) -> Reals:

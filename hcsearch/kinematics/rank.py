@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.equality import ByValue
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals
 
 GAP = 1e3
 """A rank is decided when no singular value lies within this factor above the noise."""

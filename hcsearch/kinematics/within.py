@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
+from hcsearch.arrays import Flags, Reals
 from hcsearch.kernels.linkage.cones import nonnegative
 from hcsearch.kinematics.closing import CLOSED, correction
 from hcsearch.kinematics.local import Local, local_at
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Flags, Reals
 
 UNMOVED = 1e-9
 """A hinge stands still in a tangent space whose unit vectors turn it by no more than this."""

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.equality import ByValue
-from hcsearch.typing import Reals
 
 Box = tuple[Reals, Reals]
 

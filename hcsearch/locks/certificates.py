@@ -15,8 +15,8 @@ from math import gcd, lcm
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.locks.lattice import Exact, WholeEnd, reduced
-from hcsearch.typing import Reals
 
 Ray = tuple[int, ...]
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.equality import ByValue
 from hcsearch.locks.boxes import TOP, Box, outside, states_in, whole
-from hcsearch.typing import Reals
 
 BESIDE = 0.1
 """How far the outermost faces are from the states of the part (rad)."""

@@ -14,6 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.equality import ByValue
 from hcsearch.kernels.enclosure.expansion import Rings
 from hcsearch.kernels.enclosure.plates import Plates
@@ -23,7 +24,6 @@ from hcsearch.linkage import Linkage
 from hcsearch.locks.boxes import whole
 from hcsearch.locks.floods import cubes_expected, floods_from
 from hcsearch.locks.regions import Region
-from hcsearch.typing import Reals, Whole
 from hcsearch.vocabulary import ENDS, End
 
 FIRST = 2500

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.enclosure import flooding
 from hcsearch.kernels.enclosure.expansion import Rings
 from hcsearch.kernels.enclosure.flooding import BOXES, FACES, HEAD, TAIL, Flood, new_flood, spread
 from hcsearch.kernels.enclosure.refutation import Refutation
 from hcsearch.locks.boxes import TOP
-from hcsearch.typing import Reals
 
 CUTS = (0.15, 0.4, 0.8, 1.2), (0.075, 0.15, 0.275, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4)
 """Angles from either stop at which cubes meet (rad), of coarse and of fine floods: narrow ones hold hinges that hardly

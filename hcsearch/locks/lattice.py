@@ -18,9 +18,9 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Reals
 from hcsearch.equality import ByValue
 from hcsearch.linkage import Linkage, Walk
-from hcsearch.typing import Reals
 
 Exact = NDArray[np.object_]
 """Arrays of Python's integers, which do not overflow."""

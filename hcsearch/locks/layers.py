@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.equality import ByValue
 from hcsearch.hinge_trees import hinge_tree
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals
 
 NEAR = 1e-3
 """Layers nearer than this share of the thickness touch; folded states have them at whole multiples of it."""

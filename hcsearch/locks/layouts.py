@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.locks.boxes import Box, beyond, outside, states_in, whole
-from hcsearch.typing import Reals
 
 BESIDE = 0.1
 """How far faces are from the states of a part (rad)."""

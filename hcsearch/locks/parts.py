@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.enclosure.expansion import Rings
 from hcsearch.kernels.enclosure.refutation import Refutation
 from hcsearch.kernels.enclosure.wandering import approach, climb, wander
 from hcsearch.locks.boxes import Box, states_in
-from hcsearch.typing import Reals
 
 MORE, FEWER = 2000, 200
 """Steps of the walk from a state, and of each climb from there."""

@@ -25,13 +25,13 @@ from typing import Literal
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.equality import ByValue
 from hcsearch.kernels.linkage.cones import MOST_RAYS, cone_rays, nonnegative
 from hcsearch.kinematics.products import products
 from hcsearch.linkage import Linkage
 from hcsearch.locks import certificates
 from hcsearch.locks.lattice import whole_end
-from hcsearch.typing import Reals
 
 MARGIN = 1e-7
 """A wrench is a candidate when its inequalities hold by this much, with screws and wrench of unit length; rounding is

@@ -13,6 +13,7 @@ from functools import partial
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.enclosure.estimates import estimate
 from hcsearch.kernels.enclosure.expansion import Rings
 from hcsearch.kernels.enclosure.refutation import CLOSED, EMPTY, TESTED, UNFINISHED, Refutation, begin, go_on, meets
@@ -21,7 +22,6 @@ from hcsearch.locks.cuts import Cuts
 from hcsearch.locks.floods import SLICE
 from hcsearch.locks.layouts import region_around
 from hcsearch.locks.parts import Parts
-from hcsearch.typing import Reals
 
 WITHIN = 300
 """Steps of each climb within a box."""

@@ -17,9 +17,9 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.linkage.cones import nonnegative
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals
 
 FIRST, GROWTH, LONGEST = 0.01, 1.12, 0.05
 """The first sum of turns (rad), by what share the next one is greater, and at most by how much (rad)."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from hcsearch.circuit import Circuit
 from hcsearch.folding import Folding, representatives
-from hcsearch.planning.sizes import check_size
+from hcsearch.planning.problems import check_memory
 from hcsearch.records import CircuitBatch, StagedDesigns, play_of
 from hcsearch.scenes import Scene, check_verdicts, panel_of
 from hcsearch.stages.order import STAGES
@@ -85,7 +85,7 @@ def check_circuit(
     the next one is in. SceneError where the grid's designs cannot be judged in the scene, SizeError where that would
     take more memory than `planning.sizes` allows.
     """
-    check_size(circuit.n)
+    check_memory(circuit.n)
     circuit = circuit.canonical()
     check_verdicts(scene, circuit.grid.name, circuit.n)
     word = np.array([circuit.word], np.int8)

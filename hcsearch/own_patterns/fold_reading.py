@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.errors import InputFileError
 from hcsearch.mesh import Facet, facet_area
 from hcsearch.outlines import (
@@ -31,7 +32,6 @@ from hcsearch.own_patterns.lines import CrossingError, split_lines
 from hcsearch.own_patterns.places import in_plane, place_text
 from hcsearch.pattern import RIGID, Crease, Face, Pair, Pattern
 from hcsearch.system.reading import read_text
-from hcsearch.typing import Reals
 
 MOST_BYTES = 32 * 2**20
 POINT_ERROR = 1e-3

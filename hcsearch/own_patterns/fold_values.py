@@ -7,18 +7,31 @@ from typing import Any
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.errors import InputFileError
 from hcsearch.grid.arrays import MAX_CELLS
 from hcsearch.own_patterns.fold_frames import Frame
-from hcsearch.own_patterns.units import metres_of
 from hcsearch.pattern import Pair
-from hcsearch.typing import Reals
 
 MOST = 10 * MAX_CELLS
 """Points, edges and faces that are read, each: more than the largest array has, with points within edges."""
 
 FAR = 1e12
 """Coordinates are below this, so that areas do not overflow."""
+
+_METRES = {
+    "in": (0.0254, ("inch", "inches", '"')),
+    "ft": (0.3048, ("foot", "feet")),
+    "pt": (0.0254 / 72, ("point", "points")),
+    "m": (1.0, ("metre", "metres", "meter", "meters")),
+    "cm": (0.01, ("centimetre", "centimetres", "centimeter", "centimeters")),
+    "mm": (1e-3, ("millimetre", "millimetres", "millimeter", "millimeters")),
+    "um": (1e-6, ("µm", "μm", "micron", "microns", "micrometre", "micrometres", "micrometer", "micrometers")),
+    "nm": (1e-9, ("nanometre", "nanometres", "nanometer", "nanometers")),
+}
+_UNIT_NAMES = {name: metres for unit, (metres, others) in _METRES.items() for name in (unit, *others)}
+_NO_UNITS = ("", "unit", "units")
+"""Units of length by the names that programs give them, and names of none."""
 
 
 class FrameValues:
@@ -118,3 +131,16 @@ class FrameValues:
 
 def _is_number(value: Any) -> bool:
     return type(value) in (int, float) and math.isfinite(value) and abs(value) < FAR
+
+
+def metres_of(unit: object) -> tuple[float | None, str | None]:
+    """Metres to a unit, None where it is no physical one; and what a user should know of a name that is none."""
+    if unit is None:
+        return None, None
+    name = unit.strip().rstrip(".").lower() if isinstance(unit, str) else None
+    if name in _NO_UNITS:
+        return None, None
+    if name is not None and name in _UNIT_NAMES:
+        return _UNIT_NAMES[name], None
+    known = ", ".join(_METRES)
+    return None, f"frame_unit {unit!r} is no unit of length: sizes are not taken from the file; write {known}"

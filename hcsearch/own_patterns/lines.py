@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.mesh import Point
-from hcsearch.typing import Reals, Whole
 
 AT_ONCE = 4_000_000
 """Pairs of lines that are looked at together, at most."""

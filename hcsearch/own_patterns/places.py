@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hcsearch.typing import Reals
+from hcsearch.arrays import Reals
 
 EXACT = 1e-6
 """A coordinate that changes by less than this share of the greatest extent is the same for all points."""

@@ -14,13 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.errors import PatternError
 from hcsearch.grid import GRIDS, Grid
 from hcsearch.grid.tilings import Point as Place
 from hcsearch.mesh import Facet
 from hcsearch.own_patterns.fold_reading import POINT_ERROR, Drawing
 from hcsearch.own_patterns.places import place_text
-from hcsearch.typing import Reals
 
 OFF = 10.0 * POINT_ERROR
 """Share of a side that corners of a panel may be off those of a cell at the same middle."""

@@ -15,13 +15,13 @@ from typing import Literal
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.equality import ByValue
 from hcsearch.kinematics.closing import CLOSED, close
 from hcsearch.kinematics.local import Local, local_at
 from hcsearch.linkage import Linkage
 from hcsearch.paths.quadrics import ROUGHLY, SOLVED, second_order_forms, solve_quadrics
 from hcsearch.paths.stops import SLACK, margins
-from hcsearch.typing import Reals
 
 Status = Literal["finite", "infinitesimal", "undecided"]
 

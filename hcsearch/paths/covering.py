@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Flags, Reals, Whole
 from hcsearch.equality import ByValue
-from hcsearch.typing import Flags, Reals, Whole
 
 FINE = 0.05
 """Radius down to which cells are halved."""

@@ -16,6 +16,7 @@ from typing import Literal
 
 import numpy as np
 
+from hcsearch.arrays import Flags, Reals
 from hcsearch.equality import ByValue
 from hcsearch.kinematics.local import Local, local_at
 from hcsearch.kinematics.within import close_within, least_energy, linked
@@ -23,7 +24,6 @@ from hcsearch.labels import named_hinges
 from hcsearch.linkage import Linkage
 from hcsearch.paths.motions import Ending, Path, joined, path_of, reverse
 from hcsearch.paths.stops import SLACK
-from hcsearch.typing import Flags, Reals
 
 Goal = Literal["flat", "folded"]
 

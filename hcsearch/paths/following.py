@@ -14,6 +14,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Reals
 from hcsearch.errors import HcsearchError
 from hcsearch.kinematics.closing import CLOSED
 from hcsearch.labels import named_hinges
@@ -23,7 +24,6 @@ from hcsearch.paths.motions import Ending, Path, SingularEvent, path_of
 from hcsearch.paths.predictors import PREDICTORS, Step, missed
 from hcsearch.paths.stops import SLACK, first_stop, margins
 from hcsearch.paths.walking import Advance, Walker
-from hcsearch.typing import Reals
 
 Goal = Literal["flat", "folded", "end", "none"]
 End = Literal["flat", "folded"]

@@ -8,9 +8,9 @@ from typing import Literal
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.equality import ByValue
 from hcsearch.kinematics.local import Local
-from hcsearch.typing import Reals, Whole
 
 Outcome = Literal[
     "flat", "folded", "length", "stopped", "branch", "stuck", "undecided", "lost closure", "out of budget"

@@ -12,9 +12,9 @@ from functools import cached_property
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.equality import ByValue
 from hcsearch.kinematics.local import Local, local_at
-from hcsearch.typing import Reals
 
 DISTINCT = 1e-12
 """States nearer than this (rad) are the same: no slope is taken between them."""

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.equality import ByValue
 from hcsearch.kinematics.local import Local
 from hcsearch.kinematics.products import products
 from hcsearch.paths.covering import cover
-from hcsearch.typing import Reals
 
 NOTHING = 1e-10
 """Forms of screws of unit size that are smaller than this are rounding."""

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from scipy.optimize import brentq
 
+from hcsearch.arrays import Reals
 from hcsearch.paths.predictors import Step
 from hcsearch.paths.walking import Walker
-from hcsearch.typing import Reals
 
 SLACK = 1e-9
 """A hinge is at its stop when it is nearer than this (rad)."""

@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.kinematics.closing import CLOSED, correction
 from hcsearch.kinematics.local import Local, local_at
 from hcsearch.linkage import Linkage
 from hcsearch.paths.predictors import Predictor, Step, arc_length
-from hcsearch.typing import Reals
 
 MAX_CORRECTIONS = 12
 STRAIGHT = 0.7

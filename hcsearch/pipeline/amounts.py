@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hcsearch.system.numbers import short
+from hcsearch.system.terminal import short
 
 
 def duration(seconds: float) -> str:

@@ -7,13 +7,13 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from hcsearch.arrays import Flags
 from hcsearch.folding import folding_at, representatives
 from hcsearch.planning.motions import PlannedMotion, carried, motion_of
 from hcsearch.planning.reasons import reason_of
 from hcsearch.planning.schedule import FIRST
 from hcsearch.records import CircuitBatch, Evidence, FoldingBatch, Integers, Lock, MotionBatch
 from hcsearch.scenes import Scene, panel_of
-from hcsearch.typing import Flags
 
 
 def motions(

@@ -11,13 +11,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from hcsearch.arrays import Reals
 from hcsearch.collision.margins import LEAST_PLAY, check_margin, scale_of
 from hcsearch.equality import ByValue
 from hcsearch.linkage import Linkage
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.proofs import Prover
 from hcsearch.planning.schedule import LONG, ROOTS, SEARCHES
-from hcsearch.typing import Reals
 
 RATIO = 1.3
 """Of a margin to the one before it."""

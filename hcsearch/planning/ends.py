@@ -14,13 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.equality import ByValue
 from hcsearch.kernels.planning.groups import Group
 from hcsearch.kernels.planning.middles import centre
 from hcsearch.kernels.planning.series import ORDERS, write_series
 from hcsearch.linkage import Linkage
 from hcsearch.locks.lattice import reduced, whole_end
-from hcsearch.typing import Reals, Whole
 
 CONTRACTION = 0.5
 """Greatest factor of a contraction that is asked for."""

@@ -13,11 +13,11 @@ from itertools import combinations
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.equality import ByValue
 from hcsearch.kernels.planning.search import FULL, MET, Meeting, fan_out, search
 from hcsearch.kernels.planning.space import Space, SpaceWork, Stack
 from hcsearch.kernels.planning.trees import StateTree, new_tree
-from hcsearch.typing import Reals
 
 CAPACITY = 12000
 """States that a tree holds."""

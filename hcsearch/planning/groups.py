@@ -10,11 +10,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.planning.closing import Loops
 from hcsearch.kernels.planning.groups import Group
 from hcsearch.linkage import Linkage
 from hcsearch.locks.lattice import WholeEnd, reduced
-from hcsearch.typing import Reals
 
 UP = np.array([0.0, 0.0, 1.0])
 

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Flags, Reals, Whole
 from hcsearch.equality import ByValue
 from hcsearch.kernels.planning.space import Space, Stack, pick, place
 from hcsearch.linkage import Linkage, Walk
-from hcsearch.typing import Flags, Reals, Whole
 
 LONGEST = 36
 """Hinges of the longest loop whose junctions are listed: there are 2^18 products of each half."""

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import singledispatchmethod
 
+from hcsearch.arrays import Reals
 from hcsearch.collision.margins import margin_of, scale_of
 from hcsearch.collision.plates import plates_of
 from hcsearch.equality import ByValue
@@ -21,11 +22,10 @@ from hcsearch.locks.enclosures import Enclosure, enclose
 from hcsearch.panel_sizes import PanelSize
 from hcsearch.planning.critical import CriticalMargin, critical_margin
 from hcsearch.planning.planner import Growth, Planner
+from hcsearch.planning.problems import check_memory
 from hcsearch.planning.proofs import PLAYS, PathProof, Prover
 from hcsearch.planning.schedule import FIRST, LONG, Bisection, Floods, Moves, Step, Trees, planned_efforts
 from hcsearch.planning.simple_moves import simple_path
-from hcsearch.planning.sizes import check_size
-from hcsearch.typing import Reals
 from hcsearch.vocabulary import Way
 
 PROOFS = 3
@@ -85,7 +85,7 @@ def motion_of(
     Congruent foldings have one search, that of the folding that stands for them. SizeError for more panels than
     `sizes` allows.
     """
-    check_size(folding.circuit.n)
+    check_memory(folding.circuit.n)
     like = folding.likeness(panel)
     own = folding if like is None else like.folding
     linkages = {way: own.linkage(panel, flat_pairs=way) for way in ways if own.can_join(way)}

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.collision.margins import check_margin
 from hcsearch.equality import ByValue
 from hcsearch.kernels.planning.smoothing import relax, shorten, thin
@@ -20,7 +21,6 @@ from hcsearch.linkage import Linkage
 from hcsearch.planning.forests import Forest, several
 from hcsearch.planning.junctions import clear_junctions
 from hcsearch.planning.problems import space_of
-from hcsearch.typing import Reals
 
 DEPTH = 15
 """States that the kernels work with."""

@@ -1,4 +1,4 @@
-"""What is planned: a linkage whose panels are shrunk by a margin, as the kernels take it."""
+"""What is planned: a linkage whose panels are shrunk by a margin, as the kernels take it, and how large it may be."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import numpy as np
 from hcsearch.collision.margins import EDGE, scale_of
 from hcsearch.collision.prisms import prisms_of
 from hcsearch.collision.solids import kept_apart, pairs_of
+from hcsearch.errors import SizeError
 from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.kernels.planning.closing import Loops
 from hcsearch.kernels.planning.space import Space
@@ -18,6 +19,26 @@ NEAR = 0.03 / EDGE
 """Pairs further apart than this, over the longest edge, are not measured."""
 LEAST, KEPT, PARTED = 0.01, 0.05, 0.005
 """Gaps of shrunk panels over the margin: that each state has, that a step leaves, that a direction has at both ends."""
+MOST_MEMORY = 2_000_000_000
+"""Memory that a search may take."""
+_FIXED_BYTES, _PANEL_BYTES, _PAIR_BYTES = 250_000_000, 300_000, 900
+"""Bytes: without panels; for each panel, as of states in trees; for each two, as of gaps in a state."""
+
+
+def check_memory(n: int) -> None:
+    """Refuse more panels than fit into the memory, before anything is computed; SizeError."""
+    wanted = _memory(n)
+    if wanted > MOST_MEMORY:
+        most = next(k for k in range(n - n % 100, 0, -100) if _memory(k) <= MOST_MEMORY)
+        raise SizeError(
+            f"planning the motions of {n:,} panels takes about {wanted / 1e9:.1f} GB of memory, more than "
+            f"{MOST_MEMORY / 1e9:g} GB: take at most {most:,} panels"
+        )
+
+
+def _memory(n: int) -> int:
+    """Memory that a search among n panels takes, at most."""
+    return _FIXED_BYTES + n * (_PANEL_BYTES + _PAIR_BYTES * n)
 
 
 def loops_of(linkage: Linkage) -> Loops:

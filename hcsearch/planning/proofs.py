@@ -16,6 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.collision.clearance import Clearance, certify
 from hcsearch.collision.margins import LEAST_PLAY, scale_of
 from hcsearch.collision.penetration import deepest_cut
@@ -31,7 +32,6 @@ from hcsearch.planning.ends import End
 from hcsearch.planning.groups import group_of, group_of_all
 from hcsearch.planning.problems import loops_of
 from hcsearch.planning.stretches import APART, Stretch, Tube, cubics_of, times_of
-from hcsearch.typing import Reals
 
 PLAYS = (LEAST_PLAY, 2e-5, 5e-5, 1e-4)
 """Margins at which a path is certified, least first, m, for panels with edges of 50 mm."""

@@ -15,13 +15,13 @@ from itertools import combinations
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.collision.prisms import prisms_of
 from hcsearch.collision.solids import kept_apart, pairs_of
 from hcsearch.kernels.collision.overlaps import deepest_overlap
 from hcsearch.linkage import Linkage
 from hcsearch.locks.lattice import whole_end
 from hcsearch.planning.groups import turns_equally
-from hcsearch.typing import Reals
 
 STATES = 400
 """Flat-folded states that are looked at, at most."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.equality import ByValue
 from hcsearch.kernels.planning.closing import CLOSED, close, keep_closed, new_closing, open_by
 from hcsearch.kernels.planning.groups import Group
@@ -22,7 +23,6 @@ from hcsearch.planning.ends import Departure, End
 from hcsearch.planning.groups import turns_equally
 from hcsearch.planning.problems import loops_of
 from hcsearch.planning.switches import switch_between
-from hcsearch.typing import Reals
 
 FIRST = (1e-2, 5e-3, 2.5e-3, 1e-3, 5e-4)
 """Lengths of the first step (rad) that are tried, one after the other."""

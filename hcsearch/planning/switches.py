@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.planning.closing import STOPPED, Closing, Loops, open_by
 from hcsearch.kernels.planning.tubes import POLISHED
-from hcsearch.typing import Reals
 
 ROUNDS = 30
 """Newton steps to a switch state."""

@@ -39,6 +39,7 @@ from typing import Any
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.collision.distances import nearest_panels
 from hcsearch.errors import HcsearchError
 from hcsearch.labels import Labels
@@ -46,7 +47,6 @@ from hcsearch.linkage import Linkage
 from hcsearch.pattern import RIGID, Crease, Pair, Pattern
 from hcsearch.replays.replay import Replay
 from hcsearch.replays.stacks import stacks_of
-from hcsearch.typing import Reals
 
 Payload = dict[str, Any]
 

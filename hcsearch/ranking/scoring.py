@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Reals
 from hcsearch.errors import QueryError
 from hcsearch.store.columns import CRITERIA, Quantity
 from hcsearch.store.conditions import nearest
-from hcsearch.typing import Reals
 
 
 def complete_weights(given: Mapping[str, float]) -> dict[str, float]:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.deployment.deploying import Deployment
 from hcsearch.labels import labels_of
 from hcsearch.linkage import Linkage
 from hcsearch.replays.replay import Replay, thinned, turned
-from hcsearch.system.numbers import short
-from hcsearch.typing import Reals
+from hcsearch.system.terminal import short
 from hcsearch.vocabulary import Formulation
 
 FINE = 4

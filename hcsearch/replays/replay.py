@@ -8,11 +8,11 @@ from typing import Literal
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.equality import ByValue
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
 from hcsearch.system.notebooks import notebook_view
-from hcsearch.typing import Reals
 
 Axis = Literal["time", "path"]
 FLAT = 0.02

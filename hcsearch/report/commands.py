@@ -6,7 +6,7 @@ import shlex
 
 from hcsearch.scenes import DEFAULT
 from hcsearch.store import Database
-from hcsearch.system.surroundings import default_database
+from hcsearch.system.machine import default_database
 
 
 def database_option(database: Database | None) -> str:

@@ -13,8 +13,7 @@ from hcsearch.player import player_script
 from hcsearch.player.scripts import as_script, digest_of
 from hcsearch.report.design_data import DesignData, ShownFolding
 from hcsearch.report.plots import swatch
-from hcsearch.report.templating import environment, joined_script, page_style
-from hcsearch.report.words import written
+from hcsearch.report.templating import environment, joined_script, page_style, written
 from hcsearch.store.columns import DESIGNS, FOLDINGS, Quantity
 
 _ELSEWHERE = ("id", "array", "circuit", "grid", "design_id", "crease", "opposite", "twist", "untwisted", "status")

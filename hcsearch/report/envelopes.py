@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from hcsearch.arrays import Reals
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene, panel_of
-from hcsearch.typing import Reals
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,16 @@ import json
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from datetime import UTC, datetime
 from importlib.metadata import version
 
-from hcsearch.errors import DatabaseError
+from hcsearch.circuit import Circuit
+from hcsearch.errors import DatabaseError, NotationError
+from hcsearch.player import Payload, payload_of
+from hcsearch.replays.sources import stored_replays
 from hcsearch.report.commands import database_option
 from hcsearch.report.data import FoldingKey, FunnelStage, ReportData, Row
-from hcsearch.report.players import players_of
 from hcsearch.scenes import DEFAULT
 from hcsearch.store import (
     Database,
@@ -28,6 +31,8 @@ from hcsearch.store import (
 )
 from hcsearch.store.columns import VIEWS
 
+PLAYED = 2000
+"""Designs of a page whose motions it holds, the first of them: each takes some 5 kB a folding."""
 BEST_FIRST = "-untwisted,-two_stack,-score,-deployable,deploy_time"
 """Order of the designs on the page, so that a limit cuts off the worst: what springs deploy has a time. Then by id."""
 
@@ -80,7 +85,7 @@ def fetch(
         best=best_creases(database, ids, scene),
         motions=motions_of(database, ids, scene),
         tried=tried_of(database, ids, scene),
-        players=players_of(database, selected, scene),
+        players=_players_of(database, selected, scene),
         total=total,
         notes=[*([] if planned or tried else _elsewhere(database, scene)), *_notes(runs)],
         size=_size(database, runs, scene),
@@ -233,3 +238,19 @@ def _scene_of(database: Database, run: Row) -> str:
             "a copy, or mend it with `sqlite3 FILE`"
         )
     return str(arguments.get("scene", DEFAULT))
+
+
+def _players_of(database: Database, designs: Sequence[Row], scene: str) -> dict[FoldingKey, Payload]:
+    """What the player takes of the foldings whose path a database holds in a scene, proved or not."""
+    circuits: dict[int, Circuit] = {}
+    for design in designs:
+        if len(circuits) == PLAYED:
+            break
+        if design.get("untwisted"):
+            with suppress(NotationError):  # what cannot be read has no picture either
+                circuits[int(str(design["id"]))] = Circuit.from_notation(str(design["circuit"]))
+    if not circuits:
+        return {}
+    return {
+        (path.design_id, path.crease): payload_of(replay) for path, replay in stored_replays(database, circuits, scene)
+    }

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.deployment.deploying import Deployment
 from hcsearch.deployment.facts import energies
 from hcsearch.player import Payload
 from hcsearch.replays.replay import Replay, thinned
 from hcsearch.report.plots import Curve, Mark, plot
-from hcsearch.typing import Reals
 
 _FINE = 0.004
 """Share of the largest energy that a plotted curve may miss."""

@@ -9,10 +9,12 @@ from hcsearch.circuit import Circuit
 from hcsearch.errors import HcsearchError
 from hcsearch.grid import GRIDS, Grid
 from hcsearch.report.data import ReportData, Row
-from hcsearch.report.packing import packed
 from hcsearch.report.reasons import asked_scene, best_try, verdict_in, why
 from hcsearch.store.columns import FOLDINGS, Quantity
 from hcsearch.vocabulary import STATUSES
+
+Packed = list[object] | dict[str, object]
+"""A column in little text: what is the same everywhere once, words that repeat once each."""
 
 FOLDING_COLUMNS = tuple(q for q in FOLDINGS if q.name not in ("design_id", "opposite", "untwisted", "deployable"))
 
@@ -81,6 +83,20 @@ def described(quantity: Quantity) -> dict[str, object]:
         "note": quantity.note,
         "words": list(quantity.words),
     }
+
+
+def packed(values: Sequence[object]) -> Packed:
+    """A column as JSON takes it; `unpack` of table.js gives the values back.
+
+    `{"all": value}` where all are alike, `{"words": [...], "at": [...]}` where few texts repeat, else the values.
+    """
+    kinds = list(dict.fromkeys(values))
+    if len(kinds) <= 1:
+        return {"all": kinds[0] if kinds else None}
+    if all(value is None or isinstance(value, str) for value in kinds) and 2 * len(kinds) < len(values):
+        places = {value: place for place, value in enumerate(kinds)}
+        return {"words": kinds, "at": [places[value] for value in values]}
+    return list(values)
 
 
 def id_of(design: Row) -> int:

@@ -1,4 +1,4 @@
-"""Templates of pages, in which everything is escaped, and the files beside them: styles, and modules of scripts."""
+"""Templates of pages, in which everything is escaped, numbers in them, and files beside them: styles and scripts."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from hcsearch.drawing import stylesheet
 from hcsearch.player.page import COLOURS
+
+_TINY = 1e-9
+"""What rounding leaves of a zero, in any unit that pages have."""
 
 
 @cache
@@ -39,6 +42,15 @@ def page_style(*names: str) -> str:
 def joined_script(modules: tuple[str, ...], last: str = "") -> str:
     """The modules of a script, and a text after them, as one, of which nothing is seen from outside."""
     return '"use strict";\n(() => {\n' + "\n".join([*(source(f"{name}.js") for name in modules), last]) + "})();\n"
+
+
+def written(value: object) -> str:
+    """Write a value, numbers in four digits; `-` for NULL. `written` of parts.js writes the same."""
+    if value is None:
+        return "-"
+    if isinstance(value, float):
+        return "0" if abs(value) < _TINY else f"{value:.4g}"
+    return str(value)
 
 
 def _grouped(count: int | None) -> str:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.collision.margins import EDGE, margin_of, scale_of
 from hcsearch.dynamics.laws import Law, law_named, linear
 from hcsearch.errors import HcsearchError
@@ -21,7 +22,6 @@ from hcsearch.linkage import Linkage
 from hcsearch.mesh import facet_area
 from hcsearch.panel_sizes import default_panel
 from hcsearch.scenes.scene import DEFAULT, SCENES, Scene, Vector
-from hcsearch.typing import Reals
 
 SECONDS = 1.0
 """How long the scene `default` is given, s."""

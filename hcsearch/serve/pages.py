@@ -9,8 +9,7 @@ from typing import Any
 from jinja2 import ChoiceLoader, Environment, PackageLoader
 
 from hcsearch.player import player_script
-from hcsearch.report.templating import environment, joined_script, page_style
-from hcsearch.report.words import written
+from hcsearch.report.templating import environment, joined_script, page_style, written
 from hcsearch.serve.addresses import address_of, design_address
 from hcsearch.store.columns import VIEWS
 

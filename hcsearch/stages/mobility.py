@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Flags, Reals, Whole
 from hcsearch.equality import ByValue
 from hcsearch.folding import Folding, folding_at
 from hcsearch.grid import Grid, grid_named
@@ -27,7 +28,6 @@ from hcsearch.panel_sizes import PanelSize, default_panel
 from hcsearch.records import NONE, CircuitBatch, FoldingBatch, MobilityBatch, StagedDesigns
 from hcsearch.scenes import Scene
 from hcsearch.stages.stage import Stage
-from hcsearch.typing import Flags, Reals, Whole
 from hcsearch.vocabulary import WAYS, Way
 
 _TOGETHER = 4000  # foldings: their hinge lines and Jacobians take some 3 kB each

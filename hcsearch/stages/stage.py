@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
+from hcsearch.arrays import Flags
 from hcsearch.records import StagedDesigns, StageResult
 from hcsearch.scenes import Scene
-from hcsearch.typing import Flags
 from hcsearch.vocabulary import Keep
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from hcsearch.errors import QueryError, printable
-from hcsearch.system.numbers import short
+from hcsearch.system.terminal import short
 
 if TYPE_CHECKING:
     from hcsearch.store.rows import Rows

@@ -12,6 +12,7 @@ import numpy as np
 from sqlalchemy import Row, Select
 from sqlalchemy import select as sql_select
 
+from hcsearch.arrays import Reals
 from hcsearch.equality import ByValue
 from hcsearch.errors import DatabaseError
 from hcsearch.scenes import DEFAULT
@@ -19,7 +20,6 @@ from hcsearch.store.database import Database
 from hcsearch.store.failures import again
 from hcsearch.store.rows import check_values, parts_of
 from hcsearch.store.schema import motion
-from hcsearch.typing import Reals
 from hcsearch.vocabulary import Way
 
 LARGEST_PATH = 8 << 20

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.errors import HcsearchError
 from hcsearch.system.reading import MOST_BYTES, read_text
-from hcsearch.typing import Reals
 
 TINY, HUGE = 1e-30, 1e30
 """Sizes of numbers that are taken for measured: squares of others overflow or are nothing."""

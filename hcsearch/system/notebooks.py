@@ -1,19 +1,22 @@
-"""What values show of themselves in a notebook where a floor above makes it, looked up by name when it is shown."""
+"""HTML of values in notebooks: values lie on lower layers than what draws them, which registers itself here."""
 
 from __future__ import annotations
 
-from importlib import import_module
+from collections.abc import Callable
 
-_MAKERS = {
-    "Deployed": ("hcsearch.player.notebooks", "deployed_html"),
-    "Folding": ("hcsearch.player.notebooks", "folding_html"),
-    "Replay": ("hcsearch.player.page", "notebook_html"),
-}
-"""Module and function for each class of values; modules of values import none of these."""
+View = Callable[[object], str | None]
+"""Returns the HTML of the values that it knows, None of others."""
+
+_VIEWS: list[View] = []
+
+
+def register_view(view: View) -> None:
+    """Ask a function for the HTML of values, too."""
+    if view not in _VIEWS:
+        _VIEWS.append(view)
 
 
 def notebook_view(value: object) -> str | None:
-    """The HTML of a value whose class has a maker; None where its picture says as much."""
-    module, name = _MAKERS[type(value).__name__]
-    shown: str | None = getattr(import_module(module), name)(value)
-    return shown
+    """Return the HTML of a value, made by the first function that knows it; None where there is none."""
+    made = (view(value) for view in _VIEWS)
+    return next((html for html in made if html is not None), None)

@@ -8,8 +8,8 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.errors import HcsearchError
-from hcsearch.typing import Reals
 
 Levels = tuple[int, ...]
 

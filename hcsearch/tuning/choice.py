@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.deployment.agreement import Agreement, confirmed
 from hcsearch.deployment.deploying import Deployment, deploy
 from hcsearch.deployment.outcomes import Check
@@ -17,7 +18,6 @@ from hcsearch.tuning.catalogue import Levels, descend, nearest_levels
 from hcsearch.tuning.objective import DEFAULT, Scales, objective
 from hcsearch.tuning.robustness import Robustness, Spread, most_robust, robustness, sampled
 from hcsearch.tuning.search import MORE, SpringSearch, spread_out, strategy_from
-from hcsearch.typing import Reals
 
 STAGES = ((8, 4), (3, 8))
 """Sets that are compared by samples of the tolerances, and how many samples each gets: the few best get more."""

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.collision.margins import scale_of
 from hcsearch.collision.reaches import slack_of
 from hcsearch.deployment import VERSION
@@ -19,9 +20,8 @@ from hcsearch.deployment.springs import stiffnesses_of, with_springs
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup, settle, with_stiffnesses
-from hcsearch.system.cores import usable_cores
+from hcsearch.system.machine import usable_cores
 from hcsearch.tuning.objective import Scales, objective
-from hcsearch.typing import Reals
 from hcsearch.vocabulary import Formulation
 
 TOLERANCES: Mapping[Formulation, float] = {"constrained": 1e-4, "compliant": 3e-5}

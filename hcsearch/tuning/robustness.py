@@ -8,10 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.deployment.outcomes import Check
 from hcsearch.scenes.setup import Setup, with_stiffnesses
 from hcsearch.tuning.evaluation import Evaluator
-from hcsearch.typing import Reals
 
 CONFIDENCE = 0.95
 

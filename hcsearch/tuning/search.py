@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.deployment.outcomes import Check
 from hcsearch.equality import ByValue
-from hcsearch.system.numbers import short
+from hcsearch.system.terminal import short
 from hcsearch.tuning.evaluation import Evaluator
-from hcsearch.typing import Reals
 
 Progress = Callable[[int, int, str], None]
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.deployment.springs import stiffnesses_of, tied_hinges
 from hcsearch.errors import HcsearchError
 from hcsearch.labels import Labels, labels_of
@@ -20,7 +21,6 @@ from hcsearch.tuning.evaluation import TOLERANCES, Evaluator, Memory
 from hcsearch.tuning.objective import Scales
 from hcsearch.tuning.robustness import Spread
 from hcsearch.tuning.search import Place, Progress, SpringSearch, first_generation, spread_out
-from hcsearch.typing import Reals
 from hcsearch.vocabulary import Formulation
 
 EVALUATIONS, SAMPLES = 500, 64

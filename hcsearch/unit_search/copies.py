@@ -17,11 +17,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Whole
 from hcsearch.assemblies.clashes import clash
 from hcsearch.isometries import Isometry
 from hcsearch.mesh import Facet
 from hcsearch.pattern import Crease, Pattern
-from hcsearch.typing import Whole
 
 Complex = NDArray[np.complex128]
 

@@ -11,6 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.assemblies.packages import package
 from hcsearch.collision.penetration import cuts_through
 from hcsearch.equality import ByValue
@@ -27,7 +28,6 @@ from hcsearch.paths.descent import find_motion
 from hcsearch.paths.following import Limits, follow
 from hcsearch.paths.motions import Path
 from hcsearch.pattern import Pattern
-from hcsearch.typing import Reals
 
 NEAR = 1e-3
 """Middles of folded facets nearer than this share of the thickness are in one place; layers are a thickness apart."""

@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.collision.distances import closest_of_pairs
-from hcsearch.typing import Reals, Whole
 from hcsearch_bench.collision.deployments import DEPLOYMENTS, FAR, QUICK_DEPLOYMENTS, ProximityRow, proximity_row
 from hcsearch_bench.collision.pairs import FAMILIES, Family, Sample
 from hcsearch_bench.collision.proofs import settle

@@ -9,8 +9,8 @@ from fractions import Fraction
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.collision.distances import BITS, MASK, closest_of_pairs
-from hcsearch.typing import Reals
 
 Exact = list[Fraction]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.typing import Reals
+from hcsearch.arrays import Reals
 from hcsearch_bench.peers import dense_system
 from hcsearch_bench.peers.multibody import Peer, peers
 from hcsearch_bench.peers.states import closure, energy_error, places

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.typing import Reals
+from hcsearch.arrays import Reals
 from hcsearch_bench.iftomm.problems import Problem
 from hcsearch_bench.peers.multibody import Peer
 from hcsearch_bench.peers.states import closure, energy_error, places

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.dynamics.bodies import Body, joined
 from hcsearch.dynamics.laws import linear
 from hcsearch.dynamics.system import JointDrive, Strut, System
 from hcsearch.dynamics.trees import GROUND, Joint, Weld
-from hcsearch.typing import Reals
 from hcsearch_bench.iftomm import references
 
 GRAVITY = 9.81

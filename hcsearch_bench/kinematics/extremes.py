@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.errors import HcsearchError
-from hcsearch.typing import Reals
 from hcsearch_bench.kinematics.path_methods import KnownUnit, ring
 from hcsearch_bench.run.report import Say
 

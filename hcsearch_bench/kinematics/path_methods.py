@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.typing import Reals
+from hcsearch.arrays import Reals
 from hcsearch_bench.run.report import Say
 
 if TYPE_CHECKING:

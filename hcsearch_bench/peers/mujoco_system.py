@@ -8,8 +8,8 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.dynamics.trees import GROUND
-from hcsearch.typing import Reals
 from hcsearch_bench.peers.states import Trajectory, common_points, depth_first, lines_of
 from hcsearch_bench.run.work_precision import UnableError
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.dynamics.trees import GROUND
-from hcsearch.typing import Reals
 from hcsearch_bench.peers.states import Trajectory, common_points, depth_first, lines_of
 from hcsearch_bench.run.work_precision import UnableError
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.dynamics.laws import Law
 from hcsearch.dynamics.system import JointDrive, System
 from hcsearch.dynamics.trees import GROUND, Weld
-from hcsearch.typing import Reals
 from hcsearch_bench.run.work_precision import UnableError
 
 TURNS, GAPS = (0, 1, 2), (3, 4, 5)

@@ -9,9 +9,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.system.figures import figure_for
 from hcsearch.system.outputs import write_output
-from hcsearch.typing import Reals
 from hcsearch_bench.planning.beside_ompl import JoinedFolding, PeerRow, peer_rows
 from hcsearch_bench.planning.efforts import EffortRow, effort_rows
 from hcsearch_bench.planning.foldings import (

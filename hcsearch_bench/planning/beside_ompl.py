@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.collision.margins import margin_of
 from hcsearch.folding import Folding
 from hcsearch.panel_sizes import default_panel
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.proofs import Prover
-from hcsearch.typing import Reals
 from hcsearch.vocabulary import Way
 from hcsearch_bench.peers import ompl_search
 from hcsearch_bench.run.timing import Stopwatch

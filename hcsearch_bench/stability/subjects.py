@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.typing import Reals
+from hcsearch.arrays import Reals
 
 if TYPE_CHECKING:
     from hcsearch.deployment.compiling import Compiled

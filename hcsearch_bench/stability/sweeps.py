@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.scenes import Scene
-from hcsearch.typing import Reals
 from hcsearch.vocabulary import INTEGRATORS
 from hcsearch_bench.stability.subjects import SIDE, THICK, StabilitySubject
 from hcsearch_bench.stability.truths import MANY, Oscillator, Strip, Truth, analytic, energy_of_impacts, finer

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Reals
 from hcsearch.errors import HcsearchError
-from hcsearch.typing import Reals
 
 if TYPE_CHECKING:
     from hcsearch.deployment.compiling import Compiled

@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.assemblies import ASSEMBLIES
 from hcsearch.deployment.compiling import OMISSIONS, Compiled, compile_scene
 from hcsearch.deployment.deploying import run
@@ -16,7 +17,6 @@ from hcsearch.dynamics.system import System
 from hcsearch.folding import Folding
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import SCENES, Scene
-from hcsearch.typing import Reals
 from hcsearch.vocabulary import Formulation, Way
 
 SCENE = replace(SCENES["default"], name="bench", spring="linear:0.1", damping=0.0043)

@@ -1,8 +1,13 @@
 """What foldings and deployments show of themselves in a notebook."""
 
+import subprocess
+import sys
+
 import pytest
 
 from hcsearch import Folding, deploy
+from hcsearch.player import notebook_html
+from tests.player.motions import replay_of
 
 
 def test_a_folding_shows_its_picture_and_plays():
@@ -22,3 +27,16 @@ def test_a_deployment_plays():
     shown = deploy("hex:023350:1", seconds=0.02)._repr_html_()
     assert shown.count("<iframe") == 1
     assert "simulated in the scene" in shown
+
+
+def test_a_replay_plays():
+    replay = replay_of("unit-ii")
+    assert replay._repr_html_() == notebook_html(replay)
+
+
+def test_what_a_notebook_shows_is_loaded_when_it_is_shown():
+    code = (
+        "import sys; from hcsearch import Folding; folding = Folding.from_notation('hex:02334051:0'); "
+        "assert 'hcsearch.player' not in sys.modules; folding._repr_html_(); assert 'hcsearch.player' in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

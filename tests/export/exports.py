@@ -5,8 +5,10 @@ from functools import cache
 from hypothesis import strategies as st
 
 from hcsearch.cases.resolve import resolve
+from hcsearch.export.cutting_sheets import Sheet, sheet_of
 from hcsearch.export.exported import Exported
-from hcsearch.export.formats import FORMATS
+from hcsearch.export.formats import FORMATS, Files
+from hcsearch.export.settings import Settings
 from hcsearch.export.writing import exported_case
 from hcsearch.folding import foldings
 from tests.strategies import circuits
@@ -23,6 +25,15 @@ RING = "square:011122233300:0"
 def exported(name: str, wanted: str = "fold", by: str | None = None, state="flat", **request) -> Exported:
     case = resolve(name, "none.sqlite", path=by == "path", **request)
     return exported_case(case, FORMATS[wanted], by, state)
+
+
+def written(value: Exported, wanted: str = "fold", settings: Settings = Settings()) -> Files:  # noqa: B008 - frozen
+    return FORMATS[wanted].write(value, settings)
+
+
+def sheet_for(value: Exported, settings: Settings) -> Sheet:
+    names = FORMATS["svg"].takes
+    return sheet_of(value.linkage.pattern, value.labels, **{name: getattr(settings, name) for name in names})
 
 
 @st.composite

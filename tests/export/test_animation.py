@@ -10,9 +10,9 @@ import pytest
 from hcsearch import save
 from hcsearch.cases.resolve import resolve
 from hcsearch.errors import OutputError
+from hcsearch.export.animation import FRAMES, WIDTH, animation_of
 from hcsearch.export.formats import format_of
-from hcsearch.export.pictures.animation import FRAMES, WIDTH, animation_of
-from hcsearch.export.pictures.painting import painters_order
+from hcsearch.export.painting import painters_order
 from hcsearch.replays.sources import replay_case
 from tests.export.cases import case, replay
 

@@ -70,9 +70,8 @@ def test_each_ending_of_a_format_stands_for_the_same_file(run, form):
 
 
 @pytest.mark.parametrize("form", FORMATS.values(), ids=lambda form: form.name)
-def test_each_format_has_a_module_with_a_writer_and_settings_that_there_are(form, monkeypatch):
-    monkeypatch.setattr(Format, "check_installed", lambda self: None)
-    assert callable(form.write)
+def test_each_format_has_a_writer_and_settings_that_there_are(form):
+    assert callable(form.writer)
     assert all(ending.startswith(".") for ending in form.endings)
     assert form.takes <= set(Settings.__dataclass_fields__)
 
@@ -171,7 +170,7 @@ def test_a_whole_number_is_a_share_of_the_motion():
 
 def test_files_beside_are_written_with_the_first_or_not_at_all(tmp_path, monkeypatch):
     files = {".urdf": "<robot/>", ".closure.json": b"{}"}
-    monkeypatch.setattr(Format, "write", property(lambda self: lambda value, settings: files))
+    monkeypatch.setitem(FORMATS, "urdf", Format("urdf", (".urdf",), "a robot", lambda value: files))
     paths = save(DESIGN, tmp_path / "a.urdf")
     assert [path.name for path in paths] == ["a.urdf", "a.closure.json"]
     assert paths[1].read_bytes() == b"{}"

@@ -14,11 +14,8 @@ import numpy as np
 import pytest
 import shapely
 
-from hcsearch.export.origami import fold
 from hcsearch.export.settings import Settings
-from hcsearch.export.sheets import dxf, svg
-from hcsearch.export.sheets.layouts import sheet_of
-from tests.export.exports import DESIGN, MOVING, RING, exported
+from tests.export.exports import DESIGN, MOVING, RING, exported, sheet_for, written
 from tests.report.browser import chromium, complaints
 
 pytestmark = pytest.mark.extra
@@ -50,7 +47,7 @@ CASES = [
 def test_fold_and_rabbit_ear_read_the_pattern_and_fold_it_as_it_is_folded(readers, tmp_path, name, request_):
     value = exported(name, **request_)
     place = tmp_path / "design.fold"
-    place.write_text(fold.write(value, Settings()), encoding="utf-8")
+    place.write_text(written(value), encoding="utf-8")
     done = subprocess.run(["node", readers, place], check=True, capture_output=True, text=True, timeout=120)
     reading, data = json.loads(done.stdout.splitlines()[-1]), json.loads(place.read_text(encoding="utf-8"))
     counts = [len(data[key]) for key in ("vertices_coords", "edges_vertices", "faces_vertices")]
@@ -75,7 +72,7 @@ def test_fold_and_rabbit_ear_read_the_pattern_and_fold_it_as_it_is_folded(reader
 @pytest.mark.parametrize("name", ["unit-ii", "module-ii", "thesis-4x4"])
 def test_assemblies_fold_as_they_do_in_rabbit_ear(readers, tmp_path, name):
     place = tmp_path / "assembly.fold"
-    place.write_text(fold.write(exported(name), Settings()), encoding="utf-8")
+    place.write_text(written(exported(name)), encoding="utf-8")
     done = subprocess.run(["node", readers, place], check=True, capture_output=True, text=True, timeout=120)
     reading, data = json.loads(done.stdout.splitlines()[-1]), json.loads(place.read_text(encoding="utf-8"))
     assert reading["summary"] == "valid"
@@ -106,11 +103,11 @@ def test_ezdxf_finds_no_fault_and_every_line_where_it_is(name, settings):
     import ezdxf
 
     value = exported(name)
-    document = ezdxf.read(StringIO(dxf.write(value, settings)))
+    document = ezdxf.read(StringIO(written(value, "dxf", settings)))
     audit = document.audit()
     assert (audit.errors, audit.fixes) == ([], [])
     assert document.header["$INSUNITS"] == 4
-    sheet = sheet_of(value, settings)
+    sheet = sheet_for(value, settings)
     for layer, lines in sheet.lines.items():
         drawn = list(document.modelspace().query(f'LWPOLYLINE[layer=="{layer}"]'))
         assert len(drawn) == len(lines)
@@ -127,8 +124,8 @@ def test_a_dxf_opens_with_the_whole_drawing_in_view(name, panel, settings):
     import ezdxf
 
     value = exported(name, panel=panel)
-    document = ezdxf.read(StringIO(dxf.write(value, settings)))
-    lines = [line for drawn in sheet_of(value, settings).lines.values() for line in drawn]
+    document = ezdxf.read(StringIO(written(value, "dxf", settings)))
+    lines = [line for drawn in sheet_for(value, settings).lines.values() for line in drawn]
     points = np.concatenate([line.points for line in lines])
     low, high = points.min(axis=0), points.max(axis=0)
     header, space = document.header, document.modelspace().dxf
@@ -144,7 +141,7 @@ def test_a_dxf_opens_with_the_whole_drawing_in_view(name, panel, settings):
 
 def test_dxf_files_of_one_design_are_equal_at_any_time_and_in_any_process(tmp_path):
     words = ("export", DESIGN, "--output")
-    contents = [dxf.write(exported(DESIGN), Settings()).encode()]
+    contents = [written(exported(DESIGN), "dxf").encode()]
     for seed in "12":
         second = int(time.time())
         while int(time.time()) == second:  # times in files are of whole seconds
@@ -173,7 +170,7 @@ document.body.append(place);
 @pytest.mark.parametrize("name", [DESIGN, RING, TRIANGLES, RECTANGLES, "unit-ii"])
 def test_chromium_draws_every_line_of_a_sheet_in_millimetres(name, settings, tmp_path):
     value = exported(name)
-    sheet, drawing = sheet_of(value, settings), svg.write(value, settings).partition("\n")[2]
+    sheet, drawing = sheet_for(value, settings), written(value, "svg", settings).partition("\n")[2]
     page = tmp_path / "sheet.html"
     page.write_text(f"<!doctype html><body>{drawing}<script>{LENGTHS}</script></body>", encoding="utf-8")
     opened = chromium(page, "--dump-dom")

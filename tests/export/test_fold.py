@@ -10,15 +10,10 @@ import pytest
 from hypothesis import given, settings
 
 from hcsearch.assemblies import ASSEMBLIES
-from hcsearch.export.origami import fold
-from hcsearch.export.origami.meshes import mesh_of
-from hcsearch.export.settings import Settings
+from hcsearch.export import fold
+from hcsearch.export.cut_meshes import mesh_of
 from hcsearch.own_patterns.fold_reading import parse_fold, pattern_of
-from tests.export.exports import DESIGN, MOVING, exported, folded
-
-
-def written(value):
-    return fold.write(value, Settings())
+from tests.export.exports import DESIGN, MOVING, exported, folded, written
 
 
 def same_pattern(one, two):

@@ -10,12 +10,10 @@ from hypothesis import strategies as st
 
 from hcsearch.circuit import Circuit
 from hcsearch.errors import HcsearchError
-from hcsearch.export.origami import fold
-from hcsearch.export.settings import Settings
 from hcsearch.folding import foldings
 from hcsearch.own_patterns.fold_reading import parse_fold, pattern_of, read_fold
 from hcsearch.own_patterns.recognition import recognise, sized
-from tests.export.exports import DESIGN, exported, folded
+from tests.export.exports import DESIGN, exported, folded, written
 from tests.strategies import circuits, congruences
 
 
@@ -86,7 +84,7 @@ def test_a_drawing_in_any_position_is_recognised_with_its_folding(case):
 @given(folded())
 @settings(max_examples=40)
 def test_files_of_this_program_are_recognised_however_flat_pairs_are_joined(value):
-    drawing = parse_fold(fold.write(value, Settings()))
+    drawing = parse_fold(written(value))
     design = recognise(drawing)
     assert design.circuit == value.circuit
     assert [value.folding] == list(design.foldings)
@@ -96,7 +94,7 @@ def test_files_of_this_program_are_recognised_however_flat_pairs_are_joined(valu
 
 @pytest.mark.parametrize("axis", [0, 1])
 def test_a_drawing_may_stand_upright_as_programs_with_y_upwards_write_it(axis):
-    data = json.loads(fold.write(exported(DESIGN), Settings()))
+    data = json.loads(written(exported(DESIGN)))
     data["vertices_coords"] = [[*p[:axis], 3.0, *p[axis:]] for p in data["vertices_coords"]]
     assert [folding.notation for folding in recognise(parse_fold(json.dumps(data))).foldings] == [DESIGN]
     data["vertices_coords"][0][axis] += 1.0
@@ -115,7 +113,7 @@ def test_unassigned_creases_allow_every_folding():
 
 
 def test_fold_angles_stand_in_for_assignments():
-    data = json.loads(fold.write(exported(DESIGN), Settings()))
+    data = json.loads(written(exported(DESIGN)))
     del data["edges_assignment"]
     assert [folding.notation for folding in recognise(parse_fold(json.dumps(data))).foldings] == [DESIGN]
     del data["edges_foldAngle"], data["edges_vertices"]

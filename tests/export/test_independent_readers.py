@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from hcsearch.dynamics.panels import panel_bodies
-from hcsearch.export.solids.glb import glb_of
-from hcsearch.export.solids.prisms import placed, solid_of
-from hcsearch.export.solids.step import step_of
-from hcsearch.export.solids.stl import stl_of
-from hcsearch.export.solids.threemf import threemf_of
+from hcsearch.export.glb import glb_of
+from hcsearch.export.panel_solids import placed, solid_of
+from hcsearch.export.step import step_of
+from hcsearch.export.stl import stl_of
+from hcsearch.export.threemf import threemf_of
 from tests.export.cases import NAMES, case, replay, volumes
 
 pytestmark = pytest.mark.extra

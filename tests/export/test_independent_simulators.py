@@ -10,8 +10,8 @@ from hcsearch.collision.margins import margin_of
 from hcsearch.collision.prisms import prisms_of
 from hcsearch.deployment.deploying import deploy
 from hcsearch.dynamics.panels import panel_bodies
-from hcsearch.export.simulators.mjcf import mjcf_of
-from hcsearch.export.simulators.urdf import urdf_of
+from hcsearch.export.mjcf import mjcf_of
+from hcsearch.export.urdf import urdf_of
 from hcsearch.folding import Folding
 from hcsearch.labels import labels_of
 from hcsearch.scenes import SCENES

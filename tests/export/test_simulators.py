@@ -11,15 +11,15 @@ import pytest
 from hcsearch.dynamics.laws import law_named
 from hcsearch.dynamics.panels import panel_bodies
 from hcsearch.errors import HcsearchError, HcsearchWarning
+from hcsearch.export.cut_trees import cut_tree, line_of
+from hcsearch.export.mjcf import mjcf_of
 from hcsearch.export.settings import Settings
-from hcsearch.export.simulators.cut_trees import cut_tree, line_of
-from hcsearch.export.simulators.mjcf import mjcf_of, write
-from hcsearch.export.simulators.urdf import urdf_of
+from hcsearch.export.urdf import urdf_of
 from hcsearch.folding import Folding
 from hcsearch.labels import labels_of
 from hcsearch.scenes import SCENES
 from tests.export.cases import NAMES, case, merged
-from tests.export.exports import exported
+from tests.export.exports import exported, written
 
 DEFAULT, EARTH, SATELLITE = SCENES["default"], SCENES["earth"], SCENES["satellite"]
 
@@ -59,7 +59,7 @@ def test_parts_of_panels_have_their_mass_together(scene):
 
 def test_mjcf_has_the_springs_dampers_and_stops_of_the_scene():
     linkage, labels = case("hex:0234550132:4")
-    scene = replace(EARTH, spring="linear:0.2+0.05", springs=((2, "free"), (3, "2*linear:0.1"), (4, "linear:0+0.01")))
+    scene = replace(EARTH, spring="linear:0.2+0.05", springs=((2, "free"), (3, "2*linear:0.1"), (5, "linear:0+0.01")))
     root = Xml.fromstring(mjcf_of(linkage, labels, scene, "a <name>", timestep=1e-3))
     assert root.get("model") == "a <name>"
     assert root.find("option").get("gravity") == "0.0 0.0 -9.81"
@@ -164,7 +164,7 @@ def test_open_chains_need_no_closure():
 def test_subjects_with_drives_are_refused_as_models_of_mujoco():
     case = SimpleNamespace(drives=object())
     with pytest.raises(HcsearchError, match=r"leave out the table \[drive\]"):
-        write(SimpleNamespace(case=case), Settings())
+        written(SimpleNamespace(case=case), "mjcf")
 
 
 @pytest.mark.parametrize(("panel", "most"), [("50x0.2", "0.1"), ("50x0.19", "0.095"), ("500x2", "1")])
@@ -177,11 +177,11 @@ def test_panels_no_thicker_than_two_margins_are_refused_by_mjcf_as_by_deploy(pan
             rf"^a margin of \S+ mm .*: give more than 0 and less than {most} mm as margin_mm .*, or thicker panels$"
         )
         with pytest.raises(HcsearchError, match=message):
-            write(thin, Settings(contact=contact))
+            written(thin, "mjcf", Settings(contact=contact))
 
 
 def test_meshes_of_thin_panels_are_not_inside_out():
-    root = Xml.fromstring(write(exported("hex:0234550132:4", "mjcf", panel="50x0.21"), Settings()))
+    root = Xml.fromstring(written(exported("hex:0234550132:4", "mjcf", panel="50x0.21"), "mjcf"))
     for mesh in root.iter("mesh"):
         bottom, top = np.array(mesh.get("vertex").split(), float).reshape(2, -1, 3)
         assert (top - bottom)[:, 2] == pytest.approx(0.6 * 0.21e-3)  # a fifth of it goes off each face
@@ -191,8 +191,8 @@ def test_panels_too_small_for_mujoco_are_refused():
     with pytest.warns(HcsearchWarning, match="did you mean 500x60"):
         small = exported("hex:0234550132:4", "mjcf", panel="0.5x0.06")
     with pytest.raises(HcsearchError, match=r"panel_4\+5 has a moment of inertia of .* give larger panels"):
-        write(small, Settings())
+        written(small, "mjcf")
     with pytest.warns(HcsearchWarning, match="a side of less than 5 mm"):
         fast = exported("square:0122333011:1", "mjcf", panel="2x0.24")
     with pytest.raises(HcsearchError, match=r"alone at .* rad/s\^2, and MuJoCo stops above 1e\+10: give larger panels"):
-        write(fast, Settings())
+        written(fast, "mjcf")

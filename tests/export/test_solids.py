@@ -12,11 +12,11 @@ from hypothesis import given
 from scipy.spatial.transform import Rotation, Slerp
 
 from hcsearch.errors import HcsearchError
-from hcsearch.export.solids.glb import SECONDS, glb_of
-from hcsearch.export.solids.prisms import placed, solid_of, solids_of, wanted_panels
-from hcsearch.export.solids.step import step_of
-from hcsearch.export.solids.stl import stl_of
-from hcsearch.export.solids.threemf import threemf_of
+from hcsearch.export.glb import SECONDS, glb_of
+from hcsearch.export.panel_solids import placed, solid_of, solids_of, wanted_panels
+from hcsearch.export.step import step_of
+from hcsearch.export.stl import stl_of
+from hcsearch.export.threemf import threemf_of
 from hcsearch.folding import Folding, foldings
 from hcsearch.linkage import Linkage
 from hcsearch.pattern import RIGID, VALLEY, Pattern

@@ -10,17 +10,15 @@ import pytest
 from hypothesis import given, settings
 
 from hcsearch.export.exported import Exported
-from hcsearch.export.settings import Settings
-from hcsearch.export.tables import csv, graph6, networkx, parquet
-from hcsearch.export.tables.motion_tables import table_of
+from hcsearch.export.motion_tables import table_of
 from tests.collision.naive_distances import feature_distance
-from tests.export.exports import MOVING, exported
+from tests.export.exports import MOVING, exported, written
 from tests.strategies import circuits
 
 
 def test_the_table_of_a_path_reads_back_to_the_last_digit():
     value = exported(MOVING, "csv")
-    table = pd.read_csv(StringIO(csv.write(value, Settings())), dtype=str)  # pandas 2 reads numbers to 15 digits
+    table = pd.read_csv(StringIO(written(value, "csv")), dtype=str)  # pandas 2 reads numbers to 15 digits
     motion = value.motion
     hinges = [f"angle_{label}_rad" for label in value.labels.hinges]
     assert list(table) == ["path_share", *hinges, "gap_mm", "nearest", "touching"]
@@ -32,13 +30,13 @@ def test_the_table_of_a_path_reads_back_to_the_last_digit():
 @pytest.mark.extra
 def test_a_table_in_parquet_is_that_in_csv():
     value = exported(MOVING, "csv")
-    table = pd.read_parquet(BytesIO(parquet.write(value, Settings())))
-    pd.testing.assert_frame_equal(table, table_of(value), check_dtype=False)
+    table = pd.read_parquet(BytesIO(written(value, "parquet")))
+    pd.testing.assert_frame_equal(table, table_of(value.motion), check_dtype=False)
 
 
 def test_the_table_of_a_deployment_has_its_times():
     value = exported("thesis-4x4", "csv", by="springs")
-    table = table_of(value)
+    table = table_of(value.motion)
     assert next(iter(table)) == "time_s"
     np.testing.assert_array_equal(table["time_s"], value.motion.at)
     assert not table["gap_mm"].isna().any()
@@ -47,7 +45,7 @@ def test_the_table_of_a_deployment_has_its_times():
 def test_gaps_are_those_of_the_nearest_panels():
     value = exported(MOVING, "csv")
     linkage, panel_of = value.linkage, value.linkage.pattern.panel_of
-    table, number = table_of(value), {label: k for k, label in enumerate(value.labels.panels)}
+    table, number = table_of(value.motion), {label: k for k, label in enumerate(value.labels.panels)}
     looked_at = 0
     for angles, gap, names in zip(value.motion.angles, table["gap_mm"], table["nearest"], strict=True):
         solids = [solid.reshape(-1, 3) for solid in linkage.solids(angles)]
@@ -67,9 +65,9 @@ def test_gaps_are_those_of_the_nearest_panels():
 def test_graphs_are_those_of_the_array_whatever_reads_them(circuit):
     value = Exported(circuit.notation, circuit, None, None, None)
     ours = circuit.array.graph()
-    data = json.loads(networkx.write(value, Settings()))
+    data = json.loads(written(value, "networkx"))
     graph = nx.node_link_graph(data, edges="edges")
-    small = nx.from_graph6_bytes(graph6.write(value, Settings()).strip())
+    small = nx.from_graph6_bytes(written(value, "graph6").strip())
     assert nx.is_isomorphic(graph, ours)
     assert set(map(frozenset, small.edges)) == set(map(frozenset, graph.edges))
     creases = {d["crease"]: frozenset((a, b)) for a, b, d in graph.edges(data=True) if d["kind"] == "crease"}
@@ -78,11 +76,11 @@ def test_graphs_are_those_of_the_array_whatever_reads_them(circuit):
 
 
 def test_the_graph_of_a_folding_has_its_folds_and_one_of_an_assembly_its_hinges():
-    graph = nx.node_link_graph(json.loads(networkx.write(exported(MOVING, "networkx"), Settings())), edges="edges")
+    graph = nx.node_link_graph(json.loads(written(exported(MOVING, "networkx"), "networkx")), edges="edges")
     folds = {d["crease"]: d["fold"] for _, _, d in graph.edges(data=True) if d["kind"] == "crease"}
     assert [folds[k] for k in range(10)] == list(exported(MOVING).folding.assignment)
     unit = exported("unit-ii", "networkx")
-    graph = nx.node_link_graph(json.loads(networkx.write(unit, Settings())), edges="edges")
+    graph = nx.node_link_graph(json.loads(written(unit, "networkx")), edges="edges")
     hinges = {d["hinge"] for _, _, d in graph.edges(data=True) if d["kind"] == "crease"}
     assert hinges == set(range(unit.linkage.n_hinges))
     rigid = nx.Graph((a, b) for a, b, d in graph.edges(data=True) if d["kind"] == "rigid")

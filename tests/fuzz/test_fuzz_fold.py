@@ -5,11 +5,9 @@ import random
 
 import pytest
 
-from hcsearch.export.origami import fold
-from hcsearch.export.settings import Settings
 from hcsearch.own_patterns.fold_reading import parse_fold, pattern_of
 from hcsearch.own_patterns.recognition import recognise, sized
-from tests.export.exports import DESIGN, RING, exported
+from tests.export.exports import DESIGN, RING, exported, written
 from tests.fuzz.mutations import judge, mutated
 
 VALUES = [None, True, -1, 0, 2, 1e308, -1e300, float("nan"), float("inf"), "x", "", [], {}, [0, 0], 10**400, 3.7]
@@ -43,7 +41,7 @@ def changed(chance, value):
 @pytest.mark.parametrize("name", [DESIGN, RING])
 def test_files_with_other_values_are_read_or_refused(name):
     chance = random.Random(name)
-    whole = json.loads(fold.write(exported(name), Settings()))
+    whole = json.loads(written(exported(name)))
     del whole["file_frames"]
     taken = 0
     for _ in range(400):
@@ -56,6 +54,6 @@ def test_files_with_other_values_are_read_or_refused(name):
 
 def test_files_with_other_letters_are_read_or_refused():
     chance = random.Random(1)
-    text = fold.write(exported(DESIGN), Settings())
+    text = written(exported(DESIGN))
     text = text[: text.index('"file_frames"') - 3] + "}"
     assert sum(judge(mutated(chance, text).encode(errors="replace").decode(), read) for _ in range(400)) > 40

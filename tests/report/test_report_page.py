@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from hcsearch.player.scripts import as_script
 from hcsearch.report import FunnelStage, ReportData, render
-from hcsearch.report.census import census_table
-from hcsearch.report.packing import packed
+from hcsearch.report.page import census_table
+from hcsearch.report.payload import packed
 from hcsearch.report.reasons import why
 from tests.report.pages import Page, column, data_of, unpacked
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.compiling.compiled import lean
-from hcsearch.typing import Reals
 
 
 @lean

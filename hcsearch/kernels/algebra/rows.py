@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.compiling.compiled import lean
-from hcsearch.typing import Reals
 
 
 @lean

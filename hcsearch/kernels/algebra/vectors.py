@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.compiling.compiled import lean
-from hcsearch.typing import Reals
 
 Vector = tuple[float, float, float]
 Symmetric = tuple[float, float, float, float, float, float]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.collision.intervals import Course, book_for, nearest, relate
 from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.courses import TERMS, follow, write_course
 from hcsearch.kernels.linkage.loops import Chain, place_panels
 from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.kernels.linkage.reaches import Pairs
-from hcsearch.typing import Reals
 
 WAIT, WAITS = 1e-4, 100
 """The approach speed is the mean over this time (s) before prisms meet; how many times that is gone back for it."""

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.collision.dips import smallest_dip
 from hcsearch.kernels.collision.intervals import HALVINGS, Book, Course, begin, book_for, bound, halve, nearest, relate
 from hcsearch.kernels.compiling.compiled import compiled, lean
@@ -17,7 +18,6 @@ from hcsearch.kernels.linkage.courses import follow
 from hcsearch.kernels.linkage.loops import Chain, place_panels
 from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.kernels.linkage.reaches import Pairs
-from hcsearch.typing import Reals, Whole
 
 CLEAR, COLLIDES, UNDECIDED = 0, 1, 2
 """Verdicts: apart at all times; overlapping at a time; too near to decide."""

@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.collision.intervals import Book, Course, begin, book_for, bound, halve, nearest, relate, spheres
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import Chain
 from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.kernels.linkage.reaches import Pairs
-from hcsearch.typing import Reals
 
 SHORTEST = 0.5**20
 """Share of a step below which gaps are not known better than they are."""

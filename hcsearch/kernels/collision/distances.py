@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import math
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.algebra.vectors import Vector, cross, dot, minus, times
 from hcsearch.kernels.collision.simplices import across_edge, across_flat, nearest, normal, side_with_last, unit
 from hcsearch.kernels.compiling.compiled import inlined, lean
-from hcsearch.typing import Reals, Whole
 
 Corners = tuple[int, int, int, int]
 """Which differences of vertices span a simplex: the numbers in the first and in the second, packed; -1 for none."""

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Flags, Reals, Whole
 from hcsearch.kernels.collision.distances import closest, gap_along
 from hcsearch.kernels.collision.overlaps import overlap
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import Chain, place_panels
 from hcsearch.kernels.linkage.prisms import Prisms, apart, copy_of, place_prisms, turn_axes
-from hcsearch.typing import Flags, Reals, Whole
 
 
 class PanelPairs(NamedTuple):

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.algebra.vectors import Vector, at, dot, minus, put, times
 from hcsearch.kernels.collision.distances import closest
 from hcsearch.kernels.compiling.compiled import compiled, lean
@@ -19,7 +20,6 @@ from hcsearch.kernels.linkage.courses import TERMS, bound_rates, follow, path_be
 from hcsearch.kernels.linkage.loops import Chain, place_panels
 from hcsearch.kernels.linkage.prisms import Prisms
 from hcsearch.kernels.linkage.reaches import Pairs
-from hcsearch.typing import Reals, Whole
 
 HALVINGS = 40
 """An interval between two states is halved no more often than this."""

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.algebra.vectors import Vector, at, dot
 from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
 from hcsearch.kernels.linkage.loops import Chain, place_panels
 from hcsearch.kernels.linkage.prisms import Prisms, apart, copy_of, place_prisms, turn_axes
-from hcsearch.typing import Reals, Whole
 
 PARALLEL = 1e-6
 """Edges whose directions differ by less (rad) have no direction across both."""

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.collision.approaches import angles_at, approach
 from hcsearch.kernels.collision.clearance import CLEAR, COLLIDES, Answer, Exactness, judge
 from hcsearch.kernels.collision.intervals import Course
@@ -28,7 +29,6 @@ from hcsearch.kernels.multibody.simulation import FLAT, GOES_ON, TIME_OUT, Simul
 from hcsearch.kernels.multibody.steps import StepPlan
 from hcsearch.kernels.multibody.targets import no_targets
 from hcsearch.kernels.multibody.tree import Tree, work_for
-from hcsearch.typing import Reals, Whole
 
 FIRST_PART, LONGER = 32, 0.25
 """Steps of the first part of a motion that is judged in parts, and of each after it as a share of those before."""

@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.algebra.cholesky import factor
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.expansion import EQUATIONS, Expansion, Rings
-from hcsearch.typing import Reals
 
 LANES = 8
 """Combinations that are computed at once."""

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.combinations import (
     LANES,
@@ -24,7 +25,6 @@ from hcsearch.kernels.enclosure.combinations import (
 )
 from hcsearch.kernels.enclosure.expansion import Expansion, Rings, cut_loops, expand, keep_cuts, new_expansion
 from hcsearch.kernels.enclosure.third_order import third_order
-from hcsearch.typing import Reals, Whole
 
 LEAST_GAIN = 0.1
 """A box is contracted for a third time where it has become smaller by this share."""

@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.algebra.vectors import Vector, at, cross, dot, minus, plus, put, times
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import fold_on
-from hcsearch.typing import Reals, Whole
 
 EQUATIONS = 12
 """Equations of a loop: the nine entries of a rotation by rows, and a place."""

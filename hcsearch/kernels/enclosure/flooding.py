@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.expansion import Rings
 from hcsearch.kernels.enclosure.refutation import (
@@ -29,7 +30,6 @@ from hcsearch.kernels.enclosure.refutation import (
     go_on,
     meets,
 )
-from hcsearch.typing import Reals, Whole
 
 GOING, ENCLOSED, REACHED, FULL = 0, 1, 2, 3
 """A flood goes on; has proved what it has taken in to be left by no motion; came to the goal; has no more room."""

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.algebra.cholesky import factor, solve_factored
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.expansion import Expansion, Rings, write_first_order
-from hcsearch.typing import Reals
 
 STEPS = 20
 """Steps, at most: most closed states are reached in seven."""

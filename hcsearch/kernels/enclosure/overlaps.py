@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.algebra.vectors import Vector, at, cross, dot, minus, put, times
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.combinations import add_shares, combine, solve, weigh
@@ -20,7 +21,6 @@ from hcsearch.kernels.enclosure.contraction import Contraction
 from hcsearch.kernels.enclosure.expansion import ROUNDING, Rings, expand
 from hcsearch.kernels.enclosure.piercings import Piercings, new_piercings, pierce
 from hcsearch.kernels.enclosure.plates import Plates, Sight, new_sight, see, seen
-from hcsearch.typing import Reals
 
 APART, MET, THROUGHOUT = 0, 1, 2
 """At the middle of a box no panels are known to overlap; some do; some do in all of the box: proved."""

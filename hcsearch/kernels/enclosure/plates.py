@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.algebra.vectors import Vector, at, put
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.expansion import moved
 from hcsearch.kernels.linkage.loops import fold_on
-from hcsearch.typing import Reals, Whole
 
 
 class Plates(NamedTuple):

@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.enclosure.contraction import Contraction, contract, new_contraction
 from hcsearch.kernels.enclosure.expansion import Rings, cut_loops, keep_cuts
 from hcsearch.kernels.enclosure.newton import RESIDUAL, Newton, close_within, new_newton
 from hcsearch.kernels.enclosure.overlaps import MET, THROUGHOUT, Overlaps, clear_at, new_overlaps, overlapping
 from hcsearch.kernels.enclosure.plates import Plates, no_plates
-from hcsearch.typing import Reals, Whole
 
 EMPTY, CLOSED, OPEN, UNFINISHED = 0, 1, 2, 3
 """A box holds no closed and clear state: proved; holds one, by Newton's method; neither will be known; nor is yet."""

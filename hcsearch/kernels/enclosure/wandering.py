@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.enclosure.expansion import Rings
 from hcsearch.kernels.enclosure.refutation import Refutation, meets
-from hcsearch.typing import Reals
 
 STRIDE = 0.15
 """The longest step, of the angle that turns most (rad)."""

@@ -11,9 +11,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.algebra.screws import add_bracket
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.typing import Reals, Whole
 
 MOST_RAYS = 2048
 """Nothing is claimed about a cone with more extreme rays."""

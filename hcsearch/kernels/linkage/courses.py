@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.linkage.reaches import Pairs
-from hcsearch.typing import Reals, Whole
 
 TERMS = 6
 """Coefficients of a course: a quintic of the share of the step; a cubic where accelerations are not known."""

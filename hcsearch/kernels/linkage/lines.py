@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.typing import Reals, Whole
 
 Words = NDArray[np.int8]
 

@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.algebra.rows import row_product
 from hcsearch.kernels.algebra.screws import add_bracket
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.typing import Reals, Whole
 
 
 @lean

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
-from hcsearch.typing import Reals, Whole
 
 
 class Prisms(NamedTuple):

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.courses import TERMS, follow, rates_at, write_course
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, largest_pivot, project
 from hcsearch.kernels.multibody.sweeps import place
 from hcsearch.kernels.multibody.tree import Tree, Work
 from hcsearch.kernels.multibody.welds import weld_errors
-from hcsearch.typing import Reals
 
 States = tuple[Reals, Reals, Reals, Reals]
 """Times (k,), coordinates, velocities and accelerations (k, n)."""

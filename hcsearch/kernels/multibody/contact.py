@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Signs
 from hcsearch.kernels.algebra.rows import divide_row, row_product, subtract_row
 from hcsearch.kernels.algebra.vectors import at, cross, dot, plus
 from hcsearch.kernels.compiling.compiled import compiled, lean
@@ -34,7 +35,6 @@ from hcsearch.kernels.multibody.tree import (
     Work,
 )
 from hcsearch.kernels.multibody.welds import INDEPENDENT
-from hcsearch.typing import Reals, Signs
 
 SOFT = 1e-4
 """A joint whose stop could move it by less than this share of what it would without loops is held by the loops: stops

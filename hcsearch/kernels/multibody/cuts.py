@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Signs, Whole
 from hcsearch.kernels.algebra.vectors import Vector, add, at, cross, dot, minus, plus, times, turned
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.hinges import Hinges, joint_torques, moment
 from hcsearch.kernels.multibody.tree import PLACE, PULL_COUPLE, PULL_FORCE, SPEED, SPIN, TURN, Work
-from hcsearch.typing import Reals, Signs, Whole
 
 
 class Cuts(NamedTuple):

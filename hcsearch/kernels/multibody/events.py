@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.motion import Hold, Mechanism
-from hcsearch.typing import Reals
 
 NEAR, BEYOND = 1e-9, 1e-6
 """A joint is at a stop from this far inside (rad), and has passed it when it is this far beyond."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.compiling.compiled import inlined, lean
 from hcsearch.kernels.multibody.cuts import cut_energy
 from hcsearch.kernels.multibody.hinges import lost_power
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, Stepper, closure_energy, evaluate
 from hcsearch.kernels.multibody.targets import driving_power
 from hcsearch.kernels.multibody.tree import Work
-from hcsearch.typing import Reals
 
 
 class Method(NamedTuple):

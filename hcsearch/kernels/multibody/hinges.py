@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Signs, Whole
 from hcsearch.kernels.algebra.vectors import (
     Vector,
     add,
@@ -44,7 +45,6 @@ from hcsearch.kernels.multibody.tree import (
     Tree,
     Work,
 )
-from hcsearch.typing import Reals, Signs, Whole
 
 
 class Hinges(NamedTuple):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.compliance import spring_loss
 from hcsearch.kernels.multibody.cuts import cut_energy
@@ -16,7 +17,6 @@ from hcsearch.kernels.multibody.hinges import joint_torques, lost_power, steepne
 from hcsearch.kernels.multibody.motion import Hold, Mechanism, Stepper, solve, solve_ahead, view
 from hcsearch.kernels.multibody.targets import ask, drive_ahead, driving_power
 from hcsearch.kernels.multibody.tree import Work
-from hcsearch.typing import Reals
 
 
 @lean

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Signs, Whole
 from hcsearch.kernels.algebra.vectors import at, cross, put, turned
 from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
 from hcsearch.kernels.multibody.compliance import forces_ahead, spring_energy, spring_forces
@@ -15,7 +16,6 @@ from hcsearch.kernels.multibody.sweeps import gather, load, move, place, release
 from hcsearch.kernels.multibody.targets import Targets, ask, drive
 from hcsearch.kernels.multibody.tree import CENTRE, PULL_COUPLE, PULL_FORCE, TURN, Tree, Work
 from hcsearch.kernels.multibody.welds import choose, close_rows, factorise, weld_errors, weld_rates
-from hcsearch.typing import Reals, Signs, Whole
 
 
 class Mechanism(NamedTuple):

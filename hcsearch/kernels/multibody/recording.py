@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.cuts import cut_angles
 from hcsearch.kernels.multibody.events import NEAR
 from hcsearch.kernels.multibody.motion import Hold, Mechanism
 from hcsearch.kernels.multibody.sweeps import move, place
 from hcsearch.kernels.multibody.tree import Work
-from hcsearch.typing import Reals, Whole
 
 HIT, LET_GO, SNAP_UP, SNAP_DOWN = 1, 2, 3, 4
 """What happens at an event: a joint comes to its stop, or leaves it; a law snaps."""

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.algebra.vectors import at, dot, plus, turned
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.cuts import cut_energy, cut_gap
@@ -36,7 +37,6 @@ from hcsearch.kernels.multibody.steps import LEAST, StepPlan, first_step, land, 
 from hcsearch.kernels.multibody.stops import collide, regrip
 from hcsearch.kernels.multibody.sweeps import move, place
 from hcsearch.kernels.multibody.tree import CENTRE, PLACE, TURN, Work
-from hcsearch.typing import Reals
 
 GOES_ON = -1
 TIME_OUT, FLAT, REST, TOO_MANY, NO_STEP, OPEN, WRONG, UNBALANCED, JAMMED = 0, 1, 2, 3, 4, 5, 6, 7, 8

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.events import greatest_pull, threshold
 from hcsearch.kernels.multibody.explicit import Method, step, write_stage
 from hcsearch.kernels.multibody.implicit import implicit_step
 from hcsearch.kernels.multibody.motion import Stepper, accelerate, project
-from hcsearch.typing import Reals
 
 REACHED = 1e-11
 """A joint is at a stop within this (rad)."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Signs
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.contact import push_apart
 from hcsearch.kernels.multibody.events import NEAR
@@ -12,7 +13,6 @@ from hcsearch.kernels.multibody.motion import Hold, Mechanism, accelerate, proje
 from hcsearch.kernels.multibody.sweeps import gather, load, move, place, release
 from hcsearch.kernels.multibody.tree import Work
 from hcsearch.kernels.multibody.welds import choose, close_rows, factorise
-from hcsearch.typing import Reals, Signs
 
 
 @lean

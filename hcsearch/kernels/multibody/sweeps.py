@@ -8,6 +8,7 @@ unit force does along each joint gives the Delassus matrix as a sum over joints 
 
 from __future__ import annotations
 
+from hcsearch.arrays import Reals, Signs
 from hcsearch.kernels.algebra.vectors import (
     Vector,
     add,
@@ -79,7 +80,6 @@ from hcsearch.kernels.multibody.tree import (
     Tree,
     Work,
 )
-from hcsearch.typing import Reals, Signs
 
 
 @lean

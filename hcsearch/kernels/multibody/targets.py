@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.multibody.tree import Work
-from hcsearch.typing import Reals, Whole
 
 ANGLE, RATE, TORQUE = 0, 1, 2
 """Columns of `Work.asked`, a row a drive: rad, rad/s, N m."""

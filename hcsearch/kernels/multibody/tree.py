@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import compiled
-from hcsearch.typing import Reals, Whole
 
 AXIS, OFFSET, CENTRE, INERTIA, MASS = 0, 3, 6, 9, 15
 """Columns of `Tree.bodies`: unit vector of the joint, from the parent's joint (of the ground: from the origin) to this

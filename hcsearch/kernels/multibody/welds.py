@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.algebra.vectors import at, cross, dot, minus, plus, turned
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.tree import (
@@ -31,7 +32,6 @@ from hcsearch.kernels.multibody.tree import (
     Tree,
     Work,
 )
-from hcsearch.typing import Reals
 
 INDEPENDENT = 1e-11
 """A row is chosen when its pivot is above this share of the largest Delassus entry with all joints free."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.algebra.vectors import Vector, at, dot, times
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.planning.closing import CLOSED, close
 from hcsearch.kernels.planning.space import Space, SpaceWork, Stack, State, copy, farthest, pick, place, square
-from hcsearch.typing import Reals
 
 OFF = 0.5
 """The closed state half-way along a chord may be off by this share of half its length."""

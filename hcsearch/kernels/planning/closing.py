@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.algebra.rows import divide_row, row_product, subtract_row
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import Chain, close_loops, weigh_rows
-from hcsearch.typing import Reals, Whole
 
 CLOSED = 1e-10
 """Closure residual (rad, or gap over size) of a closed state."""

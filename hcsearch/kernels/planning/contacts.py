@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.algebra.vectors import Vector, add, at, cross, dot, minus, plus, put, times
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.planning.space import Space, SpaceWork, State
-from hcsearch.typing import Reals
 
 SHARE = 0.7
 """Of the gap that a corner has to spare a step takes up to this."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.algebra.vectors import Vector, cross
 from hcsearch.kernels.compiling.compiled import lean
-from hcsearch.typing import Reals, Whole
 
 CENTRED = 6
 """How often the middle of a loop is brought nearer to its lines: one that is far off them makes bounds loose."""

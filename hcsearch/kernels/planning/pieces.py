@@ -16,13 +16,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.algebra.rows import row_product, subtract_row
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import fold_on
 from hcsearch.kernels.planning.closing import Loops, write_closure
 from hcsearch.kernels.planning.groups import Group
 from hcsearch.kernels.planning.middles import centre
-from hcsearch.typing import Reals
 
 CONTRACTION = 0.5
 """Greatest factor of a contraction that is asked for: the ball is then twice the Newton step."""

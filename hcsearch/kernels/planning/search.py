@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.planning.chords import link
 from hcsearch.kernels.planning.closing import CLOSED, close
 from hcsearch.kernels.planning.space import Space, SpaceWork, Stack, farthest, pick, place
 from hcsearch.kernels.planning.trees import StateTree, add, grow, keep_new, nearest
-from hcsearch.typing import Reals, Whole
 
 LONGEST = 0.12
 """Longest step (rad)."""

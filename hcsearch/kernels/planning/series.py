@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.typing import Reals, Whole
 
 ORDERS = 8
 """Orders of the series, from 0."""

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.planning.chords import link, separated
 from hcsearch.kernels.planning.contacts import SHARE, near_contacts, write_row
 from hcsearch.kernels.planning.sliding import slide
 from hcsearch.kernels.planning.space import Space, SpaceWork, Stack, State, copy, farthest, pick, place, square
-from hcsearch.typing import Reals
 
 PIECE = 0.1
 """Longest straight piece (rad)."""

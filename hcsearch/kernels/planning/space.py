@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.algebra.vectors import at, put, times
 from hcsearch.kernels.collision.distances import closest
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.loops import place_panels
 from hcsearch.kernels.linkage.prisms import Prisms, apart, place_prisms
 from hcsearch.kernels.planning.closing import Closing, Loops, new_closing
-from hcsearch.typing import Reals, Whole
 
 ROWS = 24
 """Contact conditions that a step takes into account, for each hinge."""

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.planning.sliding import slide
 from hcsearch.kernels.planning.space import Space, SpaceWork, Stack, copy, farthest, greatest, pick, place
-from hcsearch.typing import Reals, Whole
 
 CELL = 0.15
 """Width (rad) of the cells by which states count as alike."""

@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcsearch.arrays import Reals, Whole
 from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.planning.closing import Closing, Loops, close, keep_closed, new_closing
 from hcsearch.kernels.planning.groups import Group
 from hcsearch.kernels.planning.pieces import CONTRACTION, Tables, prove_piece, tables_for
-from hcsearch.typing import Reals, Whole
 
 PIECES = 20000
 """A proof that takes more pieces is given up, as where a path runs along singular states; most take a thousand."""

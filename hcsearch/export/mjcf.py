@@ -7,7 +7,6 @@ fold angles, 0 flat. MuJoCo's constraints are soft: how far it then moves beside
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 from xml.etree import ElementTree as Xml
 
 import numpy as np
@@ -15,15 +14,11 @@ import numpy as np
 from hcsearch.collision.margins import check_margin
 from hcsearch.collision.prisms import prisms_of
 from hcsearch.errors import HcsearchError
-from hcsearch.export.simulators.cut_trees import CutTree, Link, cut_tree, line_of, numbers
+from hcsearch.export.cut_trees import CutTree, Link, cut_tree, line_of, numbers
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup, natural_seconds, settle
-
-if TYPE_CHECKING:
-    from hcsearch.export.exported import Exported
-    from hcsearch.export.settings import Settings
 
 STEPS = 50_000
 """In the natural time of a scene; a step is 0.02 ms for panels of 50 mm, which the stiff welds ask for."""
@@ -38,21 +33,6 @@ STIFF = 0.9999
 ITERATIONS, TOLERANCE = 50, 1e-12
 """Of its solver, which needs few steps as nothing but welds and stops are constraints."""
 _COLOURS = ("0.86 0.83 0.73 1", "0.62 0.65 0.71 1")
-
-
-def write(exported: Exported, settings: Settings) -> str:
-    """Write the case in its scene."""
-    case = exported.case
-    if case.drives is not None:
-        raise HcsearchError("models of MuJoCo are written with springs, not with drives: leave out the table [drive]")
-    return mjcf_of(
-        case.linkage,
-        exported.labels,
-        case.setup,
-        exported.name,
-        contact=settings.contact,
-        timestep=settings.timestep_s,
-    )
 
 
 def mjcf_of(

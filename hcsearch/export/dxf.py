@@ -5,15 +5,14 @@ from __future__ import annotations
 from io import StringIO
 from typing import Any
 
-from hcsearch.export.exported import Exported
-from hcsearch.export.settings import Settings
-from hcsearch.export.sheets.layouts import COLOURS, Sheet, sheet_of
+from hcsearch.export.cutting_sheets import COLOURS, Sheet
+from hcsearch.export.settings import Profile
 
 SCREEN = 4.0 / 3.0
 """Width over height of the narrowest window in which the whole sheet is in view."""
 
 
-def write(exported: Exported, settings: Settings) -> str:
+def dxf_of(sheet: Sheet, profile: Profile) -> str:
     """The sheet; lines have the colours of their layers."""
     from ezdxf import units  # noqa: PLC0415 - of an extra
     from ezdxf._options import options  # noqa: PLC0415
@@ -22,7 +21,7 @@ def write(exported: Exported, settings: Settings) -> str:
     stamped = options.write_fixed_meta_data_for_testing
     options.write_fixed_meta_data_for_testing = True  # no times: two files of one design are equal
     try:
-        return _text(sheet_of(exported, settings), COLOURS[settings.profile], new("R2000"), units.MM)
+        return _text(sheet, COLOURS[profile], new("R2000"), units.MM)
     finally:
         options.write_fixed_meta_data_for_testing = stamped
 

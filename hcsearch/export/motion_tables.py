@@ -2,17 +2,30 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from typing import TYPE_CHECKING
 
 from hcsearch.collision.distances import nearest_panels
-from hcsearch.export.exported import Exported
+from hcsearch.replays.replay import Replay
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-def table_of(exported: Exported) -> pd.DataFrame:
-    """The states of the motion.
+def csv_of(motion: Replay) -> str:
+    """Return comma-separated numbers in full digits under a line of names."""
+    return table_of(motion).to_csv(index=False, lineterminator="\n")
+
+
+def parquet_of(motion: Replay) -> bytes:
+    """Return the same table as a Parquet file."""
+    buffer = BytesIO()
+    table_of(motion).to_parquet(buffer, index=False)
+    return buffer.getvalue()
+
+
+def table_of(motion: Replay) -> pd.DataFrame:
+    """Return the states of a motion.
 
     Columns: `time_s`, or `path_share` from packed 0 to flat 1; `angle_LABEL_rad` of each hinge; `gap_mm` of the nearest
     panels that neither a hinge joins nor touch, below 0 where they overlap; `nearest`, these two by their labels;
@@ -20,7 +33,7 @@ def table_of(exported: Exported) -> pd.DataFrame:
     """
     import pandas as pd  # noqa: PLC0415 - only here
 
-    motion, labels = exported.motion, exported.labels
+    labels = motion.labels
     columns = {"time_s" if motion.axis == "time" else "path_share": motion.at}
     columns |= {f"angle_{name}_rad": motion.angles[:, k] for k, name in enumerate(labels.hinges)}
     near = nearest_panels(motion.linkage, motion.angles)

@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from hcsearch.export.exported import Exported
-from hcsearch.export.origami.meshes import Mesh, mesh_of
-from hcsearch.export.settings import Settings
+from hcsearch.arrays import Reals
+from hcsearch.circuit import Circuit
+from hcsearch.export.cut_meshes import Mesh, mesh_of
+from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
-from hcsearch.pattern import Fold
+from hcsearch.pattern import Fold, Pattern
 from hcsearch.replays.replay import Replay
-from hcsearch.typing import Reals
 
 Frame = dict[str, Any]
 
@@ -34,26 +34,25 @@ _ANGLES: dict[Fold, int] = {"flat": 0, "valley": 180, "mountain": -180}
 _ATTRIBUTES = ("manifold", "orientable", "noCuts", "noJoins", "convexFaces")
 
 
-def write(exported: Exported, settings: Settings) -> str:
-    """The file, a property a line."""
-    del settings
-    linkage, pattern = exported.linkage, exported.linkage.pattern
-    mesh = mesh_of(pattern)
+def fold_of(
+    name: str, linkage: Linkage, labels: Labels, circuit: Circuit | None = None, replay: Replay | None = None
+) -> str:
+    """Return the text of a file with a property a line; circuit : None of an assembly."""
+    mesh = mesh_of(linkage.pattern)
     frames = [folded_frame(mesh, linkage), packed_frame(linkage)]
-    if exported.replay is not None:
-        frames += motion_frames(exported.replay)
+    if replay is not None:
+        frames += motion_frames(replay)
     head: Frame = {
         "file_spec": 1.2,
         "file_creator": f"hcsearch {version('hcsearch')}",
-        "file_title": exported.name,
-        "file_classes": ["singleModel", *(["animation"] if exported.replay is not None else [])],
+        "file_title": name,
+        "file_classes": ["singleModel", *(["animation"] if replay is not None else [])],
     }
-    return _text(head | pattern_frame(exported, mesh) | {"file_frames": frames})
+    return _text(head | pattern_frame(mesh, name, linkage.pattern, labels, circuit) | {"file_frames": frames})
 
 
-def pattern_frame(exported: Exported, mesh: Mesh) -> Frame:
+def pattern_frame(mesh: Mesh, name: str, pattern: Pattern, labels: Labels, circuit: Circuit | None) -> Frame:
     """The key frame: the flat pattern, with its assignments, and what only thick panels have."""
-    pattern, labels = exported.linkage.pattern, exported.labels
     creases = [pattern.creases[pair] for pair in mesh.creases]
     borders = len(mesh.edges) - len(creases)
     hinges = [
@@ -61,11 +60,11 @@ def pattern_frame(exported: Exported, mesh: Mesh) -> Frame:
         for pair, crease in zip(mesh.creases, creases, strict=True)
     ]
     frame: Frame = {
-        "frame_title": f"{exported.name}, flat, seen from above",
+        "frame_title": f"{name}, flat, seen from above",
         "frame_classes": ["creasePattern"],
         "frame_attributes": ["2D", *_ATTRIBUTES],
         "frame_unit": "mm",
-        "hcsearch:notation": exported.name,
+        "hcsearch:notation": name,
         "hcsearch:thickness": _millimetres(pattern.thickness),
         "vertices_coords": _millimetres(mesh.points),
         "edges_vertices": [list(edge) for edge in mesh.edges],
@@ -76,9 +75,8 @@ def pattern_frame(exported: Exported, mesh: Mesh) -> Frame:
         "faces_vertices": [list(face) for face in mesh.faces],
         "faces_hcsearch:panel": [labels.panels[panel] for panel in pattern.panel_of],
     }
-    if exported.circuit is not None:
-        n = exported.circuit.n
-        frame["edges_hcsearch:crease"] = [k if k < n else None for k in range(len(mesh.edges))]
+    if circuit is not None:
+        frame["edges_hcsearch:crease"] = [k if k < circuit.n else None for k in range(len(mesh.edges))]
     if pattern.loops:
         frame["hcsearch:loops"] = [[list(pair) for pair in loop] for loop in pattern.loops]
     return frame

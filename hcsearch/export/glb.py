@@ -12,17 +12,13 @@ import math
 import struct
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from hcsearch.export.solids.prisms import Side, Solid, fan, solid_of
+from hcsearch.arrays import Reals
+from hcsearch.export.panel_solids import Side, Solid, fan, solid_of
 from hcsearch.replays.replay import Replay
-from hcsearch.typing import Reals
-
-if TYPE_CHECKING:
-    from hcsearch.export.exported import Exported
-    from hcsearch.export.settings import Settings
 
 SECONDS = 4.0
 """How long the animation takes: paths have no time of their own, and deployments are over too soon to be seen."""
@@ -43,11 +39,6 @@ _VERTICES, _TRIANGLES = 34962, 34963
 _KINDS = tuple(COLOURS)
 _UPWARDS = [-0.5 * 2**0.5, 0.0, 0.0, 0.5 * 2**0.5]
 """A quarter turn about x that takes z to y, as a quaternion x, y, z, w."""
-
-
-def write(exported: Exported, settings: Settings) -> bytes:
-    """The motion of a design or an assembly."""
-    return glb_of(exported.motion)
 
 
 def glb_of(replay: Replay) -> bytes:

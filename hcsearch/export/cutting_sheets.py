@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hcsearch.errors import HcsearchError
-from hcsearch.export.exported import Exported
-from hcsearch.export.settings import Profile, Settings
-from hcsearch.export.sheets.digits import strokes
+from hcsearch.export.digits import strokes
+from hcsearch.export.settings import Profile, SheetKind
+from hcsearch.labels import Labels
 from hcsearch.mesh import Point
 from hcsearch.pattern import Crease, Pair, Pattern
 
@@ -85,26 +85,28 @@ class Sheet:
             self.add("ENGRAVE", stroke, text)
 
 
-def sheet_of(exported: Exported, settings: Settings) -> Sheet:
-    """The sheet that settings ask for; HcsearchError where they contradict each other."""
-    apart = settings.sheet == "panels"
-    if settings.profile == "simulator" and (apart or settings.kerf_mm):
+def sheet_of(
+    pattern: Pattern, labels: Labels, *, sheet: SheetKind, kerf_mm: float, hinge_gap_mm: float, profile: Profile
+) -> Sheet:
+    """The sheet that settings of an export ask for; HcsearchError where they contradict each other."""
+    apart = sheet == "panels"
+    if profile == "simulator" and (apart or kerf_mm):
         raise HcsearchError("Origami Simulator takes the sheet in one piece, as it is: leave out --sheet and --kerf")
-    if settings.hinge_gap_mm and not apart:
+    if hinge_gap_mm and not apart:
         raise HcsearchError("a sheet in one piece has no gaps at hinges: leave out --hinge-gap, or add --sheet panels")
-    drawn = _Drawn(exported, settings)
-    sheet = drawn.apart() if apart else drawn.whole()
-    if settings.profile == "simulator":
-        sheet.lines["ENGRAVE"] = []
-    return sheet
+    drawn = _Drawn(pattern, labels, kerf_mm, hinge_gap_mm)
+    lines = drawn.apart() if apart else drawn.whole()
+    if profile == "simulator":
+        lines.lines["ENGRAVE"] = []
+    return lines
 
 
 class _Drawn:
     """A pattern in millimetres."""
 
-    def __init__(self, exported: Exported, settings: Settings) -> None:
-        self.pattern: Pattern = exported.linkage.pattern
-        self.labels, self.settings = exported.labels, settings
+    def __init__(self, pattern: Pattern, labels: Labels, kerf_mm: float, hinge_gap_mm: float) -> None:
+        self.pattern, self.labels = pattern, labels
+        self.kerf_mm, self.hinge_gap_mm = kerf_mm, hinge_gap_mm
         self.size = 1e3 * self.pattern.size
         self.vertices = [(1e3 * x, 1e3 * y) for x, y in self.pattern.vertices]
         self.radii = [_radius(facet) for facet in self._polygons()]
@@ -165,7 +167,7 @@ class _Drawn:
         ]
         for label, polygon in zip(self.labels.panels, polygons, strict=True):
             if polygon.geom_type != "Polygon" or polygon.is_empty:
-                gap = self.settings.hinge_gap_mm
+                gap = self.hinge_gap_mm
                 raise HcsearchError(f"a hinge gap of {gap:g} mm leaves panel {label} not in one piece: give less")
         return polygons
 
@@ -177,7 +179,7 @@ class _Drawn:
 
     def _trimmed(self) -> list[Polygon]:
         """The facets with half of the hinge gap taken off along hinges."""
-        facets, gap = self._polygons(), 0.5 * self.settings.hinge_gap_mm
+        facets, gap = self._polygons(), 0.5 * self.hinge_gap_mm
         if gap:
             for pair, crease in self.pattern.creases.items():
                 for facet, (start, end) in zip(pair, (self.edge(pair), self.edge(pair)[::-1]), strict=True):
@@ -187,7 +189,7 @@ class _Drawn:
 
     def _grown(self, polygon: Polygon) -> Polygon:
         """A polygon moved outwards by half of the kerf; HcsearchError where that closes a hole or a notch."""
-        kerf = 0.5 * self.settings.kerf_mm
+        kerf = 0.5 * self.kerf_mm
         if not kerf:
             return polygon
         grown = polygon.buffer(kerf, join_style="mitre", mitre_limit=10.0)

@@ -8,29 +8,18 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from xml.etree import ElementTree as Xml
 
-from hcsearch.export.simulators.cut_trees import CutTree, Link, cut_tree, numbers
-from hcsearch.export.solids.stl import stl_of
+from hcsearch.export.cut_trees import CutTree, Link, cut_tree, numbers
+from hcsearch.export.stl import stl_of
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup
 
-if TYPE_CHECKING:
-    from hcsearch.export.exported import Exported
-    from hcsearch.export.settings import Settings
-
 FREE = 1e6
 """Greatest effort and rate of a joint (N m, rad/s), which URDF wants: ours have none."""
-
-
-def write(exported: Exported, settings: Settings) -> Mapping[str, str | bytes]:
-    """The subject in its scene: the tree, the closure, and a mesh of each panel."""
-    case = exported.case
-    return urdf_of(case.linkage, exported.labels, case.setup, exported.name, settings.stem)
 
 
 def urdf_of(linkage: Linkage, labels: Labels, scene: Scene | Setup, title: str, stem: str) -> dict[str, str | bytes]:

@@ -9,19 +9,14 @@ from __future__ import annotations
 
 import math
 from html import escape
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.drawing import svg_path
-from hcsearch.export.pictures.painting import painters_order
+from hcsearch.export.painting import painters_order
 from hcsearch.replays.replay import Replay, turned
 from hcsearch.replays.stacks import stacks_of
-from hcsearch.typing import Reals
-
-if TYPE_CHECKING:
-    from hcsearch.export.exported import Exported
-    from hcsearch.export.settings import Settings
 
 FRAMES = 48
 SECONDS = 5.0
@@ -44,12 +39,6 @@ PLAIN = (222, 218, 206)
 _LIGHT = np.array([0.25, -0.45, 0.86])
 _LINES = {"m": "#d1202f", "v": "#1c5fd4", "f": "#6a4fc0"}
 """Mountain and valley hinges, and those that stay flat, by the first letter of their fold."""
-
-
-def write(exported: Exported, settings: Settings) -> str:
-    """The motion of a design or an assembly."""
-    del settings
-    return animation_of(exported.motion)
 
 
 def animation_of(replay: Replay) -> str:

@@ -7,18 +7,13 @@ Panels are prisms, so that planes, lines and points describe them exactly. Each 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.export.solids.prisms import MILLIMETRES, Solid, solid_of, wanted_panels
+from hcsearch.arrays import Reals
+from hcsearch.export.panel_solids import MILLIMETRES, Solid, solid_of
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals
-
-if TYPE_CHECKING:
-    from hcsearch.export.exported import Exported
-    from hcsearch.export.settings import Settings
 
 _HEAD = """ISO-10303-21;
 HEADER;
@@ -29,13 +24,6 @@ ENDSEC;
 DATA;
 """
 _X, _Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
-
-
-def write(exported: Exported, settings: Settings) -> str:
-    """All panels in a state, or one of them."""
-    linkage, angles = exported.linkage, exported.angles(settings.state)
-    panels = wanted_panels(exported.labels, settings.part)
-    return step_of(linkage, exported.labels, angles, exported.name, panels)
 
 
 def step_of(

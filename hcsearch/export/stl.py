@@ -4,26 +4,14 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcsearch.export.solids.prisms import MILLIMETRES, placed, solid_of, wanted_panels
+from hcsearch.arrays import Reals
+from hcsearch.export.panel_solids import MILLIMETRES, placed, solid_of
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals
-
-if TYPE_CHECKING:
-    from hcsearch.export.exported import Exported
-    from hcsearch.export.settings import Settings
 
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-
-
-def write(exported: Exported, settings: Settings) -> bytes:
-    """All panels in a state, or one of them."""
-    linkage, angles = exported.linkage, exported.angles(settings.state)
-    panels = wanted_panels(exported.labels, settings.part)
-    return stl_of(linkage, angles, exported.name, panels)
 
 
 def stl_of(

@@ -8,26 +8,24 @@ from __future__ import annotations
 from html import escape
 from itertools import pairwise
 
-from hcsearch.export.exported import Exported
-from hcsearch.export.settings import Settings
-from hcsearch.export.sheets.layouts import COLOURS, Line, Sheet, sheet_of
+from hcsearch.export.cutting_sheets import COLOURS, Line, Sheet
+from hcsearch.export.settings import Profile
 
 STROKE = 0.1
 """Width of lines, mm."""
 _LAYER = '\n <g id="{0}" inkscape:groupmode="layer" inkscape:label="{0}">{1}\n </g>'
 
 
-def write(exported: Exported, settings: Settings) -> str:
+def svg_of(sheet: Sheet, title: str, profile: Profile) -> str:
     """The sheet; every element has its own colour, as some cutters heed no groups."""
-    sheet = sheet_of(exported, settings)
-    colours = {layer: colour for layer, (colour, _) in COLOURS[settings.profile].items()}
-    body = _alone(sheet, colours) if settings.profile == "simulator" else _layers(sheet, colours)
+    colours = {layer: colour for layer, (colour, _) in COLOURS[profile].items()}
+    body = _alone(sheet, colours) if profile == "simulator" else _layers(sheet, colours)
     width, height = _number(sheet.width), _number(sheet.height)
     return (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" '
         f'width="{width}mm" height="{height}mm" viewBox="0 0 {width} {height}">'
-        f"\n <title>{escape(exported.name)}</title>{body}\n</svg>\n"
+        f"\n <title>{escape(title)}</title>{body}\n</svg>\n"
     )
 
 

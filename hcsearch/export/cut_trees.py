@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from hcsearch.arrays import Reals
 from hcsearch.deployment.compiling import OMISSIONS, compile_scene
 from hcsearch.dynamics.bodies import Body
 from hcsearch.dynamics.laws import Law
@@ -23,7 +24,6 @@ from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup, settle
-from hcsearch.typing import Reals
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,32 +5,20 @@ from __future__ import annotations
 import io
 import zipfile
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 from xml.etree import ElementTree as Xml
 
 import numpy as np
 
-from hcsearch.export.solids.prisms import MILLIMETRES, Solid, solid_of, wanted_panels
+from hcsearch.arrays import Reals
+from hcsearch.export.panel_solids import MILLIMETRES, Solid, solid_of
 from hcsearch.labels import Labels
 from hcsearch.linkage import Linkage
-from hcsearch.typing import Reals
-
-if TYPE_CHECKING:
-    from hcsearch.export.exported import Exported
-    from hcsearch.export.settings import Settings
 
 _CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 _PACKAGE = "http://schemas.openxmlformats.org/package/2006"
 _MODEL = "3D/3dmodel.model"
 _DATED = (1980, 1, 1, 0, 0, 0)
 """The date of the parts, so that the same export is the same file."""
-
-
-def write(exported: Exported, settings: Settings) -> bytes:
-    """All panels in a state, or one of them."""
-    linkage, angles = exported.linkage, exported.angles(settings.state)
-    panels = wanted_panels(exported.labels, settings.part)
-    return threemf_of(linkage, exported.labels, angles, exported.name, panels)
 
 
 def threemf_of(

@@ -1,0 +1,92 @@
+"""The graph of an array: which panels are neighbours, and what joins them."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from hcsearch.circuit import Circuit
+from hcsearch.folding import Folding
+from hcsearch.pattern import Pair, Pattern
+
+Array = Folding | Circuit | Pattern
+"""What graphs are of: a folding, a circuit without a choice of creases, or the pattern of an assembly."""
+Items = list[dict[str, Any]]
+
+
+def node_link_json(name: str, array: Array) -> str:
+    """Return the graph in networkx's node-link form (`networkx.node_link_graph(data, edges="edges")`), an item a line.
+
+    Nodes are the panels of a design, by their numbers in the circuit, with their cells; or the facets of an assembly,
+    with their panels. Edges say what joins two neighbours: `crease` or `slit`, the number of a crease, its fold.
+    """
+    graph = {"name": name}
+    if isinstance(array, Pattern):
+        nodes, edges = _of_pattern(array)
+    else:
+        circuit, folding = (array.circuit, array) if isinstance(array, Folding) else (array, None)
+        graph["array"] = circuit.array.canonical().notation
+        nodes, edges = _of_circuit(circuit, folding)
+    facts = {"directed": False, "multigraph": False, "graph": graph}
+    lines = [f' "{key}": {json.dumps(value)}' for key, value in facts.items()]
+    for key, items in (("nodes", nodes), ("edges", edges)):
+        listed = ",\n  ".join(json.dumps(item) for item in items)
+        lines.append(f' "{key}": [\n  {listed}\n ]')
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def graph6_of(array: Array) -> bytes:
+    """Return one line of nauty's graph6, without a header; vertices are the panels in the order of the circuit."""
+    import networkx as nx  # noqa: PLC0415 - only this format needs it
+
+    count, pairs = neighbours(array)
+    graph = nx.Graph()
+    graph.add_nodes_from(range(count))
+    graph.add_edges_from(pairs)
+    line: bytes = nx.to_graph6_bytes(graph, nodes=range(count), header=False)
+    return line
+
+
+def neighbours(array: Array) -> tuple[int, list[Pair]]:
+    """Return the number of panels (facets, of an assembly), and the pairs that share an edge."""
+    if isinstance(array, Pattern):
+        return len(array.facets), sorted(array.edges)
+    circuit = array.circuit if isinstance(array, Folding) else array
+    number = {point: k for k, point in enumerate(circuit.points)}
+    pairs = {
+        (k, number[to])
+        for k, point in enumerate(circuit.points)
+        for _, to in circuit.grid.neighbours(point)
+        if number.get(to, -1) > k
+    }
+    return circuit.n, sorted(pairs)
+
+
+def _of_circuit(circuit: Circuit, folding: Folding | None) -> tuple[Items, Items]:
+    n, pairs = neighbours(circuit)
+    nodes: Items = [{"id": k, "cell": list(cell)} for k, cell in enumerate(circuit.cells)]
+    edges: Items = []
+    for i, j in pairs:
+        edge: dict[str, Any] = {"source": i, "target": j, "kind": "slit"}
+        if j - i in (1, n - 1):
+            crease = i if j - i == 1 else j
+            edge |= {"kind": "crease", "crease": crease}
+            if folding is not None:
+                edge["fold"] = folding.assignment[crease]
+        edges.append(edge)
+    return nodes, edges
+
+
+def _of_pattern(pattern: Pattern) -> tuple[Items, Items]:
+    count, pairs = neighbours(pattern)
+    nodes: Items = [{"id": k, "panel": pattern.panel_of[k]} for k in range(count)]
+    edges: Items = []
+    for pair in pairs:
+        edge: dict[str, Any] = {"source": pair[0], "target": pair[1], "kind": "slit"}
+        crease = pattern.creases.get(pair)
+        if crease is not None:
+            edge["kind"] = "rigid"
+            if crease.face is not None:
+                edge |= {"kind": "crease", "fold": crease.fold, "hinge": pattern.hinge_of(pair)}
+        edges.append(edge)
+    return nodes, edges

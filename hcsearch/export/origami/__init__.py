@@ -1,1 +1,0 @@
-"""Crease patterns for origami software."""

@@ -1,1 +1,0 @@
-"""Scenes as models of simulators."""

@@ -1,1 +1,0 @@
-"""Panels as solids, for CAD systems, printers and viewers."""

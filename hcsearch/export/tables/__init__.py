@@ -1,1 +1,0 @@
-"""Motions as tables, and arrays as graphs."""
