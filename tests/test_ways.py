@@ -13,7 +13,7 @@ from hcsearch import deploy, save
 from hcsearch.cases.resolve import resolve
 from hcsearch.cli import hcsearch
 from hcsearch.enumeration import ArraySearch
-from hcsearch.export import FORMATS
+from hcsearch.export.formats import FORMATS
 from hcsearch.folding import Folding
 from hcsearch.grid import GRIDS, parse_array
 from hcsearch.pipeline import Plan, run_into

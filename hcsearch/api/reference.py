@@ -14,6 +14,7 @@ from hcsearch.api.kinds import described
 from hcsearch.cases.case import Named
 from hcsearch.cases.places import Place
 from hcsearch.replays.sources import By
+from hcsearch.system.lazy import names_of
 from hcsearch.vocabulary import Formulation, Keep, Way
 
 TITLE = """# Reference of the Python names
@@ -23,16 +24,6 @@ to use them. Lengths are in metres and angles in radians, but sizes in texts are
 
 `make docs` generates this page from the docstrings.
 """
-GROUPS: dict[str, tuple[str, ...]] = {
-    "Do a job": ("deploy", "tune", "replay", "save", "enumerate_into", "read", "rank"),
-    "Arrays and circuits": ("GRIDS", "Grid", "Array", "parse_array", "Circuit", "enumerate_circuits", "count_array"),
-    "Searches as batches": ("PolygonSearch", "ArraySearch", "ArrayCount"),
-    "Foldings": ("Folding", "foldings", "twist", "gauss_linking"),
-    "Panels in space": ("Pattern", "Linkage", "Scene", "SCENES"),
-    "Results": ("Deployed", "Tuning", "Replay", "Funnel"),
-    "Databases": ("open_database", "open_readonly", "select", "select_sql"),
-    "Errors and version": ("HcsearchError", "__version__"),
-}
 PLAIN = {
     "GRIDS": "The grids by their names: `triangle`, `square`, `rectangle`, `hex`.",
     "SCENES": "The scenes of the program by their names: `default`, `earth`, `thesis`, `satellite`.",
@@ -55,7 +46,7 @@ _ITEM = re.compile(r"(?:^|(?<=\.)) *([a-z_][a-z_, ]*) : ")
 def reference() -> str:
     """The document."""
     parts = [TITLE]
-    for group, names in GROUPS.items():
+    for group, names in names_of("hcsearch").items():
         parts.append(f"\n## {group}\n")
         parts += [_entry(name, getattr(hcsearch, name)) for name in names]
     parts.append("\n## Kinds in signatures\n\n| kind | what to give |\n|---|---|\n")

@@ -1,21 +1,51 @@
-"""Names of a package that are imported from their modules on first use."""
+"""Names of a package that are imported from their modules on first use.
+
+The stub `__init__.pyi` beside a package's `__init__.py` is the one list of its names, for type checkers and for readers,
+too: it imports each name from its module, in groups that comments name.
+"""
 
 from __future__ import annotations
 
 TYPE_CHECKING = False  # as type checkers know it; `typing` takes longer to load than Ctrl-C may go unanswered
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable
+
+_READ: dict[str, dict[str, dict[str, str]]] = {}
 
 
-def importing(package: str, homes: Mapping[str, Sequence[str]]) -> Callable[[str], object]:
-    """The `__getattr__` of a package; homes : the names in each of its modules."""
-    module_of = {name: module for module, names in homes.items() for name in names}
+def names_of(package: str) -> dict[str, dict[str, str]]:
+    """Read the names of a package from its stub: the module of each, by groups."""
+    if package not in _READ:
+        import ast  # noqa: PLC0415 - as `typing` above
+        import sys  # noqa: PLC0415
+        from pathlib import Path  # noqa: PLC0415
+
+        text = Path(str(sys.modules[package].__file__)).with_suffix(".pyi").read_text(encoding="utf-8")
+        lines = text.splitlines()
+        groups: dict[str, dict[str, str]] = {}
+        group, seen = "", 0
+        for node in ast.parse(text).body:
+            if not isinstance(node, ast.ImportFrom):
+                continue
+            headings = [line for line in lines[seen : node.lineno - 1] if line.startswith("# ")]
+            group, seen = headings[-1].removeprefix("# ") if headings else group, node.lineno
+            names = groups.setdefault(group, {})
+            names.update({alias.asname or alias.name: str(node.module) for alias in node.names})
+        _READ[package] = groups
+    return _READ[package]
+
+
+def importing(package: str) -> Callable[[str], object]:
+    """Make the `__getattr__` of a package, which knows `__all__`, too."""
 
     def find(name: str) -> object:
-        if name not in module_of:
+        modules = {own: module for group in names_of(package).values() for own, module in group.items()}
+        if name == "__all__":
+            return sorted(modules)
+        if name not in modules:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         from importlib import import_module  # noqa: PLC0415 - as `typing` above
 
-        return getattr(import_module(f"{package}.{module_of[name]}"), name)
+        return getattr(import_module(modules[name]), name)
 
     return find

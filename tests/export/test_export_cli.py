@@ -15,13 +15,13 @@ from hcsearch.circuit import Circuit
 from hcsearch.cli import hcsearch
 from hcsearch.enumeration import PolygonSearch
 from hcsearch.errors import HcsearchError, OutputError
-from hcsearch.export import FORMATS
-from hcsearch.export.formats import Format, format_of
+from hcsearch.export.formats import FORMATS, Format, format_of
 from hcsearch.export.settings import Settings, read_state
 from hcsearch.folding import Folding
 from hcsearch.grid import GRIDS
-from hcsearch.own_patterns import read_fold, recognise
 from hcsearch.own_patterns.checking import check_circuit
+from hcsearch.own_patterns.fold_reading import read_fold
+from hcsearch.own_patterns.recognition import recognise
 from hcsearch.pipeline import Plan, run_into
 from hcsearch.scenes import SCENES
 from hcsearch.store import find_design, open_database

@@ -11,7 +11,7 @@ from hcsearch.enumeration import ArraySearch, PolygonSearch, enumerate_circuits
 from hcsearch.folding import foldings
 from hcsearch.grid import GRIDS, parse_array
 from hcsearch.pipeline import Plan, run_into
-from hcsearch.report import FunnelStage, ReportData
+from hcsearch.report.data import FunnelStage, ReportData
 from hcsearch.scenes import Scene
 from hcsearch.store import open_database
 from hcsearch.twisting import twist

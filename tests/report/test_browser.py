@@ -10,8 +10,9 @@ from hcsearch.enumeration import enumerate_circuits
 from hcsearch.errors import HcsearchError
 from hcsearch.folding import foldings
 from hcsearch.grid import GRIDS
-from hcsearch.report import ReportData, render
+from hcsearch.report.data import ReportData
 from hcsearch.report.fetching import fetch
+from hcsearch.report.page import render
 from hcsearch.report.payload import page_data
 from hcsearch.report.templating import joined_script
 from hcsearch.store import open_readonly, select

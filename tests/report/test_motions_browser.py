@@ -6,9 +6,9 @@ import pytest
 
 from hcsearch.folding import Folding
 from hcsearch.player import payload_of
-from hcsearch.report import render
 from hcsearch.report.design_fetching import design_data
 from hcsearch.report.design_page import render_design
+from hcsearch.report.page import render
 from tests.player.browser import TWO_FRAMES, chromium
 from tests.player.motions import replay_of
 

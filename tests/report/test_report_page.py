@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hcsearch.player.scripts import as_script
-from hcsearch.report import FunnelStage, ReportData, render
-from hcsearch.report.page import census_table
+from hcsearch.report.data import FunnelStage, ReportData
+from hcsearch.report.page import census_table, render
 from hcsearch.report.payload import packed
 from hcsearch.report.reasons import why
 from tests.report.pages import Page, column, data_of, unpacked

@@ -8,9 +8,9 @@ from hcsearch.errors import OutputError, QueryError, SceneError
 from hcsearch.grid import GRIDS, parse_array
 from hcsearch.pipeline import Plan, run_into
 from hcsearch.records import Trial
-from hcsearch.report import write_report
 from hcsearch.report.commands import scene_option
 from hcsearch.report.fetching import fetch
+from hcsearch.report.writing import write_report
 from hcsearch.scenes import Scene
 from hcsearch.store import open_database, open_readonly, select
 from tests.judging import judge

@@ -7,8 +7,8 @@ import pytest
 from hcsearch.enumeration import PolygonSearch
 from hcsearch.grid import GRIDS
 from hcsearch.pipeline import Plan, run_into
-from hcsearch.report import render
 from hcsearch.report.fetching import fetch
+from hcsearch.report.page import render
 from hcsearch.store import open_database, open_readonly
 from hcsearch.vocabulary import STATUSES
 from tests.judging import judge

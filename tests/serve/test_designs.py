@@ -87,7 +87,7 @@ def test_verdicts_on_the_page_are_those_of_its_scene(asking, number):
 
 
 def test_exports_are_files_to_download(asking, number):
-    from hcsearch.export import FORMATS
+    from hcsearch.export.formats import FORMATS
 
     below = f"/designs/{number}/foldings/1/export"
     fold = asking(f"{below}.fold")

@@ -1,0 +1,68 @@
+# Do a job
+from hcsearch.api.checking import check as check
+from hcsearch.api.counting import count as count
+from hcsearch.api.deploying import deploy as deploy
+from hcsearch.api.describing import describe as describe
+from hcsearch.api.driving import drive as drive
+from hcsearch.api.enumerating import enumerate_into as enumerate_into
+from hcsearch.api.exporting import save as save
+from hcsearch.api.identifying import identify_damping as identify_damping
+from hcsearch.api.identifying import identify_spring as identify_spring
+from hcsearch.api.proving import prove as prove
+from hcsearch.api.proving import verify as verify
+from hcsearch.api.querying import rank as rank
+from hcsearch.api.querying import read as read
+from hcsearch.api.replaying import replay as replay
+from hcsearch.api.reporting import report as report
+from hcsearch.api.searching_units import search_units as search_units
+from hcsearch.api.serving import serve as serve
+from hcsearch.api.showing import show as show
+from hcsearch.api.showing import show_page as show_page
+from hcsearch.api.tuning import tune as tune
+
+# What is meant by a name
+from hcsearch.cases.case import Case as Case
+from hcsearch.cases.resolve import resolve as resolve
+
+# Arrays and circuits
+from hcsearch.grid import GRIDS as GRIDS
+from hcsearch.grid import Grid as Grid
+from hcsearch.grid import Array as Array
+from hcsearch.grid import parse_array as parse_array
+from hcsearch.circuit import Circuit as Circuit
+from hcsearch.enumeration import enumerate_circuits as enumerate_circuits
+from hcsearch.enumeration import count_array as count_array
+
+# Searches as batches
+from hcsearch.enumeration import PolygonSearch as PolygonSearch
+from hcsearch.enumeration import ArraySearch as ArraySearch
+from hcsearch.enumeration import ArrayCount as ArrayCount
+
+# Foldings
+from hcsearch.folding import Folding as Folding
+from hcsearch.folding import foldings as foldings
+from hcsearch.twisting import twist as twist
+from hcsearch.twisting import gauss_linking as gauss_linking
+
+# Panels in space
+from hcsearch.pattern import Pattern as Pattern
+from hcsearch.linkage import Linkage as Linkage
+from hcsearch.scenes import Scene as Scene
+from hcsearch.scenes import SCENES as SCENES
+
+# Results
+from hcsearch.deployment.deployed import Deployed as Deployed
+from hcsearch.tuning.tuning import Tuning as Tuning
+from hcsearch.drive.driving import Drive as Drive
+from hcsearch.replays.replay import Replay as Replay
+from hcsearch.pipeline import Funnel as Funnel
+
+# Databases
+from hcsearch.store import open_database as open_database
+from hcsearch.store import open_readonly as open_readonly
+from hcsearch.store import select as select
+from hcsearch.store import select_sql as select_sql
+
+# Errors and version
+from hcsearch.errors import HcsearchError as HcsearchError
+from hcsearch.system.release import __version__ as __version__
