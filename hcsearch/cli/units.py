@@ -72,8 +72,7 @@ def units(
     """
     from contextlib import ExitStack
 
-    from hcsearch.store import open_database
-    from hcsearch.store.units import record_units
+    from hcsearch.store import open_database, record_units
     from hcsearch.unit_search.search import Limits, search_elements
 
     limits = Limits(most) if seconds is None else Limits(most, seconds)

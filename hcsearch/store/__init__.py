@@ -10,13 +10,20 @@ from typing import TYPE_CHECKING
 from hcsearch.system.lazy import importing
 
 if TYPE_CHECKING:
-    from hcsearch.store.best import best_creases
     from hcsearch.store.columns import VIEWS, Quantity, column_names, view_names
     from hcsearch.store.database import Database, open_database, open_readonly
+    from hcsearch.store.files import save_rows
     from hcsearch.store.formats import FORMATS, format_rows
+    from hcsearch.store.judgements import (
+        StoredPath,
+        StoredVerdict,
+        best_creases,
+        find_paths,
+        find_verdict,
+        foldings_with_paths,
+    )
     from hcsearch.store.location import room_at
     from hcsearch.store.pages import SlowQueryError, count_rows, select_page
-    from hcsearch.store.paths import StoredPath, find_paths, foldings_with_paths
     from hcsearch.store.queries import (
         check_scene,
         find_circuit,
@@ -28,9 +35,8 @@ if TYPE_CHECKING:
         stream,
         stream_sql,
     )
+    from hcsearch.store.results import find_evaluations, record_evaluations, record_units, save_scores
     from hcsearch.store.rows import Result, Rows, parts_of
-    from hcsearch.store.saving import save_rows
-    from hcsearch.store.scores import save_scores
     from hcsearch.store.verdicts import (
         find_scene,
         record_scene,
@@ -40,27 +46,27 @@ if TYPE_CHECKING:
         undecided,
     )
     from hcsearch.store.views import SCENIC, asks_for, literal, source_in
-    from hcsearch.store.ways import StoredVerdict, find_verdict
     from hcsearch.store.writing import count_arrays, finish_run, finished_batches, record_batches, start_run
 
 _HOMES = {
-    "best": ("best_creases",),
     "columns": ("VIEWS", "Quantity", "column_names", "view_names"),
     "database": ("Database", "open_database", "open_readonly"),
+    "files": ("save_rows",),
     "formats": ("FORMATS", "format_rows"),
+    "judgements": (
+        *("StoredPath", "StoredVerdict", "best_creases"),
+        *("find_paths", "find_verdict", "foldings_with_paths"),
+    ),
     "location": ("room_at",),
     "pages": ("SlowQueryError", "count_rows", "select_page"),
-    "paths": ("StoredPath", "find_paths", "foldings_with_paths"),
     "queries": (
         *("check_scene", "find_circuit", "find_design", "grids_in", "parse_query"),
         *("select", "select_sql", "stream", "stream_sql"),
     ),
+    "results": ("find_evaluations", "record_evaluations", "record_units", "save_scores"),
     "rows": ("Result", "Rows", "parts_of"),
-    "saving": ("save_rows",),
-    "scores": ("save_scores",),
     "verdicts": ("find_scene", "record_scene", "record_settled", "record_verdicts", "scene_names", "undecided"),
     "views": ("SCENIC", "asks_for", "literal", "source_in"),
-    "ways": ("StoredVerdict", "find_verdict"),
     "writing": ("count_arrays", "finish_run", "finished_batches", "record_batches", "start_run"),
 }
 
@@ -83,6 +89,7 @@ __all__ = [
     "count_rows",
     "find_circuit",
     "find_design",
+    "find_evaluations",
     "find_paths",
     "find_scene",
     "find_verdict",
@@ -97,8 +104,10 @@ __all__ = [
     "parse_query",
     "parts_of",
     "record_batches",
+    "record_evaluations",
     "record_scene",
     "record_settled",
+    "record_units",
     "record_verdicts",
     "room_at",
     "save_rows",
