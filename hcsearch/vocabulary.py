@@ -11,6 +11,10 @@ KEEPS: tuple[Keep, ...] = get_args(Keep)
 Status = Literal["deploys", "movable", "undecided", "locked"]
 STATUSES: tuple[Status, ...] = get_args(Status)
 """Statuses of an untwisted folding in a scene, best first; a design has that of its best folding."""
+FOLDING_STATUSES = (*STATUSES, "twisted")
+"""Statuses of any folding."""
+DESIGN_STATUSES = (*FOLDING_STATUSES, "no_folding")
+"""Statuses of a design."""
 
 Known = Literal["deployment", "path_proved", "path_met", "no_path_met", "kept_apart", "locked_at_end", "twist"]
 KNOWN: tuple[Known, ...] = get_args(Known)
@@ -32,6 +36,10 @@ OUTCOMES: tuple[Outcome, ...] = get_args(Outcome)
 Way = Literal["rigid", "hinged", "merged"]
 WAYS: tuple[Way, ...] = get_args(Way)
 """How flat pairs are joined; `merged`: rigid, and mirror pairs of panels made one."""
+
+UnitPath = Literal["flat", "stopped", "stepwise", "none", "locked"]
+UNIT_PATHS: tuple[UnitPath, ...] = get_args(UnitPath)
+"""How the motion of a unit from its folded state ends: see `unit_search.proofs.UnitProof`."""
 
 Formulation = Literal["constrained", "compliant", "penalty", "quasistatic"]
 FORMULATIONS: tuple[Formulation, ...] = get_args(Formulation)

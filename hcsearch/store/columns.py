@@ -7,7 +7,18 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
-from hcsearch.vocabulary import ENDS, KEEPS, KNOWN, OUTCOMES, STATUSES, VERDICTS, WAYS
+from hcsearch.grid import GRIDS
+from hcsearch.vocabulary import (
+    DESIGN_STATUSES,
+    ENDS,
+    FOLDING_STATUSES,
+    KEEPS,
+    KNOWN,
+    OUTCOMES,
+    UNIT_PATHS,
+    VERDICTS,
+    WAYS,
+)
 
 Kind = Literal["integer", "boolean", "real", "text"]
 Better = Literal["higher", "lower", ""]
@@ -43,8 +54,7 @@ class Quantity(NamedTuple):
         return ", ".join(part for part in (self.meaning, self.unit, direction) if part)
 
 
-_GRIDS = ("triangle", "square", "rectangle", "hex")
-_PATHS = ("flat", "stopped", "stepwise", "none", "locked")
+_GRIDS = tuple(GRIDS)
 
 # `half` is about what a 4x4 array has, the example of the thesis: 16 panels, 10 degrees of freedom, a mirror, and to be
 # flat after half a second, ten times the least clearance (0.1 mm) away from collisions.
@@ -150,7 +160,7 @@ DESIGNS = (
     *_VERDICT,
     Quantity(
         *("status", "text", "", "deploys, movable, undecided, locked, twisted or no_folding"),
-        words=(*STATUSES, "twisted", "no_folding"),
+        words=DESIGN_STATUSES,
     ),
     Quantity("score", "real", "", "score that `hcsearch rank --save` stored, 0 to 1", better="higher"),
     Quantity(
@@ -184,7 +194,7 @@ FOLDINGS = (
         "dof_flat", "integer", "", "degrees of freedom at first order, flat, flat pairs hinged", label="freedoms, flat"
     ),
     *_MECHANISM,
-    Quantity("status", "text", "", "deploys, movable, undecided, locked or twisted", (*STATUSES, "twisted")),
+    Quantity("status", "text", "", "deploys, movable, undecided, locked or twisted", FOLDING_STATUSES),
     *_VERDICT,
 )
 
@@ -284,7 +294,9 @@ UNITS = (
     Quantity("rank_gap", "real", "", "least singular value that counts, over the noise"),
     Quantity("deployment_ratio", "real", "", "flat area over footprint of the folded package", better="higher"),
     Quantity("ways", "integer", "", "finite motions out of the folded state, within the stops"),
-    Quantity("path", "text", "", "how the motion from folded ends: flat, stopped, stepwise, none or locked", _PATHS),
+    Quantity(
+        "path", "text", "", "how the motion from folded ends: flat, stopped, stepwise, none or locked", UNIT_PATHS
+    ),
     Quantity("closure_error", "real", "", "greatest closure residual on that motion, rad or gap over panel size"),
     Quantity("contact", "boolean", "", "1: panels cut through each other on the way; 0: they do not; null: not looked"),
     Quantity("known", "text", "", "name for `hcsearch assembly`: unit-i, unit-ii (thesis), unit-iii; else empty"),

@@ -28,13 +28,16 @@ def current_revision(connection: Connection) -> str | None:
 
 
 def check_revision(location: str, revision: str, *, upgradable: bool) -> None:
-    """Refuse a schema that this program cannot use: newer, older where it may not be upgraded, or none."""
-    if not re.fullmatch("[0-9]{4}", revision):
+    """Refuse a schema that this program cannot use: newer, older where it may not be upgraded, or none.
+
+    Before the first release numbers ran up to 0011, and such a database cannot be told from a newer one.
+    """
+    if not re.fullmatch("(?!0000)[0-9]{4}", revision):
         raise DatabaseError(f"database {location} is damaged, its schema has no number: restore a copy")
     if revision > REVISION:
         raise DatabaseError(
-            f"database {location} was made by a newer hcsearch (schema {revision}, this one knows {REVISION}): "
-            "install that version, or name another database"
+            f"database {location} was made by a newer hcsearch (schema {revision}, this one knows {REVISION}), or by "
+            "one before the first release: install the newer one, or run `hcsearch enumerate` anew on another database"
         )
     if revision < REVISION and not upgradable:
         raise DatabaseError(

@@ -6,6 +6,8 @@ A change of the views needs the same, with an empty migration.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from sqlalchemy import (
     BigInteger,
     CheckConstraint,
@@ -23,7 +25,9 @@ from sqlalchemy import (
 )
 from sqlalchemy.types import REAL, TypeEngine
 
-REVISION = "0011"
+from hcsearch.vocabulary import DESIGN_STATUSES, FOLDING_STATUSES, OUTCOMES, STATUSES, UNIT_PATHS, VERDICTS, WAYS
+
+REVISION = "0001"
 """The newest migration. Revisions are numbers of four digits, so that an older one is a smaller text."""
 
 VERSION_TABLE = "hcsearch_version"
@@ -49,9 +53,9 @@ _TEXT = Text().with_variant(Text(collation="C"), "postgresql")
 _REAL: TypeEngine[float] = Double().with_variant(REAL, "sqlite")
 
 
-def _status(name: str, *values: str) -> CheckConstraint:
+def _one_of(name: str, words: Iterable[str]) -> CheckConstraint:
     """Check that a column holds one of some words (or NULL)."""
-    return CheckConstraint(f"{name} IN ({', '.join(repr(value) for value in values)})", name=name)
+    return CheckConstraint(f"{name} IN ({', '.join(map(repr, words))})", name=name)
 
 
 def _folding_key() -> tuple[Column[int], Column[int]]:
@@ -66,9 +70,6 @@ def _of_folding(crease: str) -> ForeignKeyConstraint:
     """Delete a row with the folding of its `design_id` and of its first flat crease, a column of this name."""
     return ForeignKeyConstraint(["design_id", crease], ["folding.design_id", "folding.crease"], ondelete="CASCADE")
 
-
-_VERDICTS = ("deploys", "undecided", "collides", "locked")
-_JUDGED = ("deploys", "movable", "undecided", "locked")
 
 design = Table(
     "design",
@@ -93,7 +94,7 @@ design = Table(
     CheckConstraint("symmetry > 0 AND array_symmetry >= symmetry", name="symmetry"),
     CheckConstraint("n_foldings >= 0 AND n_untwisted >= 0 AND n_untwisted <= n_foldings", name="foldings"),
     CheckConstraint("min_twist >= 0", name="min_twist"),
-    _status("status", *_VERDICTS, "twisted", "no_folding"),
+    _one_of("status", DESIGN_STATUSES),
     # Ids grow, so within one (grid, n) rows are appended: this index costs inserts little.
     Index(None, "grid", "n"),
     sqlite_strict=True,
@@ -116,7 +117,7 @@ folding = Table(
     Column("status", _TEXT),
     CheckConstraint("crease >= 0 AND opposite > crease", name="crease"),
     CheckConstraint("twist >= 0", name="twist"),
-    _status("status", *_VERDICTS, "twisted"),
+    _one_of("status", FOLDING_STATUSES),
     sqlite_strict=True,
     sqlite_with_rowid=False,
 )
@@ -141,7 +142,7 @@ outcome = Table(
     Column("status", _TEXT, nullable=False),
     # A verdict goes with the folding that it is drawn from.
     _of_folding("best_crease"),
-    _status("status", *_JUDGED),
+    _one_of("status", STATUSES),
     sqlite_strict=True,
     sqlite_with_rowid=False,
 )
@@ -158,7 +159,7 @@ verdict = Table(
     Column("needed_margin", _REAL),
     Column("least_gap", _REAL),
     _of_folding("crease"),
-    _status("status", *_JUDGED),
+    _one_of("status", STATUSES),
     sqlite_strict=True,
     sqlite_with_rowid=False,
 )
@@ -189,7 +190,7 @@ motion = Table(
     Column("unmet_margin", _REAL),
     Column("lock_margin", _REAL),
     _of_folding("crease"),
-    _status("flat_pairs", "rigid", "hinged", "merged"),
+    _one_of("flat_pairs", WAYS),
     sqlite_strict=True,
     sqlite_with_rowid=False,
 )
@@ -225,7 +226,7 @@ deployment = Table(
     # The congruent folding that was simulated in its place, or NULL.
     Column("as_crease", Integer),
     _of_folding("crease"),
-    _status("status", *_VERDICTS),
+    _one_of("status", VERDICTS),
     sqlite_strict=True,
     sqlite_with_rowid=False,
 )
@@ -309,7 +310,7 @@ unit = Table(
     CheckConstraint("copies > 1 AND panels > 0 AND hinges > 0", name="copies"),
     CheckConstraint("merged IN (0, 1) AND contact IN (0, 1)", name="flags"),
     CheckConstraint("alpha > 0 AND alpha < 90", name="alpha"),
-    _status("path", "flat", "stopped", "stepwise", "none", "locked"),
+    _one_of("path", UNIT_PATHS),
     Index(None, "grid", "n"),
     sqlite_strict=True,
 )
@@ -339,7 +340,7 @@ evaluation = Table(
     Column("evaluations", Integer, nullable=False),
     Column("looks", Integer, nullable=False),
     CheckConstraint("clear IN (0, 1)", name="clear"),
-    _status("outcome", "flat", "moving", "at rest", "jammed", "diverged", "out of steps"),
+    _one_of("outcome", OUTCOMES),
     sqlite_strict=True,
     sqlite_with_rowid=False,
 )

@@ -22,14 +22,14 @@ from hcsearch.records import (
     WorkKey,
     play_of,
 )
-from hcsearch.store.best import chosen_foldings
 from hcsearch.store.database import Database
 from hcsearch.store.designs import CHUNK, ids_of
 from hcsearch.store.failures import again
 from hcsearch.store.rows import parts_of
-from hcsearch.store.schema import deployment, design, motion, outcome, scene, verdict
+from hcsearch.store.schema import deployment, design, folding, motion, outcome, scene, verdict
 from hcsearch.store.upsert import insert_rows
 from hcsearch.store.writing import insert_results
+from hcsearch.vocabulary import STATUSES
 
 Columns = dict[str, list[Any]]
 
@@ -87,7 +87,7 @@ def record_settled(
             own = deployment.c.design_id == design_id, deployment.c.crease == crease
             connection.execute(delete(deployment).where(deployment.c.base == work.scene, *own))
         _insert_foldings(connection, work.scene, designs, verdicts)
-        chosen = chosen_foldings(connection, ids, work.scene)
+        chosen = _chosen_foldings(connection, ids, work.scene)
         columns: Columns = {"scene": [work.scene] * len(ids), "design_id": ids}
         columns |= {"best_crease": [chosen[k][0] for k in ids], "status": [chosen[k][1] for k in ids]}
         insert_rows(connection, outcome, columns, ("best_crease", "status"))
@@ -95,6 +95,24 @@ def record_settled(
         added = tuple(_added(result, before, after, single=bool(work.target)) for result in results)
         insert_results(connection, run_id, work, key, added)
     return added
+
+
+def _chosen_foldings(connection: Connection, ids: Sequence[int], scene: str) -> dict[int, tuple[int, str]]:
+    """Crease and status of the best folding of each design by its verdicts in a scene, as they are stored now.
+
+    The same order as that of `stages.statuses.best_foldings`: status, needed margin, degrees of freedom, crease.
+    """
+    own = verdict.join(folding, and_(folding.c.design_id == verdict.c.design_id, folding.c.crease == verdict.c.crease))
+    columns = verdict.c.design_id, verdict.c.crease, verdict.c.status, verdict.c.needed_margin, folding.c.dof
+    statement = select(*columns).select_from(own).where(verdict.c.scene == scene)
+    best: dict[int, tuple[int, str]] = {}
+    least: dict[int, tuple[float, ...]] = {}
+    for part in parts_of(ids):
+        for number, crease, status, margin, dof in connection.execute(statement.where(verdict.c.design_id.in_(part))):
+            place = (STATUSES.index(status), *(math.inf if v is None else float(v) for v in (margin, dof)), crease)
+            if number not in best or place < least[number]:
+                best[number], least[number] = (crease, status), place
+    return best
 
 
 _PASSING = {"motion": ("deploys", "movable"), "deployment": ("deploys",)}

@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hcsearch.deployment.outcomes import Check
-from hcsearch.store import Database
-from hcsearch.store.evaluations import find_evaluations, record_evaluations
+from hcsearch.store import Database, find_evaluations, record_evaluations
 from hcsearch.tuning.evaluation import Key
 
 

@@ -1,21 +1,31 @@
-"""Databases of every earlier schema, and SIGKILL while one is upgraded."""
+"""Databases of an earlier schema, and SIGKILL while one is upgraded."""
 
 import signal
 import sqlite3
-import sys
 import time
 from contextlib import closing
-from pathlib import Path
 
 import pytest
 
-from hcsearch.store import open_database
+from hcsearch.records import WorkKey
+from hcsearch.store import find_circuit, open_database, select
 from hcsearch.store.schema import REVISION
-from tests.faults.fault_tools import JOURNALS, MANY, PATIENCE, SMALL, Running, copied, copy, look, seeded, wait_until
-from tests.faults.next_schema import NEXT
+from tests.faults.fault_tools import (
+    JOURNALS,
+    MANY,
+    OTHER,
+    PATIENCE,
+    SMALL,
+    Running,
+    copied,
+    copy,
+    look,
+    seeded,
+    wait_until,
+)
+from tests.judging import judge
+from tests.next_schema import NEXT, program_ahead
 
-OLD = sorted((Path(__file__).parents[1] / "store" / "old").glob("*.sql"))
-AHEAD = Path(__file__).with_name("next_schema.py")
 COPYING = 0.1  # seconds: an upgrade takes about as long after it has begun to write
 
 
@@ -31,26 +41,26 @@ def designs(path):
         return {row["circuit"]: dict(row) for row in connection.execute("SELECT * FROM designs")}
 
 
-@pytest.mark.parametrize("old", OLD, ids=lambda file: file.stem)
-def test_old_database_keeps_its_rows_and_takes_a_run(tmp_path, law, old):
-    path, upgraded = tmp_path / "designs.sqlite", tmp_path / "upgraded.sqlite"
-    with closing(sqlite3.connect(path)) as connection:
-        connection.executescript(old.read_text())
-    open_database(str(copy(path, upgraded)), create=False).close()
-    before, also = designs(path), look(upgraded)
-    law("earlier schema", path, SMALL, injected=1, before=look(path, rows=False).finished, also=also)
+def test_old_database_keeps_its_rows_and_takes_a_run(tmp_path, reference, law):
+    path = copy(reference(OTHER).path, tmp_path / "designs.sqlite")
+    with open_database(str(path), create=False) as database:
+        moving = select(database, "untwisted", columns="design_id,crease", view="foldings", limit=2).rows
+        for (number, crease), status in zip(moving, ("deploys", "movable"), strict=True):
+            _, circuit = find_circuit(database, str(number))
+            judge(database, [(circuit, crease, status, None, None)], work=WorkKey("square", OTHER.n, "", "all"))
+    before, state = designs(path), look(path)
     assert version(path) == REVISION
+    ahead = program_ahead(tmp_path / "scripts")
+    law("earlier schema", path, SMALL, injected=1, before=state.finished, also=state, program=ahead)
+    assert version(path) == NEXT
     after = designs(path)
-    for circuit, columns in before.items():
-        # until schema 0007 these were of the path, and are of the deployment now
-        moved = {"needed_margin", "least_gap"} if old.stem < "0007" and columns["status"] == "deploys" else set()
-        assert {item for item in columns.items() if item[0] not in moved} <= after[circuit].items()
+    assert {circuit: after[circuit] for circuit in before} == before
 
 
 @pytest.mark.parametrize("kills", [2, pytest.param(10, marks=pytest.mark.slow)])
 def test_upgrade_that_is_killed_leaves_the_old_or_the_new(tmp_path, reference, law, kills):
     state, source = reference(MANY).state, reference(MANY).path
-    ahead = (sys.executable, str(AHEAD), str(tmp_path / "scripts"))
+    ahead = program_ahead(tmp_path / "scripts")
     path = tmp_path / "designs.sqlite"
     chance = seeded(f"{kills} kills of an upgrade")
     for _ in range(kills):

@@ -4,14 +4,16 @@ import csv
 import io
 import json
 import sqlite3
+import subprocess
 from contextlib import closing
+from functools import partial
 
 import pytest
 from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
 from hcsearch.store.columns import CRITERIA
-from tests import forking
+from tests import forking, next_schema
 
 NAMES = [quantity.name for quantity in CRITERIA]
 
@@ -23,10 +25,10 @@ def call(path, *words):
     return result.stdout, result.stderr
 
 
-def refused(path, *words):
+def refused(path, *words, run=forking.run):
     """What a real process says; the database must stay as it is."""
     before = path.read_bytes()
-    done = forking.run(["rank", "--db", path, *words])
+    done = run(["rank", "--db", path, *words])
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("hcsearch: ")
     assert done.stderr.count("\n") == 1
@@ -148,10 +150,9 @@ def test_databases_that_cannot_be_used(tmp_path, path):
         assert done.returncode == 2
         assert "there is no hcsearch database at none.sqlite: make one with `hcsearch enumerate`" in done.stderr
     assert not (tmp_path / "none.sqlite").exists()
-    with closing(sqlite3.connect(path)) as connection:
-        connection.execute("UPDATE hcsearch_version SET version_num = '0001'")
-        connection.commit()
-    assert "has the older schema 0001" in refused(path)
+    ahead = next_schema.program_ahead(tmp_path / "migrations")
+    words = partial(subprocess.run, capture_output=True, text=True, check=False)
+    assert "has the older schema 0001" in refused(path, run=lambda rest: words([*ahead, *rest]))
 
 
 def test_a_file_that_cannot_be_written_is_ranked_but_takes_no_scores(path, monkeypatch):

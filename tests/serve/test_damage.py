@@ -136,7 +136,7 @@ def test_a_path_that_expands_to_fill_memory_is_read_no_further_than_a_path_is_lo
     packing = zlib.compressobj()
     bomb = b"".join(packing.compress(bytes(1 << 24)) for _ in range(16)) + packing.flush()
     with damaged(database_file, tmp_path, "UPDATE motion SET path = ? WHERE path IS NOT NULL", bomb) as asking:
-        from hcsearch.store.paths import LARGEST_PATH, find_paths
+        from hcsearch.store.judgements import LARGEST_PATH, find_paths
 
         tracemalloc.start()
         try:

@@ -50,6 +50,64 @@ def sample(names, until="twist", creases=CREASES, twists=TWISTS):
     )
 
 
+def unit_row(**changes):
+    """A unit, as the columns of the view."""
+    values = {
+        "grid": "triangle",
+        "n": 10,
+        "circuit": "triangle:0123434501",
+        "crease": 1,
+        "alpha": None,
+        "shape": "",
+        "merged": 0,
+        "element_dof": 2,
+        "copies": 4,
+        "placements": "[]",
+        "panels": 21,
+        "hinges": 24,
+        "directions": 3,
+        "loops": 4,
+        "kutzbach": 0,
+        "dof": 1,
+        "dof_folded": 4,
+        "dof_flat": 4,
+        "rank_gap": 1e9,
+        "deployment_ratio": 7.0,
+        "ways": 1,
+        "path": "flat",
+        "closure_error": 1e-14,
+        "contact": 0,
+        "known": "unit-i",
+    }
+    return values | changes
+
+
+def evaluation_row(**changes):
+    """A check of springs, as the columns of its table."""
+    values = {
+        "subject": "thesis-4x4",
+        "setting": '{"seconds": 1.0}',
+        "springs": "0.1 0.2",
+        "outcome": "flat",
+        "clear": 1,
+        "end_time": 0.5,
+        "collision_time": None,
+        "first_panel": None,
+        "second_panel": None,
+        "gap": 0.002,
+        "speed": 0.0,
+        "remaining": 0.25,
+        "end_remaining": 0.125,
+        "widest": 0.01,
+        "drift": 1e-6,
+        "opening": None,
+        "steps": 100,
+        "evaluations": 1000,
+        "looks": 500,
+    }
+    return values | changes
+
+
 def begin(database, work=WORK):
     """Start a run with nothing special about it."""
     from hcsearch.store import start_run

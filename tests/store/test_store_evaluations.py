@@ -1,35 +1,10 @@
 import pytest
+from store_samples import evaluation_row as row
 
 from hcsearch.errors import DatabaseError
-from hcsearch.store import open_database, open_readonly, select
+from hcsearch.store import find_evaluations, open_database, open_readonly, record_evaluations, select
 from hcsearch.store.columns import column_names
-from hcsearch.store.evaluations import find_evaluations, record_evaluations
 from tests.loosening import loosened
-
-
-def row(**changes):
-    values = {
-        "subject": "thesis-4x4",
-        "setting": '{"seconds": 1.0}',
-        "springs": "0.1 0.2",
-        "outcome": "flat",
-        "clear": 1,
-        "end_time": 0.5,
-        "collision_time": None,
-        "first_panel": None,
-        "second_panel": None,
-        "gap": 0.002,
-        "speed": 0.0,
-        "remaining": 0.25,
-        "end_remaining": 0.125,
-        "widest": 0.01,
-        "drift": 1e-6,
-        "opening": None,
-        "steps": 100,
-        "evaluations": 1000,
-        "looks": 500,
-    }
-    return values | changes
 
 
 def test_evaluations_come_back_as_they_were_stored(database):

@@ -26,7 +26,6 @@ from hcsearch.ranking import rank_designs, save_ranks
 from hcsearch.store import (
     designs,
     finished_batches,
-    migrate,
     open_database,
     open_readonly,
     record_scene,
@@ -36,7 +35,7 @@ from hcsearch.store import (
     stream,
 )
 from hcsearch.store.columns import VIEWS, column_names
-from tests import forking
+from tests import forking, next_schema
 from tests.judging import judge
 from tests.postgresql import PASSWORD
 
@@ -239,19 +238,7 @@ def test_old_schema_is_upgraded_on_open(url, monkeypatch, tmp_path):
     with open_database(url, create=True) as database:
         record(database, circuits(1, 3))
         before = everything(database)
-    scripts = tmp_path / "migrations"
-    (scripts / "versions").mkdir(parents=True)
-    following = f"{int(schema.REVISION) + 1:04d}"
-    for file in (migrate.SCRIPTS / "env.py", *(migrate.SCRIPTS / "versions").glob("0*.py")):
-        (scripts / file.relative_to(migrate.SCRIPTS)).write_text(file.read_text())
-    (scripts / "versions" / f"{following}_more.py").write_text(
-        f"import sqlalchemy as sa\nfrom alembic import op\nrevision = {following!r}\n"
-        f"down_revision = {schema.REVISION!r}\n"
-        "def upgrade():\n    op.add_column('design', sa.Column('colour', sa.Text()))\n"
-    )
-    monkeypatch.setattr(migrate, "SCRIPTS", scripts)
-    monkeypatch.setattr(migrate, "REVISION", following)
-    monkeypatch.setattr("hcsearch.store.database.REVISION", following)
+    next_schema.install(tmp_path / "migrations", monkeypatch.setattr)
     assert f"older schema {schema.REVISION}" in refusal(open_readonly, url)
     with open_database(url, create=False) as database:
         assert everything(database) == before

@@ -1,6 +1,7 @@
 import importlib.resources
 import re
 import sqlite3
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -10,17 +11,16 @@ from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
 from sqlalchemy import create_mock_engine, inspect
 from sqlalchemy.schema import CreateTable
-from store_samples import contents, record
+from store_samples import record
 
 from hcsearch.errors import DatabaseError
 from hcsearch.store import migrate, open_database, open_readonly, schema, select, select_sql
 from hcsearch.store.columns import VIEWS, column_names
 from hcsearch.store.schema_dump import schema_sql
 from hcsearch.store.views import create_view, source_in
+from tests import next_schema
 
 ROOT = Path(__file__).parents[2]
-NEXT = f"{int(schema.REVISION) + 1:04d}"
-OLD = sorted(Path(__file__).with_name("old").glob("*.sql"))
 
 
 def stored_sql(database, kind):
@@ -104,44 +104,10 @@ def test_migrations_are_packaged():
     assert {"env.py", "__init__.py", "script.py.mako", "versions"} <= files
 
 
-def test_every_schema_version_has_an_old_database():
-    assert [file.stem for file in OLD] == [f"{number:04d}" for number in range(1, int(schema.REVISION) + 1)]
-
-
-@pytest.mark.parametrize("file", OLD, ids=lambda file: file.stem)
-def test_old_database_upgrades_on_open(file, path):
-    connection = sqlite3.connect(path)
-    connection.executescript(file.read_text())
-    connection.close()
-    with open_database(str(path), create=False) as database:
-        rows = contents(database)
-    assert [row["circuit"] for row in rows] == ["hex:007919", "hex:015838", "hex:023757"]
-    # the databases of schemas before 0005 were left by the stage `twist`
-    deployed = file.stem >= "0005"
-    assert [row["status"] for row in rows] == ["no_folding", "twisted", "deploys" if deployed else None]
-    assert [[f["crease"] for f in row["foldings"]] for row in rows] == [[], [1, 4], [0, 3]]
-
-
 @pytest.fixture
 def next_version(tmp_path, monkeypatch):
-    """A program that knows one more migration."""
-    scripts = tmp_path / "100% migrations"
-    (scripts / "versions").mkdir(parents=True)
-    for file in (migrate.SCRIPTS / "env.py", *(migrate.SCRIPTS / "versions").glob("0*.py")):
-        (scripts / file.relative_to(migrate.SCRIPTS)).write_text(file.read_text())
-    (scripts / "versions" / f"{NEXT}_more.py").write_text(
-        f"import sqlalchemy as sa\nfrom alembic import op\nrevision = {NEXT!r}\ndown_revision = {schema.REVISION!r}\n"
-        "def upgrade():\n"
-        "    with op.batch_alter_table('design', recreate='always') as table:\n"
-        "        table.add_column(sa.Column('colour', sa.Text()))\n"
-    )
-
-    def install():
-        monkeypatch.setattr(migrate, "SCRIPTS", scripts)
-        monkeypatch.setattr(migrate, "REVISION", NEXT)
-        monkeypatch.setattr("hcsearch.store.database.REVISION", NEXT)
-
-    return install
+    """Makes this program one that knows one more migration."""
+    return partial(next_schema.install, tmp_path / "100% migrations", monkeypatch.setattr)
 
 
 def test_upgrade_keeps_rows_and_their_children(path, next_version):
@@ -168,7 +134,7 @@ def test_failed_upgrade_changes_nothing(path, next_version):
         record(database, ["hex:1", "hex:2", "hex:3"])
     before = path.read_bytes()
     next_version()
-    file = migrate.SCRIPTS / "versions" / f"{NEXT}_more.py"
+    file = migrate.SCRIPTS / next_schema.SCRIPT
     file.write_text(file.read_text() + "    op.execute('SELECT 1 FROM nowhere')\n")
     with pytest.raises(DatabaseError, match="nowhere"):
         open_database(str(path), create=False)
@@ -181,7 +147,7 @@ def test_newer_schema_is_refused(path, next_version, monkeypatch):
     monkeypatch.undo()
     before = path.read_bytes()
     for attempt in (lambda: open_database(str(path), create=True), lambda: open_readonly(str(path))):
-        with pytest.raises(DatabaseError, match=rf"newer hcsearch .schema {NEXT}.*install"):
+        with pytest.raises(DatabaseError, match=rf"newer hcsearch .schema {next_schema.NEXT}.*install"):
             attempt()
     assert path.read_bytes() == before
 

@@ -1,40 +1,9 @@
 import pytest
+from store_samples import unit_row as row
 
 from hcsearch.errors import DatabaseError
-from hcsearch.store import open_readonly, select
+from hcsearch.store import open_readonly, record_units, select
 from hcsearch.store.columns import column_names
-from hcsearch.store.units import record_units
-
-
-def row(**changes):
-    values = {
-        "grid": "triangle",
-        "n": 10,
-        "circuit": "triangle:0123434501",
-        "crease": 1,
-        "alpha": None,
-        "shape": "",
-        "merged": 0,
-        "element_dof": 2,
-        "copies": 4,
-        "placements": "[]",
-        "panels": 21,
-        "hinges": 24,
-        "directions": 3,
-        "loops": 4,
-        "kutzbach": 0,
-        "dof": 1,
-        "dof_folded": 4,
-        "dof_flat": 4,
-        "rank_gap": 1e9,
-        "deployment_ratio": 7.0,
-        "ways": 1,
-        "path": "flat",
-        "closure_error": 1e-14,
-        "contact": 0,
-        "known": "unit-i",
-    }
-    return values | changes
 
 
 def test_units_come_back_as_they_were_stored(database):

@@ -1,4 +1,4 @@
-"""Reading the paths of foldings, and the scenes they are planned in."""
+"""Reading what is known of foldings in a scene: the best one of a design, the verdict on one, its path."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
-from sqlalchemy import Row, Select
+from sqlalchemy import Row, Select, and_, func
 from sqlalchemy import select as sql_select
 
 from hcsearch.arrays import Reals
@@ -19,13 +19,26 @@ from hcsearch.scenes import DEFAULT
 from hcsearch.store.database import Database
 from hcsearch.store.failures import again
 from hcsearch.store.rows import check_values, parts_of
-from hcsearch.store.schema import motion
-from hcsearch.vocabulary import Way
+from hcsearch.store.schema import deployment, design, motion, outcome, verdict
+from hcsearch.vocabulary import Status, Way
 
 LARGEST_PATH = 8 << 20
 """Bytes of the states of a path, far beyond those of any motion: what was tampered with may expand to fill memory."""
 _LARGEST_ANGLE = 2.0 * math.pi
 """Panels meet at pi, on either side; beyond a full turn there is no fold angle, whatever is rounded."""
+
+
+@dataclass(frozen=True)
+class StoredVerdict:
+    """The verdict on a folding in a scene.
+
+    path : how flat pairs are joined in the proved path; None without one. deployed : the name of the scene that
+    deploys, which is this one, perhaps with other flat pairs and springs; None without one.
+    """
+
+    status: Status
+    path: Way | None
+    deployed: str | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +54,44 @@ class StoredPath(ByValue):
     way: Way | None
     states: Reals
     needed_margin: float | None
+
+
+@again
+def best_creases(database: Database, ids: Sequence[int], scene: str = DEFAULT) -> dict[int, int]:
+    """The crease of the best folding of each design in a scene, as in the view `designs`; designs without one left out.
+
+    The best folding is chosen by `stages.statuses.best_foldings`, once, when verdicts are recorded.
+    """
+    creases: dict[int, int] = {}
+    best = func.coalesce(outcome.c.best_crease, design.c.best_crease)
+    joined = design.outerjoin(outcome, and_(outcome.c.design_id == design.c.id, outcome.c.scene == scene))
+    with database.reading() as connection:
+        for part in parts_of(ids):
+            statement = sql_select(design.c.id, best).select_from(joined)
+            statement = statement.where(design.c.id.in_(part), best.is_not(None))
+            creases.update((row[0], row[1]) for row in connection.execute(statement))
+    return creases
+
+
+@again
+def find_verdict(database: Database, number: int, crease: int, scene: str = DEFAULT) -> StoredVerdict | None:
+    """The verdict on the folding of a design in a scene; None where no stage has judged it there."""
+    same = [
+        and_(other.c.design_id == verdict.c.design_id, other.c.crease == verdict.c.crease)
+        for other in (motion, deployment)
+    ]
+    statement = (
+        sql_select(verdict.c.status, motion.c.flat_pairs, deployment.c.scene)
+        .outerjoin(motion, and_(same[0], motion.c.scene == verdict.c.scene))
+        .outerjoin(deployment, and_(same[1], deployment.c.base == verdict.c.scene, deployment.c.status == "deploys"))
+        .where(verdict.c.design_id == number, verdict.c.crease == crease, verdict.c.scene == scene)
+        .order_by(deployment.c.scene)
+    )
+    with database.reading() as connection:
+        row = connection.execute(statement).first()
+    if row is None:
+        return None
+    return StoredVerdict(cast("Status", row[0]), cast("Way | None", row[1]), row[2])
 
 
 def foldings_with_paths(database: Database, ids: Sequence[int], scene: str = DEFAULT) -> list[tuple[int, int]]:

@@ -1,4 +1,7 @@
-"""Results as Parquet files, by pyarrow: integers of 64 bits, reals of 64 bits, text, bytes; NULL stays NULL."""
+"""Results as files, of text or Parquet by pyarrow: a file is written whole under its name, or not at all.
+
+Parquet has integers of 64 bits, reals of 64 bits, text, bytes; NULL stays NULL.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +14,9 @@ from tempfile import TemporaryFile
 from typing import IO, TYPE_CHECKING, Any
 
 from hcsearch.errors import QueryError
-from hcsearch.store.formats import check_names, plain
+from hcsearch.store.formats import check_names, format_rows, plain
 from hcsearch.store.rows import Row, Rows
+from hcsearch.system.outputs import replacing
 
 if TYPE_CHECKING:
     import pyarrow
@@ -31,7 +35,20 @@ _TYPES: dict[frozenset[type], str] = {
 }
 
 
-def write_parquet(rows: Rows, path: Path) -> None:
+def save_rows(rows: Rows, style: str, path: Path) -> None:
+    """Write a result to a file, in the place of an older one; text is UTF-8.
+
+    OutputError: the file cannot be written, or is a database. QueryError: the style cannot hold the result.
+    """
+    with replacing(path) as part:
+        if style == "parquet":
+            _write_parquet(rows, part)
+        else:
+            with part.open("w", encoding="utf-8", newline="") as file:
+                file.writelines(format_rows(rows, style))
+
+
+def _write_parquet(rows: Rows, path: Path) -> None:
     """Write a result as row groups, in little memory; yes/no columns are 0 and 1, as they are stored.
 
     QueryError: pyarrow is not there, or two columns have the same name.
