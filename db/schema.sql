@@ -28,6 +28,8 @@ CREATE TABLE deployment (
 	crease INTEGER NOT NULL,
 	base TEXT NOT NULL,
 	scene TEXT NOT NULL,
+	pairs TEXT NOT NULL,
+	springs TEXT NOT NULL,
 	scene_values TEXT NOT NULL,
 	formulation TEXT NOT NULL,
 	status TEXT NOT NULL,
@@ -42,6 +44,7 @@ CREATE TABLE deployment (
 	as_crease INTEGER,
 	CONSTRAINT pk_deployment PRIMARY KEY (design_id, crease, base, scene),
 	CONSTRAINT fk_deployment_folding FOREIGN KEY(design_id, crease) REFERENCES folding (design_id, crease) ON DELETE CASCADE,
+	CONSTRAINT ck_deployment_pairs CHECK (pairs IN ('rigid', 'hinged', 'merged')),
 	CONSTRAINT ck_deployment_status CHECK (status IN ('deploys', 'undecided', 'collides'))
 )
  WITHOUT ROWID,
@@ -283,6 +286,8 @@ CREATE VIEW deployments AS SELECT
     p."crease" AS "crease",
     p."scene" AS "scene",
     p."base" AS "base",
+    p."pairs" AS "pairs",
+    p."springs" AS "springs",
     p."scene_values" AS "scene_values",
     p."formulation" AS "formulation",
     p."status" AS "status",

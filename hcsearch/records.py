@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.equality import ByValue
+from hcsearch.vocabulary import Way
 
 Words = NDArray[np.int8]
 Integers = NDArray[np.integer[Any]]
@@ -128,6 +129,7 @@ class Trial:
     needed_margin, least_gap : m, of one that deploys, else None: the least margin at which it is certified clear, and
     the least gap of the panels as built. Where they overlap, `clearance` is that, too.
     as_crease : the crease of the congruent folding that was simulated in its place, or None.
+    pairs : how flat pairs were joined. springs : the set of springs; empty for those of the scene.
     """
 
     folding: int
@@ -144,6 +146,8 @@ class Trial:
     needed_margin: float | None = None
     least_gap: float | None = None
     as_crease: int | None = None
+    pairs: Way = "rigid"
+    springs: str = ""
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from contextlib import nullcontext
 from hcsearch.api.kinds import check_kinds
 from hcsearch.cases.places import Place, writing
 from hcsearch.errors import HcsearchError
-from hcsearch.store.units import record_units
+from hcsearch.store import record_units
 from hcsearch.unit_search.elements import Element, elements
 from hcsearch.unit_search.isosceles import isosceles_elements
 from hcsearch.unit_search.search import Limits, Progress, Searched, search_elements

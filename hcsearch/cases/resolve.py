@@ -20,7 +20,7 @@ from hcsearch.errors import DatabaseError, HcsearchError, NoDatabaseError, Query
 from hcsearch.folding import Folding, folding_of, foldings, split_crease
 from hcsearch.linkage import Linkage
 from hcsearch.scenes import DEFAULT, Scene, panel_of
-from hcsearch.scenes.looks import Look, first_look, look_named, look_parts
+from hcsearch.scenes.looks import Look, first_look, look_parts
 from hcsearch.scenes.scene_file import file_text, read_file, scene_in, scene_with
 from hcsearch.store import (
     Database,
@@ -304,8 +304,8 @@ def _is_stored(database: Database, scene: Scene, asked: _Asked, name: str) -> bo
 def _look_of(verdict: StoredVerdict, folding: Folding, scene: Scene) -> Look | None:
     """The look that gave the verdict: that of the deployment that deploys, or the way of the proved path."""
     if verdict.status == "deploys" and verdict.deployed is not None:
-        look = look_named(verdict.deployed, scene)
-        return look if look is not None and folding.can_join(look.pairs) else None
+        look = verdict.deployed
+        return look if look.is_known and look.pairs in scene.flat_pairs and folding.can_join(look.pairs) else None
     if verdict.status == "movable" and verdict.path is not None and folding.can_join(verdict.path):
         return Look(verdict.path, first=True)
     return None

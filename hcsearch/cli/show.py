@@ -81,11 +81,9 @@ def _print_foldings(chosen: Sequence[Folding], panel: PanelSize, why: str, tell:
 
 def _print_motions(folding: Folding, row: dict[str, Any], verdicts: Mapping[tuple[int, str], Any], db: str) -> None:
     """The paths and the deployments of a folding that a database holds, with the commands that repeat them."""
-    from hcsearch.report.reasons import asked_scene, flat_pairs_in, way_option
+    from hcsearch.report.reasons import asked_scene, way_option
 
-    deployed = {
-        (one["crease"], one["base"]): flat_pairs_in(one) for one in row["deployments"] if one["status"] == "deploys"
-    }
+    deployed = {(one["crease"], one["base"]): one["pairs"] for one in row["deployments"] if one["status"] == "deploys"}
     for path in row["motions"]:
         if path["crease"] != folding.crease:
             continue
@@ -142,15 +140,13 @@ def _print_circuit(circuit: Circuit, row: dict[str, Any]) -> None:
 
 def _joined(row: dict[str, Any]) -> dict[str, object]:
     """How flat pairs are joined in the motion that gave a design its status, of which its numbers are."""
-    from hcsearch.report.reasons import flat_pairs_in
-
     if row["status"] == "movable":
         return {"flat pairs": f"{row['flat_pairs']}, in the proved path of folding {row['best']}"}
     own = (one for one in row["deployments"] if (one["crease"], one["base"]) == (row["best"], row["scene"]))
     deploys = next((one for one in own if one["status"] == "deploys"), None)
     if deploys is None:
         return {}
-    return {"flat pairs": f"{flat_pairs_in(deploys)}, in the deployment of folding {row['best']}"}
+    return {"flat pairs": f"{deploys['pairs']}, in the deployment of folding {row['best']}"}
 
 
 def _with_unit(name: str, value: object) -> str:

@@ -260,6 +260,8 @@ class _Verdicts:
             closure_error=one.opening * size,
             needed_margin=None if play is None else play.needed_margin,
             least_gap=None if play is None else play.least_gap,
+            pairs=look.pairs,
+            springs=look.springs,
         )
 
     def _trials(self, i: int) -> Iterator[Trial]:

@@ -27,7 +27,7 @@ from hcsearch.report.design_data import DesignData, ShownFolding, ShownMotion
 from hcsearch.report.envelopes import room_of
 from hcsearch.report.fetching import foldings_of, motions_of, tried_of
 from hcsearch.report.motion_plots import marks_of, plots_of
-from hcsearch.report.reasons import asked_scene, best_try, flat_pairs_in, play_of, verdict_in, way_option, why
+from hcsearch.report.reasons import asked_scene, best_try, play_of, verdict_in, way_option, why
 from hcsearch.scenes import DEFAULT, SCENES, Scene, panel_of
 from hcsearch.store import Database, best_creases, select
 from hcsearch.twisting import twist
@@ -143,8 +143,8 @@ def _motions(folding: Folding, stored: _Known, row: Row, tried: Sequence[Row], d
     path = stored.path(folding, db)
     if path is not None:
         payload = payload_of(path)
-        own = "" if verdict is None or best is None or verdict.deployed is None else flat_pairs_in(best)
-        way = way_option(verdict.path) if verdict is not None and own not in ("", verdict.path) else ""
+        own = None if verdict is None or verdict.deployed is None else verdict.deployed.pairs
+        way = way_option(verdict.path) if verdict is not None and own not in (None, verdict.path) else ""
         command = f"hcsearch drive {folding.notation}{scene_option(stored.scene, stored.where)}{way}"
         shows = "movable" if path.certified else ""
         play = play_sentence(1e3 * path.margin) if path.certified else None

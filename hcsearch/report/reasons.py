@@ -8,10 +8,9 @@ from typing import cast
 from hcsearch.play import play_sentence
 from hcsearch.report.data import Row
 from hcsearch.scenes import joined_name
-from hcsearch.scenes.looks import described, look_parts
+from hcsearch.scenes.looks import Look, described
 from hcsearch.store import StoredVerdict
-from hcsearch.system.reading import parse_toml
-from hcsearch.vocabulary import STATUSES, WAYS, Way
+from hcsearch.vocabulary import STATUSES, Way
 
 UNTRIED = "not proved locked; no path was looked for and no springs were tried in this scene"
 LOCKED = "proved locked at an end of the motion, in every way that the scene may join its flat pairs"
@@ -48,11 +47,8 @@ def play_of(row: Row) -> str | None:
 
 def springs_in(row: Row) -> str:
     """The springs and the flat pairs of a deployment."""
-    parts = str(row["scene"]).split(", ")
-    _, springs = look_parts(parts)
-    text = f"springs: {described(springs)}" if springs else f"springs of the scene {row['base']}"
-    pairs = flat_pairs_in(row)
-    return f"{text}, flat pairs {pairs}" if pairs else text
+    text = f"springs: {described(str(row['springs']))}" if row["springs"] else f"springs of the scene {row['base']}"
+    return f"{text}, flat pairs {row['pairs']}"
 
 
 def asked_scene(row: Row, verdict: StoredVerdict | None) -> str:
@@ -61,17 +57,18 @@ def asked_scene(row: Row, verdict: StoredVerdict | None) -> str:
     verdict : on the folding in the scene that it serves. Where another look gave it, the scene as it stands names its
     flat pairs: they are joined otherwise unless somebody says so.
     """
-    scene, pairs = str(row["scene"]), flat_pairs_in(row)
-    if verdict is None or scene != row["base"] or not pairs:
+    scene, pairs = str(row["scene"]), str(row["pairs"])
+    if verdict is None or scene != row["base"]:
         return scene
     deploys, moves = verdict.status == "deploys", verdict.status == "movable" and verdict.path is not None
-    other = verdict.deployed not in (None, scene) if deploys else moves and verdict.path != pairs
+    deployed = verdict.deployed
+    other = deployed is not None and not deployed.first if deploys else moves and verdict.path != pairs
     return joined_name(scene, pairs) if other else scene
 
 
 def way_option(way: str | None) -> str:
     """The option by which `hcsearch drive` joins flat pairs in a way; nothing for none."""
-    return "" if way is None else " --merge" if way == "merged" else f" --flat-pairs {way}"
+    return "" if way is None else f" --flat-pairs {way}"
 
 
 def verdict_in(folding: Row, tried: Sequence[Row]) -> StoredVerdict | None:
@@ -79,15 +76,7 @@ def verdict_in(folding: Row, tried: Sequence[Row]) -> StoredVerdict | None:
     status, best = folding.get("status"), best_try(tried)
     if status not in STATUSES:
         return None
-    deployed = str(best["scene"]) if best is not None and best["status"] == "deploys" else None
+    deployed = None
+    if best is not None and best["status"] == "deploys":
+        deployed = Look(cast("Way", best["pairs"]), str(best["springs"]), first=best["scene"] == best["base"])
     return StoredVerdict(status, cast("Way | None", folding.get("flat_pairs")), deployed)
-
-
-def flat_pairs_in(row: Row) -> str:
-    """How the flat pairs of a deployment are joined; empty where its values cannot be read."""
-    try:
-        values = parse_toml(str(row.get("scene_values", "")))
-    except ValueError:
-        return ""
-    pairs = values.get("flat_pairs")
-    return "merged" if values.get("merge") is True else pairs if pairs in WAYS else ""

@@ -55,6 +55,11 @@ class Look:
     springs: str = ""
     first: bool = False
 
+    @property
+    def is_known(self) -> bool:
+        """Whether this program knows the set of springs, as another version of it may not."""
+        return not self.springs or self.springs in _SETS
+
     def name(self, scene: Scene) -> str:
         """The name of a scene as it is tried; `hcsearch deploy --scene` takes it."""
         if self.first:
@@ -70,17 +75,6 @@ def look_parts(parts: list[str]) -> tuple[Way | None, str]:
     if pairs is not None:
         parts.pop()
     return pairs, springs
-
-
-def look_named(name: str, scene: Scene) -> Look | None:
-    """Return the look at a scene that a deployment has the name of; None where this program knows no such look."""
-    first = first_look(scene)
-    if name == scene.name:
-        return first
-    parts = name.split(", ")
-    pairs, springs = look_parts(parts)
-    look = Look(pairs or first.pairs, springs)
-    return look if look.name(scene) == name and look.pairs in scene.flat_pairs else None
 
 
 def first_look(scene: Scene) -> Look:

@@ -227,6 +227,8 @@ DEPLOYMENTS = (
     *_OF_FOLDING,
     Quantity("scene", "text", "", "name of the scene that was simulated; `hcsearch deploy --scene` takes it"),
     Quantity("base", "text", "", "scene whose verdict it serves: the same, or that with its own springs and pairs"),
+    Quantity("pairs", "text", "", "how flat pairs were joined: rigid, hinged or merged", WAYS),
+    Quantity("springs", "text", "", "set of springs that was tried; empty for those of the scene"),
     Quantity("scene_values", "text", "", "the folding and its scene as a TOML file; `hcsearch deploy` takes it"),
     Quantity("formulation", "text", "", "equations of motion that were integrated"),
     Quantity("status", "text", "", "of this deployment: deploys, undecided or collides", VERDICTS),

@@ -16,6 +16,7 @@ from hcsearch.arrays import Reals
 from hcsearch.equality import ByValue
 from hcsearch.errors import DatabaseError
 from hcsearch.scenes import DEFAULT
+from hcsearch.scenes.looks import Look
 from hcsearch.store.database import Database
 from hcsearch.store.failures import again
 from hcsearch.store.rows import check_values, parts_of
@@ -32,13 +33,13 @@ _LARGEST_ANGLE = 2.0 * math.pi
 class StoredVerdict:
     """The verdict on a folding in a scene.
 
-    path : how flat pairs are joined in the proved path; None without one. deployed : the name of the scene that
-    deploys, which is this one, perhaps with other flat pairs and springs; None without one.
+    path : how flat pairs are joined in the proved path; None without one. deployed : the look at the scene in which
+    springs open it; None without one.
     """
 
     status: Status
     path: Way | None
-    deployed: str | None
+    deployed: Look | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +82,7 @@ def find_verdict(database: Database, number: int, crease: int, scene: str = DEFA
         for other in (motion, deployment)
     ]
     statement = (
-        sql_select(verdict.c.status, motion.c.flat_pairs, deployment.c.scene)
+        sql_select(verdict.c.status, motion.c.flat_pairs, deployment.c.scene, deployment.c.pairs, deployment.c.springs)
         .outerjoin(motion, and_(same[0], motion.c.scene == verdict.c.scene))
         .outerjoin(deployment, and_(same[1], deployment.c.base == verdict.c.scene, deployment.c.status == "deploys"))
         .where(verdict.c.design_id == number, verdict.c.crease == crease, verdict.c.scene == scene)
@@ -91,7 +92,8 @@ def find_verdict(database: Database, number: int, crease: int, scene: str = DEFA
         row = connection.execute(statement).first()
     if row is None:
         return None
-    return StoredVerdict(cast("Status", row[0]), cast("Way | None", row[1]), row[2])
+    deployed = None if row.scene is None else Look(row.pairs, row.springs, first=row.scene == scene)
+    return StoredVerdict(cast("Status", row.status), cast("Way | None", row.flat_pairs), deployed)
 
 
 def foldings_with_paths(database: Database, ids: Sequence[int], scene: str = DEFAULT) -> list[tuple[int, int]]:

@@ -212,6 +212,8 @@ deployment = Table(
     # `scene` is what was simulated: `base`, whose verdict it serves, or that with other springs or pairs.
     Column("base", _TEXT, primary_key=True),
     Column("scene", _TEXT, primary_key=True),
+    Column("pairs", _TEXT, nullable=False),
+    Column("springs", _TEXT, nullable=False),
     Column("scene_values", _TEXT, nullable=False),
     Column("formulation", _TEXT, nullable=False),
     Column("status", _TEXT, nullable=False),
@@ -226,6 +228,7 @@ deployment = Table(
     # The congruent folding that was simulated in its place, or NULL.
     Column("as_crease", Integer),
     _of_folding("crease"),
+    _one_of("pairs", WAYS),
     _one_of("status", VERDICTS),
     sqlite_strict=True,
     sqlite_with_rowid=False,

@@ -253,7 +253,10 @@ def _trial_columns(deployments: DeploymentBatch, foldings: Columns, name: str) -
     """The rows of `deployment`; lengths in millimetres, as its columns have them."""
     trials = deployments.trials
     columns: Columns = {key: [foldings[key][trial.folding] for trial in trials] for key in ("design_id", "crease")}
-    columns |= {key: [getattr(t, key) for t in trials] for key in ("scene", "formulation", "status", "reason")}
+    columns |= {
+        key: [getattr(t, key) for t in trials]
+        for key in ("scene", "pairs", "springs", "formulation", "status", "reason")
+    }
     columns |= {key: [getattr(t, key) for t in trials] for key in ("first_contact", "deploy_time", "as_crease")}
     columns["base"] = [name] * len(trials)
     columns["scene_values"] = [trial.values for trial in trials]

@@ -1,7 +1,7 @@
 """Names of a package that are imported from their modules on first use.
 
-The stub `__init__.pyi` beside a package's `__init__.py` is the one list of its names, for type checkers and for readers,
-too: it imports each name from its module, in groups that comments name.
+The stub `__init__.pyi` beside a package's `__init__.py` is the one list of its names, for type checkers and readers:
+it imports each name from its module, in groups that comments name.
 """
 
 from __future__ import annotations

@@ -34,10 +34,11 @@ def stored(database_file, tmp_path):
     with open_database(path, create=False) as opened:
         number, name = select(opened, "grid=hex n=8 untwisted", columns="id,circuit").rows[0]
         (crease,) = select(opened, f"design_id={number} untwisted", columns="crease", view="foldings").rows[0]
-        values = 'flat_pairs = "hinged"\nmerge = false\n'
+        values = 'flat_pairs = "hinged"\n'
         trial = Trial(
             *(0, "default", values, "constrained", "collides", "panels 1 and 5 collide at 0.01 s"),
             *(None, 0.01, None, 1e-7, 1e-9),
+            pairs="hinged",
         )
         judge(opened, [(name, crease, "movable", None, None)], trials=[trial])
         judge(opened, [(name, crease, "undecided", None, None)], "solar", work=replace(WORK, target="solar"))
