@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from hcsearch.api.kinds import check_kinds
@@ -48,7 +48,7 @@ def prove(
     check_kinds(prove, locals())
     check_output(str(path), _ENDINGS)
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs)
-    data, sentences = proving.prove(case.to_move(), replace(case.scene, flat_pairs=case.allowed), budget)
+    data, sentences = proving.prove(case.to_move(), case.panel, case.allowed, case.scene.margin, budget)
     write_output(str(path), json.dumps(data, separators=(",", ":")) + "\n", _ENDINGS)
     return Certificate(Path(path), tuple(sentences))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from hcsearch.arrays import Reals
@@ -25,10 +25,9 @@ from hcsearch.planning.motions import PlannedMotion, margins_of, motion_of
 from hcsearch.planning.planner import Planner
 from hcsearch.planning.proofs import Prover
 from hcsearch.planning.schedule import LOOSE
-from hcsearch.scenes import Scene, panel_of
 from hcsearch.system.reading import read_text
 from hcsearch.twisting import twist
-from hcsearch.vocabulary import WAYS
+from hcsearch.vocabulary import WAYS, Way
 
 EFFORTS = 5
 """The budget of the search for a proof where none is given."""
@@ -47,8 +46,12 @@ class CertificateError(HcsearchError):
     """A certificate does not prove what it claims."""
 
 
-def prove(folding: Folding, scene: Scene, budget: int = EFFORTS) -> tuple[dict[str, Any], list[str]]:
-    """The certificate of a folding in a scene, of a path or of a lock, as plain data, and what `verify` says of it.
+def prove(
+    folding: Folding, panel: PanelSize, ways: Sequence[Way], margin: float | None, budget: int = EFFORTS
+) -> tuple[dict[str, Any], list[str]]:
+    """The certificate of a folding, of a path or of a lock, as plain data, and what `verify` says of it.
+
+    panel : size of its panels, m. ways : of joining flat pairs that are tried. margin : as of `motion_of`.
 
     The checkers have proved it. It is of the canonical circuit, however the folding's own is written. budget : efforts
     of the search. HcsearchError where nothing is proved by these.
@@ -60,14 +63,13 @@ def prove(folding: Folding, scene: Scene, budget: int = EFFORTS) -> tuple[dict[s
             f"{folding.notation} is twisted, with linking number {turns}: that no motion opens it is a theorem, and "
             "needs no certificate; name a folding without twist"
         )
-    panel = panel_of(scene, folding.circuit.grid.name)
-    allowed = [way for way in scene.flat_pairs if folding.can_join(way)]
-    motion = motion_of(folding, panel, allowed, scene.margin, budget=budget)
+    allowed = [way for way in ways if folding.can_join(way)]
+    motion = motion_of(folding, panel, allowed, margin, budget=budget)
     if not motion.locked and motion.margin is None:
         raise HcsearchError(
             f"neither a path nor a lock of {folding.notation} is proved by {budget} efforts: give --budget {budget + 2}"
         )
-    checked = _locks(folding, panel, motion) if motion.locked else [_path(folding, panel, motion, scene.margin)]
+    checked = _locks(folding, panel, motion) if motion.locked else [_path(folding, panel, motion, margin)]
     data = certificate([claim for claim, _ in checked], folding.notation, panel_text(panel))
     return data, [_sentence(data, claim, proved) for claim, proved in checked]
 

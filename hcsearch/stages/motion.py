@@ -15,7 +15,7 @@ from hcsearch.stages.stage import Stage
 
 def _run(designs: StagedDesigns, scene: Scene) -> StagedDesigns:
     """Locks of the scene's panels, and the motions of what these leave free."""
-    from hcsearch.planning.batches import motions  # noqa: PLC0415 - its kernels take seconds to load
+    from hcsearch.stages.motion_batches import motions  # noqa: PLC0415 - its kernels take seconds to load
 
     circuits, foldings, known = designs.circuits, designs.folded, designs.mobility
     assert known is not None

@@ -15,13 +15,13 @@ from hcsearch.deployment.verdicts import verdicts
 from hcsearch.enumeration import ArraySearch, PolygonSearch, Search
 from hcsearch.folding import folding_at
 from hcsearch.grid import grid_named, parse_array
-from hcsearch.planning.batches import motions
 from hcsearch.planning.proofs import PLAYS
 from hcsearch.records import CircuitBatch, DeploymentBatch, FoldingBatch, MobilityBatch, MotionBatch
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.looks import PATIENT, SPREAD, looks_at
 from hcsearch.scenes.setup import SOFTEST, STIFFEST
 from hcsearch.stages.mobility import mobility
+from hcsearch.stages.motion_batches import motions
 from hcsearch_bench.run.machine import this_machine
 from hcsearch_bench.run.report import BenchReport, Say
 from hcsearch_bench.run.tables import Table

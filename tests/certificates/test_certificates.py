@@ -42,6 +42,10 @@ SAMPLES = {
 }
 
 
+def proof_of(folding, **options):
+    return prove(folding, default_panel(folding.circuit.grid.name), WAYS, None, **options)
+
+
 @cache
 def certificate(name):
     """The certificate of a folding, as it is read from a file."""
@@ -51,7 +55,7 @@ def certificate(name):
 @cache
 def proved(name):
     """The certificate of a folding, and what is said of it."""
-    return prove(Folding.from_notation(name), DEFAULT)
+    return proof_of(Folding.from_notation(name))
 
 
 def signed(data):
@@ -263,7 +267,7 @@ def test_a_folding_that_is_written_differently_has_the_same_certificate():
     for number, writing in enumerate(writings(circuit)):
         if number % 5 == 1:
             own = [folding for folding in foldings(writing) if folding.likeness(panel).folding.notation == name]
-            assert prove(own[0], DEFAULT) == proved(name)
+            assert proof_of(own[0]) == proved(name)
             ((_, lock),) = motion_of(own[0], panel, ("hinged",), budget=3).locks
             claim = lock_claim(own[0].linkage(panel, flat_pairs="hinged"), lock)
             assert not refused(json.loads(json.dumps(claim)))
@@ -288,6 +292,6 @@ def test_commands_write_and_check_certificates(tmp_path):
 
 def test_what_has_no_certificate():
     with pytest.raises(HcsearchError, match="is twisted, with linking number"):
-        prove(Folding.from_notation("hex:0234405022:1"), DEFAULT)
+        proof_of(Folding.from_notation("hex:0234405022:1"))
     with pytest.raises(HcsearchError, match="give --budget 3"):
-        prove(Folding.from_notation("hex:0234451512:0"), DEFAULT, budget=1)
+        proof_of(Folding.from_notation("hex:0234451512:0"), budget=1)

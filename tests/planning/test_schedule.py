@@ -11,7 +11,6 @@ from hcsearch.folding import Folding
 from hcsearch.locks.enclosures import Enclosure
 from hcsearch.panel_sizes import default_panel
 from hcsearch.planning import motions
-from hcsearch.planning.batches import _batch
 from hcsearch.planning.motions import PlannedMotion, motion_of
 from hcsearch.planning.planner import Growth
 from hcsearch.planning.reasons import reason_of
@@ -24,6 +23,7 @@ from hcsearch.planning.schedule import (
     efforts,
     planned_efforts,
 )
+from hcsearch.stages.motion_batches import _batch
 
 GROWN = Growth((1, 1), (2, 2), 3, (0.0, 0.0), 0.15, False)
 GIVEN_UP = "square:012222300301:2"

@@ -22,7 +22,6 @@ from hcsearch.panel_sizes import default_panel
 from hcsearch.pipeline.judging import PIECE_SECONDS, Judge, Piece, pieces, seconds_of, unfinished
 from hcsearch.pipeline.rows import design_rows
 from hcsearch.pipeline.shards import candidates_of, run_shard
-from hcsearch.planning.batches import motions
 from hcsearch.records import (
     NONE,
     CircuitBatch,
@@ -36,6 +35,7 @@ from hcsearch.scenes import SCENES
 from hcsearch.scenes.looks import GRADED, GRADES, OUTER, PATIENT, SPREAD
 from hcsearch.scenes.scene_file import read_text, scene_in
 from hcsearch.scenes.setup import SOFTEST, STIFFEST
+from hcsearch.stages.motion_batches import motions
 from hcsearch.stages.order import STAGES, stages_until
 from hcsearch.vocabulary import STATUSES
 
@@ -271,7 +271,7 @@ def test_best_foldings_by_status_play_dof_and_crease(monkeypatch, scene, deploys
     paths = tuple(None if np.isnan(play) else np.zeros((2, 8)) for play in margin)
     ways = [None if path is None else "rigid" for path in paths]
     motion = MotionBatch(ways, margin, margin, margin, paths, ["so it was"] * len(FOLDINGS))
-    monkeypatch.setattr("hcsearch.planning.batches.motions", lambda *_, **_options: motion)
+    monkeypatch.setattr("hcsearch.stages.motion_batches.motions", lambda *_, **_options: motion)
     monkeypatch.setattr("hcsearch.deployment.verdicts.verdicts", lambda *_: DeploymentBatch(time, time, time, time, ()))
     words = np.array([Circuit.from_notation("hex:02234400").word] * 5, np.int8)
     circuits = CircuitBatch("hex", words, np.ones(5, np.int16))
