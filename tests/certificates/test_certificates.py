@@ -25,6 +25,7 @@ from hcsearch.locks.enclosures import Enclosure
 from hcsearch.panel_sizes import default_panel
 from hcsearch.planning.motions import motion_of
 from hcsearch.scenes import SCENES
+from hcsearch.vocabulary import WAYS
 from tests.planned import joined, region_of
 from tests.strategies import writings
 
