@@ -36,7 +36,8 @@ if TYPE_CHECKING:
         stream_sql,
     )
     from hcsearch.store.results import find_evaluations, record_evaluations, record_units, save_scores
-    from hcsearch.store.rows import Result, Rows, parts_of
+    from hcsearch.store.rows import Result, Rows
+    from hcsearch.store.summaries import Summary, rows_of_designs, summarize
     from hcsearch.store.verdicts import (
         find_scene,
         record_scene,
@@ -45,7 +46,7 @@ if TYPE_CHECKING:
         scene_names,
         undecided,
     )
-    from hcsearch.store.views import SCENIC, asks_for, literal, source_in
+    from hcsearch.store.views import SCENIC, asks_for
     from hcsearch.store.writing import count_arrays, finish_run, finished_batches, record_batches, start_run
 
 _HOMES = {
@@ -64,9 +65,10 @@ _HOMES = {
         *("select", "select_sql", "stream", "stream_sql"),
     ),
     "results": ("find_evaluations", "record_evaluations", "record_units", "save_scores"),
-    "rows": ("Result", "Rows", "parts_of"),
+    "rows": ("Result", "Rows"),
+    "summaries": ("Summary", "rows_of_designs", "summarize"),
     "verdicts": ("find_scene", "record_scene", "record_settled", "record_verdicts", "scene_names", "undecided"),
-    "views": ("SCENIC", "asks_for", "literal", "source_in"),
+    "views": ("SCENIC", "asks_for"),
     "writing": ("count_arrays", "finish_run", "finished_batches", "record_batches", "start_run"),
 }
 
@@ -81,6 +83,7 @@ __all__ = [
     "SlowQueryError",
     "StoredPath",
     "StoredVerdict",
+    "Summary",
     "asks_for",
     "best_creases",
     "check_scene",
@@ -98,11 +101,9 @@ __all__ = [
     "foldings_with_paths",
     "format_rows",
     "grids_in",
-    "literal",
     "open_database",
     "open_readonly",
     "parse_query",
-    "parts_of",
     "record_batches",
     "record_evaluations",
     "record_scene",
@@ -110,16 +111,17 @@ __all__ = [
     "record_units",
     "record_verdicts",
     "room_at",
+    "rows_of_designs",
     "save_rows",
     "save_scores",
     "scene_names",
     "select",
     "select_page",
     "select_sql",
-    "source_in",
     "start_run",
     "stream",
     "stream_sql",
+    "summarize",
     "undecided",
     "view_names",
 ]
